@@ -18,6 +18,9 @@ from erclutch.export.exported_step import ExportedStep
 from erclutch.export.step_recording import StepRecord
 
 _WIDEST = 90
+#: MATLAB breaks a row of a matrix with dots; a semicolon ends it.
+_SAME_ROW = ", ...\n        "
+_NEXT_ROW = "; ...\n        "
 _PATTERNS = {
     "negate": "(-{0})",
     "less": "({0} < {1})",
@@ -34,12 +37,17 @@ def _class(step: ExportedStep) -> str:
 
 
 def _number(step: ExportedStep, value: float) -> str:
+    single = step.precision.width == 32
+    held = step.precision.round(value)
     if np.isinf(value):
         text = "Inf" if value > 0 else "-Inf"
+    elif single:
+        text = f"{held:.9g}"
     else:
-        held = step.precision.round(value)
-        text = f"{held:.9g}" if step.precision.width == 32 else repr(float(held))
-    return f"single({text})" if step.precision.width == 32 else (f"({text})" if text.startswith("-") else text)
+        text = repr(float(held))
+    if single:
+        return f"single({text})"
+    return f"({text})" if text.startswith("-") else text
 
 
 def step_function(step: ExportedStep, record: StepRecord) -> str:
@@ -89,44 +97,54 @@ end
 """
 
 
-def _lines(step: ExportedStep, made: StepRecord) -> Iterator[str]:
-    record = made.record.flat()
-    places = {name: f"u({i + 1})" for i, name in enumerate(made.inputs)}
-    places |= {name: f"state({i + 1})" for i, name in enumerate(record.after)}
-    at = len(record.after)
-    for name, length in record.registers().items():
-        places[name], at = str(at), at + length
-    texts: dict[int, str] = {}
-    tables: dict[Any, str] = {}
+def _lines(step: ExportedStep, printed: StepRecord) -> Iterator[str]:
+    """The body of the step: a line for each value that is used more than once or would be too wide in place."""
+    record = printed.record.flat()
+    registers = record.registers()  # rows by name
+    # Where a name lies: inputs in u, numbers of the state first in state, then the delay registers.
+    places = {name: f"u({i})" for i, name in enumerate(printed.inputs, start=1)}
+    places |= {name: f"state({i})" for i, name in enumerate(record.after, start=1)}
+    taken = len(record.after)
+    for name, rows in registers.items():
+        places[name] = str(taken)
+        taken += rows
+
     nodes = record.needed()
-    uses = Counter(a.index for n in nodes for a in n.arguments)
-    uses.update(n.index for n in [*record.outputs, *record.after.values()])
+    uses = Counter(argument.index for node in nodes for argument in node.arguments)
+    uses.update(node.index for node in (*record.outputs, *record.after.values()))
+    texts: dict[int, str] = {}
+    tables: dict[Any, str] = {}  # the name under which a table was written
     for node in nodes:
-        name = f"table{node.index}"
         if node.operation == "table":
+            name = f"table{node.index}"
             places[name] = tables.setdefault(node.value, name)
-        if places.get(name) == name:
-            rows = "; ...\n        ".join(" ".join(str(int(entry)) for entry in row) for row in node.value)
-            yield f"table{node.index} = logical([{rows}]);"
+            if places[name] == name:  # the first node of this table: it is written once
+                rows_of = (" ".join(str(int(entry)) for entry in row) for row in node.value)
+                yield f"{name} = logical([{_NEXT_ROW.join(rows_of)}]);"
         text = _expression(step, node, [texts[a.index] for a in node.arguments], places)
         plain = node.operation in ("input", "constant", "state")
-        if plain or (uses[node.index] == 1 and len(text) <= _WIDEST and node.operation != "network"):
+        once = uses[node.index] == 1 and len(text) <= _WIDEST and node.operation != "network"
+        if plain or once:
             texts[node.index] = text
-            continue
-        yield f"t{node.index} = {text};"
-        texts[node.index] = f"t{node.index}"
-    effort, *truths = (texts[n.index] for n in record.outputs)
+        else:
+            yield f"t{node.index} = {text};"
+            texts[node.index] = f"t{node.index}"
+
+    effort, *truths = (texts[node.index] for node in record.outputs)
+    raised = [f"{bit} * uint32({truth})" for bit, truth in zip(printed.flags, truths, strict=True)]
     yield f"effort = {effort};"
-    yield f"flags = {' + '.join(f'{bit} * uint32({t})' for bit, t in zip(made.flags, truths, strict=True))};"
-    yield f"next = zeros({made.size}, 1, '{_class(step)}');"
-    for i, node in enumerate(record.after.values()):
-        yield f"next({i + 1}) = {texts[node.index]};"
+    yield f"flags = {' + '.join(raised)};"
+    yield f"next = zeros({printed.size}, 1, '{_class(step)}');"
+    for i, node in enumerate(record.after.values(), start=1):
+        yield f"next({i}) = {texts[node.index]};"
     entering = record.entering()
-    for name, length in record.registers().items():
-        first, now, going = int(places[name]) + 1, *(texts[n.index] for n in entering[name])
-        last = first + length - 1
-        moved = f"[{now}; state({first}:{last - 1})]" if length > 1 else now
-        yield f"if {going}"
+    for name, rows in registers.items():
+        signal, row_before = entering[name]
+        now = texts[signal.index]
+        first = int(places[name]) + 1
+        last = first + rows - 1
+        moved = f"[{now}; state({first}:{last - 1})]" if rows > 1 else now
+        yield f"if {texts[row_before.index]}"
         yield f"    next({first}:{last}) = {moved};"
         yield "else"
         yield f"    next({first}:{last}) = {now};"
@@ -171,38 +189,54 @@ end
 
 
 def _matrix(step: ExportedStep, values: NDArray[np.float64]) -> str:
+    """A matrix of constants, four numbers a line."""
     digits = 9 if step.precision.width == 32 else 17
-    rows = np.atleast_2d(np.asarray(values, step.precision.dtype))
-    lines = [", ".join(f"{float(v):.{digits}g}" for v in row) for row in rows]
-    # MATLAB breaks a row of a matrix with dots; a semicolon ends it.
-    text = "; ...\n        ".join(_wrapped(line) for line in lines)
-    return f"{_class(step)}([{text}])"
-
-
-def _wrapped(line: str) -> str:
-    numbers = line.split(", ")
-    groups = [", ".join(numbers[i : i + 4]) for i in range(0, len(numbers), 4)]
-    return ", ...\n        ".join(groups)
+    rows: list[str] = []
+    for row in np.atleast_2d(np.asarray(values, step.precision.dtype)):
+        numbers = [f"{float(number):.{digits}g}" for number in row]
+        lines = [", ".join(numbers[i : i + 4]) for i in range(0, len(numbers), 4)]
+        rows.append(_SAME_ROW.join(lines))
+    return f"{_class(step)}([{_NEXT_ROW.join(rows)}])"
 
 
 def _network(step: ExportedStep) -> str:
     model = step.network
     assert model is not None
-    s, w = model.scaling, model.weights
-    lines = [f"x = (x - {_matrix(step, s.offset[:, None])}) ./ {_matrix(step, s.scale[:, None])};"]
+    scaling, weights = model.scaling, model.weights
+    hidden = model.structure.hidden
+
+    def matrix(values: NDArray[np.float64]) -> str:
+        return _matrix(step, values)
+
+    def column(values: NDArray[np.float64]) -> str:
+        return _matrix(step, values[:, None])
+
+    def number(value: float) -> str:
+        return _number(step, value)
+
+    lines = [f"x = (x - {column(scaling.offset)}) ./ {column(scaling.scale)};"]
     if model.structure.kind == "rbfn":
-        lines += [f"centres = {_matrix(step, w['centres'])};"]
-        lines += [f"squares = {_matrix(step, w['spreads'][:, None] ** 2)};"]
-        lines += [f"a = zeros({model.structure.hidden[0]}, 1, '{_class(step)}');"]
-        lines += ["for i = 1:numel(a)", "    d = x - centres(i, :)';"]
-        lines += [f"    a(i) = exp({_number(step, -0.5)} * sum(d .* d) / squares(i));", "end"]
-        out, start = w["w"], w["b"][0]
+        lines += [
+            f"centres = {matrix(weights['centres'])};",
+            f"squares = {column(weights['spreads'] ** 2)};",
+            f"a = zeros({hidden[0]}, 1, '{_class(step)}');",
+            "for i = 1:numel(a)",
+            "    d = x - centres(i, :)';",
+            f"    a(i) = exp({number(-0.5)} * sum(d .* d) / squares(i));",
+            "end",
+        ]
+        out, start = weights["w"], weights["b"][0]
     else:
-        for i in range(1, len(model.structure.hidden) + 1):
-            lines += [f"w{i} = {_matrix(step, w[f'W{i}'])};", f"b{i} = {_matrix(step, w[f'b{i}'][:, None])};"]
-            lines += [f"a{i} = tanh(w{i} * {f'a{i - 1}' if i > 1 else 'x'} + b{i});"]
-        lines += [f"a = a{len(model.structure.hidden)};"]
-        out, start = w["W_out"][0], w["b_out"][0]
-    lines += [f"y = {_matrix(step, out[None, :])} * a + {_number(step, float(start))};"]
-    lines += [f"y = y * {_number(step, s.effort_scale)} + {_number(step, s.effort_offset)};"]
+        before = "x"
+        for i in range(1, len(hidden) + 1):
+            lines += [
+                f"w{i} = {matrix(weights[f'W{i}'])};",
+                f"b{i} = {column(weights[f'b{i}'])};",
+                f"a{i} = tanh(w{i} * {before} + b{i});",
+            ]
+            before = f"a{i}"
+        lines.append(f"a = a{len(hidden)};")
+        out, start = weights["W_out"][0], weights["b_out"][0]
+    lines.append(f"y = {matrix(out[None, :])} * a + {number(float(start))};")
+    lines.append(f"y = y * {number(scaling.effort_scale)} + {number(scaling.effort_offset)};")
     return f"function y = network(x)\n{indented(lines)}\nend\n"

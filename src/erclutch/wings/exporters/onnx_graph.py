@@ -88,7 +88,8 @@ class Emitter:
     def record(self, record: Record) -> None:
         """All operators of a record without calls."""
         for node in record.needed():
-            self._value[node.index] = self._operator(node, [self._value[a.index] for a in node.arguments])
+            arguments = [self._value[argument.index] for argument in node.arguments]
+            self._value[node.index] = self._operator(node, arguments)
 
     def _operator(self, node: Node, a: list[str]) -> str:
         operation = node.operation
@@ -97,21 +98,26 @@ class Emitter:
         if operation == "state":
             return f"before_{node.value}"
         if operation == "delay":
+            now, row_before = a
             name, rows = node.value
-            at = [self.constant([i], np.int64) for i in (rows - 1, rows)]
-            return self.add("Where", [a[1], self.add("Slice", [f"before_{name}", *at]), a[0]])
+            start, stop = self.constant([rows - 1], np.int64), self.constant([rows], np.int64)
+            back = self.add("Slice", [f"before_{name}", start, stop])
+            return self.add("Where", [row_before, back, now])
         if operation == "constant":
             return self.constant([float(node.value or 0.0)])
         if operation in _PLAIN:
             return self.add(_PLAIN[operation], a)
         if operation == "finite":
-            return self.add("Less", [self.add("Abs", a), self.constant([np.inf])])
+            size = self.add("Abs", a)
+            return self.add("Less", [size, self.constant([np.inf])])
         if operation == "nearest":
             magic = self.constant([format_of(self.step.precision).magic])
-            return self.add("Sub", [self.add("Add", [a[0], magic]), magic])
+            shifted = self.add("Add", [a[0], magic])
+            return self.add("Sub", [shifted, magic])
         if operation == "power":
+            base, exponent = a
             smallest = self.constant([2.0 ** (1 - self.step.precision.bias)])
-            return self.add("Pow", [self.add("Max", [a[0], smallest]), a[1]])
+            return self.add("Pow", [self.add("Max", [base, smallest]), exponent])
         if operation == "expm1":
             return self._expm1(a[0])
         if operation == "table":
@@ -123,39 +129,45 @@ class Emitter:
         from onnx import TensorProto
 
         row, column = (self.add("Cast", [x], to=TensorProto.INT64) for x in a)
-        start = self.add("Mul", [row, self.constant([len(node.value[0])], np.int64)])
-        return self.add("Gather", [self.constant(np.ravel(node.value), np.bool_), self.add("Add", [start, column])])
+        columns = len(node.value[0])
+        start = self.add("Mul", [row, self.constant([columns], np.int64)])
+        entries = self.constant(np.ravel(node.value), np.bool_)
+        return self.add("Gather", [entries, self.add("Add", [start, column])])
 
     def _expm1(self, x: str) -> str:
         """e^x - 1: near zero 2 t / (1 - t) with t = tanh(x / 2), as there is no such operator."""
-        one, two = self.constant([1.0]), self.constant([2.0])
+        one = self.constant([1.0])
+        two = self.constant([2.0])
         t = self.add("Tanh", [self.add("Div", [x, two])])
-        near = self.add("Div", [self.add("Mul", [two, t]), self.add("Sub", [one, t])])
+        twice = self.add("Mul", [two, t])
+        near = self.add("Div", [twice, self.add("Sub", [one, t])])
         far = self.add("Sub", [self.add("Exp", [x]), one])
-        return self.add("Where", [self.add("Less", [self.add("Abs", [x]), one]), near, far])
+        is_near = self.add("Less", [self.add("Abs", [x]), one])
+        return self.add("Where", [is_near, near, far])
 
-    def _network(self, a: list[str]) -> str:
+    def _network(self, inputs: list[str]) -> str:
         model = self.step.network
         assert model is not None
-        s, w = model.scaling, model.weights
-        x = self.add("Concat", a, axis=0)
-        x = self.add("Div", [self.add("Sub", [x, self.constant(s.offset)]), self.constant(s.scale)])
+        scaling, weights = model.scaling, model.weights
+        x = self.add("Concat", inputs, axis=0)
+        x = self.add("Sub", [x, self.constant(scaling.offset)])
+        x = self.add("Div", [x, self.constant(scaling.scale)])
         if model.structure.kind == "rbfn":
-            distance = self.add("Sub", [x, self.constant(w["centres"])])
-            square = self.add(
-                "ReduceSum", [self.add("Mul", [distance, distance]), self.constant([1], np.int64)], keepdims=0
-            )
-            half = self.add("Mul", [square, self.constant([-0.5])])
-            x = self.add("Exp", [self.add("Div", [half, self.constant(w["spreads"] ** 2)])])
-            out, start = w["w"], w["b"]
+            difference = self.add("Sub", [x, self.constant(weights["centres"])])
+            squares = self.add("Mul", [difference, difference])
+            distance = self.add("ReduceSum", [squares, self.constant([1], np.int64)], keepdims=0)
+            half = self.add("Mul", [distance, self.constant([-0.5])])
+            x = self.add("Exp", [self.add("Div", [half, self.constant(weights["spreads"] ** 2)])])
+            out, start = weights["w"], weights["b"]
         else:
             for i in range(1, len(model.structure.hidden) + 1):
-                product = self.add("MatMul", [self.constant(w[f"W{i}"]), x])
-                x = self.add("Tanh", [self.add("Add", [product, self.constant(w[f"b{i}"])])])
-            out, start = w["W_out"][0], w["b_out"]
-        y = self.add("Add", [self.add("MatMul", [self.constant(out[None, :]), x]), self.constant(start)])
-        scaled = self.add("Mul", [y, self.constant([s.effort_scale])])
-        return self.add("Add", [scaled, self.constant([s.effort_offset])])
+                product = self.add("MatMul", [self.constant(weights[f"W{i}"]), x])
+                x = self.add("Tanh", [self.add("Add", [product, self.constant(weights[f"b{i}"])])])
+            out, start = weights["W_out"][0], weights["b_out"]
+        product = self.add("MatMul", [self.constant(out[None, :]), x])
+        y = self.add("Add", [product, self.constant(start)])
+        y = self.add("Mul", [y, self.constant([scaling.effort_scale])])
+        return self.add("Add", [y, self.constant([scaling.effort_offset])])
 
 
 def onnx_model(step: ExportedStep, record: StepRecord) -> Any:
@@ -166,17 +178,20 @@ def onnx_model(step: ExportedStep, record: StepRecord) -> Any:
     from onnx import TensorProto, helper
 
     emit = Emitter(step, helper)
-    flat, count = record.record.flat(), len(record.inputs)
+    flat = record.record.flat()
     real = TensorProto.FLOAT if step.precision.width == 32 else TensorProto.DOUBLE
+    tensor = helper.make_tensor_value_info
+
+    count = len(record.inputs)
     row = emit.add("Reshape", ["input", emit.constant([count], np.int64)])
     emit.split(row, record.inputs, [1] * count)
-    inputs = [helper.make_tensor_value_info("input", real, [1, count])]
-    outputs = [helper.make_tensor_value_info("effort", real, [1, 1])]
-    outputs += [helper.make_tensor_value_info("flags", TensorProto.INT32, [1])]
+    inputs = [tensor("input", real, [1, count])]
+    outputs = [tensor("effort", real, [1, 1]), tensor("flags", TensorProto.INT32, [1])]
     if record.size:
         _unpack(emit, flat)
-        inputs += [helper.make_tensor_value_info("state", real, [record.size])]
-        outputs += [helper.make_tensor_value_info("state_out", real, [record.size])]
+        inputs.append(tensor("state", real, [record.size]))
+        outputs.append(tensor("state_out", real, [record.size]))
+
     emit.record(flat)
     effort, *truths = (emit.value(node) for node in flat.outputs)
     emit.add("Reshape", [effort, emit.constant([1, 1], np.int64)], "effort")
@@ -185,15 +200,19 @@ def onnx_model(step: ExportedStep, record: StepRecord) -> Any:
         emit.add("Where", [truth, emit.constant([bit], np.int32), zero])
         for bit, truth in zip(record.flags, truths, strict=True)
     ]
-    emit.add("Identity", [reduce(lambda a, b: emit.add("Add", [a, b]), raised)], "flags")
+    flags = reduce(lambda a, b: emit.add("Add", [a, b]), raised)
+    emit.add("Identity", [flags], "flags")
     if record.size:
         _pack(emit, flat, real)
+
     about = printable(f"{step.model.title}: {step.model.name}. Inputs: {', '.join(step.inputs)}.")
     graph = helper.make_graph(emit.nodes, step.name, inputs, outputs, emit.constants, doc_string=about)
-    made = helper.make_model(graph, opset_imports=[helper.make_opsetid("", OPSET)], ir_version=IR_VERSION)
-    made.producer_name, made.producer_version, made.doc_string = "erclutch", __version__, about
-    helper.set_model_props(made, {key: printable(text) for key, text in _properties(step).items()})
-    return made
+    model = helper.make_model(graph, opset_imports=[helper.make_opsetid("", OPSET)], ir_version=IR_VERSION)
+    model.producer_name = "erclutch"
+    model.producer_version = __version__
+    model.doc_string = about
+    helper.set_model_props(model, {key: printable(text) for key, text in _properties(step).items()})
+    return model
 
 
 def _unpack(emit: Emitter, record: Record) -> None:
@@ -201,39 +220,46 @@ def _unpack(emit: Emitter, record: Record) -> None:
     truths = [name for name, node in record.after.items() if node.kind == "truth"]
     registers = record.registers()
     names = [f"number_{name}" if name in truths else f"before_{name}" for name in (*record.after, *registers)]
-    emit.split("state", names, [1] * len(record.after) + list(registers.values()))
+    lengths = [1] * len(record.after) + list(registers.values())
+    emit.split("state", names, lengths)
     for name in truths:
         emit.add("Less", [emit.constant([0.5]), f"number_{name}"], f"before_{name}")
 
 
 def _pack(emit: Emitter, record: Record, real: int) -> None:
-    parts = [
-        emit.add("Cast", [emit.value(node)], to=real) if node.kind == "truth" else emit.value(node)
-        for node in record.after.values()
-    ]
+    """The state after the step as one vector: numbers, then the registers with what enters each."""
+    parts: list[str] = []
+    for node in record.after.values():
+        number = emit.value(node)
+        parts.append(emit.add("Cast", [number], to=real) if node.kind == "truth" else number)
     entering = record.entering()
     for name, length in record.registers().items():
-        now, going = (emit.value(node) for node in entering[name])
+        now, row_before = (emit.value(node) for node in entering[name])
         moved = now
         if length > 1:
-            at = [emit.constant([i], np.int64) for i in (0, length - 1)]
-            moved = emit.add("Concat", [now, emit.add("Slice", [f"before_{name}", *at])], axis=0)
+            start, stop = emit.constant([0], np.int64), emit.constant([length - 1], np.int64)
+            kept = emit.add("Slice", [f"before_{name}", start, stop])
+            moved = emit.add("Concat", [now, kept], axis=0)
         full = emit.add("Expand", [now, emit.constant([length], np.int64)])
-        parts.append(emit.add("Where", [going, moved, full]))
+        parts.append(emit.add("Where", [row_before, moved, full]))
     emit.add("Concat", parts, "state_out", axis=0)
 
 
 def _properties(step: ExportedStep) -> dict[str, str]:
+    """What people want to know of the file, as text."""
     model = step.model
-    ranges = model.trained_on
-    return {
+    trained_on = model.trained_on
+    inputs = [f"{name} [{unit}]" for name, unit in zip(step.inputs, step.units, strict=True)]
+    properties = {
         "digest": step.digest,
         "model": model.name,
         "erclutch": __version__,
-        "inputs": ", ".join(f"{n} [{u}]" for n, u in zip(step.inputs, step.units, strict=True)),
+        "inputs": ", ".join(inputs),
         "effort": model.units.effort or "1",
-        "field range": f"{ranges.field[0]:.9g} {ranges.field[1]:.9g}",
-        "slip range": f"{ranges.slip[0]:.9g} {ranges.slip[1]:.9g}",
-        "effort limits": f"{step.limits[0]:.9g} {step.limits[1]:.9g}",
-        **({} if step.period is None else {"period": f"{step.period:.9g}"}),
+        "field range": "{:.9g} {:.9g}".format(*trained_on.field),
+        "slip range": "{:.9g} {:.9g}".format(*trained_on.slip),
+        "effort limits": "{:.9g} {:.9g}".format(*step.limits),
     }
+    if step.period is not None:
+        properties["period"] = f"{step.period:.9g}"
+    return properties

@@ -38,29 +38,36 @@ def write_fmu(step: ExportedStep, folder: Path, version: int, face: Interface | 
         ExportError: no compiler for this machine, or it failed.
     """
     face = face or interface(step)
+    name = identifier(step, version)
+    files = [f"fmi{version}.c", f"{step.name}.c"]
     with tempfile.TemporaryDirectory() as work, ThreadPoolExecutor(1) as pool:
-        root, name = Path(work), identifier(step, version)
+        root = Path(work)
         code = root / "sources"
         code.mkdir()
         _sources(step, face, version, code)
-        files = [f"fmi{version}.c", f"{step.name}.c"]
         # The description is written while the compilers run: to load the units takes half a second.
-        lines = pool.submit(build_binaries, version, [code / file for file in files], name, root / "binaries")
-        (root / "documentation").mkdir()
-        (root / "documentation" / "index.html").write_text(_page(step, face), encoding="utf-8")
+        building = pool.submit(build_binaries, version, [code / file for file in files], name, root / "binaries")
+        pages = root / "documentation"
+        pages.mkdir()
+        (pages / "index.html").write_text(_page(step, face), encoding="utf-8")
         _tree(description(step, face, version, name, token(face), files), root / "modelDescription.xml")
         if version == 3:
             _tree(build_description(name, files), code / "buildDescription.xml")
-        (folder / BINARIES).write_text("".join(f"{line}\n" for line in lines.result()), encoding="utf-8")
+        came_of_it = "".join(f"{line}\n" for line in building.result())
+        (folder / BINARIES).write_text(came_of_it, encoding="utf-8")
         _pack(root, archive_path(step, version, folder))
 
 
 def _sources(step: ExportedStep, face: Interface, version: int, folder: Path) -> None:
-    texts = {f"{step.name}.c": face.code[0], f"{step.name}.h": face.code[1]}
+    """The C of the model, that of the FMU, and model.h, which binds the two."""
+    source, header = face.code
+    texts = {f"{step.name}.c": source, f"{step.name}.h": header}
     sources = resources.files("erclutch.wings.exporters") / "fmu" / "fmu_c"
     for name in ("core.h", "fmi_common.h", f"fmi{version}.h", f"fmi{version}.c"):
         texts[name] = (sources / name).read_text(encoding="ascii")
-    n, period = step.name, step.period if face.sampled and step.period else 1.0
+    n = step.name
+    period = step.period if face.sampled and step.period else 1.0  # s
+    defaults = [*(repr(float(port.start)) for port in face.parameters), "0.0"]  # C wants one at least
     texts["model.h"] = f"""/* Binds the FMU's code to {n}. */
 #ifndef ERC_MODEL_H
 #define ERC_MODEL_H
@@ -71,7 +78,7 @@ def _sources(step: ExportedStep, face: Interface, version: int, folder: Path) ->
 #define ERC_INPUTS {len(face.inputs)}u
 #define ERC_OUTPUTS {len(face.outputs)}u
 #define ERC_PARAMETERS {len(face.parameters)}u
-#define ERC_DEFAULTS {", ".join([*(repr(float(port.start)) for port in face.parameters), "0.0"])}
+#define ERC_DEFAULTS {", ".join(defaults)}
 #define ERC_SAMPLED {int(face.sampled)} /* 1: has memory, so it is sampled */
 #define ERC_PERIOD {period!r}
 {face.binding}
@@ -83,32 +90,38 @@ def _sources(step: ExportedStep, face: Interface, version: int, folder: Path) ->
 
 def token(face: Interface) -> str:
     """GUID or instantiation token: changes with the exported C."""
-    found = hashlib.sha256(face.code[0].encode()).hexdigest()
-    return f"{{{found[:8]}-{found[8:12]}-{found[12:16]}-{found[16:20]}-{found[20:32]}}}"
+    source, _ = face.code
+    digest = hashlib.sha256(source.encode()).hexdigest()
+    return f"{{{digest[:8]}-{digest[8:12]}-{digest[12:16]}-{digest[16:20]}-{digest[20:32]}}}"
 
 
 def _page(step: ExportedStep, face: Interface) -> str:
-    def row(port: Port) -> str:
-        text = "any" if port.limits is None else f"{port.limits[0]:.6g} .. {port.limits[1]:.6g}"
-        return f"<tr><td>{markup(port.name)}</td><td>{markup(port.unit)}</td><td>{text}</td></tr>"
+    """The page about the FMU: its variables and when it is sampled."""
 
-    kinds = {"input": face.inputs, "output": face.outputs, "parameter": face.parameters}
-    tables = "\n".join(
-        f"<table><tr><th>{kind}</th><th>unit</th><th>range</th></tr>{''.join(map(row, ports))}</table>"
-        for kind, ports in kinds.items()
-        if ports
-    )
-    when = (
-        f"The model has memory: it is sampled every {step.period:.9g} s. In co-simulation a sample is taken at the "
-        "end of each period with the inputs that held through it; in model exchange by a time event."
-        if face.sampled
-        else "The model has no memory: its outputs follow the inputs at once, in model exchange without a step of lag."
-    )
+    def row(port: Port) -> str:
+        covered = "any" if port.limits is None else "{:.6g} .. {:.6g}".format(*port.limits)
+        return f"<tr><td>{markup(port.name)}</td><td>{markup(port.unit)}</td><td>{covered}</td></tr>"
+
+    tables: list[str] = []
+    for kind, ports in (("input", face.inputs), ("output", face.outputs), ("parameter", face.parameters)):
+        if ports:
+            rows = "".join(row(port) for port in ports)
+            tables.append(f"<table><tr><th>{kind}</th><th>unit</th><th>range</th></tr>{rows}</table>")
+    if face.sampled:
+        when = (
+            f"The model has memory: it is sampled every {step.period:.9g} s. In co-simulation a sample is taken at the "
+            "end of each period with the inputs that held through it; in model exchange by a time event."
+        )
+    else:
+        when = (
+            "The model has no memory: its outputs follow the inputs at once, in model exchange without a step of lag."
+        )
+    table_lines = "\n".join(tables)
     return f"""<!DOCTYPE html>
 <html lang="en"><head><meta charset="utf-8"><title>{markup(step.model.name)}</title></head><body>
 <h1>{markup(step.model.title)}</h1>
 <p>Model {step.digest}, written by erclutch {__version__}.</p>
-{tables}
+{table_lines}
 <p>flags, by bits: {markup(face.flags[1])}.</p>
 <p>{when}</p>
 </body></html>
@@ -116,6 +129,7 @@ def _page(step: ExportedStep, face: Interface) -> str:
 
 
 def _tree(root: ElementTree.Element, path: Path) -> None:
+    """Write XML; what no XML may hold is escaped in the attributes."""
     for element in root.iter():  # the library writes characters that no XML may hold
         element.attrib = {key: printable(value) for key, value in element.attrib.items()}
     ElementTree.indent(root)
@@ -127,5 +141,6 @@ def _pack(root: Path, out: Path) -> None:
     with zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as archive:
         for path in sorted(p for p in root.rglob("*") if p.is_file()):
             entry = zipfile.ZipInfo(path.relative_to(root).as_posix(), (1980, 1, 1, 0, 0, 0))
-            entry.compress_type, entry.external_attr = zipfile.ZIP_DEFLATED, 0o644 << 16
+            entry.compress_type = zipfile.ZIP_DEFLATED
+            entry.external_attr = 0o644 << 16  # rights of a file, as Unix has them
             archive.writestr(entry, path.read_bytes())

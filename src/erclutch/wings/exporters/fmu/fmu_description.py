@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import count
 from xml.etree.ElementTree import Element, SubElement
 
 from erclutch._version import __version__
@@ -58,23 +59,40 @@ class Interface:
 
 def interface(step: ExportedStep) -> Interface:
     """That of a model's step."""
-    n, inputs = step.name, list[Port]()
+    n = step.name
+    inputs: list[Port] = []
     for i, (name, unit) in enumerate(zip(step.inputs, step.units, strict=True)):
         covered = ranges(step, i)
-        start = min(max(0.0, covered[0]), covered[1]) if covered else 0.0
+        start = 0.0
+        if covered is not None:  # zero, or what is nearest to it
+            low, high = covered
+            start = min(max(0.0, low), high)
         inputs.append(Port(name, unit, covered, start))
+
     low, high = step.limits
     effort = Port("effort", step.model.units.effort or "1", (min(low, 0.0), max(high, 0.0)))
-    text = "1: the network on the law's residual adds to the effort; 0: the effort is the law's alone"
-    residual = () if step.model.correction is None else (Port("residual", "1", None, 1.0, text),)
+    parameters: tuple[Port, ...] = ()
+    use = "((void)(state))"
+    if step.model.correction is not None:
+        meaning = "1: the network on the law's residual adds to the effort; 0: the effort is the law's alone"
+        parameters = (Port("residual", "1", None, 1.0, meaning),)
+        use = f"{n}_use_residual(state, (parameter)[0] != 0.0)"
     binding = f"""#define erc_reset {n}_reset
 #define erc_step {n}_step
-#define erc_use(state, parameter) {f"{n}_use_residual(state, (parameter)[0] != 0.0)" if residual else "((void)(state))"}
+#define erc_use(state, parameter) {use}
 typedef {n}_state erc_state;
 typedef {n}_real erc_real;
 """
-    code = (source(step), header(step))
-    return Interface(tuple(inputs), (effort,), residual, "tunable", has_memory(step), (31, flags_text()), code, binding)
+    return Interface(
+        inputs=tuple(inputs),
+        outputs=(effort,),
+        parameters=parameters,
+        variability="tunable",
+        sampled=has_memory(step),
+        flags=(31, flags_text()),
+        code=(source(step), header(step)),
+        binding=binding,
+    )
 
 
 def description(
@@ -100,10 +118,25 @@ def description(
         "guid" if version == 2 else "instantiationToken": token,
     }
     root = Element("fmiModelDescription", about)
+
+    # What it can do, for each kind of simulation.
     if version == 2:
-        _interface2(root, identifier, files)
+        can = (
+            "canHandleVariableCommunicationStepSize",
+            "canNotUseMemoryManagementFunctions",
+            "canGetAndSetFMUstate",
+            "canSerializeFMUstate",
+        )
+        simulation = SubElement(root, "CoSimulation", {"modelIdentifier": identifier, **dict.fromkeys(can, "true")})
+        SubElement(simulation, "SourceFiles").extend(Element("File", {"name": name}) for name in files)
     else:
-        _interfaces3(root, identifier, step, face)
+        common = {"modelIdentifier": identifier, "canGetAndSetFMUState": "true", "canSerializeFMUState": "true"}
+        SubElement(root, "ModelExchange", common)
+        own = {**common, "canHandleVariableCommunicationStepSize": "true"}
+        if face.sampled and step.period is not None:
+            own["fixedInternalStepSize"] = repr(float(step.period))
+        SubElement(root, "CoSimulation", own)
+
     ports = (*face.inputs, *face.outputs, *face.parameters)
     units = sorted({port.unit for port in ports if _unit_of(port.unit)})
     if units:
@@ -114,26 +147,6 @@ def description(
     _variables(face, version, SubElement(root, "ModelVariables"))
     _structure(face, version, SubElement(root, "ModelStructure"))
     return root
-
-
-def _interface2(root: Element, identifier: str, files: list[str]) -> None:
-    can = (
-        "canHandleVariableCommunicationStepSize",
-        "canNotUseMemoryManagementFunctions",
-        "canGetAndSetFMUstate",
-        "canSerializeFMUstate",
-    )
-    simulation = SubElement(root, "CoSimulation", {"modelIdentifier": identifier, **dict.fromkeys(can, "true")})
-    SubElement(simulation, "SourceFiles").extend(Element("File", {"name": name}) for name in files)
-
-
-def _interfaces3(root: Element, identifier: str, step: ExportedStep, face: Interface) -> None:
-    common = {"modelIdentifier": identifier, "canGetAndSetFMUState": "true", "canSerializeFMUState": "true"}
-    SubElement(root, "ModelExchange", common)
-    simulation = {**common, "canHandleVariableCommunicationStepSize": "true"}
-    if face.sampled and step.period is not None:
-        simulation["fixedInternalStepSize"] = repr(float(step.period))
-    SubElement(root, "CoSimulation", simulation)
 
 
 def _variables(face: Interface, version: int, group: Element) -> None:
@@ -150,39 +163,48 @@ def _variables(face: Interface, version: int, group: Element) -> None:
 
 def _signals(face: Interface) -> Iterator[tuple[bool, dict[str, str], dict[str, str]]]:
     """All variables: whether each is a whole number, what it is, and its unit and limits."""
-    discrete = "discrete" if face.sampled else "continuous"
-    output = {"causality": "output", "initial": "calculated"}
-    kinds = (
-        [(port, {"causality": "input", "variability": "continuous"}) for port in face.inputs],
-        [(port, {**output, "variability": discrete}) for port in face.outputs],
-        [(None, {**output, "variability": "discrete"})],
-        [(port, {"causality": "parameter", "variability": face.variability}) for port in face.parameters],
-    )
-    for reference, (port, kind) in enumerate((entry for entries in kinds for entry in entries), start=1):
-        if port is None:
-            most, text = face.flags
-            entry = {"name": "flags", "valueReference": str(reference), **kind, "description": text}
-            yield True, entry, {"min": "0", "max": str(most)}
-            continue
-        entry = {"name": port.name, "valueReference": str(reference), **kind}
-        values = {**_unit_of(port.unit), **_limits(port.limits)}
-        if kind["causality"] != "output":
+    as_input = {"causality": "input", "variability": "continuous"}
+    as_output = {
+        "causality": "output",
+        "initial": "calculated",
+        "variability": "discrete" if face.sampled else "continuous",
+    }
+    as_parameter = {"causality": "parameter", "variability": face.variability}
+    references = count(1)
+
+    def of_port(port: Port, kind: dict[str, str]) -> tuple[bool, dict[str, str], dict[str, str]]:
+        entry = {"name": port.name, "valueReference": str(next(references)), **kind}
+        if port.meaning:
+            entry["description"] = port.meaning
+        values = _unit_of(port.unit)
+        if port.limits is not None:
+            low, high = port.limits
+            values |= {"min": repr(float(low)), "max": repr(float(high))}
+        if kind is not as_output:
             values["start"] = repr(float(port.start))
-        yield False, {**entry, **({"description": port.meaning} if port.meaning else {})}, values
+        return False, entry, values
 
-
-def _limits(covered: tuple[float, float] | None) -> dict[str, str]:
-    return {} if covered is None else {"min": repr(float(covered[0])), "max": repr(float(covered[1]))}
+    for port in face.inputs:
+        yield of_port(port, as_input)
+    for port in face.outputs:
+        yield of_port(port, as_output)
+    most, meaning = face.flags
+    flags = {"name": "flags", "valueReference": str(next(references)), **as_output, "variability": "discrete"}
+    yield True, {**flags, "description": meaning}, {"min": "0", "max": str(most)}
+    for port in face.parameters:
+        yield of_port(port, as_parameter)
 
 
 def _structure(face: Interface, version: int, structure: Element) -> None:
-    count = len(face.inputs)
-    every = " ".join(str(i + 1) for i in range(count))
+    """What depends on what: outputs and flags on all inputs."""
+    inputs = len(face.inputs)
+    every_input = " ".join(str(i + 1) for i in range(inputs))
+    results = [str(inputs + 1 + i) for i in range(len(face.outputs) + 1)]  # value references; the last is the flags
     for tag in ("Output", "InitialUnknown"):
         # In model exchange a sampled output changes at an event, with the inputs of that event.
-        on = "" if version == 2 and tag == "Output" and face.sampled else every
+        on = "" if version == 2 and tag == "Output" and face.sampled else every_input
         group = SubElement(structure, f"{tag}s") if version == 2 else structure
-        for reference in (str(count + 1 + i) for i in range(len(face.outputs) + 1)):
+        for reference in results:
             if version == 2:
                 SubElement(group, "Unknown", {"index": reference, "dependencies": on})
             else:
@@ -200,15 +222,15 @@ def build_description(identifier: str, files: list[str]) -> Element:
 
 def ranges(step: ExportedStep, i: int) -> tuple[float, float] | None:
     """Training range of an input, None for an angle; of a coaxial pair the speeds whose slips can stay in theirs."""
-    e = step.elements
-    if i < e:
+    elements = step.elements
+    if i < elements:
         return step.field.range
-    if i >= 2 * e:
-        return step.extras[i - 2 * e].range
+    if i >= 2 * elements:
+        return step.extras[i - 2 * elements].range
     if step.filter:
         return None
     low, high = step.slip.range
-    if e == 1:
+    if elements == 1:
         return low, high
     # w1 = theta' - alpha' and w2 = -theta' - alpha' within [low, high].
     half = 0.5 * (high - low)
@@ -229,19 +251,20 @@ def _unit_element(text: str) -> Element:
     """A unit with its exponents of the SI's base units."""
     from erclutch.signals.units import parse
 
-    made = Element("Unit", {"name": text})
+    element = Element("Unit", {"name": text})
     try:
         unit = parse(text)
     except ErclutchError:
-        return made
-    base: dict[str, str] = {}
+        return element
+    exponents: dict[str, str] = {}
     factor = unit.factor
     for name, exponent in unit.dimension:
-        if name == "gram":
-            name, factor = "kilogram", factor / 1000.0**exponent
+        if name == "gram":  # FMI counts in kilograms
+            name = "kilogram"
+            factor = factor / 1000.0**exponent
         short = "rad" if name == "radian" else _BASE.get(name)
-        if short is None or exponent != int(exponent):
-            return made
-        base[short] = str(int(exponent))
-    SubElement(made, "BaseUnit", {**base, "factor": repr(float(factor))})
-    return made
+        if short is None or exponent != int(exponent):  # FMI cannot say it
+            return element
+        exponents[short] = str(int(exponent))
+    SubElement(element, "BaseUnit", {**exponents, "factor": repr(float(factor))})
+    return element

@@ -45,35 +45,50 @@ def simulated(
     problems = validate_fmu(str(path))
     if problems:
         raise ExportError(f"FMPy finds: {'; '.join(problems)}", where=str(path), remedy="Export the model again")
-    description, place = fmpy.read_model_description(str(path)), fmpy.extract(str(path))
+    description = fmpy.read_model_description(str(path))
+    unpacked = fmpy.extract(str(path))
     try:
         for kind in kinds:
-            where = f"FMI {version}.0 {kind}, FMPy {fmpy.__version__}"
-            yield where, *_stepped(step, face, _begun(step, description, place, version, kind), rows, kind)
+            fmu = _begun(step, description, unpacked, version, kind)
+            outputs, flags = _stepped(step, face, fmu, rows, kind)
+            yield f"FMI {version}.0 {kind}, FMPy {fmpy.__version__}", outputs, flags
     finally:
-        shutil.rmtree(place, ignore_errors=True)
+        shutil.rmtree(unpacked, ignore_errors=True)
 
 
 def _stepped(
     step: ExportedStep, face: Interface, fmu: Any, rows: NDArray[Any], kind: str
 ) -> tuple[NDArray[Any], NDArray[Any]]:
     """Outputs and flags of each row: after a communication step, or at an event of model exchange."""
-    exchange, old = kind == "ModelExchange", hasattr(fmu, "setReal")
-    period, count = step.period or 1e-3, len(face.inputs)
-    write, read = (fmu.setReal, fmu.getReal) if old else (fmu.setFloat64, fmu.getFloat64)
-    whole = fmu.getInteger if old else fmu.getUInt32
-    references = [count + 1 + i for i in range(len(face.outputs))]
-    outputs, flags = np.zeros((len(rows), len(references))), np.zeros(len(rows), np.uint32)
+    exchange = kind == "ModelExchange"
+    period = step.period or 1e-3  # s
+    if hasattr(fmu, "setReal"):  # FMI 2.0
+        write, read, read_whole = fmu.setReal, fmu.getReal, fmu.getInteger
+    else:
+        write, read, read_whole = fmu.setFloat64, fmu.getFloat64, fmu.getUInt32
+    # Value references in the order of the interface: inputs from 1 on, outputs, flags.
+    count = len(face.inputs)
+    inputs = list(range(1, count + 1))
+    results = [count + 1 + i for i in range(len(face.outputs))]
+    flags_reference = results[-1] + 1
+
+    outputs = np.zeros((len(rows), len(results)))
+    flags = np.zeros(len(rows), np.uint32)
     for k, row in enumerate(rows):
+        now = k * period
         if exchange and k:
-            fmu.setTime(k * period)
+            fmu.setTime(now)
             fmu.enterEventMode()
-        write(list(range(1, count + 1)), [float(x) for x in row])
+        write(inputs, [float(x) for x in row])
         if exchange:
-            _event(step, fmu, k, period)
+            next_event, event_time = fmu.updateDiscreteStates()[-2:]
+            is_near = abs(event_time - (k + 1) * period) < 1e-9 * max(1.0, now)
+            if has_memory(step) and not (next_event and is_near):
+                raise ExportError("the next event is not a period away", remedy="Export the model again")
         else:
-            fmu.doStep(currentCommunicationPoint=k * period, communicationStepSize=period)
-        outputs[k], flags[k] = read(references), whole([references[-1] + 1])[0]
+            fmu.doStep(currentCommunicationPoint=now, communicationStepSize=period)
+        outputs[k] = read(results)
+        flags[k] = read_whole([flags_reference])[0]
         if exchange:
             fmu.enterContinuousTimeMode()
     fmu.terminate()
@@ -82,12 +97,23 @@ def _stepped(
 
 
 def _begun(step: ExportedStep, description: Any, place: str, version: int, kind: str) -> Any:
+    """An instance of the FMU, set up and initialised at time zero."""
     from fmpy.fmi2 import FMU2Slave
     from fmpy.fmi3 import FMU3Model, FMU3Slave
 
-    made: Any = FMU2Slave if version == 2 else FMU3Model if kind == "ModelExchange" else FMU3Slave
-    name = identifier(step, version)
-    fmu = made(guid=description.guid, unzipDirectory=place, modelIdentifier=name, instanceName=step.name)
+    instance: Any
+    if version == 2:
+        instance = FMU2Slave
+    elif kind == "ModelExchange":
+        instance = FMU3Model
+    else:
+        instance = FMU3Slave
+    fmu = instance(
+        guid=description.guid,
+        unzipDirectory=place,
+        modelIdentifier=identifier(step, version),
+        instanceName=step.name,
+    )
     fmu.instantiate()
     if version == 2:
         fmu.setupExperiment(startTime=0.0)
@@ -96,9 +122,3 @@ def _begun(step: ExportedStep, description: Any, place: str, version: int, kind:
         fmu.enterInitializationMode(startTime=0.0)
     fmu.exitInitializationMode()
     return fmu
-
-
-def _event(step: ExportedStep, fmu: Any, k: int, period: float) -> None:
-    found = fmu.updateDiscreteStates()
-    if has_memory(step) and not (found[-2] and abs(found[-1] - (k + 1) * period) < 1e-9 * max(1.0, k * period)):
-        raise ExportError("the next event is not a period away", remedy="Export the model again")

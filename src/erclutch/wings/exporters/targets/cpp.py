@@ -46,16 +46,22 @@ def class_name(step: ExportedStep) -> str:
 
 def _members(step: ExportedStep) -> list[str]:
     """Names of inputs as members; an input whose name will not do is called by its place."""
-    names = [re.sub(r"\W+", "_", x, flags=re.ASCII).strip("_").lower() for x in step.inputs]
-    good = [name[:1].isalpha() and name not in KEYWORDS and names.index(name) == i for i, name in enumerate(names)]
-    return [name if good[i] else f"input{i}" for i, name in enumerate(names)]
+    members: list[str] = []
+    tidy_names = [re.sub(r"\W+", "_", name, flags=re.ASCII).strip("_").lower() for name in step.inputs]
+    for i, name in enumerate(tidy_names):
+        first = tidy_names.index(name) == i
+        good = first and name[:1].isalpha() and name not in KEYWORDS
+        members.append(name if good else f"input{i}")
+    return members
 
 
 def _class(step: ExportedStep) -> str:
-    n, N, members = step.name, step.name.upper(), _members(step)
-    fields = "\n".join(
-        f"    Real {m}{{}};  ///< {comment(f'{step.inputs[i]} [{step.units[i]}]')}" for i, m in enumerate(members)
-    )
+    n, N = step.name, step.name.upper()
+    members = _members(step)
+    lines: list[str] = []
+    for member, name, unit in zip(members, step.inputs, step.units, strict=True):
+        lines.append(f"    Real {member}{{}};  ///< {comment(f'{name} [{unit}]')}")
+    fields = "\n".join(lines)
     unit = comment(step.model.units.effort or "1")
     return f"""// {step.headline} as a C++ class. Written by erclutch {__version__}.
 // Model {step.digest}; {n}.h says more of units and ranges. No allocation, no exceptions, no locks: fit for a
@@ -100,8 +106,9 @@ struct Command {{
 
 
 def _device(step: ExportedStep, members: Sequence[str]) -> str:
+    """The class of a device: its methods, and the ends of the band where the C keeps them."""
     n, name = step.name, class_name(step)
-    listed = ", ".join(f"in.{m}" for m in members)
+    listed = ", ".join(f"in.{member}" for member in members)
     period = "0" if step.period is None else repr(step.period)
     methods = (
         ("One sample.", "Output step(const Input &in)", f"{n}_step(&state_, values, &out.effort)"),
@@ -134,11 +141,11 @@ def _device(step: ExportedStep, members: Sequence[str]) -> str:
     )
     band = ""
     if step.alarms:
-        ends = ((end, f"{end} end of the band around the effort of the last step") for end in ("low", "high"))
-        band = "".join(
-            f"    /// {about.capitalize()}.\n    Real {end}() const noexcept {{ return state_.{end}; }}\n\n"
-            for end, about in ends
-        )
+        for end in ("low", "high"):
+            band += f"""    /// {end.capitalize()} end of the band around the effort of the last step.
+    Real {end}() const noexcept {{ return state_.{end}; }}
+
+"""
     return f"""class {name} {{
 public:
     /// Sampling period in s that the step is made for; 0 where it does not matter.
@@ -273,15 +280,17 @@ def verify(step: ExportedStep, folder: Path) -> Iterator[Check]:
     compilers = cpp_compilers()
     if not compilers:
         raise ExportError("no C++ compiler is found", where=str(folder), remedy="Install one, for example g++")
-    n, vectors = step.name, vectors_of(step)
+    n = step.name
+    vectors = vectors_of(step)
+    include, code = folder / "include", folder / "src"
     with tempfile.TemporaryDirectory() as work:
-        made = Path(work) / "core.o"
-        include = f"-I{folder / 'include'}"
-        native().build([folder / "src" / f"{n}.c"], made, "-O2", "-c", include, f"-I{folder / 'include' / n}")
+        core = Path(work) / "core.o"
+        program = Path(work) / "check"
+        native().build([code / f"{n}.c"], core, "-O2", "-c", f"-I{include}", f"-I{include / n}")
         for name, command in compilers:
-            program_file = str(Path(work) / "check")
-            words = [*command, "-std=c++11", "-O2", "-Wall", "-Wextra", "-Wpedantic", "-Werror", EXACT[1], include]
-            words += [str(folder / "src" / f"{n}_check.cpp"), str(made), "-o", program_file]
+            strict = ("-std=c++11", "-O2", "-Wall", "-Wextra", "-Wpedantic", "-Werror", EXACT[1])
+            files = (str(code / f"{n}_check.cpp"), str(core), "-o", str(program))
+            words = [*command, *strict, f"-I{include}", *files]
             run(words, f"{name} cannot compile the class", "Use another compiler")
-            printed = run([program_file], "the class does not give what it should", "Export the model again")
+            printed = run([str(program)], "the class does not give what it should", "Export the model again")
             yield compare(step, vectors, f"{name}, C++11", printed)

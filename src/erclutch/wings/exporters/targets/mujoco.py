@@ -31,7 +31,8 @@ def write(step: ExportedStep, folder: Path) -> None:
     """The Python target's files, NAME_mujoco.py and the example NAME.xml."""
     n = step.name
     python.write(step, folder)
-    code = resources.files("erclutch.wings.exporters").joinpath("mujoco_actuator.py").read_text(encoding="utf-8")
+    actuator = resources.files("erclutch.wings.exporters") / "mujoco_actuator.py"
+    code = actuator.read_text(encoding="utf-8")
     speeds = step.filter is None
     tail = f'''
 
@@ -67,29 +68,36 @@ def _control_range(step: ExportedStep) -> tuple[float, float]:
 
 
 def _example(step: ExportedStep) -> str:
+    pair = step.elements == 2
+    arm = _joints(step)[-1]
     low, high = _control_range(step)
     actuators = "\n".join(
-        f'    <general name="{name}" joint="{_joints(step)[-1]}" gainprm="0" biastype="none" '
+        f'    <general name="{name}" joint="{arm}" gainprm="0" biastype="none" '
         f'ctrllimited="true" ctrlrange="{low:.9g} {high:.9g}"/>'
         for name in _fields(step)
     )
-    gear = 1 if step.elements == 2 else -1
+    gear = 1 if pair else -1  # a single element brakes its slip; a pair drives its output
     period = step.period or 1e-3
-    top = max(abs(v) for v in step.model.trained_on.effort) or 1.0
+    largest = max(abs(effort) for effort in step.model.trained_on.effort) or 1.0
     # An arm that the largest effort accelerates by 100 rad/s^2 or m/s^2.
-    slides = step.elements == 1 and (step.model.units.slip == "m/s" or step.model.units.effort == "N")
-    heavy, turning = (f"{top / 100.0:.6g}", "1") if slides else ("1", f"{top / 100.0:.6g}")
-    inertial = f'<inertial pos="0 0 0" mass="{heavy}" diaginertia="{" ".join(3 * [turning])}"/>'
-    joint = 'type="slide" axis="1 0 0"' if slides else 'type="hinge" axis="0 0 1"'
+    inertia = f"{largest / 100.0:.6g}"
+    slides = not pair and (step.model.units.slip == "m/s" or step.model.units.effort == "N")
+    if slides:
+        joint = 'type="slide" axis="1 0 0"'
+        mass, turning = inertia, "1"
+    else:
+        joint = 'type="hinge" axis="0 0 1"'
+        mass, turning = "1", inertia
+    inertial = f'<inertial pos="0 0 0" mass="{mass}" diaginertia="{turning} {turning} {turning}"/>'
     drive = motor = ""
-    if step.elements == 2:
+    if pair:
         drive = f"""    <body name="drive">
-      <joint name="theta" type="hinge" axis="0 0 1" damping="{top:.6g}"/>
+      <joint name="theta" type="hinge" axis="0 0 1" damping="{largest:.6g}"/>
       {inertial}
       <geom type="cylinder" size="0.03 0.01" contype="0" conaffinity="0" mass="0"/>
     </body>
 """
-        motor = f'    <velocity name="motor" joint="theta" kv="{10 * top:.6g}"/>\n'
+        motor = f'    <velocity name="motor" joint="theta" kv="{10 * largest:.6g}"/>\n'
     return f"""<!-- {step.headline} as an actuator; written by erclutch {__version__}.
      The ctrl of {" and ".join(_fields(step))} is the field; the force of "effort" comes from
      {step.name}_mujoco.py.
@@ -98,14 +106,14 @@ def _example(step: ExportedStep) -> str:
   <option timestep="{period:.9g}" gravity="0 0 0" integrator="implicitfast"/>
   <worldbody>
 {drive}    <body name="arm">
-      <joint name="{_joints(step)[-1]}" {joint}/>
+      <joint name="{arm}" {joint}/>
       {inertial}
       <geom type="capsule" fromto="0 0 0 0.2 0 0" size="0.01" contype="0" conaffinity="0" mass="0"/>
     </body>
   </worldbody>
   <actuator>
 {motor}{actuators}
-    <general name="effort" joint="{_joints(step)[-1]}" gear="{gear}" gainprm="0" biastype="user"/>
+    <general name="effort" joint="{arm}" gear="{gear}" gainprm="0" biastype="user"/>
   </actuator>
 </mujoco>
 """
@@ -125,69 +133,84 @@ def verify(step: ExportedStep, folder: Path) -> Iterator[Check]:
     except ImportError as error:
         raise ExportError("mujoco is not installed", remedy="Run: pip install mujoco") from error
     model = mujoco.MjModel.from_xml_path(str(folder / f"{step.name}.xml"))
-    vectors = vectors_of(step)
-    usable = np.all(np.abs(np.where(np.isfinite(vectors.rows), vectors.rows, np.inf)) < _LARGEST, axis=1)
-    rows = vectors.rows[usable]
-    expected, flags = run(step, rows)
+    rows = vectors_of(step).rows
+    sizes = np.abs(np.where(np.isfinite(rows), rows, np.inf))
+    rows = rows[np.all(sizes < _LARGEST, axis=1)]
+    expected, expected_flags = run(step, rows)
     with _imported(step, folder) as module:
-        efforts, found_flags = _forces(mujoco, step, module, model, rows.astype(np.float64))
+        forces, flags = _forces(mujoco, step, module, model, rows.astype(np.float64))
         note = _simulated(mujoco, step, module, model)
-    other = (efforts.astype(step.precision.dtype) != expected) | (found_flags != flags)
-    largest = float(np.max(np.abs(efforts - reference(step, rows)[0])))
-    yield Check(f"MuJoCo {mujoco.__version__}", len(rows), int(np.count_nonzero(other)), ulps(step, largest), note=note)
+    other = (forces.astype(step.precision.dtype) != expected) | (flags != expected_flags)
+    exact, _ = reference(step, rows)
+    largest = float(np.max(np.abs(forces - exact)))
+    where = f"MuJoCo {mujoco.__version__}"
+    yield Check(where, len(rows), int(np.count_nonzero(other)), ulps(step, largest), note=note)
 
 
 @contextmanager
 def _imported(step: ExportedStep, folder: Path) -> Generator[ModuleType]:
     """NAME_mujoco.py, which imports NAME.py beside it; both are forgotten again: another export may have the name."""
-    names = (step.name, f"{step.name}_mujoco")
+    wrapper = f"{step.name}_mujoco"
+    names = (step.name, wrapper)
     kept = {name: sys.modules.pop(name) for name in names if name in sys.modules}
-    writes, sys.dont_write_bytecode = sys.dont_write_bytecode, True
-    sys.path.insert(0, str(folder.resolve()))
+    wrote_no_bytecode = sys.dont_write_bytecode
+    sys.dont_write_bytecode = True
+    place = str(folder.resolve())
+    sys.path.insert(0, place)
     try:
         invalidate_caches()
-        yield import_module(names[1])
+        yield import_module(wrapper)
     finally:
-        sys.path.remove(str(folder.resolve()))
-        sys.dont_write_bytecode = writes
+        sys.path.remove(place)
+        sys.dont_write_bytecode = wrote_no_bytecode
         for name in names:
             sys.modules.pop(name, None)
         sys.modules.update(kept)
 
 
 def _forces(mujoco: Any, step: ExportedStep, module: ModuleType, model: Any, rows: Any) -> tuple[Any, Any]:
-    data, e = mujoco.MjData(model), step.elements
-    effort, flags = np.zeros(len(rows)), np.zeros(len(rows), np.uint32)
-    at = model.actuator("effort").id
+    """The actuator's force at each row, set by hand, and its flags."""
+    data = mujoco.MjData(model)
+    elements = step.elements
+    force = np.zeros(len(rows))
+    flags = np.zeros(len(rows), np.uint32)
+    effort = model.actuator("effort").id
     with getattr(module, step.name)(model) as actuator:
         for k, row in enumerate(rows):
             data.time = k * (step.period or model.opt.timestep)
-            for name, value in zip(_fields(step), row[:e], strict=True):
-                data.ctrl[model.actuator(name).id] = value
-            for name, value in zip(_joints(step), row[e:], strict=False):
-                place = data.joint(name)
-                (place.qvel if step.filter is None else place.qpos)[0] = value
-            actuator.further[:] = list(row[2 * e :])
+            for name, field in zip(_fields(step), row[:elements], strict=True):
+                data.ctrl[model.actuator(name).id] = field
+            for name, motion in zip(_joints(step), row[elements:], strict=False):
+                joint = data.joint(name)
+                motions = joint.qvel if step.filter is None else joint.qpos
+                motions[0] = motion
+            actuator.further[:] = list(row[2 * elements :])
             mujoco.mj_fwdPosition(model, data)
             mujoco.mj_fwdVelocity(model, data)
             mujoco.mj_fwdActuation(model, data)
-            effort[k], flags[k] = data.actuator_force[at], actuator.flags
-    return effort, flags
+            force[k] = data.actuator_force[effort]
+            flags[k] = actuator.flags
+    return force, flags
 
 
 def _simulated(mujoco: Any, step: ExportedStep, module: ModuleType, model: Any) -> str:
-    data, steps = mujoco.MjData(model), 100
+    """A hundred steps of the example at half the field and half the speed; what came of them."""
+    data = mujoco.MjData(model)
+    steps = 100
     low, high = _control_range(step)
+    speed = 0.5 * step.slip.range[1]
     with getattr(module, step.name)(model) as actuator:
-        data.ctrl[model.actuator(_fields(step)[0]).id] = 0.5 * (low + high)
+        first_field = model.actuator(_fields(step)[0])
+        data.ctrl[first_field.id] = 0.5 * (low + high)
         if step.elements == 2:
-            data.ctrl[model.actuator("motor").id] = 0.5 * step.slip.range[1]
+            data.ctrl[model.actuator("motor").id] = speed
         else:
-            data.joint("slip").qvel[0] = 0.5 * step.slip.range[1]
+            data.joint("slip").qvel[0] = speed
         for _ in range(steps):
             mujoco.mj_step(model, data)
         samples = actuator.samples
     if not (np.all(np.isfinite(data.qpos)) and np.all(np.isfinite(data.qvel))):
         raise ExportError("the simulation of the example fails", remedy="Export the model again")
-    speed = float(data.joint(_joints(step)[-1]).qvel[0])
-    return f"{steps} steps of the example: {samples} samples, arm at {speed:.3g}"
+    arm = _joints(step)[-1]
+    arm_speed = float(data.joint(arm).qvel[0])
+    return f"{steps} steps of the example: {samples} samples, arm at {arm_speed:.3g}"

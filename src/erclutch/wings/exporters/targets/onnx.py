@@ -29,9 +29,9 @@ def write(step: ExportedStep, folder: Path) -> None:
         import onnx
     except ImportError as error:
         raise ExportError("onnx is not installed", remedy='Run: pip install "erclutch[export]"') from error
-    made = onnx_model(step, step_record(step, remember=False))
-    onnx.checker.check_model(made, full_check=True)  # pyright: ignore[reportUnknownMemberType]
-    onnx.save_model(made, str(folder / f"{step.name}.onnx"))  # pyright: ignore[reportUnknownMemberType]
+    model = onnx_model(step, step_record(step, remember=False))
+    onnx.checker.check_model(model, full_check=True)  # pyright: ignore[reportUnknownMemberType]
+    onnx.save_model(model, str(folder / f"{step.name}.onnx"))  # pyright: ignore[reportUnknownMemberType]
 
 
 def verify(step: ExportedStep, folder: Path) -> Iterator[Check]:
@@ -62,14 +62,16 @@ def verify(step: ExportedStep, folder: Path) -> Iterator[Check]:
 
 def run(session: Any, step: ExportedStep, rows: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:
     """Effort and flags of successive steps from a reset."""
-    given = {i.name: np.zeros(i.shape, step.precision.dtype) for i in session.get_inputs()}
-    effort, flags = np.zeros(len(rows), step.precision.dtype), np.zeros(len(rows), np.uint32)
+    given = {tensor.name: np.zeros(tensor.shape, step.precision.dtype) for tensor in session.get_inputs()}
+    effort = np.zeros(len(rows), step.precision.dtype)
+    flags = np.zeros(len(rows), np.uint32)
     for k, row in enumerate(rows):
         given["input"] = row[None, :]
-        found = session.run(None, given)
-        effort[k], flags[k] = found[0][0, 0], found[1][0]
+        effort_out, flags_out, *state_out = session.run(None, given)
+        effort[k] = effort_out[0, 0]
+        flags[k] = flags_out[0]
         if "state" in given:
-            given["state"] = found[2]
+            (given["state"],) = state_out
     return effort, flags
 
 
@@ -78,7 +80,9 @@ def _filled(effort: NDArray[Any], flags: NDArray[Any], vectors: Vectors) -> tupl
     bad = flags == NON_FINITE
     if np.any(effort[bad] != 0.0):
         raise ExportError("the effort of a bad row is not 0", remedy="Export the model again")
-    good = np.maximum.accumulate(np.where(bad, -1, np.arange(len(flags))))
-    before = np.where(good >= 0, flags[good], 0)
-    kept = np.where(good >= 0, effort[good], 0.0).astype(effort.dtype)
-    return kept, np.where(bad, before | NON_FINITE, flags).astype(np.uint32)
+    last_good = np.maximum.accumulate(np.where(bad, -1, np.arange(len(flags))))
+    any_good = last_good >= 0
+    kept = np.where(any_good, effort[last_good], 0.0).astype(effort.dtype)
+    flags_before = np.where(any_good, flags[last_good], 0)
+    raised = np.where(bad, flags_before | NON_FINITE, flags)
+    return kept, raised.astype(np.uint32)

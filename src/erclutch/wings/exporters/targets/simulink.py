@@ -28,7 +28,8 @@ TITLE = "MATLAB functions for Simulink and MATLAB Coder, and the C step for a C 
 
 def write(step: ExportedStep, folder: Path) -> None:
     """NAME_step.m, NAME_block.m, NAME_setup.m, the C files and NAME_caller.c and .h."""
-    n, record = step.name, step_record(step)
+    n = step.name
+    record = step_record(step)
     c.write_core(step, folder)
     texts = {
         f"{n}_step.m": step_function(step, record),
@@ -47,7 +48,9 @@ def caller_bytes(step: ExportedStep) -> int:
 
 
 def _caller_header(step: ExportedStep) -> str:
-    n, N, p = step.name, step.name.upper(), step.precision
+    n, N = step.name, step.name.upper()
+    real = step.precision.c_type
+    inputs, size = len(step.inputs), caller_bytes(step)
     return f"""/* {n} as a pure function, for Simulink's C Caller block: the state goes in and comes out,
    through a Unit Delay whose initial condition is zeros. */
 #ifndef {N}_CALLER_H
@@ -59,8 +62,8 @@ def _caller_header(step: ExportedStep) -> str:
 extern "C" {{
 #endif
 
-void {n}_caller(const {p.c_type} input[{len(step.inputs)}], const uint8_t before[{caller_bytes(step)}],
-    {p.c_type} effort[1], uint32_t flags[1], uint8_t after[{caller_bytes(step)}]);
+void {n}_caller(const {real} input[{inputs}], const uint8_t before[{size}],
+    {real} effort[1], uint32_t flags[1], uint8_t after[{size}]);
 
 #ifdef __cplusplus
 }}
@@ -71,7 +74,9 @@ void {n}_caller(const {p.c_type} input[{len(step.inputs)}], const uint8_t before
 
 
 def _caller_source(step: ExportedStep) -> str:
-    n, p, size = step.name, step.precision, caller_bytes(step)
+    n = step.name
+    real = step.precision.c_type
+    inputs, size = len(step.inputs), caller_bytes(step)
     return f"""#include "{n}_caller.h"
 
 #include <string.h>
@@ -81,8 +86,8 @@ def _caller_source(step: ExportedStep) -> str:
 /* Fails to compile if the state does not fit. */
 typedef char {n}_fits[(sizeof({n}_state) <= {size}u) ? 1 : -1];
 
-void {n}_caller(const {p.c_type} input[{len(step.inputs)}], const uint8_t before[{size}],
-    {p.c_type} effort[1], uint32_t flags[1], uint8_t after[{size}])
+void {n}_caller(const {real} input[{inputs}], const uint8_t before[{size}],
+    {real} effort[1], uint32_t flags[1], uint8_t after[{size}])
 {{
     {n}_state state;
     memcpy(&state, before, sizeof state);
@@ -138,13 +143,14 @@ def verify(step: ExportedStep, folder: Path) -> Iterator[Check]:
         ExportError: neither Octave nor a C compiler is found.
     """
     octave = shutil.which("octave-cli") or shutil.which("octave")
-    if octave is None and not natives():
+    compiler_there = bool(natives())
+    if octave is None and not compiler_there:
         raise ExportError(
             "neither Octave nor a C compiler is found", where=str(folder), remedy="Install one: apt install octave"
         )
     if octave is not None:
         yield _in_octave(step, folder, octave)
-    if natives():
+    if compiler_there:
         yield _called(step, folder)
 
 
@@ -169,34 +175,44 @@ file = fopen('out.bin', 'w'); fwrite(file, [effort; flags], 'double'); fclose(fi
 
 
 def _in_octave(step: ExportedStep, folder: Path, octave: str) -> Check:
-    vectors, record = vectors_of(step), step_record(step)
-    values = {"kind": "single" if step.precision.width == 32 else "double", "inputs": len(step.inputs)}
-    text = _SCRIPT.format(**values, state=record.size, name=step.name)
+    """The step row by row in GNU Octave, and the block beside it."""
+    vectors = vectors_of(step)
+    script = _SCRIPT.format(
+        kind="single" if step.precision.width == 32 else "double",
+        inputs=len(step.inputs),
+        state=step_record(step).size,
+        name=step.name,
+    )
     with tempfile.TemporaryDirectory() as work:
         place = Path(work)
         np.ascontiguousarray(vectors.rows).tofile(place / "rows.bin")
-        moved = f"cd({matlab_string(work)}); folder = {matlab_string(str(folder.resolve()))};"
-        (place / "check.m").write_text(f"1;\n{moved}\n{text}", encoding="utf-8")
-        words = [octave, "--no-gui", "--norc", "--quiet", str(place / "check.m")]
+        head = f"cd({matlab_string(work)}); folder = {matlab_string(str(folder.resolve()))};"
+        check = place / "check.m"
+        check.write_text(f"1;\n{head}\n{script}", encoding="utf-8")
+        words = [octave, "--no-gui", "--norc", "--quiet", str(check)]
         run(words, f"{step.name}_step.m does not run", "Export the model again")
-        found = np.fromfile(place / "out.bin").reshape(2, -1)
-    return near(step, vectors, "GNU Octave", found[0], found[1].astype(np.uint32))
+        effort, flags = np.fromfile(place / "out.bin").reshape(2, -1)
+    return near(step, vectors, "GNU Octave", effort, flags.astype(np.uint32))
 
 
 def _called(step: ExportedStep, folder: Path) -> Check:
     """The C Caller's function, state going round as in the block."""
-    vectors, n, p = vectors_of(step), step.name, step.precision
+    n = step.name
     with tempfile.TemporaryDirectory() as work:
         library = Path(work) / "caller.so"
         files = [folder / f"{n}_caller.c", folder / f"{n}.c"]
         native().build(files, library, "-O2", *shared_flags(library))
         function = getattr(ctypes.CDLL(str(library)), f"{n}_caller")
     function.restype = None
-    effort: NDArray[Any] = np.zeros(len(vectors.rows), p.dtype)
-    flags = np.zeros(len(vectors.rows), np.uint32)
-    states = np.zeros((2, caller_bytes(step)), np.uint8)
+
+    vectors = vectors_of(step)
     rows = np.ascontiguousarray(vectors.rows)
-    for k in range(len(rows)):
-        arrays = (rows[k], states[k % 2], effort[k : k + 1], flags[k : k + 1], states[1 - k % 2])
-        function(*(ctypes.c_void_p(a.ctypes.data) for a in arrays))
+    effort: NDArray[Any] = np.zeros(len(rows), step.precision.dtype)
+    flags = np.zeros(len(rows), np.uint32)
+    before = np.zeros(caller_bytes(step), np.uint8)
+    after = np.zeros_like(before)
+    for k, row in enumerate(rows):
+        arrays = (row, before, effort[k : k + 1], flags[k : k + 1], after)
+        function(*(ctypes.c_void_p(array.ctypes.data) for array in arrays))
+        before, after = after, before
     return to_the_bit(step, vectors, f"C Caller function, {native().name}", effort, flags)
