@@ -136,6 +136,8 @@ class Knowledge:
 
     Attributes:
         information: M, shape (k + p, k + p), with the prior.
+        prior: what is known before any row, shape (k + p, k + p).
+        weight: of a row of the sequence in M: neighbours are alike, so many rows count as one.
         noise: standard deviation of a row's residual.
     """
 
@@ -168,15 +170,15 @@ class Knowledge:
         # Neighbours are alike: so many rows count as one, in the new rows as in the old, of the same time.
         alike = correlated_rows(residual) * known.period  # s
         variance = max(self.noise, 1e-300) ** 2
-        self._weight = 1.0 / (variance * max(alike * rate, 1.0))  # of a new row
+        self.weight = 1.0 / (variance * max(alike * rate, 1.0))  # of a new row
         known_weight = 1.0 / (variance * max(alike / known.period, 1.0))
 
         largest = float(np.abs(known.effort).max())
         gains = np.array(list(model.gains.values()))
         shapes = derivatives.shape[1] - gains.size
-        prior = np.concatenate([np.full(shapes, _PRIOR), np.full(gains.size, _PRIOR * largest)])
-        self._prior = np.diag(prior**-2.0)
-        self.information = self._prior + known_weight * (derivatives.T @ derivatives)
+        deviations = np.concatenate([np.full(shapes, _PRIOR), np.full(gains.size, _PRIOR * largest)])
+        self.prior = np.diag(deviations**-2.0)
+        self.information = self.prior + known_weight * (derivatives.T @ derivatives)
         # A coordinate of a shape is a logarithm, so its error is relative already.
         self._scales = np.concatenate([np.ones(shapes), np.maximum(np.abs(gains), 1e-3 * largest)])
         used = derivatives if use is None else self.sensitivity.rows(use)
@@ -195,12 +197,12 @@ class Knowledge:
         """A whole sequence will be logged."""
         data = self.sensitivity.of_commands([(commands.field, commands.speed)], 1.0 / self._rate)
         derivatives = self.sensitivity.rows(data)
-        self.information = self.information + self._weight * (derivatives.T @ derivatives)
+        self.information = self.information + self.weight * (derivatives.T @ derivatives)
 
     def worth(self, log: Dataset) -> float:
         """What a log that is there would take off the logarithm of the criterion; its effort is not looked at."""
         derivatives = self.sensitivity.rows(log)
-        added = self._weight * self._rate * log.period * (derivatives.T @ derivatives)
+        added = self.weight * self._rate * log.period * (derivatives.T @ derivatives)
         return self.criterion(self.information) - self.criterion(self.information + added)
 
     def criterion(self, information: Array) -> float:
@@ -241,6 +243,6 @@ class Knowledge:
         for field, _ in offers:
             stop = start + fields.size + field.size
             new = derivatives[start + fields.size : stop]  # without the rows of warming up
-            added.append(self._weight * (new.T @ new))
+            added.append(self.weight * (new.T @ new))
             start = stop
         return added

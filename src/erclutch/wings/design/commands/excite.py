@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from erclutch.signals.array import Array
     from erclutch.wings.design.courses import Commands
     from erclutch.wings.design.information import Criterion, Region
+    from erclutch.wings.design.lessons import Lessons
     from erclutch.wings.design.limits import DeviceKind, RigLimits
     from erclutch.wings.design.run_design import Expectation, LawOfRun
 
@@ -147,6 +148,7 @@ def _designed(
     from erclutch.wings.design.command_file import columns_of, motion_unit, write_commands
     from erclutch.wings.design.courses import Bounds
     from erclutch.wings.design.fill import chosen_sequence
+    from erclutch.wings.design.lessons import lessons_of
     from erclutch.wings.design.run_design import designed_for
 
     rate, seconds, seed = draw.rate, draw.seconds, draw.seed
@@ -178,13 +180,16 @@ def _designed(
     path = write_commands(out, columns, rows, about)
     ours, papers = _coverages(commands, known, draw)
     if json:
-        teaches = {} if law is None or expected is None else expected.to_dict(law.estimates)
         covers = {"file": str(path), "coverage": ours, "coverage_of_paper": papers}
+        teaches: dict[str, Any] = {}
+        if law is not None and expected is not None:
+            teaches = expected.to_dict(law.estimates) | {"logs": lessons_of(law.model, law.rows).to_dict()}
         terminal.say_json({**about, **covers, **teaches})
         return
     _tell(commands, known, device, draw, field_unit, (ours, papers))
     if law is not None and expected is not None:
         _tell_expected(law, expected)
+        _tell_lessons(lessons_of(law.model, law.rows))
     terminal.say(path)
 
 
@@ -217,6 +222,17 @@ def _tell_expected(law: LawOfRun, expected: Expectation) -> None:
     terminal.tell(
         f"What the numbers leave open of the effort: +-{expected.band_before:.3g} now, +-{expected.band_after:.3g} "
         f"{unit} with the log; the residual's standard deviation is {expected.noise:.3g} {unit}"
+    )
+
+
+def _tell_lessons(lessons: Lessons) -> None:
+    """Which logs of the run could have been left out."""
+    if not lessons.repeat:
+        return
+    count = len(lessons.teach) + len(lessons.repeat)
+    terminal.tell(
+        f"Of {count} logs {len(lessons.repeat)} repeat what the others show. Without them no interval grows by more "
+        f"than {lessons.growth - 1.0:.0%}: {', '.join(lessons.repeat)}"
     )
 
 

@@ -1,0 +1,112 @@
+"""Which logs of a run teach, and which only repeat what the others have shown.
+
+A log repeats the others if nothing is lost without it: no interval of the law's numbers grows by more than a tenth, and
+almost all of its rows lie in cells over field and slip that the logs that stay visit too. So a law keeps its intervals,
+and a network its rows. The effort is not looked at: a log of another day may repeat the motion of the first and still
+show that the device has changed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+
+from erclutch.logs.dataset import Dataset
+from erclutch.models.covered_cells import CELLS
+from erclutch.models.law_model import TorqueModel
+from erclutch.signals.array import Array
+from erclutch.wings.design.fill import Cells
+from erclutch.wings.design.information import Knowledge
+
+#: By so much the interval of a number may grow without the logs that repeat others.
+ALLOWED_GROWTH = 1.1
+#: So many of a log's rows have to lie in cells that other logs visit.
+_SEEN_ROWS = 0.99
+
+
+@dataclass(frozen=True)
+class Lessons:
+    """What the logs of a run teach.
+
+    Attributes:
+        teach: logs without which something is lost, in the order of the run.
+        repeat: logs without which, all together, nothing is lost.
+        growth: by this factor the interval that grows most is wider without the logs that repeat.
+    """
+
+    teach: tuple[str, ...]
+    repeat: tuple[str, ...]
+    growth: float
+
+    def to_dict(self) -> dict[str, Any]:
+        """As JSON values."""
+        return asdict(self)
+
+
+def lessons_of(model: TorqueModel, rows: Dataset) -> Lessons:
+    """Tell the logs that teach from those that repeat.
+
+    Logs are left out in turn, the log with the least loss first, as long as nothing is lost.
+
+    Args:
+        model: the law that was fitted to the rows.
+        rows: the rows of all logs. Logs that have none are left out: they were held out whole.
+    """
+    prior, information = _information(model, rows)
+    visits = _visits(model, rows)
+    with_all = _standard_errors(prior + information.sum(axis=0))
+
+    fitted = [log for log, (start, stop) in enumerate(rows.source_rows) if stop > start]
+    kept = list(fitted)
+    growth = 1.0
+    while len(kept) > 1:
+        losses: list[float] = []
+        for log in kept:
+            others = [other for other in kept if other != log]
+            without = _standard_errors(prior + information[others].sum(axis=0))
+            seen = _share_seen(visits, log, others) >= _SEEN_ROWS
+            losses.append(float(np.max(without / with_all)) if seen else np.inf)
+        least = min(losses)
+        if least > ALLOWED_GROWTH:
+            break
+        growth = least
+        del kept[losses.index(least)]
+
+    names = rows.sources
+    repeat = tuple(names[log] for log in fitted if log not in kept)
+    return Lessons(tuple(names[log] for log in kept), repeat, growth)
+
+
+def _information(model: TorqueModel, rows: Dataset) -> tuple[Array, Array]:
+    """The information matrix of the prior, (numbers, numbers), and of each log, (logs, numbers, numbers)."""
+    knowledge = Knowledge(model, rows, 1.0 / rows.period)
+    derivatives = knowledge.sensitivity.rows(rows)
+    logs = [derivatives[start:stop] for start, stop in rows.source_rows]
+    return knowledge.prior, np.array([knowledge.weight * (log.T @ log) for log in logs])
+
+
+def _standard_errors(information: Array) -> Array:
+    """Standard error of each number, shape (numbers,)."""
+    covariance: Any = np.linalg.inv(information)
+    return np.asarray(np.sqrt(np.diag(covariance)), np.float64)
+
+
+def _visits(model: TorqueModel, rows: Dataset) -> Cells:
+    """How many rows each log has in each cell over field and slip of each element, shape (logs, cells)."""
+    cells_of_one = CELLS * CELLS
+    visits = np.zeros((len(rows.sources), len(rows.elements) * cells_of_one), np.intp)
+    for number, element in enumerate(rows.elements):
+        field_cell, slip_cell = model.trained_on.cell(element.field, element.slip)
+        cell = np.floor(field_cell) * CELLS + np.floor(slip_cell) + number * cells_of_one
+        for log, (start, stop) in enumerate(rows.source_rows):
+            np.add.at(visits[log], cell[start:stop].astype(np.intp), 1)
+    return visits
+
+
+def _share_seen(visits: Cells, log: int, others: Sequence[int]) -> float:
+    """Share of a log's rows that lie in cells that some other logs visit."""
+    seen = visits[others].any(axis=0)
+    return float(visits[log][seen].sum() / visits[log].sum())
