@@ -507,15 +507,15 @@ def test_from_a_dropped_file_to_exported_c(
     page.fill("[name=run]", f"run-{log}")
     page.click("button:has-text('Fit')")
     page.wait_for_url("**/run/**", timeout=120_000)  # the verdict, not the terminal
-    assert "bingham" in page.locator("main").inner_text()
+    assert "Bingham law" in page.locator("main").inner_text()
     report = page.frame_locator("iframe")
     report.locator("h1").wait_for(timeout=60_000)
-    assert "bingham" in report.locator("body").inner_text()
+    assert "Bingham law" in report.locator("body").inner_text()
     page.click("button:has-text('Export')")
     with page.expect_download(timeout=60_000) as download:
         page.get_by_text("Download").click(timeout=60_000)
     assert download.value.suggested_filename.endswith(".zip")
-    made = next(path for path in served.folder.iterdir() if path.name.startswith(f"run-{log}-bingham-c"))
+    made = next(path for path in served.folder.iterdir() if path.name.startswith(f"run-{log}-m1-c"))
     assert json.loads((made / "export.json").read_text())["options"]["precision"] == "float32"  # as usual in C
     page.click("text=Back to the run")
     page.click(f"a:has-text('{NEES.name if log == 'NEES' else 'Prüfstand 1.csv'}')")

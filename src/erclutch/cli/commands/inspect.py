@@ -38,6 +38,7 @@ def inspect(
     logs: Annotated[tuple[Path, ...], Parameter(name="LOG", negative=())],
     *,
     json: Annotated[bool, Parameter(negative=())] = False,
+    courses: int = 0,
     plots: Path | None = None,
     start: Annotated[float | None, SECONDS] = None,
     seconds: Annotated[float, SECONDS] = 1.0,
@@ -51,6 +52,7 @@ def inspect(
     Args:
         logs: The log; of several, or of a folder, the columns of the first, and what each is read as.
         json: Print as JSON instead of tables.
+        courses: With --json: smallest and largest value of each signal in so many stretches of the log.
         plots: Folder for two pictures and their numbers: a section of the log, and where it has data.
         start: First second of the section, on the clock that inspect shows. Default: of a typical section.
         seconds: Length of the section.
@@ -60,6 +62,7 @@ def inspect(
     from erclutch.logs import apply
 
     require(1e-6, unit=" s", seconds=seconds)
+    require(0, 10_000, courses=courses)
     require(0, unit=" s", start=start or 0.0)
     log, *others = expand(logs)
     raw = _table(log, reading)
@@ -97,6 +100,7 @@ def inspect(
             "refused": refused,
             "mapping": tomllib.loads(plan.to_toml()),
             "choices": said,
+            **({"over_time": _courses(read[0], courses)} if courses and read else {}),
         }
         _print_json(raw, every, problem, _findings(covered) if covered else [], more)
         return int(doubtful)
@@ -284,6 +288,24 @@ def _sketch(values: Array, points: int = 60) -> list[list[float]]:
 
     parts = np.array_split(values[np.isfinite(values)], min(points, values.size))
     return [[float(f"{part.min():.4g}"), float(f"{part.max():.4g}")] for part in parts if part.size]
+
+
+def _courses(recording: Recording, stretches: int) -> dict[str, Any]:
+    """Time and each signal of a recording in stretches of rows: where they begin, smallest and largest value."""
+    import numpy as np
+
+    cuts = np.unique(np.linspace(0, recording.rows, min(stretches, recording.rows) + 1).astype(np.intp))[:-1]
+    every = {**recording.signals, **recording.extras}
+
+    def ends(values: Array) -> dict[str, list[float]]:
+        pairs = {"low": np.minimum.reduceat(values, cuts), "high": np.maximum.reduceat(values, cuts)}
+        return {name: [float(f"{value:.5g}") for value in each] for name, each in pairs.items()}
+
+    return {
+        "time": [float(f"{value:.8g}") for value in recording.time[cuts]],
+        "until": float(recording.time[-1]),
+        "signals": {name: {"unit": recording.units.get(name, ""), **ends(values)} for name, values in every.items()},
+    }
 
 
 def _print_json(

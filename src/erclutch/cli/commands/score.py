@@ -50,7 +50,7 @@ def score(
     from erclutch.logs.dataset import require_units
     from erclutch.runs.new_rows import models_of, opened, score_model
 
-    found: list[tuple[Path, ModelScore]] = []
+    found: list[tuple[Path, str, ModelScore]] = []
     recordings: list[Recording] = []
     read: list[Dataset] = []
     seen: list[str] = []
@@ -63,27 +63,37 @@ def score(
         data = how.dataset(recordings)
         read.append(data)
         require_units(data, read[0], str(place))
-        found += [(place, score_model(each, data, called)) for called, each in models_of(kept, chosen, model)]
-    found.sort(key=lambda each: each[1].figures.rmse.value)
+        models = models_of(kept, chosen, model)
+        found += [(place, _title(kept, called), score_model(each, data, called)) for called, each in models]
+    found.sort(key=lambda each: each[2].figures.rmse.value)
     data = read[0]
     if json:
         body = {"log": data.where, "rows": data.rows, "unit": data.units.effort, "warnings": seen}
-        terminal.say_json({**body, "models": [each.row(str(place)) for place, each in found]})
+        terminal.say_json(
+            {**body, "models": [{"title": title, **each.row(str(place))} for place, title, each in found]}
+        )
         return
     terminal.tell("\n".join(terminal.recording_lines(recordings)))
     columns = ["model", *(["run"] if len(run) > 1 else []), terminal.with_unit("RMSE", data.units.effort)]
     columns += ["95 % band", "of std", "guessed", "inside", "worst second" if len(data.sources) == 1 else "worst log"]
-    rows = [_row(each, place if len(run) > 1 else None) for place, each in found]
+    rows = [_row(each, title, place if len(run) > 1 else None) for place, title, each in found]
     shown = str(run[0]) if len(run) == 1 else f"{len(run)} runs"
     title = f"Models of {shown} on {data.rows:,} rows of {data.where}"
     cells = dict(zip(columns, zip(*rows, strict=True), strict=True))
     less_needed = ("95 % band", columns[-1], "of std", "guessed")
     terminal.tell(terminal.narrowed(title, cells, less_needed, terminal.console().width))
     terminal.tell(*seen, style="yellow")
-    for where in dict.fromkeys(each.where for _, each in found if each.where):
-        alike = [each.model for _, each in found if each.where == where]
+    for where in dict.fromkeys(each.where for _, _, each in found if each.where):
+        alike = [title for _, title, each in found if each.where == where]
         more = f" and {len(alike) - 1} more" if len(alike) > 1 else ""
         terminal.tell(f"guessed by {alike[0]}{more}: {where}")
+
+
+def _title(run: Run | None, name: str) -> str:
+    """A model's id in its run, and what it is called in plain words."""
+    from erclutch.models.model_titles import title_of
+
+    return title_of(name) if run is None else f"{run.id_of(name)}, {run.titles[name]}"
 
 
 def _require_measured(recordings: Sequence[Recording]) -> None:
@@ -115,10 +125,10 @@ def _held_out(log: str, run: Run) -> bool:
     return isinstance(test, list) and any(fnmatchcase(log, str(pattern)) for pattern in cast(list[Any], test))
 
 
-def _row(found: ModelScore, run: Path | None) -> list[str]:
+def _row(found: ModelScore, title: str, run: Path | None) -> list[str]:
     """A model's row of the table."""
     rmse, number = found.figures.rmse, terminal.number
-    cells = [found.model, *([] if run is None else [str(run)])]
+    cells = [title, *([] if run is None else [str(run)])]
     cells += [number(rmse.value, zeros=True), f"{number(rmse.low, 3)} - {number(rmse.high, 3)}"]
     cells += [f"{found.figures.share.value:.1%}", f"{found.guessed:.1%}"]
     return (

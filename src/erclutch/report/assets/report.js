@@ -35,6 +35,19 @@
       setTimeout(() => (button.textContent = "Copy"), 2000);
     });
 
+  // --- inside another page: it learns how high this page is, and where a link leads to ---------------------------------
+
+  if (parent !== window) {
+    const tell = () => parent.postMessage({ height: document.body.scrollHeight }, "*");
+    new ResizeObserver(tell).observe(document.body);
+    addEventListener("load", tell); // an observer waits until the frame is seen
+    for (const link of document.querySelectorAll("nav a, a.skip"))
+      link.addEventListener("click", (event) => {
+        event.preventDefault();
+        parent.postMessage({ top: $(link.hash.slice(1)).getBoundingClientRect().top + scrollY }, "*");
+      });
+  }
+
   // --- ranking -------------------------------------------------------------------------------------------------------
 
   // A click on a heading sorts by its column, a second click turns the order; print and PDF keep that of the report.

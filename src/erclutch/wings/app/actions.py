@@ -171,6 +171,16 @@ def _text(text: str) -> str:
     return text.strip()
 
 
+#: What may be said of a log or a run: field of `RunAbout`, label, an example.
+SAID: tuple[tuple[str, str, str], ...] = (
+    ("device", "Device", "MR brake 7"),
+    ("author", "Who measured", "A. Smith"),
+    ("date", "Day", "2026-07-31"),
+    ("tags", "Tags", "winter, new oil"),
+    ("note", "Note", "after the repair of the seal"),
+)
+
+
 def fit_words(form: Mapping[str, str], logs: Sequence[str], run: str) -> list[str]:
     """`erclutch fit` as a form asks for it."""
     words = ["fit", *(plain_name(log) for log in logs), *chosen_of(form).words()]

@@ -5,22 +5,27 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import hashlib
+import json
 import os
 import re
 import secrets
 from collections.abc import AsyncIterable, Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
+from dataclasses import fields as dataclass_fields
 from pathlib import Path
 from typing import Any
 
 from erclutch.errors import ErclutchError
+from erclutch.files import whole_file
 from erclutch.files.places import put_beside, put_new
+from erclutch.runs.run_about import RunAbout, about_with
 
 #: What the page calls the estimate of a log.
 ESTIMATE = re.compile(r"-estimate(-\d+)?\.csv$")
 #: Of an upload, bytes; as large as the largest log that `erclutch.read` takes.
 LARGEST = 4 << 30
 _LONGEST_NAME = 120
+_ABOUT = ".erclutch-about.json"  # what was said of the logs
 _MOST_INSIDE = 20_000  # files of a folder
 _WRITTEN = (".html", ".pdf", ".png", ".svg", ".json", ".zip")
 
@@ -189,6 +194,32 @@ class Workspace:
     def mappings(self) -> list[str]:
         """Names of the mapping files."""
         return sorted(path.name for path in self._visible() if path.suffix == ".toml" and path.is_file())
+
+    def about(self, log: str) -> RunAbout:
+        """What was said of a log."""
+        return about_with(RunAbout(), **self._abouts().get(log, {}))
+
+    def keep_about(self, log: str, about: RunAbout) -> None:
+        """Keep what is said of a log.
+
+        Raises:
+            WorkspaceError: the folder cannot be written.
+        """
+        said = {name: text for name, text in asdict(about).items() if text}
+        every = {**self._abouts(), log: said}
+        try:
+            with whole_file(self.folder / _ABOUT) as partial:
+                partial.write_text(json.dumps(every, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
+        except OSError as error:
+            problem = f"what is said of the log cannot be kept ({error.strerror or error})"
+            raise WorkspaceError(problem, where=log, remedy="Check the folder's permissions") from error
+
+    def _abouts(self) -> dict[str, dict[str, str]]:
+        with contextlib.suppress(OSError, ValueError, AttributeError):
+            body: Any = json.loads((self.folder / _ABOUT).read_text(encoding="utf-8"))
+            known = [each.name for each in dataclass_fields(RunAbout)]
+            return {log: {key: str(said[key]) for key in known if key in said} for log, said in body.items()}
+        return {}
 
     def state(self, name: str) -> tuple[object, ...]:
         """Changes when a log changes, or what says how it is read."""

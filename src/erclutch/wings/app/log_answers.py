@@ -1,0 +1,178 @@
+"""Answers about logs: the page of a log, its course over time, fits of it."""
+
+from __future__ import annotations
+
+import asyncio
+import itertools
+import json
+import re
+from pathlib import Path
+from typing import Any
+from urllib.parse import quote, urlencode
+
+from starlette.concurrency import run_in_threadpool
+from starlette.requests import ClientDisconnect, Request
+from starlette.responses import JSONResponse, RedirectResponse, Response
+
+from erclutch.runs.run_about import about_with
+from erclutch.wings.app import actions
+from erclutch.wings.app.desk import Desk, Form, fields, last_line, quoted
+from erclutch.wings.app.jobs import Job
+from erclutch.wings.app.log_page import polyline, signals_of
+from erclutch.wings.app.workspace import WorkspaceError, plain_name
+
+_STRETCHES = 800  # of a log whose signals are drawn
+_SHORT = 3.0  # s: a look at a log that takes longer shows its progress
+
+
+class LogAnswers(Desk):
+    """What is asked about logs."""
+
+    async def _log(self, request: Request) -> Response:
+        name = self._space.path(request.path_params["name"]).name
+        form = fields(request.url.query)
+        if not form and (known := await run_in_threadpool(self._last_reading, name)):
+            return RedirectResponse(f"{request.url.path}?{known}", 303)  # as its newest run read it
+        chosen = actions.chosen_of(form)
+        here = f"{request.url.path}?{request.url.query}".rstrip("?")
+        job = await self._look(name, chosen, here)
+        if job.state == "running":
+            return RedirectResponse(f"/job/{job.number}", 303)
+        try:
+            found: dict[str, Any] = json.loads(job.output)
+        except ValueError:
+            problem = last_line(job) or f"erclutch inspect ended with code {job.code}"
+            return self._page("problem", status=400, title=name, problem=actions.on_page(problem))
+        shown = await run_in_threadpool(self._about_log, name, form)
+        signals = signals_of(found, chosen)
+        shown |= {"said": actions.SAID, "about": await run_in_threadpool(self._space.about, name)}
+        shown |= {"score": form["score"] if self._is_run(form.get("score", "")) else ""}
+        shown |= {"checks": any(signal["check"] for signal in signals)}
+        shown |= {"warned": any(text.startswith("warning") for text in found["findings"])}
+        shown |= {"sketches": {column: polyline(about["sketch"]) for column, about in found["columns"].items()}}
+        shown |= {"findings": [actions.on_page(text) for text in found["findings"]], "signals": signals}
+        shown |= {"problem": found["problem"] and actions.on_page(found["problem"]), "found": found, "chosen": chosen}
+        shown |= {"reading": actions.READING, "fitting": actions.FITTING, "form": form}
+        return self._page("log", title=name, name=name, **shown, **_lines({**form, "run": shown["run"]}, name))
+
+    async def _look(self, name: str, chosen: actions.Chosen, here: str, *more: str) -> Job:
+        """The job that looks at a log so; it runs still if the look takes longer than a moment."""
+        words = ["inspect", name, *more, *chosen.words(), "--json", "--courses", str(_STRETCHES)]
+        state = await run_in_threadpool(self._space.state, name)
+        job = self.jobs.look(f"Look at {name}", words, state, here)
+        await asyncio.to_thread(job.join, _SHORT)
+        return job
+
+    async def _course(self, request: Request) -> Response:
+        """The signals of a log over time, of a part of it in more detail."""
+        name = self._space.path(request.path_params["name"]).name
+        chosen = actions.chosen_of(fields(request.url.query))
+        job = await self._look(name, chosen, f"/log/{quoted(name)}")
+        try:
+            return JSONResponse(json.loads(job.output)["over_time"])
+        except (ValueError, KeyError):
+            return JSONResponse({"problem": actions.on_page(last_line(job)) or "this takes a while: try again"})
+
+    async def _together(self, request: Request) -> Response:
+        """Whether logs can be fitted together, in a sentence where they cannot."""
+        name, form = self._space.path(request.path_params["name"]).name, fields(request.url.query)
+        others = [log for log in self._known() if f"log.{log}" in form and log != name]
+        if not others:
+            return JSONResponse({"problem": ""})
+        job = await self._look(name, actions.chosen_of(form), f"/log/{quoted(name)}", *others)
+        try:
+            found: dict[str, Any] = json.loads(job.output)
+        except ValueError:
+            return JSONResponse({"problem": actions.on_page(last_line(job))})
+        refused = [found["problem"] or "", *found["refused"].values()]
+        return JSONResponse({"problem": actions.on_page(next(filter(None, refused), ""))})
+
+    def _known(self) -> list[str]:
+        return [entry.name for entry in self._space.logs()]
+
+    def _is_run(self, name: str) -> bool:
+        return name in [entry.name for entry in self._space.runs()]
+
+    async def _say_of_log(self, request: Request, form: Form) -> Response:
+        name = self._space.path(request.path_params["name"]).name
+        said = {key: form.get(f"about.{key}") for key, _, _ in actions.SAID}
+        await run_in_threadpool(self._space.keep_about, name, about_with(self._space.about(name), **said))
+        return RedirectResponse(f"/log/{quoted(name)}?{urlencode(form)}", 303)
+
+    async def _score_here(self, request: Request, form: Form) -> Response:
+        """Score the models of a run on a log that is read as the form says."""
+        name = self._space.path(request.path_params["name"]).name
+        run = self._space.run(form.get("score", "")).name
+        words = ["score", name, "--run", run, *actions.chosen_of(form).words(), "--json"]
+        return self._begin(request, f"Score the models of {run} on {name}", words)
+
+    def _about_log(self, name: str, form: Form) -> dict[str, Any]:
+        """What the page of a log offers besides: other logs, models, mapping files, how an older log was read."""
+        from erclutch.models.laws import shown_laws
+        from erclutch.models.networks import PAPER_NETWORKS
+
+        run = form.get("run", "")
+        run = run if run and not self._taken(run) else self._free_run(f"{actions.safe_stem(Path(name).stem)}-run")
+        older = re.sub(r"-\d+(?=\.\w+$)", "", name)
+        alike = None
+        if older != name and set(form) <= {"known"}:
+            beside = f"{older}.toml"
+            alike = f"map={quote(beside)}" if beside in self._space.mappings() else self._last_reading(older)
+        others = [entry.name for entry in self._space.logs() if entry.name != name]
+        known: dict[str, Any] = {"models": (*shown_laws(), *PAPER_NETWORKS), "mappings": self._space.mappings()}
+        return {**known, "run": run, "others": others, "older": older, "alike": alike}
+
+    def _last_reading(self, log: str) -> str | None:
+        """How the newest run of a log read it, as the query of a page."""
+        bodies = (self._space.body(entry.name) for entry in self._space.runs())
+        found = (body for body in bodies if body and any(each["name"] == log for each in body["logs"]))
+        return next((actions.query_of(body) for body in found if body.get("reading")), None)
+
+    async def _words(self, request: Request) -> Response:
+        """The commands of a form while it is filled in."""
+        name = self._space.path(request.path_params["name"]).name
+        try:
+            return JSONResponse(_lines(fields(request.url.query), name))
+        except WorkspaceError as error:
+            return JSONResponse({"problem": str(error)})
+
+    async def _upload(self, request: Request) -> Response:
+        try:
+            name, known = await self._space.take(request.path_params["name"], request.stream())
+        except ClientDisconnect:
+            return Response(status_code=400)
+        return JSONResponse({"log": f"/log/{quoted(name)}" + ("?known=1" if known else "")})
+
+    async def _keep_mapping(self, request: Request, form: Form) -> Response:
+        name = self._space.path(request.path_params["name"]).name
+        words = ["inspect", name, *actions.chosen_of(form).words(), "--write-mapping", f"{name}.toml"]
+        return self._begin(request, f"Keep how {name} is read", words)
+
+    async def _fit(self, request: Request, form: Form) -> Response:
+        name = self._space.path(request.path_params["name"]).name
+        others = [other for other in self._known() if f"log.{other}" in form and other != name]
+        logs = [name, *(self._space.path(other).name for other in others)]
+        run = plain_name(form.get("run", "").strip())
+        if self._taken(run) and run == form.get("suggested"):
+            run = self._free_run(run)  # nobody chose that name: the page was open since the fit before
+        if self._taken(run):
+            raise WorkspaceError("there is such a run already", where=run, remedy="Go back and give another name")
+        return self._begin(request, f"Fit models to {', '.join(logs)}", actions.fit_words(form, logs, run), run)
+
+    def _taken(self, run: str) -> bool:
+        """Whether a run of that name is there, or is being made."""
+        return (self._space.folder / run).exists() or any(job.result == run and job.code is None for job in self.jobs)
+
+    def _free_run(self, stem: str) -> str:
+        """A name that no run has, and none that is being made."""
+        names = itertools.chain([self._space.free(stem)], (f"{stem}-{number}" for number in itertools.count(2)))
+        return next(name for name in names if not self._taken(name))
+
+
+def _lines(form: Form, log: str) -> dict[str, Any]:
+    """What a form asks for as commands, and the fit in Python."""
+    run = form.get("run", "").strip() or "RUN"
+    logs = [log, *(name.removeprefix("log.") for name in form if name.startswith("log."))]
+    read = actions.shown(["inspect", log, *actions.chosen_of(form).words()])
+    fit = actions.shown(actions.fit_words(form, logs, run))
+    return {"read": read, "fit": fit, "script": actions.fit_in_python(form, logs, run)}

@@ -1,0 +1,155 @@
+"""Answers about runs: the page of a run with its report, exports, estimates, comparisons."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+from urllib.parse import quote
+
+from starlette.concurrency import run_in_threadpool
+from starlette.requests import Request
+from starlette.responses import FileResponse, RedirectResponse, Response
+
+from erclutch.runs.run_about import RunAbout, about_with, kept_about, write_about
+from erclutch.wings.app import actions
+from erclutch.wings.app.desk import ALONE, Desk, Form, quoted
+from erclutch.wings.app.workspace import Entry, WorkspaceError
+
+
+class RunAnswers(Desk):
+    """What is asked about runs."""
+
+    async def _run(self, request: Request) -> Response:
+        from erclutch.fit.standing import chosen_name, standing_of_run
+        from erclutch.registry import names
+        from erclutch.runs.run_folder import read_run
+
+        name = request.path_params["name"]
+        run = await run_in_threadpool(read_run, self._space.run(name))
+        targets, logs = names("erclutch.targets"), [entry.name for entry in self._space.logs()]
+        sources = [log["name"] for log in run.body["logs"] if log["name"] in logs]
+        query, row = actions.query_of(run.body), run_row(Entry(name, 0, 0.0), run.body)
+        shown: dict[str, Any] = {"targets": targets, "logs": logs, "sources": sources, "query": query, "row": row}
+        shown |= {"run": run, "standing": standing_of_run(run.body).word, "singles": actions.SINGLE_TARGETS}
+        about, said = await run_in_threadpool(self._about_run, name, sources), actions.SAID
+        shown |= {"about": about, "said": (("title", "Title of the report", ""), *said), "titles": run.titles}
+        shown |= {"chosen": chosen_name(run.body), "exports": self._exports(name)}
+        shown |= {"job": request.query_params.get("job", ""), "not_live": _not_live(run.body["units"])}
+        return self._page("run", title=name, name=name, **shown)
+
+    def _about_run(self, name: str, logs: list[str]) -> RunAbout:
+        """What was said of a run; of a run of which nobody said anything, what was said of its log."""
+        folder = self._space.run(name)
+        about = kept_about(folder)
+        if about == RunAbout() and logs and (known := self._space.about(logs[0])) != RunAbout():
+            about = known
+            write_about(folder, about)
+        return about
+
+    def _exports(self, name: str) -> list[str]:
+        """The exports of a run, the newest first."""
+        made = (each.name for each in self._space.results() if each.name.startswith(f"{name}-"))
+        return [each for each in made if (self._space.folder / each / "export.json").is_file()]
+
+    async def _say_of_run(self, request: Request, form: Form) -> Response:
+        folder = self._space.run(request.path_params["name"])
+        said = {key: form.get(f"about.{key}") for key in ("title", *(key for key, _, _ in actions.SAID))}
+        await run_in_threadpool(write_about, folder, about_with(kept_about(folder), **said))
+        return RedirectResponse(f"/run/{quoted(folder.name)}", 303)
+
+    async def _verify(self, request: Request, form: Form) -> Response:
+        """Run an export against its model."""
+        name = self._space.path(request.path_params["name"]).name
+        return self._begin(request, f"Verify {name}", ["verify", name])
+
+    async def _report(self, request: Request) -> Response:
+        """The report, written anew where the run is newer; never a file out of the run's folder."""
+        name = request.path_params["name"]
+        ending = "pdf" if request.query_params.get("download") == "pdf" else "html"
+        folder = self._space.run(name)
+        state, about = (folder / "run.json").stat(), folder / "about.json"
+        said_at = about.stat().st_mtime_ns if about.is_file() else 0
+        made = self._scratch / f"{state.st_ino}-{state.st_mtime_ns}-{said_at}.{ending}"
+        if not made.exists():
+            code, _, said = await self._asked("report", name, "--out", str(made))
+            if code:
+                raise WorkspaceError(said or "no report could be written", where=name, remedy="Fit the log again")
+        whole = f"{name}-report.{ending}" if "download" in request.query_params else None
+        kind = "application/pdf" if ending == "pdf" else "text/html"
+        return FileResponse(made, media_type=kind, headers={"content-security-policy": ALONE}, filename=whole)
+
+    async def _rename(self, request: Request, form: Form) -> Response:
+        name = form.get("to", "").strip()
+        self._space.rename(request.path_params["name"], name)
+        return RedirectResponse(f"/run/{quote(name)}", 303)
+
+    async def _export(self, request: Request, form: Form) -> Response:
+        name = self._space.path(request.path_params["name"]).name
+        model, target = form.get("model", ""), form.get("target", "")
+        out = self._space.free(actions.safe_stem(f"{name}-{model}-{target}"))
+        words = ["export", name, f"--model={model}", f"--to={target}", "--out", out]
+        single = target in actions.SINGLE_TARGETS if not form.get("precision") else form["precision"] == "float32"
+        words += ["--precision=float32"] if single else []
+        words += ["--alarms"] if "alarms" in form else []
+        return self._begin(request, f"Export {model} of {name} to {target}", words, out)
+
+    async def _predict(self, request: Request, form: Form) -> Response:
+        name, log = (self._space.path(text).name for text in (request.path_params["name"], form.get("log", "")))
+        if form.get("what") == "look":
+            from erclutch.runs.run_folder import read_run
+
+            run = await run_in_threadpool(read_run, self._space.folder / name)
+            return RedirectResponse(f"/log/{quoted(log)}?{actions.query_of(run.body)}&score={quoted(name)}", 303)
+        if form.get("what") == "score":
+            return self._begin(request, f"Score the models of {name} on {log}", ["score", log, "--run", name, "--json"])
+        model = form.get("model", "")
+        out = self._space.free(f"{actions.safe_stem(f'{Path(log).stem}-{name}')}-estimate.csv")
+        words = ["predict", log, "--run", name, f"--model={model}", "--band", "--out", out]
+        return self._begin(request, f"Estimate {log} by {model} of {name}", words, out)
+
+    async def _live(self, request: Request, form: Form) -> Response:
+        from erclutch.runs.run_folder import read_run
+
+        name, model = self._space.path(request.path_params["name"]).name, form.get("model", "")
+        run = await run_in_threadpool(read_run, self._space.folder / name)
+        run.entry(model)  # refuses a name that the run does not have
+        if reason := _not_live(run.body["units"]):
+            raise WorkspaceError(reason, where=name, remedy="Fit a log of the TWIN, or run erclutch live on your rig")
+        rig = "twin-brake" if run.body["device"] == "single" else "twin"
+        words = ["live", "--run", name, f"--model={model}", f"--rig={rig}"]
+        return self._begin(request, f"{model} live on the digital TWIN", words)
+
+    async def _compare(self, request: Request, form: Form) -> Response:
+        chosen = [entry.name for entry in self._space.runs() if f"run.{entry.name}" in form]
+        chosen = [self._space.path(run).name for run in chosen]
+        if len(chosen) < 2:
+            raise WorkspaceError("fewer than two runs are chosen", remedy="Tick two runs or more, then compare")
+        out = self._space.free("comparison.html")
+        return self._begin(request, f"Compare {', '.join(chosen)}", ["compare", *chosen, "--out", out], out)
+
+
+def _not_live(units: Mapping[str, str]) -> str:
+    """Why a run's models cannot run live on the TWIN: its units, where they are known and others; empty if they can."""
+    usual = {"effort": "N*m", "field": "", "slip": "rad/s"}
+    other = [f"{name} in {units[name]}" for name, unit in usual.items() if units.get(name, "?") not in (unit, "?")]
+    return f"the TWIN has N m, a field without a unit and rad/s; this run has {', '.join(other)}" if other else ""
+
+
+def run_row(entry: Entry, body: Mapping[str, Any] | None) -> dict[str, Any]:
+    """A run in the overview: its logs, when it was written, what it recommends, and the error of that."""
+    from datetime import datetime
+
+    from erclutch.fit.standing import chosen_name, standing_of_run
+
+    row = {"name": entry.name, "logs": "", "model": "not readable", "error": "", "rows": "", "tags": ""}
+    row["date"] = f"{datetime.fromtimestamp(entry.changed):%Y-%m-%d %H:%M}"
+    if body is not None:
+        chosen = next(each for each in body["ranking"] if each["name"] == chosen_name(body))
+        error, share = chosen["test"]["rmse"][0], chosen["test"]["share"][0]
+        row["logs"] = ", ".join(log["name"] for log in body["logs"])
+        row["model"] = f"none; nearest: {chosen['title']}" if standing_of_run(body).why_none else chosen["title"]
+        row["rows"] = " ".join(sorted(log["sha256"] for log in body["logs"]))
+        if error is not None and share is not None:
+            row["error"] = f"{error:.3g} {body['units']['effort']} ({share:.1%})"
+    return row
