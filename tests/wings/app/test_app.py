@@ -29,7 +29,7 @@ from hypothesis import strategies as st
 
 from erclutch.wings.app import actions
 from erclutch.wings.app.jobs import Job, Jobs
-from erclutch.wings.app.workbench_server import _run_row
+from erclutch.wings.app.run_answers import run_row
 from erclutch.wings.app.workspace import Entry, Workspace, WorkspaceError, plain_name
 from erclutch.wings.live.page.access import TOKEN_HEADER, Access
 
@@ -491,9 +491,10 @@ def test_from_a_dropped_file_to_exported_c(
         assert "--temperature Temperatur" in page.locator("code").first.inner_text()
         assert "the file says 1/min: check" in page.locator(".check").inner_text()
     else:
-        assert "2 things are missing" in page.locator("[role=alert]").inner_text()
-        assert page.locator(".check").count() == 2  # time and effort are guessed by a name without a unit
+        assert "no column for field" in page.locator("[role=alert]").inner_text()
+        assert page.locator(".check").count() == 4  # time, slip, position and effort are guessed without a unit
         signals = (("time", "t", "s"), ("field", "Y", "V"), ("slip", "V", "cm/s"), ("effort", "F", "N"))
+        signals += (("position", "D", "cm"),)
         for signal_, column, unit in signals:
             page.select_option(f"[name='column.{signal_}']", column)
             page.fill(f"[name='unit.{signal_}']", unit)
@@ -608,9 +609,14 @@ def test_accessible(width: int, scheme: str, served: Served, open_page: Callable
     accessible(page)
 
 
-@pytest.mark.parametrize(("low", "shown"), [(0.9, "bingham"), (-0.1, "none; nearest bingham")])
+@pytest.mark.parametrize(("low", "shown"), [(0.9, "Bingham law"), (-0.1, "none; nearest: Bingham law")])
 def test_the_overview_says_that_a_run_recommends_nothing(low: float, shown: str) -> None:
     test = {"rmse": [1.0, 0.9, 1.1], "share": [0.3, 0.2, 0.4], "r2": [0.91, low, 0.95]}
-    entry = {"name": "bingham", "sound": True, "test": test}
-    body = {"ranking": [entry], "recommended": "bingham", "findings": [], "logs": [{"name": "bench.csv"}]}
-    assert _run_row(Entry("bench.run", 0, 0.0), {**body, "units": {"effort": "N*m"}})["model"] == shown
+    entry = {"name": "bingham", "title": "Bingham law", "sound": True, "test": test}
+    body = {
+        "ranking": [entry],
+        "recommended": "bingham",
+        "findings": [],
+        "logs": [{"name": "bench.csv", "sha256": "0"}],
+    }
+    assert run_row(Entry("bench.run", 0, 0.0), {**body, "units": {"effort": "N*m"}})["model"] == shown

@@ -22,6 +22,7 @@ from erclutch.wings.app.log_page import polyline, signals_of
 from erclutch.wings.app.workspace import WorkspaceError, plain_name
 
 _STRETCHES = 800  # of a log whose signals are drawn
+_PATIENCE = 60.0  # s for what a page asks in the background
 _SHORT = 3.0  # s: a look at a log that takes longer shows its progress
 
 
@@ -68,6 +69,7 @@ class LogAnswers(Desk):
         name = self._space.path(request.path_params["name"]).name
         chosen = actions.chosen_of(fields(request.url.query))
         job = await self._look(name, chosen, f"/log/{quoted(name)}")
+        await asyncio.to_thread(job.join, _PATIENCE)
         try:
             return JSONResponse(json.loads(job.output)["over_time"])
         except (ValueError, KeyError):
@@ -80,6 +82,7 @@ class LogAnswers(Desk):
         if not others:
             return JSONResponse({"problem": ""})
         job = await self._look(name, actions.chosen_of(form), f"/log/{quoted(name)}", *others)
+        await asyncio.to_thread(job.join, _PATIENCE)
         try:
             found: dict[str, Any] = json.loads(job.output)
         except ValueError:
