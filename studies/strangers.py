@@ -1,14 +1,20 @@
 """Copies of public files are planned, and each plan is held against what is true: `python studies/strangers.py FOLDER`.
 
 FOLDER holds a copy of each file of `strangers.toml` as OWNER+NAME/PATH, at the commit named there; a file that is not
-there is passed over. Printed: a row a file, then how many were understood at once, asked about, refused and misread.
-With --sealed the sealed files are judged in place of the open ones. With --fit each log that is understood is fitted.
+there is passed over. Printed: a row a file, then how many were understood at once, asked about, refused and misread,
+and of those that hold what a device needs, how many took one try and two.
+
+What is asked is asked once more with the command that `inspect` prints in its last line. A flow curve is read by
+`flowcurve`, as `inspect` says. With --fit the logs are fitted too: at once, or by that command. With --sealed NAME the
+files of a sealed set are judged in place of the open ones.
 """
 
 from __future__ import annotations
 
 import argparse
 import hashlib
+import re
+import shlex
 import subprocess
 import sys
 import tempfile
@@ -21,13 +27,15 @@ from typing import Any
 import numpy as np
 
 from erclutch.errors import ErclutchError
-from erclutch.logs import ColumnMap, Plan, Table, apply, plan_of, read_table, recordings_in
+from erclutch.logs import ColumnMap, Plan, Table, apply, plan_of, read_table, recordings_in, table_of_log
 from erclutch.logs.labels import name_columns
+from erclutch.logs.recording_choice import has_motion_and_effort
+from erclutch.wings.rheology.flow_curve_file import read_flow_curves
 
 MANIFEST = Path(__file__).with_name("strangers.toml")
 SIGNALS = ("field", "slip", "position", "effort")
 AS_LOGGED = "as logged"
-UNDERSTOOD, ASKED, REFUSED, MISREAD = "understood", "asked", "refused", "misread"
+UNDERSTOOD, SECOND, ASKED, REFUSED, MISREAD = "understood", "second", "asked", "refused", "misread"
 FIT_MODELS = ("linear", "quadratic")  # two that every log can have: fit is run to see that a read log goes on
 
 
@@ -63,62 +71,97 @@ def _faults(plan: Plan, table: Table, truth: dict[str, Any]) -> Iterator[str]:
             yield f"time is {clock.column} times {clock.factor:g}"
 
 
-def _settled(table: Table, truth: dict[str, Any]) -> bool:
-    """Whether one command with the true columns answers all questions."""
-    labels = {signal: next(iter(truth[signal])) for signal in SIGNALS if truth.get(signal)}
-    if "slip" in labels:
-        labels.pop("position", None)
-    time = next(iter(truth.get("time", {})), None)
-    try:
-        plan = plan_of(table, ColumnMap.from_options({**labels, **({"time": time} if time else {})}))
-        return not plan.questions and apply(plan, table).rows > 0
-    except ErclutchError:
-        return False
+def _last_command(path: Path) -> list[str]:
+    """The words of the command in the last line of `inspect`; none where it prints no command, or one to fill in."""
+    done = _run("inspect", str(path))
+    last = (done.stdout.strip().splitlines() or [""])[-1]
+    found = re.search(r"(?:settles it|say so): erclutch (.+)", last)
+    words = shlex.split(found.group(1)) if found else []
+    return [] if re.search(r"COLUMN|RATE Hz|NAME", " ".join(words)) else words
 
 
-def _several(path: Path) -> bool:
-    """Whether the file holds several recordings, so that a stop is the question which of them is meant."""
+def _run(*words: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [sys.executable, "-m", "erclutch", *words],
+        capture_output=True,
+        text=True,
+        check=False,
+        stdin=subprocess.DEVNULL,
+    )
+
+
+def _is_right(words: list[str], path: Path, truth: dict[str, Any]) -> str:
+    """The fault of a reading by a command, one sentence; "" for none."""
+    if words[0] == "flowcurve":
+        return _flow_fault(path, truth)
+    options = dict(zip(words[2::2], words[3::2], strict=False))
+    told = {name.removeprefix("--"): value for name, value in options.items()}
+    variable = told.pop("variable", None)
+    device = told.pop("device", None)
     try:
-        return bool(recordings_in(path))
-    except ErclutchError:
-        return False
+        names = [variable] if variable != "all" else recordings_in(path)
+        mapping = ColumnMap.from_options(told)
+        faults: list[str] = []
+        rows = 0
+        for name in names:
+            table = read_table(path, variable=name) if name else table_of_log(path, mapping, device)  # type: ignore[arg-type]
+            plan = plan_of(table, mapping, device=device)  # type: ignore[arg-type]
+            if variable == "all" and not has_motion_and_effort(plan):
+                continue
+            faults += _faults(plan, table, truth)
+            faults += [question.short for question in plan.questions]
+            rows += 0 if plan.questions else apply(plan, table).rows
+    except ErclutchError as error:
+        return str(error)
+    return "; ".join(faults) or ("" if rows else "no rows")
+
+
+def _flow_fault(path: Path, truth: dict[str, Any]) -> str:
+    """What is wrong with the flow curves of a file: columns or factors that differ from the truth."""
+    try:
+        curves = read_flow_curves(path)
+    except ErclutchError as error:
+        return str(error)
+    wanted = truth.get("curves")
+    found = len(curves.curves)
+    return "" if wanted in (None, found) else f"{found} flow curves of {wanted}"
 
 
 def judged(path: Path, truth: dict[str, Any]) -> tuple[str, str]:
     """The outcome of one file, and what was asked, refused or misread."""
+    if "curves" in truth:
+        fault = _flow_fault(path, truth)
+        return (UNDERSTOOD, f"{truth['curves']} flow curves") if not fault else (REFUSED, fault)
     try:
-        table = read_table(path)
+        table = table_of_log(path, ColumnMap(), None)
         plan = plan_of(table, ColumnMap())
     except ErclutchError as error:
-        return (ASKED if _several(path) else REFUSED), str(error)
+        return (ASKED if "--variable" in str(error) else REFUSED), str(error)
     if faults := list(_faults(plan, table, truth)):
         return MISREAD, "; ".join(faults)
     if plan.questions or plan.doubts:
-        settled = ", one command settles it" if truth["expect"] == "read" and _settled(table, truth) else ""
-        return ASKED, "; ".join([*(each.short for each in plan.questions), *plan.doubts]) + settled
+        return ASKED, "; ".join([*(each.short for each in plan.questions), *plan.doubts])
     try:
         recording = apply(plan, table)
     except ErclutchError as error:
         return REFUSED, str(error)
-    if truth["expect"] != "read":
+    if not truth["holds"]:
         return MISREAD, f"taken without a question: {truth['why']}"
     return UNDERSTOOD, f"{recording.rows} rows"
 
 
-def _fit(path: Path) -> str:
+def _second_try(path: Path, truth: dict[str, Any]) -> tuple[bool, list[str], str]:
+    """Whether the command that `inspect` prints reads the file right, its words, and what is wrong."""
+    words = _last_command(path)
+    if not words:
+        return False, [], "no command without a place to fill in"
+    fault = _is_right(words, path, truth)
+    return not fault, words, fault
+
+
+def _fit(path: Path, options: list[str]) -> str:
     with tempfile.TemporaryDirectory() as folder:
-        command = [
-            sys.executable,
-            "-m",
-            "erclutch",
-            "fit",
-            str(path),
-            "--out",
-            f"{folder}/run",
-            "--models",
-            *FIT_MODELS,
-        ]
-        done = subprocess.run(command, capture_output=True, text=True, check=False)
+        done = _run("fit", str(path), *options, "--out", f"{folder}/run", "--models", *FIT_MODELS)
         last = (done.stdout + done.stderr).strip().splitlines()[-1:]
         return f"fit: exit code {done.returncode}, {' '.join(last)[:160]}"
 
@@ -127,15 +170,16 @@ def main() -> None:
     """Print a row a file and the totals."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("folder", type=Path)
-    parser.add_argument("--sealed", action="store_true")
+    parser.add_argument("--sealed", default="", metavar="NAME", help="first or second")
     parser.add_argument("--fit", action="store_true")
     parser.add_argument("--only", default="", help="repositories whose name holds this")
     asked = parser.parse_args()
     outcomes = Counter[str]()
+    of_logs = Counter[str]()
     repositories = set[str]()
     absent = 0
     for truth in tomllib.loads(MANIFEST.read_text(encoding="utf-8"))["file"]:
-        if truth.get("sealed", False) != asked.sealed or asked.only not in truth["repository"]:
+        if truth.get("sealed", "") != asked.sealed or asked.only not in truth["repository"]:
             continue
         path: Path = asked.folder / truth["repository"].replace("/", "+") / truth["path"]
         if not path.is_file():
@@ -144,14 +188,26 @@ def main() -> None:
         if hashlib.sha256(path.read_bytes()).hexdigest() != truth["sha256"]:
             sys.exit(f"{path} is another file than that of the manifest: fetch it at commit {truth['commit']}")
         outcome, detail = judged(path, truth)
+        options: list[str] = []
+        if outcome != MISREAD and outcome != UNDERSTOOD and truth["holds"]:
+            right, words, fault = _second_try(path, truth)
+            outcome = SECOND if right else outcome
+            options = words[2:]
+            detail += f" => erclutch {shlex.join(words)[:120]}" if words else ""
+            detail += f" => {fault}" if fault else ""
         outcomes[outcome] += 1
+        of_logs[outcome] += truth["holds"]
         repositories.add(truth["repository"])
-        print(f"{outcome:10} {truth['expect']:6} {truth['repository']}:{truth['path']}: {detail[:300]}", flush=True)
-        if asked.fit and outcome == UNDERSTOOD:
-            print(f"{'':18}{_fit(path)}", flush=True)
-    total = sum(outcomes.values())
-    counts = ", ".join(f"{name} {outcomes[name]}" for name in (UNDERSTOOD, ASKED, REFUSED, MISREAD))
+        holds = "holds" if truth["holds"] else "lacks"
+        print(f"{outcome:10} {holds} {truth['repository']}:{truth['path']}: {detail[:400]}", flush=True)
+        if asked.fit and outcome in (UNDERSTOOD, SECOND) and "curves" not in truth:
+            print(f"{'':17}{_fit(path, options)}", flush=True)
+    total, logs = sum(outcomes.values()), sum(of_logs.values())
+    names = (UNDERSTOOD, SECOND, ASKED, REFUSED, MISREAD)
+    counts = ", ".join(f"{name} {outcomes[name]}" for name in names)
     print(f"{total} files of {len(repositories)} repositories: {counts}; {absent} absent")
+    counts = ", ".join(f"{name} {of_logs[name]}" for name in names)
+    print(f"{logs} of them hold what a device needs: {counts}")
 
 
 if __name__ == "__main__":

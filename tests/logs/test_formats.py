@@ -282,7 +282,7 @@ def test_a_list_of_settings_beside_lists_of_rows_blocks_none_of_them(tmp_path: P
     path.write_text(json.dumps({"setup": settings, "run1": ROWS_OF_JSON, "run2": ROWS_OF_JSON}), encoding="utf-8")
     logs = read_all(path, ColumnMap.from_labels({"field": "on"}))
     assert [log.name for log in logs] == ["a.json: run1", "a.json: run2"]
-    assert "setup left out: no column in there is called like a signal" in logs[0].notes
+    assert "setup left out: no columns of a motion and an effort in there" in logs[0].notes
     path.write_text(json.dumps({"setup": settings, "more": settings}), encoding="utf-8")
     with pytest.raises(MappingError, match="things are missing"):
         read_all(path, ColumnMap())

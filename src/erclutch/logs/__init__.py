@@ -26,6 +26,7 @@ from erclutch.logs.log_reader import HEAD, LogReader, LogSource, folder_reader, 
 from erclutch.logs.mapping import ColumnChoice, ColumnMap, beside, map_over
 from erclutch.logs.plan import NEEDS, Invalid, Plan
 from erclutch.logs.planning import plan_of
+from erclutch.logs.recording_choice import has_motion_and_effort, table_of_log
 from erclutch.logs.table import Table
 from erclutch.registry import Plugin
 from erclutch.signals.device import DeviceName
@@ -52,6 +53,7 @@ __all__ = [
     "recording_from_arrays",
     "recordings_in",
     "table_of",
+    "table_of_log",
 ]
 
 
@@ -96,7 +98,7 @@ def read(
     if isinstance(path, str | Path):
         told = map_over(given, beside(Path(path)) if mapping_file is None else ColumnMap.from_toml(mapping_file))
         if table is None:
-            table = read_table(path, variable=variable or told.variable, decimal=told.decimal)
+            table = table_of_log(path, told, device, variable or told.variable)
     else:
         told = map_over(given, None if mapping_file is None else ColumnMap.from_toml(mapping_file))
         table = table_of(path)
@@ -132,14 +134,14 @@ def read_all(
         (name, table, plan_of(table, own, device=device, invalid=invalid))
         for name, table, own in logs_of(tables, replace(told, variable=None), device)
     ]
-    # A sheet of settings beside sheets of rows has no column that is a signal: it is no log.
-    others = [name for name, _, plan in plans if not any(each.column for each in plan.signals)]
+    # A sheet of settings or results beside sheets of rows has no motion with its effort: it is no log.
+    others = [name for name, _, plan in plans if not has_motion_and_effort(plan)]
     others = others if len(others) < len(plans) else []
     for name, table, plan in plans:
         if name in others:
             continue
         if others and not logs:
-            left = f"{', '.join(others)} left out: no column in there is called like a signal"
+            left = f"{', '.join(others)} left out: no columns of a motion and an effort in there"
             plan = replace(plan, notes=(*plan.notes, left))
         plan.require_sureness()
         log = apply(plan, table)
@@ -179,7 +181,7 @@ def read_batches(
         with placed(file.name), plugin.working(f"failed on {file.name}"):
             yield from windowed_batches(windows, source, told, device, invalid, rows, part)
         return
-    table = read_table(file, variable=variable or told.variable, decimal=told.decimal)
+    table = table_of_log(file, told, device, variable or told.variable)
     plan = plan_of(table, told, device=device, invalid=invalid)
     plan.require_sureness()
     yield one_batch(apply(plan, table))

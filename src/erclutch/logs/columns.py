@@ -25,7 +25,7 @@ from erclutch.logs.names import (
     plain,
     words_of,
 )
-from erclutch.logs.shapes import follows, is_constant, is_counter, is_rate_of, same_thing
+from erclutch.logs.shapes import follows, is_constant, is_counter, is_rate_of, keeps_levels, same_thing
 from erclutch.logs.table import Table
 from erclutch.signals import units
 from erclutch.signals.array import Array
@@ -256,7 +256,9 @@ def example(table: Table, signal: str, taken: Iterable[str]) -> str:
     """An option for a signal that was not found: with a column that may be it, or with a place to fill in."""
     free = [name for name in table.columns if name not in set(taken)]
     short = NEED_UNIT & set(NAMES[signal].split())
-    likely = candidates(table, signal, taken)[0] or [name for name in free if plain(name) in short]
+    si_units = SIGNALS[signal].si_units
+    open_ones = [name for name in free if plain(name) in short and _fits(table, name, si_units) is not False]
+    likely = candidates(table, signal, taken)[0] or open_ones
     if volts := _in_volts(table, signal, free):
         return volts
     unit = (_EXAMPLES.get(signal, "").partition("[")[2] or f"{SIGNALS[signal].si_units[0] or '-'}]")[:-1]
@@ -282,6 +284,12 @@ def maybe_field(table: Table, taken: Iterable[str]) -> list[str]:
     free = [name for name in table.columns if name not in set(taken)]
     free = [name for name in free if _fits(table, name, SIGNALS["field"].si_units) is not False]
     return [name for name in free if not why_no_field(table, name)]
+
+
+def field_or_none(table: Table, taken: Iterable[str]) -> str:
+    """The option for a field that no name tells: a column that keeps a few levels, or none."""
+    open_ones = [name for name in maybe_field(table, taken) if keeps_levels(table.columns[name])]
+    return f"--field {shell_word(table.label(open_ones[0])) if len(open_ones) == 1 else 'none'}"
 
 
 def why_no_field(table: Table, name: str) -> str:

@@ -229,8 +229,11 @@ class Plan:
         return options
 
     def command(self) -> str:
-        """The command by which the user says all that is guessed on little ground."""
-        options = [*_given_options(self), *self._doubtful_options()]
+        """The command by which the user answers the questions, and says all that is guessed on little ground.
+
+        Where nothing tells, it has a place to fill in, such as ``COLUMN [N]``.
+        """
+        options = [*_given_options(self), *self.examples, *self._doubtful_options()]
         return f"erclutch inspect {shlex.quote(self.path)} {' '.join(options)}"
 
     def differences(self, other: Plan) -> tuple[str, ...]:

@@ -418,7 +418,7 @@ def _refuse_effort_as_input(draft: _Draft) -> None:
 
 
 def _examples(draft: _Draft) -> list[str]:
-    """An option for each question, with a likely column or a place to fill in."""
+    """An option for each question: with what is most likely, or with a place to fill in."""
     usual = {"time": '--time "COLUMN [s]"', "lead": '--lead "10 mm"', "input": '--input "COLUMN"'}
     usual[_TEMPERATURE] = '--temperature "COLUMN [°C]"'
     examples: list[str] = []
@@ -428,6 +428,15 @@ def _examples(draft: _Draft) -> list[str]:
         time = signal == "time" and "--time " in question.remedy and f"--time {question.remedy.partition('--time ')[2]}"
         time = time if time and "NAME" not in time else None
         taken = [*draft.taken, *proposed]
+        if signal == "field" and "--field none" in question.remedy and not draft.questions.keys() - {"field", "time"}:
+            examples.append(columns.field_or_none(draft.table, taken))
+            continue
+        if signal == "time" and not time and "slip" in draft.signals:
+            examples.append('--rate "1 Hz"')  # a law without memory needs no clock where the speed is logged
+            continue
+        if signal == "time" and not time and not set(draft.table.columns) - set(taken):
+            examples.append('--rate "RATE Hz"')
+            continue
         examples.append(position or time or usual.get(signal) or columns.example(draft.table, signal, taken))
         label = shlex.split(examples[-1])[1]
         proposed += [label, split_label(label)[0]]

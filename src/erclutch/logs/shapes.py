@@ -12,6 +12,7 @@ _MOVES = 0.02  # share of the largest position by which a position changes at le
 _KEEPS = 0.2  # share of the rows from which on a field keeps its levels
 _ROWS = 20_000  # looked at
 _FEW = 10
+_LEVELS = 20  # of a switched field at most
 _ALIKE = 0.98  # correlation of a position with what its speed adds up to
 _FOLLOWS = 0.3  # correlation of an effort with a motion
 #: Of a speed over the rate of its position: units of length and angle that loggers mix.
@@ -50,6 +51,14 @@ def has_shape_of(signal: str, values: Array) -> bool:
         return (low < 0.0 < high) or bool(np.any(np.abs(known) <= 0.02 * max(abs(low), abs(high))))
     stays = np.count_nonzero(np.diff(known) == 0.0) / (known.size - 1)
     return bool(stays > _KEEPS) or bool(np.any(known == 0.0))
+
+
+def keeps_levels(values: Array) -> bool:
+    """Whether a column holds a few numbers, each for many rows, as a field that is switched does."""
+    known = values[np.isfinite(values)]
+    levels = np.unique(known[:_ROWS]).size
+    changes = np.count_nonzero(np.diff(known[:_ROWS]))
+    return 2 <= levels <= _LEVELS and bool(changes <= 0.1 * known.size)
 
 
 def is_rate_of(speed: Array, position: Array, stamps: Array | None) -> bool:

@@ -191,6 +191,15 @@ def test_signs_that_contradict_each_other_are_refused(written: Written) -> None:
         read_flow_curves(written(text))
 
 
+def test_faint_stresses_of_the_wrong_sign_are_noise_and_told(written: Written) -> None:
+    text = rows([0.001, 0.01, *RATES], [-0.2, -0.02, *STRESSES], head="rate [1/s],stress [Pa]")
+    file = read_flow_curves(written(text))
+    assert holds_the_curve(file)
+    assert any("2 points left out: a stress of the other sign than its rate, below 2%" in note for note in file.notes)
+    with pytest.raises(LogError, match="row 1 of the table"):
+        read_flow_curves(written(text.replace("-0.2", "-20")))
+
+
 # --- pairs of columns -------------------------------------------------------------------------------------------------
 
 
@@ -250,6 +259,26 @@ def test_an_export_of_rheocompass_has_all_its_tests(
     assert [curve.label for curve in one.curves] == ["1 kV/mm, interval 2"]
     with pytest.raises(SettingError, match="there is no test 'three'"):
         read_flow_curves(written(rheocompass()), tests=["three"])
+
+
+def test_a_workbook_of_rheocompass_has_its_tests_under_their_names(tmp_path: Path) -> None:
+    openpyxl = pytest.importorskip("openpyxl")
+    book = openpyxl.Workbook()
+    for oil in ("oil A", "oil B"):
+        for cells in (["Project:", "fluids"], [], ["Test:", oil], ["Result:", "Viscosity curve 1"]):
+            book.active.append(cells)
+        book.active.append(["Interval and data points:", 1, 6])
+        book.active.append(["Interval data:", "Point No.", "Shear Rate", "Shear Stress", "Status"])
+        book.active.append(["", "", "Constant component"])
+        book.active.append(["", "", "[1/s]", "[Pa]"])
+        for i, (x, y) in enumerate(zip(RATES, STRESSES, strict=True), start=1):
+            book.active.append(["", i, x, y, "Dy_auto"])
+        book.active.append([])
+    book.save(tmp_path / "book.xlsx")
+    file = read_flow_curves(tmp_path / "book.xlsx")
+    assert holds_the_curve(file, count=2)
+    names = [f"{oil}, Viscosity curve 1, interval 1" for oil in ("oil A", "oil B")]
+    assert [curve.label for curve in file.curves] == names
 
 
 def test_an_export_of_rheoplus(written: Written) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shlex
 import tomllib
 from collections.abc import Sequence
@@ -15,12 +16,12 @@ from cyclopts import Parameter
 from erclutch.cli import terminal
 from erclutch.cli.options import DEFAULT_READING, LogOptions, expand
 from erclutch.cli.quantities import SECONDS
-from erclutch.errors import ErclutchError, SettingError, require
+from erclutch.errors import ErclutchError, LogError, SettingError, require
 
 if TYPE_CHECKING:
     from rich.table import Table as RichTable
 
-    from erclutch.logs import Table
+    from erclutch.logs import Plan, Table
     from erclutch.logs.dataset import Dataset
     from erclutch.signals.array import Array
     from erclutch.signals.recording import Recording
@@ -59,24 +60,18 @@ def inspect(
         write_mapping: File for the mapping that the log was read by (TOML), with comments where something is missing.
         reading: How to read the log.
     """
-    from erclutch.logs import apply
-
     require(1e-6, unit=" s", seconds=seconds)
     require(0, 10_000, courses=courses)
     require(0, unit=" s", start=start or 0.0)
     log, *others = expand(logs)
-    raw = _table(log, reading)
+    raw = _table(log, reading) if json else _table_or_question(log, reading)
+    if raw is None:
+        return 1
     plan = reading.plan(raw, log)
     missing = () if reading.each else tuple(question.short for question in plan.questions)  # each has its own effort
-    read, problem = list["Recording"](), None
-    try:
-        read = reading.read([log]) if reading.each else [reading.how().finished(apply(plan, raw))]
-    except SettingError:
-        raise
-    except ErclutchError as error:
-        if plots is not None:
-            raise
-        problem = error
+    read, problem = _read(log, raw, plan, reading)
+    if problem is not None and plots is not None:
+        raise problem
     further, refused = _further(others, reading)
     every = [*read, *further] if read else []
     rows = reading.dataset(read[:1]) if read else None
@@ -118,9 +113,36 @@ def inspect(
         terminal.say(f"Not understood yet: {why}" if why.startswith(name) else f"Not understood yet: {name}: {why}")
     if problem is not None:
         terminal.say(f"Not understood yet: {problem}")  # one line: it holds a command to copy
+        if settled := _settling(plan, problem):
+            terminal.say(f"What settles it: {settled}")
     elif plan.doubts:
         terminal.say(f"In doubt: {'; '.join(plan.doubts)}. If that is right, say so: {plan.command()}")
     return int(doubtful)
+
+
+def _read(log: Path, raw: Table, plan: Plan, reading: LogOptions) -> tuple[list[Recording], ErclutchError | None]:
+    """The recordings of the first log, or what stands against them."""
+    from erclutch.logs import apply
+
+    try:
+        return reading.read([log]) if reading.each else [reading.how().finished(apply(plan, raw))], None
+    except SettingError:
+        raise
+    except ErclutchError as error:
+        return [], error
+
+
+def _settling(plan: Plan, problem: ErclutchError) -> str:
+    """The command that answers all questions about a log; "" where only another file helps."""
+    if plan.questions:
+        untimed = any(question.signal == "time" for question in plan.questions)
+        chosen = [plan.signal("slip"), plan.signal("effort")]
+        sheared = [
+            each is not None and (each.unit in ("1/s", "Pa") or "shear" in each.column.lower()) for each in chosen
+        ]
+        # Shear rate and shear stress without a time are points of a rheometer, for laws at one field.
+        return shlex.join(["erclutch", "flowcurve", plan.path]) if untimed and all(sheared) else plan.command()
+    return f"{plan.command().rstrip()} --invalid drop" if "--invalid drop" in problem.remedy else ""
 
 
 def _further(logs: Sequence[Path], reading: LogOptions) -> tuple[list[Recording], dict[str, str]]:
@@ -145,11 +167,28 @@ def _print_recordings(read: list[Recording], first: Dataset, covered: Dataset) -
     _print_coverage(covered)
 
 
+def _table_or_question(log: Path, reading: LogOptions) -> Table | None:
+    """The log as it is; None where an option must say how it is read, and that option is printed as a command."""
+    try:
+        return _table(log, reading)
+    except LogError as error:
+        option = re.search(r"--variable (?:'[^']*'|[^\s,;]+)[^;,.]*|--decimal [.,]", error.remedy)
+        if option is None:
+            raise
+        terminal.say(f"Not understood yet: {error}")
+        terminal.say(f"What settles it: {shlex.join(['erclutch', 'inspect', str(log)])} {option.group()}")
+        return None
+
+
 def _table(log: Path, reading: LogOptions) -> Table:
     """The log as it is; of a file that holds several recordings and all are wanted, the first."""
-    from erclutch.logs import read_table, recordings_in
+    from erclutch.logs import recordings_in, table_of_log
+    from erclutch.logs.recording_choice import logs_among
 
-    variable = next(iter(recordings_in(log)), None) if reading.each else reading.variable
+    variable = reading.variable
+    if reading.each:  # the first that is a log of a device: a sheet of settings may stand before it
+        names = recordings_in(log)
+        variable = next(iter(logs_among(log, names, reading.column_map(), reading.device)), next(iter(names), None))
     with terminal.progress("reading") as bar:
 
         def told(done: int, size: int) -> None:
@@ -158,7 +197,7 @@ def _table(log: Path, reading: LogOptions) -> Table:
             else:
                 bar(done, None, "columns, clock and checks")
 
-        return read_table(log, variable=variable, decimal=reading.column_map().decimal, told=told)
+        return table_of_log(log, reading.column_map(), reading.device, variable, told)
 
 
 def _offer_mapping(log: Path, written: Path | None, missing: Sequence[str]) -> None:

@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Any
 
 from erclutch.errors import LogError
-from erclutch.logs.log_reader import LogReader, LogSource
-from erclutch.logs.readers import found_recordings, text
+from erclutch.logs.log_reader import HEAD, LogReader, LogSource, reader_of
+from erclutch.logs.readers import found_recordings
 from erclutch.logs.readers.budget import Budget, budget_of, take_zip
 from erclutch.logs.table import Table
 
@@ -27,14 +27,26 @@ def _cell(value: Any) -> str:
     return repr(value.total_seconds() if isinstance(value, timedelta) else value * 1)
 
 
-def _sheet(path: str, sheet: Any, budget: Budget) -> Table:
-    """The rows of a sheet as a table; lines in messages are rows of the sheet. Its empty first columns are left out."""
+def _sheet(path: str, sheet: Any, budget: Budget) -> dict[str, LogSource]:
+    """The rows of a sheet as a text log, or as several where an instrument's export stands in the sheet; by name.
+
+    Lines in messages are rows of the sheet. Its empty first columns are left out.
+    """
     budget.take_cells(sheet.total_height * sheet.total_width)
     rows = ([_cell(each) for each in row] for row in sheet.iter_rows())
     lines = ["\t".join(cells) if any(cells) else "" for cells in rows]
-    table = text.read_text(LogSource(Path(path), "\n".join(lines).encode("utf-8", "replace"), ""))
+    source = LogSource(Path(path), "\n".join(lines).encode("utf-8", "replace"), "")
+    plugin, _ = reader_of(source.data[:HEAD], "")
+    listed = plugin.of_type(LogReader).recordings
+    names = list(listed(source)) if listed is not None else list[str]()
+    return {name: replace(source, variable=name) for name in names} if len(names) > 1 else {"": source}
+
+
+def _table(source: LogSource, sheet: str) -> Table:
+    plugin, _ = reader_of(source.data[:HEAD], "")
+    table = plugin.of_type(LogReader).read(source)
     note = (f"the dates of column {table.clock_name} are read to 1 ms",) if table.clock_name else ()
-    return replace(table, notes=(f"recording read from sheet {sheet.name}", *table.notes, *note))
+    return replace(table, notes=(f"recording read from sheet {sheet}", *table.notes, *note))
 
 
 def find(path: str, variable: str | None) -> Table:
@@ -46,9 +58,13 @@ def find(path: str, variable: str | None) -> Table:
     found: dict[str, Table] = {}
     problems: list[LogError] = []
     with CalamineWorkbook.from_path(path) as book:
-        for name in [each for each in book.sheet_names if variable in (None, each)] or book.sheet_names:
+        whole = [each for each in book.sheet_names if variable in (None, each)]
+        for name in whole or book.sheet_names:
             try:
-                found[name] = _sheet(path, book.get_sheet_by_name(name), budget)
+                for part, source in _sheet(path, book.get_sheet_by_name(name), budget).items():
+                    full = f"{name}, {part}" if part and len(book.sheet_names) > 1 else part or name
+                    if variable in (None, full, name, found_recordings.ALL) or not found:
+                        found[full] = _table(source, name)
             except LogError as error:
                 problems.append(LogError(f"sheet {name}: {error.problem}", remedy=error.remedy))
     if problems and not found:

@@ -15,12 +15,13 @@ import numpy as np
 from erclutch.errors import ErclutchError, LogError, MappingError, SettingError, placed
 from erclutch.logs import read_table, recordings_in
 from erclutch.logs.table import Table
-from erclutch.signals.array import Array
+from erclutch.signals.array import Array, Mask
 from erclutch.wings.rheology.flow_curve import FlowCurve
 from erclutch.wings.rheology.flow_plan import CurvePlan, FlowPlan, plan_of
 
 #: What instruments write for a point that they could not measure.
 _SENTINELS = (-9999.0, -999.0, -99.0, 9999.0, 99999.0, 999999.0)
+_FAINT = 0.02  # of the largest stress: a stress of the wrong sign below it is noise
 
 
 @dataclass(frozen=True)
@@ -158,6 +159,12 @@ def _points(curve: CurvePlan, table: Table, label: str) -> tuple[Array, Array, l
     if curve.times_rate:
         x = np.abs(x)
     against = np.sign(x) != np.sign(y)
+    faint = against & (np.abs(y) < _FAINT * float(np.abs(y).max(initial=0.0)))
+    if faint.any() and 2 * int(against.sum()) <= x.size:
+        # At the lowest rates a fluid of low viscosity is below what an instrument resolves: the sign is noise.
+        said = f"{int(faint.sum())} points left out: a stress of the other sign than its rate"
+        notes.append(f"{said}, below {_FAINT:.0%} of the largest stress, as noise is")
+        x, y, kept, against = x[~faint], y[~faint], _among(kept, ~faint), against[~faint]
     if against.any():
         first = int(np.flatnonzero(kept)[np.argmax(against)]) + 1
         at = f"row {first} of the table has the shear rate {x[against][0]:g} 1/s and the stress {y[against][0]:g} Pa"
@@ -165,3 +172,10 @@ def _points(curve: CurvePlan, table: Table, label: str) -> tuple[Array, Array, l
     if np.any(np.diff(x) > 0) and np.any(np.diff(x) < 0):
         notes.append("the rate rises and falls: both sweeps are fitted as one curve")
     return x, y, notes
+
+
+def _among(kept: Mask, still: Mask) -> Mask:
+    """Rows of the table that stay, of those that were kept."""
+    again = kept.copy()
+    again[np.flatnonzero(kept)[~still]] = False
+    return again

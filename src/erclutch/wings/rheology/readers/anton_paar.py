@@ -5,8 +5,11 @@ Both write tables under each other, one an interval of a test, with names, then 
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from erclutch.logs.log_reader import LogReader, LogSource
 from erclutch.logs.readers import found_recordings
+from erclutch.logs.readers.dialect import is_number
 from erclutch.logs.readers.text_bytes import DAMAGE, decode
 from erclutch.logs.table import Table
 from erclutch.wings.rheology.rheometer_blocks import Block, cells, chosen_table, delimiter_of
@@ -23,16 +26,18 @@ def _blocks(content: str) -> list[Block]:
     head = next((line for line in lines if _COMPASS in line or _PLUS in line), "")
     delimiter = delimiter_of(head)
     blocks: list[Block] = []
-    test, interval = "", ""
+    heads: dict[str, str] = {}  # of the test, its result and its sample
+    interval = ""
+    results: list[str] = []
     at = 0
     while at < len(lines):
         row = cells(lines[at], delimiter)
         at += 1
         first = row[0] if row else ""
         if first in _TESTS and len(row) > 1 and row[1]:
-            test = row[1]
+            heads = {**({} if first == _TESTS[0] else heads), first: row[1]}
         elif first in _INTERVALS and len(row) > 1:
-            interval = row[1]
+            interval = row[1].removesuffix(".0")  # a sheet's number
         elif first in (_COMPASS, _PLUS):
             # RheoCompass begins each row of a table with an empty cell, below the mark itself.
             margin = 1 if first == _COMPASS else 0
@@ -42,9 +47,10 @@ def _blocks(content: str) -> list[Block]:
             units: list[str] = []
             while at < len(lines) and not units:
                 below = cells(lines[at], delimiter)
-                if any(below) and not any(cell.startswith("[") for cell in below):
+                bracketed = any(cell.startswith("[") for cell in below)
+                if not bracketed and any(is_number(cell, mark) for cell in below for mark in ".,"):
                     break  # a table without units
-                units = below[margin:] if any(below) else []
+                units = below[margin:] if bracketed else []  # a line of words, such as "Constant component", is passed
                 at += 1
             start = at
             rows: list[list[str]] = []
@@ -55,7 +61,15 @@ def _blocks(content: str) -> list[Block]:
                 rows.append(point[margin:])
                 at += 1
             if rows:
+                results.append(", ".join(dict.fromkeys(heads.values())))
+                test = next(reversed(heads.values()), "")
                 blocks.append(Block(_called(test, interval, len(blocks)), names, units, rows, start + 1))
+    repeated = len({block.name for block in blocks}) < len(blocks)
+    if repeated:  # results of one name: their tests tell them apart
+        named = zip(blocks, results, strict=True)
+        blocks = [
+            replace(block, name=_called(test, block.name.rpartition(", interval ")[2], 0)) for block, test in named
+        ]
     return blocks
 
 

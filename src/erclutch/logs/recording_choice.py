@@ -1,0 +1,97 @@
+"""Of a file that holds several recordings, the only one that is a log of a device is taken; else the user is asked."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from erclutch.errors import ErclutchError, LogError
+from erclutch.logs.log_file import read_table, recordings_in
+from erclutch.logs.mapping import ColumnMap
+from erclutch.logs.plan import NEEDS, Plan
+from erclutch.logs.planning import plan_of
+from erclutch.logs.table import Table, listed
+from erclutch.signals.device import DeviceName
+
+_MOST = 40  # recordings that are looked into
+
+
+def table_of_log(
+    path: str | Path,
+    told: ColumnMap,
+    device: DeviceName | None,
+    variable: str | None = None,
+    progress: Callable[[int, int], None] = lambda done, total: None,
+) -> Table:
+    """The table of a file; of several recordings without a choice that of the only log, with a note on the others.
+
+    Args:
+        path: of the file.
+        told: what the user said of columns.
+        device: see `erclutch.read`.
+        variable: which recording; None or "": the user did not say.
+        progress: see `read_table`.
+
+    Raises:
+        LogError: the file cannot be read; several recordings are logs, or none is, and the remedy names those that are.
+    """
+    try:
+        return read_table(path, variable=variable, decimal=told.decimal, told=progress)
+    except LogError as error:
+        if variable or "several recordings" not in error.problem:
+            raise
+        return _only_log(path, told, device, error)
+
+
+def _only_log(path: str | Path, told: ColumnMap, device: DeviceName | None, error: LogError) -> Table:
+    """The one recording that has a motion and an effort."""
+    names = recordings_in(path)
+    if not 1 < len(names) <= _MOST:
+        raise error
+    logs = logs_among(path, names, told, device)
+    if len(logs) == 1:
+        name, table = next(iter(logs.items()))
+        others = ", ".join(other for other in names if other != name)
+        note = f"recording {name}: no other has columns of a motion and an effort ({others})"
+        return replace(table, notes=(note, *table.notes))
+    if not logs:
+        raise error
+    first = shlex.quote(next(iter(logs)))
+    plans = [plan_of(table, told, device=device) for table in logs.values()]
+    answers = {plan.examples for plan in plans}
+    remedy = f"Choose one, such as --variable {first}"
+    if len(answers) == 1 and not any(plan.doubts for plan in plans):
+        options = " ".join(["--variable all", *answers.pop()])
+        remedy = f"Take each as a log: {options}; or choose one: --variable {first}"
+    several = f"{len(logs)} of {len(names)} recordings of the file are logs: {listed(logs)}"
+    raise LogError(several, remedy=remedy, where=error.where)
+
+
+def logs_among(path: str | Path, names: Sequence[str], told: ColumnMap, device: DeviceName | None) -> dict[str, Table]:
+    """The tables of those recordings of a file that have a motion and an effort, by name."""
+    tables = {name: _table(path, name, told) for name in names}
+    return {name: table for name, table in tables.items() if table is not None and _is_log(table, told, device)}
+
+
+def _table(path: str | Path, name: str, told: ColumnMap) -> Table | None:
+    try:
+        return read_table(path, variable=name, decimal=told.decimal)
+    except LogError:
+        return None
+
+
+def _is_log(table: Table, told: ColumnMap, device: DeviceName | None) -> bool:
+    try:
+        return has_motion_and_effort(plan_of(table, told, device=device))
+    except ErclutchError:
+        return False
+
+
+def has_motion_and_effort(plan: Plan) -> bool:
+    """Whether a plan found all but the field, or knows several columns that may be it."""
+    found = {each.signal for each in plan.signals if each.column}
+    found |= {each.signal for each in plan.questions if "may be any of" in each.problem}
+    groups = [group for group in NEEDS[plan.device] if ("field",) not in group]
+    return all(any(found & {*option} for option in group) for group in groups)

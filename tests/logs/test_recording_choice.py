@@ -1,0 +1,69 @@
+"""Of several recordings in a file the only log of a device is taken; several logs are asked about, with the command."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from erclutch.errors import LogError
+from erclutch.logs import ColumnMap, read, table_of_log
+from tests.support.command import good
+
+ROWS: list[dict[str, Any]] = [
+    {"t [s]": k / 100, "speed [rad/s]": (k % 7) - 3.0, "torque [N*m]": (k % 5) - 2.0} for k in range(60)
+]
+RESULTS = [{"k": k, "tau_y [Pa]": 2.0 + k, "R2": 0.9} for k in range(60)]
+
+
+def written(folder: Path, **recordings: list[dict[str, Any]]) -> Path:
+    path = folder / "log.json"
+    path.write_text(json.dumps(recordings), encoding="utf-8")
+    return path
+
+
+def test_the_only_recording_with_a_motion_and_an_effort_is_the_log(tmp_path: Path) -> None:
+    path = written(tmp_path, fits=RESULTS, measured=ROWS, settings=RESULTS[:20])
+    table = table_of_log(path, ColumnMap(), None)
+    assert "speed" in table.columns
+    assert table.notes[0] == "recording measured: no other has columns of a motion and an effort (fits, settings)"
+    assert read(path).rows == 60
+
+
+def test_several_logs_of_a_file_are_asked_about_with_the_option_that_takes_them(tmp_path: Path) -> None:
+    path = written(tmp_path, run1=ROWS, run2=ROWS[:40], fits=RESULTS)
+    with pytest.raises(LogError, match=r"2 of 3 recordings of the file are logs: run1, run2.*--variable all; or"):
+        table_of_log(path, ColumnMap(), None)
+    said = good("inspect", "log.json", cwd=tmp_path, code=1)
+    assert said.splitlines()[-1] == "What settles it: erclutch inspect log.json --variable all"
+    assert "run2" in good("inspect", "log.json", "--variable", "all", cwd=tmp_path)
+
+
+def test_several_logs_with_one_question_are_settled_by_one_command(tmp_path: Path) -> None:
+    rows = [{**row, "mode": k // 20} for k, row in enumerate(ROWS)]
+    written(tmp_path, run1=rows, run2=rows, fits=RESULTS)
+    last = good("inspect", "log.json", cwd=tmp_path, code=1).splitlines()[-1]
+    assert last == 'What settles it: erclutch inspect log.json --variable all --field "mode"'
+
+
+def test_a_file_without_any_log_is_refused_as_before(tmp_path: Path) -> None:
+    with pytest.raises(LogError, match="several recordings: fits, more"):
+        table_of_log(written(tmp_path, fits=RESULTS, more=RESULTS), ColumnMap(), None)
+
+
+@pytest.mark.parametrize(
+    ("header", "command"),
+    [
+        ("t [s],speed [rad/s],torque [N*m],q17", "erclutch inspect log.csv --field none"),
+        ("speed [rad/s],torque [N*m],acc,T [°C]", 'erclutch inspect log.csv --rate "1 Hz"'),
+        ("Shear rate [1/s],Shear stress [Pa],acc,T [°C]", "erclutch flowcurve log.csv"),
+        ("t [s],speed [rad/s],acc,T [°C]", 'erclutch inspect log.csv --effort "COLUMN [N]"'),
+    ],
+)
+def test_the_last_line_of_inspect_is_the_command_that_settles_it(tmp_path: Path, header: str, command: str) -> None:
+    rows = "".join(f"{k / 10},{k % 7 + 0.5},{k % 5 + 0.1},{k * k}\n" for k in range(60))
+    (tmp_path / "log.csv").write_text(f"{header}\n{rows}", encoding="utf-8")
+    said = good("inspect", "log.csv", cwd=tmp_path, code=1)
+    assert said.splitlines()[-1] == f"What settles it: {command}"
