@@ -68,7 +68,8 @@ _SWITCHES = ("adapt", "alarms", "force", "keep-values", "polish")
 @contextmanager
 def for_a_shell() -> Generator[None]:
     """Messages name options as a shell takes them: ``--rate '1000 Hz'``; else as Python does: ``rate='1000 Hz'``."""
-    before, _INTERFACE.shell = _INTERFACE.shell, True
+    before = _INTERFACE.shell
+    _INTERFACE.shell = True
     try:
         yield
     finally:
@@ -77,7 +78,9 @@ def for_a_shell() -> Generator[None]:
 
 def worded(text: str) -> str:
     """A message, which is written in a shell's words, in the words of the interface that shows it."""
-    return text if _INTERFACE.shell else _OPTION.sub(_as_argument, _DROPPED.sub("", text))
+    if _INTERFACE.shell:
+        return text
+    return _OPTION.sub(_as_argument, _DROPPED.sub("", text))
 
 
 def _as_argument(option: re.Match[str]) -> str:
@@ -100,7 +103,13 @@ def printable(text: str) -> str:
     """
     if text.isprintable():
         return text
-    return "".join(c if c.isprintable() else " " if c.isspace() else ascii(c)[1:-1] for c in text)
+
+    def seen(character: str) -> str:
+        if character.isprintable():
+            return character
+        return " " if character.isspace() else ascii(character)[1:-1]
+
+    return "".join(seen(character) for character in text)
 
 
 @contextmanager

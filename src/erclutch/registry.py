@@ -175,14 +175,14 @@ def find(group: str, name: str) -> Plugin:
     own = _own(group).get(name)
     if own is not None:
         return own
-    found = [plugin for plugin in _others(group) if plugin.name == name]
-    if not found:
+    of_others = [plugin for plugin in _others(group) if plugin.name == name]
+    if not of_others:
         raise unknown(group, name)
-    if len(found) > 1:
-        kind, packages = _GROUPS[group].kind, [plugin.package for plugin in found]
-        problem = f"the {kind} {name!r} is in {len(found)} packages: {', '.join(packages)}"
+    if len(of_others) > 1:
+        packages = [plugin.package for plugin in of_others]
+        problem = f"the {_GROUPS[group].kind} {name!r} is in {len(packages)} packages: {', '.join(packages)}"
         raise PluginError(problem, remedy=f"Remove all but one of them: pip uninstall {packages[-1]}")
-    return found[0]
+    return of_others[0]
 
 
 def unknown(
@@ -209,7 +209,8 @@ def require(needed: Any, where: str) -> None:
     Raises:
         PluginError: one is not, and the remedy says which package to install; or the entry is none.
     """
-    for entry in cast("list[object]", needed) if isinstance(needed, list) else [needed]:
+    entries = cast("list[object]", needed) if isinstance(needed, list) else [needed]
+    for entry in entries:
         named = cast("dict[str, object]", entry) if isinstance(entry, dict) else {}
         group, name, package = (str(named.get(key, "")) for key in ("group", "name", "package"))
         if group not in _GROUPS or not _PACKAGE.fullmatch(package):
@@ -224,18 +225,19 @@ def require(needed: Any, where: str) -> None:
 @cache
 def _own(group: str) -> Mapping[str, Plugin]:
     """Ours, by the files in the group's folders that hold its mark."""
-    mark = re.compile(rf"^{_GROUPS[group].mark}\b.*=", re.MULTILINE)
-    marked = sorted(
-        (file.name.removesuffix(".py"), package)
-        for package, folder in _folders(group)
-        for file in folder.iterdir()
-        if file.name.endswith(".py") and mark.search(file.read_text(encoding="utf-8"))
-    )
+    rule = _GROUPS[group]
+    mark = re.compile(rf"^{rule.mark}\b.*=", re.MULTILINE)
+    marked: list[tuple[str, str]] = []  # name of the module, and its package
+    for package, folder in _folders(group):
+        for file in folder.iterdir():
+            if file.name.endswith(".py") and mark.search(file.read_text(encoding="utf-8")):
+                marked.append((file.name.removesuffix(".py"), package))
+
     own: dict[str, Plugin] = {}
-    for stem, package in marked:
-        attribute = {"mark": f":{_GROUPS[group].mark}", "function": f":{stem}", "module": ""}[_GROUPS[group].value]
-        name = stem.replace("_", "-")
-        own[name] = Plugin(group, name, f"{package}.{stem}{attribute}")
+    for module, package in sorted(marked):
+        attributes = {"mark": f":{rule.mark}", "function": f":{module}", "module": ""}
+        name = module.replace("_", "-")
+        own[name] = Plugin(group, name, f"{package}.{module}{attributes[rule.value]}")
     return own
 
 
@@ -262,14 +264,14 @@ def _others(group: str) -> tuple[Plugin, ...]:
     """Those of other packages, by name: of the group, and of its parts (``erclutch.commands.live``)."""
     from importlib.metadata import entry_points
 
-    listed = entry_points()
-    found: list[Plugin] = []
-    for named in listed.groups:
+    installed = entry_points()
+    others: list[Plugin] = []
+    for named in installed.groups:
         if named != group and not named.startswith(f"{group}."):
             continue
         part = named.removeprefix(group).removeprefix(".")
-        for point in listed.select(group=named):
+        for point in installed.select(group=named):
             package, version = (point.dist.name, point.dist.version) if point.dist else ("unknown", "")
-            source = point.value.partition("[")[0].strip()
-            found.append(Plugin(group, point.name, source, package, version, part))
-    return tuple(sorted(found, key=lambda plugin: (plugin.name, plugin.package)))
+            source = point.value.partition("[")[0].strip()  # without the extras that an entry point may name
+            others.append(Plugin(group, point.name, source, package, version, part))
+    return tuple(sorted(others, key=lambda plugin: (plugin.name, plugin.package)))

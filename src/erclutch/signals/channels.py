@@ -84,7 +84,7 @@ def channels_of(device: DeviceName, units: Units | None = None, *, motor: bool =
         motor: whether the rig has a drive that the loop commands.
     """
     known = units or USUAL[device]
-    of: Mapping[str, str] = {
+    unit_of: Mapping[str, str] = {  # by role
         "position": _POSITIONS.get(known.slip, "?"),
         "speed": known.slip,
         "field": known.field,
@@ -93,8 +93,11 @@ def channels_of(device: DeviceName, units: Units | None = None, *, motor: bool =
         "estimate": known.effort,
         "reference": "",
     }
-    rows = (row for row in _ROWS[device] if motor or row[2] != "motor")
-    return tuple(LiveChannel(name, slot, role, of[role], label) for name, slot, role, label in rows)
+    channels: list[LiveChannel] = []
+    for name, slot, role, label in _ROWS[device]:
+        if motor or role != "motor":
+            channels.append(LiveChannel(name, slot, role, unit_of[role], label))
+    return tuple(channels)
 
 
 #: What a recording of the loop holds besides its channels, and what nothing measured among these.
@@ -104,9 +107,9 @@ NOT_MEASURED = ("estimate", "reference", "flags", "events", "lateness_ns", "step
 def device_of_channels(names: Iterable[str]) -> DeviceName | None:
     """The device whose channels these are; None for channels that no device has, or for none."""
     held = set(names)
-    fitting: list[DeviceName] = [
-        device for device, rows in _ROWS.items() if held and held <= {name for name, *_ in rows}
-    ]
+    if not held:
+        return None
+    fitting: list[DeviceName] = [device for device, rows in _ROWS.items() if held <= {name for name, *_ in rows}]
     return fitting[0] if len(fitting) == 1 else None
 
 
@@ -152,24 +155,32 @@ def named(device: DeviceName, texts: Mapping[str, str]) -> NamedChannels:
         SettingError: an unknown channel, or a label or unit that cannot be.
     """
     labels: dict[str, str] = {}
-    units: dict[str, str] = {}
+    units: dict[str, str] = {}  # by role
     roles = {name: role for name, _, role, _ in _ROWS[device]}
     for name, text in texts.items():
         if name not in wired(device):
             raise SettingError(f"there is no channel {name!r}", remedy=f"Name some of {', '.join(wired(device))}")
+        role = roles[name]
         match = _LABEL.fullmatch(text)
         if match is None or not match["label"] or not match["label"].isprintable():
             raise SettingError(f"channel {name!r} is called {text!r}", remedy="Write it like 'coil current [A]'")
         labels[name] = match["label"]
         if match["unit"] is not None:
-            unit = _in_si(name, match["unit"], roles[name])
-            if units.setdefault(roles[name], unit) != unit:
-                problem = f"channel {name!r} is in {unit}, and another {roles[name]} in {units[roles[name]]}"
+            unit = _in_si(name, match["unit"], role)
+            if units.setdefault(role, unit) != unit:
+                problem = f"channel {name!r} is in {unit}, and another {role} in {units[role]}"
                 raise SettingError(problem, remedy="Send both in one unit")
-    given = {roles[name] for name in labels}
-    speed = next((speed for speed, position in _POSITIONS.items() if units.get("position") == position), "?")
-    known = Units(units.get("effort", "?"), units.get("field", "?"), speed)
-    return NamedChannels(labels, known, "motor" in given, "effort" in given, units.get("motor", "?"))
+
+    # A rig sends positions; the speed's unit follows from theirs.
+    slip = next((speed for speed, position in _POSITIONS.items() if units.get("position") == position), "?")
+    given_roles = {roles[name] for name in labels}
+    return NamedChannels(
+        labels,
+        Units(units.get("effort", "?"), units.get("field", "?"), slip),
+        motor="motor" in given_roles,
+        sensor="effort" in given_roles,
+        drive=units.get("motor", "?"),
+    )
 
 
 def _in_si(name: str, unit: str, role: str) -> str:
@@ -178,9 +189,11 @@ def _in_si(name: str, unit: str, role: str) -> str:
     Raises:
         SettingError: another unit: a rig converts before it sends. UnitError: no unit.
     """
-    allowed = SIGNALS[name if name in SIGNALS else {"motor": "effort"}.get(role, role)].si_units
-    found = units_module.fits(unit, allowed)
-    if found is None or found[0] != 1.0:
-        problem = f"channel {name!r} is in {unit or '1'}"
-        raise SettingError(problem, remedy=f"Send it in one of {', '.join(si or '1' for si in allowed)}")
-    return found[1]
+    like = "effort" if role == "motor" else role  # a drive is a torque or a force, as an effort is
+    signal = SIGNALS[name] if name in SIGNALS else SIGNALS[like]
+    fitting = units_module.fits(unit, signal.si_units)
+    factor, si_unit = fitting or (0.0, "")
+    if factor != 1.0:
+        allowed = ", ".join(si or "1" for si in signal.si_units)
+        raise SettingError(f"channel {name!r} is in {unit or '1'}", remedy=f"Send it in one of {allowed}")
+    return si_unit

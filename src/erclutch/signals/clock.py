@@ -58,14 +58,21 @@ class Clock:
 
 def stretches(mask: Mask) -> list[tuple[int, int]]:
     """Rows [start, stop) of each stretch of a mask."""
-    edges = np.flatnonzero(np.diff(np.concatenate(([False], mask, [False])).astype(np.int8))).tolist()
-    return list(zip(edges[::2], edges[1::2], strict=True))
+    walled = np.concatenate(([False], mask, [False])).astype(np.int8)
+    edges = np.flatnonzero(np.diff(walled)).tolist()
+    starts, stops = edges[::2], edges[1::2]
+    return list(zip(starts, stops, strict=True))
 
 
 def within(spans: Sequence[Span], start: int, stop: int) -> tuple[Span, ...]:
     """The parts of ``spans`` inside rows [start, stop), lone rows too, counted from start."""
-    kept = ((max(s.start, start), min(s.stop, stop), s.period) for s in spans)
-    return tuple(Span(a - start, b - start, period) for a, b, period in kept if a < b)
+    parts: list[Span] = []
+    for span in spans:
+        first = max(span.start, start)
+        last = min(span.stop, stop)
+        if first < last:
+            parts.append(Span(first - start, last - start, span.period))
+    return tuple(parts)
 
 
 def cut_spans(spans: Sequence[Span], start: int, stop: int) -> tuple[Span, ...]:

@@ -48,8 +48,10 @@ class Units:
 
     def text(self) -> str:
         """The three as words, for messages."""
-        pairs = (("effort", self.effort), ("field", self.field), ("slip", self.slip))
-        return ", ".join(f"{name} in {'units as logged' if unit == '?' else unit or '1'}" for name, unit in pairs)
+        words: list[str] = []
+        for name, unit in (("effort", self.effort), ("field", self.field), ("slip", self.slip)):
+            words.append(f"{name} in units as logged" if unit == "?" else f"{name} in {unit or '1'}")
+        return ", ".join(words)
 
 
 def slips_of(device: DeviceName, speeds: Sequence[Any]) -> list[Any]:
@@ -67,7 +69,10 @@ def speeds_of(device: DeviceName, slips: Sequence[Any]) -> list[Any]:
     """The speeds that give the slips; the inverse of `slips_of`."""
     if device == "single":
         return [slips[0]]
-    return [0.5 * (slips[0] - slips[1]), -0.5 * (slips[0] + slips[1])]
+    w1, w2 = slips
+    theta_dot = 0.5 * (w1 - w2)
+    alpha_dot = -0.5 * (w1 + w2)
+    return [theta_dot, alpha_dot]
 
 
 def elements_of(device: DeviceName, signals: Mapping[str, Array]) -> tuple[Element, ...]:

@@ -108,8 +108,11 @@ def reach(derivative: Derivative, period: float) -> int:
     if derivative.name == "savgol":
         return derivative.window
     g, h = _gains(derivative, period)
-    slowest = float(np.max(np.abs(np.roots([1.0, g + h - 2.0, 1.0 - g]))))
-    return 1 + int(np.ceil(np.log(1e-15) / np.log(slowest))) if slowest > 0 else 2
+    poles = np.roots([1.0, g + h - 2.0, 1.0 - g])
+    slowest = float(np.max(np.abs(poles)))
+    if not slowest > 0:  # it forgets at once
+        return 2
+    return 1 + int(np.ceil(np.log(1e-15) / np.log(slowest)))
 
 
 def differentiate(x: Array, clock: Clock, derivative: Derivative) -> Array:
@@ -126,11 +129,11 @@ def differentiate(x: Array, clock: Clock, derivative: Derivative) -> Array:
     Raises:
         SettingError: a window longer than a segment, or a filter that needs equal steps on a log that has none.
     """
-    out = np.empty_like(x)
+    speed = np.empty_like(x)
     for span in clock.spans:
-        at = slice(span.start, span.stop)
-        out[at] = _span(x[at], clock.time[at], span.period, derivative)
-    return out
+        rows = slice(span.start, span.stop)
+        speed[rows] = _span(x[rows], clock.time[rows], span.period, derivative)
+    return speed
 
 
 def _span(x: Array, t: Array, period: float | None, derivative: Derivative) -> Array:

@@ -85,11 +85,10 @@ _FACTORS = {
     (("second", 1.0),): {"s": 1.0, "ms": 1e-3},
 }
 #: Unit -> factor and dimension.
-COMMON = {unit: (factor, dimension) for dimension, each in _FACTORS.items() for unit, factor in each.items()}
-
-
+COMMON = {unit: (factor, dimension) for dimension, units in _FACTORS.items() for unit, factor in units.items()}
 #: Temperatures of a fluid lie between these, in K; a broken sensor's do not.
-LEAST_KELVIN, MOST_KELVIN = 150.0, 800.0
+LEAST_KELVIN = 150.0
+MOST_KELVIN = 800.0
 _CELSIUS = {"°C", "degC", "deg C", "C", "celsius", "Celsius", "℃"}
 
 
@@ -136,27 +135,31 @@ def parse(text: str) -> Unit:
     # pint evaluates arithmetic: a chain of powers would keep it busy for ever, so only small single powers pass.
     chained = re.search(r"\^|\*\*", _POWER.sub("", spelled))
     if len(text) <= _LONGEST and _FORM.fullmatch(spelled) and not chained:
-        for attempt in (spelled, spelled.lower()) if len(text.strip()) > 2 else (spelled,):
-            found = _evaluate(text, attempt)
-            if found is not None:
-                return found
+        # In short units capitals tell one from another: mm and Mm, s and S.
+        attempts = (spelled, spelled.lower()) if len(text.strip()) > 2 else (spelled,)
+        for attempt in attempts:
+            unit = _evaluate(text, attempt)
+            if unit is not None:
+                return unit
     remedy = "Write it like cm/s, m/s^2, kN, N*m, rpm, kV/mm, % or - (a factor may stand before it: 980.665 N)"
     raise UnitError(f"'{text}' is not a unit that erclutch knows", remedy=remedy)
 
 
 def _evaluate(text: str, spelled: str) -> Unit | None:
+    """What pint makes of a unit; None where pint knows none, or none that a factor alone converts."""
     registry = _registry()
     try:
         one = registry.Quantity(registry.parse_expression(spelled))
         base = one.to_root_units()
         double = (2.0 * one).to_root_units()
         factor = float(base.magnitude)
+        # An offset or a logarithm shows: twice the unit is not twice the number.
         linear = abs(float(double.magnitude) - 2.0 * factor) <= 1e-12 * abs(factor)
         dimension = tuple(sorted((str(name), float(power)) for name, power in base.unit_items()))
     except Exception:  # pint, its tokenizer and its arithmetic raise a dozen unrelated types on odd text
         return None
-    offset = any(name in {"kelvin", "bit", "count"} for name, _ in dimension)
-    if not linear or offset or not 0.0 < factor < float("inf"):
+    refused = any(name in {"kelvin", "bit", "count"} for name, _ in dimension)
+    if not linear or refused or not 0.0 < factor < float("inf"):
         return None
     if not dimension and not re.search(r"%|percent|permille|ppm", spelled):
         return None  # a bare number such as 3, or a count: no unit
@@ -216,12 +219,14 @@ def fits(unit: str, si_units: Iterable[str]) -> tuple[float, str] | None:
     given = parse(unit)
     wanted = [parse(si) for si in si_units]
     for si in wanted:
-        ambiguous = "second" in dict(si.dimension) and len(si.dimension) == 1 and _AMBIGUOUS_SPEED.fullmatch(unit)
+        of_time_alone = "second" in dict(si.dimension) and len(si.dimension) == 1
+        ambiguous = of_time_alone and _AMBIGUOUS_SPEED.fullmatch(unit)
         if given.dimension == si.dimension and not ambiguous:
             return given.factor / si.factor, si.text
+    plain = given.factor == 1.0 and "z" not in unit.lower()  # no per cent, no Hz
     for si in wanted:
-        without_angle = tuple(pair for pair in si.dimension if pair != ("radian", 1.0))
-        if given.dimension == without_angle != si.dimension and given.factor == 1.0 and "z" not in unit.lower():
+        without_angle = tuple(power for power in si.dimension if power != ("radian", 1.0))
+        if plain and given.dimension == without_angle != si.dimension:
             return 1.0, si.text
     return None
 
@@ -232,19 +237,19 @@ def conversion(unit: str, kind: SignalKind, column: str) -> tuple[float, str]:
     Raises:
         UnitError: the unit is unknown or of another kind; the message names column, unit, what fits and the remedy.
     """
-    usual = [_USUAL.get(si, "") for si in kind.si_units]
-    allowed = ", ".join([*(si or "dimensionless" for si in kind.si_units), *filter(None, usual), "..."])
-    option = f"--{kind.name} " + " or ".join(
-        shell_word(f"{column} [{_USUAL.get(si, si) or '-'}]") for si in kind.si_units[:2]
-    )
+    in_si = [si or "dimensionless" for si in kind.si_units]
+    usual = [_USUAL[si] for si in kind.si_units if si in _USUAL]
+    allowed = ", ".join([*in_si, *usual, "..."])
+    examples = [shell_word(f"{column} [{_USUAL.get(si, si) or '-'}]") for si in kind.si_units[:2]]
+    option = f"--{kind.name} {' or '.join(examples)}"
     problem = f"column '{column}' has the unit '{unit}', which"
     try:
-        found = fits(unit, kind.si_units)
+        fitting = fits(unit, kind.si_units)
     except UnitError as error:
         remedy = f"Name one for {kind.name} ({allowed}), such as {option}"
         raise UnitError(f"{problem} erclutch does not know", remedy=remedy) from error
-    if found is not None:
-        return found
+    if fitting is not None:
+        return fitting
     if _AMBIGUOUS_SPEED.fullmatch(unit) and any("/s" in si for si in kind.si_units):
         remedy = f"Say which: --{kind.name} {shell_word(f'{column} [rpm]')}, [turn/s] or [1/s]"
         raise UnitError(f"{problem} may mean turns or plain 1/s", remedy=remedy)
@@ -274,7 +279,9 @@ def in_unit(text: str, unit: str) -> float:
     factor = 1.0
     if own not in (None, unit):
         given, wanted = parse(own or ""), parse(unit)
-        factor = given.factor / wanted.factor if given.dimension == wanted.dimension else math.inf
-    if not math.isfinite(number * factor):
+        fits_it = given.dimension == wanted.dimension
+        factor = given.factor / wanted.factor if fits_it else math.inf
+    converted = number * factor
+    if not math.isfinite(converted):
         raise UnitError(f"'{text}' is no quantity in {unit or '1 or %'}", remedy=f"Write it like {f'2 {unit}'.strip()}")
-    return number * factor
+    return converted
