@@ -41,18 +41,21 @@ def operations(record: Record, step: ExportedStep) -> Counter[str]:
 
 
 def _of_network(model: NetworkModel, step: ExportedStep) -> Counter[str]:
+    """Operations of a network's forward pass: of its inputs, of each layer, and of the four sums at its end."""
     total: Counter[str] = Counter()
-    inputs, hidden = len(model.structure.inputs), model.structure.hidden
+    inputs = len(model.structure.inputs)
+    hidden = model.structure.hidden
+    radial = model.structure.kind == "rbfn"
     total["additions"] += inputs + hidden[-1] + 4
     total["multiplications"] += hidden[-1]
-    name = "exp" if model.structure.kind == "rbfn" else "tanh"
-    each = operations(traced(name, step.precision), step)
+    activation = operations(traced("exp" if radial else "tanh", step.precision), step)
     for before, after in zip((inputs, *hidden), hidden, strict=False):
-        total["additions"] += before * after * (2 if name == "exp" else 1)
-        total["multiplications"] += before * after
-        for group, count in each.items():
+        weights = before * after
+        total["additions"] += weights * (2 if radial else 1)
+        total["multiplications"] += weights
+        for group, count in activation.items():
             total[group] += count * after
-    if name == "exp":
+    if radial:
         total["multiplications"] += hidden[0]
         total["divisions"] += inputs + hidden[0]
     return total

@@ -35,7 +35,10 @@ def comment(text: str) -> str:
 def c_string(text: str) -> str:
     """A text as a string literal of C and C++, with its quotes; its bytes are UTF-8."""
     plain = set(range(32, 127)) - set(b'"\\?')
-    return '"' + "".join(chr(b) if b in plain else f"\\{b:03o}" for b in text.encode("utf-8", "replace")) + '"'
+    letters: list[str] = []
+    for byte in text.encode("utf-8", "replace"):
+        letters.append(chr(byte) if byte in plain else f"\\{byte:03o}")
+    return f'"{"".join(letters)}"'
 
 
 def matlab_string(text: str) -> str:
@@ -54,7 +57,9 @@ def latex(text: str) -> str:
 
 
 def _letter(c: str) -> str:
-    if c.isascii() or c in _FONT or (unicodedata.decomposition(c)[:2] == "00" and ord(c) < 0x180):
+    """A letter that LaTeX does not take for a sign of its own, by its name in Unicode."""
+    with_accent = unicodedata.decomposition(c)[:2] == "00" and ord(c) < 0x180
+    if c.isascii() or c in _FONT or with_accent:
         return c
     plain = unicodedata.normalize("NFKC", c)
     kind, _, letter = unicodedata.name(c, "").replace("LAMDA", "LAMBDA").partition(" LETTER ")
@@ -62,8 +67,10 @@ def _letter(c: str) -> str:
         return f"$^{{{plain.replace('−', '-')}}}$"
     if plain != c:
         return latex(plain)
-    if letter in _CAPITALS or (kind == "GREEK SMALL" and letter.isalpha() and letter != "OMICRON"):
-        return f"$\\{letter.capitalize() if kind == 'GREEK CAPITAL' else letter.lower()}$"
+    small_greek = kind == "GREEK SMALL" and letter.isalpha() and letter != "OMICRON"
+    if letter in _CAPITALS or small_greek:
+        command = letter.capitalize() if kind == "GREEK CAPITAL" else letter.lower()
+        return f"$\\{command}$"
     return f"{{[}}U+{ord(c):04X}{{]}}"
 
 

@@ -35,8 +35,8 @@ unwritable = partial(files.unwritable, problem="the export cannot be written", r
 
 def finish(step: ExportedStep, options: ExportOptions, target: Plugin, folder: Path) -> None:
     """Write model.json and export.json, after all other files."""
-    model = json.dumps(step.model.to_dict(), indent=1, allow_nan=False)
-    (folder / "model.json").write_text(model + "\n", encoding="utf-8")
+    _write_json(folder / "model.json", step.model.to_dict())
+    written = [path for path in sorted(folder.rglob("*")) if path.is_file()]
     body: dict[str, Any] = {
         "kind": KIND,
         "schema": SCHEMA,
@@ -46,15 +46,22 @@ def finish(step: ExportedStep, options: ExportOptions, target: Plugin, folder: P
         "model": step.model.name,
         "digest": step.digest,
         "options": _options_body(options, step),
-        "files": {str(p.relative_to(folder)): file_digest(p) for p in sorted(folder.rglob("*")) if p.is_file()},
+        "files": {str(path.relative_to(folder)): file_digest(path) for path in written},
     }
-    needed = [*step.model.plugins, *(() if target.own else (target,))]
+    needed = list(step.model.plugins)
+    if not target.own:
+        needed.append(target)
     if needed:
         body["plugins"] = [plugin.to_dict() for plugin in needed]
-    (folder / _MARKER).write_text(json.dumps(body, indent=1, allow_nan=False) + "\n", encoding="utf-8")
+    _write_json(folder / _MARKER, body)
+
+
+def _write_json(path: Path, body: Mapping[str, Any]) -> None:
+    path.write_text(json.dumps(body, indent=1, allow_nan=False) + "\n", encoding="utf-8")
 
 
 def _options_body(options: ExportOptions, step: ExportedStep) -> dict[str, Any]:
+    """The options as they were used; switches that are off are left out, as files of earlier versions have none."""
     body = {**asdict(options), "name": step.name, "period": step.period}
     return {key: value for key, value in body.items() if key not in ("alarms", "adapt") or value}
 
@@ -81,36 +88,39 @@ def read_export(folder: str | Path) -> Exported:
         ExportError: no export, one of a newer schema, or a file that was changed.
     """
     place = Path(folder)
+    where = str(place)
+    again = "Export the model again"
     try:
-        body = json.loads((place / _MARKER).read_text(encoding="utf-8"))
+        read: Any = json.loads((place / _MARKER).read_text(encoding="utf-8"))
     except (OSError, ValueError, RecursionError) as error:
-        what, remedy = f"not an export: export.json: {plain_words(error)}", "Give a folder that erclutch export wrote"
+        remedy = "Give a folder that erclutch export wrote"
         if (place / "run.json").is_file():
             remedy = f"This is a run: erclutch export {place} makes one"
-        raise ExportError(what, where=str(place), remedy=remedy) from error
-    if not isinstance(body, dict) or cast(dict[str, Any], body).get("kind") != KIND:
-        raise ExportError("export.json does not describe an export", where=str(place), remedy="Export the model again")
-    content = cast(dict[str, Any], body)
-    require_schema(content.get("schema"), SCHEMA, str(place), error=ExportError, older="Export the model again")
-    require(content.get("plugins", []), str(place))
+        problem = f"not an export: export.json: {plain_words(error)}"
+        raise ExportError(problem, where=where, remedy=remedy) from error
+    body = cast(dict[str, Any], read) if isinstance(read, dict) else {}
+    if body.get("kind") != KIND:
+        raise ExportError("export.json does not describe an export", where=where, remedy=again)
+    require_schema(body.get("schema"), SCHEMA, where, error=ExportError, older=again)
+    require(body.get("plugins", []), where)
     try:
-        _check_files(place, content["files"])
-        step = step_of(load_model(place / "model.json"), _options(content["options"]))
-        if step.digest != content["digest"]:
-            raise ExportError("model.json is not the exported model", where=str(place), remedy="Export the model again")
-        return Exported(place, str(content["target"]), step)
+        _check_files(place, body["files"])
+        step = step_of(load_model(place / "model.json"), _options(body["options"]))
+        if step.digest != body["digest"]:
+            raise ExportError("model.json is not the exported model", where=where, remedy=again)
+        return Exported(place, str(body["target"]), step)
     except ErclutchError:
         raise
     except UNFIT as error:
-        raise ExportError(f"unfit entry: {error!s:.200}", where=str(place), remedy="Export the model again") from error
+        raise ExportError(f"unfit entry: {error!s:.200}", where=where, remedy=again) from error
 
 
 def _options(body: Mapping[str, Any]) -> ExportOptions:
-    limits = body["limits"]
+    period, limits = body["period"], body["limits"]
     return ExportOptions(
         name=str(body["name"]),
         precision=body["precision"],
-        period=None if body["period"] is None else number_of(body["period"], "period", positive=True),
+        period=None if period is None else number_of(period, "period", positive=True),
         inputs=body["inputs"],
         derivative=Derivative(**body["derivative"]),
         limits=None if limits is None else pair_of(limits, "limits"),

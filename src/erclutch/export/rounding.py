@@ -18,7 +18,7 @@ import numpy as np
 from erclutch.arithmetic.elementary import table_entry
 from erclutch.arithmetic.evaluation import evaluate
 from erclutch.arithmetic.precision import FLOAT32, FLOAT64, Precision
-from erclutch.arithmetic.record import Node
+from erclutch.arithmetic.record import BINARY, Node
 from erclutch.errors import ExportError
 from erclutch.export.exported_step import ExportedStep
 from erclutch.export.stage_memory import suffix_of
@@ -46,54 +46,68 @@ def bound(step: ExportedStep, rows: Array, precision: Precision | None = None) -
         rows: its inputs.
         precision: of the arithmetic; None is the step's.
     """
-    made, p = step_record(step), precision or step.precision
-    inputs = named(made, np.asarray(rows, np.float64))
-    given: dict[Node, Array] = {}
-    if step.filter is not None:  # its errors decay, but a bound that follows them operation by operation would grow
-        slips = evaluate(made.record, inputs, numbers(step, FLOAT64), outputs=made.slips)
+    record = step_record(step)
+    p = precision or step.precision
+    errors = Errors(step.network, p)
+    in_float64 = numbers(step, FLOAT64)
+    inputs = named(record, np.asarray(rows, np.float64))
+    exact = {name: np.stack([signal, np.zeros_like(signal)]) for name, signal in inputs.items()}
+    given: dict[Node, Array] = {}  # nodes whose errors decay: a bound operation by operation would grow instead
+
+    if step.filter is not None:
         own = _filter_error(step, p)
-        given = {n: np.stack([w, own + 0.5 * p.epsilon * np.abs(w)]) for n, w in zip(made.slips, slips, strict=True)}
-    exact = {name: np.stack([x, np.zeros_like(x)]) for name, x in inputs.items()}
-    for node, q in _oscillating(step, made):
-        value, signal = evaluate(made.record, inputs, numbers(step, FLOAT64), outputs=(node, node.arguments[2]))
-        error = evaluate(made.record, exact, Errors(step.network, p), given, [node.arguments[2]])[0][1]
-        given[node] = np.stack([value, _oscillator_error(q, step.period or 1.0, value, signal, error, p)])
-    return evaluate(made.record, exact, Errors(step.network, p), given, [made.value])[0][1]
+        slips = evaluate(record.record, inputs, in_float64, outputs=record.slips)
+        for node, slip in zip(record.slips, slips, strict=True):
+            given[node] = np.stack([slip, own + 0.5 * p.epsilon * np.abs(slip)])
+    for node, parameters in _oscillating(step, record):
+        signal_node = node.arguments[2]
+        value, signal = evaluate(record.record, inputs, in_float64, outputs=(node, signal_node))
+        signal_error = evaluate(record.record, exact, errors, given, [signal_node])[0][1]
+        error = _oscillator_error(parameters, step.period or 1.0, value, signal, signal_error, p)
+        given[node] = np.stack([value, error])
+    _, error = evaluate(record.record, exact, errors, given, [record.value])[0]
+    return error
 
 
-def _oscillating(step: ExportedStep, made: StepRecord) -> Iterator[tuple[Node, Mapping[str, float]]]:
+def _oscillating(step: ExportedStep, record: StepRecord) -> Iterator[tuple[Node, Mapping[str, float]]]:
     """The choice that gives the output of each oscillator: in the first row, its third argument, that is the signal."""
-    for stage, q in step.stages:
+    after = record.record.after
+    for stage, parameters in step.stages:
         if isinstance(stage, Oscillator):
-            for element in ("0", "1", "") if stage.place == "command" else ("",):
+            elements = ("0", "1", "") if stage.place == "command" else ("",)
+            for element in elements:
                 name = f"x{suffix_of(stage, element)}"
-                if name in made.record.after:
-                    yield made.record.after[name].arguments[0], q
+                if name in after:
+                    yield after[name].arguments[0], parameters
 
 
 def _oscillator_error(
-    q: Mapping[str, float], period: float, value: Array, signal: Array, error: Array, p: Precision
+    parameters: Mapping[str, float], period: float, value: Array, signal: Array, signal_error: Array, p: Precision
 ) -> Array:
     """Of the output, from that of the signal: a bound operation by operation would grow as no oscillation does."""
-    tau, zeta = q.values()
+    tau, zeta = parameters.values()
     a11, a12, a21, a22 = map(float, coefficients(tau, zeta, period))
-    passes, state = np.array([[a11, a12], [a21, a22]]), np.eye(2)
-    into, of_signal, of_state = np.array([1.0 - a11, -a21]), 0.0, 0.0
+    row_to_row = np.array([[a11, a12], [a21, a22]])
+    from_signal = np.array([1.0 - a11, -a21])
+    # What an error of the signal, or of the state, in any row before adds to the output.
+    of_signal = of_state = 0.0
+    state = np.eye(2)
     for _ in range(value.size):
-        of_signal += abs(float(state[0] @ into))
-        of_state += float(np.abs(state[0]).sum())
-        state = state @ passes
-    most = np.maximum.accumulate(np.maximum(np.abs(value), np.abs(signal)))
+        output = state[0]
+        of_signal += abs(float(output @ from_signal))
+        of_state += float(np.abs(output).sum())
+        state = state @ row_to_row
+    largest = np.maximum.accumulate(np.maximum(np.abs(value), np.abs(signal)))
     # Two sums of three terms a row, each no larger than three times the largest value or its slope.
-    return of_signal * np.maximum.accumulate(error) + of_state * 6.0 * p.epsilon * most
+    return of_signal * np.maximum.accumulate(signal_error) + of_state * 6.0 * p.epsilon * largest
 
 
 def _filter_error(step: ExportedStep, p: Precision) -> float:
     """Of a speed, from angles within half a turn (or, unturned, of size one)."""
-    f = step.filter
-    assert f is not None
-    size = 1.0 if f.turn is None else f.turn
-    return 4.0 * p.epsilon * size * max(f.h, 1e-3) / (step.period or 1.0) / max(f.g, 1e-3)
+    gains = step.filter
+    assert gains is not None
+    size = 1.0 if gains.turn is None else gains.turn
+    return 4.0 * p.epsilon * size * max(gains.h, 1e-3) / (step.period or 1.0) / max(gains.g, 1e-3)
 
 
 @dataclass(frozen=True)
@@ -116,7 +130,8 @@ class Errors:
         """The value of a node and its largest error."""
         if node.operation == "network":
             assert self.network is not None
-            values, errors = (np.array(np.broadcast_arrays(*(a[k] for a in arguments))) for k in (0, 1))
+            values = np.array(np.broadcast_arrays(*(value for value, _ in arguments)))
+            errors = np.array(np.broadcast_arrays(*(error for _, error in arguments)))
             return np.stack(_network(self.network, values, errors, self.precision))
         if node.operation == "less":
             return arguments[0][0] < arguments[1][0]
@@ -137,11 +152,8 @@ _ON_TRUTHS: Mapping[str, Callable[..., Array]] = {
     "choose": _np.where,
 }
 
-
+#: A value and its largest error.
 Uncertain = tuple[Any, Any]
-"""A value and its largest error."""
-
-
 #: Share of the largest effort that rounding may take before an export is refused.
 NOISE = 0.01
 
@@ -152,7 +164,9 @@ def measured(step: ExportedStep, count: int = 256) -> tuple[float, float]:
     rows = ordinary(step, np.random.default_rng(0), count)
     rows[:, step.model_inputs :] = np.nan  # nothing is measured: the model's own effort
     at_speeds = replace(step, filter=None, limits=(-1e30, 1e30))
-    difference = np.abs(run(at_speeds, rows)[0] - reference(at_speeds, rows)[0])
+    effort, _ = run(at_speeds, rows)
+    of_numpy, _ = reference(at_speeds, rows)
+    difference = np.abs(effort - of_numpy)
     limit = bound(at_speeds, rows) + bound(at_speeds, rows, FLOAT64)
     return float(difference.max()), float(limit.max())
 
@@ -173,30 +187,39 @@ def refuse_noise(step: ExportedStep) -> None:
         )
 
 
-def _with_error(node: Node, a: Sequence[Any], p: Precision) -> Uncertain:
+def _with_error(node: Node, arguments: Sequence[Uncertain], p: Precision) -> Uncertain:
+    """The value of a node and its largest error, from those of its arguments."""
     half, name = 0.5 * p.epsilon, node.operation
     if name == "constant":
         value = np.array([float(node.value or 0.0)])
         return value, (half * np.abs(value) if p is FLOAT32 else 0.0 * value)
-    if name in ("negate", "absolute"):
-        return (-a[0][0] if name == "negate" else np.abs(a[0][0])), a[0][1]
-    if name in ("add", "subtract"):
-        value = a[0][0] + a[1][0] if name == "add" else a[0][0] - a[1][0]
-        return value, a[0][1] + a[1][1] + half * np.abs(value)
-    if name == "multiply":
-        value = a[0][0] * a[1][0]
-        return value, np.abs(a[0][0]) * a[1][1] + np.abs(a[1][0]) * a[0][1] + half * np.abs(value)
+    a, a_error = arguments[0]
+    if name == "negate":
+        return -a, a_error
+    if name == "absolute":
+        return np.abs(a), a_error
     if name == "nearest":  # whatever is computed from the whole number and from what is left meets at its steps
-        value = _np.round(a[0][0])
+        value = _np.round(a)
         return value, 0.0 * value
-    if name == "divide":
-        value = a[0][0] / a[1][0]
-        return value, (a[0][1] + np.abs(value) * a[1][1]) / np.abs(a[1][0]) + half * np.abs(value)
-    return _function(name, a, ULPS[p.name][name] * p.epsilon)
+    if name not in BINARY:
+        return _function(name, arguments, ULPS[p.name][name] * p.epsilon)
+
+    b, b_error = arguments[1]
+    if name == "add":
+        value, error = a + b, a_error + b_error
+    elif name == "subtract":
+        value, error = a - b, a_error + b_error
+    elif name == "multiply":
+        value, error = a * b, np.abs(a) * b_error + np.abs(b) * a_error
+    else:
+        value = a / b
+        error = (a_error + np.abs(value) * b_error) / np.abs(b)
+    return value, error + half * np.abs(value)
 
 
-def _function(name: str, a: Sequence[Any], own: float) -> Uncertain:
-    x, error = a[0]
+def _function(name: str, arguments: Sequence[Uncertain], own: float) -> Uncertain:
+    """The value of a function, and what its argument's error and its own, as a share of the value, make of it."""
+    x, error = arguments[0]
     if name == "exp":
         value = np.exp(x)
         return value, value * error + own * value
@@ -206,9 +229,12 @@ def _function(name: str, a: Sequence[Any], own: float) -> Uncertain:
     if name == "tanh":
         value = np.tanh(x)
         return value, _spread(value, error) + own * np.abs(value)
-    n = a[1][0]
-    value = np.power(np.maximum(x, 1e-300), n)
-    return value, value * (np.abs(n) * error / np.maximum(x, 1e-300) + np.abs(np.log(x)) * a[1][1]) + own * value
+    exponent, exponent_error = arguments[1]
+    base = np.maximum(x, 1e-300)
+    value = np.power(base, exponent)
+    by_base = np.abs(exponent) * error / base
+    by_exponent = np.abs(np.log(x)) * exponent_error
+    return value, value * (by_base + by_exponent) + own * value
 
 
 def _spread(value: Any, error: Any) -> Any:
@@ -216,47 +242,55 @@ def _spread(value: Any, error: Any) -> Any:
     return np.minimum((1.0 - value * value) * error + np.abs(value) * error * error, 2.0)
 
 
-def _network(model: NetworkModel, x: Array, e: Array, p: Precision) -> tuple[Array, Array]:
+def _network(model: NetworkModel, x: Array, x_error: Array, p: Precision) -> tuple[Array, Array]:
     """The forward pass from inputs and their errors, shape (inputs, n)."""
-    half, model = 0.5 * p.epsilon, model.folded
-    to = model.scaling
-    scale, offset = to.scale[:, None], to.offset[:, None]
+    half = 0.5 * p.epsilon
+    model = model.folded
+    scale = model.scaling.scale[:, None]
+    offset = model.scaling.offset[:, None]
+    # In float32 the constants of the scaling are rounded too.
+    of_offset = np.abs(offset) if p is FLOAT32 else 0.0
     z = (x - offset) / scale
-    e = (e + half * (np.abs(x - offset) + (np.abs(offset) if p is FLOAT32 else 0.0))) / np.abs(scale)
-    e = e + (2.0 if p is FLOAT32 else 1.0) * half * np.abs(z)
-    a, e, weights, start = _rbfn(model, z, e, p) if model.structure.kind == "rbfn" else _fnn(model, z, e, p)
+    z_error = (x_error + half * (np.abs(x - offset) + of_offset)) / np.abs(scale)
+    z_error = z_error + (2.0 if p is FLOAT32 else 1.0) * half * np.abs(z)
+    layers = _rbfn if model.structure.kind == "rbfn" else _fnn
+    a, a_error, weights, start = layers(model, z, z_error, p)
     terms = np.abs(weights[:, None] * a)
-    error = np.abs(weights) @ e + half * (len(weights) / 4.0 + 6.0) * (terms.sum(axis=0) + abs(start))
+    error = np.abs(weights) @ a_error + half * (len(weights) / 4.0 + 6.0) * (terms.sum(axis=0) + abs(start))
     return weights @ a + start, error
 
 
-def _fnn(model: NetworkModel, a: Array, e: Array, p: Precision) -> tuple[Array, Array, Array, float]:
-    half, own = 0.5 * p.epsilon, ULPS[p.name]["tanh"] * p.epsilon
+def _fnn(model: NetworkModel, a: Array, error: Array, p: Precision) -> tuple[Array, Array, Array, float]:
+    """Last activations with their errors, and the weights and the offset of the output."""
+    half = 0.5 * p.epsilon
+    own = ULPS[p.name]["tanh"] * p.epsilon
     for layer in range(1, len(model.structure.hidden) + 1):
-        w, b = model.weights[f"W{layer}"], model.weights[f"b{layer}"][:, None]
+        w = model.weights[f"W{layer}"]
+        b = model.weights[f"b{layer}"][:, None]
         size = np.abs(w) @ np.abs(a) + np.abs(b)
-        e = np.abs(w) @ e + half * (len(a) + 2.0) * size
+        error = np.abs(w) @ error + half * (len(a) + 2.0) * size
         a = np.tanh(w @ a + b)
-        e = _spread(a, e) + own * np.abs(a)
-    return a, e, model.weights["W_out"][0], float(model.weights["b_out"][0])
+        error = _spread(a, error) + own * np.abs(a)
+    return a, error, model.weights["W_out"][0], float(model.weights["b_out"][0])
 
 
-def _rbfn(model: NetworkModel, z: Array, e: Array, p: Precision) -> tuple[Array, Array, Array, float]:
-    half, own = 0.5 * p.epsilon, ULPS[p.name]["exp"] * p.epsilon
-    centres, spread = model.weights["centres"], (model.weights["spreads"] ** 2)[:, None]
+def _rbfn(model: NetworkModel, z: Array, z_error: Array, p: Precision) -> tuple[Array, Array, Array, float]:
+    """Activations with their errors, and the weights and the offset of the output."""
+    half = 0.5 * p.epsilon
+    own = ULPS[p.name]["exp"] * p.epsilon
+    centres = model.weights["centres"]  # shape (hidden, inputs)
+    spread = (model.weights["spreads"] ** 2)[:, None]
     square = np.zeros((len(centres), z.shape[1]))
-    error = np.zeros_like(square)
+    square_error = np.zeros_like(square)
     for j in range(len(z)):
-        c = centres[:, j : j + 1]
-        distance = z[j] - c
-        own_error = e[j] + half * (np.abs(distance) + (np.abs(c) if p is FLOAT32 else 0.0))
+        centre = centres[:, j : j + 1]
+        distance = z[j] - centre
+        of_centre = np.abs(centre) if p is FLOAT32 else 0.0
+        distance_error = z_error[j] + half * (np.abs(distance) + of_centre)
         square += distance**2
-        error += 2.0 * np.abs(distance) * own_error + half * 3.0 * distance**2
+        square_error += 2.0 * np.abs(distance) * distance_error + half * 3.0 * distance**2
     argument = 0.5 * square / spread
+    argument_error = 0.5 * square_error / spread + 4.0 * half * argument
     a = np.exp(-argument)
-    return (
-        a,
-        a * (0.5 * error / spread + 4.0 * half * argument) + own * a,
-        model.weights["w"],
-        float(model.weights["b"][0]),
-    )
+    error = a * argument_error + own * a
+    return a, error, model.weights["w"], float(model.weights["b"][0])

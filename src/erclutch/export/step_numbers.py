@@ -30,57 +30,68 @@ def numbers(step: ExportedStep, precision: Precision | None = None) -> Numbers:
 
 def run(step: ExportedStep, rows: AnyArray) -> tuple[AnyArray, Flags]:
     """Effort and flags of a sequence of rows, shape (n, inputs), from a reset."""
-    made, dtype = step_record(step), step.precision.dtype
-    effort, *truths = evaluate(made.record, named(made, np.asarray(rows, np.float64).astype(dtype)), numbers(step))
-    return effort.copy(), packed(made, truths)
+    record = step_record(step)
+    effort, *truths = evaluate(record.record, _inputs_of(step, rows), numbers(step))
+    return effort.copy(), packed(record, truths)
 
 
 def band_of(step: ExportedStep, rows: AnyArray) -> AnyArray:
     """Low and high end of the band at each of a sequence of rows, shape (n, 2); no rows for a step without alarms."""
-    made, dtype = step_record(step), step.precision.dtype
     if step.alarms is None:
-        return np.zeros((0, 2), dtype)
-    ends = [made.record.after[name] for name in ("low", "high")]
-    values = named(made, np.asarray(rows, np.float64).astype(dtype))
-    return np.column_stack(evaluate(made.record, values, numbers(step), outputs=ends))
+        return np.zeros((0, 2), step.precision.dtype)
+    record = step_record(step).record
+    ends = [record.after["low"], record.after["high"]]
+    return np.column_stack(evaluate(record, _inputs_of(step, rows), numbers(step), outputs=ends))
 
 
-def named(made: StepRecord, rows: AnyArray) -> dict[str, AnyArray]:
+def _inputs_of(step: ExportedStep, rows: AnyArray) -> dict[str, AnyArray]:
+    """Rows as the precision holds them, as the inputs of the step's record."""
+    return named(step_record(step), _as_held(step, rows))
+
+
+def _as_held(step: ExportedStep, values: AnyArray) -> AnyArray:
+    """Numbers as the step's precision holds them."""
+    return np.asarray(values, np.float64).astype(step.precision.dtype)
+
+
+def named(record: StepRecord, rows: AnyArray) -> dict[str, AnyArray]:
     """Rows as the inputs of a record."""
-    return dict(zip(made.inputs, np.ascontiguousarray(rows.T), strict=True))
+    return dict(zip(record.inputs, np.ascontiguousarray(rows.T), strict=True))
 
 
-def packed(made: StepRecord, truths: Sequence[AnyArray]) -> Flags:
+def packed(record: StepRecord, truths: Sequence[AnyArray]) -> Flags:
     """Flags of each row from their truths."""
-    flags = sum(np.where(truth, bit, 0) for bit, truth in zip(made.flags, truths, strict=True))
+    flags = sum(np.where(truth, bit, 0) for bit, truth in zip(record.flags, truths, strict=True))
     return np.asarray(flags, np.uint32)
 
 
 def reference(step: ExportedStep, rows: AnyArray) -> tuple[AnyArray, Flags]:
     """The same with the model's own NumPy in float64, for rows as the precision holds them."""
-    made = step_record(step)
-    inputs = named(made, np.asarray(rows, np.float64).astype(step.precision.dtype).astype(np.float64))
-    at, elements, extras = held_signals(step, made, inputs)
-    count = int(np.count_nonzero(at))
-    period = step.period or 1.0
-    clock = Clock(np.arange(count) * np.float64(period), (Span(0, count, period),) if count else ())
-    value = np.zeros(at.size)
+    record = step_record(step)
+    inputs = named(record, _as_held(step, rows).astype(np.float64))
+    started, elements, extras = held_signals(step, record, inputs)
+    count = int(np.count_nonzero(started))
+    value = np.zeros(started.size)
     if count:
-        value[at] = step.model.effort(elements, clock, extras)
-    effort, *truths = evaluate(made.record, inputs, numbers(step, FLOAT64), {made.value: value})
-    return effort.copy(), packed(made, truths)
+        period = step.period or 1.0  # s
+        clock = Clock(np.arange(count) * np.float64(period), (Span(0, count, period),))
+        value[started] = step.model.effort(elements, clock, extras)
+    effort, *truths = evaluate(record.record, inputs, numbers(step, FLOAT64), {record.value: value})
+    return effort.copy(), packed(record, truths)
 
 
 def held_signals(
-    step: ExportedStep, made: StepRecord, inputs: dict[str, AnyArray]
+    step: ExportedStep, record: StepRecord, inputs: dict[str, AnyArray]
 ) -> tuple[NDArray[np.bool_], list[Element], dict[str, AnyArray]]:
     """Rows from the first good one on; there the fields and slips within their windows, and the further inputs."""
-    nodes = (made.started, *made.fields, *made.slips, *made.extras)
-    at, *signals = evaluate(made.record, inputs, numbers(step, FLOAT64), outputs=nodes)
-    e = step.elements
-    kept = [x[at] for x in signals]
-    elements = [Element(f, w) for f, w in zip(kept[:e], kept[e : 2 * e], strict=True)]
-    return at, elements, dict(zip(step.model.extras, kept[2 * e :], strict=True))
+    nodes = (record.started, *record.fields, *record.slips, *record.extras)
+    started, *signals = evaluate(record.record, inputs, numbers(step, FLOAT64), outputs=nodes)
+    kept = [signal[started] for signal in signals]
+    fields = kept[: step.elements]
+    slips = kept[step.elements : 2 * step.elements]
+    further = kept[2 * step.elements :]
+    elements = [Element(field, slip) for field, slip in zip(fields, slips, strict=True)]
+    return started, elements, dict(zip(step.model.extras, further, strict=True))
 
 
 # --- inverse ---------------------------------------------------------------------------------------------------------
@@ -99,22 +110,22 @@ def inverse(step: ExportedStep, rows: AnyArray, wanted: AnyArray) -> tuple[AnyAr
         Fields (E1 - E2 for a coaxial device), 0 where an input is not finite; the nearest end of the range where the
         effort is out of reach.
     """
-    dtype = step.precision.dtype
-    values = np.asarray(rows, np.float64).astype(dtype)[:, step.elements : step.model_inputs]
-    target = np.asarray(wanted, np.float64).astype(dtype)
-    bad = ~(np.all(np.isfinite(values), axis=1) & np.isfinite(target))
+    given = _as_held(step, rows)[:, step.elements : step.model_inputs]  # without the fields
+    target = _as_held(step, wanted)
+    bad = ~(np.all(np.isfinite(given), axis=1) & np.isfinite(target))
     head = search_record(step)
-    *signals, outside = evaluate(head, dict(zip(head.inputs(), values.T, strict=True)), numbers(step))
+    *signals, outside = evaluate(head, dict(zip(head.inputs(), given.T, strict=True)), numbers(step))
     settled = settled_record(step)
 
     def effort(field: AnyArray, at: NDArray[np.int64]) -> AnyArray:
-        inputs = dict(zip(settled.inputs(), [field, *(x[at] for x in signals)], strict=True))
-        return evaluate(settled, inputs, numbers(step))[0]
+        arguments = [field, *(signal[at] for signal in signals)]
+        return evaluate(settled, dict(zip(settled.inputs(), arguments, strict=True)), numbers(step))[0]
 
     with np.errstate(all="ignore"):
         field, reached = _Bracketing(step, effort, target).find()
     flags = np.where(outside, OUTSIDE, 0) | np.where(reached, 0, OUT_OF_REACH)
-    return np.where(bad, dtype.type(0.0), field), np.where(bad, NON_FINITE, flags).astype(np.uint32)
+    zero = step.precision.dtype.type(0.0)
+    return np.where(bad, zero, field), np.where(bad, NON_FINITE, flags).astype(np.uint32)
 
 
 def inverse_now(step: ExportedStep, rows: AnyArray, wanted: AnyArray) -> tuple[AnyArray, Flags]:
@@ -131,87 +142,112 @@ def inverse_now(step: ExportedStep, rows: AnyArray, wanted: AnyArray) -> tuple[A
     """
     if not feels_state(step):
         return inverse(step, rows, wanted)
-    e, dtype = step.elements, step.precision.dtype
-    values, target = np.asarray(rows, np.float64).astype(dtype), np.asarray(wanted, np.float64).astype(dtype)
-    bad = ~(np.all(np.isfinite(values[:, e : step.model_inputs]), axis=1) & np.isfinite(target))
+    elements, inputs = step.elements, step.model_inputs
+    values, target = _as_held(step, rows), _as_held(step, wanted)
+    bad = ~(np.all(np.isfinite(values[:, elements:inputs]), axis=1) & np.isfinite(target))
     if step.filter is not None:
-        bad |= np.any(~(np.abs(values[:, e : 2 * e]) < LARGEST_ANGLE), axis=1)
-    ahead, before = next_record(step), _state_before(step, values)
+        angles = values[:, elements : 2 * elements]
+        bad |= np.any(~(np.abs(angles) < LARGEST_ANGLE), axis=1)
+    ahead = next_record(step)
+    before = _state_before(step, values)
+    state_of = {node: before[key] for node in ahead.needed() if (key := (node.operation, node.value)) in before}
 
     def effort(field: AnyArray, at: NDArray[np.int64]) -> AnyArray:
-        inputs = {f"u{i}": values[at, i] for i in range(e, step.model_inputs)}
-        given = {n: before[n.operation, n.value][at] for n in ahead.needed() if (n.operation, n.value) in before}
-        return evaluate(ahead, {"field": field, **inputs}, numbers(step), given)[0]
+        others = {f"u{i}": values[at, i] for i in range(elements, inputs)}
+        state = {node: numbers_of[at] for node, numbers_of in state_of.items()}
+        return evaluate(ahead, {"field": field, **others}, numbers(step), state)[0]
 
     with np.errstate(all="ignore"):
         field, reached = _Bracketing(step, effort, target).find()
     flags = np.where(bad, NON_FINITE, np.where(reached, 0, OUT_OF_REACH))
-    return np.where(bad, dtype.type(0.0), field), flags.astype(np.uint32)
+    zero = step.precision.dtype.type(0.0)
+    return np.where(bad, zero, field), flags.astype(np.uint32)
 
 
 def _state_before(step: ExportedStep, values: AnyArray) -> dict[tuple[str, Any], AnyArray]:
     """Numbers of the state ahead of each row, and what the delay registers hold then, by operation and name."""
-    made = step_record(step)
-    nodes = [n for n in made.record.needed() if n.operation in ("state", "delay")]
-    found = evaluate(made.record, named(made, values), numbers(step), outputs=nodes)
-    operations = ("earlier" if n.operation == "delay" else "state" for n in nodes)
-    return {(o, n.value): x for o, n, x in zip(operations, nodes, found, strict=True)}
+    record = step_record(step)
+    nodes = [node for node in record.record.needed() if node.operation in ("state", "delay")]
+    values_of = evaluate(record.record, named(record, values), numbers(step), outputs=nodes)
+    before: dict[tuple[str, Any], AnyArray] = {}
+    for node, held in zip(nodes, values_of, strict=True):
+        # The record of the next step reads a register by the operation "earlier".
+        operation = "earlier" if node.operation == "delay" else "state"
+        before[operation, node.value] = held
+    return before
 
 
 @dataclass
 class _Bracketing:
-    """The search for one field a row: brackets outward from the origin, then secants and halvings in turn."""
+    """The search for one field a row: brackets outward from the origin, then secants and halvings in turn.
+
+    The same search in C is printed by `erclutch.export.c.c_inverse`; the order of its operations is that of these
+    lines.
+
+    Attributes:
+        step: with the ends and the tolerances of the search.
+        effort: of fields at some rows.
+        wanted: of each row, shape (n,).
+    """
 
     step: ExportedStep
     effort: Callable[[AnyArray, NDArray[np.int64]], AnyArray]
     wanted: AnyArray
 
     def find(self) -> tuple[AnyArray, NDArray[np.bool_]]:
-        s, n = self.step.search, self.wanted.size
+        """The field of each row, and whether its effort is within reach."""
+        search, count = self.step.search, self.wanted.size
         number = self.step.precision.dtype.type
-        rows = np.arange(n)
-        origin = np.full(n, number(s.origin))
+        rows = np.arange(count)
+        origin = np.full(count, number(search.origin))
         miss = self.effort(origin, rows) - self.wanted
         best, best_miss = origin.copy(), np.abs(miss)
-        done = best_miss <= number(s.tolerance)
-        left = [origin, origin.copy()]
-        left_miss = [miss, miss.copy()]
-        ends = [e for e in (s.plus, s.minus) if e != s.origin]
-        for i in range(1, s.segments + 1):
+        done = best_miss <= number(search.tolerance)
+        # The inner end of the bracket on each side.
+        inner = [origin, origin.copy()]
+        inner_miss = [miss, miss.copy()]
+        ends = [end for end in (search.plus, search.minus) if end != search.origin]
+        for i in range(1, search.segments + 1):
             for side, end in enumerate(ends):
-                stride = number((end - s.origin) / s.segments)
-                at = np.full(n, number(s.origin) + number(i) * stride)
-                miss = self.effort(at, rows) - self.wanted
-                crossed = ((left_miss[side] <= 0) & (miss >= 0)) | ((left_miss[side] >= 0) & (miss <= 0))
-                take = crossed & ~done
+                stride = number((end - search.origin) / search.segments)
+                outer = np.full(count, number(search.origin) + number(i) * stride)
+                miss = self.effort(outer, rows) - self.wanted
+                rises = (inner_miss[side] <= 0) & (miss >= 0)
+                falls = (inner_miss[side] >= 0) & (miss <= 0)
+                take = (rises | falls) & ~done
                 if np.any(take):
-                    chosen = rows[take]
-                    best[take] = self._close(chosen, left[side][take], left_miss[side][take], at[take], miss[take])
+                    best[take] = self._close(
+                        rows[take], inner[side][take], inner_miss[side][take], outer[take], miss[take]
+                    )
                     done |= take
                 nearer = ~done & (np.abs(miss) < best_miss)
-                best[nearer], best_miss[nearer] = at[nearer], np.abs(miss)[nearer]
-                left[side], left_miss[side] = at, miss
+                best[nearer] = outer[nearer]
+                best_miss[nearer] = np.abs(miss)[nearer]
+                inner[side], inner_miss[side] = outer, miss
         return best, done
 
     def _close(self, rows: NDArray[np.int64], a: AnyArray, miss_a: AnyArray, b: AnyArray, miss_b: AnyArray) -> AnyArray:
-        s = self.step.search
+        """The fields between a and b where the miss crosses zero."""
+        search = self.step.search
         number = self.step.precision.dtype.type
-        half, tolerance, width = number(0.5), number(s.tolerance), number(s.width)
+        half, tolerance, width = number(0.5), number(search.tolerance), number(search.width)
         a, b, miss_a, miss_b = a.copy(), b.copy(), miss_a.copy(), miss_b.copy()
         x = half * (a + b)
-        open_ = np.ones(rows.size, np.bool_)
-        for i in range(s.most):
-            middle = half * (a + b)
-            secant = b - miss_b * ((b - a) / (miss_b - miss_a))
-            low, high = np.where(a < b, a, b), np.where(a < b, b, a)
-            inside = (low < secant) & (secant < high)
-            new = np.where(inside, secant, middle) if i % 2 == 0 else middle
-            x = np.where(open_, new, x)
+        going = np.ones(rows.size, np.bool_)
+        for i in range(search.most):
+            next_x = half * (a + b)
+            if i % 2 == 0:
+                secant = b - miss_b * ((b - a) / (miss_b - miss_a))
+                low, high = np.where(a < b, a, b), np.where(a < b, b, a)
+                inside = (low < secant) & (secant < high)
+                next_x = np.where(inside, secant, next_x)
+            x = np.where(going, next_x, x)
             miss = np.asarray(self.effort(x, rows) - self.wanted[rows])
-            same = (miss < 0) == (miss_a < 0)
-            a, miss_a = np.where(open_ & same, x, a), np.where(open_ & same, miss, miss_a)
-            b, miss_b = np.where(open_ & ~same, x, b), np.where(open_ & ~same, miss, miss_b)
-            open_ &= ~((np.abs(miss) <= tolerance) | (np.abs(b - a) <= width))
-            if not np.any(open_):
+            same_side = (miss < 0) == (miss_a < 0)
+            moves_a, moves_b = going & same_side, going & ~same_side
+            a, miss_a = np.where(moves_a, x, a), np.where(moves_a, miss, miss_a)
+            b, miss_b = np.where(moves_b, x, b), np.where(moves_b, miss, miss_b)
+            going &= ~((np.abs(miss) <= tolerance) | (np.abs(b - a) <= width))
+            if not np.any(going):
                 break
         return x

@@ -114,22 +114,24 @@ class StepRecording:
 
     def whole(self) -> StepRecord:
         """From the inputs to effort and flags."""
-        step, record, e = self.step, self.record, self.step.elements
+        step, record = self.step, self.record
         names = tuple(f"u{i}" for i in range(len(step.inputs)))
         given = [record.input(name) for name in names]
-        rows = self.receive(given[: step.model_inputs])
-        slips = slips_of(step.device, rows[e : 2 * e])
-        outside, both, held = self.signals(rows[:e], slips, rows[2 * e :])
-        fields, slips, extras = held[:e], held[e : 2 * e], held[2 * e :]
+        measured = given[-1]  # the effort, where the step measures
+        fields, speeds, extras = self._by_kind(self.receive(given[: step.model_inputs]))
+        outside, both, held = self.signals(fields, slips_of(step.device, speeds), extras)
+        fields, slips, extras = self._by_kind(held)
         value = self.behind(fields, slips, extras)
         effort, limited = self.limited(value)
-        effort, adapted = self.tracked(effort, given[-1])
+        effort, adapted = self.tracked(effort, measured)
         flags = {OUTSIDE: outside, BOTH_FIELDS: both, LIMITED: limited, ADAPTED: adapted}
-        flags |= self.alarms(effort, held, given[-1], record.both(self.good, record.opposite(outside)))
+        may_count = record.both(self.good, record.opposite(outside))
+        flags |= self.alarms(effort, held, measured, may_count)
         raised = {bit: record.both(self.started, truth) for bit, truth in flags.items() if truth is not False}
         raised[NON_FINITE] = record.opposite(self.good)
+
         self._refuse_names()
-        nodes = [[record.node_of(x) for x in group] for group in (fields, slips, extras)]
+        nodes = [tuple(record.node_of(x) for x in signals) for signals in (fields, slips, extras)]
         record.outputs = [record.node_of(x) for x in (effort, *raised.values())]
         return StepRecord(
             record=record,
@@ -137,14 +139,21 @@ class StepRecording:
             effort=record.outputs[0],
             flags=dict(zip(raised, record.outputs[1:], strict=True)),
             value=record.node_of(value),
-            fields=tuple(nodes[0]),
-            slips=tuple(nodes[1]),
-            extras=tuple(nodes[2]),
+            fields=nodes[0],
+            slips=nodes[1],
+            extras=nodes[2],
             started=record.node_of(self.started),
         )
 
+    def _by_kind(self, signals: Sequence[Any]) -> tuple[Sequence[Any], Sequence[Any], Sequence[Any]]:
+        """Signals in the order of the inputs: those of the fields, of the motion, and the further ones."""
+        elements = self.step.elements
+        return signals[:elements], signals[elements : 2 * elements], signals[2 * elements :]
+
     def _refuse_names(self) -> None:
-        for name in (*self.record.after, *(n.value[0] for n in self.record.nodes if n.operation == "delay")):
+        """Refuse a stage whose state has a name that C does not take."""
+        registers = (node.value[0] for node in self.record.nodes if node.operation == "delay")
+        for name in (*self.record.after, *registers):
             if not re.fullmatch(r"[A-Za-z_][A-Za-z0-9_]*", name):
                 raise ExportError(
                     f"a stage calls a number of its state {name!r}, which is no name in C",
@@ -154,14 +163,15 @@ class StepRecording:
 
     def next_effort(self) -> Record:
         """From a signed field and the other inputs, all finite, to the effort; the state is read."""
-        step, record, e = self.step, self.record, self.step.elements
+        step, record, elements = self.step, self.record, self.step.elements
         self.good = self.started = True
         self.going = record.state("started", kind="truth")
         fields = parted(step, record.input("field"))
-        given = [record.input(f"u{i}") for i in range(e, step.model_inputs)]
-        rows = [self._speed(x, i) if step.filter and i < e else x for i, x in enumerate(given)]
-        _, _, held = self.signals(fields, slips_of(step.device, rows[:e]), rows[e:])
-        record.give(self.behind(held[:e], held[e : 2 * e], held[2 * e :]))
+        given = [record.input(f"u{i}") for i in range(elements, step.model_inputs)]
+        motion, extras = given[:elements], given[elements:]
+        speeds = [self._speed(angle, i) for i, angle in enumerate(motion)] if step.filter else motion
+        _, _, held = self.signals(fields, slips_of(step.device, speeds), extras)
+        record.give(self.behind(*self._by_kind(held)))
         record.after.clear()
         return record
 
@@ -169,14 +179,15 @@ class StepRecording:
 
     def receive(self, given: Sequence[Any]) -> list[Any]:
         """The last good row, and what is known of it."""
-        record, e = self.record, self.step.elements
-        angles = range(e, 2 * e) if self.step.filter and not self.rest else range(0)
+        record, elements = self.record, self.step.elements
+        angles = range(elements, 2 * elements) if self.step.filter and not self.rest else range(0)
         good: Any = True
         for i, x in enumerate(given):
-            within = record.finite(x)
+            usable = record.finite(x)
             if i in angles:
-                within = record.both(within, record.both(record.less(-LARGEST_ANGLE, x), record.less(x, LARGEST_ANGLE)))
-            good = record.both(good, within)
+                near = record.both(record.less(-LARGEST_ANGLE, x), record.less(x, LARGEST_ANGLE))
+                usable = record.both(usable, near)
+            good = record.both(good, usable)
         self.good = self.started = record.label(good, "row_good")
         self.going: Any = False
         if not self.remember:
@@ -184,25 +195,26 @@ class StepRecording:
         self.going = record.state("started", kind="truth")
         self.started = record.label(record.either(good, self.going), "row_known")
         record.keep("started", self.started)
-        return [self._speed(x, i - e) if i in angles else self._last(x, i) for i, x in enumerate(given)]
+        return [self._speed(x, i - elements) if i in angles else self._last(x, i) for i, x in enumerate(given)]
 
     def _last(self, x: Any, i: int) -> Any:
+        """An input, or its last good value."""
         kept = self.record.choose(self.good, x, self.record.state(f"last{i}"))
         self.record.keep(f"last{i}", kept)
         return self.record.label(kept, f"row{i}")
 
     def _speed(self, measured: Any, i: int) -> Any:
         """The derivative filter of one angle: a prediction, corrected by the innovation."""
-        f, period, record = self.step.filter, self.step.period, self.record
-        assert f is not None
+        gains, period, record = self.step.filter, self.step.period, self.record
+        assert gains is not None
         assert period is not None
         position, speed = record.state(f"position{i}"), record.state(f"speed{i}")
         predicted = position + period * speed
         innovation = record.choose(self.good, self._turned(measured - predicted), 0.0)
         first = record.choose(self.good, self._turned(measured), position)
-        corrected = self._turned(predicted + f.g * innovation)
+        corrected = self._turned(predicted + gains.g * innovation)
         record.keep(f"position{i}", kept(record.choose(self.going, corrected, first)))
-        now = kept(record.choose(self.going, speed + f.h * innovation / period, speed))
+        now = kept(record.choose(self.going, speed + gains.h * innovation / period, speed))
         record.keep(f"speed{i}", now)
         return record.label(now, f"speed{i}")
 
@@ -221,15 +233,18 @@ class StepRecording:
     def signals(self, fields: Sequence[Any], slips: Sequence[Any], extras: Sequence[Any]) -> tuple[Any, Any, list[Any]]:
         """Whether one is outside what was trained on, whether both fields are on, and all within their windows."""
         step, record = self.step, self.record
-        windows = [*(step.field for _ in fields), *(step.slip for _ in slips), *step.extras]
-        kinds = (("field", fields), ("slip", slips), ("further", extras))
-        names = [f"{kind}{i + 1}" for kind, signals in kinds for i in range(len(signals))]
+        kinds = (
+            ("field", fields, [step.field] * len(fields)),
+            ("slip", slips, [step.slip] * len(slips)),
+            ("further", extras, step.extras),
+        )
         outside: Any = False
         held: list[Any] = []
-        for name, x, window in zip(names, [*fields, *slips, *extras], windows, strict=True):
-            out, within = self._within(x, window)
-            outside = record.either(outside, record.label(out, f"{name}_outside"))
-            held.append(record.label(within, f"{name}_held"))
+        for kind, signals, windows in kinds:
+            for i, (x, window) in enumerate(zip(signals, windows, strict=True), start=1):
+                out, within = self._within(x, window)
+                outside = record.either(outside, record.label(out, f"{kind}{i}_outside"))
+                held.append(record.label(within, f"{kind}{i}_held"))
         trained_on = step.model.trained_on
         for i in range(len(fields) if trained_on.near else 0):
             far = trained_on.far(i, held[i], held[step.elements + i])
@@ -240,9 +255,11 @@ class StepRecording:
         return outside, both, held
 
     def _within(self, x: Any, window: Window) -> tuple[Any, Any]:
+        """Whether a signal is outside its window, and the signal held in it."""
         record = self.record
         out = _beyond(x, *window.warn)
-        held = record.call("held", _held, value=x, low=window.hold[0], high=window.hold[1])
+        low, high = window.hold
+        held = record.call("held", _held, value=x, low=low, high=high)
         return out, record.choose(out, held, x)
 
     # --- effort ------------------------------------------------------------------------------------------------------
@@ -306,25 +323,29 @@ class StepRecording:
         moved = model.moved(fluids, slips)
         if self.rest:
             return settled_memory(model, moved)
-        return [
-            [self._stepped(stage, q, m, str(i)) for stage, q in self.step.stages if stage.place == "slip"]
-            for i, m in enumerate(moved)
-        ]
+        on_slip = [(stage, parameters) for stage, parameters in self.step.stages if stage.place == "slip"]
+        remembered: list[list[Sequence[Any]]] = []
+        for i, signal in enumerate(moved):
+            remembered.append([self._stepped(stage, parameters, signal, str(i)) for stage, parameters in on_slip])
+        return remembered
 
-    def _stepped(self, stage: Stage, q: Mapping[str, float], signal: Any, element: str) -> tuple[Any, ...]:
-        memory = StageMemory(
-            self.record, self.going, suffix_of(stage, element), stage.initial(signal, q), self._earlier
-        )
-        return stage.step(memory, signal, q, self.step.period or 1.0)
+    def _stepped(self, stage: Stage, parameters: Mapping[str, float], signal: Any, element: str) -> tuple[Any, ...]:
+        """Outputs of a stage for a signal; the stage's memory becomes numbers of the state."""
+        initial = stage.initial(signal, parameters)
+        memory = StageMemory(self.record, self.going, suffix_of(stage, element), initial, self._earlier)
+        return stage.step(memory, signal, parameters, self.step.period or 1.0)
 
     def _through(self, place: Place, signal: Any, element: str = "") -> Any:
         """A signal behind the stages of a place."""
-        for stage, q in () if self.rest else self.step.stages:
+        if self.rest:
+            return signal
+        for stage, parameters in self.step.stages:
             if stage.place == place:
-                (signal,) = self._stepped(stage, q, signal, element)
+                (signal,) = self._stepped(stage, parameters, signal, element)
         return signal
 
     def _past(self) -> Any:
+        """A function that gives a signal some rows back; each signal gets a register of its own."""
         names: dict[int, str] = {}
 
         def past(signal: Any, rows: int) -> Any:
@@ -336,7 +357,8 @@ class StepRecording:
     def _earlier(self, name: str, signal: Any, rows: int) -> Any:
         """A signal some rows back; in the first row the signal itself."""
         if self.ahead:
-            return self.record.choose(self.going, self.record.operand("earlier", value=(name, rows)), signal)
+            back = self.record.operand("earlier", value=(name, rows))
+            return self.record.choose(self.going, back, signal)
         return self.record.operand("delay", signal, self.going, value=(name, rows))
 
     def tracked(self, effort: Any, measured: Any) -> tuple[Any, Any]:
@@ -345,9 +367,8 @@ class StepRecording:
         if tracking is None or self.rest:
             return effort, False
         names = [f"track_{name}" for name in BASE._fields]
-        before = Tracked(
-            *(record.choose(self.going, record.state(name), x) for name, x in zip(names, BASE, strict=True))
-        )
+        numbers = zip(names, BASE, strict=True)
+        before = Tracked(*(record.choose(self.going, record.state(name), first) for name, first in numbers))
         moved, cost = tracking.moved(before, effort)
         adapted = record.label(record.both(self.started, record.less(cost, before.account)), "adapted")
         given = record.label(record.choose(adapted, moved, effort), "given")
@@ -359,11 +380,12 @@ class StepRecording:
 
     def alarms(self, effort: Any, held: Sequence[Any], measured: Any, good: Any) -> dict[int, Any]:
         """Whether the band is wide and whether the residual has drifted; the state keeps the ends of the band."""
-        alarms, record, e = self.step.alarms, self.record, self.step.elements
+        alarms, record = self.step.alarms, self.record
         if alarms is None or self.rest:
             return {}
         band = alarms.band
-        field, slip, place = band.leading(held[:e], held[e : 2 * e])
+        fields, slips, _ = self._by_kind(held)
+        field, slip, place = band.leading(fields, slips)
         (followed,) = self._stepped(FOLLOWER, {"tau_e": band.settling_s}, field, "_band")
         low, high = band.ends(effort, slip, band.switching(field, followed), place)
         for name, end in (("low", low), ("high", high)):
@@ -383,28 +405,33 @@ class StepRecording:
             measured: effort.
             good: whether the row may count.
         """
-        record, (low, high), block = self.record, ends, float(alarms.block)
+        record = self.record
+        low, high = ends
         counts = record.both(record.both(good, record.finite(measured)), record.less(low, high))
         miss = record.both(counts, record.either(record.less(measured, low), record.less(high, measured)))
-        off = within((measured - effort) * side / (0.5 * (high - low)), -1.0, 1.0)
-        gathered: dict[str, Any] = {}
-        for name, more in (("rows", record.choose(counts, 1.0, 0.0)), ("misses", record.choose(miss, 1.0, 0.0))):
-            gathered[name] = record.state(f"drift_{name}") + more
-        gathered["lean"] = record.state("drift_lean") + record.choose(counts, off, 0.0)
-        open_ = record.label(record.less(gathered["rows"], block), "block_open")
-        for name, total in gathered.items():
-            record.keep(f"drift_{name}", record.choose(open_, total, 0.0))
-        missed, mean = gathered["misses"] * (1.0 / block), gathered["lean"] * (1.0 / block)
+        off = within((measured - effort) * side / (0.5 * (high - low)), -1.0, 1.0)  # in half widths of the band
+
+        # Gathered over a block of rows, and begun anew when the block is full.
+        row, missed = (record.choose(truth, 1.0, 0.0) for truth in (counts, miss))
+        rows = record.state("drift_rows") + row
+        misses = record.state("drift_misses") + missed
+        lean = record.state("drift_lean") + record.choose(counts, off, 0.0)
+        block = float(alarms.block)
+        block_open = record.label(record.less(rows, block), "block_open")
+        for name, total in (("rows", rows), ("misses", misses), ("lean", lean)):
+            record.keep(f"drift_{name}", record.choose(block_open, total, 0.0))
+
+        share_missed = misses * (1.0 / block)
+        mean = lean * (1.0 / block)
         above, below = (less_select(alarms.lean, x, 1.0, 0.0) for x in (mean, -mean))
-        tests = (
-            ("missing", missed, alarms.missing),
+        raised: Any = False
+        for name, share, tolerated in (
+            ("missing", share_missed, alarms.missing),
             ("above", above, alarms.leaning),
             ("below", below, alarms.leaning),
-        )
-        raised: Any = False
-        for name, share, tolerated in tests:
+        ):
             before = record.state(f"drift_{name}")
-            now = record.choose(open_, before, alarms.wealth(before, share, tolerated))
+            now = record.choose(block_open, before, alarms.wealth(before, share, tolerated))
             record.keep(f"drift_{name}", record.label(now, f"drift_{name}"))
             raised = record.either(raised, record.opposite(record.less(now, alarms.goal)))
         return raised

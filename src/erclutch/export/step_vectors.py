@@ -14,7 +14,9 @@ from erclutch.export.step_numbers import band_of, inverse, inverse_now, referenc
 from erclutch.signals.array import Array
 from erclutch.signals.device import speeds_of
 
-STEPS, FIELDS, AHEAD = 256, 48, 32
+STEPS = 256
+FIELDS = 48  # inverses at rest
+AHEAD = 32  # inverses of the next step
 
 
 @dataclass(frozen=True)
@@ -56,47 +58,61 @@ def vectors_of(step: ExportedStep, steps: int = STEPS, fields: int = FIELDS) -> 
     effort, flags = run(step, rows)
     band = band_of(step, rows)
     speeds = ordinary(step, rng, fields).astype(dtype)
-    low, high = step.model.trained_on.effort
-    wanted = rng.uniform(low - 0.1 * (high - low), high + 0.1 * (high - low), fields).astype(dtype)
     speeds[: step.elements, step.elements] = np.nan
+
+    low, high = step.model.trained_on.effort
+    slack = 0.1 * (high - low)
+    wanted = rng.uniform(low - slack, high + slack, fields).astype(dtype)
     wanted[-3:] = (np.nan, np.inf, 0.0)
     field, field_flags = inverse(step, speeds, wanted)
     # Half of them are within reach: the row's own effort, except where the field that gives it is an odd one.
     wanted_now = np.where(np.arange(AHEAD) % 2, wanted[:AHEAD], effort[:AHEAD])
-    now, now_flags = inverse_now(step, rows[:AHEAD], wanted_now)
-    numpy = reference(step, rows)[0]
-    return Vectors(rows, effort, flags, numpy, speeds, wanted, field, field_flags, wanted_now, now, now_flags, band)
+    field_now, field_now_flags = inverse_now(step, rows[:AHEAD], wanted_now)
+    of_numpy, _ = reference(step, rows)
+    return Vectors(
+        rows=rows,
+        effort=effort,
+        flags=flags,
+        numpy=of_numpy,
+        speeds=speeds,
+        wanted=wanted,
+        field=field,
+        field_flags=field_flags,
+        wanted_now=wanted_now,
+        field_now=field_now,
+        field_now_flags=field_now_flags,
+        band=band,
+    )
 
 
 def rows_of(step: ExportedStep, rng: np.random.Generator, count: int) -> Array:
     """Ordinary rows, with edges strewn in: one row in eight has an odd value."""
     rows = ordinary(step, rng, count)
     if step.filter is not None:
-        at = slice(step.elements, 2 * step.elements)
-        rows[:, at] = np.cumsum(rows[:, at], axis=0) * (step.period or 0.0)
-    odd = np.flatnonzero(rng.random(count) < 0.125)
+        angles = slice(step.elements, 2 * step.elements)
+        rows[:, angles] = np.cumsum(rows[:, angles], axis=0) * (step.period or 0.0)
+    odd_rows = np.flatnonzero(rng.random(count) < 0.125)
     edges = _edges(step)
-    for k in odd:
+    for row in odd_rows:
         column = int(rng.integers(len(step.inputs)))
-        values = edges[column]
-        rows[k, column] = values[int(rng.integers(values.size))]
+        odd = edges[column]
+        rows[row, column] = odd[int(rng.integers(odd.size))]
     return rows
 
 
 def ordinary(step: ExportedStep, rng: np.random.Generator, count: int) -> Array:
     """Rows inside the training range, speeds in any case: fields that are held for a while, one side at a time."""
-    e = step.elements
     low, high = step.field.range
-    hold = np.repeat(rng.uniform(low, high, count // 8 + 1), 8)[:count]
-    columns = [hold]
-    if e == 2:
+    held = np.repeat(rng.uniform(low, high, count // 8 + 1), 8)[:count]
+    fields = [held]
+    if step.elements == 2:
         first = np.repeat(rng.random(count // 16 + 1) < 0.5, 16)[:count]
-        columns = [np.where(first, hold, 0.0), np.where(first, 0.0, hold)]
-    slip = [rng.uniform(*step.slip.range, count) for _ in range(e)]
-    speeds = speeds_of(step.device, slip)
+        fields = [np.where(first, held, 0.0), np.where(first, 0.0, held)]
+    slips = [rng.uniform(*step.slip.range, count) for _ in range(step.elements)]
+    speeds = speeds_of(step.device, slips)
     extras = [rng.uniform(*window.range, count) for window in step.extras]
-    measured = [] if not step.measures else [rng.uniform(*step.limits, count)]
-    return np.column_stack([*columns, *speeds, *extras, *measured])
+    measured = [rng.uniform(*step.limits, count)] if step.measures else []
+    return np.column_stack([*fields, *speeds, *extras, *measured])
 
 
 def _edges(step: ExportedStep) -> list[Array]:
@@ -107,13 +123,18 @@ def _edges(step: ExportedStep) -> list[Array]:
     always = [0.0, -0.0, np.nan, np.inf, -np.inf, tiny, smallest, largest, -largest]
     # A stage that tells rise from fall asks for the field's sign: a field of no size but a sign is all rounding there.
     switched = any(stage.switches for stage, _ in step.stages)
-    e = step.elements
-    windows = [step.field] * e + [step.slip] * e + list(step.extras)
-    found: list[Array] = []
+    elements = step.elements
+    windows = [step.field] * elements + [step.slip] * elements + list(step.extras)
+    edges: list[Array] = []
     for i, window in enumerate(windows):
+        is_field = i < elements
+        is_angle = step.filter is not None and elements <= i < 2 * elements
         low, high = window.range
-        inside = [low, high, *window.warn, *window.hold, 1.5 * high - 0.5 * low, 100.0 * (high - low)]
-        angle = step.filter is not None and e <= i < 2 * e
-        small: list[float] = [] if switched and i < e else [-100 * tiny]
-        found.append(np.array([*always, *small, *([1e-3, -7.0, 2e6] if angle else inside)]))
-    return [*found, np.array([*always, *step.limits])]
+        span = high - low
+        if is_angle:
+            own = [1e-3, -7.0, 2e6]
+        else:
+            own = [low, high, *window.warn, *window.hold, 1.5 * high - 0.5 * low, 100.0 * span]
+        small: list[float] = [] if switched and is_field else [-100 * tiny]
+        edges.append(np.array([*always, *small, *own]))
+    return [*edges, np.array([*always, *step.limits])]

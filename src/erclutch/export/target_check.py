@@ -49,14 +49,19 @@ def to_the_bit(
 
     First come the inverses at rest, then those of the next step, then the ends of the band if they were looked at.
     """
-    p, count, steps = step.precision, len(values), len(vectors.effort)
-    expected = np.concatenate([vectors.effort, vectors.field, vectors.field_now, vectors.band.ravel()])[:count]
+    p = step.precision
+    count = len(values)  # a target may leave out what comes last
     no_flags = np.zeros(vectors.band.size, np.uint32)
-    expected_flags = np.concatenate([vectors.flags, vectors.field_flags, vectors.field_now_flags, no_flags])[:count]
+    expected = np.concatenate([vectors.effort, vectors.field, vectors.field_now, vectors.band.ravel()])
+    expected_flags = np.concatenate([vectors.flags, vectors.field_flags, vectors.field_now_flags, no_flags])
     held = values.astype(p.dtype)
-    other = (held.view(p.bits) != expected.view(p.bits)) | (flags != expected_flags)
-    difference = np.abs(held[:steps].astype(np.float64) - vectors.numpy)
-    return Check(where, count, int(np.count_nonzero(other)), ulps(step, float(difference.max())), note=note)
+    other_bits = held.view(p.bits) != expected[:count].view(p.bits)
+    other_flags = flags != expected_flags[:count]
+    other = int(np.count_nonzero(other_bits | other_flags))
+
+    efforts = held[: len(vectors.effort)].astype(np.float64)
+    largest = float(np.abs(efforts - vectors.numpy).max())
+    return Check(where, count, other, ulps(step, largest), note=note)
 
 
 def compare(step: ExportedStep, vectors: Vectors, where: str, printed: str, note: str = "") -> Check:
@@ -65,12 +70,13 @@ def compare(step: ExportedStep, vectors: Vectors, where: str, printed: str, note
     Raises:
         ExportError: not that many lines, or no numbers.
     """
-    p, wanted = step.precision, len(vectors.effort) + len(vectors.field) + len(vectors.field_now)
-    band = vectors.band.size
+    p = step.precision
+    without_band = len(vectors.effort) + len(vectors.field) + len(vectors.field_now)
+    with_band = without_band + vectors.band.size
     lines = [line.split() for line in printed.splitlines() if line.strip()]
     try:
-        if len(lines) not in (wanted, wanted + band):
-            raise ValueError(f"{len(lines)} results for {wanted} vectors")
+        if len(lines) not in (without_band, with_band):
+            raise ValueError(f"{len(lines)} results for {without_band} vectors")
         values = np.array([int(line[0], 16) for line in lines], p.bits).view(p.dtype)
         flags = np.array([int(line[1]) for line in lines], np.uint32)
     except (ValueError, IndexError) as error:
@@ -84,14 +90,16 @@ _SLACK = 8.0
 
 def near(step: ExportedStep, vectors: Vectors, where: str, effort: NDArray[Any], flags: NDArray[Any]) -> Check:
     """Steps of a target with functions of somebody else: against NumPy in float64, within what rounding may make."""
-    other = int(np.count_nonzero(np.asarray(flags, np.uint32) != vectors.flags))
+    other_flags = np.asarray(flags, np.uint32) != vectors.flags
+    other = int(np.count_nonzero(other_flags))
     difference = float(np.max(np.abs(np.asarray(effort, np.float64) - vectors.numpy)))
     largest = ulps(step, difference) if np.isfinite(difference) else float("inf")
-    limit = bound(step, vectors.rows) + bound(step, vectors.rows, FLOAT64)
+
+    rounding = bound(step, vectors.rows) + bound(step, vectors.rows, FLOAT64)
+    most = float(np.max(rounding))
     # A bound beyond the effort itself says nothing: no more is allowed than the export of a precision may be off.
-    most = float(np.max(limit))
-    allowed = _SLACK + ulps(step, most if most < step.scale else NOISE * step.scale)
-    return Check(where, len(vectors.flags), other or None, largest, allowed)
+    limit = most if most < step.scale else NOISE * step.scale
+    return Check(where, len(vectors.flags), other or None, largest, _SLACK + ulps(step, limit))
 
 
 def ulps(step: ExportedStep, difference: float) -> float:

@@ -12,12 +12,13 @@ from erclutch.export.step_record import feels_state, next_record, search_record,
 
 def head(step: ExportedStep, n: str) -> str:
     """Slips and further inputs within their windows, and whether one was outside."""
-    record, count = search_record(step), step.elements + len(step.extras)
-    printer = Printer(n, step.precision, record, {f"u{i}": f"input[{i}]" for i in range(len(step.inputs))})
+    inputs = {f"u{i}": f"input[{i}]" for i in range(len(step.inputs))}
+    printer = Printer(n, step.precision, search_record(step), inputs)
     lines = list(printer.lines())
     *held, outside = printer.results()
     lines += [f"w[{k}] = {text};" for k, text in enumerate(held)]
-    lines += [f"return ({outside}) * {n.upper()}OUTSIDE_RANGE;"]
+    lines.append(f"return ({outside}) * {n.upper()}OUTSIDE_RANGE;")
+    count = _signals_at_rest(step)
     return f"""/* Slips and further inputs near their training ranges. */
 static uint32_t {n}slips(const {n}real input[{n.upper()}INPUTS], {n}real w[{count}])
 {{
@@ -28,10 +29,17 @@ static uint32_t {n}slips(const {n}real input[{n.upper()}INPUTS], {n}real w[{coun
 
 def inverse(step: ExportedStep, n: str) -> str:
     """The search for a field."""
-    s, k = step.search, step.precision.constant
-    ends = [end for end in (s.plus, s.minus) if end != s.origin]
-    steps = table(f"{n}real", f"{n}steps", [k((end - s.origin) / s.segments) for end in ends])
-    return "\n".join([head(step, n), _miss(step, n), _close(step, n), steps, _search(step, n, len(ends))])
+    search = step.search
+    ends = [end for end in (search.plus, search.minus) if end != search.origin]
+    strides = [step.precision.constant((end - search.origin) / search.segments) for end in ends]
+    parts = [
+        head(step, n),
+        _miss(step, n),
+        _close(step, n),
+        table(f"{n}real", f"{n}steps", strides),
+        _search(step, n, len(ends)),
+    ]
+    return "\n".join(parts)
 
 
 def _state(step: ExportedStep, n: str) -> str:
@@ -40,16 +48,24 @@ def _state(step: ExportedStep, n: str) -> str:
 
 
 def _given(step: ExportedStep) -> str:
+    """The state as an argument, ahead of others."""
     return "state, " if feels_state(step) else ""
 
 
 def held_count(step: ExportedStep) -> int:
     """Length of the array of what the search holds: slips and further inputs at rest, all inputs of the next step."""
-    return len(step.inputs) if feels_state(step) else step.elements + len(step.extras)
+    return len(step.inputs) if feels_state(step) else _signals_at_rest(step)
+
+
+def _signals_at_rest(step: ExportedStep) -> int:
+    """How many slips and further inputs there are."""
+    return step.elements + len(step.extras)
 
 
 def _miss(step: ExportedStep, n: str) -> str:
-    zero, count = f"0.0{step.precision.suffix}", step.elements + len(step.extras)
+    """By how much a field misses the wanted effort, and the magnitude of a number."""
+    zero = f"0.0{step.precision.suffix}"
+    count = _signals_at_rest(step)
     names = {f"w{i}": f"w[{i}]" for i in range(count)}
     printer = Printer(n, step.precision, settled_record(step), names)
     name = "rest_miss" if feels_state(step) else "miss"
@@ -67,7 +83,10 @@ static {n}real {n}magnitude({n}real x)
 
 
 def _difference(printer: Printer) -> str:
-    return indented([*printer.lines(), f"return ({printer.results()[0]}) - wanted;"])
+    """The body of a miss: the effort of a record, less the wanted one."""
+    lines = list(printer.lines())
+    effort = printer.results()[0]
+    return indented([*lines, f"return ({effort}) - wanted;"])
 
 
 def _next_miss(step: ExportedStep, n: str) -> str:
@@ -91,10 +110,13 @@ static {n}real {n}miss(const {n}state *state, {n}real field, const {n}real w[{co
 
 
 def _close(step: ExportedStep, n: str) -> str:
-    s, p, w = step.search, step.precision, held_count(step)
-    k, zero = p.constant, f"0.0{p.suffix}"
+    search, w = step.search, held_count(step)
+    suffix = step.precision.suffix
+    zero, half = f"0.0{suffix}", f"0.5{suffix}"
+    tolerance, width = step.precision.constant(search.tolerance), step.precision.constant(search.width)
     state, given = _state(step, n), _given(step)
-    about = f"The field between a and b where the miss crosses zero: secants and halvings in turn, {s.most} at most"
+    most = search.most
+    about = f"The field between a and b where the miss crosses zero: secants and halvings in turn, {most} at most"
     return f"""/* {about}. */
 static {n}real {n}close({state}const {n}real w[{w}], {n}real wanted, const {n}real from[2], const {n}real to[2])
 {{
@@ -102,12 +124,12 @@ static {n}real {n}close({state}const {n}real w[{w}], {n}real wanted, const {n}re
     {n}real miss_a = from[1];
     {n}real b = to[0];
     {n}real miss_b = to[1];
-    {n}real x = 0.5{p.suffix} * (a + b);
+    {n}real x = {half} * (a + b);
     uint32_t i;
     uint32_t open = 1u;
-    for (i = 0u; (i < {s.most}u) && (open != 0u); i++)
+    for (i = 0u; (i < {most}u) && (open != 0u); i++)
     {{
-        const {n}real middle = 0.5{p.suffix} * (a + b);
+        const {n}real middle = {half} * (a + b);
         const {n}real secant = b - (miss_b * ((b - a) / (miss_b - miss_a)));
         const {n}real low = (a < b) ? a : b;
         const {n}real high = (a < b) ? b : a;
@@ -129,7 +151,7 @@ static {n}real {n}close({state}const {n}real w[{w}], {n}real wanted, const {n}re
             b = x;
             miss_b = miss;
         }}
-        if (({n}magnitude(miss) <= {k(s.tolerance)}) || ({n}magnitude(b - a) <= {k(s.width)}))
+        if (({n}magnitude(miss) <= {tolerance}) || ({n}magnitude(b - a) <= {width}))
         {{
             open = 0u;
         }}
@@ -140,14 +162,15 @@ static {n}real {n}close({state}const {n}real w[{w}], {n}real wanted, const {n}re
 
 
 def _search(step: ExportedStep, n: str, sides: int) -> str:
-    s, p, w = step.search, step.precision, held_count(step)
-    k, zero = p.constant, f"0.0{p.suffix}"
+    search, w = step.search, held_count(step)
+    zero = f"0.0{step.precision.suffix}"
+    origin, tolerance = step.precision.constant(search.origin), step.precision.constant(search.tolerance)
     state, given = _state(step, n), _given(step)
-    return f"""/* Brackets outward from {s.origin:.6g}, so the field found is the one nearest to it. */
+    return f"""/* Brackets outward from {search.origin:.6g}, so the field found is the one nearest to it. */
 static uint32_t {n}search({state}const {n}real w[{w}], {n}real wanted, {n}real *field)
 {{
     {n}real left[{sides}][2];
-    {n}real best = {k(s.origin)};
+    {n}real best = {origin};
     {n}real best_miss = {n}miss({given}best, w, wanted);
     uint32_t i;
     uint32_t side;
@@ -158,13 +181,13 @@ static uint32_t {n}search({state}const {n}real w[{w}], {n}real wanted, {n}real *
         left[side][1] = best_miss;
     }}
     best_miss = {n}magnitude(best_miss);
-    done = (best_miss <= {k(s.tolerance)}) ? (uint32_t)1u : (uint32_t)0u;
-    for (i = 1u; (i <= {s.segments}u) && (done == 0u); i++)
+    done = (best_miss <= {tolerance}) ? (uint32_t)1u : (uint32_t)0u;
+    for (i = 1u; (i <= {search.segments}u) && (done == 0u); i++)
     {{
         for (side = 0u; (side < {sides}u) && (done == 0u); side++)
         {{
             {n}real right[2];
-            right[0] = {k(s.origin)} + (({n}real)i * {n}steps[side]);
+            right[0] = {origin} + (({n}real)i * {n}steps[side]);
             right[1] = {n}miss({given}right[0], w, wanted);
             if (((left[side][1] <= {zero}) && (right[1] >= {zero})) ||
                 ((left[side][1] >= {zero}) && (right[1] <= {zero})))

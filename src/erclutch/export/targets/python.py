@@ -19,7 +19,7 @@ from erclutch.export.c.compiled_model import CompiledModel
 from erclutch.export.c.compilers import Compiler, native, shared_flags
 from erclutch.export.encode import comment
 from erclutch.export.exported_step import ExportedStep
-from erclutch.export.step_vectors import Vectors, vectors_of
+from erclutch.export.step_vectors import vectors_of
 from erclutch.export.target_check import Check, to_the_bit
 from erclutch.export.targets import c
 
@@ -59,14 +59,15 @@ def build(step: ExportedStep, folder: Path, compiler: Compiler | None = None) ->
     Raises:
         ExportError: no compiler, or it failed.
     """
-    chosen = compiler or native()
-    sources = [*c.write_core(step, folder), folder / f"{step.name}_abi.c"]
-    sources[-1].write_text(model_abi.wrapper(step), encoding="ascii")
+    compiler = compiler or native()
+    abi = folder / f"{step.name}_abi.c"
+    abi.write_text(model_abi.wrapper(step), encoding="ascii")
+    sources = [*c.write_core(step, folder), abi]
     library = folder / library_name(step)
-    shared = ("-O3", "-fvisibility=hidden", *shared_flags(library))
-    chosen.build(sources, library, *shared)
+    flags = ("-O3", "-fvisibility=hidden", *shared_flags(library))
+    compiler.build(sources, library, *flags)
     (folder / "erc_call.c").write_text(_call_source())
-    (folder / CALL).write_bytes(_call_library(chosen, shared))
+    (folder / CALL).write_bytes(_call_library(compiler, flags))
     return library
 
 
@@ -78,9 +79,10 @@ def _call_source() -> str:
 def _call_library(compiler: Compiler, flags: tuple[str, ...]) -> bytes:
     """It is the same for all models. The interpreter's functions are found in the process that loads it."""
     with tempfile.TemporaryDirectory() as work:
-        text, library = Path(work) / "erc_call.c", Path(work) / CALL
-        text.write_text(_call_source())
-        compiler.build([text], library, *flags)
+        code = Path(work) / "erc_call.c"
+        library = Path(work) / CALL
+        code.write_text(_call_source())
+        compiler.build([code], library, *flags)
         return library.read_bytes()
 
 
@@ -118,31 +120,24 @@ def verify(step: ExportedStep, folder: Path) -> Iterator[Check]:
     if model.digest != step.digest:
         raise ExportError("the library is of another model", where=str(folder), remedy="Export the model again")
     vectors = vectors_of(step)
-    effort, flags = model.run(np.ascontiguousarray(vectors.rows, np.float64))
-    pairs = {"step": _stepwise(model, vectors.rows), "run": (list(effort), list(flags))}
-    fields = [
-        (model.inverse(r.tolist(), float(w)), model.flags) for r, w in zip(vectors.speeds, vectors.wanted, strict=True)
-    ]
-    fields += _ahead(model, vectors)
-    for name, (values, found) in pairs.items():
-        all_values = np.array([*values, *(f for f, _ in fields)])
-        all_flags = np.array([*found, *(g for _, g in fields)], np.uint32)
-        yield to_the_bit(step, vectors, f"Python, {name}", all_values, all_flags)
-
-
-def _stepwise(model: CompiledModel, rows: np.ndarray) -> tuple[list[float], list[int]]:
+    in_one_call, flags = model.run(np.ascontiguousarray(vectors.rows, np.float64))
+    together = list(zip(in_one_call, flags, strict=True))
     model.reset()
-    found = [(model.step(*row), model.flags) for row in rows.tolist()]
+    one_by_one = [(model.step(*row), model.flags) for row in vectors.rows.tolist()]
     model.reset()
-    return [effort for effort, _ in found], [flags for _, flags in found]
 
-
-def _ahead(model: CompiledModel, vectors: Vectors) -> list[tuple[float, int]]:
-    """Fields and flags of the inverse ahead of each of the first steps."""
-    found: list[tuple[float, int]] = []
+    fields: list[tuple[float, int]] = []
+    for row, wanted in zip(vectors.speeds.tolist(), vectors.wanted.tolist(), strict=True):
+        fields.append((model.inverse(row, wanted), model.flags))
+    # The inverse of the next step, ahead of each of the first steps.
     model.reset()
     for row, wanted in zip(vectors.rows.tolist(), vectors.wanted_now.tolist(), strict=False):
-        found.append((model.inverse_now(row, wanted), model.flags))
+        fields.append((model.inverse_now(row, wanted), model.flags))
         model.step(*row)
     model.reset()
-    return found
+
+    for name, efforts in (("step", one_by_one), ("run", together)):
+        results = [*efforts, *fields]
+        values = np.array([value for value, _ in results])
+        raised = np.array([flag for _, flag in results], np.uint32)
+        yield to_the_bit(step, vectors, f"Python, {name}", values, raised)
