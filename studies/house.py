@@ -10,19 +10,22 @@ from __future__ import annotations
 
 import argparse
 import ast
-import io
 import re
-import tokenize
+import sys
 import tomllib
 from collections import Counter, defaultdict
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path, PurePosixPath
 from typing import Any
 
 HERE = Path(__file__).resolve().parents[1]
-PACKAGE = "erclutch"
+sys.path.insert(0, str(HERE))
+
+from studies.house_calls import Calls  # noqa: E402
+from studies.house_code import PACKAGE, Density, Module, called, circles_in, imports, imports_by_text  # noqa: E402
+
 LANGUAGES = {
     "Python": (".py",),
     "C": (".c", ".h"),
@@ -54,65 +57,6 @@ REPEATED = {
 
 #: Where a log's way begins: the module and its function.
 LOG = ("erclutch.logs", "read")
-
-#: Nodes with nothing below them that is counted.
-_LEAVES = (ast.Name, ast.Constant, ast.expr_context, ast.operator)
-
-
-@dataclass(frozen=True)
-class Module:
-    """One file of the package.
-
-    Attributes:
-        path: inside the package.
-        text: all of it.
-    """
-
-    path: PurePosixPath
-    text: str
-
-    @cached_property
-    def tree(self) -> ast.Module:
-        """Parsed."""
-        return ast.parse(self.text)
-
-    @cached_property
-    def nodes(self) -> list[ast.AST]:
-        """All of the tree but names, constants and operators, which are most of it and are not counted."""
-        found: list[ast.AST] = []
-        left: list[ast.AST] = [self.tree]
-        for node in left:
-            if isinstance(node, _LEAVES):
-                continue
-            if not isinstance(node, ast.Attribute):
-                found.append(node)
-            left.extend(ast.iter_child_nodes(node))
-        return found
-
-    @property
-    def name(self) -> str:
-        """As in an import."""
-        parts = [PACKAGE, *self.path.with_suffix("").parts]
-        return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
-
-    @cached_property
-    def said(self) -> set[int]:
-        """Lines of strings that stand alone: docstrings."""
-        alone = (n for n in self.nodes if isinstance(n, ast.Expr) and isinstance(n.value, ast.Constant))
-        return {line for node in alone for line in range(node.lineno, 1 + (node.end_lineno or node.lineno))}
-
-    @cached_property
-    def code(self) -> str:
-        """The text without comments and docstrings."""
-        kept: list[str] = []
-        before = tokenize.NEWLINE
-        for token in tokenize.generate_tokens(io.StringIO(self.text).readline):
-            statement = before in (tokenize.NEWLINE, tokenize.INDENT, tokenize.DEDENT, tokenize.NL)
-            if token.type != tokenize.COMMENT and not (token.type == tokenize.STRING and statement):
-                kept.append("\n" if token.type in (tokenize.NEWLINE, tokenize.NL) else token.string + " ")
-            if token.type not in (tokenize.COMMENT, tokenize.NL):
-                before = token.type
-        return "".join(kept)
 
 
 @dataclass(frozen=True)
@@ -175,7 +119,7 @@ class House:
         names = {module.name for module in self.modules}
         climbs: list[str] = []
         for module in self.modules:
-            for target in [*_imports(module, names, lazy=True), *_imports_by_text(module)]:
+            for target in [*imports(module, names, lazy=True), *imports_by_text(module)]:
                 for here, there in zip(_parents(module.name), _parents(target), strict=False):
                     if here != there:
                         if here in floor and floor[here] <= floor.get(there, -1):
@@ -216,14 +160,14 @@ class House:
     def import_tricks(self) -> list[str]:
         """Places that import by a name in a string."""
         tricks = {"import_module", "__import__", "spec_from_file_location"}
-        return [f"{m.path}:{node.lineno}" for m, node in self._calls() if _called(node) in tricks]
+        return [f"{m.path}:{node.lineno}" for m, node in self._calls() if called(node) in tricks]
 
     @cached_property
     def model_kinds(self) -> list[str]:
         """Places that ask of which kind a model is."""
         found: list[str] = []
         for module, node in self._calls():
-            if _called(node) == "isinstance" and MODELS.search(ast.unparse(node.args[1])):
+            if called(node) == "isinstance" and MODELS.search(ast.unparse(node.args[1])):
                 found.append(f"{module.path}:{node.lineno}")
         for module in self.modules:
             for node in module.nodes:
@@ -300,7 +244,7 @@ class House:
     def circles(self, *, lazy: bool) -> list[list[str]]:
         """Groups of modules that import each other at their heads, or (lazy) wherever they import at run time."""
         names = {module.name for module in self.modules}
-        return _circles({m.name: set(_imports(m, names, lazy=lazy)) - {m.name} for m in self.modules})
+        return circles_in({m.name: set(imports(m, names, lazy=lazy)) - {m.name} for m in self.modules})
 
     def c_circles(self) -> list[list[str]]:
         """Groups of C files that need each other; a source and its header are one.
@@ -321,132 +265,7 @@ class House:
             called = {home[word] for word in set(re.findall(r"\b(\w+)\(", _bodies(text))) if word in home}
             included = {Path(name).stem for name in re.findall(r'#include "([^"]+)"', text)}
             needs[unit] = ((included & set(texts)) | called) - {unit}
-        return _circles(needs)
-
-
-@dataclass(frozen=True)
-class Density:
-    """What makes code slow to read.
-
-    Attributes:
-        lines: lines of code; docstrings and comments are no code.
-        tokens: of code, a line of code.
-        comments: a line of code.
-        private: private functions at the top of a module.
-        called_once: share of them that are named once at most in their module.
-        longest: lines of the longest file, and its place.
-    """
-
-    lines: int
-    tokens: float
-    comments: float
-    private: int
-    called_once: float
-    longest: tuple[int, str]
-
-    @staticmethod
-    def of(modules: Sequence[Module]) -> Density:
-        """Counts of all modules together."""
-        silent = {tokenize.NL, tokenize.NEWLINE, tokenize.INDENT, tokenize.DEDENT, tokenize.ENDMARKER}
-        tokens = comments = lines = private = once = 0
-        for module in modules:
-            code_lines: set[int] = set()
-            for token in tokenize.generate_tokens(io.StringIO(module.text).readline):
-                if token.type == tokenize.COMMENT:
-                    comments += 1
-                elif token.type not in silent and token.start[0] not in module.said:
-                    tokens += 1
-                    code_lines.add(token.start[0])
-            lines += len(code_lines)
-            named = Counter(node.id for node in ast.walk(module.tree) if isinstance(node, ast.Name))
-            for node in module.tree.body:
-                if isinstance(node, ast.FunctionDef) and node.name.startswith("_"):
-                    private += 1
-                    once += named[node.name] <= 1
-        longest = max((module.text.count("\n"), str(module.path)) for module in modules)
-        return Density(
-            lines=lines,
-            tokens=tokens / max(lines, 1),
-            comments=comments / max(lines, 1),
-            private=private,
-            called_once=once / max(private, 1),
-            longest=longest,
-        )
-
-
-@dataclass(frozen=True)
-class Calls:
-    """Which function of the package calls which, as far as the names in a file tell."""
-
-    modules: Sequence[Module]
-
-    @cached_property
-    def _homes(self) -> dict[str, tuple[str, ast.FunctionDef]]:
-        """Functions and methods by their full name, each with its file."""
-        homes: dict[str, tuple[str, ast.FunctionDef]] = {}
-        for module in self.modules:
-            for node in module.tree.body:
-                if isinstance(node, ast.FunctionDef):
-                    homes[f"{module.name}.{node.name}"] = (str(module.path), node)
-                elif isinstance(node, ast.ClassDef):
-                    for method in node.body:
-                        if isinstance(method, ast.FunctionDef):
-                            homes[f"{module.name}.{node.name}.{method.name}"] = (str(module.path), method)
-        return homes
-
-    def _method(self, name: str, file: str) -> str:
-        """The only method of that name among the classes that a file has or imports, or nothing."""
-        holders = set(self._names[file].values())
-        homes = [home for home in self._homes if home.endswith(f".{name}") and home.rpartition(".")[0] in holders]
-        return homes[0] if len(homes) == 1 else ""
-
-    @cached_property
-    def _names(self) -> dict[str, dict[str, str]]:
-        """By file: what a name in it stands for."""
-        meaning: dict[str, dict[str, str]] = {}
-        for module in self.modules:
-            own = {f.rpartition(".")[2]: f for f in self._homes if f.rpartition(".")[0] == module.name}
-            classes = {n.name: f"{module.name}.{n.name}" for n in module.tree.body if isinstance(n, ast.ClassDef)}
-            imported = {
-                alias.asname or alias.name: f"{node.module}.{alias.name}"
-                for node in module.nodes
-                if isinstance(node, ast.ImportFrom) and node.module
-                for alias in node.names
-            }
-            meaning[str(module.path)] = {**imported, **own, **classes}
-        return meaning
-
-    def way(self, module: str, function: str) -> list[str]:
-        """Files of the functions that one enters, each function once, in the order of the calls; runs of one file."""
-        seen: set[str] = set()
-        files: list[str] = []
-
-        def enter(name: str) -> None:
-            if name in seen or name not in self._homes:
-                return
-            seen.add(name)
-            file, body = self._homes[name]
-            if not files or files[-1] != file:
-                files.append(file)
-            holder = name.rpartition(".")[0]
-            for call in _in_order(body):
-                text = ast.unparse(call.func)
-                head, _, tail = text.partition(".")
-                meant = f"{holder}.{tail}" if head in ("self", "cls") else self._names[file].get(head, "")
-                if head not in ("self", "cls") and tail:
-                    meant = f"{meant}.{tail}"
-                enter(meant if meant in self._homes else self._method(text.rpartition(".")[2], file))
-
-        enter(f"{module}.{function}")
-        return files
-
-
-def _in_order(node: ast.AST) -> Iterator[ast.Call]:
-    """Calls in the order in which they run: arguments before the call."""
-    for child in ast.iter_child_nodes(node):
-        yield from _in_order(child)
-    if isinstance(node, ast.Call):
-        yield node
+        return circles_in(needs)
 
 
 def _parents(name: str) -> list[str]:
@@ -455,57 +274,10 @@ def _parents(name: str) -> list[str]:
     return [".".join(parts[:count]) for count in range(1, len(parts) + 1)]
 
 
-def _imports_by_text(module: Module) -> Iterator[str]:
-    """Modules of the package that a string in a call of `import_module` names."""
-    for node in module.nodes:
-        if isinstance(node, ast.Call) and _called(node) in ("import_module", "__import__"):
-            for word in node.args:
-                if isinstance(word, ast.Constant) and str(word.value).startswith(f"{PACKAGE}."):
-                    yield str(word.value)
-
-
 def _bodies(text: str) -> str:
     """The inside of a C file's functions, without comments."""
     text = re.sub(r"/\*.*?\*/", "", text, flags=re.DOTALL)
     return "\n".join(re.findall(r"\)\s*(\{.*?^\})", text, re.DOTALL | re.MULTILINE))
-
-
-def _called(node: ast.Call) -> str:
-    return node.func.id if isinstance(node.func, ast.Name) else getattr(node.func, "attr", "")
-
-
-def _imports(module: Module, names: set[str], *, lazy: bool) -> Iterator[str]:
-    """Modules of the package that one imports at run time."""
-    for node in module.nodes if lazy else _at_head(module.tree.body):
-        if isinstance(node, ast.Import):
-            yield from (alias.name for alias in node.names if alias.name in names)
-        elif isinstance(node, ast.ImportFrom) and node.module:
-            deeper = {f"{node.module}.{alias.name}" for alias in node.names} & names
-            yield from deeper or ({node.module} & names)
-
-
-def _at_head(body: Sequence[ast.stmt]) -> Iterator[ast.stmt]:
-    """Statements that run when a module is imported, without those for the type checker."""
-    for node in body:
-        if isinstance(node, ast.If):
-            if "TYPE_CHECKING" not in ast.unparse(node.test):
-                yield from _at_head(node.body)
-            yield from _at_head(node.orelse)
-        elif isinstance(node, ast.Try):
-            yield from _at_head(node.body)
-        else:
-            yield node
-
-
-def _circles(arrows: Mapping[str, set[str]]) -> list[list[str]]:
-    """Groups of nodes that can be reached from each other, by repeatedly following all arrows."""
-    reached = {name: set(targets) for name, targets in arrows.items()}
-    for middle in reached:
-        for targets in reached.values():
-            if middle in targets:
-                targets |= reached[middle]
-    groups = {tuple(sorted(n for n in reached[name] if name in reached.get(n, ()))) for name in reached}
-    return [list(group) for group in sorted(groups) if len(group) > 1]
 
 
 # --- the tables ------------------------------------------------------------------------------------------------------
