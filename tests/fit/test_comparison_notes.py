@@ -12,6 +12,7 @@ from erclutch.fit import ranking as c
 from erclutch.fit.candidate import asked, kinds, names
 from erclutch.fit.fit_settings import Settings
 from erclutch.fit.kinds.network_alone import constants_for, networks_for, remembered
+from erclutch.fit.outcome import MEANINGLESS, FitOutcome
 from erclutch.logs.dataset import Dataset
 from erclutch.models.laws import PAPER
 from erclutch.models.networks import PAPER_NETWORKS
@@ -69,8 +70,8 @@ OPEN, SHUT = estimate("eta", 1.0, -np.inf, np.inf), estimate("n", 1.0, -np.inf, 
         ({}, True),
         ({"rank": 2}, False),
         ({"converged": False}, False),
-        ({"condition": c._MEANINGLESS}, True),
-        ({"condition": 1.01 * c._MEANINGLESS}, False),
+        ({"condition": MEANINGLESS}, True),
+        ({"condition": 1.01 * MEANINGLESS}, False),
         ({"estimates": (OPEN,)}, False),
         ({"estimates": (SHUT,)}, True),
         ({"weights": (1,), "rank": 0, "converged": False}, True),
@@ -78,7 +79,7 @@ OPEN, SHUT = estimate("eta", 1.0, -np.inf, np.inf), estimate("n", 1.0, -np.inf, 
     ],
 )
 def test_what_is_sound(changes: dict[str, Any], sound: bool) -> None:
-    assert c._sound(outcome(**changes)) == sound
+    assert FitOutcome.sound.fget(outcome(**changes)) == sound  # pyright: ignore[reportOptionalCall]
 
 
 @pytest.mark.parametrize(

@@ -155,6 +155,17 @@ def test_a_term_that_cannot_be_told_is_taken_out() -> None:
     assert entry.test.rmse.value == pytest.approx(0.01, rel=0.1)
 
 
+def test_a_law_of_two_fields_stays_eligible_before_a_network_that_errs_more() -> None:
+    """Friction, yield effort and exponent of two fields, SYNTHETIC: three numbers where the log tells two."""
+    field = np.where(FIELD > 0.5, 2.0, 0.2)
+    result = compare(logged(SPEED, law(SPEED, field) + noise(0.05), field), Settings(("bingham", "fnn-2"), lag="none"))
+    chosen = result.entry("bingham")
+    assert result.recommended == "bingham"
+    assert result.standing.word == "recommended"
+    assert any("rows cannot tell it from the law's own terms: friction" in note for note in chosen.notes)
+    assert chosen.test.rmse.value < 0.06
+
+
 # --- nothing to recommend ---------------------------------------------------------------------------------------------
 
 

@@ -12,7 +12,7 @@ from erclutch.fit.comparison import Settings, compare
 from erclutch.fit.ladder import _folds, grown
 from erclutch.fit.laws.fit_law import fit_structure, reference_of, refit_near
 from erclutch.fit.log_groups import chessboard, groups_of
-from erclutch.fit.validation import _in_question, parts_of_training, worth_their_freedom
+from erclutch.fit.validation import _in_question, chosen, parts_of_training, worth_their_freedom
 from erclutch.logs import recording_from_arrays
 from erclutch.logs.dataset import Dataset, build_dataset, joined
 from erclutch.models.laws import law_from_name
@@ -175,6 +175,19 @@ def errors_of(*sizes: float) -> list[Array]:
 def test_a_freer_model_is_worth_it_on_every_part_or_not_recommended(network: tuple[float, ...], allowed: bool) -> None:
     errors = {"law": errors_of(1.0, 1.0, 1.0, 1.0), "network": errors_of(*network)}
     assert ("network" in worth_their_freedom(errors, {"law": 0, "network": 2})) == allowed
+
+
+def test_a_network_has_to_be_worth_its_freedom_where_no_law_is_sound() -> None:
+    """A law whose constants cannot be told may estimate well all the same."""
+    data = bench(rows=200)
+    (_, laws), _, (_, networks) = kinds()
+    settings = Settings(("bingham+dahl", "fnn-2"), lag="none")
+    fitted: list[Fitted] = []
+    for kind in (laws, networks):
+        fitted += [Fitted(c, c.fit(data, fitted, 1)) for c in kind.candidates(settings, data)]
+    choice = chosen(data, fitted, ["fnn-2"], 0)
+    assert choice is not None
+    assert choice.recommended == "bingham+dahl"
 
 
 def test_states_run_through_a_block_that_a_fit_leaves_out() -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from types import MappingProxyType
 from typing import Any
@@ -48,6 +48,8 @@ class Comparison(Shown):
         chosen_by: the parts of the training rows that were left out in turn and chose the model that is recommended;
             "": the rows held out did.
         recalibration: of a kept model to these data: what was done, as JSON values; None: all models are new.
+        candidates: how each model is fitted, by name, so that the chosen one can be fitted to all rows.
+        final: the recommended model fitted to all rows, which nothing judges (`fit.final_fit`); None: not asked for.
     """
 
     data: Dataset
@@ -59,6 +61,8 @@ class Comparison(Shown):
     recommended: str
     chosen_by: str = ""
     recalibration: Mapping[str, Any] | None = None
+    candidates: Mapping[str, Candidate] = field(default_factory=dict[str, Candidate], compare=False)
+    final: AnyOutcome | None = None
 
     @cached_property
     def titles(self) -> Mapping[str, str]:
@@ -163,7 +167,9 @@ def compare(
     findings += _memory_left(data, taken)
     findings += log_differences(data, taken.predicted)
     chosen_by = "" if choice is None else choice.words
-    return Comparison(data, test, settings, findings, tuple(entries), best, recommended, chosen_by)
+    candidates = {each.outcome.model.name: each.candidate for each in fitted}
+    ranked = tuple(entries)
+    return Comparison(data, test, settings, findings, ranked, best, recommended, chosen_by, candidates=candidates)
 
 
 def _fit_all(

@@ -354,6 +354,8 @@ def _coverage(train: Dataset, data: Dataset, test: NDArray[np.bool_]) -> Finding
 
 def _resting(data: Dataset, test: NDArray[np.bool_]) -> Finding | None:
     """Rows held out that are at rest, where every model is right, and far more of them than of the training rows."""
+    if not test.any():
+        return None
     held, fitted = (float(np.mean(data.at_rest[rows])) for rows in (test, ~test))
     if held < _MOSTLY or fitted > 0.5 * held:
         return None

@@ -14,6 +14,9 @@ from erclutch.models.model import Model
 from erclutch.signals.array import Array
 from erclutch.signals.shown import Shown, one_line
 
+#: Condition of the Jacobian beyond which single parameters are lost in each other's intervals.
+MEANINGLESS = 1e8
+
 
 @dataclass(frozen=True)
 class Estimate:
@@ -104,6 +107,15 @@ class FitOutcome(Shown, Generic[M]):
         """Names of the parameters that these data do not identify, and that no bound holds either."""
         lost = (e.name for e in self.estimates if not e.at_bound and np.isinf(e.high - e.low))
         return tuple(name for name in lost if name not in self.idle)
+
+    @property
+    def sound(self) -> bool:
+        """Whether the fit ended well and the data identify all that the model says."""
+        if self.weights:
+            return self.stop != "stalled"
+        known = self.rank + len(self.idle) >= self.unknowns and not self.unidentified
+        # An idle parameter makes the condition infinite, and says nothing of the others.
+        return self.converged and known and (self.condition <= MEANINGLESS or bool(self.idle))
 
     @property
     def freedom(self) -> int:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from erclutch.fit.fit_settings import Settings
 from erclutch.fit.new_fields import wider_at_new_fields
-from erclutch.fit.outcome import AnyOutcome
+from erclutch.fit.outcome import MEANINGLESS, AnyOutcome
 from erclutch.fit.prediction_bands import HeldBand, calibrated, judged
 from erclutch.fit.scoring import TOLERATED, BandedFigure, Score, excess, independent_rows, information_criteria, score
 from erclutch.logs.dataset import Dataset
@@ -19,8 +19,6 @@ from erclutch.models.band import Band
 from erclutch.signals.array import Array
 from erclutch.signals.shown import Shown, one_line
 
-#: Condition of the Jacobian beyond which single parameters are lost in each other's intervals.
-_MEANINGLESS = 1e8
 #: Travels after which a state of memory has forgotten where it started, to 5 %.
 _FORGOTTEN = 3.0
 
@@ -106,7 +104,7 @@ def scored(
                 folds=validated,
                 predicted=predicted,
                 excess=excess((data.effort - predicted)[test], best, seed=settings.seed),
-                sound=_sound(outcome) and not _wild(data, predicted, test),
+                sound=outcome.sound and not _wild(data, predicted, test),
                 notes=(*_notes(outcome, data, predicted, test), *outcome.notes),
             )
         )
@@ -181,14 +179,6 @@ def judged_by_training(entries: Sequence[RankedModel]) -> list[RankedModel]:
     return [judged(entry) for entry in entries]
 
 
-def _sound(outcome: AnyOutcome) -> bool:
-    if outcome.weights:
-        return outcome.stop != "stalled"
-    known = outcome.rank + len(outcome.idle) >= outcome.unknowns and not outcome.unidentified
-    # An idle parameter makes the condition infinite, and says nothing of the others.
-    return outcome.converged and known and (outcome.condition <= _MEANINGLESS or bool(outcome.idle))
-
-
 def _wild(data: Dataset, predicted: Array, test: NDArray[np.bool_]) -> int:
     """Test rows that are predicted far outside all efforts seen in training."""
     seen = data.effort[~test]
@@ -240,7 +230,7 @@ def _notes(outcome: AnyOutcome, data: Dataset, predicted: Array, test: NDArray[n
         notes.append(f"not identified by these data: {', '.join(unknown)}")
     elif outcome.rank + len(outcome.idle) < outcome.unknowns:
         notes.append(f"rank {outcome.rank} of {outcome.unknowns}: parameters trade off")
-    elif outcome.condition > _MEANINGLESS and not outcome.idle:
+    elif outcome.condition > MEANINGLESS and not outcome.idle:
         notes.append(f"condition {outcome.condition:.0e}: its parameters mean nothing one by one")
     notes += _too_short(outcome, data)
     wild = _wild(data, predicted, test)

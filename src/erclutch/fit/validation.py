@@ -121,6 +121,9 @@ def chosen(train: Dataset, fitted: Sequence[Fitted], sound: Sequence[str], seed:
     """
     parts = parts_of_training(train)
     allowed = [f for f in fitted if f.outcome.model.name in sound] or list(fitted)
+    if all(f.outcome.freedom for f in allowed):
+        # No law is sound: a network still has to be worth its freedom, for such a law may estimate well all the same.
+        allowed += [f for f in fitted if not f.outcome.freedom]
     if parts is None or (len(allowed) < 2 and not parts.fields):
         return None
     contenders = list(_in_question(allowed, further=parts.further))

@@ -23,7 +23,7 @@ from erclutch.logs.reading import Reading
 from erclutch.models.adaptive_band import adapted
 from erclutch.models.load import load_model
 from erclutch.models.model import Model, margins
-from erclutch.runs.run_folder import Run, read_run
+from erclutch.runs.run_folder import FINAL, Run, read_run
 from erclutch.signals.array import Array
 
 if TYPE_CHECKING:
@@ -142,9 +142,17 @@ class ModelScore:
 
 def models_of(run: Run | None, chosen: Model, name: str | None) -> list[tuple[str, Model]]:
     """Names and models to score: those of a run as the run calls them, or the one that was chosen."""
+    if run is not None and name == FINAL:
+        return [(called_final(chosen), chosen)]
     if run is None or name is not None:
         return [(chosen.name if run is None or name is None else str(run.entry(name)["name"]), chosen)]
-    return [(known, run.model(known)) for known in run.names]
+    final = [run.model(FINAL)] if FINAL in run.body else []
+    return [*((known, run.model(known)) for known in run.names), *((called_final(each), each) for each in final)]
+
+
+def called_final(model: Model) -> str:
+    """What the model of all rows is called beside those that were judged."""
+    return f"{FINAL}: {model.name}, of all rows"
 
 
 def score_model(model: Model, data: Dataset, name: str) -> ModelScore:

@@ -6,6 +6,7 @@
                          the gapless stretches of rows and the digests of the other files
     table.csv            the ranking, a row a model
     models/NAME.json     each model with its numbers, parameters with intervals, and a digest
+    models/final.json    the recommended model fitted to all rows, if asked for: no row judges it
     predictions.parquet  time, fields, slips, measured effort, the test mask, and each model's effort
 
 A folder is written beside its final name and moved there when it is whole, so there is never half a run.
@@ -41,9 +42,11 @@ from erclutch.signals.shown import Shown, one_line, presenter
 
 if TYPE_CHECKING:
     from erclutch.fit.comparison import Comparison, RankedModel
-    from erclutch.fit.outcome import FitOutcome
+    from erclutch.fit.outcome import AnyOutcome, FitOutcome
 
 RUN_SCHEMA = 2
+#: What the model of all rows is called where a model of a run is named, and its file.
+FINAL, _FINAL_FILE = "final", "models/final.json"
 _LIBRARIES = ("numpy", "scipy", "pandas", "pyarrow", "pint")
 _REMEDY = "Give --out a folder on a disk that can be written and has space"
 #: The error of a run's folder that cannot be written.
@@ -85,6 +88,8 @@ def write_run(
 
 def _fill(folder: Path, body: Mapping[str, Any], comparison: Comparison) -> None:
     write_models(folder, {entry.name: entry.outcome.model for entry in comparison.entries})
+    if comparison.final is not None:
+        write_json(folder / _FINAL_FILE, comparison.final.model.to_dict())
     _write_table(folder / "table.csv", comparison)
     _write_predictions(folder / "predictions.parquet", comparison)
     # What `fit --json` prints, and what keeps the folder together.
@@ -136,7 +141,13 @@ def run_to_dict(
         "recommended": comparison.recommended,
         **({"chosen_by": comparison.chosen_by} if comparison.chosen_by else {}),
         **({} if comparison.recalibration is None else {"recalibration": dict(comparison.recalibration)}),
+        **({} if comparison.final is None else {"final": _final_to_dict(comparison.final)}),
     }
+
+
+def _final_to_dict(final: AnyOutcome) -> dict[str, Any]:
+    """The model of all rows: its name, how many rows it was fitted to, and its digest."""
+    return {"name": final.model.name, "rows": final.train_rows, "model_digest": final.model.to_dict()["digest"]}
 
 
 def versions() -> dict[str, str]:
@@ -317,16 +328,29 @@ class Run(Shown):
         return presenter().report(self)
 
     def model(self, name: str | None = None) -> Model:
-        """A model of the run; None gives the recommended one.
+        """A model of the run; None gives the recommended one, "final" that one fitted to all rows.
 
         Raises:
             RunError: no such model, or its file was changed.
         """
+        if name == FINAL:
+            return self._final()
         entry = self.entry(name or self.recommended)
         path = self.model_file(entry["name"])
         model = load_model(path)
         said = entry["model_digest"], entry.get("model", entry["name"]), entry["dynamics"]
         if (model.to_dict()["digest"], model.name, dict(model.times)) != said:
+            raise RunError("this is not the model that the run wrote", where=str(path), remedy="Fit the log again")
+        return model
+
+    def _final(self) -> Model:
+        """The recommended model fitted to all rows."""
+        if "final" not in self.body:
+            problem = "the run keeps no model of all rows"
+            raise RunError(problem, where=str(self.folder), remedy="Fit the log again with --final")
+        path, said = self.folder / _FINAL_FILE, self.body["final"]
+        model = load_model(path)
+        if (model.to_dict()["digest"], model.name) != (said["model_digest"], said["name"]):
             raise RunError("this is not the model that the run wrote", where=str(path), remedy="Fit the log again")
         return model
 

@@ -235,7 +235,11 @@ _BODY = _entries(
         "recommended": _text,
         "files": _entries(dict.fromkeys(GUARDED, _text)),
     },
-    {"recalibration": _RECALIBRATION, "chosen_by": _text},
+    {
+        "recalibration": _RECALIBRATION,
+        "chosen_by": _text,
+        "final": _entries({"name": _text, "rows": _count, "model_digest": _text}),
+    },
 )
 
 

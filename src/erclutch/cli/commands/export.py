@@ -44,7 +44,7 @@ def export(
         model: A model's JSON file, or the folder of a run.
         to: What to write: the name of a target.
         out: The folder to make; NAME_TARGET by default.
-        run_model: Which model of a run, by its id (m2) or specification; the recommended one by default.
+        run_model: Which model of a run, by its id (m2) or specification, or final, of all rows. Default: recommended.
         name: Prefix of all C names, at most 20 characters; by default after the run's log, or the model.
         precision: Number format of all arithmetic; float32 is for processors without double (Cortex-M4F).
         period: Sampling period in s (or 1ms) at which the step will be called; that of the training data by default.

@@ -15,7 +15,7 @@ from erclutch.cli import scored_rows, terminal
 from erclutch.cli.folded_help import folded
 from erclutch.cli.options import DEFAULT_READING, LogOptions, expand
 from erclutch.cli.quantities import MEMORY
-from erclutch.errors import require
+from erclutch.errors import SettingError, require
 
 if TYPE_CHECKING:
     from erclutch.fit.comparison import Comparison, Settings
@@ -54,6 +54,7 @@ def fit(
     resume: Annotated[bool, Parameter(group=LONG_LOGS, negative=())] = False,
     out: Annotated[Path | None, Parameter(group=MODELS)] = None,
     force: Annotated[bool, Parameter(group=MODELS, negative=())] = False,
+    final: Annotated[bool, Parameter(group=MODELS, negative=())] = False,
     all_: Annotated[bool, Parameter(name="--all", group=MODELS, negative=())] = False,
     json: Annotated[bool, Parameter(group=MODELS, negative=())] = False,
     reading: LogOptions = DEFAULT_READING,
@@ -81,11 +82,14 @@ def fit(
         resume: Go on where the scoring of every row of --out was interrupted; the models are there.
         out: Folder to keep the run in.
         force: Replace a run that is already there.
+        final: After the choice, also fit the recommended model to all rows. It is kept in --out beside the judged one;
+            take it with --model final.
         all_: Print every model with its specification and its notes, not the first 8 alone.
         json: Print everything as JSON instead of tables.
         reading: How to read the log.
     """
     from erclutch.fit.comparison import Settings
+    from erclutch.fit.final_fit import with_final_fit
     from erclutch.logs.any_size import read_rows
     from erclutch.runs.run_folder import may_write, run_to_dict, write_run
     from erclutch.runs.tasks import tasks_on
@@ -97,6 +101,8 @@ def fit(
         return
     if out is not None:
         may_write(out, force)
+    elif final:
+        raise SettingError("a model of all rows is kept in a run", where="--final", remedy="Give --out RUN too")
     asked = model_names(models), lag, _held_out(test), blocks, friction, offset, seed, workers, _ago(past), polish
     how, read_options = reading.how(), reading.to_dict()
     with tasks_on(cluster, workers) as tasks:  # a cluster that does not answer is told before the fit
@@ -104,6 +110,8 @@ def fit(
             show = partial(_show_rows, bar)
             rows = read_rows(expand(logs), how, reading.device, memory=1e9 * memory, progress=show)
         comparison = _compared(rows.data, Settings(*asked))
+        if final and not comparison.standing.why_none:
+            comparison = with_final_fit(comparison)
         if not json:
             _print_all(rows, comparison, time.perf_counter() - began, whole=all_)
         if out is not None:
@@ -142,6 +150,11 @@ def _print_all(rows: RowsOfLogs, comparison: Comparison, seconds: float, *, whol
     if rows.left_out:
         terminal.tell(rows.data.notes[-1])
     print_comparison(comparison, whole=whole)
+    if comparison.final is not None:
+        terminal.tell(
+            f"Also fitted to all {comparison.final.train_rows:,} rows: --model final. The figures above are of the "
+            "model that was judged; no row is left to judge this one."
+        )
     count = len(comparison.entries)
     terminal.tell(f"{count} model{'s' if count > 1 else ''} in {seconds:.1f} s")
 

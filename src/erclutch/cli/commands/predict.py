@@ -49,7 +49,7 @@ def predict(
         logs: A log of the model's device. Several, or a folder of logs, give a folder with a file for each.
         run: The folder of a run, or a model's JSON file.
         out: File to write: .csv, .parquet or .mat. Of several logs: the folder to write.
-        model: Which model of a run, by its id (m2) or specification; the recommended one by default.
+        model: Which model of a run, by its id (m2) or specification, or final, of all rows. Default: the recommended.
         band: Also write the band, which holds 95 % of rows like those of the run.
         sensor: Also write the band; it learns from the log's measured effort, row by row, from past rows alone.
         kind: Of the files of several logs.

@@ -147,20 +147,23 @@ def _with_terms_told(train: Dataset, law: FitOutcome[TorqueModel]) -> FitOutcome
     are not. The term that was added to the law goes; a law with fewer terms that says the same stays eligible.
     """
     structure = law.model.structure
-    added = {
-        ("T_0", "a constant effort"): replace(structure, offset=False),
-        ("T_f", "friction"): replace(structure, friction=False),
-    }
+    if law.sound:
+        return law
+    without = [
+        (("T_0",), "a constant effort", replace(structure, offset=False)),
+        (("T_f",), "friction", replace(structure, friction=False)),
+        (("T_0", "T_f"), "a constant effort and friction", replace(structure, offset=False, friction=False)),
+    ]
     # A long series of kernels loses rank by itself: no term that was added can cure that.
-    trade_off = law.rank < law.unknowns <= _SHORT_LAW
-    for (term, words), without in added.items():
-        if without == structure or not (term in law.unidentified or trade_off):
+    trade_off = law.unknowns <= _SHORT_LAW and (law.rank < law.unknowns or not law.converged)
+    has = {term for term, there in (("T_0", structure.offset), ("T_f", structure.friction)) if there}
+    for terms, words, fewer in without:
+        if not has.issuperset(terms) or not (trade_off or set(terms) & set(law.unidentified)):
             continue
-        fewer = fit_structure(train, without)
-        cured = fewer.rank == fewer.unknowns
-        if cured and fewer.train_cost <= (1.0 + _NO_WORSE) * law.train_cost:
+        cured = fit_structure(train, fewer)
+        if cured.sound and cured.train_cost <= (1.0 + _NO_WORSE) * law.train_cost:
             note = f"left out, since these rows cannot tell it from the law's own terms: {words}"
-            return replace(fewer, notes=(*law.notes, note))
+            return replace(cured, notes=(*law.notes, note))
     return law
 
 

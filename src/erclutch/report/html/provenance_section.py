@@ -83,7 +83,7 @@ def command_of(body: Mapping[str, Any]) -> str:
     for key in dict.fromkeys(("models", "test", *usual)):
         if settings[key] != (list(usual[key]) if isinstance(usual[key], tuple) else usual[key]):
             words += _option(key, settings[key])
-    return shlex.join([*words, "--out", "RUN"])
+    return shlex.join([*words, *(["--final"] if "final" in body else []), "--out", "RUN"])
 
 
 def _option(name: str, value: Any) -> list[str]:

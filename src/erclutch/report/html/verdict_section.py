@@ -236,6 +236,9 @@ def _next(material: Material) -> list[dict[str, str]]:
     name = material.run.c_name
     text = f"Take it to a controller: {name}_c/{name}.c, C99 in one file, with its check."
     steps.append((text, f"erclutch export {material.run.folder.name} --precision float32"))
+    if "final" in body:
+        text = f"The same model fitted to all {count(body['final']['rows'])} rows, which no figure here judges:"
+        steps.append((text, f"erclutch export {material.run.folder.name} --model final --precision float32"))
     code = f'erclutch.predict("{material.run.folder.name}", "LOG")'
     steps.append(("Use the model in Python: LOG is a file, or a DataFrame in its place.", code))
     return [{"text": text, "code": code} for text, code in steps]
