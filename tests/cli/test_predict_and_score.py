@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import shutil
 from pathlib import Path
 
@@ -91,15 +92,19 @@ def test_predict_as_parquet_with_a_sensor_of_a_models_file(place: Path, tmp_path
 def test_score_ranks_the_models_of_a_run_on_another_log(place: Path, tmp_path: Path) -> None:
     code, said, _ = run("score", place / "two.csv", "--run", place / "run", cwd=tmp_path)
     assert code == 0
-    lines = [line.split() for line in said.splitlines() if line.strip().startswith(("bingham", "quadratic"))]
-    assert len(lines) == 2
-    assert float(lines[0][1]) < float(lines[1][1])
+    errors = [
+        float(number)
+        for number in re.findall(r"^ m\d, (?:Bingham|Quadratic) law(?: in E)?\s+([\d.]+)", said, re.MULTILINE)
+    ]
+    assert len(errors) == 2, said
+    assert errors == sorted(errors)
     assert "worst second" in said
     both = run(
         "score", place / "one.csv", place / "two.csv", "--run", place / "run", "--model", "bingham", cwd=tmp_path
     )
     assert "worst log" in both[1]
-    assert "quadratic" not in both[1]
+    assert "Bingham law" in both[1]
+    assert "Quadratic law" not in both[1]
 
 
 def test_several_logs_give_a_folder_and_several_runs_one_table(place: Path, tmp_path: Path) -> None:

@@ -84,7 +84,7 @@ def score(
     terminal.tell(terminal.narrowed(title, cells, less_needed, terminal.console().width))
     terminal.tell(*seen, style="yellow")
     for where in dict.fromkeys(each.where for _, _, each in found if each.where):
-        alike = [title for _, title, each in found if each.where == where]
+        alike = [title.partition(",")[0] for _, title, each in found if each.where == where]
         more = f" and {len(alike) - 1} more" if len(alike) > 1 else ""
         terminal.tell(f"guessed by {alike[0]}{more}: {where}")
 
