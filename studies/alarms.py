@@ -43,7 +43,8 @@ def session(rig: RigParameters, library: Path, program: str, seed: int, seconds:
     programs = starting_with(standard_programs(rig, model=True, seed=seed), program)
     coarse = rig.changed({"integration.step": 1e-3 / 3.0})
     run = AcceleratedRun(rig_settings(rig, programs), library, coarse, seed=seed, speed=40.0)
-    frames: Any = run.frames(seconds * SECOND)[0]
+    frames: Any
+    frames, *_ = run.frames(seconds * SECOND)
     names = ("field1", "field2", "theta_dot", "alpha_dot", "torque")
     return np.column_stack([frames[name] for name in names])
 
@@ -51,16 +52,19 @@ def session(rig: RigParameters, library: Path, program: str, seed: int, seconds:
 def flags_of(device: CompiledModel, rows: Array) -> NDArray[np.int64]:
     """Flags of the exported step from a reset."""
     device.reset()
-    return np.array(device.run(np.ascontiguousarray(rows))[1], np.int64)
+    _, flags = device.run(np.ascontiguousarray(rows))
+    return np.array(flags, np.int64)
 
 
 def healthy(device: CompiledModel, library: Path, hours: float) -> None:
     """Share and episodes of each alarm on a device that is as it was."""
-    length = 300
+    length = 300  # s of a session
     count = round(hours * 3600.0 / length)
-    share, episodes = dict.fromkeys(LAYERS, 0.0), dict.fromkeys(LAYERS, 0)
+    share = dict.fromkeys(LAYERS, 0.0)
+    episodes = dict.fromkeys(LAYERS, 0)
     for k in range(count):
-        flags = flags_of(device, session(default_rig(), library, KNOWN[k % len(KNOWN)], 1000 + k, length))
+        program = KNOWN[k % len(KNOWN)]
+        flags = flags_of(device, session(default_rig(), library, program, 1000 + k, length))
         for name, bit in LAYERS.items():
             raised = (flags & bit) != 0
             share[name] += float(raised.mean()) / count
@@ -69,9 +73,9 @@ def healthy(device: CompiledModel, library: Path, hours: float) -> None:
     print(f"TWIN, healthy, {ran:.2f} accelerated hours in sessions of {length} s: {', '.join(KNOWN)}")
     print(f"{'alarm':<12}{'share of rows':>15}{'episodes':>10}{'in 24 h':>10}{'95 % below':>12}")
     for name in LAYERS:
-        n = episodes[name]
-        most = f"{3.0 * 24.0 / ran:.1f}" if n == 0 else "-"  # the rule of three: none seen
-        print(f"{name:<12}{share[name]:>15.5f}{n:>10}{n * 24.0 / ran:>10.1f}{most:>12}")
+        seen = episodes[name]
+        most = f"{3.0 * 24.0 / ran:.1f}" if seen == 0 else "-"  # the rule of three: none seen
+        print(f"{name:<12}{share[name]:>15.5f}{seen:>10}{seen * 24.0 / ran:>10.1f}{most:>12}")
 
 
 def elsewhere(device: CompiledModel, library: Path) -> None:
@@ -108,16 +112,18 @@ def faults(library: Path, largest: float, seed: int, program: str, seconds: int)
 def delays(device: CompiledModel, library: Path, largest: float, seeds: int, seconds: int) -> None:
     """Seconds from the start of a session with a fault to the alarm."""
     for program in ("square", "tracking-slow"):
-        found: dict[str, list[float]] = {}
+        delays_of: dict[str, list[float]] = {}  # s, by fault
         for seed in range(seeds):
             for name, rows in faults(library, largest, seed, program, seconds):
-                found.setdefault(name, []).append(first(flags_of(device, rows)) or math.inf)
+                delay = first(flags_of(device, rows)) or math.inf
+                delays_of.setdefault(name, []).append(delay)
         print(f"\nTWIN, {program}, {seeds} seeds, sessions of {seconds} s: seconds to the alarm of a drift")
         print(f"{'fault':<16}{'told':>8}{'10 %':>8}{'median':>8}{'90 %':>8}")
-        for name, times in found.items():
-            ends = np.quantile(times, (0.1, 0.5, 0.9), method="inverted_cdf")
-            told = np.mean(np.isfinite(times))
-            print(f"{name:<16}{told:>8.0%}" + "".join(f"{t:>8.1f}" if t < math.inf else f"{'-':>8}" for t in ends))
+        for name, of_seeds in delays_of.items():
+            raised = np.mean(np.isfinite(of_seeds))
+            quantiles = np.quantile(of_seeds, (0.1, 0.5, 0.9), method="inverted_cdf")
+            cells = [f"{delay:>8.1f}" if delay < math.inf else f"{'-':>8}" for delay in quantiles]
+            print(f"{name:<16}{raised:>8.0%}{''.join(cells)}")
 
 
 def main() -> None:

@@ -34,9 +34,10 @@ Task = tuple[RunsRecipe, str, int]  # the runs, the network, the seed
 
 def fit(polish: bool, task: Task) -> list[float]:
     """Training error, test error and CPU seconds of a fit."""
-    train_rows, test = made(task[0])
+    runs, name, seed = task
+    train_rows, test = made(runs)
     began = process_time()
-    outcome = fit_network(train_rows, network_from_name(task[1]), seed=task[2], polish=polish)
+    outcome = fit_network(train_rows, network_from_name(name), seed=seed, polish=polish)
     seconds = process_time() - began
     error = float(np.mean((test.effort - outcome.model.predict(test)) ** 2))
     return [outcome.train_cost / train_rows.rows, error, seconds]
@@ -44,23 +45,31 @@ def fit(polish: bool, task: Task) -> list[float]:
 
 def long_run(task: Task) -> list[float]:
     """The same of a long run."""
-    structure = network_from_name(task[1])
-    unit = UnitRows(structure, *made(task[0]))
+    runs, name, seed = task
+    structure = network_from_name(name)
+    unit = UnitRows(structure, *made(runs))
     schedule = Schedule(1, (Round(2, 1500, 1),), polish=30)
     began = process_time()
-    best = train((unit.x, unit.y, unit.spaced), structure.hidden, task[2], schedule, slips=unit.slips)
+    best = train((unit.x, unit.y, unit.spaced), structure.hidden, seed, schedule, slips=unit.slips)
     seconds = process_time() - began
     tables = tables_of(best.theta, (unit.x.shape[0], *structure.hidden, 1))
     return [*unit.errors(partial(forward_fnn, tables, exactly=False)), seconds]
 
 
-def line(label: str, found: np.ndarray, best: np.ndarray) -> str:
+def line(label: str, fits: np.ndarray, best: np.ndarray) -> str:
     """One line: CPU seconds, the training error, and shares of seeds near the best errors."""
-    train, test = found[:, 0], found[:, 1]
-    near = train <= 1.02 * best[0], train <= 1.002 * best[0], test <= 1.02 * best[1], test <= 1.02 * best[2]
+    train, test, seconds = fits.T
+    best_train, best_test, test_of_best = best
+    near = (
+        train <= 1.02 * best_train,
+        train <= 1.002 * best_train,
+        test <= 1.02 * best_test,
+        test <= 1.02 * test_of_best,
+    )
+    shares = "".join(f"{np.mean(seeds):14.0%}" for seeds in near)
     return (
-        f"{label:18}{np.median(found[:, 2]):8.2f}{found[:, 2].max():8.2f}{train.min():12.3e}"
-        f"{np.median(train / best[0]):10.4f}" + "".join(f"{np.mean(share):14.0%}" for share in near)
+        f"{label:18}{np.median(seconds):8.2f}{seconds.max():8.2f}{train.min():12.3e}"
+        f"{np.median(train / best_train):10.4f}{shares}"
     )
 
 

@@ -62,9 +62,9 @@ def zero_field(rig: RigParameters, seeds: int) -> list[Dataset]:
 def drags(model: TorqueModel, runs: Sequence[Dataset]) -> tuple[float, float, float]:
     """Root mean square of the measured torque and of the model's, N m, and the factor between both."""
     measured = np.concatenate([run.effort for run in runs])
-    said = np.concatenate([model.predict(run) for run in runs])
-    factor = float(measured @ said) / (float(said @ said) or 1.0)
-    return float(np.sqrt(mean_square(measured))), float(np.sqrt(mean_square(said))), factor
+    estimated = np.concatenate([model.predict(run) for run in runs])
+    factor = float(measured @ estimated) / (float(estimated @ estimated) or 1.0)
+    return float(np.sqrt(mean_square(measured))), float(np.sqrt(mean_square(estimated))), factor
 
 
 def effects(seeds: int, seconds: float) -> None:
@@ -75,42 +75,48 @@ def effects(seeds: int, seconds: float) -> None:
         rig = default_rig().changed(changes)
         model = law_fit(rows_of(prepare("training", rig=rig, seed=1, seconds=seconds)), BASE).model
         runs = zero_field(rig, seeds)
-        measured, said, factor = drags(model, runs)
+        measured, estimated, factor = drags(model, runs)
         fastest = max(float(np.abs(run.elements[0].slip).max()) for run in runs)
-        print(f"| {name} | {1e3 * measured:.1f} | {1e3 * said:.1f} | {factor:.2f} | {fastest:.0f} |", flush=True)
+        torques = f"{1e3 * measured:.1f} | {1e3 * estimated:.1f}"
+        print(f"| {name} | {torques} | {factor:.2f} | {fastest:.0f} |", flush=True)
+
+
+def meter_and_fluid(seconds: float) -> tuple[Dataset, Dataset]:
+    """The training run with the torque at the meter, and with the fluid's true one."""
+    run = prepare("training", seed=1, seconds=seconds)
+    at_meter = rows_of(run)
+    skipped = run.rows - at_meter.rows
+    _, true_torque = run.columns()["true_torque"]
+    return at_meter, replace(at_meter, effort=true_torque[skipped:])
 
 
 def what_hides_it(seeds: int, seconds: float) -> None:
     """Which rows and which torque of the training run let a fit see the viscous drag."""
-    run = prepare("training", seed=1, seconds=seconds)
-    train = rows_of(run)
-    skipped = run.rows - train.rows
-    fluid_torque = run.columns()["true_torque"][1][skipped:]
+    train, of_fluid = meter_and_fluid(seconds)
     slips = [np.abs(element.slip) for element in train.elements]
     fields = np.array([element.field for element in train.elements])
-    engaged = fields.max(axis=0) > 0.1
+    largest = fields.max(axis=0)
+    engaged = largest > 0.1
     slip_there = np.where(fields[0] > fields[1], slips[0], slips[1])
     print(f"rows with a command above 0.1 at which the clutch sticks: {np.mean(slip_there[engaged] < STUCK):.0%}")
+    small = largest < 0.02
     stronger = default_rig().changed({"excitation.motor_low": 0.2, "excitation.motor_high": 0.6})
+    strong_run = prepare("training", rig=stronger, seed=1, seconds=seconds)
     fitted_to: dict[str, Dataset] = {
         "all rows, torque at the meter": train,
-        "all rows, torque of the fluid (true)": replace(train, effort=fluid_torque),
-        "rows of small command, meter": train.take(fields.max(axis=0) < 0.02),
-        "rows of small command, torque of the fluid": replace(train, effort=fluid_torque).take(
-            fields.max(axis=0) < 0.02
-        ),
-        "a motor that is four times stronger, meter": rows_of(
-            prepare("training", rig=stronger, seed=1, seconds=seconds)
-        ),
+        "all rows, torque of the fluid (true)": of_fluid,
+        "rows of small command, meter": train.take(small),
+        "rows of small command, torque of the fluid": of_fluid.take(small),
+        "a motor that is four times stronger, meter": rows_of(strong_run),
     }
     runs = zero_field(default_rig(), seeds)
     print("| Bingham fitted to | said at zero field [mN m] | measured over said | error [1e-5 N2 m2] |")
     print("| --- | --- | --- | --- |")
     for name, rows in fitted_to.items():
         model = law_fit(rows, BASE).model
-        _, said, factor = drags(model, runs)
+        _, estimated, factor = drags(model, runs)
         error = np.mean([mean_square(run.effort - model.predict(run)) for run in runs])
-        print(f"| {name} | {1e3 * said:.1f} | {factor:.2f} | {1e5 * error:.1f} |", flush=True)
+        print(f"| {name} | {1e3 * estimated:.1f} | {factor:.2f} | {1e5 * error:.1f} |", flush=True)
 
 
 def one_number(seeds: int, seconds: float) -> None:
@@ -169,13 +175,14 @@ def by_field(seeds: int, seconds: float) -> None:
             fields = np.concatenate([[e.field for e in run.elements] for run in runs], axis=1)
             slips = np.concatenate([[np.abs(e.slip) for e in run.elements] for run in runs], axis=1)
             first = fields[0] > fields[1]
-            there = (fields.max(axis=0) >= low) & (fields.max(axis=0) < high)
-            way = np.where(first, 1.0, -1.0)[there]
+            largest = fields.max(axis=0)
+            there = (low <= largest) & (largest < high)
+            way = np.where(first, 1.0, -1.0)[there]  # in which the engaged clutch drives
             measured = np.concatenate([run.effort for run in runs])[there] * way
-            said = np.concatenate([model.predict(run) for run in runs])[there] * way
+            estimated = np.concatenate([model.predict(run) for run in runs])[there] * way
             slip = np.where(first, slips[0], slips[1])[there]
             cells = f"{np.mean(there):.0%} | {np.median(slip):.1f} | {1e3 * measured.mean():.1f}"
-            print(f"| {low:g} to {high:g} | {name} | {cells} | {1e3 * said.mean():.1f} |", flush=True)
+            print(f"| {low:g} to {high:g} | {name} | {cells} | {1e3 * estimated.mean():.1f} |", flush=True)
 
 
 def held_effects(seeds: int, seconds: float) -> None:
@@ -194,14 +201,12 @@ def held_effects(seeds: int, seconds: float) -> None:
 def held_training(seeds: int, seconds: float) -> None:
     """Which training run lets a law know the held output."""
     rig = default_rig()
-    run = prepare("training", seed=1, seconds=seconds)
-    train = rows_of(run)
-    fluid_torque = run.columns()["true_torque"][1][run.rows - train.rows :]
+    train, of_fluid = meter_and_fluid(seconds)
     stronger = rig.changed({"excitation.motor_low": 0.2, "excitation.motor_high": 0.6})
     even = rig.changed({"excitation.peakedness": 1.0})
     trained: dict[str, Dataset] = {
         "training run, meter": train,
-        "training run, torque of the fluid (true)": replace(train, effort=fluid_torque),
+        "training run, torque of the fluid (true)": of_fluid,
         "a motor that is four times stronger": rows_of(prepare("training", rig=stronger, seed=1, seconds=seconds)),
         "amplitudes of the field drawn evenly": rows_of(prepare("training", rig=even, seed=1, seconds=seconds)),
         "output held, another seed": rows_of(prepare("zero-motion", seed=1, seconds=seconds)),

@@ -23,36 +23,42 @@ from erclutch.wings.live.settings import LoopProgram, Mode, Waveform
 from erclutch.wings.paper import torque_control as tc
 from erclutch.wings.rig.twin.parameters import RigParameters, default_rig
 
-ROWS, SETTLING = 7000, 2000
-P_GAINS, D_GAINS = np.geomspace(0.5, 60.0, 8), np.geomspace(5e-3, 0.5, 6)
+ROWS = 7000  # of a run, at 1 kHz
+SETTLING = 2000  # rows that do not count
+P_GAINS = np.geomspace(0.5, 60.0, 8)
+D_GAINS = np.geomspace(5e-3, 0.5, 6)
 COMPUTED = {"observer": "none", "track_bandwidth": 30.0, "track_integral": 30.0}
 
 
 def tracked(rig: RigParameters, frequency: float, seed: int, library: Path | None, **settings: Any) -> Any:
     """Frames of a run without its beginning."""
-    height = 0.02 * 2.0 * math.pi / rig.value("screw.lead") / (5.0 if frequency > 1.0 else 1.0)
+    stroke = 0.02 / (5.0 if frequency > 1.0 else 1.0)  # m
+    height = stroke * 2.0 * math.pi / rig.value("screw.lead")  # rad
     program = LoopProgram("tracking", Mode.TRACK, Waveform.SINE, height, frequency, motor_torque=0.1)
     run = AcceleratedRun(rig_settings(rig, [program], **settings), library, rig, seed=seed, speed=40.0)
-    return run.frames(ROWS)[0][SETTLING:]
+    frames, *_ = run.frames(ROWS)
+    return frames[SETTLING:]
 
 
 def figures(frames: Any) -> list[float]:
     """RMS of the error in rad, and of the field as a measure of the supply's effort."""
-    off, field = frames["alpha"] - frames["reference"], frames["field1"] + frames["field2"]
-    return [float(np.sqrt(np.mean(np.square(x)))) for x in (off, field)]
+    error = frames["alpha"] - frames["reference"]
+    field = frames["field1"] + frames["field2"]
+    return [float(np.sqrt(np.mean(np.square(signal)))) for signal in (error, field)]
 
 
 def output_numbers(frames: Any) -> dict[str, float]:
     """Inertia and dry friction of the output by least squares: a model's torque, and the output's motion over 5 ms."""
-    window = 5
-    at = np.arange(0, len(frames) - window, window)
+    window = 5  # rows, of 1 ms
+    starts = np.arange(0, len(frames) - window, window)
     speed = frames["alpha_dot"]
-    gained = (speed[at + window] - speed[at]) / (window * 1e-3)
-    torque = np.array([np.mean(frames["estimate"][k : k + window]) for k in at])
-    moving = np.abs(speed[at]) > 2.0
-    known = np.column_stack([gained, np.sign(speed[at])])[moving]
-    found = np.linalg.lstsq(known, torque[moving], rcond=None)[0]
-    return {"output_inertia": max(0.0, float(found[0])), "output_friction": max(0.0, float(found[1]))}
+    acceleration = (speed[starts + window] - speed[starts]) / (window * 1e-3)
+    torque = np.array([np.mean(frames["estimate"][start : start + window]) for start in starts])
+    direction = np.sign(speed[starts])
+    moving = np.abs(speed[starts]) > 2.0
+    motion = np.column_stack([acceleration, direction])[moving]
+    (inertia, friction), *_ = np.linalg.lstsq(motion, torque[moving], rcond=None)
+    return {"output_inertia": max(0.0, float(inertia)), "output_friction": max(0.0, float(friction))}
 
 
 def main() -> None:
@@ -60,26 +66,27 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--seeds", type=int, default=5)
     parser.add_argument("--first", type=int, default=0)
-    given = parser.parse_args()
+    asked = parser.parse_args()
     rig = default_rig()
-    found: dict[tuple[float, str], list[Any]] = {}
+    of_ways: dict[tuple[float, str], list[list[float]]] = {}  # figures of each seed, by frequency and way to track
     with tempfile.TemporaryDirectory() as folder:
-        for seed in range(given.first, given.first + given.seeds):
+        for seed in range(asked.first, asked.first + asked.seeds):
             models, _ = tc.fitted_models(rig, seed, Path(folder))
             for frequency in (0.4, 2.0):
                 gains = itertools.product(P_GAINS, D_GAINS)
-                tried = (tracked(rig, frequency, seed + 100, None, k_p=p, k_d=d) for p, d in gains)
-                found.setdefault((frequency, "best PD"), []).append(min(map(figures, tried)))
+                runs = (tracked(rig, frequency, seed + 100, None, k_p=p, k_d=d) for p, d in gains)
+                of_ways.setdefault((frequency, "best PD"), []).append(min(map(figures, runs)))
                 for name, model in models.items():
                     output = output_numbers(tracked(rig, 2.0, seed, model.library))
-                    one = tracked(rig, frequency, seed + 100, model.library, **COMPUTED, **output)
-                    found.setdefault((frequency, name), []).append(figures(one))
+                    run = tracked(rig, frequency, seed + 100, model.library, **COMPUTED, **output)
+                    of_ways.setdefault((frequency, name), []).append(figures(run))
                     print(f"{seed}, {frequency} Hz, {name}: {output}", flush=True)
     print("TWIN | frequency [Hz] | way | error, mean [mrad] | worst [mrad] | field, rms | times below PD")
-    for (frequency, name), values in found.items():
-        errors, fields = np.array(values).T
-        ratio = np.mean(np.array(found[frequency, "best PD"])[:, 0]) / errors.mean()
-        mean, worst = 1e3 * errors.mean(), 1e3 * errors.max()
+    for (frequency, name), of_seeds in of_ways.items():
+        errors, fields = np.array(of_seeds).T
+        errors_of_pd, _ = np.array(of_ways[frequency, "best PD"]).T
+        ratio = np.mean(errors_of_pd) / errors.mean()
+        mean, worst = 1e3 * errors.mean(), 1e3 * errors.max()  # mrad
         print(f"{frequency} | {name} | {mean:.2f} | {worst:.2f} | {fields.mean():.3f} | {ratio:.1f}")
 
 

@@ -24,21 +24,26 @@ SPEEDS = [k.OMEGA, k.OMEGA_R, k.OMEGA_L]
 
 def run(seconds: float, seed: int, step: float) -> tuple[np.ndarray, float]:
     """The torque meter each ms, and what is missing from the energy balance over the motor's work."""
-    parts, rng = parts_of(default_rig()), np.random.default_rng(seed)
-    rows, steps = round(seconds * 1000), round(1e-3 / step)
-    fields, motor = field_sequence(rows, rng, FieldSettings()), torque_sequence(rows, rng)
-    x, torque = np.zeros(k.SIZE), np.empty(rows)
-    x[k.OMEGA] = 40.0
-    before = x[SPEEDS]
-    start = stored(x, parts, before)
-    for i in range(rows):
-        first, second = max(fields[i], 0.0), max(-fields[i], 0.0)
-        k.advance(x, parts, first, second, motor[i], False, step, steps - 1)
-        before = x[SPEEDS]
-        k.advance(x, parts, first, second, motor[i], False, step, 1)
-        torque[i] = x[k.METER_B]
-    missing = x[k.WORK] + x[k.FIELD_WORK] - x[k.DISSIPATED] - (stored(x, parts, before) - start)
-    return torque, float(missing / x[k.WORK])
+    parts = parts_of(default_rig())
+    rng = np.random.default_rng(seed)
+    rows = round(seconds * 1000)
+    steps = round(1e-3 / step)  # a row
+    fields = field_sequence(rows, rng, FieldSettings())
+    motor = torque_sequence(rows, rng)
+    torque = np.empty(rows)
+    state = np.zeros(k.SIZE)
+    state[k.OMEGA] = 40.0
+    before = state[SPEEDS]  # half a step ago: the energy is that of the middle
+    at_start = stored(state, parts, before)
+    for row in range(rows):
+        first, second = max(fields[row], 0.0), max(-fields[row], 0.0)
+        k.advance(state, parts, first, second, motor[row], False, step, steps - 1)
+        before = state[SPEEDS]
+        k.advance(state, parts, first, second, motor[row], False, step, 1)
+        torque[row] = state[k.METER_B]
+    put_in = state[k.WORK] + state[k.FIELD_WORK]
+    missing = put_in - state[k.DISSIPATED] - (stored(state, parts, before) - at_start)
+    return torque, float(missing / state[k.WORK])
 
 
 def main() -> None:
@@ -50,7 +55,8 @@ def main() -> None:
     print(f"TWIN, {asked.seconds:g} s, seed {asked.seed}")
     print(f"{'step [us]':>10}{'torque on halving':>20}{'energy missing':>17}")
     for step in (100e-6, 50e-6, 25e-6):
-        (whole, missing), (half, _) = (run(asked.seconds, asked.seed, s) for s in (step, step / 2))
+        whole, missing = run(asked.seconds, asked.seed, step)
+        half, _ = run(asked.seconds, asked.seed, step / 2)
         change = float(np.sqrt(np.mean((whole - half) ** 2) / np.mean(half**2)))
         print(f"{1e6 * step:10.0f}{change:20.2%}{missing:17.1e}")
 

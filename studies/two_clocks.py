@@ -32,22 +32,24 @@ def signal(kind: str, seed: int, seconds: float) -> Callable[[Array], Array]:
     rng = np.random.default_rng(seed)
     span = seconds + 2 * _MARGIN
     if kind == "sines":
-        hertz, phase = rng.uniform(0.3, 8.0, 8), rng.uniform(0.0, 2 * np.pi, 8)
+        hertz = rng.uniform(0.3, 8.0, 8)
+        phase = rng.uniform(0.0, 2 * np.pi, 8)
         return lambda t: np.sin(2 * np.pi * hertz[:, None] * t + phase[:, None]).sum(axis=0)
     if kind in ("band", "slow"):
-        step = 1 / 120 if kind == "band" else 1 / 8
-        at = step * np.arange(int(span / step)) - _MARGIN
-        return make_interp_spline(at, gaussian_filter1d(rng.standard_normal(at.size), 1.0), k=5)
+        step = 1 / 120 if kind == "band" else 1 / 8  # s
+        time = step * np.arange(int(span / step)) - _MARGIN
+        return make_interp_spline(time, gaussian_filter1d(rng.standard_normal(time.size), 1.0), k=5)
     if kind == "walk":
-        at = 0.01 * np.arange(int(span / 0.01)) - _MARGIN
-        walk = np.cumsum(rng.standard_normal(at.size))
-        return lambda t: np.interp(t, at, walk)
+        time = 0.01 * np.arange(int(span / 0.01)) - _MARGIN
+        walk = np.cumsum(rng.standard_normal(time.size))
+        return lambda t: np.interp(t, time, walk)
     edges = np.cumsum(rng.uniform(0.01, 0.4, int(6 * span))) - _MARGIN
     levels = rng.uniform(0.0, 1.0, edges.size)
 
     def steps(t: Array) -> Array:
-        i = np.clip(np.searchsorted(edges, t) - 1, 1, edges.size - 1)
-        return levels[i] + (levels[i - 1] - levels[i]) * np.exp(-(t - edges[i]) / 4e-3)
+        last = np.clip(np.searchsorted(edges, t) - 1, 1, edges.size - 1)
+        left = np.exp(-(t - edges[last]) / 4e-3)  # share of the last step that is still to come
+        return levels[last] + (levels[last - 1] - levels[last]) * left
 
     return steps
 
@@ -61,41 +63,47 @@ def noisy(rng: np.random.Generator, values: Array, share: float) -> Array:
 def pair(seed: int, kind: str, seconds: float, *, related: bool) -> tuple[ClockMatch, float, float]:
     """The match of a pair, and its true offset at the match's origin and drift."""
     rng = np.random.default_rng(seed)
-    rates, share = RATES[int(rng.integers(4))], float(rng.choice([0.03, 0.1, 0.3]))
-    offset, drift = float(rng.uniform(-seconds / 8, seconds / 8)), float(rng.uniform(-1e-4, 1e-4))
-    a, b = (np.arange(int(seconds * rate)) / rate for rate in rates)
+    rate_a, rate_b = RATES[int(rng.integers(4))]
+    share = float(rng.choice([0.03, 0.1, 0.3]))
+    offset = float(rng.uniform(-seconds / 8, seconds / 8))
+    drift = float(rng.uniform(-1e-4, 1e-4))
+    time_a = np.arange(int(seconds * rate_a)) / rate_a
+    time_b = np.arange(int(seconds * rate_b)) / rate_b
     first = signal(kind, seed + 10**6, seconds)
     second = first if related else signal(kind, seed + 2 * 10**6, seconds)
-    x, y = noisy(rng, first(a), share), noisy(rng, 3.0 + 2.5 * second((b - offset) / (1.0 + drift)), share)
-    found = match_clocks(*(track_of(t, v, 1 / rate) for t, v, rate in zip((a, b), (x, y), rates, strict=True)))
-    return found, offset + drift * found.origin, drift
+    values_a = noisy(rng, first(time_a), share)
+    values_b = noisy(rng, 3.0 + 2.5 * second((time_b - offset) / (1.0 + drift)), share)
+    match = match_clocks(track_of(time_a, values_a, 1 / rate_a), track_of(time_b, values_b, 1 / rate_b))
+    return match, offset + drift * match.origin, drift
 
 
 def main(pairs: int) -> None:
     """Print all figures."""
-    inside, count = np.zeros(2), 0
+    count = offsets_inside = drifts_inside = 0
     for seed in range(600):
         try:
-            found, offset, drift = pair(20_000 + seed, KINDS[seed % 4], 60.0, related=True)
+            match, offset, drift = pair(20_000 + seed, KINDS[seed % 4], 60.0, related=True)
         except LogError:
             continue
         count += 1
-        ends = (found.offset_interval, offset), (found.drift_interval, drift)
-        inside += [low <= true <= high for (low, high), true in ends]
-    print(
-        f"coverage: offset {inside[0] / count:.1%}, drift {inside[1] / count:.1%} of {count} pairs of 600", flush=True
-    )
+        low, high = match.offset_interval
+        offsets_inside += low <= offset <= high
+        slowest, fastest = match.drift_interval
+        drifts_inside += slowest <= drift <= fastest
+    shares = f"offset {offsets_inside / count:.1%}, drift {drifts_inside / count:.1%}"
+    print(f"coverage: {shares} of {count} pairs of 600", flush=True)
     for related in (False, True):
-        accepted, wrong = Counter[str](), 0
+        accepted = Counter[str]()
+        wrong = 0
         for seed in range(pairs):
             kind = KINDS[seed % 5]
             try:
-                found, offset, _ = pair(10_000 + seed, kind, 20.0, related=related)
+                match, offset, _ = pair(10_000 + seed, kind, 20.0, related=related)
             except LogError:
                 continue
             accepted[kind] += 1
-            half = found.offset_interval[1] - found.offset
-            wrong += abs(found.offset - offset) > max(5e-3, 5 * half)
+            half = match.offset_interval[1] - match.offset
+            wrong += abs(match.offset - offset) > max(5e-3, 5 * half)
         word = "related" if related else "unrelated"
         print(f"{word}: {sum(accepted.values())} of {pairs} accepted {dict(accepted)}", flush=True)
         if related:

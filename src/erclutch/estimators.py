@@ -43,7 +43,9 @@ from erclutch.signals.clock import Clock, Span
 from erclutch.signals.device import DeviceName, Units, elements_of
 
 _COLUMNS = {"single": ("field", "slip"), "coaxial": ("E1", "E2", "theta_dot", "alpha_dot")}
-_CENTRED, _SCALED = 1e-6, 1e-3  # mean and deviation that no raw columns have, all of them at once
+# Distances from a mean of 0 and from a deviation of 1 that no raw columns have, all of them at once.
+_CENTRED = 1e-6
+_SCALED = 1e-3
 
 
 @dataclass(eq=False, repr=False)
@@ -99,8 +101,9 @@ class LawRegressor(RegressorMixin, BaseEstimator):
             ensure_min_features=len(_COLUMNS[self.device]),
         )
         self._warn_of_scaling(X)
-        device, dynamics = cast(DeviceName, self.device), self.dynamics
-        structure = Structure(device, self.law, law_from_name(self.law, device), dynamics, self.friction, self.offset)
+        device = cast(DeviceName, self.device)
+        law = law_from_name(self.law, device)
+        structure = Structure(device, self.law, law, self.dynamics, self.friction, self.offset)
         data = self._rows(X, np.asarray(y, np.float64))
         self.outcome_ = fit_structure(data, structure)
         self.model_ = self.outcome_.model
@@ -121,14 +124,22 @@ class LawRegressor(RegressorMixin, BaseEstimator):
         if len(missing) == len(wanted):
             return X
         if missing:
-            problem = f"no column {', '.join(missing)} beside {', '.join(n for n in wanted if n in labels)}"
-            raise SettingError(problem, remedy=f"Name all columns: {', '.join(wanted)}")
+            there = [name for name in wanted if name in labels]
+            raise SettingError(
+                f"no column {', '.join(missing)} beside {', '.join(there)}",
+                remedy=f"Name all columns: {', '.join(wanted)}",
+            )
         return X[[labels[name] for name in wanted]]
 
     def _warn_of_scaling(self, X: Array) -> None:
+        """Warn of columns that a scaler has moved: a law knows zero field and rest by their zeros."""
         own = X[:, : len(_COLUMNS[self.device])]
-        standard = np.all(np.abs(own.mean(0)) < _CENTRED) and np.all(np.abs(own.std(0) - 1.0) < _SCALED)
-        ranged = np.all(np.abs(own.min(0)) < _CENTRED) and np.all(np.abs(own.max(0) - 1.0) < _CENTRED)
+
+        def all_near(values: Array, wanted: float, slack: float) -> bool:
+            return bool(np.all(np.abs(values - wanted) < slack))
+
+        standard = all_near(own.mean(0), 0.0, _CENTRED) and all_near(own.std(0), 1.0, _SCALED)
+        ranged = all_near(own.min(0), 0.0, _CENTRED) and all_near(own.max(0), 1.0, _CENTRED)
         if standard or ranged:
             how = "standardised (mean 0, deviation 1)" if standard else "scaled to 0 .. 1"
             warnings.warn(
@@ -138,10 +149,12 @@ class LawRegressor(RegressorMixin, BaseEstimator):
             )
 
     def _rows(self, X: Array, y: Array) -> Dataset:
-        named = {name: X[:, i] for i, name in enumerate(_COLUMNS[self.device])}
-        clock = Clock(np.arange(X.shape[0]) * self.period, (Span(0, X.shape[0], self.period),))
+        """Columns and effort as a data set without gaps, in units as logged."""
         device = cast(DeviceName, self.device)
-        return Dataset(device, elements_of(device, named), y, clock, Units("?", "?", "?"))
+        signals = {name: X[:, i] for i, name in enumerate(_COLUMNS[device])}
+        rows = X.shape[0]
+        clock = Clock(np.arange(rows) * self.period, (Span(0, rows, self.period),))
+        return Dataset(device, elements_of(device, signals), y, clock, Units("?", "?", "?"))
 
     def __sklearn_tags__(self) -> Any:
         tags = super().__sklearn_tags__()

@@ -13,13 +13,33 @@ import numpy as np
 Columns = Mapping[str, tuple[str, np.ndarray]]  # name -> unit and samples
 
 
+def _time(columns: Columns) -> np.ndarray:
+    _, time = columns["time"]
+    return time
+
+
+def _signals(columns: Columns) -> list[tuple[str, str, np.ndarray]]:
+    """Name, unit and samples of all columns but the time."""
+    return [(name, unit, values) for name, (unit, values) in columns.items() if name != "time"]
+
+
+def _labels(columns: Columns) -> list[str]:
+    return [f"{name} [{unit}]" for name, (unit, _) in columns.items()]
+
+
+def _rows(columns: Columns) -> list[tuple[float, ...]]:
+    """All columns row by row, as Python's floats."""
+    return list(zip(*(values.tolist() for _, values in columns.values()), strict=True))
+
+
 def write_mdf(path: Path, columns: Columns, **options: Any) -> None:
     """MDF4 by asammdf: one channel group."""
     from asammdf import MDF, Signal
 
-    time = columns["time"][1]
+    time = _time(columns)
+    signals = [Signal(values, time, name=name, unit=unit) for name, unit, values in _signals(columns)]
     with MDF(version=options.pop("version", "4.10")) as file:
-        file.append([Signal(v, time, name=n, unit=u) for n, (u, v) in columns.items() if n != "time"], comment="run 1")
+        file.append(signals, comment="run 1")
         file.save(path, overwrite=True, **options)
 
 
@@ -27,11 +47,13 @@ def write_tdms(path: Path, columns: Columns) -> None:
     """TDMS by npTDMS: one group, waveform properties."""
     from nptdms import ChannelObject, TdmsWriter
 
-    time = columns["time"][1]
+    time = _time(columns)
     clock = {"wf_increment": float(time[1] - time[0]), "wf_start_offset": float(time[0])}
+    channels: list[Any] = []
+    for name, unit, values in _signals(columns):
+        channels.append(ChannelObject("run 1", name, values, {**clock, "unit_string": unit}))
     with TdmsWriter(path) as file:
-        channels = [(n, v, {**clock, "unit_string": u}) for n, (u, v) in columns.items() if n != "time"]
-        file.write_segment([ChannelObject("run 1", name, values, more) for name, values, more in channels])
+        file.write_segment(channels)
 
 
 def write_xlsx(path: Path, columns: Columns) -> None:
@@ -42,7 +64,7 @@ def write_xlsx(path: Path, columns: Columns) -> None:
     sheet = book.create_sheet("run 1")
     sheet.append(list(columns))
     sheet.append([unit for unit, _ in columns.values()])
-    for row in zip(*(values.tolist() for _, values in columns.values()), strict=True):
+    for row in _rows(columns):
         sheet.append(row)
     book.save(path)
 
@@ -55,8 +77,7 @@ def write_ods(path: Path, columns: Columns) -> None:
         kind = "string" if isinstance(value, str) else f'float" office:value="{value!r}'
         return f'<table:table-cell office:value-type="{kind}"><text:p>{value}</text:p></table:table-cell>'
 
-    rows = [[f"{n} [{u}]" for n, (u, _) in columns.items()]]
-    rows += map(list, zip(*(values.tolist() for _, values in columns.values()), strict=True))
+    rows = [_labels(columns), *_rows(columns)]
     body = "".join(f"<table:table-row>{''.join(map(cell, row))}</table:table-row>" for row in rows)
     names = "".join(f' xmlns:{n}="urn:oasis:names:tc:opendocument:xmlns:{n}:1.0"' for n in ("office", "table", "text"))
     with zipfile.ZipFile(path, "w") as file:
@@ -89,29 +110,36 @@ def write_bag(path: Path, columns: Columns, storage: str = "SQLITE3") -> None:
     from rosbags.rosbag2 import StoragePlugin, Writer
     from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
-    names = [name for name in columns if name != "time"]
-    store, kind = get_typestore(Stores.ROS2_HUMBLE), "rig/msg/Row"
-    store.register(get_types_from_msg("std_msgs/Header header\n" + "".join(f"float64 {n}\n" for n in names), kind))
-    make, header, stamp = (store.types[n] for n in (kind, "std_msgs/msg/Header", "builtin_interfaces/msg/Time"))
+    kind = "rig/msg/Row"
+    members = "".join(f"float64 {name}\n" for name, _, _ in _signals(columns))
+    store = get_typestore(Stores.ROS2_HUMBLE)
+    store.register(get_types_from_msg(f"std_msgs/Header header\n{members}", kind))
+    message_of = store.types[kind]
+    header_of = store.types["std_msgs/msg/Header"]
+    stamp_of = store.types["builtin_interfaces/msg/Time"]
     with Writer(path, version=9, storage_plugin=StoragePlugin[storage]) as bag:
         topic = bag.add_connection("/rig", kind, typestore=store)
-        for row, seconds in enumerate(columns["time"][1]):
-            at = round(seconds * 1e9)
-            message = make(header(stamp(*divmod(at, 10**9)), "rig"), *(float(columns[n][1][row]) for n in names))
-            bag.write(topic, 1_700_000_000 * 10**9 + at, store.serialize_cdr(message, kind))
+        for row, seconds in enumerate(_time(columns)):
+            nanoseconds = round(seconds * 1e9)
+            stamp = stamp_of(*divmod(nanoseconds, 10**9))
+            numbers = [float(values[row]) for _, _, values in _signals(columns)]
+            message = message_of(header_of(stamp, "rig"), *numbers)
+            bag.write(topic, 1_700_000_000 * 10**9 + nanoseconds, store.serialize_cdr(message, kind))
 
 
 def write_lvm(path: Path, columns: Columns) -> None:
     """LVM by hand, after National Instruments' specification of the file format: no LabVIEW was at hand."""
-    channels = [(name, unit, values) for name, (unit, values) in columns.items() if name != "time"]
-    time, count = columns["time"][1], len(columns["time"][1])
+    channels = _signals(columns)
+    time = _time(columns)
 
     def line(key: str, *values: object) -> str:
         return "\t".join([key, *map(str, values)]) + "\n"
 
     head = "LabVIEW Measurement\t\nWriter_Version\t2\nReader_Version\t2\nSeparator\tTab\nDecimal_Separator\t.\n"
     head += "Multi_Headings\tNo\nX_Columns\tOne\nTime_Pref\tRelative\nDate\t2026/01/31\nTime\t12:00:00.5\n"
-    head += "***End_of_Header***\t\n\t\n" + line("Channels", len(channels)) + line("Samples", *[count] * len(channels))
+    head += (
+        "***End_of_Header***\t\n\t\n" + line("Channels", len(channels)) + line("Samples", *[len(time)] * len(channels))
+    )
     head += line("Y_Unit_Label", *(unit for _, unit, _ in channels)) + line("X_Dimension", *["Time"] * len(channels))
     head += line("X0", *[f"{time[0]:.16E}"] * len(channels))
     head += line("Delta_X", *[f"{time[1] - time[0]:.6f}"] * len(channels)) + "***End_of_Header***\t\n"
@@ -122,9 +150,9 @@ def write_lvm(path: Path, columns: Columns) -> None:
 
 def write_jsonl(path: Path, columns: Columns) -> None:
     """JSON Lines by Python's json."""
-    labels = [f"{name} [{unit}]" for name, (unit, _) in columns.items()]
-    rows = zip(*(values.tolist() for _, values in columns.values()), strict=True)
-    path.write_text("".join(json.dumps(dict(zip(labels, row, strict=True))) + "\n" for row in rows), encoding="utf-8")
+    labels = _labels(columns)
+    lines = [json.dumps(dict(zip(labels, row, strict=True))) for row in _rows(columns)]
+    path.write_text("".join(f"{line}\n" for line in lines), encoding="utf-8")
 
 
 def write_mcap(path: Path, columns: Columns) -> None:
@@ -133,36 +161,39 @@ def write_mcap(path: Path, columns: Columns) -> None:
 
     from mcap.writer import Writer
 
-    names = [name for name in columns if name != "time"]
+    signals = _signals(columns)
+    members = "".join(f"float64 {name}\n" for name, _, _ in signals)
     with path.open("wb") as out:
         writer = Writer(out, chunk_size=1000)
         writer.start()
-        kind = writer.register_schema("rig/Row", "ros1msg", "".join(f"float64 {n}\n" for n in names).encode())
-        topic = writer.register_channel("/rig", "ros1", kind, {f"unit.{n}": columns[n][0] for n in names})
-        for row, seconds in enumerate(columns["time"][1]):
-            message = struct.pack(f"<{len(names)}d", *(columns[n][1][row] for n in names))
-            writer.add_message(topic, round(seconds * 1e9), message, round(seconds * 1e9))
+        kind = writer.register_schema("rig/Row", "ros1msg", members.encode())
+        topic = writer.register_channel("/rig", "ros1", kind, {f"unit.{name}": unit for name, unit, _ in signals})
+        for row, seconds in enumerate(_time(columns)):
+            nanoseconds = round(seconds * 1e9)
+            message = struct.pack(f"<{len(signals)}d", *(values[row] for _, _, values in signals))
+            writer.add_message(topic, nanoseconds, message, nanoseconds)
         writer.finish()
 
 
 def write_text(path: Path, columns: Columns, separator: str = ",", names: bool = True) -> None:
     """Rows of numbers, with names and units or without, by hand."""
-    head = [separator.join(f"{name} [{unit}]" for name, (unit, _) in columns.items())] if names else []
-    rows = zip(*(values.tolist() for _, values in columns.values()), strict=True)
-    text = "\n".join([*head, *(separator.join(map(repr, row)) for row in rows)]) + "\n"
-    path.write_bytes(gzip.compress(text.encode(), mtime=0) if path.suffix == ".gz" else text.encode())
+    lines = [separator.join(_labels(columns))] if names else []
+    lines += [separator.join(map(repr, row)) for row in _rows(columns)]
+    data = "".join(f"{line}\n" for line in lines).encode()
+    path.write_bytes(gzip.compress(data, mtime=0) if path.suffix == ".gz" else data)
 
 
 def write_daq(path: Path, columns: Columns) -> None:
     """An export of a data logger: a block of facts, a row of names, dates, remarks behind the first and last row."""
-    names = [f"{name} ({unit})" for name, (unit, _) in columns.items() if name != "time"]
-    head = ["Device: logger", "Rate: 1000 Hz", "", ", ".join(["Sample", "Date/Time", *names, "Events"])]
-    rows = [
-        f"{k}, 05/25/2022 05:50:06.{k:03d} PM, " + ", ".join(repr(float(values[k])) for _, values in signals)
-        for signals in [[pair for name, pair in columns.items() if name != "time"]]
-        for k in range(len(columns["time"][1]))
-    ]
-    rows[0], rows[-1] = rows[0] + ", DAQ Start", rows[-1] + ", DAQ Pause, DAQ Stop"
+    signals = _signals(columns)
+    names = ", ".join(f"{name} ({unit})" for name, unit, _ in signals)
+    rows: list[str] = []
+    for row in range(len(_time(columns))):
+        numbers = ", ".join(repr(float(values[row])) for _, _, values in signals)
+        rows.append(f"{row}, 05/25/2022 05:50:06.{row:03d} PM, {numbers}")
+    rows[0] += ", DAQ Start"
+    rows[-1] += ", DAQ Pause, DAQ Stop"
+    head = ["Device: logger", "Rate: 1000 Hz", "", f"Sample, Date/Time, {names}, Events"]
     path.write_text("\n".join([*head, *rows]) + "\n", encoding="utf-8")
 
 
@@ -223,9 +254,15 @@ FORMATS: dict[str, tuple[str, str, Callable[[Path, Columns], None]]] = {
 def small_log(rows: int = 200) -> Columns:
     """A log to damage: 1 kHz, voltage, speed, torque."""
     random = np.random.default_rng(7)
-    field, slip, effort = random.uniform(0, 2, rows), 10 * random.normal(size=rows), random.normal(size=rows)
-    columns = {"field": ("V", field), "slip": ("rad/s", slip), "effort": ("N*m", effort)}
-    return {"time": ("s", np.arange(rows) / 1000), **{n: (u, v.round(4)) for n, (u, v) in columns.items()}}
+    field = random.uniform(0, 2, rows)
+    slip = 10 * random.normal(size=rows)
+    effort = random.normal(size=rows)
+    return {
+        "time": ("s", np.arange(rows) / 1000),
+        "field": ("V", field.round(4)),
+        "slip": ("rad/s", slip.round(4)),
+        "effort": ("N*m", effort.round(4)),
+    }
 
 
 def mutated(data: bytes, seed: tuple[int, ...]) -> bytes:
@@ -252,5 +289,8 @@ def choices(name: str) -> dict[str, Any] | None:
     """Columns and units of a format that has no names or no units; None for the others."""
     if name not in ("white space", "mat 5", "mat 7.3"):
         return None
-    places = enumerate(small_log().items(), 1)
-    return {s: {"column": k if name == "white space" else s, "unit": unit} for k, (s, (unit, _)) in places}
+    chosen: dict[str, Any] = {}
+    for place, (signal, (unit, _)) in enumerate(small_log().items(), start=1):
+        column = place if name == "white space" else signal
+        chosen[signal] = {"column": column, "unit": unit}
+    return chosen

@@ -19,23 +19,30 @@ RESTS = (0.0, 0.1, 0.5)
 def random_limits(rng: np.random.Generator) -> RigLimits:
     """Limits of a small or a large rig."""
     ranges = dict(NEEDED)
-    for some in ({"field_rate": OFTEN["field_rate"]}, {"stroke": OFTEN["stroke"]}, HEAT):
-        ranges |= some if rng.random() < 0.5 else {}
-    drawn = {name: math.exp(rng.uniform(math.log(low), math.log(high))) for name, (low, high) in ranges.items()}
+    for further in ({"field_rate": OFTEN["field_rate"]}, {"stroke": OFTEN["stroke"]}, HEAT):
+        if rng.random() < 0.5:
+            ranges |= further
+    drawn: dict[str, float] = {}
+    for name, (low, high) in ranges.items():
+        drawn[name] = math.exp(rng.uniform(math.log(low), math.log(high)))
     return RigLimits(**drawn, rest=float(rng.choice(RESTS)))
 
 
 def broken(commands: Commands, limits: RigLimits, rate: float, *, signed: bool = False) -> list[str]:
     """The limits that the numbers break as they stand, asked without any tolerance."""
     speed, field, position = commands.speed, commands.field, commands.position
-    first = max(math.ceil(limits.rest * rate), 1)
-    asked = {
+    field_rate = np.abs(np.diff(field)) * rate
+    acceleration = np.abs(np.diff(speed)) * rate
+    power = np.mean(limits.effort * np.abs(speed)) if limits.heat < math.inf else 0.0
+    rest = max(math.ceil(limits.rest * rate), 1)  # rows
+    moves_at_rest = any(np.any(course[:rest]) or np.any(course[-rest:]) for course in (field, speed))
+    holds = {
         "field": np.abs(field).max() <= limits.field and (signed or field.min() >= 0.0),
-        "field_rate": (np.abs(np.diff(field)) * rate).max() <= limits.field_rate,
+        "field_rate": field_rate.max() <= limits.field_rate,
         "speed": np.abs(speed).max() <= limits.speed,
-        "acceleration": (np.abs(np.diff(speed)) * rate).max() <= limits.acceleration,
+        "acceleration": acceleration.max() <= limits.acceleration,
         "stroke": np.abs(position).max() <= 0.5 * limits.stroke,
-        "heat": limits.heat == math.inf or np.mean(limits.effort * np.abs(speed)) <= limits.heat,
-        "rest": all(not np.any(x[:first]) and not np.any(x[-first:]) for x in (field, speed)),
+        "heat": power <= limits.heat,
+        "rest": not moves_at_rest,
     }
-    return [name for name, holds in asked.items() if not holds]
+    return [name for name, is_kept in holds.items() if not is_kept]

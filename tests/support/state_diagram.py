@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
+#: How far an arrow bows, as a share of its length, where it would meet another one.
+_BOWS = {("starting", "tripped"): -0.4, ("tripped", "ready"): -0.42, ("ready", "tripped"): -0.42}
+
 
 def draw_states(file: Path) -> None:
     """States as boxes, events as arrows between them. An event with no more effect than a good sample is not drawn."""
@@ -18,20 +21,31 @@ def draw_states(file: Path) -> None:
     for line in transitions():
         state, after = line.state.name.lower(), line.next.name.lower()
         plain = usual.setdefault(state, after)  # a good sample comes first
-        if state != after and after in places and (after != plain or not arrows.get((state, after))):
+        moves = state != after and after in places
+        first_of_arrow = not arrows.get((state, after))
+        if moves and (after != plain or first_of_arrow):
             arrows.setdefault((state, after), []).append(line.event.removeprefix("order: "))
     with mpl.rc_context({"svg.fonttype": "none", "svg.hashsalt": "states", "font.size": 10}):
         figure = Figure((10, 4.9))
         axes = figure.add_axes((0, 0, 1, 1), xlim=(-0.2, 10.4), ylim=(0.1, 5.2))
         axes.axis("off")
         for (start, end), events in arrows.items():
-            (x0, y0), (x1, y1) = places[start], places[end]
-            bow = {"startingtripped": -0.4, "trippedready": -0.42, "readytripped": -0.42}.get(start + end, -0.13)
-            style = {"arrowstyle": "-|>", "color": "#667", "shrinkA": 50, "shrinkB": 60}
-            axes.annotate("", (x1, y1), (x0, y0), arrowprops={**style, "connectionstyle": f"arc3,rad={bow}"})
-            at = (x0 + x1) / 2 + bow / 2 * (y1 - y0), (y0 + y1) / 2 - bow / 2 * (x1 - x0)
-            axes.text(*at, "\n".join(events), ha="center", va="center", fontsize=8,
-                      bbox={"facecolor": "white", "edgecolor": "none", "pad": 1.5})  # fmt: skip
+            x0, y0 = places[start]
+            x1, y1 = places[end]
+            bow = _BOWS.get((start, end), -0.13)
+            arrow = {
+                "arrowstyle": "-|>",
+                "color": "#667",
+                "shrinkA": 50,
+                "shrinkB": 60,
+                "connectionstyle": f"arc3,rad={bow}",
+            }
+            axes.annotate("", (x1, y1), (x0, y0), arrowprops=arrow)
+            # The words stand on the middle of the bow.
+            x = (x0 + x1) / 2 + bow / 2 * (y1 - y0)
+            y = (y0 + y1) / 2 - bow / 2 * (x1 - x0)
+            white = {"facecolor": "white", "edgecolor": "none", "pad": 1.5}
+            axes.text(x, y, "\n".join(events), ha="center", va="center", fontsize=8, bbox=white)
         for name, (x, y) in places.items():
             colour = {"running": "#d8ecd9", "tripped": "#f6d9d5"}.get(name, "#e6e9ef")
             box = {"boxstyle": "round,pad=0.6", "facecolor": colour, "edgecolor": "#667"}

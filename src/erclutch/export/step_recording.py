@@ -409,9 +409,8 @@ class StepRecording:
         low, high = ends
         counts = record.both(record.both(good, record.finite(measured)), record.less(low, high))
         miss = record.both(counts, record.either(record.less(measured, low), record.less(high, measured)))
-        off = within((measured - effort) * side / (0.5 * (high - low)), -1.0, 1.0)  # in half widths of the band
-
-        # Gathered over a block of rows, and begun anew when the block is full.
+        # In half widths of the band. Gathered over a block of rows, and begun anew when the block is full.
+        off = within((measured - effort) * side / (0.5 * (high - low)), -1.0, 1.0)
         row, missed = (record.choose(truth, 1.0, 0.0) for truth in (counts, miss))
         rows = record.state("drift_rows") + row
         misses = record.state("drift_misses") + missed
