@@ -16,6 +16,7 @@ import argparse
 import json
 import os
 import resource
+import shutil
 import signal
 import sys
 import tempfile
@@ -135,6 +136,8 @@ def mutate(name: str, count: int, results: Path, folder: Path) -> Counter[str]:
     """Damage a log of a format ``count`` times. Kept in chunks, so that a second call goes on."""
     reader, file, write = FORMATS[name]
     log, kept = folder / file, results / f"{name.replace(' ', '-')}.jsonl"
+    if log.is_dir():
+        shutil.rmtree(log)  # a bag is not written over
     write(log, small_log())
     parts = sorted(log.iterdir(), reverse=True) if log.is_dir() else [log]
     data, find = {part: part.read_bytes() for part in parts}, finder(reader)

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import numba
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from erclutch.arithmetic.as_in_c import array_as_in_c
 from erclutch.arithmetic.dual import Dual, partial_of
-from erclutch.arithmetic.recursion import recur, step_of, steps_of, switched
+from erclutch.arithmetic.recursion import machine_code, recur, step_of, steps_of, switched
 from erclutch.signals.array import Array
 from erclutch.signals.clock import Clock, Span
 
@@ -71,3 +73,19 @@ def test_one_step_stands_for_all_rows_only_where_all_spans_have_it() -> None:
     for periods in ([1e-3, 2e-3], [1e-3, None], [None, None]):
         clock = clock_of([5, 6], list(periods))
         assert np.array_equal(step_of(clock), steps_of(clock))
+
+
+def test_where_nothing_can_be_kept_a_function_is_compiled_all_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
+    plain = numba.njit
+
+    def without_folder(**options: object) -> object:
+        if options.get("cache"):
+            raise RuntimeError("cannot cache function: no locator available")
+        return plain(**options)
+
+    monkeypatch.setattr(numba, "njit", without_folder)
+
+    def doubled(x: float) -> float:
+        return 2.0 * x
+
+    assert machine_code(doubled)(3.0) == 6.0

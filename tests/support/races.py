@@ -14,6 +14,9 @@ from erclutch.logs.synthetic import write_synthetic_log
 
 COMMAND = (sys.executable, "-m", "erclutch")
 FIT = ("fit", "log.csv", "--models", "bingham", "--lag", "none", "--out")
+_CALIBRATION = ("--evaluations", "2", "--workers", "1", "--vary", "screw.coulomb")
+#: Take seconds each: a tenth of the pairs.
+SLOW = ("calibrate-twin", "demo", "experiment", "tune")
 #: What each command that writes is told, but for the place, which comes last.
 WORDS = {
     "fit": FIT,
@@ -30,11 +33,16 @@ WORDS = {
     "excite": ("excite", "--sequence", "paper", "--seconds", "1", "--out"),
     "simulate": ("simulate", "training", "--seconds", "5", "--out"),
     "reproduce": ("reproduce", "fig3", "--seconds", "5", "--out"),
+    "figure": ("figure", "trace", "run", "--as", "svg", "--out"),
+    "tune": ("tune", "lagged", "--bandwidth", "5", "--as", "svg", "--out"),
+    "experiment": ("experiment", "sine", "--run", "pair", "--seconds", "2", "--out"),
+    "calibrate-twin": ("calibrate-twin", "pair.csv", "--device", "coaxial", *_CALIBRATION, "--out"),
+    "demo": ("demo", "--seconds", "10", "--out"),
 }
 _ENDINGS = {"predict": ".csv", "report": ".html", "compare": ".html", "table": ".md", "inspect": ".toml"}
-_ENDINGS |= {"align": ".csv", "excite": ".csv", "simulate": ".csv"}
+_ENDINGS |= {"align": ".csv", "excite": ".csv", "simulate": ".csv", "calibrate-twin": ".toml"}
 #: The second may come when the first has ended; a report is replaced then, a fleet and a figure are made again.
-AGAIN = ("report", "compare", "fit-many", "reproduce")
+AGAIN = ("report", "compare", "fit-many", "reproduce", "figure", "experiment", "demo")
 _TOLD = ("is writing it", "already", "exists", "there is such a file", "made it meanwhile")
 _FORK = multiprocessing.get_context("fork")
 
@@ -65,6 +73,12 @@ def make_material(folder: Path) -> None:
         (folder / "logs" / f"{name}.csv").write_text("".join(rows[:last]))
     for run in ("run", "other"):
         subprocess.run([*COMMAND, *FIT, run], cwd=folder, check=True, capture_output=True)
+    for words in (
+        ("fit", "log.csv", "--models", "bingham", "--lag", "lag", "--out", "lagged"),
+        ("simulate", "training", "--seconds", "5", "--out", "pair.csv"),
+        ("fit", "pair.csv", "--device", "coaxial", "--models", "bingham", "--lag", "none", "--out", "pair"),
+    ):
+        subprocess.run([*COMMAND, *words], cwd=folder, check=True, capture_output=True)
 
 
 def words_of(name: str, pair: int) -> tuple[str, ...]:

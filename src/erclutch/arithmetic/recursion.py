@@ -116,12 +116,22 @@ def _solved(keep: Array, drives: list[Any], firsts: list[Any], clock: Clock) -> 
 
 
 @cache
-def machine_code(function: F) -> F:
-    """A function of numbers and arrays, compiled; the result is kept beside the source. IEEE arithmetic is kept."""
+def machine_code(function: F, inline: bool = False) -> F:
+    """A function of numbers and arrays, compiled; IEEE arithmetic is kept.
+
+    The result is kept beside the source or in the user's cache. Where neither can be written, each program compiles anew.
+
+    Args:
+        function: to be compiled.
+        inline: calls become part of their caller.
+    """
     import numba
 
-    compiler: Any = numba.njit(cache=True, nogil=True, fastmath=False, error_model="numpy")
-    return cast(F, compiler(function))
+    options: dict[str, Any] = {"nogil": True, "forceinline": inline, "fastmath": False, "error_model": "numpy"}
+    try:
+        return cast(F, numba.njit(cache=True, **options)(function))
+    except RuntimeError:  # "no locator available": there is no folder for what is compiled
+        return cast(F, numba.njit(**options)(function))
 
 
 def _quick(loop: F, rows: int) -> F:

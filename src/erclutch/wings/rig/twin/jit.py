@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, TypeVar, cast
+from typing import Any, TypeVar
+
+from erclutch.arithmetic.recursion import machine_code
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -15,7 +17,4 @@ def compiled(function: F) -> F:
     Calls become part of their caller: passing some hundred parameters at each step, and counting the references to
     their arrays, would take a third of the time.
     """
-    import numba
-
-    compiler: Any = numba.njit(cache=True, nogil=True, forceinline=True, fastmath=False, error_model="numpy")
-    return cast(F, compiler(function))
+    return machine_code(function, inline=True)
