@@ -119,7 +119,7 @@ def _solved(keep: Array, drives: list[Any], firsts: list[Any], clock: Clock) -> 
 def machine_code(function: F, inline: bool = False) -> F:
     """A function of numbers and arrays, compiled; IEEE arithmetic is kept.
 
-    The result is kept beside the source or in the user's cache. Where neither can be written, each program compiles anew.
+    The result is kept beside the source or in the user's cache. Where neither can be written, a program compiles anew.
 
     Args:
         function: to be compiled.
