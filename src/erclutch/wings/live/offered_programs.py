@@ -118,7 +118,7 @@ def _excitations(
     return (
         repeated("sine", sines, soft, f"random sines of field at {how} motor torque, IV-B"),
         repeated("square", squares, soft, "random squares of field and of motor torque, IV-B"),
-        repeated("zero-field", half_sine_table(rows, seed), 0.0, "no field, half sines of motor torque, IV-D"),
+        repeated("zero-field", half_sine_table(rig, rows, seed), 0.0, "no field, half sines of motor torque, IV-D"),
     )
 
 
@@ -195,9 +195,9 @@ def field_table(rig: RigParameters, rows: int, seed: int, *, motor: float | None
     return np.column_stack([np.maximum(field, 0.0), np.maximum(-field, 0.0), torque])
 
 
-def half_sine_table(rows: int, seed: int) -> Array:
+def half_sine_table(rig: RigParameters, rows: int, seed: int) -> Array:
     """No field, and half sines of motor torque: section IV-D; shape (rows, 3)."""
-    torque = half_sine_torque(rows, np.random.default_rng(seed))
+    torque = half_sine_torque(rows, np.random.default_rng(seed), rig)
     return np.column_stack([np.zeros((rows, 2)), torque])
 
 

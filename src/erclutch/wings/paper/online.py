@@ -73,7 +73,7 @@ def _fields(name: str, soft: float = SOFT, **changes: float) -> _Programs:
 
 
 def _zero_field(rig: RigParameters, rows: int, seed: int) -> list[LoopProgram]:
-    return [LoopProgram("zero-field", Mode.FIELDS, Waveform.TABLE, table=half_sine_table(rows, seed))]
+    return [LoopProgram("zero-field", Mode.FIELDS, Waveform.TABLE, table=half_sine_table(rig, rows, seed))]
 
 
 def _tracked(*frequencies: float) -> _Programs:
