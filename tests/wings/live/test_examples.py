@@ -23,6 +23,8 @@ from erclutch.wings.live.session import Session, SessionOptions
 from erclutch.wings.live.settings import LoopProgram, LoopSettings, Mode, Waveform, config_of
 from erclutch.wings.rig.rig_plugins import UdpRig
 
+pytestmark = pytest.mark.timed
+
 HERE = Path(__file__).parent
 PEERS = HERE.parents[2] / "examples" / "udp_rig"
 SINE = LoopProgram("sine", Mode.TRACK, Waveform.SINE, 5.0, 1.0, motor_torque=0.1)

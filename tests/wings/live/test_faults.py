@@ -13,6 +13,8 @@ from tests.support.live_faults.finding import CONTROLS, under
 from tests.support.live_faults.loop_faults import ALIKE, WHOLE, bad_configurations, bad_models, killed, rig_killed
 from tests.support.live_faults.running_loop import NeverReadyError
 
+pytestmark = pytest.mark.timed
+
 
 def _holds(fault: Callable[[], Any]) -> None:
     """What no delay of the machine excuses; times are the study's. A trip before the fault is tried again."""

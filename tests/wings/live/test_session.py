@@ -55,6 +55,8 @@ from erclutch.wings.rig.rig_server import WATCHDOG_TIME, RigEnd, RigServer
 from erclutch.wings.rig.twin.parameters import load_rig
 from erclutch.wings.rig.twin.twin import Twin
 
+pytestmark = pytest.mark.timed
+
 HERE = Path(__file__).parent
 DIGEST = "0" * 63 + "1"
 PUSH = LoopProgram("push", Mode.TRACK, amplitude=1000.0, motor_torque=0.1)

@@ -58,7 +58,7 @@ _CONTRAST = """() => {
   }).filter(([, ratio]) => ratio < 4.5);
 }"""
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.timed]
 
 
 class Seen:

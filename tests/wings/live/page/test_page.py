@@ -33,6 +33,8 @@ from erclutch.wings.live.page_commands import LONGEST, CommandError, CommandLimi
 from erclutch.wings.live.ring import RingInfo, State
 from tests.support.examples import examples
 
+pytestmark = pytest.mark.timed
+
 LIMITS = CommandLimits(("rest", "sine", "step"), 0.95)
 PROGRAMS = [(name, f"what {name} does", "") for name in LIMITS.programs]
 

@@ -35,6 +35,8 @@ from erclutch.wings.live.recording.recorder import FrameRecorder
 from erclutch.wings.live.recording.recordings import Recordings
 from erclutch.wings.live.ring import RingError, RingInfo, RingReader, State, make_ring
 
+pytestmark = pytest.mark.timed
+
 INFO = RingInfo(model="fnn-16", digest="ab" * 32, start_ns=10**12, start_unix_ns=1_700_000_000 * 10**9)
 
 
