@@ -39,6 +39,7 @@ def _little_memory(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(any_size, "_TASK", 15_000)
 
 
+@pytest.mark.slow
 def test_the_run_is_as_any_other_and_every_row_is_scored(
     log: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -60,6 +61,7 @@ def test_the_run_is_as_any_other_and_every_row_is_scored(
     assert pq.read_metadata(tmp_path / "predicted.parquet").num_rows == ROWS
 
 
+@pytest.mark.slow
 def test_json_has_the_figures_of_every_row(log: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["fit", str(log), *OPTIONS, "--json"]) == 0
     body = json.loads(capsys.readouterr().out)
@@ -67,12 +69,14 @@ def test_json_has_the_figures_of_every_row(log: Path, capsys: pytest.CaptureFixt
     assert body["recommended"] in body["every_row"]["models"]
 
 
+@pytest.mark.slow
 def test_a_log_that_fits_has_no_more_than_it_had(log: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["fit", str(log), *OPTIONS[:-1], "1", "--out", str(tmp_path / "run")]) == 0
     assert "Every row" not in capsys.readouterr().out
     assert not (tmp_path / "run" / FILE).exists()
 
 
+@pytest.mark.slow
 def test_an_interrupted_scoring_goes_on_with_the_same_command(
     log: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 from collections import defaultdict
+from functools import cache
 from importlib import import_module
 from inspect import getsource
 from pathlib import Path
@@ -40,6 +41,7 @@ SAME = {
 WRITE_NUMBERS = {"calibrate-twin", "demo", "experiment", "figure", "reproduce", "simulate"}
 
 
+@cache
 def options() -> dict[str, dict[str, Any]]:
     """Each option's arguments by command."""
     found: dict[str, dict[str, Any]] = defaultdict(dict)

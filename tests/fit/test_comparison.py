@@ -292,6 +292,7 @@ def test_notes_name_bounds_and_what_is_not_identified(with_many_kernels: Compari
     assert any("not identified" in note or "trade off" in note for note in entry.notes)
 
 
+@pytest.mark.slow
 def test_rows_held_out_at_one_field_recommend_no_switch() -> None:
     """A switch that is right at the one field held out is wrong at the others, which the training rows tell."""
     t = np.arange(6000) / 1000

@@ -124,6 +124,7 @@ def test_a_turned_sign_is_told_in_every_case(kind: str) -> None:
         assert len(told) == (sign < 0)
 
 
+@pytest.mark.slow
 def test_the_fit_of_the_turned_log_stands_beside(friction: tuple[Array, Array]) -> None:
     slip, torque = friction
     result = compare(logged(slip, -torque), MODELS)

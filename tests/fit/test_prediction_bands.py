@@ -168,6 +168,7 @@ def test_the_wanted_share_is_inside_in_the_long_run_at_any_period(period: float)
     assert outside / len(error) == pytest.approx(0.05, abs=0.003)
 
 
+@pytest.mark.slow
 def test_a_comparison_gives_each_model_a_band_and_judges_it() -> None:
     rng = np.random.default_rng(7)
     n = 6000

@@ -87,6 +87,7 @@ def test_whole_fields_and_whole_motions_are_left_out_where_there_are_such() -> N
     assert parts_of_training(one.take(np.arange(600) < 100)) is None
 
 
+@pytest.mark.slow
 def test_a_memory_is_found_whatever_the_order_of_the_logs() -> None:
     law = Structure("single", "bingham", law_from_name("bingham"), "none", True, True)
     rungs = grown(bench(), law)
@@ -127,6 +128,7 @@ def test_a_stiffness_is_found_where_it_is_large() -> None:
     assert compared.entry(compared.recommended).test.share.value < 0.02
 
 
+@pytest.mark.slow
 def test_the_training_rows_choose_and_the_rows_held_out_only_judge() -> None:
     """Rows held out whose effort is nonsense change the figures, and not the recommendation."""
     data = bench()
@@ -141,6 +143,7 @@ def test_the_training_rows_choose_and_the_rows_held_out_only_judge() -> None:
     assert known == {e.name: e.validation.value for e in spoiled.entries if e.validation is not None}
 
 
+@pytest.mark.slow
 def test_a_network_that_is_best_on_its_own_fields_is_not_recommended() -> None:
     """It knows nothing at a field that its rows do not have, and whole fields are left out in turn.
 
@@ -214,6 +217,7 @@ def test_columns_at_some_rows_are_those_rows_of_the_columns() -> None:
     assert all(np.array_equal(column[rows], picked) for column, picked in zip(whole, some, strict=True))
 
 
+@pytest.mark.slow
 def test_two_fits_of_one_network_are_no_riddle() -> None:
     """Networks are compared as they are, not by tables of weights; a memory without a state makes no second network."""
     settings = Settings(("bingham", "fnn-3", "fnn-4"), lag="none")

@@ -271,6 +271,7 @@ def test_an_array_of_structs_that_are_signals_is_one_log(tmp_path: Path, named: 
         np.testing.assert_array_equal(table.columns[table.numbered(2) or ""], SLIP)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("count", [1, 3])
 def test_an_array_or_a_cell_of_structs_is_recordings(tmp_path: Path, count: int) -> None:
     path = tmp_path / "a.mat"

@@ -79,6 +79,7 @@ def test_a_damaged_file_is_named(tmp_path: Path, data: bytes, problem: str) -> N
         read_table(path)
 
 
+@pytest.mark.slow
 def test_a_small_file_that_unpacks_to_much_is_not_read_whole(tmp_path: Path) -> None:
     path, zeros = tmp_path / "zeros.parquet", pa.table({name: np.zeros(2_000_000) for name in "tabc"})
     with pq.ParquetWriter(path, zeros.schema, compression="zstd") as writer:
@@ -89,6 +90,7 @@ def test_a_small_file_that_unpacks_to_much_is_not_read_whole(tmp_path: Path) -> 
     assert next(parquet_windows(LogSource(path, b"", ""), 50_000, 10))[:2] == (0, 50_000)
 
 
+@pytest.mark.slow
 def test_ten_million_rows_of_a_constant_field_are_read(tmp_path: Path) -> None:
     path, zeros = tmp_path / "constant.parquet", pa.table({name: np.zeros(1_000_000) for name in ("t", "field")})
     with pq.ParquetWriter(path, zeros.schema, compression="zstd") as writer:

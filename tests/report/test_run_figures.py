@@ -102,6 +102,7 @@ def test_other_formats_and_both_columns(material: Material, tmp_path: Path) -> N
     assert 'width="515.52pt"' in paths[0].read_text()  # 7.16 inches
 
 
+@pytest.mark.slow
 def test_the_same_bytes_again(material: Material, tmp_path: Path) -> None:
     first, second = (write_figure("ranking", material, tmp_path / name) for name in ("a", "b"))
     assert [p.read_bytes() for p in first] == [p.read_bytes() for p in second]

@@ -102,6 +102,7 @@ def use(run: Path, beside: Path, log: Path) -> None:
     write_comparison(pair([found, read_run(beside)]), run.parent / "comparison.html")
 
 
+@pytest.mark.slow
 @settings(max_examples=examples(60), deadline=None)
 @given(st.data())
 def test_one_change_of_run_json_is_refused_or_harmless(run: Path, log: Path, data: st.DataObject) -> None:

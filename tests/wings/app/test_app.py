@@ -167,6 +167,7 @@ def test_a_link_in_a_folder_is_not_followed(tmp_path: Path) -> None:
         space.path("run")
 
 
+@pytest.mark.slow
 def test_looks_at_logs_are_counted(tmp_path: Path) -> None:
     jobs = Jobs(tmp_path)
     words = ["simulate", "training", "--seconds", "3000", "--out"]
@@ -183,6 +184,7 @@ def test_looks_at_logs_are_counted(tmp_path: Path) -> None:
         jobs.close()
 
 
+@pytest.mark.slow
 def test_a_command_ends_with_its_server(tmp_path: Path) -> None:
     job = Job(1, "twin", ["simulate", "training", "--seconds", "3000", "--out", "log.csv"], tmp_path)
     while not job.lines and job.code is None and job.seconds < 3.0:

@@ -199,6 +199,7 @@ def test_the_estimate_is_the_model_of_applied_fields_and_speeds(bingham: Path) -
         assert (effort, offline.flags) == (frame["estimate"], frame["flags"])
 
 
+@pytest.mark.slow
 @given(
     asks=st.lists(
         st.tuples(*[st.floats(allow_nan=True, allow_infinity=True, width=32)] * 3) | st.tuples(*[st.floats(-1, 1)] * 3),

@@ -112,6 +112,7 @@ def test_settings_that_cannot_be(words: dict[str, Any]) -> None:
         config_of(replace(BRAKE, device="coaxial"))
 
 
+@pytest.mark.slow
 @given(
     jumps=st.lists(st.floats(-40.0, 40.0), min_size=2, max_size=8),
     torque=st.lists(st.floats(width=32), min_size=1, max_size=8),

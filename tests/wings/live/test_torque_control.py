@@ -231,6 +231,7 @@ def test_computed_torque_is_inertia_friction_and_a_damped_spring(bingham: Path, 
     assert np.ptp(np.sign(field(frames))) == 2.0
 
 
+@pytest.mark.slow
 @given(
     given_torque=st.lists(st.floats(width=32), min_size=1, max_size=8),
     observer=st.sampled_from(["none", "sensor", "motion"]),

@@ -319,6 +319,7 @@ def test_an_export_of_trios(written: Written) -> None:
     assert holds_the_curve(file)
 
 
+@pytest.mark.slow
 def test_sheets_of_a_workbook(tmp_path: Path) -> None:
     openpyxl = pytest.importorskip("openpyxl")
     book = openpyxl.Workbook()

@@ -222,12 +222,14 @@ def test_a_richer_law_that_follows_noise_is_not_chosen() -> None:
     assert chosen.count("herschel-bulkley") >= 5
 
 
+@pytest.mark.slow
 def test_held_out_rates_judge_a_law_that_is_wrong() -> None:
     fits = {fit.law: fit for fit in ranked(curve_of("herschel-bulkley", noise=0.01))}
     assert fits["bingham"].validated > 5 * fits["herschel-bulkley"].validated
     assert fits["herschel-bulkley"].validated < 0.02
 
 
+@pytest.mark.slow
 def test_the_yield_stress_that_the_curve_shows_is_reported() -> None:
     fit = ranked(curve_of("herschel-bulkley", noise=0.01))[0]
     assert fit.yield_shown
@@ -245,6 +247,7 @@ def test_a_yield_stress_that_the_curve_does_not_show_is_not_identified() -> None
     assert yield_text(replace(below, yield_shown=False)) == "not identified"
 
 
+@pytest.mark.slow
 def test_few_points_are_ranked_without_validation() -> None:
     few = curve_of("bingham", rates=np.logspace(0, 2, 5))
     fits = ranked(few)
