@@ -74,7 +74,10 @@ def draw_report(log: Path, run: Path) -> None:
 
 def draw_app(log: Path, folder: Path) -> None:
     """The page of the recording, once its columns are chosen."""
-    session = subprocess.Popen(erclutch("app", str(folder)), stdout=subprocess.PIPE, text=True)
+    bench = folder / "bench"  # below a home of its own, so that the picture shows ~/bench
+    bench.mkdir()
+    home = {**os.environ, "HOME": str(folder.resolve())}
+    session = subprocess.Popen(erclutch("app", str(bench)), stdout=subprocess.PIPE, text=True, env=home)
     try:
         with page(1180, 1000) as seen:
             seen.goto(_address(session))
@@ -85,12 +88,14 @@ def draw_app(log: Path, folder: Path) -> None:
                 ("time", "t", "s"),
                 ("field", "Y", "V"),
                 ("slip", "V", "cm/s"),
+                ("position", "D", "cm"),
                 ("effort", "F", "N"),
             ):
                 seen.select_option(f"[name='column.{signal}']", column)
                 seen.fill(f"[name='unit.{signal}']", unit)
             seen.click("text=Read it so")
             seen.wait_for_selector(".good")
+            seen.wait_for_selector("#plots canvas")
             kept(seen.screenshot(), "app.png")
     finally:
         session.terminate()

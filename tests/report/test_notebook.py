@@ -98,7 +98,8 @@ def test_a_recording_goes_out_as_a_frame_and_comes_back(shown: dict[str, Any]) -
 def test_tables_hold_the_figures_unrounded(shown: dict[str, Any]) -> None:
     found, entry = shown["Comparison"], shown["RankedModel"]
     ranking = found.table()
-    assert ranking["model"].tolist() == [e.name for e in found.entries]
+    assert ranking["specification"].tolist() == [e.name for e in found.entries]
+    assert ranking["model"].tolist() == [found.titles[e.name] for e in found.entries]
     assert ranking["rmse [N*m]"].tolist() == [e.test.rmse.value for e in found.entries]
     rows = found.to_frame()
     np.testing.assert_array_equal(rows[f"effort:{entry.name}"], entry.predicted)
@@ -110,7 +111,8 @@ def test_tables_hold_the_figures_unrounded(shown: dict[str, Any]) -> None:
 
 def test_a_run_on_disk_shows_what_the_comparison_did(material: Material) -> None:
     run = material.run
-    assert run.table()["model"].tolist() == list(run.names)
+    assert run.table()["specification"].tolist() == list(run.names)
+    assert "specification" not in run._repr_html_()
     assert "SYNTHETIC" in run._repr_html_()
     assert 'srcdoc="&lt;!doctype html' in run.report()._repr_html_()
     assert run.to_frame().shape == (material.rows.data.rows, 4 + len(run.names))

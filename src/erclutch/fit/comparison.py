@@ -80,7 +80,7 @@ class Comparison(Shown):
     def __repr__(self) -> str:
         chosen = self.entry(self.recommended)
         test = chosen.test
-        word = f"{self.standing.word} {chosen.name}"
+        word = f"{self.standing.word} {self.called(chosen.name)}"
         error = f"RMSE {test.rmse.value:.4g} {self.data.units.effort} on {test.rows} rows held out"
         share = f"{test.share.value:.1%} of the standard deviation"
         return one_line(self, self.data.where, f"{len(self.entries)} models", word, error, share)

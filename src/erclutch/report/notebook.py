@@ -16,6 +16,7 @@ import numpy as np
 from markupsafe import Markup
 
 from erclutch.errors import SettingError
+from erclutch.models.model_titles import id_of, title_of
 from erclutch.report.numbers.number_text import capital, number, unit_text
 from erclutch.report.plots.plot_description import Axis, Line, Mark, Panel, Plot, PlotTable
 from erclutch.signals.array import Array
@@ -36,6 +37,8 @@ _MOST = 8  # rows of a table in a notebook
 _SECTION = 600  # rows of a log in a plot that nobody gave a length
 _WORRIES = 3
 _CURVES, _POINTS = 5, 81
+#: The column of a ranking that only a program or a command needs.
+_IN_FULL = "specification"
 #: Of an equation's lines those that only give a number, which the table has.
 _NUMBER = re.compile(r"  \w+ +=  *-?[\d.e+-]+$")
 
@@ -83,7 +86,11 @@ def html(value: Any) -> str:
 
     card = card_of(value)
     rows = card.table()
-    shown = rows.head(_MOST).to_html(index=False, border=0, na_rep="–", float_format=partial(number, digits=4))
+    shown = (
+        rows.head(_MOST)
+        .drop(columns=_IN_FULL, errors="ignore")
+        .to_html(index=False, border=0, na_rep="–", float_format=partial(number, digits=4))
+    )
     template = templates().get_template("notebook.html.j2")
     return template.render(line=repr(value), card=card, table=Markup(shown), left=max(0, len(rows) - _MOST))
 
@@ -240,7 +247,7 @@ def _model(model: Any) -> Card:
     """A law has its numbers in the data's units; every model has the range that it was trained on."""
     header = ("parameter", "value", "unit", "meaning")
     return Card(
-        model.name,
+        title_of(model.name),
         lambda: rows_as_frame(header, [*model.in_units(), *_trained(model)]),
         lines=[line.replace(" + -", " - ") for line in model.equation() if not _NUMBER.match(line)],
         plots={"flow-curves": lambda: Plot([_curves(model)], PlotTable((), ()), 2.6)},
@@ -272,7 +279,9 @@ def _curves(model: Model) -> Panel:
         lines.append(Line(slip, effort, colour, f"{number(float(level), 3)} {unit}".strip()))
     x = Axis("slip", unit_text(model.units.slip))
     y = Axis("effort", unit_text(model.units.effort))
-    return Panel(x, y, lines, f"Effort over slip of {model.name} in settled fields.", "effort in settled fields")
+    return Panel(
+        x, y, lines, f"Effort over slip of the {title_of(model.name)} in settled fields.", "effort in settled fields"
+    )
 
 
 def _outcome(outcome: FitOutcome[Any]) -> Card:
@@ -282,21 +291,26 @@ def _outcome(outcome: FitOutcome[Any]) -> Card:
 
 
 def _entry(entry: RankedModel) -> Card:
-    return replace(_outcome(entry.outcome), name=entry.name, says=lambda: [f"{capital(n)}." for n in entry.notes])
+    return replace(
+        _outcome(entry.outcome), name=title_of(entry.name), says=lambda: [f"{capital(n)}." for n in entry.notes]
+    )
 
 
 # --- comparisons and runs ---------------------------------------------------------------------------------------------
 
 
 def _ranking(body: Mapping[str, Any]) -> DataFrame:
-    """Every model of a run: parameters, RMSE on the rows held out with its band, its share of the spread, R²."""
+    """Every model of a run: parameters, RMSE on the rows held out with its band, share of the spread, R², its name."""
     unit = body["units"]["effort"]
     errors = [titled_column(name, unit) for name in ("rmse", "low", "high")]
     rows = [
-        (e["name"], e["parameters_count"], *e["test"]["rmse"], e["test"]["share"][0], e["test"]["r2"][0])
-        for e in body["ranking"]
+        (
+            *(id_of(place), e["title"], e["parameters_count"], *e["test"]["rmse"]),
+            *(e["test"]["share"][0], e["test"]["r2"][0], e["name"]),
+        )
+        for place, e in enumerate(body["ranking"])
     ]
-    return rows_as_frame(("model", "parameters", *errors, "share", "r2"), rows)
+    return rows_as_frame(("id", "model", "parameters", *errors, "share", "r2", _IN_FULL), rows)
 
 
 def _judged(material: Callable[[], Material], name: str, body: Mapping[str, Any], origins: Sequence[str]) -> Card:
@@ -329,7 +343,7 @@ def _verdict(material: Material) -> list[str]:
     told = worries(material)
     more = [f"{len(told) - _WORRIES} more worries are in the report."] if len(told) > _WORRIES else []
     word = capital(standing_of_run(material.body).word)
-    return [f"{word}: {material.recommended}. {choice(material)}", *told[:_WORRIES], *more]
+    return [f"{word}: {material.title}. {choice(material)}", *told[:_WORRIES], *more]
 
 
 def _comparison(comparison: Comparison) -> Card:

@@ -264,7 +264,7 @@ class Run(Shown):
             self,
             self.folder.name,
             f"{len(self.body['ranking'])} models",
-            f"{self.standing.word} {chosen['name']}",
+            f"{self.standing.word} {chosen['title']}",
             error,
             f"{share:.1%} of the standard deviation",
         )

@@ -25,6 +25,7 @@ from erclutch.report.plots.plot_description import (
 )
 
 _CHARACTER = 0.073  # inches of a panel's height for each character of a title beside the panel
+LONGEST_NAME = 36  # letters of a bar's name in a line
 _KEY, _LETTER = 0.5, 0.055  # inches of a legend's line with its margins, and of a letter beside it
 _MARGIN = 9  # letters that the ticks beside a panel take
 _TIGHT = "\u00a0"
@@ -150,7 +151,7 @@ def _named_bars(axis: Any, bars: NamedBars) -> None:
     axis.barh(at, bars.values, 0.62, color=[STYLES[name]["color"] for name in bars.styles])
     whiskers = [bars.values - bars.low, bars.high - bars.values]
     axis.errorbar(bars.values, at, xerr=whiskers, fmt="none", ecolor=BLACK, elinewidth=0.7, capsize=1.5)
-    axis.set_yticks(at, bars.names)
+    axis.set_yticks(at, [_parted(name, LONGEST_NAME) for name in bars.names], fontsize=6.0)
     axis.invert_yaxis()
     axis.grid(False, axis="y")
 

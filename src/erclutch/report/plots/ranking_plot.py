@@ -8,6 +8,7 @@ from erclutch.report.numbers.run_material import Material
 from erclutch.report.plots.plot_description import Axis, NamedBars, Panel, Plot, PlotTable
 
 _MOST = 24
+_HEIGHT = 0.22  # inches of a bar, whose title may take two lines
 _HEADER = ("model", "parameters", "rmse", "low", "high", "share", "r2", "effort_unit")
 
 
@@ -21,7 +22,7 @@ def describe_ranking(material: Material) -> Plot:
     panel = Panel(
         Axis("RMSE, rows held out", material.effort.unit, 0.0, 1.04 * float(high.max())),
         Axis("", low=-0.6, high=len(shown) - 0.4),
-        [NamedBars([e["name"] for e in shown], value, low, high, styles)],
+        [NamedBars([material.titles[e["name"]] for e in shown], value, low, high, styles)],
         "RMSE of each model on the rows held out, with its 95 % band.",
         f"the first {len(shown)} of {left + len(shown)} models" if left else "",
     )
@@ -33,6 +34,6 @@ def describe_ranking(material: Material) -> Plot:
     return Plot(
         [panel],
         PlotTable(_HEADER, rows),
-        0.55 + 0.17 * len(shown) + (0.15 if left else 0.0),
+        0.55 + _HEIGHT * len(shown) + (0.15 if left else 0.0),
         badge=material.print_badge,
     )

@@ -58,7 +58,10 @@ class Desk:
         self._pages.filters["quoted"] = quoted
         self._pages.filters["alone"] = self._alone_address
         self._pages.globals.update(
-            base=access.base, version=__version__, size=workspace.said_size, folder=str(self._space.folder)
+            base=access.base,
+            version=__version__,
+            size=workspace.said_size,
+            folder=workspace.shown_folder(self._space.folder),
         )
 
     def _alone_address(self, address: str) -> str:

@@ -281,6 +281,15 @@ def _is_run(path: Path) -> bool:
     return (path / "run.json").is_file()
 
 
+def shown_folder(folder: Path) -> str:
+    """A folder's path for people: ``~`` stands for their home."""
+    try:
+        below = folder.relative_to(Path.home())
+    except (ValueError, RuntimeError):
+        return str(folder)
+    return os.path.join("~", *below.parts)
+
+
 def said_size(size: int) -> str:
     """Bytes for people."""
     return f"{size / 1e6:.1f} MB" if size >= 1e5 else f"{size / 1e3:.1f} kB"
