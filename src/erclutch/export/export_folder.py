@@ -36,6 +36,10 @@ unwritable = partial(files.unwritable, problem="the export cannot be written", r
 def finish(step: ExportedStep, options: ExportOptions, target: Plugin, folder: Path) -> None:
     """Write model.json and export.json, after all other files."""
     _write_json(folder / "model.json", step.model.to_dict())
+    used = {**asdict(options), "name": step.name, "period": step.period}
+    for switch in ("alarms", "adapt"):
+        if not used[switch]:  # left out, as files of earlier versions have none
+            del used[switch]
     written = [path for path in sorted(folder.rglob("*")) if path.is_file()]
     body: dict[str, Any] = {
         "kind": KIND,
@@ -45,7 +49,7 @@ def finish(step: ExportedStep, options: ExportOptions, target: Plugin, folder: P
         "name": step.name,
         "model": step.model.name,
         "digest": step.digest,
-        "options": _options_body(options, step),
+        "options": used,
         "files": {str(path.relative_to(folder)): file_digest(path) for path in written},
     }
     needed = list(step.model.plugins)
@@ -58,12 +62,6 @@ def finish(step: ExportedStep, options: ExportOptions, target: Plugin, folder: P
 
 def _write_json(path: Path, body: Mapping[str, Any]) -> None:
     path.write_text(json.dumps(body, indent=1, allow_nan=False) + "\n", encoding="utf-8")
-
-
-def _options_body(options: ExportOptions, step: ExportedStep) -> dict[str, Any]:
-    """The options as they were used; switches that are off are left out, as files of earlier versions have none."""
-    body = {**asdict(options), "name": step.name, "period": step.period}
-    return {key: value for key, value in body.items() if key not in ("alarms", "adapt") or value}
 
 
 @dataclass(frozen=True)

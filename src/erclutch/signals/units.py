@@ -114,12 +114,6 @@ def _registry() -> Any:
     return cast(Any, pint.UnitRegistry())
 
 
-def _spelled(text: str) -> str:
-    for pattern, replacement in _SPELLINGS:
-        text = pattern.sub(replacement, text)
-    return text
-
-
 @lru_cache(maxsize=512)
 def parse(text: str) -> Unit:
     """Read one unit, such as ``cm/s``, ``N m``, ``rpm``, ``980.665 N`` or ``-``.
@@ -131,7 +125,9 @@ def parse(text: str) -> Unit:
         return Unit(text, 1.0, ())
     if text in COMMON:
         return Unit(text, *COMMON[text])
-    spelled = _spelled(text.strip())
+    spelled = text.strip()
+    for pattern, replacement in _SPELLINGS:
+        spelled = pattern.sub(replacement, spelled)
     # pint evaluates arithmetic: a chain of powers would keep it busy for ever, so only small single powers pass.
     chained = re.search(r"\^|\*\*", _POWER.sub("", spelled))
     if len(text) <= _LONGEST and _FORM.fullmatch(spelled) and not chained:

@@ -103,10 +103,13 @@ def _preamble(step: ExportedStep) -> str:
 
 
 def _public(step: ExportedStep, n: str) -> str:
+    """The functions of the header."""
     made, N = step_record(step), n.upper()
     signature = f"uint32_t {n}step({n}state *state, const {n}real input[{N}INPUTS], {n}real *effort)"
     at_rest = f"uint32_t {n}steady(const {n}real input[{N}INPUTS], {n}real *effort)"
-    parts = [_reset(made.record, n, step.precision), *_switch(made.record, n)]
+    parts = [_reset(made.record, n, step.precision)]
+    if SWITCHED_OFF in made.record.after:
+        parts.append(f"{_switching(n)}\n{{\n    state->{SWITCHED_OFF} = (on == 0u) ? 1u : 0u;\n}}\n")
     parts.append(_body(step, n, made, signature, "state->exact"))
     at_rest_body = _body(step, n, rest_record(step), at_rest, f"{n}exact()")
     return "\n".join([*parts, at_rest_body, _inverse(step, n)])
@@ -124,20 +127,20 @@ def _body(step: ExportedStep, n: str, made: StepRecord, signature: str, exact: s
 
 
 def _inverse(step: ExportedStep, n: str) -> str:
-    N, w = n.upper(), c_inverse.held_count(step)
-    parameters = f"const {n}real input[{N}INPUTS], {n}real wanted, {n}real *field"
-    state = "NULL, " if feels_state(step) else ""
-    at_rest = [f"{n}real w[{w}];", f"flags = {n}slips(input, w);", f"flags |= {n}search({state}w, wanted, field);"]
-    inverse = _guarded(step, n, f"uint32_t {n}inverse({parameters})", at_rest)
-    ahead = f"uint32_t {n}inverse_now(const {n}state *state, {parameters})"
+    """Both inverses; where the state makes no difference, that of the next step is that at rest."""
+    parameters = f"const {n}real input[{n.upper()}INPUTS], {n}real wanted, {n}real *field"
+    no_state = "NULL, " if feels_state(step) else ""
+    search_at_rest = [
+        f"{n}real w[{c_inverse.held_count(step)}];",
+        f"flags = {n}slips(input, w);",
+        f"flags |= {n}search({no_state}w, wanted, field);",
+    ]
+    at_rest = _guarded(step, n, f"uint32_t {n}inverse({parameters})", search_at_rest)
+    signature = f"uint32_t {n}inverse_now(const {n}state *state, {parameters})"
     if feels_state(step):
-        return f"{inverse}\n{_guarded(step, n, ahead, [f'flags = {n}search(state, input, wanted, field);'], now=True)}"
-    return f"{inverse}\n{ahead}\n{{\n    (void)state;\n    return {n}inverse(input, wanted, field);\n}}\n"
-
-
-def _model_inputs(step: ExportedStep) -> str:
-    """How many inputs an effort depends on."""
-    return f"{step.name.upper()}_INPUTS{' - 1u' if step.measures else ''}"
+        search = [f"flags = {n}search(state, input, wanted, field);"]
+        return f"{at_rest}\n{_guarded(step, n, signature, search, now=True)}"
+    return f"{at_rest}\n{signature}\n{{\n    (void)state;\n    return {n}inverse(input, wanted, field);\n}}\n"
 
 
 def _guarded(step: ExportedStep, n: str, signature: str, body: list[str], *, now: bool = False) -> str:
@@ -145,14 +148,18 @@ def _guarded(step: ExportedStep, n: str, signature: str, body: list[str], *, now
     p, e, N = step.precision, step.elements, n.upper()
     exact = "state->exact" if now else f"{n}exact()"
     zero, largest = f"0.0{p.suffix}", p.constant(LARGEST_ANGLE)
-    within = [f"((-{largest} < input[{i}]) && (input[{i}] < {largest}))" for i in range(e, 2 * e)]
-    angles = f"\n    good &= ({' && '.join(within)}) ? (uint32_t)1u : (uint32_t)0u;" if now and step.filter else ""
+    angles = ""
+    if now and step.filter:
+        within = [f"((-{largest} < input[{i}]) && (input[{i}] < {largest}))" for i in range(e, 2 * e)]
+        angles = f"\n    good &= ({' && '.join(within)}) ? (uint32_t)1u : (uint32_t)0u;"
+    # The last input of a step that measures is the effort, which no field depends on.
+    inputs = f"{N}INPUTS{' - 1u' if step.measures else ''}"
     return f"""{signature}
 {{
     uint32_t flags = {N}NON_FINITE;
     uint32_t good = {n}finite(wanted) & {exact};
     uint32_t i;
-    for (i = {e}u; i < {_model_inputs(step)}; i++)
+    for (i = {e}u; i < {inputs}; i++)
     {{
         good &= {n}finite(input[i]);
     }}{angles}
@@ -167,22 +174,18 @@ def _guarded(step: ExportedStep, n: str, signature: str, body: list[str], *, now
 
 
 def _reset(record: Record, n: str, p: Precision) -> str:
+    """The function that forgets all rows: numbers of the state, then the rings of earlier signals."""
     zero = f"0.0{p.suffix}"
+    rings = rings_of(record)
     lines = [f"state->{name} = {'0u' if node.kind == 'truth' else zero};" for name, node in record.after.items()]
-    lines += [f"state->at{length} = 0u;" for length in rings_of(record)]
-    for length, count in rings_of(record).items():
+    lines += [f"state->at{length} = 0u;" for length in rings]
+    for length, count in rings.items():
         lines += [f"for (i = 0u; i < {length}u; i++)", "{"]
         lines += [f"    state->ring{length}[i][{k}] = {zero};" for k in range(count)]
         lines += ["}"]
-    declared = "    uint32_t i;\n" if rings_of(record) else ""
+    declared = "    uint32_t i;\n" if rings else ""
     lines += [f"state->exact = {n}exact();", f"return (state->exact != 0u) ? (uint32_t)0u : {n.upper()}INEXACT;"]
     return f"uint32_t {n}reset({n}state *state)\n{{\n{declared}{indented(lines)}\n}}\n"
-
-
-def _switch(record: Record, n: str) -> list[str]:
-    if SWITCHED_OFF not in record.after:
-        return []
-    return [f"{_switching(n)}\n{{\n    state->{SWITCHED_OFF} = (on == 0u) ? 1u : 0u;\n}}\n"]
 
 
 def _switching(n: str) -> str:
@@ -200,6 +203,9 @@ def header(step: ExportedStep) -> str:
     flags = "\n".join(f"#define {N}{name} ((uint32_t){i}u) /* {FLAGS[name]} */" for i, name in raised)
     places = "\n".join(f"#define {N}IN_{name} {i}u" for i, name in enumerate(_macros(step.inputs)))
     signed = "signed field, E1 - E2," if step.elements == 2 else "field"
+    search = step.search
+    sides = 1 if search.minus == search.origin else 2
+    evaluations = 1 + search.segments * sides + search.most
     return f"""{_header_comment(step)}
 #ifndef {N}H
 #define {N}H
@@ -238,7 +244,7 @@ uint32_t {n}steady(const {n}real input[{N}INPUTS], {n}real *effort);
 
 /* The {signed} whose settled effort is the wanted one; no state.
    Takes speeds; what the input says of fields is not looked at. Out of reach: the end of the range that comes nearest.
-   At most {_evaluations(step)} evaluations of the model. {_monotone(step)} */
+   At most {evaluations} evaluations of the model. {_monotone(step)} */
 uint32_t {n}inverse(const {n}real input[{N}INPUTS], {n}real wanted, {n}real *field);
 
 {_now(step)}
@@ -312,12 +318,8 @@ def _macros(inputs: Sequence[str]) -> Iterator[str]:
         yield name if i < 4 and name and kept.index(name) == i else f"FURTHER_{i}"
 
 
-def _evaluations(step: ExportedStep) -> int:
-    s = step.search
-    return 1 + s.segments * (1 if s.minus == s.origin else 2) + s.most
-
-
 def _monotone(step: ExportedStep) -> str:
+    """What the header says of how sure the inverse is."""
     s = step.search
     if s.segments == 1:
         return (
@@ -413,12 +415,16 @@ def _example_row(step: ExportedStep) -> list[float]:
 
 
 def _ranges(step: ExportedStep, i: int) -> str:
-    e = step.elements
-    if i < e:
+    elements = step.elements
+    if i < elements:
         return _window(step.field)
-    if i < 2 * e:
-        return "see the slips below" if e == 2 else ("see slip" if step.filter else _window(step.slip))
-    return _window(step.extras[i - 2 * e]) if i < step.model_inputs else "NaN where it is not measured"
+    if i >= step.model_inputs:
+        return "NaN where it is not measured"
+    if i >= 2 * elements:
+        return _window(step.extras[i - 2 * elements])
+    if elements == 2:
+        return "see the slips below"
+    return "see slip" if step.filter else _window(step.slip)
 
 
 def _window(window: Window) -> str:

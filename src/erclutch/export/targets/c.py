@@ -50,19 +50,16 @@ def write_core(step: ExportedStep, folder: Path) -> list[Path]:
 # --- test bench ------------------------------------------------------------------------------------------------------
 
 
-def _words(step: ExportedStep, values: NDArray[Any]) -> list[str]:
-    """Numbers as their bits."""
-    digits = step.precision.width // 4
-    held = np.asarray(values, step.precision.dtype)
-    # One NaN stands for all: what a calculation makes of it is not looked at.
-    return [f"0x{int(b):0{digits}x}{step.precision.bits_suffix}" for b in held.view(step.precision.bits).ravel()]
-
-
 def rows_of_bits(step: ExportedStep, name: str, values: NDArray[Any]) -> str:
     """Rows of numbers as a table of their bits."""
-    words, width = _words(step, values), values.shape[1]
-    rows = ["{" + ", ".join(words[i : i + width]) + "}" for i in range(0, len(words), width)]
-    return table(step.precision.c_bits, name, rows, 1, f"[{width}]")
+    p = step.precision
+    digits = p.width // 4
+    # One NaN stands for all: what a calculation makes of it is not looked at.
+    rows: list[str] = []
+    for row in np.asarray(values, p.dtype).view(p.bits):
+        words = [f"0x{int(bits):0{digits}x}{p.bits_suffix}" for bits in row]
+        rows.append(f"{{{', '.join(words)}}}")
+    return table(p.c_bits, name, rows, 1, f"[{values.shape[1]}]")
 
 
 def vectors_header(step: ExportedStep, vectors: Vectors) -> str:
@@ -71,6 +68,9 @@ def vectors_header(step: ExportedStep, vectors: Vectors) -> str:
     steps = np.column_stack([vectors.rows, vectors.effort, vectors.numpy.astype(p.dtype)])
     fields = np.column_stack([vectors.speeds, vectors.wanted, vectors.field])
     ahead = np.column_stack([vectors.wanted_now, vectors.field_now])
+    band = ""
+    if step.alarms is not None:
+        band = f"\n/* The band behind each step: low, high. */\n{rows_of_bits(step, 'band', vectors.band)}"
     return f"""/* Test vectors of {n}, model {step.digest}.
    All numbers are bits of {p.c_type}, so that NaN and infinities fit and every compiler reads the same. */
 #ifndef {n.upper()}_VECTORS_H
@@ -92,15 +92,9 @@ def vectors_header(step: ExportedStep, vectors: Vectors) -> str:
 {table("uint32_t", "field_flags", [f"{flag}u" for flag in vectors.field_flags], 20)}
 /* Inverse of the next step, ahead of each of the first steps: wanted effort, field to the bit. */
 {rows_of_bits(step, "ahead", ahead)}
-{table("uint32_t", "ahead_flags", [f"{flag}u" for flag in vectors.field_now_flags], 20)}{_band_rows(step, vectors)}
+{table("uint32_t", "ahead_flags", [f"{flag}u" for flag in vectors.field_now_flags], 20)}{band}
 #endif
 """
-
-
-def _band_rows(step: ExportedStep, vectors: Vectors) -> str:
-    if step.alarms is None:
-        return ""
-    return f"\n/* The band behind each step: low, high. */\n{rows_of_bits(step, 'band', vectors.band)}"
 
 
 def bit_functions(step: ExportedStep) -> str:

@@ -59,13 +59,18 @@ def step_function(step: ExportedStep, record: StepRecord) -> str:
     )
     equation = "\n".join(f"% {comment(line)}".rstrip() for line in step.model.equation())
     helpers = _PICK if step.network is None else f"{_PICK}\n{_network(step)}"
+    period = ""
+    if step.stages or step.filter:
+        period = f"\n%   Call it every {step.period:.9g} s."
+    elif step.model.past:
+        period = "\n%   Call it at the sampling period of the training data."
     return f"""function [effort, flags, state] = {n}_step(u, state) %#codegen
 %{n.upper()}_STEP One sample of {step.headline}.
 %   [EFFORT, FLAGS, STATE] = {n.upper()}_STEP(U, STATE), all of class {_class(step)} but FLAGS, which is uint32.
 %   STATE has {record.size} elements, zeros before the first sample.
 {inputs}
 %   effort in {comment(step.model.units.effort or "1")}; flags by bits: 1 far from the training
-%   rows, 2 input not finite, 4 both fields on, 8 effort limited.{_period(step)}
+%   rows, 2 input not finite, 4 both fields on, 8 effort limited.{period}
 %
 % Written by erclutch {__version__} from the numbers of {n}.c. Model {step.digest}
 %
@@ -75,12 +80,6 @@ def step_function(step: ExportedStep, record: StepRecord) -> str:
 end
 
 {helpers}"""
-
-
-def _period(step: ExportedStep) -> str:
-    if step.stages or step.filter:
-        return f"\n%   Call it every {step.period:.9g} s."
-    return "\n%   Call it at the sampling period of the training data." if step.model.past else ""
 
 
 def block_function(step: ExportedStep, record: StepRecord) -> str:

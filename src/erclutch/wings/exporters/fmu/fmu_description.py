@@ -144,21 +144,19 @@ def description(
     SubElement(SubElement(root, "LogCategories"), "Category", {"name": "logStatusError"})
     if step.period is not None:
         SubElement(root, "DefaultExperiment", {"stepSize": repr(float(step.period))})
-    _variables(face, version, SubElement(root, "ModelVariables"))
-    _structure(face, version, SubElement(root, "ModelStructure"))
-    return root
 
-
-def _variables(face: Interface, version: int, group: Element) -> None:
+    variables = SubElement(root, "ModelVariables")
     if version == 3:
         time = {"name": "time", "valueReference": "0", "causality": "independent", "variability": "continuous"}
-        SubElement(group, "Float64", time)
+        SubElement(variables, "Float64", time)
     for whole, entry, values in _signals(face):
         if version == 2:
-            variable = SubElement(group, "ScalarVariable", entry)
+            variable = SubElement(variables, "ScalarVariable", entry)
             SubElement(variable, "Integer" if whole else "Real", values)
         else:
-            SubElement(group, "UInt32" if whole else "Float64", {**entry, **values})
+            SubElement(variables, "UInt32" if whole else "Float64", {**entry, **values})
+    _structure(face, version, SubElement(root, "ModelStructure"))
+    return root
 
 
 def _signals(face: Interface) -> Iterator[tuple[bool, dict[str, str], dict[str, str]]]:
