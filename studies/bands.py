@@ -41,8 +41,10 @@ from erclutch.logs.synthetic import RATE, synthetic_log
 from erclutch.signals.clock import Clock, Span
 from erclutch.signals.device import Element, Units
 
-TARGET, TOLERANCE = 0.95, 0.02
-TRAINING_S, FRESH_S = 20.0, 5.0
+TARGET = 0.95
+TOLERANCE = 0.02
+TRAINING_S = 20.0
+FRESH_S = 5.0
 #: How a log of UTFSM is read, its motions for training, and its logs for the test.
 UTFSM = {
     "time": "c1 [s]",
@@ -53,7 +55,8 @@ MOTIONS = ("10mm1Hz", "25mm0x1Hz", "25mm0x25Hz", "25mm0x5Hz", "2mm5Hz")
 TEST = ("*0x5A.txt", "5mm3Hz*")
 #: How the log of NEES is read; where the stretches held out of it begin, and their length, as shares of its rows.
 NEES = {"columns": {"field": "Y [V]", "slip": "V [cm/s]", "effort": "F [N]"}}
-BEGIN, LENGTH = (0.0, 0.14, 0.28, 0.42, 0.56, 0.7), 0.3
+BEGIN = (0.0, 0.14, 0.28, 0.42, 0.56, 0.7)
+LENGTH = 0.3
 
 
 def made_up(seconds: float, seed: int) -> Dataset:
@@ -66,7 +69,7 @@ def made_up(seconds: float, seed: int) -> Dataset:
 
 def judge(models: tuple[str, ...], fits: int, logs: int) -> dict[str, list[HeldBand]]:
     """How the band of each model does on each fresh log."""
-    found: dict[str, list[HeldBand]] = {}
+    bands: dict[str, list[HeldBand]] = {}  # by model
     for fit in range(fits):
         comparison = compare(made_up(TRAINING_S, fit), Settings(models=models, lag="none", seed=fit))
         fresh = [made_up(FRESH_S, 1000 + k) for k in range(fit, logs, fits)]
@@ -74,13 +77,11 @@ def judge(models: tuple[str, ...], fits: int, logs: int) -> dict[str, list[HeldB
             model = entry.outcome.model
             if model.band is None or entry.band is None:
                 continue
-            every = [(data, np.ones(data.rows, np.bool_)) for data in fresh]
-            figures = [
-                judged(data, rows, model.predict(data), model.band, entry.band.plain, sensor=True)
-                for data, rows in every
-            ]
-            found.setdefault(entry.name, []).extend(figures)
-    return found
+            for data in fresh:
+                all_rows = np.ones(data.rows, np.bool_)
+                figures = judged(data, all_rows, model.predict(data), model.band, entry.band.plain, sensor=True)
+                bands.setdefault(entry.name, []).append(figures)
+    return bands
 
 
 def of_motions(folder: Path, model: str) -> Iterator[tuple[str, HeldBand]]:
@@ -89,38 +90,40 @@ def of_motions(folder: Path, model: str) -> Iterator[tuple[str, HeldBand]]:
     data = build_dataset([read(path, UTFSM) for path in paths])
     seen = build_dataset([read(path, UTFSM) for path in paths if not any(path.match(name) for name in TEST)])
     for motion in MOTIONS:
-        found = compare(seen, Settings((model,), "none", (f"{motion}*",))).entries[0]
-        assert found.band is not None
-        yield f"{motion} left out", found.band
-    found = compare(data, Settings((model,), "none", TEST)).entries[0]
-    assert found.band is not None
-    yield "test", found.band
+        entry = compare(seen, Settings((model,), "none", (f"{motion}*",))).entries[0]
+        assert entry.band is not None
+        yield f"{motion} left out", entry.band
+    entry = compare(data, Settings((model,), "none", TEST)).entries[0]
+    assert entry.band is not None
+    yield "test", entry.band
     test = hold_out(data, TEST)
-    best = calibrated(data, test, [data.effort - found.predicted], [0])[0]
+    best = calibrated(data, test, [data.effort - entry.predicted], [0])[0]
     assert best is not None
-    yield "test, calibrated on itself", judged(data, test, found.predicted, best[0], found.band.plain, sensor=True)
+    yield "test, calibrated on itself", judged(data, test, entry.predicted, best[0], entry.band.plain, sensor=True)
 
 
 def of_stretches(path: Path, models: tuple[str, ...]) -> Iterator[tuple[str, HeldBand]]:
     """How the band of the recommended model does on each stretch of a log."""
     data = build_dataset(read(path, NEES))
     for begin in BEGIN:
+        start, stop = round(begin * data.rows), round((begin + LENGTH) * data.rows)
         held = np.zeros(data.rows, np.bool_)
-        held[round(begin * data.rows) : round((begin + LENGTH) * data.rows)] = True
-        parts = (replace(data.take(rows), sources=(name,)) for rows, name in ((~held, "known"), (held, "held")))
-        comparison = compare(joined(list(parts)), Settings(models, test=("held",)))
+        held[start:stop] = True
+        known_part = replace(data.take(~held), sources=("known",))
+        held_part = replace(data.take(held), sources=("held",))
+        comparison = compare(joined([known_part, held_part]), Settings(models, test=("held",)))
         best = next(entry for entry in comparison.entries if entry.name == comparison.recommended)
         assert best.band is not None
         yield f"{begin:.0%} - {begin + LENGTH:.0%}", best.band
 
 
-def print_bands(title: str, found: Iterator[tuple[str, HeldBand]]) -> None:
+def print_bands(title: str, bands: Iterator[tuple[str, HeldBand]]) -> None:
     """A line for each part that was held out."""
     print(
         f"\n{title:<28} {'inside':>8} {'worst part':>28} {'over plain':>11} {'sensor':>8} {'over plain':>11}",
         flush=True,
     )
-    for name, figures in found:
+    for name, figures in bands:
         held, taught = figures.held, figures.with_sensor
         assert taught is not None
         worst = f"{held.where.removesuffix('.txt').removeprefix('the second ')} {held.worst:.1%}"

@@ -35,35 +35,38 @@ def twin_pairs(seconds: float) -> Iterator[tuple[str, Dataset, Dataset]]:
     """Logs of CH1 and of CH2, each alone, with other commands."""
     rig = default_rig()
     swapped = {f"clutch.{name}_1": rig.value(f"clutch.{name}_2") for name in ("rated_torque", "viscosity", "seal")}
-    second = rig.changed({**swapped, "supply.leakage_1": rig.value("supply.leakage_2")})
+    other_rig = rig.changed({**swapped, "supply.leakage_1": rig.value("supply.leakage_2")})
     for scenario in ("brake", "clutch"):
-        logs = [prepare(scenario, rig=each, seconds=seconds, seed=k).recording() for k, each in ((1, rig), (2, second))]
-        yield f"TWIN {scenario}, CH1 to CH2", erclutch.build_dataset(logs[0]), erclutch.build_dataset(logs[1])
+        first = prepare(scenario, rig=rig, seconds=seconds, seed=1).recording()
+        second = prepare(scenario, rig=other_rig, seconds=seconds, seed=2).recording()
+        yield f"TWIN {scenario}, CH1 to CH2", erclutch.build_dataset(first), erclutch.build_dataset(second)
 
 
 def utfsm_pairs(folder: Path) -> Iterator[tuple[str, Dataset, Dataset]]:
     """All amplitudes but one, and that one."""
-    data = {
-        name: erclutch.build_dataset([erclutch.read(path, COLUMNS) for path in sorted(folder.glob(f"{name}*"))])
-        for name in AMPLITUDES
-    }
+    data: dict[str, Dataset] = {}
+    for name in AMPLITUDES:
+        logs = [erclutch.read(path, COLUMNS) for path in sorted(folder.glob(f"{name}*"))]
+        data[name] = erclutch.build_dataset(logs)
     for name, new in data.items():
-        yield f"UTFSM, to {name}", joined([each for other, each in data.items() if other != name]), new
+        others = [rows for other, rows in data.items() if other != name]
+        yield f"UTFSM, to {name}", joined(others), new
 
 
 def rmse(model: Model, data: Dataset, rows: np.ndarray) -> float:
     """Root mean square error over some rows."""
-    return float(np.sqrt(np.mean((data.effort - model.predict(data))[rows] ** 2)))
+    residual = data.effort - model.predict(data)
+    return float(np.sqrt(np.mean(residual[rows] ** 2)))
 
 
 def line(title: str, base: Model, whole: Model, new: Dataset, share: float, stretches: int) -> str:
     """One adaptation; where it is worse than the base on the other rows, the base is kept as the command does."""
     seen = seen_rows(new, share, stretches)
     began = process_time()
-    found = erclutch.recalibrate(base, new, seen)
+    adapted = erclutch.recalibrate(base, new, seen)
     seconds = process_time() - began
-    before, after, best = (rmse(model, new, ~seen) for model in (base, found.model, whole))
-    way = found.way if after <= before else f"{AS_IT_IS} (not {found.way}: {after / before:.2f} of the base)"
+    before, after, best = (rmse(model, new, ~seen) for model in (base, adapted.model, whole))
+    way = adapted.way if after <= before else f"{AS_IT_IS} (not {adapted.way}: {after / before:.2f} of the base)"
     ratio = min(before, after) / best
     return f"{title:30}{stretches:>10}{int(seen.sum()):>7}{before / best:>9.3f}{ratio:>9.3f}{seconds:>8.2f}  {way}"
 

@@ -46,19 +46,29 @@ def law_model(
     extra: bool = True,
     further: tuple[str, ...] = (),
 ) -> TorqueModel:
+    """A law with stages, its numbers somewhere inside their bounds."""
     law = law_from_name(specification, device)
     structure = Structure(device, specification, law, dynamics, extra, extra, further)
-    inside = {
-        s.name: s.lower * (s.upper / s.lower) ** 0.4 if s.scale == "log" else min(0.37, s.upper)
-        for s in structure.shapes(1e-3)
-    }
-    inside.update({name: value for name, value in {**TIMES, **MEMORY}.items() if name in inside})
-    gains = {g.name: (0.1 + 0.07 * i) * SMALL.get(g.name.split("_")[0], 1.0) for i, g in enumerate(structure.gains())}
-    ranges = Range((0.0, LARGEST), (-30.1, 30.1), (-1.1, 1.1))
-    warm = [name == TEMPERATURE for name in structure.extras]
-    reference = Reference(LARGEST, 17.1, 1e-3, tuple(320.0 if w else 1.7 for w in warm), 320.0 if any(warm) else 1.0)
-    extras = tuple((280.0, 360.0) if w else (-2.5, 2.5) for w in warm)
-    return _true_range(TorqueModel(structure, reference, inside, gains, UNITS, ranges, extra_ranges=extras))
+    shape: dict[str, float] = {}
+    for parameter in structure.shapes(1e-3):
+        low, high = parameter.lower, parameter.upper
+        shape[parameter.name] = low * (high / low) ** 0.4 if parameter.scale == "log" else min(0.37, high)
+    shape |= {name: number for name, number in {**TIMES, **MEMORY}.items() if name in shape}
+    gains: dict[str, float] = {}
+    for i, gain in enumerate(structure.gains()):
+        kind = gain.name.split("_")[0]
+        gains[gain.name] = (0.1 + 0.07 * i) * SMALL.get(kind, 1.0)
+
+    trained_on = Range((0.0, LARGEST), (-30.1, 30.1), (-1.1, 1.1))
+    usual: list[float] = []  # of each further input
+    ranges: list[tuple[float, float]] = []
+    for name in structure.extras:
+        warm = name == TEMPERATURE
+        usual.append(320.0 if warm else 1.7)
+        ranges.append((280.0, 360.0) if warm else (-2.5, 2.5))
+    temperature = 320.0 if TEMPERATURE in structure.extras else 1.0
+    reference = Reference(LARGEST, 17.1, 1e-3, tuple(usual), temperature)
+    return _true_range(TorqueModel(structure, reference, shape, gains, UNITS, trained_on, extra_ranges=tuple(ranges)))
 
 
 def network_model(
@@ -77,9 +87,11 @@ def network_model(
         weights["centres"] = rng.uniform(-1.0, 1.0, (structure.hidden[0], count))
         weights["spreads"] = rng.uniform(0.4, 1.2, structure.hidden[0])
     scale = np.array([_size(name, extras) for name in structure.inputs])
-    names = {p.name for stage in stages_of(dynamics) for p in stage.parameters(1e-3)}
-    remembers = any(stage.place == "slip" for stage in stages_of(dynamics))
-    times = {k: v for k, v in {**TIMES, **MEMORY}.items() if k in names or (remembers and k in ("n_m", "E_m"))}
+    stages = stages_of(dynamics)
+    needed = {parameter.name for stage in stages for parameter in stage.parameters(1e-3)}
+    if any(stage.place == "slip" for stage in stages):
+        needed |= {"n_m", "E_m"}
+    times = {name: number for name, number in {**TIMES, **MEMORY}.items() if name in needed}
     limits = np.column_stack([-scale, scale])
     ranges = Range((0.0, LARGEST), (-30.1, 30.1), (-1.1, 1.1))
     scaling = Scaling(0.01 * scale, scale, 0.013, 0.7)
@@ -90,42 +102,48 @@ def residual_model(law: TorqueModel, specification: str, past: tuple[int, ...] =
     """A law and a network of its size on the residual, over two boxes with a gap between them."""
     device, dynamics = law.structure.device, law.structure.dynamics
     network = network_from_name(specification, device, dynamics=dynamics, past=past, extras=("temperature",))
-    rng, count = np.random.default_rng(5), len(network.inputs)
+    rng = np.random.default_rng(5)
+    count = len(network.inputs)
     weights = {name: rng.normal(size=shape) for name, shape in table_shapes(network).items()}
-    scale = np.array(
-        [{"field": 1.0, "E1-E2": 1.0, "temperature": 2.5}.get(n.split("[")[0], 30.1) for n in network.inputs]
-    )
-    scale[[name.startswith("s") and name != "slip" for name in network.inputs]] = 0.8
+    sizes = {"field": 1.0, "E1-E2": 1.0, "temperature": 2.5}
+    scale = np.array([sizes.get(name.split("[")[0], 30.1) for name in network.inputs])
+    of_strength = [name.startswith("s") and name != "slip" for name in network.inputs]
+    scale[of_strength] = 0.8
     scaling = Scaling(0.01 * scale, scale, 0.013, 1.5 * limit)
     ranges = np.column_stack([-scale, scale])
-    made = NetworkModel(network, scaling, weights, law.times, law.units, law.trained_on, ranges, {}, law.period)
-    first = np.r_[0.1, np.full(count - 1, 0.7)]
-    low, high = np.array([-0.9 * scale, first * scale]), np.array([np.r_[0.0, scale[1:]], scale])
-    correction = BoundedResidual(made, limit, CoveredCells(low, high, 0.37 * scale))
-    return ResidualModel(law, correction)
+    residual = NetworkModel(network, scaling, weights, law.times, law.units, law.trained_on, ranges, {}, law.period)
+
+    # Two boxes: the first up to a field of zero, the second from a tenth of the largest field on.
+    start_of_second = np.r_[0.1, np.full(count - 1, 0.7)]
+    low = np.array([-0.9 * scale, start_of_second * scale])
+    high = np.array([np.r_[0.0, scale[1:]], scale])
+    return ResidualModel(law, BoundedResidual(residual, limit, CoveredCells(low, high, 0.37 * scale)))
 
 
 def _true_range(model: Any) -> Any:
     """The model with the efforts that it gives inside its field and slip ranges as its training range."""
-    rng, rows = np.random.default_rng(3), 2000
-    fields = apart(model, rng.uniform(sides(model)[2], LARGEST, rows))
+    rng = np.random.default_rng(3)
+    rows = 2000
+    _, _, smallest = sides(model)
+    fields = apart(model, rng.uniform(smallest, LARGEST, rows))
     slips = [rng.uniform(-30.1, 30.1, rows) for _ in fields]
     extras = [rng.uniform(low, high, rows) for low, high in model.extras.values()]
     effort = model.steady(fields, slips, extras)
-    return replace(model, trained_on=replace(model.trained_on, effort=(float(effort.min()), float(effort.max()))))
+    given = float(effort.min()), float(effort.max())
+    return replace(model, trained_on=replace(model.trained_on, effort=given))
 
 
 def _at_some_slips(model: Any) -> Any:
     """The model with training rows at all fields, but not at all slips."""
-    near = tuple((mask,) * 16 for mask in (0x0FFF, 0xFFE0))
-    return replace(
-        model, trained_on=replace(model.trained_on, near=near[: 2 if model.structure.device == "coaxial" else 1])
-    )
+    elements = 2 if model.structure.device == "coaxial" else 1
+    near = tuple((mask,) * 16 for mask in (0x0FFF, 0xFFE0)[:elements])
+    return replace(model, trained_on=replace(model.trained_on, near=near))
 
 
 def _with_gaps(model: Any) -> Any:
     """The model with a grid over field and slip that has gaps, other ones for each element."""
-    masks = np.random.default_rng(11).integers(0, 1 << 16, (2 if model.structure.device == "coaxial" else 1, 16))
+    elements = 2 if model.structure.device == "coaxial" else 1
+    masks = np.random.default_rng(11).integers(0, 1 << 16, (elements, 16))
     near = tuple(tuple(element) for element in masks.tolist())
     return replace(model, trained_on=replace(model.trained_on, near=near))
 
@@ -134,8 +152,9 @@ def with_law(network: NetworkModel, specification: str = "bingham") -> NetworkMo
     """The network with a law beyond its rows, that has the network's further inputs."""
     device, extras = network.structure.device, network.structure.extras
     structure = Structure(device, specification, law_from_name(specification, device), "none", True, True, extras)
-    shape = {p.name: {"n": 1.4, "w_s": 0.05}[p.name] for p in structure.shapes(1e-3)}
-    gains = {g.name: 0.3 + 0.07 * i for i, g in enumerate(structure.gains())}
+    numbers = {"n": 1.4, "w_s": 0.05}
+    shape = {parameter.name: numbers[parameter.name] for parameter in structure.shapes(1e-3)}
+    gains = {gain.name: 0.3 + 0.07 * i for i, gain in enumerate(structure.gains())}
     reference = Reference(LARGEST, 17.1, 1e-3, (1.7,) * len(extras))
     ranges = tuple(network.extras[name] for name in extras)
     law = TorqueModel(structure, reference, shape, gains, UNITS, network.trained_on, extra_ranges=ranges)
@@ -146,8 +165,10 @@ def _size(name: str, extras: tuple[str, ...]) -> float:
     """Of an input of a network: a field, a further input, a state of a memory, an acceleration or a speed."""
     if name in extras:
         return 2.5
-    sizes = (("field", LARGEST), ("E1", LARGEST), ("z", 1.0), ("a_", 6e4))
-    return next((size for start, size in sizes if name == start[:-1] or name.startswith(start)), 30.1)
+    for start, size in (("field", LARGEST), ("E1", LARGEST), ("z", 1.0), ("a_", 6e4)):
+        if name == start[:-1] or name.startswith(start):
+            return size
+    return 30.1
 
 
 #: One of every kind; the label is the test's name.
