@@ -78,11 +78,31 @@ def test_each_log_counts_the_same_and_the_worst_slip_decides() -> None:
     assert width_at(wider, 0.55, 0.2) == 14.0
 
 
+def test_a_new_field_is_judged_by_those_that_were_left_out_like_it() -> None:
+    """Between fields of logs the errors of inner fields count, beyond the logs all."""
+    data = device(FIELDS)
+    error_of = dict(zip(FIELDS, (2.0, 0.3, 0.5, 4.0), strict=True))
+    errors = np.array([error_of[round(field, 12)] for field in data.elements[0].field.tolist()])
+    wider = wider_at_new_fields(calibrated_on(data, 0.1 * np.ones(data.rows)), data, errors)
+    assert width_at(wider, 0.2) == width_at(wider, 0.85) == 1.0
+    assert width_at(wider, 1.2) == 8.0
+
+
+def test_between_two_fields_a_band_is_no_narrower_than_at_these() -> None:
+    data = device(FIELDS)
+    seen = np.where(data.elements[0].field == 1.0, 3.0, 0.1) * np.random.default_rng(1).standard_normal(data.rows)
+    band = calibrated_on(data, seen)
+    wider = wider_at_new_fields(band, data, np.zeros(data.rows))
+    assert width_at(wider, 0.2) == max(width_at(band, 0.0), width_at(band, 0.4))
+    assert width_at(wider, 0.85) == width_at(band, 1.0) > 2.0 * width_at(wider, 0.2)
+
+
 def test_small_errors_at_new_fields_narrow_no_band() -> None:
     data = device(FIELDS)
     band = calibrated_on(data, np.random.default_rng(1).standard_normal(data.rows))
     wider = wider_at_new_fields(band, data, np.zeros(data.rows))
-    assert width_at(wider, 0.55) >= max(width_at(band, field) for field in FIELDS)
+    assert width_at(wider, 0.55) >= max(width_at(band, field) for field in (0.4, 0.7))
+    assert width_at(wider, 1.2) >= max(width_at(band, field) for field in FIELDS)
 
 
 def test_fields_near_to_each_other_or_too_many_have_nothing_new_between() -> None:

@@ -41,10 +41,11 @@ class _Class:
 def wider_at_new_fields(band: Band, data: Dataset, errors: Array) -> Band:
     """A band with classes of its own for fields that no log has.
 
-    The half width there is one number: the largest over the fields left out and the classes of the slip, each the
-    quantile of the magnitude of the errors, all logs of a field counting the same. With so few fields no quantile over
-    fields can be told, nor at which slips or on which side of the estimate a new field errs most. No half width is
-    below those at the fields of the logs.
+    Between fields of logs the half width is the largest error of fields that had others on both sides when they were
+    left out, and no less than at the fields on both sides. Below the lowest field and beyond the highest it is the
+    largest of all. Such an error is a quantile of the magnitude over the rows of a field, all logs counting the same,
+    and the largest over the classes of the slip: with so few fields nobody can tell at which slips, or on which side of
+    the estimate, a new field errs most.
 
     Args:
         band: calibrated at the fields of the training rows.
@@ -64,13 +65,26 @@ def wider_at_new_fields(band: Band, data: Dataset, errors: Array) -> Band:
     level: Array = np.argmin([np.abs(field - each) for each in levels], axis=0).astype(np.float64)
     slips = np.searchsorted(np.array(band.slip_edges), speed)
     log = np.digitize(np.arange(data.rows), np.array([stop for _, stop in groups_of(data).rows]))
-    wholes: list[Mask] = [(level == k) & (slips == at) for k in range(len(levels)) for at in range(band.shape[2])]
-    at_new = max(_quantile(np.abs(errors[rows]), log[rows], band.level) for rows in wholes if rows.any())
+
+    def worst(k: int) -> float:
+        """The error at a field that was left out, at the slips where it is largest."""
+        wholes: list[Mask] = [(level == k) & (slips == at) for at in range(band.shape[2])]
+        return max(_quantile(np.abs(errors[rows]), log[rows], band.level) for rows in wholes if rows.any())
+
+    each = [worst(k) for k in range(len(levels))]
+    between = max(each[1:-1] or each)
     halves = np.reshape([band.behind, band.ahead], (2, *band.shape))
-    wide: Array = np.maximum(halves.max(axis=2), at_new)
-    middles = [0.5 * (own.low + own.high) for own in classes]
-    places = np.searchsorted(band.field_edges, middles).tolist()
-    made = [wide if own.new else halves[:, :, place] for own, place in zip(classes, places, strict=True)]
+    places = np.searchsorted(band.field_edges, [0.5 * (own.low + own.high) for own in classes]).tolist()
+
+    def widths(k: int) -> Array:
+        """Half widths of a class, by direction, switching and slip."""
+        if not classes[k].new:
+            return halves[:, :, places[k]]
+        if 0 < k < len(classes) - 1:
+            return np.maximum(between, halves[:, :, [places[k - 1], places[k + 1]]].max(axis=2))
+        return np.maximum(max(each), halves.max(axis=2))
+
+    made = [widths(k) for k in range(len(classes))]
     behind, ahead = np.stack(made, axis=2)
     low, high = band.field
     beyond = _BEYOND * span

@@ -49,7 +49,8 @@ def _conforms(model: Model, to: str, precision: str, folder: Path, need: Callabl
     assert checks
     for check in checks:
         assert check.passed, check
-        assert check.ulp <= BOUND[precision], check
+        # Where a network gives way to a law, a cell's share makes 16 last digits of the effort of one of the field.
+        assert check.ulp <= BOUND[precision] * (1.0 if model.gives_way is None else 16.0), check
         assert check.count >= 200
         assert (check.other_bits == 0) == (exact or check.where.startswith("C Caller")), check
 
