@@ -5,17 +5,30 @@ from __future__ import annotations
 from erclutch.cli import terminal
 
 
-def list_plugins(*, json: bool) -> None:
-    """Print commands, laws, readers, stages, targets and rigs: erclutch's own, and those of installed packages."""
+def list_plugins(*, json: bool, check: bool = False) -> bool:
+    """Print commands, laws, readers, stages, targets and rigs: erclutch's own, and those of installed packages.
+
+    Args:
+        json: as JSON.
+        check: each of another package is loaded in a process of its own, and laws and stages are recorded there.
+
+    Returns:
+        Whether nothing is wrong with any.
+    """
     from erclutch import registry
+    from erclutch.cli.plugin_check import fault_of
     from erclutch.errors import PluginError
 
     def state(plugin: registry.Plugin) -> str:
+        if plugin in registry.hidden(plugin.group):
+            return f"not used: {plugin.name} is erclutch's own"
+        if check:
+            return fault_of(plugin)
         try:
             plugin.value  # noqa: B018
         except PluginError as error:
             return error.problem
-        return "" if plugin not in registry.hidden(plugin.group) else f"not used: {plugin.name} is erclutch's own"
+        return ""
 
     found = [
         (plugin, "" if plugin.own else state(plugin))
@@ -24,8 +37,9 @@ def list_plugins(*, json: bool) -> None:
     ]
     if json:
         terminal.say_json([{**plugin.to_dict(), "problem": problem} for plugin, problem in found])
-        return
+        return not any(problem for _, problem in found)
     table = terminal.table("Plug-ins", ["group", "name", "package", "problem"], [], left=4)
     for plugin, problem in found:
         table.add_row(plugin.group, plugin.name, plugin.label, problem)
     terminal.tell(table)
+    return not any(problem for _, problem in found)

@@ -19,6 +19,7 @@ COMMAND = {
 def laws(
     *,
     plugins: Annotated[bool, Parameter(negative=())] = False,
+    check: Annotated[bool, Parameter(negative=())] = False,
     json: Annotated[bool, Parameter(negative=())] = False,
 ) -> None:
     """List the laws: name, equation (made from the code that is fitted, for w > 0), parameters, source; and the stages.
@@ -28,12 +29,15 @@ def laws(
     Args:
         plugins: List in place of equations all that the registry finds: commands, laws, readers, stages, targets and
             rigs, with the packages that bring them and what is wrong with any.
+        check: List the same, and record each law and stage of another package as an export would, in a process of its
+            own: what cannot be exported is said now and not after a fit. The exit code is 1 if anything is wrong.
         json: Print as JSON.
     """
-    if plugins:
+    if plugins or check:
         from erclutch.cli.plugin_list import list_plugins
 
-        list_plugins(json=json)
+        if not list_plugins(json=json, check=check) and check:
+            raise SystemExit(1)
         return
     from erclutch.models.laws import law_from_name, shown_laws
     from erclutch.models.laws.symbolic import equation_text
