@@ -1,6 +1,6 @@
 """Sets of parameters of the digital TWIN against the paper's tables: `python studies/table3_sets.py [RIG.toml ...]`.
 
-Five seeds that no calibration saw, the default set first. Laws, and the networks that no calibration is told of:
+Five seeds that no calibration saw; without a file the default set. Laws, and networks that no calibration is told of:
 levels and ratios to Bingham beside the paper's, with the smallest and largest of the seeds; the rank of FNN-16 at zero
 field and with the output held, over four starts on each seed; its bias at zero field. Last, laws that were trained
 with the output held: how near any training could bring them.
@@ -114,7 +114,7 @@ def main() -> None:
     parser.add_argument("--seconds", type=float, default=290.0, help="of the training runs")
     asked = parser.parse_args()
     with one_thread():
-        for rig in (default_rig(), *(load_rig(path) for path in asked.rigs)):
+        for rig in [load_rig(path) for path in asked.rigs] or [default_rig()]:
             seeds = f"seeds {SEEDS.start} to {SEEDS.stop - 1}"
             print(f"\nTWIN, {rig.name}; {asked.seconds:g} s of training, {seeds}\n")
             found = judged(rig, asked.seconds)

@@ -29,6 +29,7 @@ from erclutch.wings.live.offered_programs import SOFT, field_table, half_sine_ta
 from erclutch.wings.live.orders import Order
 from erclutch.wings.live.session import LiveModel, ServedRig, Session, SessionOptions
 from erclutch.wings.live.settings import LoopProgram, LoopSettings, Mode, Waveform
+from erclutch.wings.rig.twin.excitation import held_peakedness
 from erclutch.wings.rig.twin.parameters import RigParameters
 from erclutch.wings.rig.twin.twin import PERIOD
 
@@ -76,6 +77,10 @@ def _zero_field(rig: RigParameters, rows: int, seed: int) -> list[LoopProgram]:
     return [LoopProgram("zero-field", Mode.FIELDS, Waveform.TABLE, table=half_sine_table(rig, rows, seed))]
 
 
+def _held(rig: RigParameters, rows: int, seed: int) -> list[LoopProgram]:
+    return _fields("zero-motion", soft=0.0, peakedness=held_peakedness(rig))(rig, rows, seed)
+
+
 def _tracked(*frequencies: float) -> _Programs:
     def program(rig: RigParameters, frequency: float) -> LoopProgram:
         height = 0.02 * 2.0 * math.pi / rig.value("screw.lead") / (5.0 if frequency > 1.0 else 1.0)
@@ -88,7 +93,6 @@ def _tracked(*frequencies: float) -> _Programs:
 _TWO = "PD tracking, 30 trials at 0.4 Hz, 30 at 2 Hz: IV-C, figures 9, 10"
 _SINE, _SQUARE = _fields("sine", motor=_MOTOR, sines=1.0), _fields("square", sines=0.0)
 _HALVES = "no field, half sines of motor torque: IV-D, figure 11"
-_HELD = _fields("zero-motion", soft=0.0)
 
 EXPERIMENTS: Mapping[str, Experiment] = {
     e.name: e
@@ -97,7 +101,7 @@ EXPERIMENTS: Mapping[str, Experiment] = {
         Experiment("square", "random squares of field and motor torque: IV-B, figure 8", 30.0, _SQUARE),
         Experiment("tracking", _TWO, 1200.0, _tracked(0.4, 2.0)),
         Experiment("zero-field", _HALVES, 20.0, _zero_field, speed=1.0, rivals=True),
-        Experiment("zero-motion", "output shaft held: IV-E, figure 12", 20.0, _HELD, locked=True, rivals=True),
+        Experiment("zero-motion", "output shaft held: IV-E, figure 12", 20.0, _held, locked=True, rivals=True),
         Experiment("encoders", "linear and rotary encoder: V, figure 13", 15.0, _tracked(0.4), encoders=True),
     )
 }

@@ -49,6 +49,11 @@ def field_settings(rig: RigParameters, **changes: float) -> FieldSettings:
     return FieldSettings(**{"largest": rig.value("supply.command_limit"), **own, **changes})
 
 
+def held_peakedness(rig: RigParameters) -> float:
+    """Peakedness of the field commands while the output is held (section IV-E)."""
+    return rig.value("excitation.peakedness") * rig.value("excitation.held_peakedness")
+
+
 def field_sequence(rows: int, rng: np.random.Generator, settings: FieldSettings, rate: float = 1000.0) -> Array:
     """Signed field commands, shape (rows,): stretches of squares and of whole half-sines."""
     out = np.zeros(rows)

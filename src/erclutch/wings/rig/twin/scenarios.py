@@ -20,6 +20,7 @@ from erclutch.wings.rig.twin.excitation import (
     field_sequence,
     field_settings,
     half_sine_torque,
+    held_peakedness,
     torque_sequence,
 )
 from erclutch.wings.rig.twin.kernel import OMEGA, SIZE
@@ -262,7 +263,7 @@ def _drawn(scenario: Scenario, rig: RigParameters) -> dict[str, float]:
     """What differs from the rig's own excitation in a run's field sequence."""
     drawn = dict(scenario.excitation or {})
     if scenario.locked and not scenario.single:
-        drawn["peakedness"] = rig.value("excitation.peakedness") * rig.value("excitation.held_peakedness")
+        drawn["peakedness"] = held_peakedness(rig)
     return drawn
 
 
