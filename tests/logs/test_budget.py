@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import subprocess
 import sys
+import threading
+import time
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
@@ -11,7 +14,7 @@ import pytest
 from erclutch.errors import LogError
 from erclutch.logs import read_table
 from erclutch.logs.readers import budget
-from erclutch.logs.readers.budget import CELLS, CELLS_PER_BYTE, MEMORY, NAMES, TEXT, Budget, take_zip
+from erclutch.logs.readers.budget import CELLS, CELLS_PER_BYTE, MEMORY, NAMES, TEXT, Budget, take_zip, within
 from tests.support.bombs import BOMBS, MOST_MIB, MOST_SECONDS, read_alone
 
 #: These are made and read within a second.
@@ -81,3 +84,28 @@ def test_little_address_space_gives_one_error_and_no_hang(tmp_path: Path, mib: i
     assert done.returncode == 0 or "error: " in done.stderr
     if mib < 512:
         assert f"error: this process may have {mib} MiB of address space, and needs 512. Raise it" in done.stderr
+
+
+def test_what_takes_longer_than_its_time_is_told_in_any_thread() -> None:
+    said: list[str] = []
+
+    def read() -> None:
+        try:
+            with within(0.05):
+                while True:
+                    with suppress(Exception):  # as a reader that takes everything for damage
+                        sum(range(1000))
+        except LogError as error:
+            said.append(error.problem)
+
+    read()
+    other = threading.Thread(target=read)
+    other.start()
+    other.join(60.0)
+    assert said == ["reading the file takes longer than the 0.05 s that its size allows"] * 2
+
+
+def test_waiting_takes_no_time_of_the_processor_and_leaves_no_thread() -> None:
+    with within(0.02):
+        time.sleep(0.1)
+    assert not [thread for thread in threading.enumerate() if thread.name == "erclutch-reader-time"]

@@ -15,6 +15,7 @@ import numpy as np
 
 from erclutch import registry
 from erclutch.errors import LogError, PluginError, placed, printable
+from erclutch.logs.readers.budget import Budget, size_of, within
 from erclutch.logs.table import Table
 from erclutch.registry import Plugin
 
@@ -141,7 +142,7 @@ def read_by(plugin: Plugin, source: LogSource) -> Table:
             problem, where=source.name, remedy="Leave it out, or give --variable '' where a run or mapping has it"
         )
     with plugin.working(f"failed on {source.name}"):
-        with placed(source.name):
+        with placed(source.name), within(Budget(len(source.data) or size_of(source.path)).seconds):
             table = reader.read(source)
         table = table if plugin.own else _checked(table, plugin)
         return replace(table, damage=reader.tells_damage)

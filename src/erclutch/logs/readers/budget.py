@@ -6,8 +6,13 @@ damaged or hostile, or its user knows better: the environment ``ERCLUTCH_READER_
 
 from __future__ import annotations
 
+import ctypes
 import os
+import threading
+import time
 import zlib
+from collections.abc import Generator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import BinaryIO
 from zipfile import ZIP_DEFLATED, ZIP_STORED, BadZipFile, ZipFile, ZipInfo
@@ -80,6 +85,51 @@ class Budget:
 
     def _beyond(self, what: str, words: str) -> LogError:
         return LogError(f"the file unpacks to more than {self._allowed[what]:,} {words}", remedy=self._more)
+
+
+class _OutOfTime(BaseException):
+    """What a thread is interrupted by; no reader takes it for damage of its file."""
+
+
+@contextmanager
+def within(seconds: float, more: str = MORE) -> Generator[None]:
+    """What this thread does takes so much processor time and no more, where the system counts a thread's time.
+
+    A second thread watches. It interrupts between two steps of Python: a single call into native code comes to its end
+    first.
+
+    Args:
+        seconds: of the processor.
+        more: what to do where they do not suffice.
+
+    Raises:
+        LogError: the time is over.
+    """
+    if not hasattr(time, "pthread_getcpuclockid"):
+        yield  # Windows
+        return
+    thread, ended = threading.get_ident(), threading.Event()
+    clock = time.pthread_getcpuclockid(thread)
+    until = time.clock_gettime(clock) + seconds
+
+    def watch() -> None:
+        while (left := until - time.clock_gettime(clock)) > 0.0:
+            if ended.wait(left):  # no thread has more processor time than the clock on the wall has time
+                return
+        if not ended.is_set():
+            ctypes.pythonapi.PyThreadState_SetAsyncExc(ctypes.c_ulong(thread), ctypes.py_object(_OutOfTime))
+
+    watcher = threading.Thread(target=watch, name="erclutch-reader-time", daemon=True)
+    watcher.start()
+    try:
+        try:
+            yield
+        finally:
+            ended.set()
+            watcher.join()
+    except _OutOfTime:
+        problem = f"reading the file takes longer than the {seconds:.3g} s that its size allows"
+        raise LogError(problem, remedy=more) from None
 
 
 def budget_of(path: Path) -> Budget:
