@@ -72,7 +72,7 @@ CASES = {
 def log_of(case: Case, rows: int, seed: int) -> Dataset:
     """A log of a case; field and motion are drawn anew too."""
     rng = np.random.default_rng(seed)
-    t = PERIOD * np.arange(rows)
+    t: Array = PERIOD * np.arange(float(rows))
     field = np.repeat(rng.choice(case.fields, rows // 60 + 1), 60)[:rows]
     phases = rng.uniform(0.0, 2.0 * np.pi, 2)
     slip = case.forward + 3.0 * np.sin(4.4 * t + phases[0]) + 2.0 * np.sin(11.9 * t + phases[1])
