@@ -66,7 +66,7 @@ def draw_report(log: Path, run: Path) -> None:
     """Fit all models to the recording, write its report, and take the part above the fold."""
     subprocess.run(erclutch("fit", str(log), *NEES, "--out", str(run)), check=True, stdout=subprocess.DEVNULL)
     subprocess.run(erclutch("report", str(run)), check=True, stdout=subprocess.DEVNULL)
-    with page(1180, 1105) as seen:
+    with page(1180, 1300) as seen:
         seen.goto((run / "report.html").as_uri())
         seen.wait_for_selector("#traces-plot[data-ready=yes]")
         kept(seen.screenshot(), "report.png")

@@ -81,6 +81,16 @@ def test_eight_models_are_ranked_and_the_others_folded(material: Material) -> No
     assert material.run.names[-1] in [entry["name"] for entry in RANKING.fill(replace(material, run=last))["first"]]
 
 
+def test_figures_of_every_row_stand_in_the_page(material: Material, monkeypatch: pytest.MonkeyPatch) -> None:
+    scores = {entry["name"]: {"test": entry["test"], "train": entry["train"]} for entry in material.body["ranking"]}
+    found = {"rows": 7_654_321, "models": scores, "not_scored": {material.run.names[-1]: "it needs its past rows"}}
+    monkeypatch.setattr("erclutch.report.html.verdict_section.read_every_row", lambda run: found)
+    html = report_html(material)
+    assert "On every row" in html
+    assert "7\xa0654\xa0321 rows" in html
+    assert "it needs its past rows" in html
+
+
 def test_a_run_without_a_recommendation_shows_the_nearest(material: Material) -> None:
     run = replace(material.run, body={**material.body, "recommended": None})
     html = report_html(replace(material, run=run))

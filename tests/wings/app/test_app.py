@@ -27,10 +27,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from erclutch.runs.run_about import RunAbout, about_with
 from erclutch.wings.app import actions
 from erclutch.wings.app.jobs import Job, Jobs
 from erclutch.wings.app.run_answers import run_row
-from erclutch.wings.app.workspace import Entry, Workspace, WorkspaceError, plain_name
+from erclutch.wings.app.workspace import Entry, Workspace, WorkspaceError, plain_name, shown_folder
 from erclutch.wings.live.page.access import TOKEN_HEADER, Access
 
 CHROMIUM = Path("/usr/bin/chromium")
@@ -127,6 +128,29 @@ def test_an_upload_is_there_whole_or_not_at_all(tmp_path: Path) -> None:
     (tmp_path / "a-run-estimate-2.csv").write_text("1")
     assert [entry.name for entry in space.logs()] == ["a-2.csv", "a.csv"]
     assert [entry.name for entry in space.results()] == ["a-run-estimate-2.csv"]
+
+
+def test_what_is_said_of_a_log_is_kept_beside_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    space = Workspace(tmp_path / "bench")
+    space.folder.mkdir()
+    assert space.about("a.csv") == RunAbout()
+    said = about_with(RunAbout(), device="Brake 7", note="new oil")
+    space.keep_about("a.csv", said)
+    assert (space.about("a.csv"), space.about("b.csv")) == (said, RunAbout())
+    assert (space.logs(), space.results()) == ([], [])
+    (space.folder / ".erclutch-about.json").write_text("[]")
+    assert space.about("a.csv") == RunAbout()
+    monkeypatch.setenv("HOME", str(tmp_path))
+    assert shown_folder(space.folder) == os.path.join("~", "bench")
+    assert shown_folder(Path("/elsewhere")) == "/elsewhere"
+
+
+def test_a_job_lists_the_models_that_it_has_fitted() -> None:
+    job = Job.__new__(Job)
+    job.fitted = []
+    for done, text in enumerate(("reading", "fitted bingham", "fitted casson+lag")):
+        job._take_progress(json.dumps([done, 3, text]))
+    assert job.fitted == ["bingham", "casson+lag"]
 
 
 def test_a_link_that_leaves_the_workspace_is_not_there(tmp_path: Path) -> None:

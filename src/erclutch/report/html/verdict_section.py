@@ -253,7 +253,7 @@ def _not_measured(material: Material, entry: Mapping[str, Any]) -> Iterator[str]
         names = ", ".join(plain_symbol(number["name"]) for number, _ in lost)
         yield (
             f"{len(lost)} of its {len(numbers)} constants {'were' if len(lost) > 1 else 'was'} not measured: {names}. "
-            f"{plain_symbol(first['name'])}, {first['meaning']}: {why}."
+            f"For {plain_symbol(first['name'])} ({first['meaning']}) {why}."
         )
 
 

@@ -27,6 +27,7 @@ _MOST_RUNNING = 4
 _MOST_LOOKING = 4
 _MOST_KEPT = 200
 _MOST_LOOKS = 20
+_FITTED = "fitted "  # begins what `erclutch fit` says of a model that is done
 _PATIENCE = 10.0  # s that an interrupted command has to end
 
 
@@ -46,6 +47,7 @@ class Job:
         lines: what it printed, the last 2,000 lines.
         share: how much is done, 0 to 1; None where that is not known.
         doing: what it does at this moment.
+        fitted: names of the models that it has fitted, the first ones first.
         cancelled: whether somebody cancelled it.
     """
 
@@ -64,6 +66,7 @@ class Job:
         self.lines: deque[str] = deque(maxlen=_MOST_LINES)
         self.share: float | None = None
         self.doing = ""
+        self.fitted: list[str] = []
         self.cancelled = False
         self._began, self._ended = time.monotonic(), 0.0
         self._process = start(words, folder)
@@ -114,6 +117,8 @@ class Job:
         with contextlib.suppress(ValueError):
             done, total, self.doing = json.loads(text)
             self.share = min(done / total, 1.0) if total else None
+            if self.doing.startswith(_FITTED):
+                self.fitted.append(self.doing.removeprefix(_FITTED))
 
     def _wait(self) -> None:
         code = self._process.wait()

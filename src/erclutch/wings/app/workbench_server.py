@@ -18,6 +18,7 @@ from starlette.responses import FileResponse, JSONResponse, RedirectResponse, Re
 from starlette.routing import Route
 
 from erclutch.errors import ErclutchError
+from erclutch.models.model_titles import title_of
 from erclutch.runs.run_about import kept_about
 from erclutch.wings.app import actions, workspace
 from erclutch.wings.app.desk import ALONE, Answer, Form, address, last_line
@@ -124,7 +125,7 @@ class Workbench(LogAnswers, RunAnswers):
     async def _job_state(self, request: Request) -> Response:
         job = self._found(request)
         told = {"state": job.state, "share": job.share, "doing": job.doing, "seconds": round(job.seconds, 1)}
-        return JSONResponse({**told, "lines": "\n".join(job.lines), "address": address(job)})
+        return JSONResponse({**told, "lines": "\n".join(job.lines), "address": address(job), "fitted": _titles(job)})
 
     async def _file(self, request: Request) -> Response:
         path = self._space.path(request.path_params["name"])
@@ -164,6 +165,11 @@ class Workbench(LogAnswers, RunAnswers):
         return self._begin(
             request, "A log of the digital TWIN", ["simulate", "training", "--seconds=60", "--out", out], out
         )
+
+
+def _titles(job: Job) -> list[str]:
+    """What the models that a job has fitted are called, each once, the last one first."""
+    return [title_of(name) for name in dict.fromkeys(reversed(job.fitted))]
 
 
 def _scored(job: Job) -> dict[str, Any] | None:

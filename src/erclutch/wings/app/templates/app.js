@@ -77,6 +77,7 @@ if (job && job.dataset.state === "running") {
     if (told.share === null) part("share").removeAttribute("value");
     else part("share").value = told.share;
     part("lines").textContent = told.lines;
+    part("fitted").replaceChildren(...told.fitted.map(title => Object.assign(document.createElement("li"), { textContent: title })));
     if (told.address) { part("address").hidden = false; part("address").querySelector("a").href = told.address; }
     setTimeout(look, Math.min(2000, 400 + 50 * told.seconds)); // the longer it runs, the less often
   };
