@@ -158,6 +158,10 @@ def test_python_predicts_and_scores_frames_as_the_commands_do(place: Path, tmp_p
     run("predict", place / "two.csv", "--run", place / "run", "--out", "p.csv", cwd=tmp_path)
     assert np.allclose(found["effort"], pd.read_csv(tmp_path / "p.csv", comment="#")["effort [N*m]"], atol=1e-8)
     assert found.index[0] == 10
+    assert found[["low", "high"]].notna().all(axis=None)
+    fast = erclutch.predict(place / "run", pd.DataFrame(frame * [1.0, 1.0, 2.0, 1.0]), band=True)
+    assert 0 < fast["low"].isna().sum() < len(fast)
+    assert fast["outside"][fast["low"].isna()].all()
     frame.loc[7, "u [V]"] = np.nan
     broken = erclutch.predict(place / "run", frame.drop(columns="M [N*m]"))
     assert broken["effort"].isna().to_numpy().nonzero()[0].tolist() == [7]

@@ -102,6 +102,19 @@ def test_the_band_is_the_models(label: str, models: dict[str, Model]) -> None:
     assert np.array_equal((flags & WIDE_BAND) != 0, high - low > 0.25 * made.scale)
 
 
+@pytest.mark.parametrize("label", LABELS)
+def test_far_from_all_rows_there_is_no_band(label: str, models: dict[str, Model]) -> None:
+    made = alarmed(models[label])
+    rows = motion(made, 200)
+    wide = (run(made, rows)[1] & WIDE_BAND) != 0
+    assert not np.all(wide)
+    fast = rows.copy()
+    fast[100:, made.elements] += 3.0 * made.slip.hold[1]
+    found = (run(made, fast)[1] & WIDE_BAND) != 0
+    assert np.all(found[100:])
+    assert np.array_equal(found[:100], wide[:100])
+
+
 def test_edges_of_a_band_cost_nothing_in_a_step(models: dict[str, Model]) -> None:
     many = alarmed(models[LABELS[0]])
     assert many.alarms is not None

@@ -9,6 +9,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import reduce
 from typing import Any
 
 from erclutch.arithmetic.elementary import less_select
@@ -119,14 +120,16 @@ class StepRecording:
         given = [record.input(name) for name in names]
         measured = given[-1]  # the effort, where the step measures
         fields, speeds, extras = self._by_kind(self.receive(given[: step.model_inputs]))
-        outside, both, held = self.signals(fields, slips_of(step.device, speeds), extras)
+        slips = slips_of(step.device, speeds)
+        outside, both, held = self.signals(fields, slips, extras)
+        unlike = self.unlike(fields, slips)
         fields, slips, extras = self._by_kind(held)
         value = self.behind(fields, slips, extras)
         effort, limited = self.limited(value)
         effort, adapted = self.tracked(effort, measured)
         flags = {OUTSIDE: outside, BOTH_FIELDS: both, LIMITED: limited, ADAPTED: adapted}
         may_count = record.both(self.good, record.opposite(outside))
-        flags |= self.alarms(effort, held, measured, may_count)
+        flags |= self.alarms(effort, held, measured, may_count, unlike)
         raised = {bit: record.both(self.started, truth) for bit, truth in flags.items() if truth is not False}
         raised[NON_FINITE] = record.opposite(self.good)
 
@@ -378,8 +381,16 @@ class StepRecording:
             record.keep(name, record.label(record.choose(counts, new, old), name))
         return given, adapted
 
-    def alarms(self, effort: Any, held: Sequence[Any], measured: Any, good: Any) -> dict[int, Any]:
-        """Whether the band is wide and whether the residual has drifted; the state keeps the ends of the band."""
+    def unlike(self, fields: Sequence[Any], slips: Sequence[Any]) -> Any:
+        """Whether a field or slip is so far from all rows that it is held: no band is meant for it; of alarms only."""
+        step, record = self.step, self.record
+        if step.alarms is None or self.rest:
+            return False
+        far = [_beyond(x, *step.field.hold) for x in fields] + [_beyond(x, *step.slip.hold) for x in slips]
+        return record.label(reduce(record.either, far), "no_band")
+
+    def alarms(self, effort: Any, held: Sequence[Any], measured: Any, good: Any, unlike: Any) -> dict[int, Any]:
+        """Whether the band is wide or there is none, and whether the residual has drifted; the state keeps its ends."""
         alarms, record = self.step.alarms, self.record
         if alarms is None or self.rest:
             return {}
@@ -392,7 +403,7 @@ class StepRecording:
             record.keep(name, record.label(end, name))
         side = less_select(slip, 0.0, -1.0, 1.0)
         drifted = self.drifted(alarms, effort, (low, high), side, measured, good)
-        return {WIDE_BAND: record.less(alarms.wide, high - low), DRIFT: drifted}
+        return {WIDE_BAND: record.either(record.less(alarms.wide, high - low), unlike), DRIFT: drifted}
 
     def drifted(self, alarms: Alarms, effort: Any, ends: tuple[Any, Any], side: Any, measured: Any, good: Any) -> Any:
         """Whether measured efforts have been outside the band, or to one side of the estimate, for too long.

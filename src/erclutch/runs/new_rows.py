@@ -22,7 +22,7 @@ from erclutch.logs.planning import plan_of
 from erclutch.logs.reading import Reading
 from erclutch.models.adaptive_band import adapted
 from erclutch.models.load import load_model
-from erclutch.models.model import Model, margins
+from erclutch.models.model import Model, held_window, margins
 from erclutch.runs.run_folder import FINAL, Run, read_run
 from erclutch.signals.array import Array
 
@@ -191,13 +191,25 @@ def _where(model: Model, data: Dataset, outside: NDArray[np.bool_]) -> str:
 def band_ends(data: Dataset, model: Model, effort: Array, sensor: bool) -> tuple[Array, Array]:
     """Low and high end of the band of 95 %, each of shape (n,); with a sensor adapted to past rows.
 
+    Without a sensor both are NaN where nothing like a row was ever logged: more than a tenth beyond the range of the
+    slip, or of the fields that the band knows.
+
     Raises:
         SettingError: the model has no band.
     """
-    if model.band is None:
+    band = model.band
+    if band is None:
         raise SettingError("the model has no band", where=model.name, remedy="Fit its log again with this version")
-    ends = model.band.around(effort, data.elements, data.clock)
-    return adapted(model.band, ends, effort, data.effort, data.clock) if sensor else ends
+    low, high = band.around(effort, data.elements, data.clock)
+    if sensor:
+        return adapted(band, (low, high), effort, data.effort, data.clock)
+    fields, slips = held_window(model.trained_on.field), held_window(model.trained_on.slip)
+    fields = min(fields[0], band.field[0]), max(fields[1], band.field[1])
+    for element in data.elements:
+        for x, (least, most) in ((element.field, fields), (element.slip, slips)):
+            unlike = (x < least) | (x > most)
+            low, high = (np.where(unlike, np.nan, end) for end in (low, high))
+    return low, high
 
 
 def opened(what: Model | Run | str | Path, name: str | None) -> tuple[Run | None, Model]:

@@ -113,16 +113,21 @@ def _estimated(file: Path, how: LogOptions, model: Model, out: Path, *, band: bo
     effort = model.predict(data)
     columns = _columns(data, model)
     columns["effort"] = effort, model.units.effort
+    more = ""
     if band or sensor:
+        import numpy as np
+
         from erclutch.runs.new_rows import band_ends
 
         low, high = band_ends(data, model, effort, sensor)
         columns |= {"low": (low, model.units.effort), "high": (high, model.units.effort)}
+        bandless = int(np.count_nonzero(np.isnan(low)))
+        more = f", {bandless:,} without a band: nothing like them was ever logged" if bandless else ""
     outside = model.outside(data)
     columns["outside"] = outside.astype(float), ""
     about = {"model": model.name, "log": recordings[0].name, "of": recordings[0].origin}
     _write(out, columns, {key: value for key, value in about.items() if value})
-    said = f"{model.name}: {data.rows:,} rows, {outside.mean():.2%} of them outside what it was trained on"
+    said = f"{model.name}: {data.rows:,} rows, {outside.mean():.2%} of them outside what it was trained on{more}"
     return f"{said}\nnote: {model.unbounded}." if model.unbounded and outside.any() else said
 
 

@@ -30,7 +30,7 @@ FLAGS = {
     "BOTH_FIELDS": "both fields are on, above 1 % of the largest",
     "LIMITED": "the effort was held at its limit, or at the one before where it was not finite",
     "OUT_OF_REACH": "no field gives the wanted effort (inverses only)",
-    "WIDE_BAND": "the effort's band is wider than a quarter of the largest training effort",
+    "WIDE_BAND": "the effort's band is wider than a quarter of the largest training effort, or there is none",
     "DRIFT": "the measured effort has lain outside the band or to one side of the estimate for too long",
     "ADAPTED": "the effort is the model's with the gain and offset that follow the measured effort",
 }
