@@ -136,7 +136,7 @@ def judged(path: Path, truth: dict[str, Any]) -> tuple[str, str]:
         table = table_of_log(path, ColumnMap(), None)
         plan = plan_of(table, ColumnMap())
     except ErclutchError as error:
-        return (ASKED if "--variable" in str(error) else REFUSED), str(error)
+        return (ASKED if "variable" in error.remedy else REFUSED), str(error)
     if faults := list(_faults(plan, table, truth)):
         return MISREAD, "; ".join(faults)
     if plan.questions or plan.doubts:

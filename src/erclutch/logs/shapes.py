@@ -90,12 +90,12 @@ def is_rate_of(speed: Array, position: Array, stamps: Array | None) -> bool:
 
 
 def follows(effort: Array, motion: Array) -> bool:
-    """Whether a column takes both signs and goes with a motion, as the effort of a brake or damper does."""
+    """Whether a column takes both signs and goes with a motion or its rate, as the effort of a brake or damper does."""
     known = np.isfinite(effort) & np.isfinite(motion)
     f, v = effort[known][:_ROWS], motion[known][:_ROWS]
     if f.size < _FEW or not (f.min() < 0.0 < f.max()) or np.ptp(v) == 0.0:
         return False
-    return abs(float(np.corrcoef(f, v)[0, 1])) > _FOLLOWS
+    return any(abs(float(np.corrcoef(f, each)[0, 1])) > _FOLLOWS for each in (v, np.gradient(v)) if np.ptp(each) > 0.0)
 
 
 def same_thing(first: Array, second: Array) -> bool:

@@ -16,13 +16,18 @@ from erclutch.logs.readers.budget import Budget
 from erclutch.logs.readers.dialect import SAMPLE
 
 _BLOCK = 1 << 20
+# Letters of the names and units of signals.
+_CHINESE = (
+    "时间秒毫分位移毫米速度加转角扭矩力载荷电流电压温度阻尼活塞线圈机制动采样序号数据通道功率频率试验测量设备开始"
+)
+_JAPANESE = "時間秒位置変速度回転数角加荷重力電流圧温トルクストーローラセンサ試験測定番号モタータ摩擦"
 #: Bytes that no text holds, besides zero.
 CONTROL = bytes(set(range(32)) - set(b"\t\n\r\f\v\x1a"))
 DAMAGE = "not seen: text has no checksums; as .gz it has"
 
 
 def decode(data: bytes) -> str:
-    """Text of a log file: gzip undone, UTF-8 or UTF-16 (with or without mark), else Latin-1.
+    """Text of a log file: gzip undone, UTF-8 or UTF-16 (with or without mark), GBK, Shift-JIS, else Latin-1.
 
     Raises:
         LogError: the bytes are no text.
@@ -35,7 +40,22 @@ def decode(data: bytes) -> str:
     except UnicodeDecodeError:
         if encoding != "utf-8-sig":
             raise _not_text(data) from None
-        return data.decode("latin-1")
+        return data.decode(_eastern(data) or "latin-1")
+
+
+def _eastern(data: bytes) -> str:
+    """GB 18030 or Shift-JIS where text that is no UTF-8 reads as words of measuring in one of them; "" for neither."""
+    best, found = 0, ""
+    for encoding, letters in (("gb18030", _CHINESE), ("shift_jis", _JAPANESE)):
+        try:
+            text = data.decode(encoding)
+        except UnicodeDecodeError:
+            continue
+        known = sum(text.count(letter) for letter in letters)
+        foreign = sum(letter > "\x7f" for letter in text)
+        if known > best and 2 * known > foreign:
+            best, found = known, encoding
+    return found
 
 
 def _encoding_of(data: bytes) -> str:
