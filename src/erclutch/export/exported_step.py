@@ -6,7 +6,7 @@ import dataclasses
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, Literal
+from typing import Any, Literal, cast
 
 import numpy as np
 
@@ -16,10 +16,9 @@ from erclutch.export.encode import comment
 from erclutch.export.monotone import monotone_share, sides
 from erclutch.models.alarms import Alarms, alarms_of
 from erclutch.models.gain_tracking import GainTracking, tracking_of
-from erclutch.models.law_model import TorqueModel
 from erclutch.models.model import Model, held_window, margins, stage_numbers
 from erclutch.models.networks.network_model import NetworkModel
-from erclutch.models.residual_model import ResidualModel
+from erclutch.models.shared_answers import ModelBase
 from erclutch.models.stages.stage import Stage
 from erclutch.signals.device import DeviceName
 from erclutch.signals.recording import TEMPERATURE
@@ -218,7 +217,7 @@ def described_step(model: Any, options: ExportOptions | None = None) -> Exported
         ExportError: no model of erclutch, numbers that are not finite, an option that does not fit.
     """
     options = options or ExportOptions()
-    if not isinstance(model, TorqueModel | NetworkModel | ResidualModel):
+    if not isinstance(cast(object, model), ModelBase):
         raise ExportError(
             f"a {type(model).__module__}.{type(model).__name__} cannot be exported: its equation is not known, "
             "so no C can be made of it",
@@ -230,23 +229,27 @@ def described_step(model: Any, options: ExportOptions | None = None) -> Exported
         raise ExportError(f"precision {options.precision!r}", remedy="Give float32 or float64")
     period = _period(model, options)
     coaxial = model.structure.device == "coaxial"
-    field_window, slip_window = _window(model.trained_on.field), _window(model.trained_on.slip)
+    elements = 2 if coaxial else 1
     scale = float(np.max(np.abs(model.trained_on.effort)))
-    names = ("E1", "E2", "theta_dot", "alpha_dot") if coaxial else ("field", "slip")
-    extras = tuple(model.extras)
+
     field_unit, slip_unit = model.units.field or "1", model.units.slip
-    units: tuple[str, ...] = (*((field_unit,) * (len(names) // 2)), *((slip_unit,) * (len(names) // 2)))
     filter_ = None
     if options.inputs == "angles":
-        names = ("E1", "E2", "theta", "alpha") if coaxial else ("field", "position")
         assert period is not None
         filter_ = _filter(options.derivative, period, slip_unit, coaxial)
-        angle_unit = slip_unit.removesuffix("/s") if slip_unit.endswith("/s") else f"{slip_unit}*s"
-        units = (*units[: len(units) // 2], *((angle_unit,) * (len(names) // 2)))
-    alarms = _alarms(model, scale, period) if options.alarms else None
-    extra_names, extra_units = extras, tuple("K" if name == TEMPERATURE else "?" for name in extras)
+        names = ("E1", "E2", "theta", "alpha") if coaxial else ("field", "position")
+        motion_unit = slip_unit.removesuffix("/s") if slip_unit.endswith("/s") else f"{slip_unit}*s"
+    else:
+        names = ("E1", "E2", "theta_dot", "alpha_dot") if coaxial else ("field", "slip")
+        motion_unit = slip_unit
+    units = (field_unit,) * elements + (motion_unit,) * elements
+    names += tuple(model.extras)
+    units += tuple("K" if name == TEMPERATURE else "?" for name in model.extras)
     if options.alarms or options.adapt:
-        extra_names, extra_units = (*extras, "measured"), (*extra_units, model.units.effort or "1")
+        names += ("measured",)
+        units += (model.units.effort or "1",)
+
+    alarms = _alarms(model, scale, period) if options.alarms else None
     limits = _limits(model, options.limits)
     return ExportedStep(
         name=c_name(model.name, options.name),
@@ -254,11 +257,11 @@ def described_step(model: Any, options: ExportOptions | None = None) -> Exported
         digest=str(model.to_dict()["digest"]),
         precision=PRECISIONS[options.precision],
         period=period,
-        inputs=(*names, *extra_names),
-        units=(*units, *extra_units),
+        inputs=names,
+        units=units,
         filter=filter_,
-        field=field_window,
-        slip=slip_window,
+        field=_window(model.trained_on.field),
+        slip=_window(model.trained_on.slip),
         extras=tuple(_window(covered) for covered in model.extras.values()),
         both=0.01 * max(abs(v) for v in model.trained_on.field),
         limits=limits,

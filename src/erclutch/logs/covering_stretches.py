@@ -9,15 +9,13 @@ has no say.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from erclutch.signals.array import Array, Mask
-
-if TYPE_CHECKING:
-    from erclutch.logs.dataset import Dataset
+from erclutch.signals.device import Element
 
 #: The word that asks for such stretches, and the share of the rows that they are.
 STRETCHES, SHARE = "stretches", 0.3
@@ -25,26 +23,26 @@ _WINDOWS, _FEWEST_WINDOWS, _FEWEST_ROWS = 20, 7, 50
 _LEVELS = 4  # of field, slip and its rate, each by its own quantiles
 
 
-def covering(data: Dataset, start: int, stop: int) -> Mask:
-    """The rows that are held out of the log with the rows [start, stop), shape (n,) over all rows of the data.
+def covering(elements: Sequence[Element], start: int, stop: int) -> Mask:
+    """The rows that are held out of the log with the rows [start, stop), shape (n,) over all rows of the elements.
 
     Of a log with fewer than 350 rows the end is held out.
     """
-    mask = np.zeros(data.rows, np.bool_)
+    mask = np.zeros(elements[0].field.size, np.bool_)
     windows = min(_WINDOWS, (stop - start) // _FEWEST_ROWS)
     if windows < _FEWEST_WINDOWS:
         mask[start + round((1 - SHARE) * (stop - start)) : stop] = True
         return mask
     window = np.arange(stop - start) * windows // (stop - start)
-    for held in _alike(_counts(_cells(data, start, stop), window, windows)):
+    for held in _alike(_counts(_cells(elements, start, stop), window, windows)):
         mask[start:stop] |= window == held
     return mask
 
 
-def _cells(data: Dataset, start: int, stop: int) -> NDArray[np.intp]:
+def _cells(elements: Sequence[Element], start: int, stop: int) -> NDArray[np.intp]:
     """The cell of each row, shape (stop - start,)."""
     code = np.zeros(stop - start, np.intp)
-    for element in data.elements:
+    for element in elements:
         slip = element.slip[start:stop]
         for values in (np.abs(element.field[start:stop]), slip, np.abs(np.diff(slip, prepend=slip[0]))):
             code = code * _LEVELS + _level(values)

@@ -379,7 +379,7 @@ def hold_out(dataset: Dataset, test: float | str | Sequence[str]) -> Mask:
     if patterns == (STRETCHES,):
         for log in dataset.source_rows:
             for start, stop in constant_stretches(dataset, *log) or [log]:
-                mask |= covering(dataset, start, stop)
+                mask |= covering(dataset.elements, start, stop)
         return mask
     for pattern in patterns:
         hits = [i for i, name in enumerate(dataset.sources) if fnmatch.fnmatchcase(PurePath(name).name, pattern)]
