@@ -204,7 +204,7 @@ class Material:
     @cached_property
     def laws(self) -> Mapping[str, TorqueModel]:
         """Those of them that are laws."""
-        return {name: model for name, model in self.models.items() if isinstance(model, TorqueModel)}
+        return {name: law for name, law in self.law_parts.items() if law is self.models[name]}
 
     @cached_property
     def law_parts(self) -> Mapping[str, TorqueModel]:
