@@ -76,7 +76,7 @@ def drawn(groups: Mapping[str, list[tuple[float, float]]]) -> None:
     axes.set(xlim=(-0.05, 3.0), ylim=(0.3, 1.6))
     axes.set_xlabel("distance from the paper in training and at zero field (RMS of logarithms)")
     axes.set_ylabel("RBFM over Bingham, output held")
-    axes.legend(frameon=False)
+    axes.legend(frameon=False, loc="lower right")
     figure.savefig(PICTURE, metadata={"Date": None})
 
 
