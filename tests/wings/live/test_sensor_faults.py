@@ -16,7 +16,7 @@ from erclutch.wings.live.layout import EVENT_BITS, FRAME, SAMPLE
 from erclutch.wings.live.offered_programs import rig_settings, shaft_angle, standard_programs
 from erclutch.wings.live.orders import Order
 from erclutch.wings.live.ring import State
-from erclutch.wings.live.sensor_limits import sensor_limits, torque_limits
+from erclutch.wings.live.sensor_limits import free_output, sensor_limits, torque_limits
 from erclutch.wings.live.session import LiveModel
 from erclutch.wings.live.settings import REST, LoopProgram, LoopSettings, Mode, Waveform
 from erclutch.wings.rig.twin.parameters import default_rig
@@ -117,7 +117,7 @@ def test_a_healthy_sensor_is_not_doubted(pair: LiveModel) -> None:
     assert not (frames["events"] & np.uint32(named)).any()
 
 
-@pytest.mark.parametrize("name", ["torque-sine", "torque-step", "impedance"])
+@pytest.mark.parametrize("name", ["torque-sine", "torque-step", "impedance", "tracking-slow", "step"])
 def test_the_programs_of_the_pair_ask_for_what_it_can_give(name: str, pair: LiveModel) -> None:
     frames = program_frames(pair, name).frames(4000)[0]
     unwanted = ("unreachable", "trip", "torque-doubted", "theta-doubted", "alpha-doubted")
@@ -178,7 +178,8 @@ def program_frames(pair: LiveModel, name: str) -> AcceleratedRun:
     programs = standard_programs(RIG, model=True)
     chosen = (next(p for p in programs if p.name == name), REST)
     settings = rig_settings(RIG, chosen, observer="none", torque_lead=1.5e-3, stroke=shaft_angle(RIG, 0.9))
-    return AcceleratedRun(replace(settings, **sensor_limits("coaxial", pair, RIG)), pair.library, RIG, seed=3)
+    settings = replace(settings, **sensor_limits("coaxial", pair, RIG), **free_output(RIG))
+    return AcceleratedRun(settings, pair.library, RIG, seed=3)
 
 
 # --- sample by sample, on the hand-written Bingham model --------------------------------------------------------------
