@@ -108,9 +108,9 @@ def less_select(a: Any, b: Any, yes: Any, no: Any) -> Any:
         return chosen(value_of(a) < value_of(b), yes, no)
     # A plain number takes the type of the other one, as in C.
     choose: Any = np.where
-    found = choose(a < b, yes, no)
-    typed = next((x.dtype for x in (yes, no) if hasattr(x, "dtype")), found.dtype)
-    return found.astype(typed, copy=False)
+    selected = choose(a < b, yes, no)
+    typed = next((x.dtype for x in (yes, no) if hasattr(x, "dtype")), selected.dtype)
+    return selected.astype(typed, copy=False)
 
 
 def table_entry(table: Sequence[Any], *places: Any) -> Any:

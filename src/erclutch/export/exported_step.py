@@ -346,9 +346,9 @@ def _filter(derivative: Derivative, period: float, slip_unit: str, coaxial: bool
             f"the filter {derivative.name} needs samples of the future",
             remedy=f"Give --derivative {', '.join(CAUSAL)}",
         )
-    made = live(derivative, period)
+    gains = live(derivative, period)
     turn = 2.0 * np.pi if coaxial or slip_unit == "rad/s" else None
-    return Filter(derivative.name, made.g, made.h, turn)
+    return Filter(derivative.name, gains.g, gains.h, turn)
 
 
 def _search(model: Model, precision: Precision, scale: float) -> Search:
@@ -391,8 +391,8 @@ def c_name(model: str, wanted: str | None = None) -> str:
         ExportError: what is wanted will not do.
     """
     if wanted is None:
-        made = "_".join(_words(model))
-        return made if len(made) <= _LONGEST_NAME else named_after(model.partition("+")[0])
+        whole = "_".join(_words(model))
+        return whole if len(whole) <= _LONGEST_NAME else named_after(model.partition("+")[0])
     if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", wanted) or wanted in KEYWORDS or "__" in wanted:
         raise ExportError(
             f"{wanted!r} is no name for C functions",

@@ -34,9 +34,9 @@ def step_of(model: Any, options: ExportOptions | None = None) -> ExportedStep:
     Raises:
         ExportError: no model of erclutch, numbers that are not finite, an option or an equation that does not fit.
     """
-    made = described_step(model, options)
-    step_record(made)
-    return made
+    step = described_step(model, options)
+    step_record(step)  # an equation that has no C is refused here
+    return step
 
 
 @lru_cache(maxsize=16)
@@ -62,22 +62,25 @@ def search_record(step: ExportedStep) -> Record:
     The inputs are u0, u1, ... of the step without the fields; the outputs are slips, further inputs, and whether one
     of them lies outside.
     """
-    made = StepRecording(step, remember=False, rest=True)
-    e = step.elements
-    inputs = [made.record.input(f"u{i}") for i in range(e, step.model_inputs)]
-    outside, _, held = made.signals([], slips_of(step.device, inputs[:e]), inputs[e:])
-    for x in held:
-        made.record.give(x)
-    made.record.give(outside)
-    return made.record
+    recording = StepRecording(step, remember=False, rest=True)
+    record, elements = recording.record, step.elements
+    inputs = [record.input(f"u{i}") for i in range(elements, step.model_inputs)]
+    speeds, extras = inputs[:elements], inputs[elements:]
+    outside, _, held = recording.signals([], slips_of(step.device, speeds), extras)
+    for signal in held:
+        record.give(signal)
+    record.give(outside)
+    return record
 
 
 def settled_record(step: ExportedStep) -> Record:
     """The record of the effort at rest from a signed field, and from slips and further inputs that are held."""
-    made = StepRecording(step, remember=False, rest=True)
-    record, count = made.record, step.elements + len(step.extras)
-    signed, rest = record.input("field"), [record.input(f"w{i}") for i in range(count)]
-    record.give(made.behind(parted(step, signed), rest[: step.elements], rest[step.elements :]))
+    recording = StepRecording(step, remember=False, rest=True)
+    record, elements = recording.record, step.elements
+    signed = record.input("field")
+    held = [record.input(f"w{i}") for i in range(elements + len(step.extras))]
+    slips, extras = held[:elements], held[elements:]
+    record.give(recording.behind(parted(step, signed), slips, extras))
     return record
 
 
@@ -95,12 +98,15 @@ def feels_next_field(step: ExportedStep) -> bool:
         return True
     record = next_record(step)
     going = record.state("started", kind="truth").node
-    open_, seen = [record.outputs[0]], set[Node]()
-    while open_:
-        node = open_.pop()
+    pending = [record.outputs[0]]
+    seen: set[Node] = set()
+    while pending:
+        node = pending.pop()
         if node.operation == "input" and node.value == "field":
             return True
         seen.add(node)
-        first_row_only = node.operation == "choose" and node.arguments[0] is going
-        open_ += [a for a in (node.arguments[:2] if first_row_only else node.arguments) if a not in seen]
+        needs = node.arguments
+        if node.operation == "choose" and needs[0] is going:  # the third stands in the first row only
+            needs = needs[:2]
+        pending += [argument for argument in needs if argument not in seen]
     return False

@@ -41,13 +41,15 @@ FLAG_NAMES = {1 << i: name for i, name in enumerate(FLAGS)}
 def source(step: ExportedStep, further: frozenset[str] = frozenset()) -> str:
     """The .c file; with further elementary functions for what another target adds to it."""
     n, p = f"{step.name}_", step.precision
-    made, network = step_record(step).record, step.network
-    used = functions_used([made, rest_record(step).record]) | further
+    record, network = step_record(step).record, step.network
+    used = functions_used([record, rest_record(step).record]) | further
     if network is not None:
         name = "exp" if network.structure.kind == "rbfn" else "tanh"
         used |= {f"{name}_hold", f"{name}_held"}
     parts = [*functions(n, used, p), exact_function(n, p)]
-    parts += [function(n, p, name, made.calls[name], about) for name, about in _ABOUT.items() if name in made.calls]
+    for name, about in _ABOUT.items():
+        if name in record.calls:
+            parts.append(function(n, p, name, record.calls[name], about))
     called = settled_record(step).calls
     if "command" in called:
         parts.append(function(n, p, "command", called["command"], "What the stages work on, from the field"))
@@ -104,24 +106,24 @@ def _preamble(step: ExportedStep) -> str:
 
 def _public(step: ExportedStep, n: str) -> str:
     """The functions of the header."""
-    made, N = step_record(step), n.upper()
+    record, N = step_record(step), n.upper()
     signature = f"uint32_t {n}step({n}state *state, const {n}real input[{N}INPUTS], {n}real *effort)"
     at_rest = f"uint32_t {n}steady(const {n}real input[{N}INPUTS], {n}real *effort)"
-    parts = [_reset(made.record, n, step.precision)]
-    if SWITCHED_OFF in made.record.after:
+    parts = [_reset(record.record, n, step.precision)]
+    if SWITCHED_OFF in record.record.after:
         parts.append(f"{_switching(n)}\n{{\n    state->{SWITCHED_OFF} = (on == 0u) ? 1u : 0u;\n}}\n")
-    parts.append(_body(step, n, made, signature, "state->exact"))
+    parts.append(_body(step, n, record, signature, "state->exact"))
     at_rest_body = _body(step, n, rest_record(step), at_rest, f"{n}exact()")
     return "\n".join([*parts, at_rest_body, _inverse(step, n)])
 
 
-def _body(step: ExportedStep, n: str, made: StepRecord, signature: str, exact: str) -> str:
+def _body(step: ExportedStep, n: str, record: StepRecord, signature: str, exact: str) -> str:
     """A function that gives effort and flags; no row is good where the compiler changed the arithmetic."""
-    names = {name: f"input[{i}]" for i, name in enumerate(made.inputs)}
-    printer = Printer(n, step.precision, made.record, names, conditions={"row_good": exact})
+    names = {name: f"input[{i}]" for i, name in enumerate(record.inputs)}
+    printer = Printer(n, step.precision, record.record, names, conditions={"row_good": exact})
     lines = list(printer.lines())
     effort, *truths = printer.results()
-    flags = [f"(({text}) * {n.upper()}{FLAG_NAMES[bit]})" for bit, text in zip(made.flags, truths, strict=True)]
+    flags = [f"(({text}) * {n.upper()}{FLAG_NAMES[bit]})" for bit, text in zip(record.flags, truths, strict=True)]
     lines += [*printer.kept(), f"*effort = {effort};", f"return {' | '.join(flags)};"]
     return f"{signature}\n{{\n{indented(lines)}\n}}\n"
 

@@ -73,25 +73,27 @@ def run(words: Sequence[str], problem: str, remedy: str, *, patience: float = 12
     except OSError as error:
         raise ExportError(f"{problem}: {error.strerror or error}", remedy=remedy) from error
     if done.returncode:
-        said = (done.stderr or done.stdout).strip()[:600]
-        raise ExportError(f"{problem} (exit {done.returncode}): {said}", remedy=remedy)
+        words_of_it = (done.stderr or done.stdout).strip()[:600]
+        raise ExportError(f"{problem} (exit {done.returncode}): {words_of_it}", remedy=remedy)
     return done.stdout
 
 
 @cache
 def natives() -> tuple[Compiler, ...]:
     """Compilers for this machine, the one of CC first."""
-    found: list[Compiler] = []
+    compilers: list[Compiler] = []
     chosen = os.environ.get("CC", "").split()
     if chosen and shutil.which(chosen[0]):
-        found.append(Compiler(Path(chosen[0]).name, tuple(chosen)))
+        compilers.append(Compiler(Path(chosen[0]).name, tuple(chosen)))
     for name in ("gcc", "clang", "cc"):
-        if shutil.which(name) and name not in [c.name for c in found] and not (name == "cc" and found):
-            found.append(Compiler(name, (name,)))
+        known = any(compiler.name == name for compiler in compilers)
+        another_name = name == "cc" and bool(compilers)  # of a compiler that is there already, as a rule
+        if shutil.which(name) and not known and not another_name:
+            compilers.append(Compiler(name, (name,)))
     if importlib.util.find_spec("ziglang") is not None:
         # Without the flag its code is for this very processor, and a cache or a folder may be another one's, too.
-        found.append(Compiler("zig", (sys.executable, "-P", "-m", "ziglang", "cc"), flags=("-mcpu=baseline",)))
-    return tuple(found)
+        compilers.append(Compiler("zig", (sys.executable, "-P", "-m", "ziglang", "cc"), flags=("-mcpu=baseline",)))
+    return tuple(compilers)
 
 
 def native() -> Compiler:
@@ -125,6 +127,8 @@ def foreign() -> tuple[Compiler, ...]:
 @cache
 def cpp_compilers() -> tuple[tuple[str, tuple[str, ...]], ...]:
     """Name and command of each C++ compiler of this machine."""
-    found = tuple((name, (name,)) for name in ("g++", "clang++") if shutil.which(name))
+    installed = tuple((name, (name,)) for name in ("g++", "clang++") if shutil.which(name))
+    if installed:
+        return installed
     zig = importlib.util.find_spec("ziglang") is not None
-    return found or ((("zig", (sys.executable, "-P", "-m", "ziglang", "c++")),) if zig else ())
+    return (("zig", (sys.executable, "-P", "-m", "ziglang", "c++")),) if zig else ()

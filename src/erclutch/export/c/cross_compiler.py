@@ -42,9 +42,9 @@ class Cross:
         """
         objects = [out.parent / f"{source.stem}.o" for source in sources]
         machine = ("-mno-stack-arg-probe",) if self._windows else ("-fPIC", "-fvisibility=hidden")
-        for source, made in zip(sources, objects, strict=True):
-            words = [*ZIG, "cc", "-target", self.target, *EXACT, "-O2", *machine, "-c", str(source), "-o", str(made)]
-            self._run(words, f"compile {source.name}")
+        compiler = [*ZIG, "cc", "-target", self.target, *EXACT, "-O2", *machine]
+        for source, compiled in zip(sources, objects, strict=True):
+            self._run([*compiler, "-c", str(source), "-o", str(compiled)], f"compile {source.name}")
         if self._windows:
             self._link_dll(objects, out)
         else:
@@ -56,7 +56,9 @@ class Cross:
         return "windows" in self.target
 
     def _link_dll(self, objects: Sequence[Path], out: Path) -> None:
-        names, library = out.parent / "msvcrt.def", out.parent / "msvcrt.lib"
+        """Link a DLL against the functions of Windows' own C library."""
+        names = out.parent / "msvcrt.def"
+        library = out.parent / "msvcrt.lib"
         names.write_text("\n".join(["LIBRARY msvcrt.dll", "EXPORTS", *_WINDOWS_C, ""]), encoding="ascii")
         self._run([*ZIG, "dlltool", "-m", "i386:x86-64", "-d", str(names), "-l", str(library)], "list C's functions")
         # /Brepro: no date inside, so the same model gives the same bytes.
