@@ -73,10 +73,10 @@ def drawn(groups: Mapping[str, list[tuple[float, float]]]) -> None:
     for (label, dots), (colour, size) in zip(groups.items(), styles, strict=False):
         axes.scatter(*np.array(dots).T, s=size, color=colour, label=f"TWIN, {label}")
     axes.scatter([0.0], [paper()], s=70, marker="*", color="k", label="paper")
-    axes.set(xlim=(-0.05, 3.0), ylim=(0.3, 1.6))
+    axes.set(xlim=(-0.05, 3.0), ylim=(0.3, 2.5))
     axes.set_xlabel("distance from the paper in training and at zero field (RMS of logarithms)")
     axes.set_ylabel("RBFM over Bingham, output held")
-    axes.legend(frameon=False, loc="lower right")
+    axes.legend(frameon=False, loc="upper right")
     figure.savefig(PICTURE, metadata={"Date": None})
 
 
