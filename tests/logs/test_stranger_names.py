@@ -63,6 +63,7 @@ def misread(plan: Plan, letters: dict[str, str]) -> dict[str, str]:
         "t:時間[秒]; v:回転数[回転/分]; e:トルク[N·m]; f:電流[A]",
         "t:seconds; v:rpm; e:Nm",
         "t:time; v:velocity; e:load_cell; f:current",
+        "t:temps; p:déplacement piston; e:force d'amortissement; f:courant",
     ],
 )
 def test_a_name_speaks_by_its_head_in_seven_languages(header: str) -> None:
@@ -201,6 +202,8 @@ def test_an_effort_follows_a_motion_and_takes_both_signs() -> None:
     assert follows(FORCE, SPEED)
     assert not follows(20 + FORCE, SPEED)
     assert not follows(NOISE, SPEED)
+    assert follows(FORCE, PLACE)
+    assert follows(np.where(ROWS == 7, -9999.0, FORCE), SPEED)
 
 
 @pytest.mark.parametrize(

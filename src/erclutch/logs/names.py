@@ -97,6 +97,7 @@ _CJK_OTHERS = (
     *("目标", "目標", "设定", "指令", "给定", "命令", "速度比", "时间", "時間", "序号", "编号", "番号", "效率", "効率"),
 )
 _CJK = re.compile(r"[\u3040-\u30ff\u4e00-\u9fff]")
+_PRIME = re.compile(r"['\"′″](?!\w)")  # force d'amortissement has none
 _AXES = _set("x y z r")
 
 
@@ -118,7 +119,7 @@ def called_as(name: str, signal: str) -> str | None:
     For a single device also what is left without the words beside it; the pair has a motor and an output to tell apart.
     """
     stem, _ = split_end(name)
-    if any(prime in stem for prime in "'\"′″"):
+    if _PRIME.search(stem):
         return None  # E' is a fluctuation, G" a loss modulus: neither is E or G
     rest = "".join(word for word in words_of(stem) if word not in _BESIDE) if signal in SINGLE else ""
     return next((form for form in (plain(name), plain(stem), rest) if form in _NAMES[signal]), None)
@@ -136,7 +137,7 @@ def headed(name: str, signal: str, shared: Collection[str] = ()) -> str | None:
         shared: words that most columns have in their names, which say nothing of a single one.
     """
     stem, _ = split_end(name)
-    if signal not in SINGLE or any(prime in stem for prime in "'\"′″"):
+    if signal not in SINGLE or _PRIME.search(stem):
         return None
     if _CJK.search(stem):
         return _compound(plain(stem), signal)

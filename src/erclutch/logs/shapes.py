@@ -14,6 +14,7 @@ _ROWS = 20_000  # looked at
 _FEW = 10
 _LEVELS = 20  # of a switched field at most
 _ALIKE = 0.98  # correlation of a position with what its speed adds up to
+_BEYOND = 20.0  # upper quartiles: further out are codes for no measurement
 _FOLLOWS = 0.3  # correlation of an effort with a motion
 #: Of a speed over the rate of its position: units of length and angle that loggers mix.
 _RATIOS = (1.0, 10.0, 100.0, 1000.0, 180 / pi, 30 / pi, 2 * pi, 6.0, 360.0, 60.0)
@@ -92,6 +93,7 @@ def is_rate_of(speed: Array, position: Array, stamps: Array | None) -> bool:
 def follows(effort: Array, motion: Array) -> bool:
     """Whether a column takes both signs and goes with a motion or its rate, as the effort of a brake or damper does."""
     known = np.isfinite(effort) & np.isfinite(motion)
+    known &= np.abs(effort) <= _BEYOND * np.quantile(np.abs(effort[known]), 0.75) if known.any() else known  # no codes
     f, v = effort[known][:_ROWS], motion[known][:_ROWS]
     if f.size < _FEW or not (f.min() < 0.0 < f.max()) or np.ptp(v) == 0.0:
         return False
