@@ -2,8 +2,8 @@
 
 Both minimise the residual of ln(stress) = ln(tau_y + K rate^m); SciPy starts from nine points. Printed for each curve:
 the parameters by both, the largest difference in per cent, and the root mean square residual of log10(stress) by both.
-A parameter that SciPy's own covariance leaves open by more than a fifth, or a yield stress that both find to be nothing,
-is shown and not compared. The curves are REAL.
+A parameter that SciPy's own covariance leaves open by more than a fifth, or a yield stress that both find to be
+nothing, is shown and not compared. The curves are REAL.
 """
 
 from __future__ import annotations
@@ -40,7 +40,8 @@ def by_scipy(curve: FlowCurve) -> tuple[Array, Array, float]:
     ]
     fits = [least_squares(residual, start, xtol=1e-14, ftol=1e-14, gtol=1e-14, max_nfev=4000) for start in starts]
     best = min(fits, key=lambda fit: fit.cost)
-    spread = 2 * best.cost / max(curve.rate.size - 3, 1) * np.linalg.pinv(best.jac.T @ best.jac)
+    jacobian = np.asarray(best.jac, dtype=np.float64)
+    spread = 2 * best.cost / max(curve.rate.size - 3, 1) * np.linalg.pinv(jacobian.T @ jacobian)
     rms = float(np.sqrt(2 * best.cost / curve.rate.size) / np.log(10))
     return np.exp(best.x), np.sqrt(np.diag(spread)), rms
 
