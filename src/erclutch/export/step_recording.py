@@ -15,6 +15,7 @@ from typing import Any
 from erclutch.arithmetic.elementary import less_select
 from erclutch.arithmetic.record import Node, Record
 from erclutch.errors import ExportError
+from erclutch.export import recorded_limits
 from erclutch.export.exported_step import (
     ADAPTED,
     BOTH_FIELDS,
@@ -76,23 +77,6 @@ def parted(step: ExportedStep, signed: Any) -> list[Any]:
     if step.elements == 1:
         return [signed]
     return [less_select(0.0, signed, signed, 0.0), less_select(signed, 0.0, -signed, 0.0)]
-
-
-def _held(value: Any, low: Any, high: Any) -> Any:
-    below = less_select(value, high, value, high)
-    return less_select(low, below, below, low)
-
-
-def _beyond(x: Any, low: Any, high: Any) -> Any:
-    """Whether a recorded number lies outside two limits; a NaN does not."""
-    return x.owner.either(x.owner.less(x, low), x.owner.less(high, x))
-
-
-def _limited(value: Any, before: Any, low: Any, high: Any) -> Any:
-    record = value.owner
-    finite = record.label(record.finite(value), "is_finite")
-    held = record.call("held", _held, value=value, low=low, high=high)
-    return record.choose(finite, record.choose(_beyond(value, low, high), held, value), before)
 
 
 @dataclass
@@ -260,9 +244,9 @@ class StepRecording:
     def _within(self, x: Any, window: Window) -> tuple[Any, Any]:
         """Whether a signal is outside its window, and the signal held in it."""
         record = self.record
-        out = _beyond(x, *window.warn)
+        out = recorded_limits.beyond(x, *window.warn)
         low, high = window.hold
-        held = record.call("held", _held, value=x, low=low, high=high)
+        held = record.call("held", recorded_limits.held, value=x, low=low, high=high)
         return out, record.choose(out, held, x)
 
     # --- effort ------------------------------------------------------------------------------------------------------
@@ -386,7 +370,8 @@ class StepRecording:
         step, record = self.step, self.record
         if step.alarms is None or self.rest:
             return False
-        far = [_beyond(x, *step.field.hold) for x in fields] + [_beyond(x, *step.slip.hold) for x in slips]
+        far = [recorded_limits.beyond(x, *step.field.hold) for x in fields]
+        far += [recorded_limits.beyond(x, *step.slip.hold) for x in slips]
         return record.label(reduce(record.either, far), "no_band")
 
     def alarms(self, effort: Any, held: Sequence[Any], measured: Any, good: Any, unlike: Any) -> dict[int, Any]:
@@ -451,9 +436,9 @@ class StepRecording:
         record, (low, high) = self.record, self.step.limits
         record.label(value, "unlimited")
         before = record.state("effort") if self.remember else 0.0
-        limited = record.call("limited", _limited, value=value, before=before, low=low, high=high)
+        limited = record.call("limited", recorded_limits.limited, value=value, before=before, low=low, high=high)
         effort = record.label(record.choose(self.started, limited, 0.0), "now")
-        beyond = record.label(_beyond(value, low, high), "beyond")
+        beyond = record.label(recorded_limits.beyond(value, low, high), "beyond")
         finite = record.label(record.finite(value), "is_finite")
         if self.remember:
             record.keep("effort", effort)
