@@ -122,7 +122,10 @@ def test_heavy_modules_wait_until_they_are_needed() -> None:
 
 def test_common_units_are_what_pint_says() -> None:
     for text, (factor, dimension) in units.COMMON.items():
-        assert units._evaluate(text, units._spelled(text)) == units.Unit(text, factor, dimension)
+        spelled = text
+        for pattern, replacement in units._SPELLINGS:
+            spelled = pattern.sub(replacement, spelled)
+        assert units._evaluate(text, spelled) == units.Unit(text, factor, dimension)
 
 
 def test_a_log_in_si_units_does_not_wait_for_pint() -> None:
