@@ -1,6 +1,6 @@
 """An attack on erclutch, part by part: what was tried, how often, and what did not hold.
 
-    python studies/attack.py [races bombs formats runs sensors mujoco compilers app places] [--minutes 18]
+    python studies/attack.py [races bombs formats settings runs sensors mujoco compilers app places] [--minutes 18]
 
 Each part has its share of the time and ends there; the table says how many tries it came to. A failure is printed as it
 is seen. The program ends with 1 if anything failed.
@@ -10,6 +10,7 @@ is seen. The program ends with 1 if anything failed.
 - bombs: small files that unpack to gigabytes.
 - formats: damaged logs of each format, ``--count`` each: a crash, a hang, more than 1 GB, or other numbers in silence
   where the reader says that it sees damage.
+- settings: damaged TOML of rigs and mappings, ``--count`` each.
 - runs: damaged runs, models and mapping files.
 - sensors: a fault in each sensor of the loop under each control, on the TWIN.
 - mujoco, compilers, app, places: the tests of two devices in two models, of flags that change arithmetic, of requests
@@ -47,7 +48,9 @@ SEEN = ("xlsx", "ods", "csv gz", "mat 5", "hdf5 checked", "parquet checked", "mc
 IN_CHILD = ("mdf", "tdms", "spreadsheet", "hdf5", "ros2", "mat")
 #: Share of the time that a part may take.
 SHARES = (
-    {"races": 0.26, "bombs": 0.07, "formats": 0.25, "sensors": 0.13} | dict.fromkeys(TESTS, 0.05) | {"compilers": 0.09}
+    {"races": 0.26, "bombs": 0.07, "formats": 0.21, "sensors": 0.13, "settings": 0.04}
+    | dict.fromkeys(TESTS, 0.05)
+    | {"compilers": 0.09}
 )
 _COUNTS = re.compile(r"(\d+) (passed|failed|error|errors)")
 
@@ -139,6 +142,22 @@ def formats(until: float, count: int) -> Iterator[Row]:
     yield from rows.values()
 
 
+def settings(until: float, count: int) -> Iterator[Row]:
+    """Damaged TOML of rigs and mappings."""
+    from tests.support.damaged_settings import KINDS, fault_of, make_settings
+
+    with tempfile.TemporaryDirectory() as folder:
+        make_settings(Path(folder))
+        for kind in KINDS:
+            row = Row(f"damaged {kind} files")
+            while row.tries < count and time.monotonic() < until:
+                fault = fault_of(kind, row.tries, Path(folder))
+                row.tries += 1
+                if fault:
+                    row.fail(fault)
+            yield row
+
+
 def sensors(until: float, count: int) -> Iterator[Row]:
     """As many seeds of `studies/sensor_faults.py` as the time allows."""
     from tests.support.sensor_faults import OUTCOMES
@@ -184,6 +203,7 @@ PARTS: dict[str, Callable[[float, int], Iterator[Row]]] = {
     "bombs": bombs,
     "races": races,
     "formats": formats,
+    "settings": settings,
     "sensors": sensors,
 }
 
