@@ -35,10 +35,12 @@ NEAR = 2
 #: Rows with a field that is too high, and rows until it is zero.
 MOST_ABOVE, ZERO_WITHIN = 5, 20
 LATE = 30  # rows
-#: Times its sliding friction that an output at rest withstands before its motion has to answer (c/erc_plausible.c).
-REST_FRICTION = 1.2
+#: Of the check of the momentum (c/erc_plausible.c): times its sliding friction that an output at rest withstands, and
+#: the share of the torque by which the inertia may be off.
+REST_FRICTION, OFF_SHARE = 1.2, 0.35
 #: Never too high and zero in time; never too high; higher than in health, but within what nothing tells from health: a
-#: tenth above the field of the same loop without its meter, or a torque that the output withstands at rest; too high.
+#: tenth above the field of the same loop without its meter, or a torque that passes the
+#: check of the momentum while the output rests; too high.
 OUTCOMES = ("held", "safe", "bounded", "not held")
 _DOUBTS = ("theta-doubted", "alpha-doubted", "torque-doubted")
 
@@ -164,7 +166,7 @@ def judged(healthy: Any, faulty: Any, begin: int, without: Any = None, unseen: f
         healthy, faulty: frames of both loops.
         begin: row of the fault.
         without: frames of the loop whose sensor falls silent at that row; None where that says nothing.
-        unseen: torque in N m by the model that does not move the output.
+        unseen: torque in N m by the model that passes the check of the momentum while the output rests.
     """
     ill = np.abs(faulty["field1"] - faulty["field2"])
     most = _near(healthy)
@@ -207,7 +209,8 @@ def fault_run(
     if run.outcome != "not held":
         return run
     without = frames_of(settings, model, rig, seed, (sensor, "silent", begin)) if sensor == "torque" else None
-    return judged(healthy, faulty, begin, without, settings.load_band + REST_FRICTION * settings.load_friction)
+    unseen = (settings.load_band + REST_FRICTION * settings.load_friction) / (1.0 - OFF_SHARE)
+    return judged(healthy, faulty, begin, without, unseen)
 
 
 def doubted(frames: Any) -> int:

@@ -15,7 +15,7 @@
 #define REPEATS 2u         /* times its longest repetition after which a sensor is stuck */
 #define SURE 5u            /* periods of disagreement that no later agreement takes back */
 #define MOMENTUM_RATE 150.0 /* 1/s of the filter of torque and motion */
-#define NEAR_REST 5.0       /* rad/s: dry friction is elastic, and turns only some way after the motion has */
+#define NEAR_REST 3.0       /* rad/s: dry friction is elastic, and turns only some way after the motion has */
 #define BREAKS_AWAY 1.2     /* times its sliding friction that an output at rest withstands beyond it */
 #define OFF_SHARE 0.35      /* of the torque by which the inertia may be off: a torque that is doubled lacks half */
 #define HALF 0.5
