@@ -214,11 +214,10 @@ def test_whoever_shows_a_run_says_that_it_recommends_nothing(
     result, recording = resting
     run = read_run(write_run(tmp_path / "run", result, [recording]))
     material = material_of(run)
-    nearest = f"nearest {result.recommended}"
     assert result.standing == run.standing
     assert (result.standing.word, result.standing.why_none) == ("nearest", "explains nothing of the rows held out")
-    assert nearest in repr(result)
-    assert nearest in repr(run)
+    assert f"nearest {result.called(result.recommended)}" in repr(result)
+    assert f"nearest {result.titles[result.recommended]}" in repr(run)
     assert "no model is recommended, nearest: " in ranking_table(run).caption
     assert choice(material).startswith("No model is recommended.")
     assert not any("to a controller" in step["text"] for step in _next(material))

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from erclutch.logs.readers.text_bytes import decode
-from studies.made_up_files import ASKED, MISREAD, RIGHT, tried
+from tests.support.made_up_files import ASKED, MISREAD, RIGHT, tried
 
 
 def test_a_few_made_up_files_are_read_right(tmp_path: Path) -> None:

@@ -102,7 +102,7 @@ def test_what_is_said_of_a_run_is_kept_and_shown(kept_run: Path, tmp_path: Path,
     import shutil
 
     run = Path(shutil.copytree(kept_run, tmp_path / "run"))
-    said = ("--device", "Brake 7", "--author", "A. Smith", "--note", "after the\n repair", "--date", "2026-07-31")
+    said = ("--device-name", "Brake 7", "--author", "A. Smith", "--note", "after the\n repair", "--date", "2026-07-31")
     good("report", run, "--title", "Winter test", *said)
     html = (run / "report.html").read_text(encoding="utf-8")
     for text in ("<h1>Winter test</h1>", "Brake 7", "A. Smith", "2026-07-31", "after the repair"):

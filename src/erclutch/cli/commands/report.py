@@ -18,7 +18,7 @@ def report(
     run: Annotated[Path, Parameter(name="RUN")],
     *,
     title: str | None = None,
-    device: str | None = None,
+    device_name: str | None = None,
     author: str | None = None,
     date: str | None = None,
     note: str | None = None,
@@ -32,7 +32,7 @@ def report(
     Args:
         run: Folder that erclutch fit --out wrote. What is said of it below is kept there, in about.json.
         title: Title of the report. Default: the name of the log.
-        device: Which device was measured.
+        device_name: Which device was measured, as people call it.
         author: Who measured it, or fitted it.
         date: Day, as 2026-07-31. Default: the day on which the run was written.
         note: A sentence or two under the title.
@@ -50,7 +50,7 @@ def report(
     pdf = pdf or (out is not None and out.suffix.lower() == ".pdf")
     path = out or run / ("report.pdf" if pdf else "report.html")
     may_write_report(path, force)
-    said = {"title": title, "device": device, "author": author, "date": date, "note": note}
+    said = {"title": title, "device": device_name, "author": author, "date": date, "note": note}
     if any(text is not None for text in said.values()):
         write_about(run, about_with(kept_about(run), **said))
     material = material_of(found)
