@@ -46,7 +46,8 @@ def _against_numpy(model: Model, precision: str, count: int) -> None:
     assert np.all(np.isfinite(effort))
     assert np.array_equal(flags, expected_flags)
     difference = np.abs(effort - expected)
-    assert ulps(made, float(np.max(difference))) <= BOUND[precision]
+    # Where a network gives way to a law, a cell's share makes 16 last digits of the effort of one of the field.
+    assert ulps(made, float(np.max(difference))) <= BOUND[precision] * (1.0 if model.gives_way is None else 16.0)
     if precision == "float32":  # in float64 the difference is nought
         # The stated bound of the error analysis, NumPy's own rounding included, holds row by row. A row's bound takes
         # five times as long as its effort and follows from that row and those before.
@@ -108,10 +109,11 @@ def test_numpys_own_functions_would_not_do(models: dict[str, Model]) -> None:
         assert np.max(np.abs(own - other)) < 1e-13 * np.max(np.abs(own))
 
 
-def _sound(checks: list[Check], precision: str, least: int) -> None:
+def _sound(checks: list[Check], precision: str, least: int, model: Model | None = None) -> None:
     assert len(checks) >= least
     assert [c.where for c in checks if not c.passed or c.other_bits != 0] == []
-    assert max(c.ulp for c in checks) <= BOUND[precision]
+    gives_way = model is not None and model.gives_way is not None
+    assert max(c.ulp for c in checks) <= BOUND[precision] * (16.0 if gives_way else 1.0)
 
 
 @pytest.mark.slow
@@ -125,11 +127,11 @@ def test_every_compiler_and_processor_gives_the_same_bits(
     folder = export_model(model, tmp_path / "c", "c", ExportOptions(name="m", precision=precision, period=PERIOD))  # type: ignore[arg-type]
     checks = verify_export(folder)
     # gcc, clang and zig (a clang with its own C library) at three levels, two processors under qemu-user.
-    _sound(checks, precision, 11)
+    _sound(checks, precision, 11, model)
     made = program(model, precision)
     for board in boards.BOARDS:
         outcome = boards.run_board(board, made, folder, tmp_path)
-        _sound([compare(made, vectors_of(made), board.name, outcome.printed)], precision, 1)
+        _sound([compare(made, vectors_of(made), board.name, outcome.printed)], precision, 1, model)
         assert outcome.note.endswith("flash")
 
 
@@ -138,7 +140,7 @@ def test_every_compiler_and_processor_gives_the_same_bits(
 def test_python_gives_the_same_bits(model: Model, precision: str, tmp_path: Path, need: Callable[..., None]) -> None:
     need("gcc")
     folder = export_model(model, tmp_path / "p", "python", ExportOptions(name="m", precision=precision, period=PERIOD))  # type: ignore[arg-type]
-    _sound(verify_export(folder), precision, 2)
+    _sound(verify_export(folder), precision, 2, model)
 
 
 @pytest.mark.parametrize("inputs", ["angles"])

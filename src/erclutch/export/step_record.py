@@ -68,7 +68,9 @@ def search_record(step: ExportedStep) -> Record:
     speeds, extras = inputs[:elements], inputs[elements:]
     outside, _, held = recording.signals([], slips_of(step.device, speeds), extras)
     for signal in held:
-        record.give(signal)
+        # It is finite. A proof of the C must see that where the signal says a place in a table.
+        finite = step.model.gives_way is None or record.finite(signal)
+        record.give(record.choose(finite, signal, 0.0))
     record.give(outside)
     return record
 
