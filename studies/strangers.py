@@ -36,7 +36,7 @@ MANIFEST = Path(__file__).with_name("strangers.toml")
 SIGNALS = ("field", "slip", "position", "effort")
 AS_LOGGED = "as logged"
 UNDERSTOOD, SECOND, ASKED, REFUSED, MISREAD = "understood", "second", "asked", "refused", "misread"
-FIT_MODELS = ("bingham", "quadratic")  # two that every log can have: fit is run to see that a read log goes on
+FIT_MODELS = ("bingham", "casson")  # two that every log can have: fit is run to see that a read log goes on
 
 
 def _column(label: str) -> str:
