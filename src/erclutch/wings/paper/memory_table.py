@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from typing import Any
@@ -16,6 +16,7 @@ from erclutch.logs.dataset import Dataset, joined
 from erclutch.models.laws import PAPER
 from erclutch.models.networks import PAPER_NETWORKS
 from erclutch.wings.paper.sweep_points import Points
+from erclutch.wings.paper.tables import table
 from erclutch.wings.rig.twin.parameters import RigParameters
 
 #: How far back the past samples lie.
@@ -46,8 +47,9 @@ def memory_table(
     laws = tuple(name.removesuffix("/forward") for name in PAPER)
     alone = data.device == "single"
     plain = Settings((*laws, *PAPER_NETWORKS), lag="none", test=(test,), seed=seed, polish=polish)
+    papers = (*(laws if alone else PAPER), *PAPER_NETWORKS)
+    found = {"as in the paper": points.get("as in the paper", partial(_as_in_the_paper, runs, papers, seed, polish))}
     asked = {
-        "as in the paper": plain if alone else replace(plain, models=(*PAPER, *PAPER_NETWORKS)),
         "sign of the slip": replace(plain, models=laws),
         "memory": replace(plain, lag=stages),
         "past samples": replace(plain, models=PAPER_NETWORKS, past=PAST),
@@ -55,10 +57,10 @@ def memory_table(
     }
     if alone:
         del asked["sign of the slip"]
-    found: dict[str, dict[str, Figures]] = {}
-    for done, (variant, settings) in enumerate(asked.items(), start=1):
+    report(1, 1 + len(asked), "as in the paper")
+    for done, (variant, settings) in enumerate(asked.items(), start=2):
         found[variant] = points.get(variant, partial(_scored, data, settings))
-        report(done, len(asked), variant)
+        report(done, 1 + len(asked), variant)
     return stages, found
 
 
@@ -67,6 +69,17 @@ def _stages(train: Dataset) -> str:
     base = structures_for(train, Settings(models=("bingham",), lag="none" if steady_command(train) else "lag"))
     with one_thread():
         return grown(train, base[0])[-1].structure.dynamics
+
+
+def _as_in_the_paper(runs: Mapping[str, Dataset], models: Sequence[str], seed: int, polish: bool) -> dict[str, Figures]:
+    """Figures of table II: its networks have no law beside them, as those of a comparison have."""
+    return {
+        row.name.removesuffix("/forward"): {
+            "parameters": row.parameters,
+            **{run: [row.errors[run], *row.bands[run]] for run in runs},
+        }
+        for row in table(runs, models=models, seed=seed, polish=polish)
+    }
 
 
 def _scored(data: Dataset, settings: Settings) -> dict[str, Figures]:
