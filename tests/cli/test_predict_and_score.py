@@ -89,7 +89,10 @@ def test_predict_as_parquet_with_a_sensor_of_a_models_file(place: Path, tmp_path
     assert set(table["outside"]) <= {0.0, 1.0}
 
 
-def test_score_ranks_the_models_of_a_run_on_another_log(place: Path, tmp_path: Path) -> None:
+def test_score_ranks_the_models_of_a_run_on_another_log(
+    place: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("COLUMNS", "120")  # a narrow screen leaves columns out
     code, said, _ = run("score", place / "two.csv", "--run", place / "run", cwd=tmp_path)
     assert code == 0
     errors = [

@@ -217,7 +217,8 @@ def described_step(model: Any, options: ExportOptions | None = None) -> Exported
         ExportError: no model of erclutch, numbers that are not finite, an option that does not fit.
     """
     options = options or ExportOptions()
-    if not isinstance(cast(object, model), ModelBase):
+    # A model of another package may answer all but say no equation: then there is nothing to make C of.
+    if not (isinstance(cast(object, model), ModelBase) and hasattr(model, "from_fluid")):
         raise ExportError(
             f"a {type(model).__module__}.{type(model).__name__} cannot be exported: its equation is not known, "
             "so no C can be made of it",
