@@ -21,7 +21,7 @@
 #define HALF 0.5
 #define MOMENTUM_SURE 1u    /* periods of doubt after which the field falls whatever follows, twice as fast */
 #define MOMENTUM_LITTLE 16u /* agreements that say little and clear as much doubt as another one */
-#define MOST_SPEED 1e6      /* rad/s */
+#define FASTEST 1e6         /* rad/s: no encoder that works reads more */
 #define SAYS_LITTLE 4u     /* readings inside the band that clear as much doubt as another one */
 
 static double distance(double a, double b) {
@@ -227,7 +227,7 @@ uint32_t erc_momentum_plausible(erc_core *core, bool placed) {
     }
     const bool alone = core->meter.wrong && (core->meter.reason & ERC_DISAGREES) == 0u; /* the meter is wrong by itself */
     const bool known = isfinite(core->torque) && fabs(core->torque) <= limit && !alone &&
-                       fabs(core->alpha.speed) <= MOST_SPEED;
+                       fabs(core->alpha.speed) <= FASTEST;
     if (!(config->load_inertia > 0.0) || !placed || !known) { /* an end stop, or no witness */
         m->begun = false;
         m->doubted = 0u; /* a meter that is known to be wrong is who disagreed */
