@@ -535,7 +535,7 @@ def test_compare(runs: Path) -> None:
     assert "600 rows that all 2 runs held out" in said
     assert "Differences to one, paired" in said
     assert "models    quadratic   bingham" in said
-    assert "two: bingham cannot be told from one: quadratic: the difference" in " ".join(said.split())
+    assert "two: Bingham law cannot be told from one: Quadratic law in E: the difference" in " ".join(said.split())
     assert "What was done differently" in (runs / "c.html").read_text()
 
 
