@@ -75,8 +75,8 @@ def test_no_sequence_breaks_a_limit(limits: RigLimits, seed: int, rate: float, s
 
 @pytest.mark.slow
 @given(drawn_limits(), st.integers(0, 1000), st.sampled_from([100.0, 333.3, 1000.0]), st.booleans(), st.booleans())
-@settings(max_examples=2_000, deadline=None)  # `studies/excite.py limits` draws 10,000, which takes two minutes
-def test_of_two_thousand_sequences_none_breaks_a_limit(
+@settings(max_examples=10_000, deadline=None)
+def test_of_ten_thousand_sequences_none_breaks_a_limit(
     limits: RigLimits, seed: int, rate: float, signed: bool, one_way: bool
 ) -> None:
     hold(limits, seed, rate, signed, one_way)
