@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from erclutch.errors import CheckError, SettingError
-from erclutch.fit.comparison import Comparison, Settings, compare
+from erclutch.fit.comparison import Comparison, FitStep, Settings, compare
 from erclutch.fit.data_check import ONE_FIELD
 from erclutch.fit.kinds.law_alone import structures_for
 from erclutch.fit.kinds.network_alone import networks_for
@@ -150,11 +150,18 @@ def test_workers_change_no_figure(data: Dataset) -> None:
         assert np.array_equal(a.predicted, b.predicted)
 
 
-def test_progress_counts_to_the_end(data: Dataset) -> None:
-    calls: list[tuple[int, int, str]] = []
-    compare(data, Settings(models=("quadratic", "bingham"), lag="none"), lambda *call: calls.append(call))
-    assert [(done, total) for done, total, _ in calls] == [(1, 2), (2, 2)]
-    assert {name for *_, name in calls} == {"quadratic", "bingham"}
+def test_progress_says_how_much_is_done_and_how_far_each_model_is_off(data: Dataset) -> None:
+    steps: list[FitStep] = []
+    result = compare(data, Settings(models=("quadratic", "bingham"), lag="none"), steps.append)
+    done = [step.done for step in steps]
+    assert done == sorted(done)
+    assert 0.0 < done[0] < done[-1] < 1.0  # the last step says what is done next
+    train = data.take(~result.test)
+    for step in (step for step in steps if step.fitted):
+        error = train.effort - result.entry(step.fitted).outcome.model.predict(train)
+        assert step.train_share == pytest.approx(np.sqrt(np.mean(error**2)) / np.std(train.effort), rel=1e-6)
+    assert {step.fitted for step in steps} == {"", "quadratic", "bingham"}
+    assert steps[-1].doing == "choosing: part 4 of 4 is left out"
 
 
 def test_an_error_inside_a_fit_comes_out(data: Dataset, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -8,9 +8,9 @@ import math
 import os
 import sys
 from collections import Counter
-from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
+from collections.abc import Generator, Iterable, Mapping, Sequence
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any, Protocol, cast
 
 from rich import box
 from rich.console import Console
@@ -188,21 +188,37 @@ def _finite(value: Any) -> Any:
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
+class Bar(Protocol):
+    """Called with how much is done, of how much (None: nobody knows), and what is done now."""
+
+    def __call__(self, done: float, total: float | None, doing: str, /, **more: str | float | None) -> None:
+        """Further values are for a program that follows; a terminal does not show them."""
+
+
 @contextmanager
-def progress(title: str) -> Generator[Callable[[float, float | None, str], None]]:
-    """A bar on a terminal's standard error; call what is given with how much is done, of how much, and what it is.
+def progress(title: str) -> Generator[Bar]:
+    """A bar on a terminal's standard error.
 
     With ``ERCLUTCH_PROGRESS=lines`` each call is a line of JSON behind `PROGRESS`, for a program that shows them.
     """
+
+    def print_line(done: float, total: float | None, doing: str, /, **more: str | float | None) -> None:
+        line = {"done": done, "total": total, "doing": doing, **more}
+        print(PROGRESS + json.dumps(line), file=sys.stderr, flush=True)
+
     if os.environ.get("ERCLUTCH_PROGRESS") == "lines":
-        yield lambda done, total, what: print(PROGRESS + json.dumps([done, total, what]), file=sys.stderr, flush=True)
+        yield print_line
         return
     from rich.progress import Progress
 
     screen = Console(stderr=True)
     with Progress(console=screen, transient=True, disable=not screen.is_terminal) as bar:
         task = bar.add_task(title, total=None)
-        yield lambda done, total, what: bar.update(task, completed=done, total=total, description=what)
+
+        def move(done: float, total: float | None, doing: str, /, **more: str | float | None) -> None:
+            bar.update(task, completed=done, total=total, description=doing)
+
+        yield move
 
 
 def shown(text: str) -> str:

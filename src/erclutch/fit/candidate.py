@@ -81,12 +81,15 @@ class Kind(ABC):
     Attributes:
         place: kinds are fitted in this order, so that one may build on the fits of those before.
         side_by_side: whether its candidates are fitted side by side; else one after another, each with all workers.
+        work: time that its candidates take, and what their fits call for, beside that of other kinds. It only moves the
+            bar that shows how much is done.
         words: how many words, joined by ``+``, name a model ahead of its stages.
         readers: how models of another package are read from their files, by what a file says that its ``kind`` is.
     """
 
     place: int
     side_by_side: bool = True
+    work: tuple[float, float] = (1.0, 1.0)
     words: int = 1
     readers: Mapping[str, Callable[[Mapping[str, Any], str], Model]] = MappingProxyType({})
 
@@ -156,11 +159,3 @@ def _forms(settings: Settings, train: Dataset) -> tuple[str, ...]:
     if settings.lag != AUTO:
         return (settings.lag,)
     return ("none",) if steady_command(train) else ("none", "lag")
-
-
-#: Called with the number of fits done, the number there are, and what was just done.
-FitProgress = Callable[[int, int, str], None]
-
-
-def silent(done: int, total: int, what: str) -> None:
-    """No progress is shown."""

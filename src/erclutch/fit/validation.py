@@ -7,7 +7,7 @@ training rows leave in question are fitted again.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -106,7 +106,13 @@ def _masks(train: Dataset, rows: Sequence[tuple[int, int]], numbers: Sequence[in
         yield mask
 
 
-def chosen(train: Dataset, fitted: Sequence[Fitted], sound: Sequence[str], seed: int) -> Choice | None:
+def chosen(
+    train: Dataset,
+    fitted: Sequence[Fitted],
+    sound: Sequence[str],
+    seed: int,
+    told: Callable[[float, str], None] = lambda share, doing: None,
+) -> Choice | None:
     """The model to recommend, by parts of the training rows that no fit of it has seen.
 
     Args:
@@ -114,6 +120,7 @@ def chosen(train: Dataset, fitted: Sequence[Fitted], sound: Sequence[str], seed:
         fitted: all models.
         sound: names of those that may be recommended; none: all may.
         seed: of the bands.
+        told: called with the share of the work that is done, and what is done next.
 
     Returns:
         None where there is no choice, or the rows are too few to leave any out. A single model is refitted only where
@@ -130,7 +137,8 @@ def chosen(train: Dataset, fitted: Sequence[Fitted], sound: Sequence[str], seed:
     errors: dict[str, list[Array]] = {f.outcome.model.name: [] for f in contenders}
     measured: list[Array] = []
     with one_thread():
-        for part in parts.masks:
+        for number, part in enumerate(parts.masks, start=1):
+            told((number - 1) / len(parts.masks), f"choosing: part {number} of {len(parts.masks)} is left out")
             measured.append(train.effort[part])
             for name, predicted in _refitted(contenders, train, train.with_neighbours(~part)).items():
                 errors[name].append(train.effort[part] - predicted[part])

@@ -147,10 +147,20 @@ def test_what_is_said_of_a_log_is_kept_beside_it(tmp_path: Path, monkeypatch: py
 
 def test_a_job_lists_the_models_that_it_has_fitted() -> None:
     job = Job.__new__(Job)
-    job.fitted = []
-    for done, text in enumerate(("reading", "fitted bingham", "fitted casson+lag")):
-        job._take_progress(json.dumps([done, 3, text]))
-    assert job.fitted == ["bingham", "casson+lag"]
+    job.fitted = {}
+    for done, model, error in ((0.1, "", None), (0.2, "bingham", 0.4), (0.3, "casson+lag", 0.2)):
+        line = {"done": done, "total": 1.0, "doing": f"fitted {model}", "fitted": model, "train_share": error}
+        job._take_progress(json.dumps(line))
+    assert job.fitted == {"bingham": 0.4, "casson+lag": 0.2}
+    assert (job.share, job.doing) == (0.3, "fitted casson+lag")
+
+
+@pytest.mark.parametrize("line", ["", "[]", "{}", '{"done": "x", "total": 1, "doing": ""}', '[1, 2, "a"]', "1e999"])
+def test_a_line_that_is_no_progress_changes_nothing(line: str) -> None:
+    job = Job.__new__(Job)
+    job.fitted, job.share, job.doing = {}, 0.5, "fitting"
+    job._take_progress(line)
+    assert (job.fitted, job.share, job.doing) == ({}, 0.5, "fitting")
 
 
 def test_a_link_that_leaves_the_workspace_is_not_there(tmp_path: Path) -> None:

@@ -18,7 +18,7 @@ from erclutch.cli.quantities import MEMORY
 from erclutch.errors import SettingError, require
 
 if TYPE_CHECKING:
-    from erclutch.fit.comparison import Comparison, Settings
+    from erclutch.fit.comparison import Comparison, FitStep, Settings
     from erclutch.logs.any_size import RowsOfLogs
     from erclutch.logs.dataset import Dataset
     from erclutch.runs.every_row import EveryRow
@@ -163,7 +163,11 @@ def _compared(data: Dataset, settings: Settings) -> Comparison:
     from erclutch.fit.comparison import compare
 
     with terminal.progress("fitting") as bar:
-        return compare(data, settings, lambda done, total, name: bar(done, total, f"fitted {name}"))
+
+        def show(step: FitStep) -> None:
+            bar(step.done, 1.0, step.doing, fitted=step.fitted, train_share=step.train_share)
+
+        return compare(data, settings, show)
 
 
 def require_counts(workers: int, seed: int, blocks: int = 0) -> None:

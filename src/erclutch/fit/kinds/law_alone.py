@@ -64,6 +64,7 @@ class Laws(Kind):
     """Laws of the effort, with stages on command, slip and effort."""
 
     place = 0
+    work = (2.0, 3.0)  # the search for memory takes longest
 
     def means(self, model: str) -> bool:
         """Any name may be a law's: what it is not, the laws themselves say best."""

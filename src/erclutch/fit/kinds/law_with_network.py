@@ -55,6 +55,7 @@ class LawsWithNetwork(Kind):
 
     place = 1
     side_by_side = False
+    work = (0.3, 1.5)  # few ask for a pair, the law with memory gets one
     words = 2
 
     def means(self, model: str) -> bool:

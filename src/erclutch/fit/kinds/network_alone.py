@@ -64,6 +64,7 @@ class Networks(Kind):
 
     place = 2
     side_by_side = False
+    work = (0.3, 0.3)
 
     def means(self, model: str) -> bool:
         """See `Kind.means`."""

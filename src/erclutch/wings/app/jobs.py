@@ -27,7 +27,6 @@ _MOST_RUNNING = 4
 _MOST_LOOKING = 4
 _MOST_KEPT = 200
 _MOST_LOOKS = 20
-_FITTED = "fitted "  # begins what `erclutch fit` says of a model that is done
 _PATIENCE = 10.0  # s that an interrupted command has to end
 
 
@@ -47,7 +46,8 @@ class Job:
         lines: what it printed, the last 2,000 lines.
         share: how much is done, 0 to 1; None where that is not known.
         doing: what it does at this moment.
-        fitted: names of the models that it has fitted, the first ones first.
+        fitted: RMSE of the models that it has fitted on the training rows, as a share of the effort's standard
+            deviation, by name; None where it is not known.
         cancelled: whether somebody cancelled it.
     """
 
@@ -66,7 +66,7 @@ class Job:
         self.lines: deque[str] = deque(maxlen=_MOST_LINES)
         self.share: float | None = None
         self.doing = ""
-        self.fitted: list[str] = []
+        self.fitted: dict[str, float | None] = {}
         self.cancelled = False
         self._began, self._ended = time.monotonic(), 0.0
         self._process = start(words, folder)
@@ -114,11 +114,16 @@ class Job:
                     self.lines.append(line[:4000])
 
     def _take_progress(self, text: str) -> None:
-        with contextlib.suppress(ValueError):
-            done, total, self.doing = json.loads(text)
-            self.share = min(done / total, 1.0) if total else None
-            if self.doing.startswith(_FITTED):
-                self.fitted.append(self.doing.removeprefix(_FITTED))
+        # A name of a log may stand where a line of ours is expected, so the line is believed only as a whole.
+        with contextlib.suppress(ValueError, TypeError, KeyError):
+            line = json.loads(text)
+            done, total, doing = float(line["done"]), line["total"], str(line["doing"])
+            share = min(done / total, 1.0) if total else None
+            model, train_share = str(line.get("fitted", "")), line.get("train_share")
+            off = None if train_share is None else float(train_share)
+            self.doing, self.share = doing, share
+            if model:
+                self.fitted[model] = off
 
     def _wait(self) -> None:
         code = self._process.wait()

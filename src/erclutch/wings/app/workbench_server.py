@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import json
+import math
 from collections.abc import Awaitable, Callable
 from importlib.resources import files
 from pathlib import Path
@@ -125,7 +126,7 @@ class Workbench(LogAnswers, RunAnswers):
     async def _job_state(self, request: Request) -> Response:
         job = self._found(request)
         told = {"state": job.state, "share": job.share, "doing": job.doing, "seconds": round(job.seconds, 1)}
-        return JSONResponse({**told, "lines": "\n".join(job.lines), "address": address(job), "fitted": _titles(job)})
+        return JSONResponse({**told, "lines": "\n".join(job.lines), "address": address(job), "fitted": _fitted(job)})
 
     async def _file(self, request: Request) -> Response:
         path = self._space.path(request.path_params["name"])
@@ -167,9 +168,10 @@ class Workbench(LogAnswers, RunAnswers):
         )
 
 
-def _titles(job: Job) -> list[str]:
-    """What the models that a job has fitted are called, each once, the last one first."""
-    return [title_of(name) for name in dict.fromkeys(reversed(job.fitted))]
+def _fitted(job: Job) -> list[list[str]]:
+    """The models that a job has fitted, each with how far it is off on the training rows; the nearest one first."""
+    nearest_first = sorted(job.fitted.items(), key=lambda pair: math.inf if pair[1] is None else pair[1])
+    return [[title_of(name), "" if share is None else f"{share:.1%}"] for name, share in nearest_first]
 
 
 def _scored(job: Job) -> dict[str, Any] | None:

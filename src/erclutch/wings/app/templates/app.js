@@ -77,7 +77,13 @@ if (job && job.dataset.state === "running") {
     if (told.share === null) part("share").removeAttribute("value");
     else part("share").value = told.share;
     part("lines").textContent = told.lines;
-    part("fitted").replaceChildren(...told.fitted.map(title => Object.assign(document.createElement("li"), { textContent: title })));
+    part("so-far").hidden = !told.fitted.length;
+    part("fitted").replaceChildren(...told.fitted.map(([title, error]) => {
+      const row = document.createElement("tr");
+      const model = Object.assign(document.createElement("th"), { scope: "row", textContent: title });
+      row.append(model, Object.assign(document.createElement("td"), { className: "number", textContent: error }));
+      return row;
+    }));
     if (told.address) { part("address").hidden = false; part("address").querySelector("a").href = told.address; }
     setTimeout(look, Math.min(2000, 400 + 50 * told.seconds)); // the longer it runs, the less often
   };

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import time
 from collections.abc import Generator
 from contextlib import contextmanager
@@ -17,7 +16,7 @@ from erclutch.errors import RunError, require
 from erclutch.files.places import is_there, release, reserve
 
 if TYPE_CHECKING:
-    from erclutch.fit.comparison import Comparison
+    from erclutch.fit.comparison import Comparison, FitStep
     from erclutch.report.numbers.run_material import Material
     from erclutch.signals.recording import Recording
 
@@ -140,14 +139,14 @@ def _fit(recording: Recording) -> Comparison:
     from erclutch.signals.speed import Derivative
 
     data = build_dataset(recording, device="coaxial", derivative=Derivative("difference"))
-    count = itertools.count(1)
     with terminal.progress("laws first, then networks") as bar:
 
-        def fitted(done: int, total: int, name: str) -> None:
-            terminal.tell(f"  {name:<16} {_MEANINGS.get(name, '')}")
-            bar(next(count), len(_MEANINGS), f"fitted {name}")
+        def show(step: FitStep) -> None:
+            if step.fitted:
+                terminal.tell(f"  {step.fitted:<16} {_MEANINGS.get(step.fitted, '')}")
+            bar(step.done, 1.0, step.doing)
 
-        return compare(data, Settings(models=("paper",), lag="none"), fitted)
+        return compare(data, Settings(models=("paper",), lag="none"), show)
 
 
 def _sum_up(material: Material, comparison: Comparison) -> None:
