@@ -177,7 +177,7 @@ def held_out(comparison: Comparison) -> str:
     cut = [rows for rows in data.source_rows if constant_stretches(data, *rows)]
     if not cut:
         return ""
-    return f"held out: the last {test:.0%} of each stretch between gaps, since each has a field of its own"
+    return f"held out: the last {test:.0%} of each stretch of one field, since the end of the log has one field only"
 
 
 def at_rest(comparison: Comparison) -> str:

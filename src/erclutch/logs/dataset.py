@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from erclutch.errors import MappingError, SettingError, placed
 from erclutch.logs.covering_stretches import STRETCHES, covering
+from erclutch.logs.field_plateaus import plateaus
 from erclutch.signals.array import Array, Mask
 from erclutch.signals.clock import Clock, Span, cut_spans, stretches
 from erclutch.signals.device import DEVICES, EFFORT_OF, SPEED_OF, DeviceName, Element, Units, elements_of
@@ -396,14 +397,19 @@ def hold_out(dataset: Dataset, test: float | str | Sequence[str]) -> Mask:
 def constant_stretches(dataset: Dataset, start: int, stop: int) -> list[tuple[int, int]]:
     """Stretches of a log that was taken at one constant field after another; empty for any other log.
 
-    The end of such a log is a field that no earlier row has, so a share of it is held out of each stretch.
+    Between them there is a gap, or the field goes from level to level. The end of such a log is a field that no earlier
+    row has, so a share of it is held out of each stretch.
     """
     spans = [(s.start, s.stop) for s in dataset.clock.spans if start <= s.start and s.stop <= stop]
     fields = [e.field for e in dataset.elements]
     reach = _STEADY * max(float(np.abs(f).max()) for f in fields)
-    steady = all(np.ptp(f[a:b]) <= reach for f in fields for a, b in spans)
-    several = any(np.ptp(f[start:stop]) > reach for f in fields)
-    return spans if steady and several else []
+    if not any(np.ptp(f[start:stop]) > reach for f in fields):
+        return []
+    if all(np.ptp(f[a:b]) <= reach for f in fields for a, b in spans):
+        return spans
+    levels = [(start + a, start + b) for a, b in plateaus([f[start:stop] for f in fields])]
+    parts = [(max(a, c), min(b, d)) for a, b in spans for c, d in levels]
+    return [(a, b) for a, b in parts if b > a]
 
 
 def time_folds(dataset: Dataset, count: int) -> list[Mask]:

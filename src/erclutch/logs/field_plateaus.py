@@ -1,0 +1,61 @@
+"""A log may be taken at one field after another without a gap between: this finds where each field begins and ends.
+
+A commanded field keeps its level to the last bit. A measured current has noise, and takes a while from level to level.
+So levels are sought in a histogram of the field: narrow groups of values that hold nearly all rows.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from erclutch.signals.array import Array
+
+_BINS = 100  # of the field's range
+_RARE = 0.005  # share of the rows below which a bin belongs to a way from level to level
+_WIDEST = 10  # bins of a level
+_ON_LEVELS = 0.9  # share of the rows
+_FEWEST_ROWS = 50  # of a plateau
+_RETURNS = 2  # plateaus a level: up a staircase and down again
+
+
+def plateaus(fields: Sequence[Array]) -> list[tuple[int, int]]:
+    """Rows [start, stop) of each stretch of one field; none for a field that is constant, sweeps, or switches often.
+
+    Args:
+        fields: of each element, shape (n,).
+    """
+    rows = fields[0].size
+    levels = [_levels(field) for field in fields] if rows else [None]
+    if any(level is None for level in levels):
+        return []
+    changed = np.zeros(rows - 1, np.bool_)
+    for level in levels:
+        changed |= np.diff(np.asarray(level)) != 0
+    edges = [0, *(np.flatnonzero(changed) + 1).tolist(), rows]
+    runs = list(pairwise(edges))
+    distinct = {tuple(int(level[start]) for level in levels if level is not None) for start, _ in runs}
+    if not 1 < len(runs) <= _RETURNS * len(distinct) or min(stop - start for start, stop in runs) < _FEWEST_ROWS:
+        return []
+    return runs
+
+
+def _levels(field: Array) -> NDArray[np.intp] | None:
+    """The number of the level of each row, shape (n,); a row between levels has that of the level it goes to."""
+    low, high = float(field.min()), float(field.max())
+    if not high > low:
+        return np.zeros(field.size, np.intp)
+    bins = np.minimum(((field - low) / (high - low) * _BINS).astype(np.intp), _BINS - 1)
+    often = np.bincount(bins, minlength=_BINS) >= max(_RARE * field.size, 1)
+    begins = np.flatnonzero(often & ~np.append(False, often[:-1]))
+    ends = np.flatnonzero(often & ~np.append(often[1:], False))
+    if bool(np.any(ends - begins >= _WIDEST)) or np.mean(often[bins]) < _ON_LEVELS:
+        return None
+    group = np.cumsum(np.isin(np.arange(_BINS), begins)) - 1  # of each bin that is often met
+    # A row on the way takes the next row that is on a level; the last rows take the last level.
+    on_level = np.flatnonzero(often[bins])
+    following = on_level[np.minimum(np.searchsorted(on_level, np.arange(field.size)), on_level.size - 1)]
+    return group[bins[following]].astype(np.intp)
