@@ -172,6 +172,23 @@ def test_a_plan_is_printed_compared_and_saved_with_what_the_user_said(tmp_path: 
         apply(plan, table({name: values for name, values in PLAIN.items() if name != "effort"}))
 
 
+@pytest.mark.parametrize("signal", ["position", "slip"])
+def test_a_guessed_column_can_be_declined(signal: str, tmp_path: Path) -> None:
+    log = table({**PLAIN, "position": np.cumsum(PLAIN["slip"])})
+    assert {"position", "slip"} <= {each.signal for each in plan_of(log, ColumnMap()).signals}
+    plan = plan_of(log, ColumnMap.from_dict({"columns": {signal: "none"}}))
+    assert plan.signal(signal) is None
+    assert f"{signal}: no column is taken for it" in str(plan)
+    plan.save(tmp_path / "log.toml")
+    assert plan_of(log, ColumnMap.from_toml(tmp_path / "log.toml")).signal(signal) is None
+
+
+def test_a_needed_signal_that_is_declined_is_asked_for() -> None:
+    log = table({**PLAIN, "E": ROWS % 2})
+    plan = plan_of(log, ColumnMap.from_dict({"columns": {"effort": "none"}}))
+    assert [question.signal for question in plan.questions] == ["effort"]
+
+
 def test_a_plan_of_one_block_serves_for_the_next() -> None:
     log = table({**PLAIN, "t": 45_000.25 + 1e-6 * ROWS}, {"t": ""})
     halves = [replace(log, columns={n: v[at : at + 30] for n, v in log.columns.items()}) for at in (0, 30)]

@@ -43,7 +43,7 @@ class LogOptions:
     slip: Annotated[str | None, Parameter(group=_COLUMNS, allow_leading_hyphen=True)] = None
     """Relative speed across the fluid of a single device."""
     position: Annotated[str | None, Parameter(group=_COLUMNS, allow_leading_hyphen=True)] = None
-    """Relative position; it is differentiated where the slip is not logged."""
+    """Relative position; it is differentiated where the slip is not logged. none: no column is taken."""
     effort: Annotated[str | None, Parameter(group=_COLUMNS, allow_leading_hyphen=True)] = None
     """Torque or force of a single device."""
     e1: Annotated[str | None, Parameter(name="--E1", group=_PAIR, allow_leading_hyphen=True)] = None

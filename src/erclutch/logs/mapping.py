@@ -50,6 +50,10 @@ _ALLOWED = {"invalid": ("error", "drop"), "decimal": (".", ","), "values": ("kee
 _CHOICE_KEYS = ("column", "unit", "scale")
 
 
+#: In place of a signal's column: no column is to be taken for it.
+NONE = "none"
+
+
 @dataclass(frozen=True)
 class ColumnChoice:
     """One column, chosen for a signal.
@@ -72,7 +76,7 @@ class ColumnMap:
     """How the columns of a log become signals.
 
     Attributes:
-        columns: signal -> column.
+        columns: signal -> column; the column `NONE` says that no column is taken for it.
         time: the time column.
         rate: sampling rate in Hz, instead of a time column.
         lead: lead of the screw in m, for alpha_raw.
@@ -102,6 +106,11 @@ class ColumnMap:
     inputs: tuple[ColumnChoice, ...] = ()
     source: str = "given"
     file: tuple[str, str] | None = None
+
+    def declines(self, signal: str) -> bool:
+        """Whether no column is to be taken for a signal, whatever the columns are called."""
+        choice = self.columns.get(signal)
+        return choice is not None and str(choice.column).strip() == NONE
 
     @classmethod
     def from_labels(cls, labels: Mapping[str, str | int], **others: Any) -> ColumnMap:

@@ -18,7 +18,7 @@ from typing import Literal
 from erclutch.errors import MappingError, UnitError, shell_word
 from erclutch.files import unwritable, whole_file
 from erclutch.files.places import nothing
-from erclutch.logs.mapping import ColumnChoice, ColumnMap
+from erclutch.logs.mapping import NONE, ColumnChoice, ColumnMap
 from erclutch.logs.table import listed
 from erclutch.signals.device import DeviceName
 from erclutch.signals.recording import NAMED_COLUMNS
@@ -39,8 +39,6 @@ NEEDS: Mapping[str, tuple[tuple[tuple[str, ...], ...], ...]] = {
 }
 #: What a device may have besides; taken by its name where it is there.
 OPTIONAL: Mapping[str, tuple[str, ...]] = {"single": (), "coaxial": ("motor_torque",)}
-#: In place of a column of the field: the device has none that was logged.
-NONE = "none"
 
 
 @dataclass(frozen=True)
@@ -318,6 +316,12 @@ def _column_lines(plan: Plan, apart: tuple[str, ...]) -> list[str]:
             lines.append(f"{each.signal} = {_choice(each.column, each.unit, each.scale)}  # {_plain(each.reason)}")
         elif each.signal == "field" and each.signal in plan.told.columns:
             lines.append(f"field = {_text(NONE)}  # {_plain(each.reason)}")
+    found = {each.signal for each in plan.signals}
+    lines += [
+        f"{signal} = {_text(NONE)}"
+        for signal in plan.told.columns
+        if plan.told.declines(signal) and signal not in found
+    ]
     taken = {each.column for each in plan.signals}
     free = _plain(", ".join(label for name, label in plan.labels.items() if name not in taken))
     for question in sorted(plan.questions, key=lambda each: each.signal):

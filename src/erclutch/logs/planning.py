@@ -15,9 +15,9 @@ from erclutch.errors import LogError, MappingError, SettingError, UnitError, pla
 from erclutch.logs import columns
 from erclutch.logs.clock_planning import clock_plan, counters
 from erclutch.logs.labels import split_label
-from erclutch.logs.mapping import ColumnChoice, ColumnMap
+from erclutch.logs.mapping import NONE, ColumnChoice, ColumnMap
 from erclutch.logs.name_pattern import constants_of
-from erclutch.logs.plan import NEEDS, NONE, OPTIONAL, ClockPlan, Invalid, Plan, Question, SignalPlan, Sureness
+from erclutch.logs.plan import NEEDS, OPTIONAL, ClockPlan, Invalid, Plan, Question, SignalPlan, Sureness
 from erclutch.logs.sensor_scales import by_sensor, scaled
 from erclutch.logs.shapes import has_shape_of
 from erclutch.logs.table import Table
@@ -44,6 +44,7 @@ class _Draft:
     signals: dict[str, SignalPlan] = field(default_factory=dict[str, SignalPlan])
     inputs: list[SignalPlan] = field(default_factory=list[SignalPlan])
     spare: list[str] = field(default_factory=list[str])
+    declined: list[str] = field(default_factory=list[str])  # signals that the user said no column is
     clock: ClockPlan | None = None
     constants: dict[str, float] = field(default_factory=dict[str, float])
     questions: dict[str, Question] = field(default_factory=dict[str, Question])
@@ -146,13 +147,18 @@ def _take_named(draft: _Draft) -> None:
     allowed = {signal for group in NEEDS[draft.device] for option in group for signal in option}
     allowed |= {*OPTIONAL[draft.device], _TEMPERATURE}
     for signal, choice in draft.told.columns.items():
-        if signal == "field" and str(choice.column).strip() == NONE and NONE not in draft.table.columns:
+        declined = draft.told.declines(signal) and NONE not in draft.table.columns
+        if signal == "field" and declined:
             _take_no_field(draft)
             continue
         if signal not in allowed:
             own = ", ".join(sorted(allowed - {_TEMPERATURE}))
             problem = f"'{signal}' is no signal of a {draft.device} device (it has: {own})"
             raise MappingError(problem, remedy="Use one of these, or set --device")
+        if declined:
+            draft.declined.append(signal)
+            draft.notes.append(f"{signal}: no column is taken for it ({choice.source})")
+            continue
         try:
             if signal == _TEMPERATURE:
                 _take_temperature(draft, choice)
@@ -302,7 +308,8 @@ def _guess_what_is_needed(draft: _Draft) -> None:
             # An alternative to what is there (E beside E1 and E2), not something more (theta).
             says_the_same = ("E",) in group or (option == ("alpha_raw",) and "alpha" in draft.signals)
             for signal in option:
-                if signal in draft.signals or signal in draft.questions or (settled and says_the_same):
+                known = signal in draft.signals or signal in draft.questions or signal in draft.declined
+                if known or (settled and says_the_same):
                     continue
                 scale = draft.told.scales.get(signal)
                 sensor = scaled(scale, signal)[2] if scale else None
@@ -350,7 +357,7 @@ def _or_a_pair(draft: _Draft, error: MappingError) -> MappingError:
 def _take_what_may_be(draft: _Draft) -> None:
     """What the device may have besides, if one column is called so and is finite; it never stops a reading."""
     for signal in OPTIONAL[draft.device]:
-        if signal in draft.signals:
+        if signal in draft.signals or signal in draft.declined:
             continue
         called, _ = columns.candidates(draft.table, signal, draft.taken)
         if len(called) == 1 and np.all(np.isfinite(draft.table.columns[called[0]])):

@@ -50,6 +50,9 @@ def test_a_form_becomes_the_choices_that_somebody_made() -> None:
     assert actions.chosen_of({**guessed, **kept}).words() == ["--slip", "V [cm/s]"]
     taken_away = {"column.field": "", "was.field": "I [A]"}
     assert actions.chosen_of({**guessed, **taken_away}).words() == ["--field", "none"]
+    taken_away = {"column.position": "", "was.position": "x"}
+    assert actions.chosen_of({**guessed, **taken_away}).words() == ["--position", "none"]
+    assert actions.on_page("Or --position none.") == "Or “position”: not logged."
     run = {"device": "single", "reading": {"slip": "V [cm/s]", "constant": ["field=1 A"], "begin": "2s", "lead": None}}
     again = actions.chosen_of(dict(parse_qsl(actions.query_of(run)))).words()
     assert again == ["--slip", "V [cm/s]", "--constant", "field=1 A", "--from", "2s"]

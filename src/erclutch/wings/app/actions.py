@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from typing import Any
 from urllib.parse import urlencode
 
+from erclutch.logs.mapping import NONE
 from erclutch.wings.app.workspace import WorkspaceError, plain_name
 
 #: Signals of each device that a form asks for, in its order.
@@ -53,6 +54,8 @@ FITTING: tuple[tuple[str, str, str, str], ...] = (
     ("test", "Held out", "share of the rows, at the end of the log", "0.3"),
     ("seed", "Seed", "the same seed gives the same figures", "0"),
 )
+#: What every log has. Where its guess is taken back, the page asks for it.
+_NEEDED = ("time", "effort", "T")
 _OPTION = re.compile(r"--([A-Za-z][\w-]*)(?:[ =](?=[\"'A-Z0-9]|none\b|drop\b|all\b|\S*[+/]))?")
 #: Of exports in C: their controllers are most often without double.
 SINGLE_TARGETS = ("c", "cpp")
@@ -70,7 +73,7 @@ def on_page(text: str) -> str:
 
     shorter = re.sub(r"erclutch (?:inspect|fit) (?:'[^']*'|\S+) (?=--)", "", text)
     shorter = re.sub(r"(?<=[\"']) (?=--)", ", ", shorter)
-    return _OPTION.sub(named, shorter).replace("“field”: none", "“field”: not logged")
+    return re.sub(r"”: none\b", "”: not logged", _OPTION.sub(named, shorter))
 
 
 @dataclass(frozen=True)
@@ -127,7 +130,7 @@ def chosen_of(form: Mapping[str, str]) -> Chosen:
         label = _label(form, signal)
         before = form.get(f"given.{signal}", "")
         if label != form.get(f"was.{signal}", ""):
-            before = label or ("none" if signal == "field" else "")
+            before = label or (NONE if signal not in _NEEDED else "")
         if before:
             columns[signal] = _text(before)
     texts = {option: _text(form[option]) for option, _, _ in READING if form.get(option, "").strip()}
