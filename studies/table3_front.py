@@ -3,7 +3,9 @@
 Each rig is one dot. Across: how far the laws are from the paper in training and at zero field (levels and ratios, root
 mean square of the logarithms). Up: the error of RBFM over Bingham's with the output held. Grey dots are rigs with all
 open parameters drawn over their whole ranges, blue dots the default set with one parameter at an end of its range.
-Each rig is kept in FOLDER as soon as it is done; the same command goes on there. Draws docs/images/table3-front.svg.
+A second picture and two tables tell for each figure how far one parameter at a time moves it, and which parameters do.
+Each rig is kept in FOLDER as soon as it is done; the same command goes on there. Draws docs/images/table3-front.svg
+and table3-reach.svg.
 """
 
 from __future__ import annotations
@@ -26,18 +28,20 @@ from erclutch.wings.paper.sweep_points import Points
 from erclutch.wings.paper.tables import BASE, printed
 from erclutch.wings.rig.twin.parameters import RigParameters, default_rig, load_rig
 
-PICTURE = Path(__file__).resolve().parents[1] / "docs" / "images" / "table3-front.svg"
+IMAGES = Path(__file__).resolve().parents[1] / "docs" / "images"
 HELD = "zero-motion rbfm-10/forward over Bingham"
 SEEDS, SECONDS, THIN = (1,), 30.0, 4
+ANYWHERE, AT_THE_ENDS = "all parameters anywhere", "one parameter at an end"
+Figures = Mapping[str, tuple[float, float]]  # TWIN and paper, by figure
 
 
-def figures(rig: RigParameters) -> dict[str, tuple[float, float]]:
+def figures(rig: RigParameters) -> Figures:
     """Figures of a rig beside the paper's."""
     found = summarise(rig, SEEDS, SECONDS, THIN).against_paper()
     return {name: (ours, theirs) for name, (ours, theirs, _) in found.items()}
 
 
-def apart(found: Mapping[str, tuple[float, float]]) -> float:
+def apart(found: Figures) -> float:
     """Root mean square of the logarithms of TWIN over paper, in training and at zero field."""
     logs = [np.log(ours / theirs) for name, (ours, theirs) in found.items() if name.startswith(("training", "zero-f"))]
     return float(np.sqrt(np.mean(np.square(logs))))
@@ -64,20 +68,70 @@ def paper() -> float:
     return (printed("rbfm-10/forward")["zero-motion"] or np.nan) / (printed(BASE)["zero-motion"] or np.nan)
 
 
-def drawn(groups: Mapping[str, list[tuple[float, float]]]) -> None:
-    """The picture."""
-    matplotlib.rcParams.update({"svg.hashsalt": "erclutch", "svg.fonttype": "none", "font.size": 8})
+def print_sensitivities(ends: Mapping[str, Figures], default: Figures) -> None:
+    """How far one parameter at a time moves each figure, and the parameters that move it most."""
+    print(
+        "\n| figure | paper | default set | one parameter at a time | moved most by (low end - high end of its range) |"
+    )
+    print("| --- | --- | --- | --- | --- |")
+    paths = dict.fromkeys(name.partition(" ")[0] for name in ends)
+    for figure, (ours, theirs) in default.items():
+        moved = {
+            path: [found[figure][0] for name, found in ends.items() if name.startswith(f"{path} ")] for path in paths
+        }
+        strongest = sorted(paths, key=lambda path: -np.abs(np.log(np.array(moved[path]) / ours)).max())[:3]
+        words = ", ".join(f"`{path}` {moved[path][0]:.3g} - {moved[path][1]:.3g}" for path in strongest)
+        values = np.array(list(moved.values()))
+        reach = f"{values.min():.3g} - {values.max():.3g}"
+        print(f"| {figure} | {theirs:.3g} | {ours:.3g} | {reach} | {words} |")
+
+
+def print_nearest(rigs: Mapping[str, Figures], within: float) -> None:
+    """How low the ratios with the output held come, over all rigs and over those near to the paper elsewhere."""
+    near = {name: found for name, found in rigs.items() if apart(found) < within}
+    print(f"\n| output held | paper | least of {len(rigs)} rigs | least of {len(near)} rigs within {within:g} |")
+    print("| --- | --- | --- | --- |")
+    held = [name for name in next(iter(rigs.values())) if name.startswith("zero-motion") and "over" in name]
+    for figure in held:
+        least = min(found[figure][0] for found in rigs.values())
+        least_near = min(found[figure][0] for found in near.values())
+        theirs = next(iter(rigs.values()))[figure][1]
+        print(f"| {figure} | {theirs:.2f} | {least:.2f} | {least_near:.2f} |")
+
+
+def draw_front(groups: Mapping[str, Mapping[str, Figures]]) -> None:
+    """The held ratio over the distance from the paper, a dot a rig."""
     figure = Figure(figsize=(5.2, 3.4), layout="constrained")
     axes = figure.subplots()
-    styles = (("0.7", 8), ("C0", 12), ("C3", 40), ("C2", 40), ("C1", 40))
-    for (label, dots), (colour, size) in zip(groups.items(), styles, strict=False):
+    styles = (("0.7", 8), ("C0", 12), ("C3", 40), ("C2", 40), ("C1", 40), ("C4", 40))
+    for (label, rigs), (colour, size) in zip(groups.items(), styles, strict=False):
+        dots = [(apart(found), found[HELD][0]) for found in rigs.values()]
         axes.scatter(*np.array(dots).T, s=size, color=colour, label=f"TWIN, {label}")
     axes.scatter([0.0], [paper()], s=70, marker="*", color="k", label="paper")
     axes.set(xlim=(-0.05, 3.0), ylim=(0.3, 2.5))
     axes.set_xlabel("distance from the paper in training and at zero field (RMS of logarithms)")
     axes.set_ylabel("RBFM over Bingham, output held")
     axes.legend(frameon=False, loc="upper right")
-    figure.savefig(PICTURE, metadata={"Date": None})
+    figure.savefig(IMAGES / "table3-front.svg", metadata={"Date": None})
+
+
+def draw_reach(groups: Mapping[str, Mapping[str, Figures]]) -> None:
+    """Each figure over the paper's: the span of one parameter at a time, and the sets."""
+    figure = Figure(figsize=(5.6, 3.6), layout="constrained")
+    axes = figure.subplots()
+    sets = {label: next(iter(rigs.values())) for label, rigs in groups.items() if len(rigs) == 1}
+    names = [name for name in next(iter(sets.values())) if name != "warming"]
+    places = np.arange(len(names))[::-1]
+    over = np.array([[np.divide(*found[name]) for name in names] for found in groups[AT_THE_ENDS].values()])
+    axes.hlines(places, over.min(axis=0), over.max(axis=0), color="C0", alpha=0.5, linewidth=6, label=AT_THE_ENDS)
+    for (label, found), colour in zip(sets.items(), ("C3", "C2", "C1", "C4"), strict=False):
+        axes.scatter([np.divide(*found[name]) for name in names], places, s=20, color=colour, zorder=3, label=label)
+    axes.axvline(1.0, color="k", linewidth=0.8, label="paper")
+    axes.set_xscale("log")
+    axes.set(xlim=(0.03, 30.0), xlabel="TWIN over paper")
+    axes.set_yticks(places, [name.replace("/forward", "") for name in names])
+    figure.legend(frameon=False, loc="outside lower center", ncols=5, fontsize=7)
+    figure.savefig(IMAGES / "table3-reach.svg", metadata={"Date": None})
 
 
 def main() -> None:
@@ -91,26 +145,29 @@ def main() -> None:
     rig = default_rig()
     paths = open_parameters(rig, with_log=False)
     known = Points(asked.out / "rigs.jsonl", {"rig": rig.to_dict(), "seeds": SEEDS, "seconds": SECONDS})
-    further = {path.stem: load_rig(path) for path in asked.rigs}
     sets = {
-        "all parameters anywhere": anywhere(rig, paths, asked.drawn),
-        "one parameter at an end": at_the_ends(rig, paths),
+        ANYWHERE: anywhere(rig, paths, asked.drawn),
+        AT_THE_ENDS: at_the_ends(rig, paths),
         "default set": {"default": rig},
-        **{f"set {name}": {name: each} for name, each in further.items()},
+        **{f"set {path.stem}": {path.stem: load_rig(path)} for path in asked.rigs},
     }
-    groups: dict[str, list[tuple[float, float]]] = {}
-    listed: list[tuple[float, float, str]] = []
     with one_thread():
-        for label, rigs in sets.items():
-            for name, each in rigs.items():
-                found = known.get(name, partial(figures, each))
-                groups.setdefault(label, []).append((apart(found), found[HELD][0]))
-                listed.append((found[HELD][0], apart(found), name))
-    print(f"TWIN; {len(listed)} rigs; paper: RBFM over Bingham {paper():.2f} with the output held\n")
+        groups = {
+            label: {name: known.get(name, partial(figures, each)) for name, each in rigs.items()}
+            for label, rigs in sets.items()
+        }
+    rigs = {name: found for group in groups.values() for name, found in group.items()}
+    print(f"TWIN; {len(rigs)} rigs; paper: RBFM over Bingham {paper():.2f} with the output held\n")
     print("| rig | RBFM over Bingham, output held | distance in training and at zero field |\n| --- | --- | --- |")
-    for held, distance, name in sorted(listed)[:8] + [each for each in listed if each[2] in ("default", *further)]:
-        print(f"| {name} | {held:.2f} | {distance:.2f} |")
-    drawn(groups)
+    lowest = sorted(rigs, key=lambda name: rigs[name][HELD][0])[:8]
+    single = [name for group in groups.values() if len(group) == 1 for name in group]
+    for name in (*lowest, *single):
+        print(f"| {name} | {rigs[name][HELD][0]:.2f} | {apart(rigs[name]):.2f} |")
+    print_nearest(rigs, 0.5)
+    print_sensitivities(groups[AT_THE_ENDS], rigs["default"])
+    matplotlib.rcParams.update({"svg.hashsalt": "erclutch", "svg.fonttype": "none", "font.size": 8})
+    draw_front(groups)
+    draw_reach(groups)
 
 
 if __name__ == "__main__":

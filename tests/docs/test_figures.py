@@ -27,7 +27,7 @@ PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
 _FENCE = re.compile(r"^```(\S+).*?\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 #: Not a statement: code, equations, addresses of links, indented commands.
 _ASIDE = re.compile(r"`[^`\n]*`|\$\$?[^$]*\$\$?|\]\([^)]*\)|^ {4,}.*$", re.MULTILINE)
-_MARK = re.compile(r"<!-- figures: ([\w ]+) -->")
+_MARK = re.compile(r"<!-- figures: ([\w -]+?) -->")
 _ONCE = re.compile(r"measured\s+once\b[^.]*?\b20\d\d-\d\d-\d\d", re.IGNORECASE)
 _VALUE = r"(?<![\w.+-])(\d[\d,]*(?:\.\d+)?(?:e[+-]?\d+)?)"
 _UNIT = r"%|(?:CPU )?s|N²?m?²?|N m|ms|µs|ns|[kKMG]i?B|times|instructions|bytes|mm|rad/s|ulp|k?Hz|K"

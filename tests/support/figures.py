@@ -18,14 +18,15 @@ NUMBER = re.compile(r"(?<![\w.])-?\d[\d,]*(?:\.\d+)?(?:e[+-]?\d+)?(?![\w.]*\w\.)
 
 
 def printed(entry: dict[str, str], data: Path) -> str:
-    """What the command of an entry prints, run in a folder of its own."""
+    """What the command of an entry prints, run in a folder of its own; it knows the project's folder as $PROJECT."""
     with tempfile.TemporaryDirectory() as folder:
         if "needs" in entry:
             if not (data / entry["needs"]).is_file():
                 raise SystemExit(f"{data / entry['needs']} is not there: name the folder of recordings with --data")
             shutil.copy(data / entry["needs"], folder)
         path = os.pathsep.join((str(Path(sys.executable).parent), os.environ["PATH"]))
-        surroundings = {**os.environ, "PATH": path, "COLUMNS": "160", "NO_COLOR": "1", "PYTHONUTF8": "1"}
+        shown = {"COLUMNS": "160", "NO_COLOR": "1", "PYTHONUTF8": "1"}
+        surroundings = {**os.environ, "PATH": path, "PROJECT": str(HERE), **shown}
         done = subprocess.run(
             ["bash", "-c", entry["command"]], cwd=folder, env=surroundings, stdout=subprocess.PIPE, text=True
         )
