@@ -22,8 +22,8 @@ from erclutch.logs.synthetic import write_synthetic_log
 from erclutch.models.law_model import TorqueModel
 from erclutch.models.laws import ladder
 from erclutch.models.networks import network_from_name
+from erclutch.models.networks.network_file import network_from_dict
 from erclutch.models.networks.network_inputs import STRENGTH, stage_numbers_in_user_units
-from erclutch.models.networks.network_model import network_from_dict
 from erclutch.models.stages import stage_named
 from erclutch.models.stages.stage import SlipAndStrength
 from erclutch.signals.clock import Clock, Span

@@ -17,7 +17,8 @@ from erclutch.errors import CheckError, ErclutchError, MappingError
 from erclutch.fit.laws.fit_law import fit_structure
 from erclutch.fit.networks.fit_network import fit_network
 from erclutch.fit.networks.fit_residual import fit_residual
-from erclutch.fit.recalibration import AS_IT_IS, _blocks, _change, _surely, _ways, recalibrate
+from erclutch.fit.recalibration import AS_IT_IS, _blocks, _change, _surely, recalibrate
+from erclutch.fit.recalibration_ways import ways_of
 from erclutch.logs.dataset import Dataset
 from erclutch.models.law_model import TorqueModel
 from erclutch.models.laws import law_from_name
@@ -227,7 +228,7 @@ def small(kind: str) -> Any:
 def test_ways_start_at_the_base_and_their_slopes_are_those_of_their_models(kind: str) -> None:
     base, data, rows = small(kind), made(1, rows=300), np.arange(5, 300, 3)
     effort = base.predict(data)[rows]
-    ways = list(_ways(base, data, rows, effort))
+    ways = list(ways_of(base, data, rows, effort))
     few = ["common gain", "common gain and offset"]
     gains = ["gains", "gains and offset"] if kind not in NETWORKS else []
     assert [way.name for way in ways] == [*few, *gains, *["all numbers"] * (kind != "residual")]

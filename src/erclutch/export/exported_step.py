@@ -204,10 +204,7 @@ class ExportedStep:
     @property
     def network(self) -> NetworkModel | None:
         """The network, where the model is one or has one: its tables are printed as tables."""
-        correction = self.model.correction
-        if correction is not None:
-            return correction.network
-        return self.model if isinstance(self.model, NetworkModel) else None
+        return self.model.network_part
 
 
 def described_step(model: Any, options: ExportOptions | None = None) -> ExportedStep:

@@ -12,6 +12,8 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any, Protocol
 
+import numpy as np
+
 from erclutch import registry
 from erclutch.fit.data_check import Finding, steady_command
 from erclutch.fit.fit_settings import AUTO, Settings
@@ -57,6 +59,16 @@ class Candidate(Protocol):
             fitted: what was fitted to the same rows before.
         """
         ...
+
+    def fit_again(self, data: Dataset, outcome: AnyOutcome) -> AnyOutcome:
+        """Fit the same model to all rows, for use and not for judging.
+
+        Args:
+            data: training rows and rows held out.
+            outcome: of `fit`, from whose numbers on.
+        """
+        every = np.ones(data.rows, np.bool_)
+        return self.refit(data, every, outcome, ())
 
 
 @dataclass(frozen=True)

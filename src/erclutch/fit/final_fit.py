@@ -9,12 +9,8 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
-import numpy as np
-
 from erclutch.errors import SettingError
 from erclutch.fit.comparison import Comparison
-from erclutch.fit.laws.fit_law import fit_structure
-from erclutch.models.law_model import TorqueModel
 
 
 def with_final_fit(comparison: Comparison) -> Comparison:
@@ -29,10 +25,6 @@ def with_final_fit(comparison: Comparison) -> Comparison:
         problem = f"{name} {why_none or 'cannot be fitted again'}, so it is not fitted to all rows"
         raise SettingError(problem, where="--final", remedy="Leave --final out")
     judged: Any = comparison.entry(name).outcome
-    data = comparison.data
-    if isinstance(judged.model, TorqueModel):
-        final: Any = fit_structure(data, judged.model.structure, starts=[list(judged.model.shape.values())])
-    else:
-        every = np.ones(data.rows, np.bool_)
-        final = comparison.candidates[name].refit(data, every, judged, ())
-    return replace(comparison, final=replace(final, model=replace(final.model, band=judged.model.band)))
+    final = comparison.candidates[name].fit_again(comparison.data, judged)
+    model = replace(final.model, band=judged.model.band)
+    return replace(comparison, final=replace(final, model=model))

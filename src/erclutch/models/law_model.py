@@ -7,7 +7,7 @@ by hand.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import reduce
 from operator import add
 from typing import Any
@@ -28,7 +28,7 @@ from erclutch.models.stages import (
     temperature_stages,
 )
 from erclutch.models.stages.stage import SlipAndStrength
-from erclutch.models.structure import Reference, Structure, as_it_is
+from erclutch.models.structure import OFFSET, Reference, Structure, as_it_is
 from erclutch.registry import Plugin
 from erclutch.signals.array import Array
 from erclutch.signals.clock import Clock
@@ -65,6 +65,11 @@ class TorqueModel(ModelBase):
     band: Band | None = None
     #: Nothing is added to a law's effort.
     correction: None = field(default=None, init=False, repr=False, compare=False)
+
+    @property
+    def law_part(self) -> TorqueModel:
+        """The model itself."""
+        return self
 
     @property
     def title(self) -> str:
@@ -156,6 +161,18 @@ class TorqueModel(ModelBase):
         """Effort ahead of the stages on it, elementwise on any operand; see `Model`."""
         columns = self.structure.from_fluid(signals, self.reference, list(self.shape.values()))
         return reduce(add, self._terms(columns))
+
+    def scaled(self, factor: float, offset: float = 0.0) -> TorqueModel:
+        """The same law with its effort times a factor, and a constant effort more."""
+        gains = {name: factor * gain for name, gain in self.gains.items()}
+        if offset:
+            gains[OFFSET.name] = gains.get(OFFSET.name, 0.0) + offset
+        return self.with_gains(gains)
+
+    def with_gains(self, gains: Mapping[str, float]) -> TorqueModel:
+        """The same law with other gains, by name; a constant effort may be among them, though the law had none."""
+        offset = self.structure.offset or OFFSET.name in gains
+        return replace(self, structure=replace(self.structure, offset=offset), gains={**self.gains, **gains})
 
     def equation(self) -> list[str]:
         """The equation and its numbers, as lines of a comment."""

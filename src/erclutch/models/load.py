@@ -13,7 +13,8 @@ from erclutch.files import plain_words
 from erclutch.models import residual_model
 from erclutch.models.law_model import model_from_dict
 from erclutch.models.model import Model
-from erclutch.models.networks.network_model import KIND, network_from_dict
+from erclutch.models.networks.network_file import network_from_dict
+from erclutch.models.networks.network_model import KIND
 from erclutch.models.residual_model import residual_from_dict
 
 Reader = Callable[[Mapping[str, Any], str], Model]

@@ -171,6 +171,11 @@ class Correction(Protocol):
         """The network, a `NetworkModel`."""
         ...
 
+    @property
+    def limit(self) -> float:
+        """The largest effort that is added or taken away."""
+        ...
+
     def inputs(self, signals: FluidSignals) -> list[Any]:
         """All inputs of the network, elementwise on any operand."""
         ...
@@ -242,8 +247,32 @@ class Model(Protocol):
         ...
 
     @property
+    def law_part(self) -> Any:
+        """The law that the model is or has, a `TorqueModel` with its numbers; None for a model without one."""
+        ...
+
+    @property
+    def network_part(self) -> Any:
+        """The network that the model is or has, a `NetworkModel`; None for a model without one."""
+        ...
+
+    @property
     def correction(self) -> Correction | None:
         """What a network adds to the effort of a law; None for a law or a network alone."""
+        ...
+
+    def added(
+        self, elements: Sequence[Element], clock: Clock, extras: Mapping[str, Array], *, exactly: bool = True
+    ) -> Array:
+        """Effort that the correction adds, shape (n,); zeros without a correction."""
+        ...
+
+    def scaled(self, factor: float, offset: float = 0.0) -> Any:
+        """The same model with its effort times a factor, and a constant effort more.
+
+        Raises:
+            SettingError: a model of another package does not say how.
+        """
         ...
 
     @property

@@ -11,7 +11,7 @@ logged inputs. The network's share is added behind the stages on the effort. Wit
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -23,8 +23,9 @@ from erclutch.models.law_model import TorqueModel, model_from_dict
 from erclutch.models.model import FluidSignals, Pair, Range, further_inputs, settled_memory
 from erclutch.models.model_file import SCHEMA, number_of, read_model, sealed, table_of
 from erclutch.models.networks import NetworkStructure, is_network
+from erclutch.models.networks.network_file import network_from_dict
 from erclutch.models.networks.network_inputs import inputs_from, rows_before
-from erclutch.models.networks.network_model import NetworkModel, network_from_dict
+from erclutch.models.networks.network_model import NetworkModel
 from erclutch.models.shared_answers import ModelBase
 from erclutch.models.stages import stage_equations
 from erclutch.models.stages.stage import SlipAndStrength
@@ -35,6 +36,7 @@ from erclutch.signals.clock import Clock
 from erclutch.signals.device import DeviceName, Element, Units
 
 KIND = "erclutch law with residual network"
+_LEAST_SHARE = 1e-3  # of the network that is kept, so that its limit stays above zero
 
 
 def parts_of(specification: str) -> tuple[str, str] | None:
@@ -121,6 +123,16 @@ class ResidualModel(ModelBase):
         return ResidualStructure(self.law.structure, self.correction.network.structure)
 
     @property
+    def law_part(self) -> TorqueModel:
+        """The law."""
+        return self.law
+
+    @property
+    def network_part(self) -> NetworkModel:
+        """The network on the law's residual."""
+        return self.correction.network
+
+    @property
     def units(self) -> Units:
         """Of inputs and output."""
         return self.law.units
@@ -194,6 +206,16 @@ class ResidualModel(ModelBase):
         """
         inputs = residual_inputs(self.law, self.correction.network.structure, elements, clock, extras)
         return self.correction.of_inputs(inputs, exactly=exactly)
+
+    def scaled(self, factor: float, offset: float = 0.0) -> ResidualModel:
+        """Law and network with their effort times a factor; the law has the constant effort."""
+        return self.with_parts(self.law.scaled(factor, offset), factor)
+
+    def with_parts(self, law: TorqueModel, share: float) -> ResidualModel:
+        """The same network on other numbers of the law, its output and its limit times a share."""
+        share = max(share, _LEAST_SHARE)
+        network = self.correction.network.scaled(share)
+        return ResidualModel(law, replace(self.correction, network=network, limit=share * self.correction.limit))
 
     def steady(self, fields: Sequence[Array], slips: Sequence[Array], extras: Sequence[Array] = ()) -> Array:
         """Effort at rest, shape (n,): the fluid settled, all past rows as the present one."""

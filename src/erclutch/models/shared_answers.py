@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from erclutch.arithmetic.machine import Machine, machine_of
 from erclutch.arithmetic.record import Record, recorded
-from erclutch.errors import ExportError
+from erclutch.errors import ExportError, SettingError
 from erclutch.models.model import (
     FluidSignals,
     GivesWay,
@@ -80,6 +80,34 @@ class ModelBase(Shown):
     def unbounded(self) -> str:
         """A model with a law inside is bounded by it everywhere."""
         return ""
+
+    @property
+    def law_part(self) -> Any:
+        """A model has no law unless its class says so."""
+        return None
+
+    @property
+    def network_part(self) -> Any:
+        """A model has no network unless its class says so."""
+        return None
+
+    def added(
+        self: Model, elements: Sequence[Element], clock: Clock, extras: Mapping[str, Array], *, exactly: bool = True
+    ) -> Array:
+        """Nothing is added unless the class says so: zeros, shape (n,)."""
+        return np.zeros(clock.time.size)
+
+    def scaled(self: Model, factor: float, offset: float = 0.0) -> Any:
+        """A class that says how its effort is multiplied can be recalibrated.
+
+        Raises:
+            SettingError: this class does not say so.
+        """
+        raise SettingError(
+            f"{self.name} has no gain that could be recalibrated",
+            where=type(self).__name__,
+            remedy="Fit the log anew, or recalibrate a law",
+        )
 
     def in_units(self) -> Iterator[tuple[str, float, str, str]]:
         """Name, value in the data's units, unit and meaning of each parameter; weights have no meaning."""
@@ -165,10 +193,9 @@ def _recorded(model: Model, elements: int) -> Record:
     if model.correction is not None:
         effort = effort + model.correction.of(*model.correction.inputs(signals))
     record.give(effort + 0.0)  # no effort is minus zero
-    network: Any = model if model.correction is None else model.correction.network
 
     def forward(*inputs: Any) -> Any:
-        return network.of_inputs(np.array([[x] for x in inputs], object))[0]
+        return model.network_part.of_inputs(np.array([[x] for x in inputs], object))[0]
 
     for node in record.nodes:
         if node.operation == "network":

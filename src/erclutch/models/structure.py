@@ -39,7 +39,7 @@ from erclutch.signals.recording import TEMPERATURE
 _FRICTION = Gain("T_f", "friction effort at zero field", Dimension(effort=1))
 #: Of the field in the memory's effort, where the law has no form of its own to share.
 _EXPONENT = ShapeParameter("n_m", "exponent of the field in the memory's effort", 0.2, 4.0)
-_OFFSET = Gain("T_0", "constant effort", Dimension(effort=1), nonnegative=False)
+OFFSET = Gain("T_0", "constant effort", Dimension(effort=1), nonnegative=False)
 
 
 @dataclass(frozen=True)
@@ -172,7 +172,7 @@ class Structure:
             for i, name in enumerate(self.extras)
             if i != self._temperature_place
         )
-        return (*named, *further, *((_OFFSET,) if self.offset else ()))
+        return (*named, *further, *((OFFSET,) if self.offset else ()))
 
     @property
     def _gains_of_element(self) -> tuple[Gain, ...]:

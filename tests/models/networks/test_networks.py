@@ -28,8 +28,8 @@ from erclutch.logs.dataset import Dataset
 from erclutch.models.load import load_model
 from erclutch.models.networks import is_network, network_from_name
 from erclutch.models.networks.forward import forward_fnn, forward_rbfn
+from erclutch.models.networks.network_file import network_from_dict
 from erclutch.models.networks.network_inputs import inputs_of
-from erclutch.models.networks.network_model import network_from_dict
 from erclutch.signals.clock import Clock, Span
 from erclutch.signals.device import DeviceName, Element, Units
 from tests.support.pair import pair_rows

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from erclutch.errors import shell_word
-from erclutch.fit.candidate import Fitted, Grown, Kind, asked
+from erclutch.fit.candidate import Candidate, Fitted, Grown, Kind, asked
 from erclutch.fit.data_check import Finding, steady_command
 from erclutch.fit.fit_settings import AUTO, Settings
 from erclutch.fit.ladder import grown, helpful
@@ -32,7 +32,7 @@ _SHORT_LAW = 8
 
 
 @dataclass(frozen=True)
-class LawCandidate:
+class LawCandidate(Candidate):
     """A law with its stages.
 
     Attributes:
@@ -58,6 +58,10 @@ class LawCandidate:
     def refit(self, train: Dataset, kept: Mask, outcome: AnyOutcome, fitted: Sequence[Fitted]) -> AnyOutcome:
         """See `Candidate.refit`."""
         return refit_near(train, outcome.model, kept)
+
+    def fit_again(self, data: Dataset, outcome: AnyOutcome) -> AnyOutcome:
+        """The law's numbers get intervals, which `refit` leaves out; see `Candidate.fit_again`."""
+        return fit_structure(data, outcome.model.structure, starts=[list(outcome.model.shape.values())])
 
 
 class Laws(Kind):
@@ -94,7 +98,7 @@ KIND = Laws()
 
 def laws_among(fitted: Sequence[Fitted]) -> list[FitOutcome[TorqueModel]]:
     """The fits of laws, in their order."""
-    return [each.outcome for each in fitted if isinstance(each.outcome.model, TorqueModel)]
+    return [each.outcome for each in fitted if each.outcome.model.law_part is each.outcome.model]
 
 
 def structures_for(data: Dataset, settings: Settings) -> list[Structure]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from erclutch.fit.candidate import Fitted, Grown, Kind, asked
+from erclutch.fit.candidate import Candidate, Fitted, Grown, Kind, asked
 from erclutch.fit.fit_settings import Settings
 from erclutch.fit.kinds.law_alone import LawCandidate, structures_of
 from erclutch.fit.kinds.network_alone import fnns_with, network_for, remembering_law
@@ -19,7 +19,7 @@ from erclutch.signals.array import Mask
 
 
 @dataclass(frozen=True)
-class LawWithNetworkCandidate:
+class LawWithNetworkCandidate(Candidate):
     """A law with a network on its residual.
 
     Attributes:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from erclutch.fit.candidate import Fitted, Grown, Kind, asked
+from erclutch.fit.candidate import Candidate, Fitted, Grown, Kind, asked
 from erclutch.fit.fit_settings import AUTO, Settings
 from erclutch.fit.kinds.law_alone import laws_among
 from erclutch.fit.laws.fit_law import fit_structure, refit_near
@@ -24,7 +24,7 @@ from erclutch.signals.array import Mask
 
 
 @dataclass(frozen=True)
-class NetworkCandidate:
+class NetworkCandidate(Candidate):
     """A network.
 
     Attributes:

@@ -71,7 +71,7 @@ def fit_residual(
     target = _Target(replace(data, effort=missed), structure.network, law.model.times, inputs, limit, seed, workers)
     found = target.network(rows)
     share = _share(target) if share is None else share
-    shared = output_times(replace(found.model, about={**found.model.about, "share": f"{share:.6g}"}), share)
+    shared = replace(found.model.scaled(share), about={**found.model.about, "share": f"{share:.6g}"})
     whole = target.bounded(shared, inputs[:, rows])
     added = whole.of_inputs(inputs, exactly=False)
     left = (missed - added)[rows]
@@ -137,13 +137,3 @@ def _share(target: _Target) -> float:
             seen[block] = others.of_inputs(target.inputs[:, block], exactly=False)
     size = float(seen @ seen)
     return float(np.clip(missed @ seen / size, 0.0, 1.0)) if size > 0 else 0.0
-
-
-def output_times(network: NetworkModel, factor: float, offset: float = 0.0) -> NetworkModel:
-    """A network whose output is multiplied by a factor, and a constant effort more."""
-    scaling, law = network.scaling, network.beyond
-    if law is not None:
-        gains = {name: factor * gain for name, gain in law.gains.items()}
-        network = replace(network, beyond=replace(law, gains=gains))
-    effort = {"effort_offset": factor * scaling.effort_offset + offset, "effort_scale": factor * scaling.effort_scale}
-    return replace(network, scaling=replace(scaling, **effort))

@@ -13,14 +13,14 @@ from numpy.typing import NDArray
 from erclutch.arithmetic.as_in_c import array_as_in_c
 from erclutch.models import model_file
 from erclutch.models.band import Band
-from erclutch.models.law_model import TorqueModel, model_from_dict
+from erclutch.models.law_model import TorqueModel
 from erclutch.models.model import FluidSignals, GivesWay, Pair, Range, further_inputs, settled_memory
 from erclutch.models.near_cells import Nearness, faded
-from erclutch.models.networks import NetworkStructure, network_from_name
+from erclutch.models.networks import NetworkStructure
 from erclutch.models.networks.forward import forward_fnn, forward_rbfn, gaussians, last_hidden
-from erclutch.models.networks.network_inputs import STRENGTH, field_in_fluid, inputs_from, inputs_of, moved_of
+from erclutch.models.networks.network_inputs import field_in_fluid, inputs_from, inputs_of, moved_of
 from erclutch.models.shared_answers import ModelBase
-from erclutch.models.stages import outside_stages, slip_stages, stage_equations, stages_at, stages_of
+from erclutch.models.stages import outside_stages, stage_equations, stages_at
 from erclutch.models.stages.stage import SlipAndStrength
 from erclutch.registry import Plugin
 from erclutch.signals.array import Array
@@ -28,7 +28,6 @@ from erclutch.signals.clock import Clock
 from erclutch.signals.device import Element, Units
 
 KIND = "erclutch network model"
-_STEEPEST = 10.0  # exponent of the field in a memory's strength
 _GIVES_WAY = "Where no training row was near, the effort is that of a law, and a share of both in between:"
 _BLOCK = 131_072  # activations of a layer at a time: they stay in the cache
 
@@ -87,6 +86,11 @@ class NetworkModel(ModelBase):
     near: tuple[tuple[int, ...], ...] = ()
     #: Nothing is added to a network's effort.
     correction: None = field(default=None, init=False, repr=False, compare=False)
+
+    @property
+    def network_part(self) -> NetworkModel:
+        """The model itself."""
+        return self
 
     @property
     def title(self) -> str:
@@ -274,6 +278,21 @@ class NetworkModel(ModelBase):
         given = [[np.broadcast_to(x, effort.shape) for x in group] for group in (fields, slips, extras)]
         return self._faded(effort, given, exactly=True)
 
+    def scaled(self, factor: float, offset: float = 0.0) -> NetworkModel:
+        """The same network with its effort times a factor, and a constant effort more.
+
+        The law beyond the rows is multiplied too; a constant effort would be new to its structure, so it gets none.
+        """
+        beyond = self.beyond
+        if beyond is not None:
+            beyond = replace(beyond, gains={name: factor * gain for name, gain in beyond.gains.items()})
+        scaling = replace(
+            self.scaling,
+            effort_offset=factor * self.scaling.effort_offset + offset,
+            effort_scale=factor * self.scaling.effort_scale,
+        )
+        return replace(self, beyond=beyond, scaling=scaling)
+
     def command(self, field: Any) -> Any:
         """What the stages work on: the field itself."""
         return field
@@ -342,91 +361,8 @@ class NetworkModel(ModelBase):
         return model_file.sealed(body, self.band)
 
 
-def network_from_dict(body: Mapping[str, Any], where: str = "model", *, alone: bool = True) -> NetworkModel:
-    """The network that `NetworkModel.to_dict` wrote; not alone, it has the strength of the field from its law.
-
-    Raises:
-        RunError: another schema, a missing or unfitting entry, or numbers that do not match the digest.
-    """
-    return model_file.read_model(body, KIND, where, lambda content: _network_from(content, alone))
-
-
-def _network_from(body: Mapping[str, Any], alone: bool) -> NetworkModel:
-    structure = _structure_from(body)
-    names = STRENGTH if alone and slip_stages(structure.dynamics) else ()
-    strength = {name: model_file.number_of(body["dynamics"][name], name, positive=True) for name in names}
-    if strength.get("n_m", 0.0) > _STEEPEST:
-        raise ValueError(f"n_m is {strength['n_m']:g}, above {_STEEPEST:g}")
-    scaling, count = body["scaling"], len(structure.inputs)
-    weights = {
-        name: model_file.table_of(body["weights"][name], name, *shape)
-        for name, shape in table_shapes(structure).items()
-    }
-    if np.any(np.abs(weights.get("spreads", 1.0)) < model_file.SMALLEST):  # squared, so the sign has no say
-        raise ValueError("a spread is 0")
-    period = model_file.number_of(body["period_s"], "period_s", positive=True) if "period_s" in body else None
-    units = model_file.units_of(body)
-    beyond = model_from_dict(body["beyond"]) if "beyond" in body else None
-    if beyond is not None and (beyond.structure.device, beyond.units) != (structure.device, units):
-        raise ValueError(f"the law {beyond.name} beyond the rows is of another device or has other units")
-    if beyond is not None and not set(beyond.extras) <= set(structure.extras):
-        raise ValueError(f"the law {beyond.name} beyond the rows has inputs that the network has not")
-    return NetworkModel(
-        structure,
-        Scaling(
-            model_file.table_of(scaling["offset"], "offset", count),
-            model_file.table_of(scaling["scale"], "scale", count, positive=True),
-            model_file.number_of(scaling["effort_offset"], "effort_offset"),
-            model_file.number_of(scaling["effort_scale"], "effort_scale"),
-        ),
-        weights,
-        {
-            **_stage_numbers_from(body["dynamics"], structure, period or model_file.LONGEST_PERIOD),
-            **strength,
-        },
-        units,
-        model_file.range_of(body),
-        np.array([model_file.pair_of(body["input_range"][i], "range of an input") for i in range(count)]),
-        model_file.about_of(body),
-        period,
-        beyond=beyond,
-        near=model_file.near_of(body.get("near", ()), structure.device),
-    )
-
-
-def _stage_numbers_from(numbers: Mapping[str, Any], structure: NetworkStructure, period: float) -> dict[str, float]:
-    """Numbers of the stages; those in the unit of the slip may be as large as they like."""
-    found: dict[str, float] = {}
-    for p in (p for stage in stages_of(structure.dynamics) for p in stage.parameters(period)):
-        found[p.name] = model_file.number_of(numbers[p.name], p.name, positive=p.lower > 0)
-        if found[p.name] < 0 or (not p.dimension.slip and found[p.name] > p.upper):
-            raise ValueError(f"{p.name} is {found[p.name]:g}, not from 0 to {p.upper:g}")
-    return found
-
-
-def _structure_from(body: Mapping[str, Any]) -> NetworkStructure:
-    """The inputs tell whether the field is one of them, and past samples of further inputs."""
-    past = tuple(model_file.whole_number_of(k, "past") for k in body["past"])
-    extras = model_file.names_of(body["extras"], "extras")
-    made = network_from_name(
-        model_file.specification_of(body["network"], "network"),
-        model_file.device_of(body),
-        dynamics=model_file.specification_of(body["dynamics"]["form"], "dynamics"),
-        past=past,
-        extras=extras,
-    )
-    structure = replace(
-        made,
-        field=body["inputs"][0] == made.inputs[0],
-        past_extras=all(f"{name}[-{k}]" in body["inputs"] for k in past for name in extras),
-    )
-    if list(structure.inputs) != body["inputs"]:
-        raise ValueError(f"inputs are {body['inputs']!r:.100}")
-    return structure
-
-
 def table_shapes(structure: NetworkStructure) -> dict[str, tuple[int, ...]]:
-    """ShapeParameter of each table of weights, in their order."""
+    """Shape of each table of weights, in their order."""
     k = len(structure.inputs)
     if structure.kind == "rbfn":
         n = structure.hidden[0]

@@ -9,7 +9,6 @@ import numpy as np
 
 from erclutch.export.monotone import monotone_share, worst_turn
 from erclutch.models.laws.yield_stress import YIELD_FORMS
-from erclutch.models.residual_model import ResidualModel
 from erclutch.report.html.parameters_section import equation_of, parameter_row
 from erclutch.report.html.section import Section
 from erclutch.report.numbers.flow_curves import dwelled_fields
@@ -103,7 +102,7 @@ def _curve_words(material: Material) -> Iterator[str]:
 def _network_words(material: Material) -> Iterator[str]:
     """What the network of a law with one adds."""
     model = material.models[material.recommended]
-    if not isinstance(model, ResidualModel):
+    if model.correction is None:
         return
     data, test = material.rows.data, material.rows.test
     predicted = material.rows.predicted[material.recommended]

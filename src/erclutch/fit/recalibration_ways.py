@@ -1,0 +1,186 @@
+"""Ways to recalibrate a model: which of its numbers may move, how far, and what they do to the effort."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from erclutch.arithmetic.dual import partial_of, value_of
+from erclutch.fit.laws.variable_projection import coordinates, parameters, seeded
+from erclutch.logs.dataset import Dataset
+from erclutch.models.law_model import TorqueModel
+from erclutch.models.model import Model
+from erclutch.models.networks.network_inputs import inputs_of
+from erclutch.models.networks.network_model import NetworkModel
+from erclutch.models.stages import stages_at
+from erclutch.models.structure import OFFSET as CONSTANT_EFFORT
+from erclutch.signals.array import Array
+
+Rows = NDArray[np.intp]
+
+#: Numbers of a whole model: what multiplies its effort, and what is added.
+GAIN, OFFSET = "gain", CONSTANT_EFFORT.name
+_ALL, _FREE = "all numbers", "gains and offset"
+_SMALL = 0.1  # a gain near zero may change by this share of the largest one
+_ONE_FIELD = 1e-6  # fields that differ by less than this share of the largest are one field
+
+
+@dataclass(frozen=True)
+class Number:
+    """A number that may move: its value in the base, its usual change, and its bounds."""
+
+    name: str
+    start: float
+    reach: float
+    lower: float = -np.inf
+    upper: float = np.inf
+
+
+@dataclass(frozen=True)
+class Way:
+    """A set of numbers that may move together.
+
+    Attributes:
+        name: of the way, for people.
+        numbers: those that may move, k of them.
+        columns: slopes of the effort by the numbers, shape (n, k), at the values ``at``.
+        model: the model for other values of the numbers, shape (k,).
+        at: values of the numbers, shape (k,).
+        slopes: the columns at other values; None where the effort is linear in the numbers.
+        said: from values of a solver's coordinates to values as the model has them, shape (k,) both.
+    """
+
+    name: str
+    numbers: Sequence[Number]
+    columns: Array
+    model: Callable[[Array], Model]
+    at: Array
+    slopes: Callable[[Array], Array] | None = None
+    said: Callable[[Array], Array] = np.asarray
+
+    @property
+    def start(self) -> Array:
+        """Values of the numbers in the base, shape (k,)."""
+        return np.array([number.start for number in self.numbers])
+
+
+def ways_of(model: Model, data: Dataset, rows: Rows, effort: Array) -> Iterator[Way]:
+    """All ways for a model, from the one with the fewest numbers on.
+
+    Args:
+        model: the base.
+        data: the new log.
+        rows: those whose effort is looked at, shape (n,).
+        effort: of the base on these rows, shape (n,).
+    """
+    gain = Number(GAIN, 1.0, 1.0, lower=0.0)
+    usual_effort = float(np.sqrt(np.mean(effort**2))) or 1.0
+    offset = Number(OFFSET, 0.0, usual_effort)
+    ones = np.ones(effort.size)
+    yield _linear("common gain", [gain], [effort], lambda c: model.scaled(c[0]))
+    yield _linear("common gain and offset", [gain, offset], [effort, ones], lambda c: model.scaled(*c))
+
+    law, network = model.law_part, model.network_part
+    if model.correction is not None:
+        added = model.added(data.elements, data.clock, data.extras, exactly=False)[rows]
+        for name in ("gains", _FREE):
+            yield _with_network(_gains(name, law, data, rows), model, added)
+    elif law is not None:
+        for name in ("gains", _FREE):
+            yield _gains(name, law, data, rows)
+        # One field tells nothing of an exponent of the field.
+        fields_differ = any(np.ptp(e.field[rows]) > _ONE_FIELD * np.abs(e.field).max() for e in data.elements)
+        if law.shape and fields_differ:
+            yield _all_numbers(law, data, rows)
+    elif network is not None and not stages_at(network.structure.dynamics, "effort"):
+        yield _output_layer(network, data, rows)
+
+
+def _linear(name: str, numbers: Sequence[Number], columns: Sequence[Array], model: Callable[[Array], Model]) -> Way:
+    """A way in whose numbers the effort is linear."""
+    start = np.array([number.start for number in numbers])
+    return Way(name, numbers, np.column_stack(columns), model, start)
+
+
+def _gains(name: str, law: TorqueModel, data: Dataset, rows: Rows) -> Way:
+    """The gains of a law; a constant effort is among them only where the way is free to have one."""
+    structure = replace(law.structure, offset=name == _FREE)
+    shape = list(law.shape.values())
+    columns = structure.columns(data.elements, data.clock, law.reference, shape, extras=data.extras)
+    least = _SMALL * max(map(abs, law.gains.values()))
+    numbers: list[Number] = []
+    for gain in structure.gains():
+        start = law.gains.get(gain.name, 0.0)
+        lower = 0.0 if gain.nonnegative else -np.inf
+        numbers.append(Number(gain.name, start, max(abs(start), least), lower))
+    names = [number.name for number in numbers]
+
+    def model(c: Array) -> TorqueModel:
+        return law.with_gains(dict(zip(names, c.tolist(), strict=True)))
+
+    return _linear(name, numbers, [column[rows] for column in columns], model)
+
+
+def _with_network(way: Way, base: Any, added: Array) -> Way:
+    """The gains of a law, and the share of the network on its residual, which adds so much now, shape (n,)."""
+    share = Number("network", 1.0, 1.0, lower=0.0)
+
+    def model(c: Array) -> Model:
+        law = way.model(c[:-1]).law_part
+        return base.with_parts(law, float(c[-1]))
+
+    return _linear(way.name, [*way.numbers, share], [way.columns, added], model)
+
+
+def _all_numbers(law: TorqueModel, data: Dataset, rows: Rows) -> Way:
+    """Shape and gains of a law, the constant effort too; the shape as the solver's coordinates u."""
+    shapes = law.structure.shapes(law.period)
+    gains = _gains(_FREE, law, data, rows)
+    u = coordinates(shapes, list(law.shape.values()))
+    low = coordinates(shapes, [s.lower for s in shapes])
+    high = coordinates(shapes, [s.upper for s in shapes])
+    # A factor of e is usual where a number may span decades, half the range that is searched elsewhere.
+    reach = [1.0 if s.scale == "log" else 0.5 * (s.scanned[1] - s.scanned[0]) for s in shapes]
+    numbers = [Number(s.name, *each) for s, *each in zip(shapes, u, reach, low, high, strict=True)]
+
+    def model(c: Array) -> TorqueModel:
+        shape = dict(zip(law.shape, parameters(shapes, c[: u.size]), strict=True))
+        return replace(gains.model(c[u.size :]).law_part, shape=shape)
+
+    def slopes(c: Array) -> Array:
+        q = seeded(shapes, c[: u.size])
+        structure = replace(law.structure, offset=True)
+        columns = structure.columns(data.elements, data.clock, law.reference, q, extras=data.extras)
+        effort = sum(gain * column for gain, column in zip(c[u.size :], columns, strict=True))
+        by_shape = [np.broadcast_to(partial_of(effort, k), data.rows)[rows] for k in range(u.size)]
+        by_gain = [value_of(column)[rows] for column in columns]
+        return np.column_stack([*by_shape, *by_gain])
+
+    def said(c: Array) -> Array:
+        return np.concatenate([parameters(shapes, c[: u.size]), c[u.size :]])
+
+    start = np.concatenate([u, gains.start])
+    return Way(_ALL, [*numbers, *gains.numbers], gains.columns, model, start, slopes, said)
+
+
+def _output_layer(network: NetworkModel, data: Dataset, rows: Rows) -> Way:
+    """The weights of a network's output layer, in which its effort is linear."""
+    inputs = inputs_of(network.structure, data.elements, data.clock, data.extras, network.dynamics)[:, rows]
+    active = network.last_layer(network.scaling.inputs(inputs))  # (neurons, n)
+    ones = np.ones(active.shape[1])
+    columns = network.scaling.effort_scale * np.column_stack([*active, ones])
+    names = list(network.weights)[-2:]
+    weights, bias = (network.weights[name] for name in names)
+    start = np.concatenate([weights.ravel(), bias])
+    reach = np.maximum(np.abs(start), _SMALL * np.abs(start).max())
+    numbers = [Number(f"w_{k}", *each) for k, each in enumerate(zip(start.tolist(), reach.tolist(), strict=True))]
+
+    def model(c: Array) -> NetworkModel:
+        last = {names[0]: c[:-1].reshape(weights.shape), names[1]: c[-1:]}
+        return replace(network, weights={**network.weights, **last})
+
+    return _linear(_ALL, numbers, [columns], model)

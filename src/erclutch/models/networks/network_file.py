@@ -1,0 +1,101 @@
+"""A network is read from its file; numbers and names that no fit can give are refused."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from erclutch.models import model_file
+from erclutch.models.law_model import model_from_dict
+from erclutch.models.networks import NetworkStructure, network_from_name
+from erclutch.models.networks.network_inputs import STRENGTH
+from erclutch.models.networks.network_model import KIND, NetworkModel, Scaling, table_shapes
+from erclutch.models.stages import slip_stages, stages_of
+
+_STEEPEST = 10.0  # exponent of the field in a memory's strength
+
+
+def network_from_dict(body: Mapping[str, Any], where: str = "model", *, alone: bool = True) -> NetworkModel:
+    """The network that `NetworkModel.to_dict` wrote; not alone, it has the strength of the field from its law.
+
+    Raises:
+        RunError: another schema, a missing or unfitting entry, or numbers that do not match the digest.
+    """
+    return model_file.read_model(body, KIND, where, lambda content: _network_from(content, alone))
+
+
+def _network_from(body: Mapping[str, Any], alone: bool) -> NetworkModel:
+    structure = _structure_from(body)
+    names = STRENGTH if alone and slip_stages(structure.dynamics) else ()
+    strength = {name: model_file.number_of(body["dynamics"][name], name, positive=True) for name in names}
+    if strength.get("n_m", 0.0) > _STEEPEST:
+        raise ValueError(f"n_m is {strength['n_m']:g}, above {_STEEPEST:g}")
+    scaling, count = body["scaling"], len(structure.inputs)
+    weights = {
+        name: model_file.table_of(body["weights"][name], name, *shape)
+        for name, shape in table_shapes(structure).items()
+    }
+    if np.any(np.abs(weights.get("spreads", 1.0)) < model_file.SMALLEST):  # squared, so the sign has no say
+        raise ValueError("a spread is 0")
+    period = model_file.number_of(body["period_s"], "period_s", positive=True) if "period_s" in body else None
+    units = model_file.units_of(body)
+    beyond = model_from_dict(body["beyond"]) if "beyond" in body else None
+    if beyond is not None and (beyond.structure.device, beyond.units) != (structure.device, units):
+        raise ValueError(f"the law {beyond.name} beyond the rows is of another device or has other units")
+    if beyond is not None and not set(beyond.extras) <= set(structure.extras):
+        raise ValueError(f"the law {beyond.name} beyond the rows has inputs that the network has not")
+    return NetworkModel(
+        structure,
+        Scaling(
+            model_file.table_of(scaling["offset"], "offset", count),
+            model_file.table_of(scaling["scale"], "scale", count, positive=True),
+            model_file.number_of(scaling["effort_offset"], "effort_offset"),
+            model_file.number_of(scaling["effort_scale"], "effort_scale"),
+        ),
+        weights,
+        {
+            **_stage_numbers_from(body["dynamics"], structure, period or model_file.LONGEST_PERIOD),
+            **strength,
+        },
+        units,
+        model_file.range_of(body),
+        np.array([model_file.pair_of(body["input_range"][i], "range of an input") for i in range(count)]),
+        model_file.about_of(body),
+        period,
+        beyond=beyond,
+        near=model_file.near_of(body.get("near", ()), structure.device),
+    )
+
+
+def _stage_numbers_from(numbers: Mapping[str, Any], structure: NetworkStructure, period: float) -> dict[str, float]:
+    """Numbers of the stages; those in the unit of the slip may be as large as they like."""
+    found: dict[str, float] = {}
+    for p in (p for stage in stages_of(structure.dynamics) for p in stage.parameters(period)):
+        found[p.name] = model_file.number_of(numbers[p.name], p.name, positive=p.lower > 0)
+        if found[p.name] < 0 or (not p.dimension.slip and found[p.name] > p.upper):
+            raise ValueError(f"{p.name} is {found[p.name]:g}, not from 0 to {p.upper:g}")
+    return found
+
+
+def _structure_from(body: Mapping[str, Any]) -> NetworkStructure:
+    """The inputs tell whether the field is one of them, and past samples of further inputs."""
+    past = tuple(model_file.whole_number_of(k, "past") for k in body["past"])
+    extras = model_file.names_of(body["extras"], "extras")
+    made = network_from_name(
+        model_file.specification_of(body["network"], "network"),
+        model_file.device_of(body),
+        dynamics=model_file.specification_of(body["dynamics"]["form"], "dynamics"),
+        past=past,
+        extras=extras,
+    )
+    structure = replace(
+        made,
+        field=body["inputs"][0] == made.inputs[0],
+        past_extras=all(f"{name}[-{k}]" in body["inputs"] for k in past for name in extras),
+    )
+    if list(structure.inputs) != body["inputs"]:
+        raise ValueError(f"inputs are {body['inputs']!r:.100}")
+    return structure
