@@ -24,8 +24,6 @@ EXAMPLES = sorted(path.parent for path in (ROOT / "examples").glob("erclutch-*/p
 
 TARGETS = (*names("erclutch.targets"), "arduino")
 PACKAGES = {path.name for path in EXAMPLES}
-#: A kind of model is a fit of its own; the files in fit/kinds are its examples.
-WITHOUT_EXAMPLE = {"erclutch.kinds"}
 MODEL = "robertson-stiff+slew-rate"
 #: Another order of operations, by ONNX Runtime and Octave: as for our own laws.
 OTHER_ORDER = ("ONNX Runtime", "GNU Octave")
@@ -122,7 +120,7 @@ def test_lists_name_package_and_version(environment: Environment) -> None:
     outside = {entry["package"]: entry for entry in listed if entry["package"] != "erclutch"}
     assert set(outside) == PACKAGES
     shown = {entry["group"] for entry in outside.values()}
-    assert shown == {entry["group"] for entry in listed} - WITHOUT_EXAMPLE
+    assert shown == {entry["group"] for entry in listed}
     page = environment.erclutch("--help")
     assert "effort-table" in page.partition("Of other packages")[2]
     assert "effort-table" not in page.partition("Of other packages")[0]

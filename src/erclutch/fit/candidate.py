@@ -110,7 +110,7 @@ class Kind(ABC):
         """Whether a specification, its stages included, names a model of this kind."""
 
     def members(self, of: str) -> tuple[str, ...]:
-        """Specifications that stand in one of `SETS`."""
+        """Specifications of ours that stand in one of `SETS`; those of another package are asked for by name."""
         return ()
 
     @abstractmethod
@@ -154,7 +154,9 @@ def asked(settings: Settings, train: Dataset, kind: Kind) -> list[tuple[str, str
 
 def names(settings: Settings) -> list[str]:
     """All models that are asked for, sets of them spelled out."""
-    spelled = {name: tuple(m for _, kind in kinds() for m in kind.members(name)) for name in SETS}
+    # Installing a package changes no figure: a set has our own models, and another package's are asked for by name.
+    ours = [kind for plugin, kind in kinds() if plugin.own]
+    spelled = {name: tuple(model for kind in ours for model in kind.members(name)) for name in SETS}
     return [model for name in settings.models for model in spelled.get(name, (name,))]
 
 
