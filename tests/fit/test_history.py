@@ -75,7 +75,7 @@ def test_a_model_that_remembers_has_nothing_left() -> None:
     plain = compare(data, Settings(models=("bingham",), lag="none"))
     (finding,) = [f for f in plain.findings if f.subject == HISTORY]
     assert finding.level == "warning"
-    assert "the error of bingham depends on where the slip came from" in finding.message
+    assert "the error of Bingham law depends on where the slip came from" in finding.message
     assert finding.remedy == "Fit with --lag dahl/field"
     found = compare(data, Settings(models=("bingham",), lag="dahl/field"))
     assert HISTORY not in {f.subject for f in found.findings}

@@ -28,7 +28,7 @@ from erclutch.fit.standing import Standing, standing
 from erclutch.fit.turned_sign import with_turned_fit
 from erclutch.fit.validation import chosen, cross_validated
 from erclutch.logs.dataset import Dataset, hold_out, require_dataset
-from erclutch.models.model_titles import id_of, titles_of
+from erclutch.models.model_titles import id_of, title_of, titles_of
 from erclutch.registry import Plugin
 from erclutch.signals.shown import Shown, one_line
 
@@ -265,6 +265,6 @@ def _fit(
 def _memory_left(data: Dataset, entry: RankedModel) -> tuple[Finding, ...]:
     with one_thread():
         memory = history_finding(
-            data, data.effort - entry.predicted, entry.name, entry.outcome.model.structure.dynamics
+            data, data.effort - entry.predicted, title_of(entry.name), entry.outcome.model.structure.dynamics
         )
     return () if memory is None else (memory,)

@@ -90,7 +90,7 @@ def history_finding(data: Dataset, error: Array, name: str, dynamics: str) -> Fi
     Args:
         data: the rows.
         error: measured less estimated effort, shape (n,).
-        name: of the model.
+        name: what the model is called.
         dynamics: its stages.
     """
     found = history(data, error, dynamics)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+import shlex
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -21,6 +23,8 @@ from erclutch.report.numbers.run_material import Material
 from erclutch.runs.every_row_folder import read_every_row
 
 _FEW_INDEPENDENT = 0.02
+#: How a finding asks for a memory of the slip (`fit.history`).
+_SETTING = re.compile(r"Fit with --lag (?P<stages>\S+)")
 #: Models of the ranking that are read at once; the others are folded.
 SHOWN = 8
 #: How notes begin of which the section of the model tells more.
@@ -126,9 +130,9 @@ def choice(material: Material) -> str:
         return "Nothing can be recommended: these data identify no model's parameters. This one comes nearest."
     if "chosen_by" in material.body:
         return (
-            f"The training rows chose it: of the models in question none that physics binds as much was better with "
-            f"{material.body['chosen_by']} left out in turn, each predicted by a fit to the others. The rows held out "
-            f"chose nothing."
+            f"The training rows chose it. They were divided into {material.body['chosen_by']}; each part was left out "
+            f"in turn and estimated by models fitted to the others. There no model with as much physics erred clearly "
+            f"less, and none with less physics was better on every part. The rows held out chose nothing."
         )
     if best is chosen:
         return "It is the best of all models, and no simpler one is as good."
@@ -216,14 +220,13 @@ def _of_errors(material: Material, entry: Mapping[str, Any]) -> Iterator[str]:
 def _next(material: Material) -> list[dict[str, str]]:
     """What to do, with commands where there are any."""
     body = material.body
-    steps = [(f"{capital(f['remedy'])}.", "") for f in body["findings"]]
+    steps = [_remedy_step(body, finding["remedy"]) for finding in body["findings"]]
     if body["settings"]["lag"] == "none":
         text = "No model with a lag was tried. On a switched device it often matters more than the law."
-        steps.append((text, "erclutch fit LOG --lag auto"))
+        steps.append((text, _fit_again(body, {"lag": "auto"})))
     if not body["settings"]["blocks"]:
         text = "Ranking on the rows held out flatters the winner a little: cross-validate."
-        again = "" if body.get("recalibration") else command_of(body)
-        steps.append((text, f"{again or 'erclutch fit LOG'} --blocks 5"))
+        steps.append((text, _fit_again(body, {"blocks": 5})))
     if float(np.mean([m.empty_share for m in material.error_maps])) > 0.5:
         text = (
             "More than half of the field and slip range holds no row (error map): log there too, or keep away from it."
@@ -242,6 +245,22 @@ def _next(material: Material) -> list[dict[str, str]]:
     code = f'erclutch.predict("{material.run.folder.name}", "LOG")'
     steps.append(("Use the model in Python: LOG is a file, or a DataFrame in its place.", code))
     return [{"text": text, "code": code} for text, code in steps]
+
+
+def _remedy_step(body: Mapping[str, Any], remedy: str) -> tuple[str, str]:
+    """What a finding asks for; a remedy that is a setting of the fit becomes the whole command."""
+    setting = _SETTING.fullmatch(remedy)
+    if setting is None:
+        return f"{capital(remedy)}.", ""
+    return "Fit again with the memory of the slip:", _fit_again(body, {"lag": setting["stages"]})
+
+
+def _fit_again(body: Mapping[str, Any], changed: Mapping[str, Any]) -> str:
+    """The command of this run's fit with some settings changed."""
+    if body.get("recalibration") or not command_of(body):
+        options = [word for key, value in changed.items() for word in (f"--{key}", str(value))]
+        return shlex.join(["erclutch", "fit", "LOG", *options])
+    return command_of({**body, "settings": {**body["settings"], **changed}})
 
 
 def _not_measured(material: Material, entry: Mapping[str, Any]) -> Iterator[str]:
