@@ -1,4 +1,4 @@
-"""The twin's internal step: `python studies/twin_step.py [--seconds 8] [--seed 0]`. TWIN.
+"""The twin's internal step: `python studies/twin_step.py [--seconds 8] [--seed 0] [--rig-file RIG.toml]`. TWIN.
 
 How much the torque changes when the step is halved, over the same commands, and how well the energy balance closes.
 """
@@ -13,7 +13,7 @@ import numpy as np
 
 from erclutch.wings.rig.twin import kernel as k
 from erclutch.wings.rig.twin.excitation import FieldSettings, field_sequence, torque_sequence
-from erclutch.wings.rig.twin.parameters import default_rig
+from erclutch.wings.rig.twin.parameters import RigParameters, load_rig
 from erclutch.wings.rig.twin.part_parameters import parts_of
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
@@ -22,9 +22,9 @@ from tests.support.twin_energy import stored
 SPEEDS = [k.OMEGA, k.OMEGA_R, k.OMEGA_L]
 
 
-def run(seconds: float, seed: int, step: float) -> tuple[np.ndarray, float]:
+def run(seconds: float, seed: int, step: float, rig: RigParameters) -> tuple[np.ndarray, float]:
     """The torque meter each ms, and what is missing from the energy balance over the motor's work."""
-    parts = parts_of(default_rig())
+    parts = parts_of(rig)
     rng = np.random.default_rng(seed)
     rows = round(seconds * 1000)
     steps = round(1e-3 / step)  # a row
@@ -51,12 +51,14 @@ def main() -> None:
     parser = argparse.ArgumentParser(description="Convergence of the digital TWIN.")
     parser.add_argument("--seconds", type=float, default=8.0)
     parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--rig-file", type=Path)
     asked = parser.parse_args()
-    print(f"TWIN, {asked.seconds:g} s, seed {asked.seed}")
+    rig = load_rig(asked.rig_file)
+    print(f"TWIN, {rig.name}, {asked.seconds:g} s, seed {asked.seed}")
     print(f"{'step [us]':>10}{'torque on halving':>20}{'energy missing':>17}")
     for step in (100e-6, 50e-6, 25e-6):
-        whole, missing = run(asked.seconds, asked.seed, step)
-        half, _ = run(asked.seconds, asked.seed, step / 2)
+        whole, missing = run(asked.seconds, asked.seed, step, rig)
+        half, _ = run(asked.seconds, asked.seed, step / 2, rig)
         change = float(np.sqrt(np.mean((whole - half) ** 2) / np.mean(half**2)))
         print(f"{1e6 * step:10.0f}{change:20.2%}{missing:17.1e}")
 
