@@ -125,7 +125,7 @@ class Workbench(LogAnswers, RunAnswers):
 
     async def _job_state(self, request: Request) -> Response:
         job = self._found(request)
-        told = {"state": job.state, "share": job.share, "doing": job.doing, "seconds": round(job.seconds, 1)}
+        told = {"state": job.state, "share": job.share, "doing": _doing(job), "seconds": round(job.seconds, 1)}
         return JSONResponse({**told, "lines": "\n".join(job.lines), "address": address(job), "fitted": _fitted(job)})
 
     async def _file(self, request: Request) -> Response:
@@ -166,6 +166,12 @@ class Workbench(LogAnswers, RunAnswers):
         return self._begin(
             request, "A log of the digital TWIN", ["simulate", "training", "--seconds=60", "--out", out], out
         )
+
+
+def _doing(job: Job) -> str:
+    """What a job does at this moment, with the title of a model in place of its name."""
+    newest = next(reversed(job.fitted), None)
+    return job.doing if newest is None else job.doing.replace(newest, title_of(newest))
 
 
 def _fitted(job: Job) -> list[list[str]]:
