@@ -9,6 +9,9 @@ from __future__ import annotations
 import json
 import os
 import re
+import sys
+import tempfile
+import warnings
 from collections.abc import Callable, Generator
 from pathlib import Path
 from typing import Any
@@ -161,3 +164,19 @@ def messages_as_written(request: pytest.FixtureRequest) -> Generator[None, Any, 
         return
     with for_a_shell():
         yield
+
+
+@pytest.fixture
+def read_here(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Files of sound bytes are read in this process: a child costs a start of Python, and has tests of its own."""
+    from erclutch.logs.readers import child_process, found_recordings
+
+    def run(module: str, path: Path, *arguments: str) -> child_process.Answer:
+        with tempfile.TemporaryDirectory() as folder, warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            monkeypatch.setattr(sys, "argv", [module, str(path), folder, "0", "0", *arguments])
+            code = child_process.serve(found_recordings.answer_of)
+            return child_process._answer(Path(folder), code, b"", 1 << 30)
+
+    monkeypatch.setattr(child_process, "_limit", lambda memory, seconds: None)
+    monkeypatch.setattr(child_process, "run", run)

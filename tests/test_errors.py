@@ -45,6 +45,7 @@ def test_options_are_arguments_in_python(shell: str, python: str) -> None:
         assert worded(shell) == shell
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("python_words")
 def test_no_message_of_the_core_shows_an_option_in_python() -> None:
     rooms = ("arithmetic", "export", "files", "fit", "logs", "models", "runs", "signals")

@@ -17,6 +17,7 @@ from erclutch.arithmetic.record import traced
 MACHINES = {name: machine_of(traced(name, FLOAT64)) for name in ("exp", "expm1", "tanh")}
 
 
+@pytest.mark.slow
 @settings(deadline=None)
 @given(st.sampled_from(sorted(MACHINES)), st.floats(-700.0, 700.0))
 def test_a_lone_row_has_the_bits_of_the_function(name: str, x: float) -> None:

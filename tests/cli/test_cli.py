@@ -87,6 +87,7 @@ def test_version_cites_what_the_file_cites(tmp_path: Path) -> None:
     assert all(f"family-names: {writer}" in listed for writer in writers)
 
 
+@pytest.mark.slow
 def test_bash_completes_commands_options_and_choices(tmp_path: Path) -> None:
     script = tmp_path / "erclutch.bash"
     with pytest.MonkeyPatch.context() as patch:
@@ -174,6 +175,7 @@ def test_inspect_asks_about_a_guess_that_rests_on_little_and_names_the_command(t
     assert "field <- column q7 [V] (given)" in good(*command, cwd=tmp_path)
 
 
+@pytest.mark.slow
 def test_a_section_begins_on_the_clock_that_inspect_shows(tmp_path: Path) -> None:
     lines = [f"{100 + k / 100},{k % 2},{k % 7 - 3},{k % 5}\n" for k in range(600)]
     (tmp_path / "log.csv").write_text("t [s],field [V],slip [rad/s],torque [N*m]\n" + "".join(lines))
@@ -184,6 +186,7 @@ def test_a_section_begins_on_the_clock_that_inspect_shows(tmp_path: Path) -> Non
     assert "--start 107 s" in refused("inspect", "log.csv", "--plots", "other", "--start", "107", cwd=tmp_path)
 
 
+@pytest.mark.slow
 def test_a_prediction_is_no_measurement(tmp_path: Path) -> None:
     write_synthetic_log(tmp_path / "log.csv", 2.0)
     good("fit", "log.csv", "--models", "bingham", "--lag", "none", "--out", "run", cwd=tmp_path)
@@ -442,6 +445,7 @@ def test_more_unknowns_than_rows(tmp_path: Path) -> None:
     good("fit", "short.csv", "--models", "rbfm-100", "--lag", "none", cwd=tmp_path)
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs /dev/full")
 def test_output_that_cannot_be_written(tmp_path: Path) -> None:
     with Path("/dev/full").open("w") as full:

@@ -50,6 +50,7 @@ def test_units_of_a_parquet_file(said: Said, tmp_path: Path) -> None:
     said("fit", "a.parquet", code=2)
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("error:Glyph")
 def test_names_of_logs_and_runs(said: Said, tmp_path: Path) -> None:
     log, runs = f"c{HOSTILE}.csv", (f"first{HOSTILE}", f"other{HOSTILE}")

@@ -127,6 +127,7 @@ def test_score_says_that_a_run_was_trained_on_the_log(place: Path, tmp_path: Pat
         assert (code, "trained on 70% of the rows of its logs" in " ".join(said.split())) == (0, trained)
 
 
+@pytest.mark.slow
 def test_a_log_that_was_held_out_is_no_training_log(tmp_path: Path) -> None:
     """Several patterns follow one --test."""
     for seed, name in enumerate(("one.csv", "two.csv", "three.csv")):

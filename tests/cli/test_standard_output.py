@@ -33,6 +33,7 @@ def test_a_reader_that_went_away_is_no_error(words: tuple[str, ...]) -> None:
     assert (done.returncode, done.stderr) == (0, "")
 
 
+@pytest.mark.slow
 def test_a_closed_output_is_told() -> None:
     done = subprocess.run([*COMMAND, "laws"], stderr=PIPE, text=True, timeout=60, preexec_fn=lambda: os.close(1))
     assert done.returncode == 2

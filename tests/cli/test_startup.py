@@ -46,6 +46,7 @@ def test_help_brings_no_numbers(arguments: tuple[str, ...]) -> None:
     assert found & {"numpy", "scipy", "pandas", "pyarrow", "pint", "sympy", "h5py"} == set()
 
 
+@pytest.mark.slow
 def test_help_of_no_command_brings_numbers() -> None:
     """All commands are asked in one process: a package that one of them imports stays in memory."""
     code = (

@@ -28,6 +28,7 @@ from erclutch.signals.array import Array
 from erclutch.signals.clock import Clock, Span
 from erclutch.signals.device import Element, slips_of
 from tests.support.examples import examples
+from tests.support.slow_params import slow_but
 from tests.support.wide_band import BAND
 
 BLOCK, SHORT = 20, 5
@@ -88,7 +89,7 @@ def test_the_c_gives_the_bits_of_the_record(
         assert device.band == tuple(ends)
 
 
-@pytest.mark.parametrize("label", LABELS)
+@pytest.mark.parametrize("label", slow_but(("bingham, single",), LABELS))
 def test_the_band_is_the_models(label: str, models: dict[str, Model]) -> None:
     made = alarmed(models[label])
     rows = motion(made, 500)
@@ -124,6 +125,7 @@ def test_edges_of_a_band_cost_nothing_in_a_step(models: dict[str, Model]) -> Non
     assert counts[0] == counts[1]
 
 
+@pytest.mark.slow
 def test_alarms_change_no_effort_and_no_inverse(models: dict[str, Model]) -> None:
     for label in LABELS:
         made, plain = alarmed(models[label]), step_of(models[label], ExportOptions("m", period=1e-3))
@@ -201,6 +203,7 @@ def test_blocks_that_lean_by_chance_raise_no_more(correlation: float, least: flo
     assert raised <= 60 + 3 * np.sqrt(60)
 
 
+@pytest.mark.slow
 def test_a_residual_that_leans_inside_the_band_is_a_drift() -> None:
     made = _single()
     rows = motion(made, 60 * SHORT)
@@ -223,6 +226,7 @@ def test_a_drift_is_found_and_its_end_too() -> None:
 ODD = st.sampled_from([np.nan, np.inf, -np.inf, 1e308, -1e308, 5e-324, 0.0])
 
 
+@pytest.mark.slow
 @settings(deadline=None, max_examples=examples(30))
 @given(st.data())
 def test_no_input_spoils_an_alarm_for_ever(data: st.DataObject) -> None:

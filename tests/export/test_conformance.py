@@ -28,6 +28,7 @@ from erclutch.models.networks.network_model import NetworkModel
 from erclutch.models.stages import slip_stages
 from erclutch.models.stages.oscillator import coefficients
 from erclutch.signals.array import Array
+from tests.support.slow_params import slow_but
 
 #: Bounds of docs/export.md, in units of the last place at the largest training effort: float64 has NumPy's bits.
 BOUND = {"float64": 0.0, "float32": 8.0}
@@ -164,6 +165,7 @@ def test_angles_are_differentiated_as_live_does(models: dict[str, Model], label:
     assert np.max(np.abs(effort - expected)) <= 1e-10 * made.scale
 
 
+@pytest.mark.slow
 def test_an_angle_that_wraps_is_the_angle_that_goes_on(models: dict[str, Model]) -> None:
     made = program(models["hem+rise-fall, coaxial"], inputs="angles")
     angle = np.cumsum(np.full(700, 0.025))
@@ -319,6 +321,7 @@ AHEAD = [
     "hem+rise-fall, coaxial",
     "fnn-3+rise-fall, single",
 ]
+AHEAD_QUICK = AHEAD[3:]
 
 
 @pytest.mark.parametrize(
@@ -329,7 +332,7 @@ AHEAD = [
         pytest.param("float32", 40, marks=pytest.mark.slow),
     ],
 )
-@pytest.mark.parametrize("label", AHEAD)
+@pytest.mark.parametrize("label", slow_but(AHEAD_QUICK, AHEAD))
 def test_the_field_for_the_next_step_gives_its_effort(
     models: dict[str, Model], label: str, precision: str, count: int
 ) -> None:
@@ -353,7 +356,7 @@ def test_the_field_for_the_next_step_gives_its_effort(
             assert abs(found - wanted[k]) <= min(others) + steep
 
 
-@pytest.mark.parametrize("label", AHEAD[:3])
+@pytest.mark.parametrize("label", slow_but(AHEAD[:1], AHEAD[:3]))
 def test_behind_a_dead_time_the_next_effort_is_out_of_reach(models: dict[str, Model], label: str) -> None:
     from erclutch.export.c.c_source import header
 
@@ -370,7 +373,7 @@ def test_behind_a_dead_time_the_next_effort_is_out_of_reach(models: dict[str, Mo
     assert inverse_now(made, rows[:1], effort[:1])[1][0] == 0
 
 
-@pytest.mark.parametrize("label", [*AHEAD, "hem, coaxial", "bingham+fnn-3, single"])
+@pytest.mark.parametrize("label", slow_but(AHEAD_QUICK, [*AHEAD, "hem, coaxial", "bingham+fnn-3, single"]))
 def test_after_a_reset_the_inverse_of_the_next_step_is_the_inverse_at_rest(
     models: dict[str, Model], label: str
 ) -> None:

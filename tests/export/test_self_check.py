@@ -98,6 +98,7 @@ def without_macros_and_pragmas(folder: Path) -> None:
     source.write_text(text, "ascii")
 
 
+@pytest.mark.slow
 def test_parts_of_fast_math_are_refused_when_compiled(
     models: dict[str, Model], need: Callable[..., None], tmp_path: Path
 ) -> None:
@@ -111,6 +112,7 @@ def test_parts_of_fast_math_are_refused_when_compiled(
     assert answer(gcc, folder, options) == REFUSED
 
 
+@pytest.mark.slow
 def test_nothing_comes_out_of_arithmetic_that_was_changed(
     models: dict[str, Model], need: Callable[..., None], tmp_path: Path
 ) -> None:

@@ -173,6 +173,7 @@ def test_an_error_inside_a_fit_comes_out(data: Dataset, monkeypatch: pytest.Monk
         compare(data, Settings(models=("quadratic", "bingham"), lag="none"))
 
 
+@pytest.mark.slow
 def test_a_steady_field_gets_no_lag_and_says_so(data: Dataset) -> None:
     """Two logs, each at one field."""
     n = data.rows // 2

@@ -67,6 +67,7 @@ def test_a_law_is_that_of_the_comparison(rows: tuple[np.ndarray, np.ndarray, Any
     assert mine.score(X, y) == pytest.approx(1 - theirs.train_cost / np.sum((y - y.mean()) ** 2))
 
 
+@pytest.mark.slow
 def test_a_law_with_memory_is_that_of_the_comparison(rows: tuple[np.ndarray, np.ndarray, Any]) -> None:
     X, y, data = rows
     X, y, part = X[:4000], y[:4000], data.clock.spans[0]
@@ -84,6 +85,7 @@ def test_a_law_with_memory_is_that_of_the_comparison(rows: tuple[np.ndarray, np.
         LawRegressor("bingham", "coaxial", "lag+dahl-x").fit(X, y)
 
 
+@pytest.mark.slow
 def test_a_network_is_that_of_the_comparison(rows: tuple[np.ndarray, np.ndarray, Any]) -> None:
     X, y, data = rows
     inputs = np.column_stack([X[:, 0] - X[:, 1], X[:, 2], X[:, 3]])

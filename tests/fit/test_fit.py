@@ -86,6 +86,7 @@ def test_a_truth_comes_back_with_intervals_that_hold_it(
     assert all(held)
 
 
+@pytest.mark.slow
 def test_coverage_of_the_intervals_over_repetitions() -> None:
     """Four parameters in 30 logs with white noise: 95 % intervals miss few."""
     made = structure()

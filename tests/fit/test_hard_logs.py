@@ -65,6 +65,7 @@ def without_field(friction: tuple[Array, Array]) -> Comparison:
     return compare(logged(*friction), MODELS)
 
 
+@pytest.mark.slow
 def test_friction_without_a_field_is_recovered(without_field: Comparison) -> None:
     chosen = without_field.entry(without_field.recommended)
     found = {estimate.name: estimate.value for estimate in chosen.outcome.estimates}
@@ -74,6 +75,7 @@ def test_friction_without_a_field_is_recovered(without_field: Comparison) -> Non
     assert chosen.test.rmse.value == pytest.approx(0.02, rel=0.05)
 
 
+@pytest.mark.slow
 def test_networks_remember_without_a_field_too(without_field: Comparison) -> None:
     remembering = [e for e in without_field.entries if e.name.startswith("fnn-4+dahl")]
     corrected = [e for e in without_field.entries if "+fnn-4+dahl" in e.name]
@@ -82,6 +84,7 @@ def test_networks_remember_without_a_field_too(without_field: Comparison) -> Non
     assert all(e.test.rmse.value < 0.025 for e in (*remembering, *corrected))
 
 
+@pytest.mark.slow
 def test_a_model_that_the_rows_cannot_make_ends_nothing(
     friction: tuple[Array, Array], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -156,6 +159,7 @@ def test_a_term_that_cannot_be_told_is_taken_out() -> None:
     assert entry.test.rmse.value == pytest.approx(0.01, rel=0.1)
 
 
+@pytest.mark.slow
 def test_a_law_of_two_fields_stays_eligible_before_a_network_that_errs_more() -> None:
     """Friction, yield effort and exponent of two fields, SYNTHETIC: three numbers where the log tells two."""
     field = np.where(FIELD > 0.5, 2.0, 0.2)

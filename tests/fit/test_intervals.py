@@ -82,6 +82,7 @@ def test_coverage_of_a_mean(rho: float, least: float) -> None:
     assert least <= hits / len(noise) <= 0.985
 
 
+@pytest.mark.slow
 def test_coverage_of_a_slope_on_a_slow_regressor() -> None:
     rng = np.random.default_rng(4)
     hits = naive = 0

@@ -95,6 +95,7 @@ def test_errors_are_those_of_fits_without_the_motion() -> None:
     assert np.sum(unseen**2) > 1.5 * np.sum(error**2)
 
 
+@pytest.mark.slow
 def test_laws_and_networks_know_their_errors_on_other_motions() -> None:
     data, _ = _logs(np.random.default_rng(2), 4, fields=(0.5, 1.0))
     structure = Structure("single", "bingham", law_from_name("bingham", "single"), "none", True, True)

@@ -9,6 +9,7 @@ from erclutch.fit.comparison import Settings, compare
 from erclutch.fit.data_check import check
 from erclutch.logs import recording_from_arrays
 from erclutch.logs.dataset import Dataset, build_dataset
+from tests.support.slow_params import slow_but
 
 UNITS = {"field": "V", "slip": "rad/s", "effort": "N*m"}
 
@@ -24,7 +25,7 @@ def one_way(seed: int, sense: float, rows: int = 8000) -> Dataset:
 
 
 @pytest.mark.parametrize("sense", [1.0, -1.0])
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", slow_but(range(1), range(3)))
 def test_the_law_that_made_the_log_is_recommended_and_known(seed: int, sense: float) -> None:
     found = compare(one_way(seed, sense), Settings(models=("bingham", "on-off"), lag="none"))
     assert found.recommended == "bingham"
@@ -37,6 +38,7 @@ def test_the_law_that_made_the_log_is_recommended_and_known(seed: int, sense: fl
     assert any("the slip keeps its sign" in finding.message for finding in found.findings)
 
 
+@pytest.mark.slow
 def test_friction_is_there_when_asked_for_and_where_the_slip_turns() -> None:
     data = one_way(0, 1.0)
     named = Settings(models=("bingham",), lag="none")

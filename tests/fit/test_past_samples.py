@@ -34,6 +34,9 @@ def rows(period: float | None = 1e-3, n: int = 800) -> Dataset:
     return Dataset("single", (Element(field, slip),), effort, clock, Units("N", "A", "m/s"), extras={"push": push})
 
 
+TEN_ROWS = rows(n=10)
+
+
 @pytest.mark.parametrize(
     ("asked", "expected"),
     [
@@ -68,7 +71,7 @@ def test_what_is_no_time_and_no_number_of_rows(word: str) -> None:
 @given(st.text(max_size=12) | st.integers())
 def test_any_text_gives_rows_or_one_line(word: str | int) -> None:
     try:
-        found = past_rows((word,), rows(n=10))
+        found = past_rows((word,), TEN_ROWS)
     except SettingError:
         return
     assert all(1 <= k <= 1000 for k in found)
@@ -86,6 +89,7 @@ def test_unequal_steps_have_rows_but_no_times() -> None:
         past_rows(("2ms",), rows(None))
 
 
+@pytest.mark.slow
 def test_past_samples_of_further_inputs_are_inputs(tmp_path: Path) -> None:
     data = rows(n=3000)
     structure = network_from_name("fnn-8", "single", past=(2,), extras=("push",))

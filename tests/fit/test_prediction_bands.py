@@ -121,6 +121,7 @@ def test_pieces_are_seconds_of_one_log_and_logs_of_several() -> None:
 BAND = Band(0.95, 0.01, 1.0, (0.0, 1.0), (-1.0, 1.0), (), (), (1.0, 1.0), (1.0, 1.0))
 
 
+@pytest.mark.slow
 def test_a_sensor_brings_any_band_to_its_level() -> None:
     """Bands five times too wide and too narrow, around an effort that is off by a constant, and then by another."""
     rng = np.random.default_rng(6)

@@ -115,6 +115,7 @@ def test_a_memory_longer_than_a_window_is_found_in_a_short_log() -> None:
     assert rungs[-1].error < 0.021
 
 
+@pytest.mark.slow
 def test_a_stiffness_is_found_where_it_is_large() -> None:
     """0.8 N m/rad beside the fluid, SYNTHETIC; its travel is counted from the start of the log."""
     t = PERIOD * np.arange(2000)
@@ -180,6 +181,7 @@ def test_a_freer_model_is_worth_it_on_every_part_or_not_recommended(network: tup
     assert ("network" in worth_their_freedom(errors, {"law": 0, "network": 2})) == allowed
 
 
+@pytest.mark.slow
 def test_a_network_has_to_be_worth_its_freedom_where_no_law_is_sound() -> None:
     """A law whose constants cannot be told may estimate well all the same."""
     data = bench(rows=200)

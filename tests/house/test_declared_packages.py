@@ -37,6 +37,7 @@ def declared() -> set[str]:
     return {normal(re.split(r"[^\w.-]", line)[0]) for line in lines}
 
 
+@pytest.mark.slow
 def test_every_imported_package_is_declared():
     homes, known, missing = packages_distributions(), declared(), dict[str, str]()
     for path in sorted((ROOT / "src").rglob("*.py")):

@@ -106,6 +106,7 @@ def test_logs_of_which_nothing_is_kept_are_no_sources(tmp_path: Path) -> None:
     assert [rows.in_blocks[k].name for k in rows.numbers] == list(rows.data.sources)
 
 
+@pytest.mark.usefixtures("read_here")
 def test_a_format_that_is_read_whole_is_kept_in_stretches_too(tmp_path: Path) -> None:
     from scipy.io import savemat
 

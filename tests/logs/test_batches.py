@@ -204,6 +204,7 @@ def test_errors_in_a_later_block_of_a_text_name_its_rows(tmp_path: Path) -> None
         list(read_batches(as_text(tmp_path / "b.csv", of), rows=10_000))
 
 
+@pytest.mark.slow
 def test_what_a_text_cannot_have_in_blocks(tmp_path: Path) -> None:
     path = tmp_path / "a.csv"
     rows = [f"2026-01-01 00:00:{0.001 * k:09.6f},1,2,3" for k in range(20_000)]

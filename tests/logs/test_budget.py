@@ -18,7 +18,7 @@ from erclutch.logs.readers.budget import CELLS, CELLS_PER_BYTE, MEMORY, NAMES, T
 from tests.support.bombs import BOMBS, MOST_MIB, MOST_SECONDS, read_alone
 
 #: These are made and read within a second.
-QUICK = ("mat 7.3 unwritten", "json names", "json sparse", "csv columns", "csv digits", "xlsx corner")
+QUICK = ("mat 7.3 unwritten", "json sparse")
 
 
 @pytest.mark.parametrize("name", [pytest.param(n, marks=() if n in QUICK else pytest.mark.slow) for n in BOMBS])

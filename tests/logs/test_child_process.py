@@ -120,6 +120,7 @@ def _runs(process: int) -> bool:
         return False
 
 
+@pytest.mark.slow
 def test_a_small_file_has_little_memory(reader: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """What unpacks to gigabytes is refused before the memory is given; a user may allow it."""
     path = tmp_path / "a.mat"

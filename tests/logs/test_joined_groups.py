@@ -61,6 +61,7 @@ def test_times_that_do_not_grow_or_meet_are_refused(times: np.ndarray) -> None:
         joined_by_time(both, "group")
 
 
+@pytest.mark.usefixtures("read_here")
 def test_a_file_of_two_rates_is_one_log(tmp_path: Path) -> None:
     path = tmp_path / "a.h5"
     with h5py.File(path, "w") as file:

@@ -17,6 +17,7 @@ from erclutch.errors import ErclutchError, LogError, MappingError
 from erclutch.logs import ColumnMap, Table, read, read_all, read_table, recordings_in
 from erclutch.logs.dataset import build_dataset
 from erclutch.logs.readers import child_process, mat_layout, mat_tree
+from tests.support.slow_params import slow_but
 
 COUNT = 120
 TIME = np.arange(COUNT) * 1e-3
@@ -238,6 +239,7 @@ def cell(items: list[Any]) -> np.ndarray:
     return made
 
 
+@pytest.mark.usefixtures("read_here")
 def test_a_cell_of_vectors_is_columns(tmp_path: Path) -> None:
     path = tmp_path / "a.mat"
     scipy.io.savemat(path, {"t": TIME, "sig": cell([SLIP, FORCE])})
@@ -248,6 +250,7 @@ def test_a_cell_of_vectors_is_columns(tmp_path: Path) -> None:
     np.testing.assert_array_equal(table.columns["sig_2"], FORCE)
 
 
+@pytest.mark.usefixtures("read_here")
 @pytest.mark.parametrize("inside", [False, True])
 def test_a_cell_of_names_names_the_columns_of_a_matrix(tmp_path: Path, inside: bool) -> None:
     path = tmp_path / "a.mat"
@@ -258,6 +261,7 @@ def test_a_cell_of_names_names_the_columns_of_a_matrix(tmp_path: Path, inside: b
     np.testing.assert_array_equal(table.columns["F"], FORCE)
 
 
+@pytest.mark.usefixtures("read_here")
 @pytest.mark.parametrize("named", [True, False])
 def test_an_array_of_structs_that_are_signals_is_one_log(tmp_path: Path, named: bool) -> None:
     path = tmp_path / "a.mat"
@@ -271,6 +275,7 @@ def test_an_array_of_structs_that_are_signals_is_one_log(tmp_path: Path, named: 
         np.testing.assert_array_equal(table.columns[table.numbered(2) or ""], SLIP)
 
 
+@pytest.mark.usefixtures("read_here")
 @pytest.mark.slow
 @pytest.mark.parametrize("count", [1, 3])
 def test_an_array_or_a_cell_of_structs_is_recordings(tmp_path: Path, count: int) -> None:
@@ -386,7 +391,7 @@ def test_any_tree_is_a_recording_or_an_error_of_ours(node: Any) -> None:
         assert mat_layout.choose({"a": node, "b": np.arange(5.0)}, None).columns
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", slow_but(range(2), range(6)))
 def test_a_mutated_file_gives_a_table_or_an_error_of_ours(tmp_path: Path, whole5: bytes, seed: int) -> None:
     random = np.random.default_rng(seed)
     data = bytearray(whole5)

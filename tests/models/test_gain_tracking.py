@@ -55,6 +55,7 @@ def efforts_of(seed: int, rows: int = 3000) -> Array:
     return np.sin(2 * np.pi * rng.uniform(0.3, 5.0) * t) + 0.3 * np.sin(2 * np.pi * rng.uniform(1.0, 9.0) * t)
 
 
+@pytest.mark.slow
 def test_a_gain_and_an_offset_are_followed() -> None:
     efforts, rng = efforts_of(0, 4000)[:, None], np.random.default_rng(0)
     truth = 1.15 * efforts + 0.1 + 0.01 * rng.normal(size=efforts.shape)
@@ -70,6 +71,7 @@ def test_what_is_right_is_left_alone() -> None:
     assert tuple(x.item() for x in state) == BASE
 
 
+@pytest.mark.slow
 def test_after_a_long_good_time_a_wrong_estimate_is_left_soon() -> None:
     efforts = np.abs(efforts_of(2, 4000))[:, None] + 0.5
     _, _, good = ran(efforts[:3000], lambda k, _: 1.2 * efforts[k])

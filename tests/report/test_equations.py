@@ -29,6 +29,7 @@ def forget() -> None:
     terms_of.cache_clear()
 
 
+@pytest.mark.slow
 def test_what_is_kept_is_what_the_code_gives(monkeypatch: pytest.MonkeyPatch) -> None:
     for device in ("single", "coaxial"):
         for name in (*shown_laws(), "hem/forward"):

@@ -14,12 +14,13 @@ from erclutch.report.plots.log_plots import describe_coverage, describe_section
 from erclutch.report.plots.matplotlib_painter import save_plot
 from erclutch.signals.device import EFFORT_OF, DeviceName
 from tests.support.pair import pair_log, single_log
+from tests.support.slow_params import slow_but
 
 MAGIC = {".png": b"\x89PNG", ".pdf": b"%PDF", ".svg": b"<?xml"}
 
 
-@pytest.mark.parametrize("suffix", sorted(MAGIC))
-@pytest.mark.parametrize("device", ["coaxial", pytest.param("single", marks=pytest.mark.slow)])
+@pytest.mark.parametrize("suffix", slow_but((".svg",), sorted(MAGIC)))
+@pytest.mark.parametrize("device", slow_but(("coaxial",), ("coaxial", "single")))
 def test_section_and_coverage(tmp_path: Path, suffix: str, device: DeviceName) -> None:
     log = pair_log(2.0) if device == "coaxial" else single_log(2.0)
     section = save_plot(describe_section(log, start=0.5, seconds=0.25), tmp_path / f"s{suffix}")

@@ -109,6 +109,7 @@ def test_the_paired_interval_is_narrower_and_holds_the_truth() -> None:
     assert 0.88 <= hits / trials <= 1.0
 
 
+@pytest.mark.slow
 def test_what_changed_is_said_and_a_lag_gets_no_credit_for_a_network(
     recording: Recording, runs: tuple[Run, Run], tmp_path: Path
 ) -> None:

@@ -23,6 +23,7 @@ from erclutch.report.plots.plot_description import Line, Plot
 from erclutch.report.plots.run_plots import FIGURES, write_figure
 from erclutch.report.plots.trace_plot import describe_trace
 from erclutch.runs.run_folder import Run, read_run, write_run
+from tests.support.slow_params import slow_but
 
 
 def material_from(folder: Path, models: tuple[str, ...], lag: str) -> Material:
@@ -38,9 +39,7 @@ def numbers(path: Path) -> tuple[list[str], list[list[str]]]:
     return header, rows
 
 
-@pytest.mark.parametrize(
-    "name", [pytest.param(n, marks=[] if n in ("ranking", "trace") else pytest.mark.slow) for n in FIGURES]
-)
+@pytest.mark.parametrize("name", slow_but(("trace",), FIGURES))
 def test_three_files_each(name: str, material: Material, tmp_path: Path) -> None:
     paths = write_figure(name, material, tmp_path)
     assert [p.name for p in paths] == [f"{name}.pdf", f"{name}.png", f"{name}.csv"]

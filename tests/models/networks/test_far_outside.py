@@ -164,6 +164,7 @@ def test_a_law_with_inputs_that_the_network_has_not_is_refused(tmp_path: Path) -
         load_model(path)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("logs", "asked"), [((0.0, 0.25, 0.5, 0.75), 1.2), ((0.0, 0.5, 1.0), 0.25)])
 def test_a_field_that_no_log_had_is_met_whatever_the_start(logs: tuple[float, ...], asked: float) -> None:
     train = logged("single", logs)

@@ -76,6 +76,7 @@ def _rms(x: np.ndarray) -> float:
     return float(np.sqrt(np.mean(x**2)))
 
 
+@pytest.mark.slow
 def test_the_network_takes_what_the_law_misses(data: Dataset) -> None:
     model = fit_residual(data, structure(network="fnn-10")).model
     fresh = device(seed=1)
@@ -264,6 +265,7 @@ def test_a_short_log_gets_no_network_with_more_weights_than_rows(data: Dataset) 
     assert all(outcome.weights < found.data.take(~found.test).rows for outcome in networks.values())
 
 
+@pytest.mark.slow
 def test_a_block_that_holds_the_only_other_field_counts_as_not_helped() -> None:
     steps = device(field=np.where(np.arange(6000) < 1200, 0.5, 1.0))
     network = fit_residual(steps, structure()).model.correction.network

@@ -59,6 +59,7 @@ def test_either_log_may_be_first() -> None:
     assert back.matches[0].on_b(middle) == pytest.approx(15.0, abs=1e-6)
 
 
+@pytest.mark.slow
 def test_a_gap_and_a_restart_of_the_clock() -> None:
     b = _b()
     b = b[(b["time [s]"] < 12.0) | (b["time [s]"] > 14.0)].reset_index(drop=True)
@@ -91,6 +92,7 @@ def test_what_cannot_be_matched_is_refused() -> None:
             erclutch.align(a, other, on=on)
 
 
+@pytest.mark.slow
 def test_a_periodic_signal_needs_to_be_told_about_where() -> None:
     with pytest.raises(ErclutchError, match=r"repeats itself.*--near"):
         erclutch.align(_sine(0.0), _sine(0.1))
@@ -121,6 +123,7 @@ def test_a_slow_signal_is_matched_about_where_the_user_says() -> None:
         erclutch.align(a, b, near=6.0)
 
 
+@pytest.mark.usefixtures("read_here")
 @pytest.mark.parametrize("ending", ["csv", "parquet", "mat"])
 def test_what_is_written_is_read_again(ending: str, tmp_path: Path) -> None:
     a = _a()

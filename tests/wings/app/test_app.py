@@ -96,6 +96,7 @@ def test_a_fit_as_words_and_in_python() -> None:
     assert "{'columns': {}, 'constants': {'field': '1 A'}}, invalid='drop'" in script
 
 
+@pytest.mark.slow
 @given(st.text(max_size=130))
 def test_a_name_is_refused_or_stays_in_the_folder(name: str) -> None:
     with suppress(WorkspaceError):

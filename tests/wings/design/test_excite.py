@@ -114,6 +114,7 @@ def test_a_sequence_has_rests_zero_fields_switches_and_slow_turns() -> None:
     assert np.mean(slow & (commands.field[1:] > 0.0)) > 0.02
 
 
+@pytest.mark.usefixtures("read_here")
 @pytest.mark.parametrize("suffix", [".csv", ".parquet", ".mat"])
 @pytest.mark.parametrize("device", ["brake", "clutch", "damper", "pair"])
 def test_what_is_written_keeps_the_limits(tmp_path: Path, device: Any, suffix: str) -> None:
@@ -240,6 +241,7 @@ def test_the_command_says_what_it_covers(tmp_path: Path) -> None:
 # --- the paper's sequence ---------------------------------------------------------------------------------------------
 
 
+@pytest.mark.usefixtures("read_here")
 @pytest.mark.parametrize("suffix", [".csv", ".parquet", ".mat"])
 def test_a_command_sequence_is_what_section_3b_asks_for(tmp_path: Path, suffix: str) -> None:
     path = tmp_path / f"commands{suffix}"

@@ -73,6 +73,7 @@ def test_derivatives_are_those_of_the_effort(run: Path) -> None:
         np.testing.assert_allclose(derivatives[:, place], slope, atol=1e-4 * max(1.0, float(np.abs(slope).max())))
 
 
+@pytest.mark.slow
 def test_of_equal_length_the_designed_sequence_teaches_most(run: Path) -> None:
     law = law_of_run(run, None)
     designed, expected = designed_for(law, LIMITS, law.rate, 3.0, 1)
@@ -104,6 +105,7 @@ def test_intervals_come_out_as_foretold(run: Path) -> None:
     assert np.median(ratios) == pytest.approx(1.0, abs=0.2)
 
 
+@pytest.mark.slow
 def test_where_the_device_is_used_the_effort_becomes_surer(run: Path) -> None:
     law = law_of_run(run, None)
     region = Region((1500.0, 1800.0), (-5.0, 5.0))

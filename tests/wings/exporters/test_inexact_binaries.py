@@ -66,6 +66,7 @@ def test_no_fmu_is_instantiated(
     assert heard == [b"the options of this binary's compiler changed the model's arithmetic"]
 
 
+@pytest.mark.slow
 def test_a_class_says_so(
     law: Callable[..., TorqueModel], fast_math: Compiler, tmp_path: Path, need: Callable[..., None]
 ) -> None:

@@ -65,6 +65,14 @@ OPTIONS: Mapping[str, tuple[Mapping[str, Any], tuple[str, ...]]] = {
     "alarms": ({"alarms": True}, ("bingham, single", "bingham+rise-fall, coaxial", "fnn-16, coaxial")),
     "adapt": ({"adapt": True, "precision": "float32"}, ("bingham, single", "bingham+rise-fall, coaxial")),
 }
+#: Of these pairs, those of the fast tests: each option once.
+QUICK = {
+    ("rbfn-13+lag, single", "float32"),
+    ("bingham, single", "angles"),
+    ("casson+lag, single", "difference"),
+    ("bingham, single", "alarms"),
+    ("bingham, single", "adapt"),
+}
 #: Models without further options whose numbers are looked at too.
 COMPUTED = (
     "on-off+rise-fall, single",
@@ -196,7 +204,12 @@ def test_every_model(
 
 
 @pytest.mark.parametrize(
-    ("label", "options"), [(label, name) for name, (_, labels) in OPTIONS.items() for label in labels]
+    ("label", "options"),
+    [
+        pytest.param(label, name, marks=() if (label, name) in QUICK else pytest.mark.slow)
+        for name, (_, labels) in OPTIONS.items()
+        for label in labels
+    ],
 )
 def test_every_option(
     label: str,

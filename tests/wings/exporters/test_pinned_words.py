@@ -152,7 +152,9 @@ def test_a_token_is_of_the_c_alone(models: dict[str, Model]) -> None:
     assert token(replace(face, code=(face.code[0] + " ", face.code[1]))) != token(face)
 
 
-@pytest.mark.parametrize("label", ["fnn-3+rise-fall, single", "hem+rise-fall, coaxial"])
+@pytest.mark.parametrize(
+    "label", ["fnn-3+rise-fall, single", pytest.param("hem+rise-fall, coaxial", marks=pytest.mark.slow)]
+)
 @pytest.mark.parametrize("to", ["c", "python"])
 def test_inverses_and_steps_have_their_bits_in_c(
     to: str,

@@ -23,6 +23,7 @@ from erclutch.export.step_vectors import vectors_of
 from erclutch.export.targets import target
 from erclutch.models.model import Model
 from erclutch.registry import names
+from tests.support.slow_params import slow_but
 
 BOUND = {"float64": 4.0, "float32": 8.0}
 PERIOD = 1e-3
@@ -81,13 +82,14 @@ def test_float32_on_every_target(
     _conforms(models[label], to, "float32", tmp_path, need)
 
 
+@pytest.mark.slow
 def test_a_model_with_memory_in_onnx(models: dict[str, Model], tmp_path: Path, need: Callable[..., None]) -> None:
     _conforms(models[QUICK[0]], "onnx", "float64", tmp_path, need)
 
 
 @pytest.mark.usefixtures("own_machine")
-@pytest.mark.parametrize("to", list(WRAPPERS))
-@pytest.mark.parametrize("label", [pytest.param(QUICK[0], marks=pytest.mark.slow), QUICK[1]])
+@pytest.mark.parametrize("to", slow_but(("mujoco",), WRAPPERS))
+@pytest.mark.parametrize("label", slow_but(QUICK[1:], QUICK))
 def test_angles_on_every_target(
     to: str, label: str, models: dict[str, Model], tmp_path: Path, need: Callable[..., None]
 ) -> None:
@@ -104,6 +106,7 @@ def test_numbers_of_another_model_are_found_out(
     assert not next(target(to).value.verify(other, folder)).passed
 
 
+@pytest.mark.slow
 def test_one_wrong_weight_is_found_out(models: dict[str, Model], tmp_path: Path) -> None:
     import onnx
     from onnx import numpy_helper

@@ -143,6 +143,7 @@ def test_what_cannot_be_is_said(logs: Path, tmp_path: Path) -> None:
     assert not (tmp_path / "run").exists()
 
 
+@pytest.mark.slow
 def test_the_command_writes_a_report(logs: Path, capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     words = ["fit-many", str(logs), "--models", "quadratic", "--lag", "none", "--out", str(tmp_path / "run")]
     assert main(words) == 0

@@ -22,9 +22,12 @@ from erclutch.wings.live.layout import FRAME, MOST, SAMPLE, SETTINGS
 from erclutch.wings.live.settings import LoopProgram, LoopSettings, Mode, Waveform
 from erclutch.wings.live.targets import controller
 from tests.support import live_proof, proof
+from tests.support.slow_params import slow_but
 
 FLOAT32 = ExportOptions("m", "float32", 1e-3)
 FLOAT64 = ExportOptions("m", "float64", 1e-3)
+#: Models whose C is compiled in half the time.
+BRAKES = ("casson+lag, single", "bingham, single")
 #: Advisory rules that tests/export/test_c_rules.py names for the model, and those that the loop's style does not keep.
 ADVISORY = {"2.5", "8.7", "8.9", "12.1", "12.3", "13.4", "15.5", "17.8", "19.2"}
 
@@ -63,7 +66,7 @@ def steady(lib: ctypes.CDLL, program: Any, share: float, speed: float) -> float:
 
 
 @pytest.mark.parametrize("observer", ["none", "sensor", "motion"])
-@pytest.mark.parametrize("label", ["bingham+rise-fall, coaxial", "casson+lag, single"])
+@pytest.mark.parametrize("label", slow_but(BRAKES, ("bingham+rise-fall, coaxial", "casson+lag, single")))
 def test_the_controller_is_the_loop_s(label: str, observer: Any, models: Mapping[str, Any], tmp_path: Path) -> None:
     """Fields and estimate of the loop, fed with what the loop saw, but for the last digits of libm's exp and tanh."""
     model = models[label]
@@ -115,7 +118,7 @@ def test_the_controller_is_the_loop_s(label: str, observer: Any, models: Mapping
         assert np.max(off) <= 1e-6, (name, np.flatnonzero(off > 1e-9)[:5], off[off > 1e-9][:5])
 
 
-@pytest.mark.parametrize("label", ["fnn-16, coaxial", "hem, coaxial", "bingham, single"])
+@pytest.mark.parametrize("label", slow_but(BRAKES, ("fnn-16, coaxial", "hem, coaxial", "bingham, single")))
 def test_an_estimate_that_the_inverse_has_said_has_the_bits_of_the_model(
     label: str, models: Mapping[str, Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -229,6 +232,7 @@ unsigned finite(const m_controller *c)
 """
 
 
+@pytest.mark.slow
 def test_whatever_a_reset_accepts_nothing_overflows(models: Mapping[str, Any], tmp_path: Path) -> None:
     """Each setting at the ends of its range, with samples of any size: what the stages keep stays finite."""
     (tmp_path / "kept.c").write_text(KEPT)

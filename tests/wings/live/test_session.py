@@ -452,6 +452,7 @@ def test_live_with_zig_alone(tmp_path: Path) -> None:
     assert any(name.startswith("liblive-") for name in made)
 
 
+@pytest.mark.slow
 def test_no_compiler_at_all_is_one_sentence(tmp_path: Path) -> None:
     """Without compilers on the path and without the wheel."""
     hidden = "import sys; sys.modules['ziglang'] = None; import importlib.util as u; found = u.find_spec\n"
@@ -599,6 +600,7 @@ def test_packets_of_another_device_are_dropped() -> None:
     assert frames["position"][-1] == pytest.approx(0.1)
 
 
+@pytest.mark.slow
 def test_a_rig_that_does_not_answer() -> None:
     done = _cli("--rig", "udp", "--address", "127.0.0.1:9", "--headless", "--seconds", "0.2", "--no-model")
     assert done.returncode == 3
@@ -651,6 +653,7 @@ def test_live_on_the_twin(tmp_path: Path) -> None:
     assert held_up, (figures, "a trip for which the loop recorded no delay")
 
 
+@pytest.mark.slow
 def test_json_is_one_document_whatever_goes_wrong() -> None:
     """A rig that falls silent after 200 steps: the trip is said on standard error alone."""
 

@@ -141,6 +141,7 @@ def test_a_start_outside_its_range_is_refused() -> None:
         calibrate(default_rig().changed({"drive.ripple": 0.5}), ("drive.ripple",), Bowl(), workers=1)
 
 
+@pytest.mark.slow
 def test_a_log_that_cannot_calibrate() -> None:
     log = prepare("training", seconds=2.0).recording()
     without = {name: values for name, values in log.signals.items() if name != "motor_torque"}

@@ -80,6 +80,7 @@ def test_the_table_with_memory(runs: dict[str, Dataset], tmp_path: Path, monkeyp
     assert memory_table.noise_floor(default_rig()) == pytest.approx(0.0003**2 + 0.00005**2 / 12)
 
 
+@pytest.mark.slow
 def test_figure_6_shows_what_the_models_estimate(runs: dict[str, Dataset], tmp_path: Path) -> None:
     test = runs["test"]
     rows = table({"training": runs["training"]}, models=("bingham/forward", "hem/forward"))

@@ -261,6 +261,7 @@ def test_an_export_of_rheocompass_has_all_its_tests(
         read_flow_curves(written(rheocompass()), tests=["three"])
 
 
+@pytest.mark.usefixtures("read_here")
 def test_a_workbook_of_rheocompass_has_its_tests_under_their_names(tmp_path: Path) -> None:
     openpyxl = pytest.importorskip("openpyxl")
     book = openpyxl.Workbook()

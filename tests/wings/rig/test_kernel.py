@@ -36,6 +36,7 @@ def run(parts: Parts, seconds: float, step: float, seed: int = 0) -> tuple[np.nd
     return torque, x, before
 
 
+@pytest.mark.slow
 def test_halving_the_step_changes_the_torque_by_less_than_one_percent() -> None:
     parts = parts_of(default_rig())
     whole, half, quarter = (run(parts, 8.0, STEP / n)[0] for n in (1, 2, 4))

@@ -77,6 +77,7 @@ def test_a_rig_that_cannot_be(tmp_path: Path, text: str, said: str) -> None:
     assert "bad.toml" in str(caught.value) or "must be" in said
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("error")
 def test_a_rig_whose_numbers_grow_without_end(tmp_path: Path) -> None:
     path = tmp_path / "wild.toml"
@@ -208,6 +209,7 @@ def test_a_run_that_cannot_be(name: str, options: dict[str, float], said: str) -
 # --- files ------------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.usefixtures("read_here")
 @pytest.mark.parametrize("suffix", [".parquet", ".csv", ".mat"])
 def test_a_log_of_the_twin_reads_back(tmp_path: Path, suffix: str) -> None:
     run = prepare("test", seconds=1.0, seed=5)

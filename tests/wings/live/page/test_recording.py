@@ -211,6 +211,7 @@ def whole(tmp_path_factory: pytest.TempPathFactory, frames: Any) -> bytes:
     return write(tmp_path_factory.mktemp("whole") / "a.mcap", frames[:2000]).read_bytes()
 
 
+@pytest.mark.slow
 @settings(max_examples=25, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(share=st.floats(0.02, 0.95))
 def test_a_torn_file_keeps_every_whole_chunk(tmp_path: Path, whole: bytes, share: float) -> None:
@@ -430,6 +431,7 @@ def test_a_recording_that_ends_at_once_is_whole(tmp_path: Path, start_loop: Call
     assert first <= sequence(path)[0] <= loop.head
 
 
+@pytest.mark.slow
 def test_two_sessions_that_start_together_in_one_folder_keep_both_recordings(
     tmp_path: Path, start_loop: Callable[..., Any]
 ) -> None:
