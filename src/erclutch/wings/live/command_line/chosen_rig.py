@@ -60,7 +60,7 @@ def rig_of(
     if rig.rig == "replay":
         return _replay(rig, reading, folder, control, math.inf if loop.seconds is None else loop.seconds)
     if rig.rig == "udp":
-        device = "coaxial" if model is None else load_model(model).structure.device
+        device = (reading.device or "coaxial") if model is None else load_model(model).structure.device
         return udp_rig(rig.address, rig.session, device), None
     return hardware(rig.rig), None
 

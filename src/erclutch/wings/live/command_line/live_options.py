@@ -16,6 +16,7 @@ EVERY_DAY = Group("Every day", sort_key=0)
 TORQUE = folded("Torque control", 1.1)
 _MOTION = folded("Tracking, impedance, wall", 1.2)
 _RIG = folded("The rig", 1.3)
+LEARN = folded("Rounds of --program learn", 1.35)
 LOOP = folded("Loop, page, recordings", 1.4)
 ObserverOption = Literal["off", "none", "sensor", "motion"]
 
@@ -45,7 +46,8 @@ class ControlOptions:
     """What is done."""
 
     program: Annotated[str | None, Parameter(group=EVERY_DAY)] = None
-    """Program that runs first. Default: tracking-slow on the twin, rest on hardware, recorded commands in a replay."""
+    """Program that runs first; learn plays rounds, each chosen by what a law does not know yet. Default: tracking-slow
+    on the twin, rest on hardware, recorded commands in a replay."""
     motor: Annotated[float, quantities.TORQUE, Parameter(group=EVERY_DAY)] = 0.1
     """Constant motor torque of the programs in N m."""
     k_p: Annotated[float, Parameter(group=_MOTION)] = 0.08

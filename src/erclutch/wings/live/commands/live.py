@@ -7,13 +7,15 @@ import signal
 import tempfile
 from collections.abc import Generator
 from contextlib import ExitStack, contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
 from erclutch.cli.options import DEFAULT_READING, LogOptions
-from erclutch.errors import require
+from erclutch.errors import SettingError, require
+from erclutch.wings.live.command_line.learn import NO_LEARN, LearnOptions
 from erclutch.wings.live.command_line.live_options import (
     DEFAULTS,
     EVERY_DAY,
@@ -49,6 +51,7 @@ def live(
     rig: RigOptions = DEFAULTS[0],
     control: ControlOptions = DEFAULTS[1],
     loop: LoopOptions = DEFAULTS[2],
+    learning: LearnOptions = NO_LEARN,
     reading: LogOptions = DEFAULT_READING,
 ) -> int:
     """Estimate torque, control, record and watch at 1 kHz, on the digital TWIN or on your rig. Ctrl-C: zero field, end.
@@ -62,11 +65,13 @@ def live(
         rig: What is driven.
         control: What is done.
         loop: How the loop runs.
+        learning: How --program learn goes on.
         reading: How to read the log of a replay.
     """
     from erclutch.cli import terminal
     from erclutch.wings.live.command_line.chosen_rig import channels_of_rig, device_of, file_of, model_of, rig_of
     from erclutch.wings.live.command_line.chosen_settings import knows_inertia, settings_of, supported, tuned
+    from erclutch.wings.live.command_line.learn import Rig, learn
     from erclutch.wings.live.command_line.session_report import ended, follow, introduce
     from erclutch.wings.live.session import Session, SessionOptions
     from erclutch.wings.live.session_figures import SessionFigures
@@ -78,6 +83,14 @@ def live(
     output = terminal.console(stderr=loop.json)
     require(0.001, unit=" s", seconds=math.inf if loop.seconds is None else loop.seconds)
     require(0, 99, priority=loop.priority)
+    learns = control.program == "learn"
+    if learns:
+        if rig.rig == "replay" or adapt:
+            given = "--adapt" if adapt else "--rig replay"
+            raise SettingError(f"--program learn with {given}", remedy=f"Leave out {given}: the rounds make the model")
+        control, no_model = replace(control, program="rest"), True
+    elif learning != NO_LEARN:
+        raise SettingError("--until, --round and --resume are about rounds", remedy="Give --program learn too")
     with ExitStack() as stack:
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="erclutch-")))
         file = file_of(run, model)
@@ -92,6 +105,15 @@ def live(
         settings = settings_of(what, device, chosen, channels, parameters, options, tuning, program)
         run_as = SessionOptions(loop.seconds, loop.priority, loop.cpu, settings.programs[0].name, channels)
         told = stack.enter_context(_interrupts())
+        if learns:
+            rounds_on = Rig(what, settings, channels, loop, rig.seed)
+            return learn(
+                rounds_on,
+                learning,
+                told,
+                lambda session, settings, loop: _observers(session, settings, parameters, loop),
+                output,
+            )
         session = stack.enter_context(Session(what, settings, chosen, run_as))
         observers = stack.enter_context(_observers(session, settings, parameters, loop))
         watch = SessionFigures(session.reader(), settings.programs[0].mode.reference)

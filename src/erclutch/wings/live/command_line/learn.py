@@ -1,0 +1,323 @@
+"""``erclutch live --program learn`` plays rounds until the band is as wide as asked, or nothing more is learned."""
+
+from __future__ import annotations
+
+import json as json_text
+import math
+import time
+from collections.abc import Callable
+from contextlib import AbstractContextManager
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+from cyclopts import Parameter
+
+from erclutch.cli.quantities import SECONDS
+from erclutch.errors import RunError, SettingError
+from erclutch.files import plain_words, whole_file
+from erclutch.wings.live.command_line.live_options import LEARN
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from erclutch.signals.channels import LiveChannel
+    from erclutch.wings.live.command_line.live_options import LoopOptions
+    from erclutch.wings.live.companions import Observers
+    from erclutch.wings.live.learning.foretold_motion import LoggedRound
+    from erclutch.wings.live.learning.rounds import LearningRounds, RoundReport
+    from erclutch.wings.live.session import RigChoice, Session
+    from erclutch.wings.live.settings import LoopSettings
+
+REPORT = "learn.json"
+_SECONDS = 60.0  # in all, where --seconds does not say it
+_SHORTEST = 2.0  # s of a round
+_POLL = 0.02  # s
+_STILL = "the fields are held at zero; the log so far is kept"
+
+
+@Parameter(name="*")
+@dataclass(frozen=True)
+class LearnOptions:
+    """How ``--program learn`` goes on."""
+
+    until: Annotated[str | None, Parameter(group=LEARN)] = None
+    """End when the 95 % band is this share of the largest effort, such as 3%."""
+    round: Annotated[float, SECONDS, Parameter(group=LEARN)] = 10.0
+    """Length of a round in s."""
+    resume: Annotated[Path | None, Parameter(group=LEARN)] = None
+    """Folder of rounds that were interrupted: go on with the next one."""
+
+
+NO_LEARN = LearnOptions()
+
+
+def share_of(text: str | None) -> float:
+    """``3%`` or ``0.03`` as a share; 0 where nothing is asked for.
+
+    Raises:
+        SettingError: no share between 0 and 1.
+    """
+    if text is None:
+        return 0.0
+    try:
+        share = float(text.removesuffix("%")) / (100.0 if text.endswith("%") else 1.0)
+    except ValueError:
+        share = math.nan
+    if not 0.0 < share < 1.0:
+        raise SettingError(f"--until {text}", remedy="Give a share of the largest effort, such as 3%")
+    return share
+
+
+@dataclass(frozen=True)
+class Rig:
+    """What the rounds are played on.
+
+    Attributes:
+        what: the rig.
+        settings: of the loop, without the program of a round.
+        channels: what the numbers of a frame are called.
+        loop: options of the loop.
+        seed: of the tables.
+    """
+
+    what: RigChoice
+    settings: LoopSettings
+    channels: tuple[LiveChannel, ...]
+    loop: LoopOptions
+    seed: int
+
+
+def learn(
+    rig: Rig,
+    options: LearnOptions,
+    told: list[int],
+    observed: Callable[[Session, LoopSettings, LoopOptions], AbstractContextManager[Observers | None]],
+    output: Console,
+) -> int:
+    """Play rounds; returns the exit code: 0, or 3 where a fault ended them.
+
+    Args:
+        rig: that they are played on.
+        options: how long, and how far.
+        told: gets a number when somebody says so.
+        observed: the recorder and the page of a session.
+        output: for people.
+
+    Raises:
+        SettingError: nothing measures the effort, or an option that cannot be.
+        RunError: a folder that cannot be resumed.
+    """
+    until = share_of(options.until)
+    total = _SECONDS if rig.loop.seconds is None else rig.loop.seconds
+    if not _SHORTEST <= options.round <= 60.0:
+        raise SettingError(f"--round {options.round:g}", remedy=f"Give {_SHORTEST:g} to 60 s: the ring holds a minute")
+    if not any(channel.role == "effort" for channel in rig.channels):
+        raise SettingError(
+            "--program learn needs a sensor of the effort", where=rig.what.name, remedy="Add its channel"
+        )
+    folder = options.resume or rig.loop.folder / time.strftime("learn-%Y-%m-%dT%H-%M-%SZ", time.gmtime())
+    rounds = _rounds_of(rig)
+    if options.resume is not None:
+        _take_again(rounds, folder, rig.settings.device)
+
+    ended = ""
+    code = 0
+    while not ended:
+        done = sum(report.seconds for report in rounds.reports)
+        left = min(options.round, total - done)
+        if left < _SHORTEST:
+            ended = f"{total:g} s are logged"
+            break
+        table = rounds.next_table(left)
+        if told:
+            ended = "it was interrupted"
+            break
+        file, tripped, whole = _played(rig, table, folder, len(rounds.reports) + 1, told, observed, output)
+        if file is None:
+            ended, code = "no frame was logged", 3
+            break
+        report = rounds.take(_logged(file, rig.settings.device), file.name, tripped)
+        _write(folder, rig, rounds, "")
+        output.print(line_of(report, rig), markup=False, soft_wrap=True)
+        if told:
+            ended = "it was interrupted"
+        elif not whole:
+            ended, code = f"{tripped}; {_STILL}", 3
+        elif until and report.share <= until:
+            ended = f"the band is within {until:.2%} of the largest effort"
+        elif rounds.nothing_more:
+            ended = (
+                "nothing more is to be learned: the numbers leave little open, and the last round brought no surprise"
+            )
+    _write(folder, rig, rounds, ended)
+    _tell(rounds, rig, folder, ended, output)
+    if rig.loop.json:
+        print(json_text.dumps(_body(rig, rounds, ended) | {"folder": str(folder), "exit": code}))
+    return code
+
+
+def _rounds_of(rig: Rig) -> LearningRounds:
+    from erclutch.wings.live.learning.drawn_tables import TableLimits
+    from erclutch.wings.live.learning.rounds import LearningRounds
+
+    settings = rig.settings
+    drive = settings.motor_limit if any(channel.role == "motor" for channel in rig.channels) else 0.0
+    limits = TableLimits(settings.device, settings.field_limit, drive, 1.0 / settings.period)
+    return LearningRounds(limits, rig.seed, settings.theta_fastest)
+
+
+def _played(
+    rig: Rig,
+    table: Any,
+    folder: Path,
+    number: int,
+    told: list[int],
+    observed: Callable[[Session, LoopSettings, LoopOptions], AbstractContextManager[Observers | None]],
+    output: Console,
+) -> tuple[Path | None, str, bool]:
+    """One session that plays a table; its log, why it tripped, and whether the next round may follow."""
+    from erclutch.wings.live.session import ServedRig, Session, SessionOptions
+    from erclutch.wings.live.settings import REST, LoopProgram, Mode, Waveform
+
+    soft = rig.settings.stroke * 0.2 if rig.settings.device == "coaxial" else 0.0
+    name = f"learn, round {number}"
+    program = LoopProgram("learn", Mode.FIELDS, Waveform.TABLE, table=table, soft=soft, meaning=name)
+    settings = replace(rig.settings, programs=(program, REST))
+    what = rig.what
+    if isinstance(what, ServedRig):  # another noise in each round
+        what = replace(what, spec=what.spec | {"seed": rig.seed + number})
+    loop = replace(rig.loop, record=True, folder=folder)
+    run_as = SessionOptions(None, loop.priority, loop.cpu, name, rig.channels)
+    with Session(what, settings, None, run_as) as session, observed(session, settings, loop) as observers:
+        assert observers is not None
+        page = not loop.headless
+        if page:
+            output.print(f"page of round {number}: {observers.url}", markup=False, soft_wrap=True)
+        tripped, whole = follow_round(session, len(table), told, output, wait=page)
+        session.stop()
+        observers.record(False)
+        files = observers.recordings.files
+    return (files[0] if files else None), tripped, whole
+
+
+def follow_round(session: Session, rows: int, told: list[int], output: Console, *, wait: bool) -> tuple[str, bool]:
+    """Watch a round until its table is played, or it tripped.
+
+    Args:
+        session: that plays the table as its first program.
+        rows: of the table.
+        told: gets a number when somebody says so.
+        output: for people.
+        wait: after a trip, wait until somebody runs the loop again.
+
+    Returns:
+        Why it tripped, else nothing; and whether the next round may follow.
+    """
+    from erclutch.wings.live.ring import State
+
+    reader = session.reader()
+    tripped = ""
+    while session.running and session.rig_running and not told:
+        reader.read()
+        if reader.state is State.TRIPPED and not tripped:
+            tripped = reader.trip_reason or "a trip"
+            hint = "Run on the page goes on with the next round" if wait else ""
+            output.print(f"{tripped}: {_STILL}. {hint}".strip(), style="red", markup=False, soft_wrap=True)
+            if not wait:
+                return tripped, False
+        if tripped and reader.state is State.RUNNING:
+            return tripped, True
+        if not tripped and reader.head >= rows:
+            return "", True
+        time.sleep(_POLL)
+    gone = "" if told else session.said() or "the rig or the loop ended"
+    return tripped or gone, bool(told)
+
+
+def _logged(file: Path, device: Any) -> LoggedRound:
+    """A recording as a round."""
+    from erclutch.logs import read
+    from erclutch.logs.dataset import build_dataset
+    from erclutch.wings.live.learning.foretold_motion import LoggedRound
+
+    recording = read(file)
+    rows = build_dataset(recording, device=device)
+    drive = rows.spare.get("drive", recording.signals.get("motor_torque"))
+    return LoggedRound(rows, drive if drive is not None and drive.size == rows.rows else None)
+
+
+def _take_again(rounds: LearningRounds, folder: Path, device: Any) -> None:
+    """Take the rounds of a folder.
+
+    Raises:
+        RunError: it has no report of rounds, or a log is missing.
+    """
+    path = folder / REPORT
+    try:
+        body = json_text.loads(path.read_bytes())
+        entries = [(str(entry["file"]), str(entry["tripped"])) for entry in body["rounds"]]
+    except (OSError, ValueError, TypeError, KeyError) as error:
+        said = plain_words(error) if isinstance(error, OSError) else "is no report of rounds"
+        raise RunError(said, where=str(path), remedy="Give a folder of --program learn to --resume") from error
+    for name, tripped in entries:
+        file = folder / Path(name).name
+        rounds.take(_logged(file, device), file.name, tripped)
+
+
+def _body(rig: Rig, rounds: LearningRounds, ended: str) -> dict[str, Any]:
+    return {
+        "rig": rig.what.name,
+        "origin": rig.what.origin,
+        "seed": rig.seed,
+        "ended": ended,
+        "rounds": [report.to_dict() for report in rounds.reports],
+    }
+
+
+def _write(folder: Path, rig: Rig, rounds: LearningRounds, ended: str) -> None:
+    """The report beside the logs; it is there whole after each round."""
+    if not folder.is_dir():
+        return
+    with whole_file(folder / REPORT) as unfinished:
+        unfinished.write_text(json_text.dumps(_body(rig, rounds, ended), indent=1) + "\n", encoding="utf-8")
+
+
+def line_of(report: RoundReport, rig: Rig) -> str:
+    """A round as one line, while the next one is being chosen."""
+    unit = next((channel.unit for channel in rig.channels if channel.role == "effort"), "")
+    return (
+        f"round {report.number}: {report.seconds:.3g} s, {report.law}, band +-{report.band:.3g} {unit} "
+        f"({report.share:.2%} of the largest effort), of which the numbers leave +-{report.open:.3g} open"
+    )
+
+
+def _tell(rounds: LearningRounds, rig: Rig, folder: Path, ended: str, output: Console) -> None:
+    """What each round taught, as tables."""
+    from erclutch.cli import terminal
+
+    if rounds.reports:
+        unit = next((channel.unit for channel in rig.channels if channel.role == "effort"), "")
+        head = ["round", "s", "law", "new rows", "fitted", "left open", "foretold", "band", "of largest"]
+        rows = [
+            [
+                f"{each.number}{' *' if each.tripped else ''}",
+                f"{each.seconds:.1f}",
+                each.law,
+                *(
+                    terminal.number(x, 3)
+                    for x in (each.before, each.residual, each.open, each.open_foretold, each.band)
+                ),
+                f"{each.share:.2%}",
+            ]
+            for each in rounds.reports
+        ]
+        output.print(terminal.table(f"{rig.what.origin}: what each round taught, {unit}", head, rows))
+        last = rounds.reports[-1]
+        numbers = [[name, *(terminal.number(x, 3) for x in three)] for name, three in last.half_widths.items()]
+        title = f"{last.law} after round {last.number}: half width of the 95 % interval"
+        output.print(terminal.table(title, ["", "value", "got", "foretold"], numbers))
+    output.print(f"ended: {ended}", markup=False, soft_wrap=True)
+    if any(each.tripped for each in rounds.reports):
+        output.print(f"go on with: --program learn --resume {folder}", markup=False, soft_wrap=True)
+    output.print(f"fit them all: erclutch fit {folder}/*.mcap", markup=False, soft_wrap=True)

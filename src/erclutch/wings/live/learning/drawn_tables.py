@@ -1,0 +1,77 @@
+"""Tables of fields and drive for a round of `learn`: blocks of the paper's draws, each with another character."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from erclutch.signals.array import Array
+from erclutch.signals.device import DeviceName
+from erclutch.wings.rig.twin.excitation import FieldSettings, both_ways_torque, field_sequence, torque_sequence
+
+_BLOCK = 2.0  # s of one character
+_REST = 0.3  # s at the end, without field and drive
+_WITHOUT_FIELD = 0.2  # share of the blocks, for the friction
+_LEAST_LEVEL = 0.15  # of the drive
+_RATED = 0.30  # N m: the most of `both_ways_torque`
+_PAIR = (0.05, 0.10)  # N m: the motor of a pair
+
+
+@dataclass(frozen=True)
+class TableLimits:
+    """What a table may ask for.
+
+    Attributes:
+        device: a pair has two fields, one at a time.
+        field: largest field.
+        drive: largest torque of the drive in N m; 0: the loop commands no drive.
+        rate: rows a second.
+    """
+
+    device: DeviceName
+    field: float
+    drive: float
+    rate: float
+
+
+def drawn_table(limits: TableLimits, seconds: float, rng: np.random.Generator, level: float = 1.0) -> Array:
+    """A table of two fields and the drive, shape (rows, 3), that ends at rest.
+
+    Args:
+        limits: what it may ask for.
+        seconds: length.
+        rng: random numbers; the same ones give the same table.
+        level: the most of the drive that a block draws, as a share.
+    """
+    rows = round(seconds * limits.rate)
+    blocks: list[Array] = []
+    for start in range(0, rows, round(_BLOCK * limits.rate)):
+        length = min(round(_BLOCK * limits.rate), rows - start)
+        blocks.append(_block(limits, length, rng, level))
+    table = np.concatenate(blocks)
+    still = min(rows // 2, round(_REST * limits.rate))
+    table[rows - still :] = 0.0
+    return table
+
+
+def _block(limits: TableLimits, rows: int, rng: np.random.Generator, level: float) -> Array:
+    """Rows of one character: how much field, how fast, how much drive."""
+    fastest = min(100.0, 0.25 * limits.rate)  # Hz
+    settings = FieldSettings(
+        largest=limits.field,
+        lowest=fastest * 0.005 * 10.0 ** rng.uniform(0.0, 1.0),
+        highest=fastest * 10.0 ** rng.uniform(-1.0, 0.0),
+        peakedness=rng.uniform(0.7, 2.5),
+        sines=rng.random(),
+    )
+    field = field_sequence(rows, rng, settings, limits.rate)
+    if rng.random() < _WITHOUT_FIELD:
+        field = np.zeros(rows)
+    share = level * rng.uniform(_LEAST_LEVEL, 1.0)
+
+    if limits.device == "single":
+        drive = share * min(1.0, limits.drive / _RATED) * both_ways_torque(rows, rng)
+        return np.column_stack([np.abs(field), np.zeros(rows), drive])
+    drive = min(share * 2.0, limits.drive / _PAIR[1]) * torque_sequence(rows, rng, *_PAIR)
+    return np.column_stack([np.maximum(field, 0.0), np.maximum(-field, 0.0), drive])

@@ -1,0 +1,231 @@
+"""After each round a law is fitted to all rounds, and the next table is the one that takes most off what is not known.
+
+Of some tables that are drawn, each with the motion that it would bring, the table is taken that makes the variance of
+the effort smallest where the rig can go (I-optimal, see `design.information`). What a round taught is what the law says
+of its numbers before and after, and how well the law before foretold the rows that came.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from erclutch.fit.intervals import as_json
+from erclutch.fit.laws.fit_law import fit_structure
+from erclutch.fit.one_thread import one_thread
+from erclutch.fit.outcome import FitOutcome
+from erclutch.logs.dataset import Dataset, joined
+from erclutch.models.law_model import TorqueModel
+from erclutch.models.laws import law_from_name
+from erclutch.models.structure import Structure
+from erclutch.signals.array import Array
+from erclutch.wings.design.information import Knowledge
+from erclutch.wings.live.learning.drawn_tables import TableLimits, drawn_table
+from erclutch.wings.live.learning.foretold_motion import ForetoldMotion, LoggedRound
+
+#: Laws that few rows suffice for; the second is taken where it lowers the error by so much.
+_LAWS = ("bingham", "casson")
+_BETTER = 0.98
+_QUANTILE = 1.96
+_TABLES = 12  # that are compared
+_FIRST_LEVEL = 0.5  # of the drive, before anything is known
+_FASTEST = 0.8  # of the speed at which the loop trips
+#: Nothing more is to be learned below this share of the residual that the numbers leave open, ...
+_LITTLE_OPEN = 0.2
+#: ... if the law foretold the last round no worse than this many times its residual.
+_FORETOLD = 1.1
+
+
+@dataclass(frozen=True)
+class RoundReport:
+    """What a round taught.
+
+    Attributes:
+        number: from 1.
+        file: name of its log.
+        seconds: of the log.
+        tripped: why the loop held the fields at zero; empty for a whole round.
+        law: that was fitted to all rounds.
+        before: RMSE on this round's rows of the law of the rounds before; nan in the first round.
+        residual: RMSE of the law on all rows.
+        open: half width of the effort's 95 % interval where the rig can go, without noise.
+        open_foretold: what was expected of it before the round; nan in the first round.
+        band: half width of the effort's 95 % band: the numbers' and the residual's.
+        share: the band as a share of the largest effort.
+        half_widths: of each number's 95 % interval: name -> (value, now, expected before the round).
+    """
+
+    number: int
+    file: str
+    seconds: float
+    tripped: str
+    law: str
+    before: float
+    residual: float
+    open: float
+    open_foretold: float
+    band: float
+    share: float
+    half_widths: dict[str, tuple[float, float, float]] = field(default_factory=dict[str, tuple[float, float, float]])
+
+    def to_dict(self) -> dict[str, Any]:
+        """As JSON values; what is not known is null."""
+        numbers = {
+            name: {"value": value, "now": as_json(now), "foretold": as_json(foretold)}
+            for name, (value, now, foretold) in self.half_widths.items()
+        }
+        plain = {name: as_json(each) if isinstance(each, float) else each for name, each in asdict(self).items()}
+        return plain | {"half_widths": numbers}
+
+
+@dataclass(frozen=True)
+class _Expected:
+    """What was expected of a round.
+
+    Attributes:
+        model: the law before it.
+        use: rows that the rig can bring, over which the open band is taken.
+        open: half width of that band after the round.
+        shrink: by what each error shrinks, by name.
+    """
+
+    model: TorqueModel
+    use: Dataset
+    open: float
+    shrink: dict[str, float]
+
+
+class LearningRounds:
+    """The rounds so far, and the next table.
+
+    Attributes:
+        limits: what a table may ask for.
+        reports: what each round taught.
+        nothing_more: whether another round would teach nothing.
+    """
+
+    def __init__(self, limits: TableLimits, seed: int, fastest: float) -> None:
+        """Begin without rounds.
+
+        Args:
+            limits: what a table may ask for.
+            seed: of the tables.
+            fastest: speed at which the loop trips; 0: none.
+        """
+        self.limits = limits
+        self.reports: list[RoundReport] = []
+        self.nothing_more = False
+        self._seed = seed
+        self._fastest = fastest
+        self._rounds: list[LoggedRound] = []
+        self._outcome: FitOutcome[TorqueModel] | None = None
+        self._expected: _Expected | None = None
+
+    def next_table(self, seconds: float) -> Array:
+        """The table of the next round, shape (rows, 3)."""
+        rng = np.random.default_rng([self._seed, len(self._rounds)])
+        if self._outcome is None:
+            return drawn_table(self.limits, seconds, rng, _FIRST_LEVEL)
+        tables = np.array([drawn_table(self.limits, seconds, rng) for _ in range(_TABLES)])
+        with one_thread():
+            return self._best(tables, self._outcome)
+
+    def _best(self, tables: Array, outcome: FitOutcome[TorqueModel]) -> Array:
+        """The table that takes most off what is not known; its expectation is kept."""
+        foretold = ForetoldMotion(outcome.model, self._rounds).rows(tables)
+        if self._fastest > 0.0:
+            speeds = [max(float(np.abs(each.slip).max()) for each in rows.elements) for rows in foretold]
+            slow = [number for number, speed in enumerate(speeds) if speed < _FASTEST * self._fastest]
+            kept = slow or [int(np.argmin(speeds))]
+            tables, foretold = tables[kept], [foretold[number] for number in kept]
+        known = _all_rows(self._rounds)
+        use = joined(foretold)
+        knowledge = Knowledge(outcome.model, known, self.limits.rate, "I", use)
+        gains = [knowledge.worth(rows) for rows in foretold]
+        best = int(np.argmax(gains))
+
+        before = knowledge.errors()
+        derivatives = knowledge.sensitivity.rows(foretold[best])
+        knowledge.information = knowledge.information + knowledge.weight * (derivatives.T @ derivatives)
+        shrinks = (knowledge.errors() / before).tolist()
+        names = [estimate.name for estimate in outcome.estimates]
+        self._expected = _Expected(outcome.model, use, knowledge.band(), dict(zip(names, shrinks, strict=True)))
+        return tables[best]
+
+    def take(self, logged: LoggedRound, file: str, tripped: str = "") -> RoundReport:
+        """A round was logged: fit all rounds, and tell what it taught.
+
+        Raises:
+            CheckError: rows that no law can be fitted to.
+        """
+        expected = self._expected
+        before = math.nan
+        if expected is not None:
+            before = _rmse(expected.model, logged.rows)
+        self._rounds.append(logged)
+        known = _all_rows(self._rounds)
+        with one_thread():
+            earlier = self._outcome
+            self._outcome = outcome = _fitted(known)
+            use = None if expected is None else expected.use
+            knowledge = Knowledge(outcome.model, known, self.limits.rate, "I", use)
+        open_now = knowledge.band()
+        band = math.hypot(open_now, _QUANTILE * knowledge.noise)
+        half_widths: dict[str, tuple[float, float, float]] = {}
+        of_earlier = {} if earlier is None else {each.name: each for each in earlier.estimates}
+        for estimate in outcome.estimates:
+            foretold = math.nan
+            if expected is not None and estimate.name in of_earlier and estimate.name in expected.shrink:
+                old = of_earlier[estimate.name]
+                foretold = 0.5 * (old.high - old.low) * expected.shrink[estimate.name]
+            half_widths[estimate.name] = (estimate.value, 0.5 * (estimate.high - estimate.low), foretold)
+        report = RoundReport(
+            number=len(self._rounds),
+            file=file,
+            seconds=logged.rows.duration,
+            tripped=tripped,
+            law=outcome.model.name,
+            before=before,
+            residual=knowledge.noise,
+            open=open_now,
+            open_foretold=math.nan if expected is None else expected.open,
+            band=band,
+            share=band / (float(np.abs(known.effort).max()) or 1.0),
+            half_widths=half_widths,
+        )
+        self.reports.append(report)
+        little_open = open_now < _LITTLE_OPEN * _QUANTILE * knowledge.noise
+        self.nothing_more = not tripped and little_open and before <= _FORETOLD * knowledge.noise
+        return report
+
+    @property
+    def model(self) -> TorqueModel | None:
+        """The law after the last round."""
+        return None if self._outcome is None else self._outcome.model
+
+
+def _all_rows(rounds: Sequence[LoggedRound]) -> Dataset:
+    """Rows of all rounds; the commands of the drive are no input of a law."""
+    return joined([replace(each.rows, spare={}) for each in rounds])
+
+
+def _rmse(model: TorqueModel, rows: Dataset) -> float:
+    return float(np.sqrt(np.mean((rows.effort - model.predict(rows)) ** 2)))
+
+
+def _fitted(known: Dataset) -> FitOutcome[TorqueModel]:
+    """The law that fits, with its intervals: the simplest, unless the next lowers the error."""
+    chosen: FitOutcome[TorqueModel] | None = None
+    for name in _LAWS:
+        one_way = all(bool(np.all(element.slip >= 0.0)) for element in known.elements)
+        single = known.device == "single" and not one_way
+        structure = Structure(known.device, name, law_from_name(name, known.device), "lag", single, single)
+        tried = fit_structure(known, structure, intervals=False)
+        if chosen is None or tried.train_cost < _BETTER**2 * chosen.train_cost:
+            chosen = tried
+    assert chosen is not None
+    return fit_structure(known, chosen.model.structure)

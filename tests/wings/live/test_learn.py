@@ -1,0 +1,220 @@
+"""`erclutch live --program learn`: rounds on a rig, their tables, the motion that is foretold, and interruptions."""
+
+from __future__ import annotations
+
+import io
+import json
+import threading
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from rich.console import Console
+
+import erclutch
+from erclutch.errors import SettingError
+from erclutch.fit.laws.fit_law import fit_structure
+from erclutch.logs.dataset import build_dataset
+from erclutch.models.laws import law_from_name
+from erclutch.models.structure import Structure
+from erclutch.wings.live.command_line.learn import follow_round, share_of
+from erclutch.wings.live.learning.drawn_tables import TableLimits, drawn_table
+from erclutch.wings.live.learning.foretold_motion import ForetoldMotion, LoggedRound
+from erclutch.wings.live.learning.rounds import LearningRounds
+from erclutch.wings.live.ring import State
+from erclutch.wings.rig.interface import Measurement, RigCommand
+from erclutch.wings.rig.rig_server import RigServer
+from erclutch.wings.rig.twin.parameters import default_rig
+from erclutch.wings.rig.twin.twin import Twin
+from tests.support.command import refused, run
+
+BRAKE = TableLimits("single", 0.5, 0.95, 1000.0)
+PAIR = TableLimits("coaxial", 0.5, 0.95, 1000.0)
+
+
+def logged(table: Any, seed: int = 0) -> LoggedRound:
+    """A round on the TWIN brake, without the loop."""
+    twin = Twin(seed=seed, locked=True, single=True)
+    rows = np.zeros((len(table), 3))
+    for row, (field, _, drive) in enumerate(table.tolist()):
+        measured = twin.sense()
+        rows[row] = field, measured.theta, measured.torque
+        twin.command(RigCommand(E1=field, motor_torque=drive))
+        twin.step()
+    field, position, effort = rows.T
+    columns = {"field": field, "position": position, "effort": effort}
+    log = erclutch.recording_from_arrays(columns, rate=1000.0, units={"field": "", "position": "rad", "effort": "N*m"})
+    return LoggedRound(build_dataset(log), table[:, 2])
+
+
+@pytest.mark.parametrize("limits", [BRAKE, PAIR])
+def test_a_table_stays_within_the_supply_and_ends_at_rest(limits: TableLimits) -> None:
+    for seed in range(5):
+        table = drawn_table(limits, 4.0, np.random.default_rng(seed))
+        assert table.shape == (4000, 3)
+        assert table[:, :2].min() >= 0.0
+        assert table[:, :2].max() <= limits.field
+        assert not np.any((table[:, 0] > 0.0) & (table[:, 1] > 0.0))
+        assert np.abs(table[:, 2]).max() <= limits.drive
+        assert not table[-200:].any()
+
+
+@pytest.mark.slow
+def test_the_motion_of_a_table_is_foretold_from_another_log() -> None:
+    first, second = (logged(drawn_table(BRAKE, 3.0, np.random.default_rng(seed)), seed) for seed in (1, 2))
+    structure = Structure("single", "casson", law_from_name("casson", "single"), "lag", True, True)
+    law = fit_structure(first.rows, structure, intervals=False).model
+    assert second.drive is not None
+    table = np.column_stack([second.rows.elements[0].field, np.zeros(3000), second.drive])
+    foretold = ForetoldMotion(law, [first]).rows(table[None])[0]
+    got = second.rows.elements[0].slip
+    off = foretold.elements[0].slip - got
+    assert np.sqrt(np.mean(off**2)) < 0.3 * np.sqrt(np.mean(got**2))
+
+
+@pytest.mark.slow
+def test_without_a_drive_the_motion_of_the_last_log_comes_again() -> None:
+    first = logged(drawn_table(BRAKE, 2.0, np.random.default_rng(1)))
+    structure = Structure("single", "bingham", law_from_name("bingham", "single"), "lag", True, True)
+    law = fit_structure(first.rows, structure, intervals=False).model
+    held = LoggedRound(first.rows, None)
+    foretold = ForetoldMotion(law, [held]).rows(np.zeros((1, 3000, 3)))[0]
+    np.testing.assert_array_equal(foretold.elements[0].slip[2000:], first.rows.elements[0].slip[:1000])
+
+
+@pytest.mark.slow
+def test_the_second_round_makes_the_intervals_narrower_as_foretold() -> None:
+    rounds = LearningRounds(BRAKE, 0, 1000.0)
+    for number in range(2):
+        rounds.take(logged(rounds.next_table(3.0), number), f"{number}.mcap")
+    first, second = rounds.reports
+    assert np.isnan(first.before)
+    assert second.open_foretold > 0.0
+    assert second.share == pytest.approx(second.band / 0.6, rel=0.5)
+    _, got, foretold = second.half_widths["T_y"]
+    assert got < first.half_widths["T_y"][1]
+    assert 0.3 < foretold / got < 3.0
+    assert json.loads(json.dumps(first.to_dict()))["before"] is None
+
+
+@pytest.mark.parametrize("text", ["3", "0", "-1%", "100%", "much", "nan"])
+def test_a_band_that_cannot_be_is_refused(text: str) -> None:
+    with pytest.raises(SettingError, match="--until"):
+        share_of(text)
+    assert share_of("3%") == pytest.approx(0.03)
+    assert share_of(None) == 0.0
+
+
+def test_options_that_do_not_go_with_rounds_are_refused(tmp_path: Path) -> None:
+    assert "--program learn too" in refused("live", "--until", "3%", cwd=tmp_path)
+    assert "Leave out --rig replay" in refused("live", "--program", "learn", "--rig", "replay", cwd=tmp_path)
+    gone = ("live", "--program", "learn", "--headless", "--resume", "none")
+    assert "learn.json" in refused(*gone, cwd=tmp_path)
+
+
+class FailingBrake(Twin):
+    """The TWIN brake, whose encoder reads nothing for a while; keeps what it is commanded from then on."""
+
+    def __init__(self) -> None:
+        super().__init__(seed=1, locked=True, single=True)
+        self.fails_after = 800  # samples with field
+        self.fails_for = 100
+        self.after_fault: list[float] = []
+
+    def sense(self) -> Measurement:
+        measured = super().sense()
+        if self.fails_after > 0 or self.fails_for == 0:
+            return measured
+        self.fails_for -= 1
+        return replace(measured, theta=np.nan)
+
+    def command(self, command: RigCommand) -> None:
+        super().command(command)
+        if self.fails_after > 0:
+            self.fails_after -= command.E1 > 0.0
+        elif self.fails_for > 0:
+            self.after_fault.append(command.E1)
+
+
+@pytest.mark.slow
+@pytest.mark.timed
+def test_a_fault_ends_at_zero_field_with_a_whole_log_and_the_next_round_goes_on(tmp_path: Path) -> None:
+    """The encoder of the rig behind UDP fails in the middle of a round."""
+    brake = FailingBrake()
+    server = RigServer(brake, session=7, lead=default_rig().value("screw.lead"), device="single")
+    stop = threading.Event()
+    thread = threading.Thread(target=server.run, args=(stop.is_set,))
+    thread.start()
+    words = ("live", "--rig", "udp", "--address", f"127.0.0.1:{server.port}", "--session", "7", "--device", "single")
+    asked = (*words, "--program", "learn", "--seconds", "4", "--round", "2", "--headless", "--folder", "logs")
+    try:
+        done = run(*asked, cwd=tmp_path)
+        assert done.code == 3
+        assert "the fields are held at zero" in done.out
+        assert "--resume logs" in done.out
+
+        # 20 commands are 20 ms.
+        assert len(brake.after_fault) > 25
+        assert not any(brake.after_fault[20:])
+
+        (folder,) = (tmp_path / "logs").iterdir()
+        (first,) = json.loads((folder / "learn.json").read_bytes())["rounds"]
+        assert first["tripped"]
+        log = folder / first["file"]
+        field = np.asarray(erclutch.read(log).signals["field"])
+        assert field.size > 700
+        assert field.max() > 0.05
+        kept = log.read_bytes()
+
+        code = 3
+        for _ in range(5):  # a busy machine may trip the loop once more
+            code = run(*asked, "--resume", folder, cwd=tmp_path).code
+            if code == 0:
+                break
+        assert code == 0
+    finally:
+        stop.set()
+        thread.join()
+    body = json.loads((folder / "learn.json").read_bytes())
+    assert len(body["rounds"]) >= 2
+    assert body["rounds"][0]["file"] == first["file"]
+    assert "logged" in body["ended"] or "nothing more" in body["ended"]
+    assert log.read_bytes() == kept
+
+
+def test_after_a_trip_the_round_waits_until_somebody_runs_the_loop() -> None:
+    console = Console(file=io.StringIO())
+    asked = FakeSession(["running", "tripped", "tripped", "ready", "running"])
+    assert follow_round(asked, 100, [], console, wait=True) == ("rig-fault", True)  # pyright: ignore[reportArgumentType]
+    alone = FakeSession(["running", "tripped"])
+    assert follow_round(alone, 100, [], console, wait=False) == ("rig-fault", False)  # pyright: ignore[reportArgumentType]
+    whole = FakeSession(["running"] * 3)
+    assert follow_round(whole, 2, [], console, wait=False) == ("", True)  # pyright: ignore[reportArgumentType]
+    told = FakeSession(["running"] * 3)
+    assert follow_round(told, 100, [2], console, wait=False) == ("", True)  # pyright: ignore[reportArgumentType]
+
+
+class FakeSession:
+    """States one after another, a frame each."""
+
+    running = rig_running = True
+
+    def __init__(self, states: list[str]) -> None:
+        self._states = [State[name.upper()] for name in states]
+        self.head = 0
+        self.trip_reason = "rig-fault"
+
+    def reader(self) -> FakeSession:
+        return self
+
+    def read(self) -> None:
+        self.head += 1
+
+    @property
+    def state(self) -> State:
+        return self._states[min(self.head, len(self._states)) - 1]
+
+    def said(self) -> str:
+        return ""
