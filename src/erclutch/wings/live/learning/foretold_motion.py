@@ -84,10 +84,10 @@ class ForetoldMotion:
                 known.append(self._terms(each.drive[middle], each.rows.effort[middle], of_round[:, middle]))
         accelerations = np.concatenate(wanted, axis=1)
         terms = np.concatenate(known, axis=1)
+        solve: Any = np.linalg.lstsq
         coefficients: list[Array] = []
         for of_speed, acceleration in zip(terms, accelerations, strict=True):
-            solution: Any = np.linalg.lstsq(of_speed, acceleration, rcond=None)
-            coefficients.append(np.asarray(solution[0], np.float64))
+            coefficients.append(np.asarray(solve(of_speed, acceleration, rcond=None)[0], np.float64))
         return np.array(coefficients)
 
     def _terms(self, drive: Array, effort: Array, speeds: Array) -> Array:

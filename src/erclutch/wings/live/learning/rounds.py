@@ -176,7 +176,9 @@ class LearningRounds:
         open_now = knowledge.band()
         band = math.hypot(open_now, _QUANTILE * knowledge.noise)
         half_widths: dict[str, tuple[float, float, float]] = {}
-        of_earlier = {} if earlier is None else {each.name: each for each in earlier.estimates}
+        of_earlier = {}
+        if earlier is not None and earlier.model.name == outcome.model.name:  # another law's numbers are others
+            of_earlier = {each.name: each for each in earlier.estimates}
         for estimate in outcome.estimates:
             foretold = math.nan
             if expected is not None and estimate.name in of_earlier and estimate.name in expected.shrink:
