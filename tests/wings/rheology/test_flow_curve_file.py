@@ -122,13 +122,15 @@ def test_a_column_of_each_field(written: Written) -> None:
 
 def test_options_settle_what_is_not_known(written: Written) -> None:
     path = written(rows(RATES, [y * 1e-3 for y in STRESSES], [1.0] * 6, head="a,b,c"))
-    with pytest.raises(MappingError, match=r"no column is surely the shear rate .*--rate \"a \[1/s\]\""):
+    with pytest.raises(MappingError, match=r"no column is surely the shear rate .*--shear-rate \"a \[1/s\]\""):
         read_flow_curves(path)
     with pytest.raises(MappingError, match=r"--stress"):
-        read_flow_curves(written(rows(RATES, [5.0, 4, 3, 2, 1, 0.5], head="a,b"), name="falling.csv"), rate="a [1/s]")
-    assert holds_the_curve(read_flow_curves(path, rate="a [1/s]", stress=["b [kPa]"]))
+        read_flow_curves(
+            written(rows(RATES, [5.0, 4, 3, 2, 1, 0.5], head="a,b"), name="falling.csv"), shear_rate="a [1/s]"
+        )
+    assert holds_the_curve(read_flow_curves(path, shear_rate="a [1/s]", stress=["b [kPa]"]))
     with pytest.raises(MappingError, match="there is no column 'z'"):
-        read_flow_curves(path, rate="z")
+        read_flow_curves(path, shear_rate="z")
 
 
 def test_columns_named_after_the_sample_are_told(written: Written) -> None:
@@ -142,9 +144,9 @@ def test_columns_named_after_the_sample_are_told(written: Written) -> None:
     [
         ("shear rate [rpm],stress [Pa]", "no column is surely the shear rate"),
         ("shear rate [Pa],shear stress [Pa]", "is a shear rate by its name and a shear stress by its unit"),
-        ("frequency [Hz],storage modulus [Pa]", "no column is surely the shear rate"),
+        ("frequency [Hz],storage modulus [Pa]", "the test is an oscillation"),
         ("shear rate [1/s],normal stress [Pa]", "no column is surely the shear stress"),
-        ("shear rate [1/s],G' storage modulus [Pa]", "no column is surely the shear stress"),
+        ("shear rate [1/s],G' storage modulus [Pa]", "the test is an oscillation"),
     ],
 )
 def test_other_quantities_are_not_taken(written: Written, head: str, words: str) -> None:
@@ -157,7 +159,7 @@ def test_a_stress_that_its_viscosity_contradicts_is_asked_about(written: Written
     path = written(rows(RATES, STRESSES, viscosity, head="rate [1/s],stress [Pa],viscosity [mPa·s]", form="{:.9g}"))
     with pytest.raises(UnitError, match=r"'stress' \[Pa\] is 1000 times .* one of these units is wrong"):
         read_flow_curves(path)
-    assert holds_the_curve(read_flow_curves(path, rate="rate [1/s]", stress=["stress [Pa]"]))
+    assert holds_the_curve(read_flow_curves(path, shear_rate="rate [1/s]", stress=["stress [Pa]"]))
 
 
 # --- points -----------------------------------------------------------------------------------------------------------
@@ -255,10 +257,10 @@ def test_an_export_of_rheocompass_has_all_its_tests(
     file = read_flow_curves(written(rheocompass(between, decimal), encoding))
     assert holds_the_curve(file, count=2)
     assert [curve.label for curve in file.curves] == ["0 kV/mm, interval 1", "1 kV/mm, interval 2"]
-    one = read_flow_curves(written(rheocompass(between, decimal), encoding), tests=["2"])
+    one = read_flow_curves(written(rheocompass(between, decimal), encoding), sheet=["2"])
     assert [curve.label for curve in one.curves] == ["1 kV/mm, interval 2"]
     with pytest.raises(SettingError, match="there is no test 'three'"):
-        read_flow_curves(written(rheocompass()), tests=["three"])
+        read_flow_curves(written(rheocompass()), sheet=["three"])
 
 
 @pytest.mark.usefixtures("read_here")

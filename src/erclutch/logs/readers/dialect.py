@@ -190,6 +190,12 @@ def _header(
     last = _labels(lines[above[-1]], delimiter, decimal, width, trailing, rows_are_named)
     if last is None:
         return None, 0
+    # A row of samples over every second column, below names and units: the names are those above.
+    if len(above) > 2 and 2 * sum(map(bool, last)) <= len(last) > 1:
+        names, below = (_labels(lines[at], delimiter, decimal, width, trailing, rows_are_named) for at in above[-3:-1])
+        inner = [cell.strip("[]() ") for cell in below or []]
+        if names and below and sum(map(bool, names)) > sum(map(bool, last)) and _are_units(inner):
+            return (names, [unit or None for unit in inner]), 3
     inner = [cell.strip("[]() ") for cell in last]
     if len(above) > 1 and _are_units(inner):
         names = _labels(lines[above[-2]], delimiter, decimal, width, trailing, rows_are_named)
@@ -221,7 +227,8 @@ def _labels(
         # One name more than cells is a column filled in its first rows only (events); one fewer, a trailing delimiter.
         fitting = {width, width - 1 if trailing else width, width + 1 if delimiter is not None else width}
         if len(cells) == width - 1 and not trailing and delimiter is not None and width > 2 and rows_are_named:
-            cells, fitting = ["", *cells], {width}  # R names no column of row names
+            # R names no column of row names. A line that begins with an empty cell lacks its last cell.
+            cells, fitting = ["", *cells] if cells[0] else [*cells, ""], {width}
         if len(cells) in fitting and any(cells) and not any(is_number(cell, decimal) for cell in cells):
             return cells
     return None

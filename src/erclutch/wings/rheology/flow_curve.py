@@ -34,6 +34,7 @@ _FAINTEST = 1e-6
 _STRETCHES = 5  # of rates, each held out once
 _NO_DIFFERENCE = 1e-12  # of two mean squares of ln(stress): below the rounding of a fit
 _NEAR = 1.5  # of the best error: a law beyond that is no match for the best
+_LEAST_INDEX = 0.02
 _FLAT = 0.15  # slope of ln(stress) over ln(rate) on a plateau
 
 
@@ -184,11 +185,14 @@ def _check(curve: FlowCurve) -> None:
 
 
 def _bounded(law: Law, highest: float) -> tuple[ShapeParameter, ...]:
-    """The law's own shape parameters, times as wide as the data's rates (normalised, 1 to ``highest``)."""
+    """The law's own shape parameters, times as wide as the data's rates (normalised, 1 to ``highest``).
+
+    A gel's stress may hardly grow with the rate, so the flow index goes lower than that of a clutch.
+    """
     wide = [
         replace(s, lower=1e-3 / highest, upper=1e3) if s.dimension == Dimension(slip=-1) else s for s in law.shape[1:]
     ]
-    return tuple(wide)
+    return tuple(replace(s, lower=_LEAST_INDEX) if s.name == "m" else s for s in wide)
 
 
 def _stress(law: Law, x: Array, shape: Sequence[Any], gains: Sequence[Any]) -> Any:

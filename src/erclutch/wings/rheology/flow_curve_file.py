@@ -17,7 +17,7 @@ from erclutch.logs import read_table, recordings_in
 from erclutch.logs.table import Table
 from erclutch.signals.array import Array, Mask
 from erclutch.wings.rheology.flow_curve import FlowCurve
-from erclutch.wings.rheology.flow_plan import CurvePlan, FlowPlan, plan_of
+from erclutch.wings.rheology.flow_plan import CurvePlan, FlowPlan, oscillation, plan_of, require_several_rates
 
 #: What instruments write for a point that they could not measure.
 _SENTINELS = (-9999.0, -999.0, -99.0, 9999.0, 99999.0, 999999.0)
@@ -38,15 +38,15 @@ class FlowFile:
 
 
 def read_flow_curves(
-    path: str | Path, *, rate: str | None = None, stress: Sequence[str] = (), tests: Sequence[str] = ()
+    path: str | Path, *, shear_rate: str | None = None, stress: Sequence[str] = (), sheet: Sequence[str] = ()
 ) -> FlowFile:
     """Read all flow curves of a file.
 
     Args:
         path: a log file of any format that `erclutch.read` knows.
-        rate: the column of shear rates, with its unit; None: by name and unit.
+        shear_rate: the column of shear rates, with its unit; None: by name and unit.
         stress: the columns of shear stresses or viscosities; none: by name and unit.
-        tests: which sheets or tests of the file, by name or by number from 1; none: all that hold a flow curve.
+        sheet: which sheets or tests of the file, by name or by number from 1; none: all that hold a flow curve.
 
     Raises:
         LogError: the file cannot be read, or holds no flow curve.
@@ -55,17 +55,18 @@ def read_flow_curves(
     """
     with placed(str(path)):
         names = recordings_in(path)
-        chosen = _chosen(names, tests)
+        chosen = _chosen(names, sheet)
         curves: list[FlowCurve] = []
         notes: list[str] = []
         refused: list[ErclutchError] = []
         for name in chosen:
             try:
                 table = read_table(path, variable=name or None)
-                plan = plan_of(table, rate, stress)
+                plan = plan_of(table, shear_rate, stress)
+                require_several_rates(plan, table)
             except (LogError, MappingError) as error:
                 # A sheet of remarks or an oscillation beside the flow curves ends nothing, a file of them alone does.
-                if len(chosen) == 1 or tests:
+                if len(chosen) == 1 or sheet:
                     raise
                 refused.append(error)
                 notes.append(f"{name}: no flow curve ({error.problem})")
@@ -89,8 +90,8 @@ def _chosen(names: Sequence[str], tests: Sequence[str]) -> list[str]:
         numbered = test.isdecimal() and test not in names and 1 <= int(test) <= len(names)
         name = names[int(test) - 1] if numbered else test
         if name not in names:
-            listed = ", ".join(f"{i} {name}" for i, name in enumerate(names, start=1)) or "none: leave --test out"
-            raise SettingError(f"there is no test {test!r}", where="--test", remedy=f"Choose from {listed}")
+            listed = ", ".join(f"{i} {name}" for i, name in enumerate(names, start=1)) or "none: leave --sheet out"
+            raise SettingError(f"there is no test {test!r}", where="--sheet", remedy=f"Choose from {listed}")
         chosen.append(name)
     return chosen
 
@@ -136,14 +137,17 @@ def _points(curve: CurvePlan, table: Table, label: str) -> tuple[Array, Array, l
         empty[0] = True
     never = np.isin(rate, _SENTINELS) | np.isin(stress, _SENTINELS)
     at_rest = (rate == 0) & ~never
+    swings, marks = oscillation(table)
+    swings = swings & ~empty & ~half & ~never & ~at_rest if not swings.all() else np.zeros_like(swings)
     for rows, why in (
+        (swings, f"in oscillation ({', '.join(marks[:3])})"),
         (half, "without a rate or without a stress"),
         (never, "of a value that instruments write for no measurement"),
         (at_rest & ~half, "at rest, which a logarithm has no place for"),
     ):
         if rows.any():
             notes.append(f"{int(rows.sum())} of {int((~empty).sum())} points left out: {why}")
-    kept = ~(empty | half | never | at_rest)
+    kept = ~(empty | half | never | at_rest | swings)
     if not kept.any():
         raise LogError(
             "no point has a shear rate and a shear stress", where=f"{table.name}, {label}", remedy="Check the columns"

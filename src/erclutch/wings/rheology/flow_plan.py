@@ -18,6 +18,7 @@ import numpy as np
 from erclutch.errors import MappingError, UnitError, shell_word
 from erclutch.logs.labels import split_label
 from erclutch.logs.table import Table
+from erclutch.signals.array import Mask
 from erclutch.signals.units import parse
 
 Quantity = Literal["rate", "stress", "viscosity"]
@@ -63,11 +64,18 @@ _WORDS: dict[Role, tuple[str, ...]] = {
         *("剪切应力", "剪應力", "切应力", "せん断応力", "ずり応力"),
     ),
 }
+#: Columns that only an oscillation fills: what is stored and lost in a turn there and back.
+_OSCILLATION = re.compile(
+    r"(?:storage|loss|complex) (?:shear )?modul|\b(?:g|eta)\*|η\*|\bg'|\(elastic component\)|speichermodul|verlustmodul"
+    r"|complex viscosity|komplexe viskos"
+    r"|module de (?:conservation|perte)|modulo de (?:almacen|perdida)|储能模量|贮存弾性率"
+)
 _BY_NAME: dict[Role, re.Pattern[str]] = {role: re.compile("|".join(words)) for role, words in _WORDS.items()}
 #: A shear rate counts no events: 1 Hz of an oscillation is 2 pi rad/s of nothing sheared.
 _NO_RATE = re.compile(r"hz|cps|rpm", re.IGNORECASE)
 #: A stress and a viscosity of one row that differ by more than this share have a wrong unit.
 _AGREE = 0.2
+_HELD = 1.2  # times the lowest rate: what stays below is measured at one rate
 
 
 @dataclass(frozen=True)
@@ -128,6 +136,12 @@ def plan_of(table: Table, rate: str | None = None, stress: Sequence[str] = ()) -
     Raises:
         MappingError: no column or several could be meant (UnitError: a unit is unknown, or does not fit the name).
     """
+    swings, marks = oscillation(table)
+    if swings.any() and swings.all() and rate is None and not stress:
+        problem = f"the test is an oscillation ({', '.join(marks[:3])}), which has no flow curve"
+        raise MappingError(
+            problem, where=table.name, remedy="Give a test in rotation, or name columns: --shear-rate, --stress"
+        )
     pairs = _labelled_pairs(table)
     if pairs and rate is None and not stress:
         return FlowPlan(pairs, (f"{len(pairs)} pairs of columns, taken for shear rate [1/s] and shear stress [Pa]",))
@@ -137,6 +151,7 @@ def plan_of(table: Table, rate: str | None = None, stress: Sequence[str] = ()) -
     wanted = [_column(table, label) for label in stress]
     if not wanted:
         wanted = [name for name, role in roles.items() if role == "stress"]
+        wanted = _distinct(table, wanted) if len(rates) == 1 else wanted
     viscosities = [name for name, role in roles.items() if role == "viscosity"]
     guessed: list[str] = []
     if not wanted and not viscosities and rates:
@@ -162,6 +177,30 @@ def plan_of(table: Table, rate: str | None = None, stress: Sequence[str] = ()) -
     if len(curves) == 1 and len(viscosities) == 1 and not curves[0].times_rate and not asked:
         _compare(table, curves[0], _flow_column(table, viscosities[0], "viscosity", asked))
     return plan
+
+
+def require_several_rates(plan: FlowPlan, table: Table) -> None:
+    """Refuse a test at one shear rate: a hold, a ramp of temperature.
+
+    Raises:
+        MappingError: all its curves have points, and all points one rate.
+    """
+    rates = [np.abs(table.columns[curve.rate.name]) for curve in plan.curves]
+    turning = [rate[np.isfinite(rate) & (rate > 0)] for rate in rates]
+    if all(rate.size > 1 and rate.max() <= _HELD * rate.min() for rate in turning):
+        ends = f"{turning[0].min():.4g} to {turning[0].max():.4g} {plan.curves[0].rate.unit}"
+        problem = f"all points have the shear rate {ends}, which is no flow curve"
+        raise MappingError(problem, where=table.name, remedy="Give a test with several rates")
+
+
+def oscillation(table: Table) -> tuple[Mask, list[str]]:
+    """Rows of a table that were measured in oscillation, shape (n,), and the columns that say so."""
+    marks = [name for name in table.columns if _OSCILLATION.search(_plain(name))]
+    swings = np.zeros(table.rows, np.bool_)
+    for name in marks:
+        values = table.columns[name]
+        swings |= np.isfinite(values) & (values != 0)
+    return swings, marks
 
 
 def _labelled_pairs(table: Table) -> tuple[CurvePlan, ...]:
@@ -246,7 +285,7 @@ def _role(table: Table, name: str) -> Role:
     raise UnitError(
         f"the column {name!r} is {_MEANING[named]} by its name and {_MEANING[measured]} by its unit [{unit}]",
         where=table.name,
-        remedy=f"Say which it is: --rate {shell_word(f'{name} [1/s]')} or --stress {shell_word(f'{name} [Pa]')}",
+        remedy=f"Say which it is: --shear-rate {shell_word(f'{name} [1/s]')} or --stress {shell_word(f'{name} [Pa]')}",
     )
 
 
@@ -255,6 +294,20 @@ def _is_viscosity(table: Table, name: str, asked: dict[str, str]) -> bool:
     unit = split_label(asked[name])[1] if name in asked else None
     unit = unit or table.units.get(name)
     return _said_by_unit(unit) == "viscosity" if unit else _said_by_name(name) == "viscosity"
+
+
+def _distinct(table: Table, names: Sequence[str]) -> list[str]:
+    """Columns without those that repeat an earlier one in name and numbers, as "Stress (step)" repeats "Stress"."""
+    return [
+        name
+        for place, name in enumerate(names)
+        if not any(
+            name.startswith(other)
+            and table.units.get(name) == table.units.get(other)
+            and np.allclose(table.columns[name], table.columns[other], rtol=1e-6, atol=0.0, equal_nan=True)
+            for other in names[:place]
+        )
+    ]
 
 
 def _rises(table: Table, rate: str, name: str) -> bool:
@@ -276,7 +329,7 @@ def _grouped(table: Table, rates: Sequence[str], values: Sequence[str]) -> list[
     raise MappingError(
         f"{len(rates)} columns could be the shear rate ({', '.join(rates)}) for {len(values)} columns of stresses",
         where=table.name,
-        remedy=f"Name one: --rate {shell_word(table.label(rates[0]))}",
+        remedy=f"Name one: --shear-rate {shell_word(table.label(rates[0]))}",
     )
 
 
@@ -291,7 +344,7 @@ def _flow_column(table: Table, name: str, role: Quantity, asked: dict[str, str])
     if unit is None:
         return FlowColumn(name, _SI[role], 1.0, f"no unit, taken for {_SI[role]}")
     if _said_by_unit(unit) != role:
-        option = "--rate" if role == "rate" else "--stress"
+        option = "--shear-rate" if role == "rate" else "--stress"
         raise UnitError(
             f"the column {name!r} has the unit {unit!r}, which is no unit of {_MEANING[role]}",
             where=table.name,
@@ -344,13 +397,13 @@ def _compare(table: Table, curve: CurvePlan, viscosity: FlowColumn) -> None:
             f"{curve.stress.name!r} [{curve.stress.unit}] is {ratio:.4g} times {viscosity.name!r} [{viscosity.unit}] x "
             f"{curve.rate.name!r} [{curve.rate.unit}]: one of these units is wrong",
             where=table.name,
-            remedy=f"Name the columns with their units: --rate {shell_word(f'{curve.rate.name} [1/s]')} "
+            remedy=f"Name the columns with their units: --shear-rate {shell_word(f'{curve.rate.name} [1/s]')} "
             f"--stress {shell_word(f'{curve.stress.name} [Pa]')}",
         )
 
 
 def _missing(table: Table, roles: dict[str, Role], rates: Sequence[str]) -> MappingError:
-    what, option, unit = ("shear stress", "--stress", "Pa") if rates else ("shear rate", "--rate", "1/s")
+    what, option, unit = ("shear stress", "--stress", "Pa") if rates else ("shear rate", "--shear-rate", "1/s")
     unknown = [name for name, role in roles.items() if role == "unknown"] or list(roles) or ["NAME"]
     return MappingError(
         f"no column is surely the {what} (there are: {', '.join(table.labels)})",

@@ -72,6 +72,10 @@ def _unique(name: str, index: int, blocks: Sequence[Block]) -> str:
 
 def _table(source: LogSource, block: Block) -> Table:
     width = len(block.names)
+    for number, row in enumerate(block.rows, start=block.line):
+        if any(row[width:]):
+            problem = f"line {number} has {len(row)} cells where {width} are expected"
+            raise LogError(problem, remedy="Correct or delete that line")
     bare = [unit.strip("[]() ") for unit in (*block.units, *[""] * width)][:width]
     labels = [f"{name} [{unit}]" if unit else name for name, unit in zip(block.names, bare, strict=True)]
     rows = [[*row, *[""] * width][:width] for row in block.rows]

@@ -52,7 +52,7 @@ def flowcurve(
     from erclutch.wings.rheology.flow_curve_file import read_flow_curves
 
     chosen = laws or FLOW_LAWS
-    read = [(path.name, read_flow_curves(path, rate=shear_rate, stress=stress, tests=sheet)) for path in files]
+    read = [(path.name, read_flow_curves(path, shear_rate=shear_rate, stress=stress, sheet=sheet)) for path in files]
     curves = [(name, curve) for name, file in read for curve in file.curves]
     fitted: list[tuple[str, FlowCurve, list[FlowFit]]] = []
     with terminal.progress("fitting flow curves") as bar:

@@ -39,7 +39,7 @@ def _blocks(content: str) -> list[Block]:
         elif first in _INTERVALS and len(row) > 1:
             interval = row[1].removesuffix(".0")  # a sheet's number
         elif first in (_COMPASS, _PLUS):
-            # RheoCompass begins each row of a table with an empty cell, below the mark itself.
+            # RheoCompass begins each row of a table with an empty cell, below the mark; some copies lack that cell.
             margin = 1 if first == _COMPASS else 0
             names = row[margin:]
             while names and not names[-1]:
@@ -50,7 +50,9 @@ def _blocks(content: str) -> list[Block]:
                 bracketed = any(cell.startswith("[") for cell in below)
                 if not bracketed and any(is_number(cell, mark) for cell in below for mark in ".,"):
                     break  # a table without units
-                units = below[margin:] if bracketed else []  # a line of words, such as "Constant component", is passed
+                units = (
+                    _behind(margin, below) if bracketed else []
+                )  # a line of words, such as "Constant component", is passed
                 at += 1
             start = at
             rows: list[list[str]] = []
@@ -58,7 +60,7 @@ def _blocks(content: str) -> list[Block]:
                 point = cells(lines[at], delimiter)
                 if not any(point) or point[0] in (*_TESTS, *_INTERVALS, _COMPASS, _PLUS, "Project:"):
                     break
-                rows.append(point[margin:])
+                rows.append(_behind(margin, point))
                 at += 1
             if rows:
                 results.append(", ".join(dict.fromkeys(heads.values())))
@@ -71,6 +73,11 @@ def _blocks(content: str) -> list[Block]:
             replace(block, name=_called(test, block.name.rpartition(", interval ")[2], 0)) for block, test in named
         ]
     return blocks
+
+
+def _behind(margin: int, row: list[str]) -> list[str]:
+    """A row without the empty cell below the mark, if the row has that cell."""
+    return row[margin:] if margin and not row[0] else row
 
 
 def _called(test: str, interval: str, before: int) -> str:

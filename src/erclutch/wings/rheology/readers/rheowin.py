@@ -1,4 +1,4 @@
-"""Text exports of HAAKE RheoWin: names such as "Tau in Pa" between semicolons, and rows that begin with "3|12".
+"""Text exports of HAAKE RheoWin: names such as "Tau in Pa" or "Tau / Pa" between semicolons, and rows like "3|12;...".
 
 The number before the bar is the segment of the job, the number behind it the point. Segments are recordings.
 """
@@ -13,9 +13,9 @@ from erclutch.logs.readers.text_bytes import DAMAGE, decode
 from erclutch.logs.table import Table
 from erclutch.wings.rheology.rheometer_blocks import Block, cells, chosen_table
 
-_NAMES = re.compile(r"^;.*\b(?:GP|Tau|Eta|Gamma|f|T|t) in [^;]+;", re.MULTILINE)
+_NAMES = re.compile(r"^;.*\b(?:GP|Tau|Eta|Gamma|f|T|t) (?:in|/) [^;]+;", re.MULTILINE)
 _POINT = re.compile(r"(\d+)\|\d+")
-_NAMED = re.compile(r"(.+?) in (.+)")
+_NAMED = re.compile(r"(.+?) (?:in|/) (.+)")
 
 
 def _blocks(content: str) -> list[Block]:

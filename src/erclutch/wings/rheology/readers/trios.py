@@ -1,19 +1,28 @@
-"""Text exports of TA Instruments' TRIOS: "[step]", the step's name, names, units and points of each step."""
+"""Text exports of TA Instruments' TRIOS: "[step]", the step's name, names, units and points of each step.
+
+Another form has one table: "Variables" before the names, and "Data point" before each row.
+"""
 
 from __future__ import annotations
 
+import re
+
 from erclutch.logs.log_reader import LogReader, LogSource
-from erclutch.logs.readers import found_recordings
+from erclutch.logs.readers import found_recordings, text
 from erclutch.logs.readers.dialect import is_number
 from erclutch.logs.readers.text_bytes import DAMAGE, decode
 from erclutch.logs.table import Table
 from erclutch.wings.rheology.rheometer_blocks import Block, cells, chosen_table, delimiter_of
 
 _STEP = "[step]"
+_VARIABLES, _POINT = "variables", "data point"
+_HEAD = re.compile(rb"\s*(?:\xef\xbb\xbf)?filename[\t,;][^\n]*\n(?:instrument|operator|sample)", re.IGNORECASE)
 
 
 def _blocks(content: str) -> list[Block]:
     lines = content.splitlines()
+    if not any(line.strip().lower() == _STEP for line in lines):
+        return _points(lines)
     starts = [at for at, line in enumerate(lines) if line.strip().lower() == _STEP]
     blocks: list[Block] = []
     for start, end in zip(starts, [*starts[1:], len(lines)], strict=True):
@@ -36,13 +45,30 @@ def _blocks(content: str) -> list[Block]:
     return blocks
 
 
+def _points(lines: list[str]) -> list[Block]:
+    """The table of a file without steps: rows that begin with "Data point"."""
+    named = next((at for at, line in enumerate(lines) if line.lower().startswith(_VARIABLES)), None)
+    if named is None:
+        return []
+    delimiter = delimiter_of(lines[named])
+    table = [(at + 1, cells(line, delimiter)) for at, line in enumerate(lines) if at > named and line.strip()]
+    rows = [(number, row[1:]) for number, row in table if row[0].lower() == _POINT]
+    units = next((row[1:] for _, row in table if not row[0]), list[str]())
+    names = cells(lines[named], delimiter)[1:]
+    return [Block("points", names, units, [row for _, row in rows], rows[0][0])] if rows else []
+
+
 def _read(source: LogSource) -> Table:
-    return chosen_table(source, _blocks(decode(source.data)), "step")
+    content = decode(source.data)
+    blocks = _blocks(content)
+    if not blocks and _STEP not in content.lower():
+        return text.read_text(source)  # a head of TRIOS above a plain table
+    return chosen_table(source, blocks, "step")
 
 
 def _claims(head: bytes) -> bool:
     plain = head.replace(b"\0", b"").lower()
-    return b"[step]" in plain or (b"[parameters]" in plain and b"trios" in plain)
+    return b"[step]" in plain or b"trios version" in plain or _HEAD.match(plain) is not None
 
 
 READER = LogReader((), _claims, _read, recordings=found_recordings.names_by(_read), tells_damage=DAMAGE)

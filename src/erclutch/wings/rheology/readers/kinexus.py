@@ -1,0 +1,58 @@
+"""Exports of Malvern's and Netzsch's rSpace (Kinexus): one table, in which "Action Name" says the test.
+
+Names hold their units, as "Shear rate(s-¹)". Each action of a sequence is a recording.
+"""
+
+from __future__ import annotations
+
+from itertools import groupby
+
+from erclutch.errors import LogError
+from erclutch.logs.log_reader import LogReader, LogSource
+from erclutch.logs.readers import found_recordings
+from erclutch.logs.readers.text_bytes import DAMAGE, decode
+from erclutch.logs.table import Table
+from erclutch.wings.rheology.rheometer_blocks import Block, cells, chosen_table, delimiter_of
+
+_ACTION = "Action Name"
+_TEXTS = ("Sample Description", "Sequence Name", "Date", "Time stamp")
+
+
+def _blocks(content: str) -> list[Block]:
+    lines = content.splitlines()
+    head = next((at for at, line in enumerate(lines) if _ACTION in line), None)
+    if head is None:
+        return []
+    delimiter = delimiter_of(lines[head])
+    names = cells(lines[head], delimiter)
+    action = names.index(_ACTION)
+    points = [(at + 1, cells(line, delimiter)) for at, line in enumerate(lines) if at > head and line.strip()]
+    for number, row in points:
+        if len(row) <= action:
+            problem = f"line {number} has {len(row)} cells where {len(names)} are expected"
+            raise LogError(problem, remedy="Correct or delete that line")
+    blocks: list[Block] = []
+    for name, group in groupby(points, key=lambda point: point[1][action]):
+        rows = list(group)
+        filled = [i for i in range(len(names)) if any(i < len(row) and row[i] for _, row in rows)]
+        kept = [i for i in filled if names[i] not in (_ACTION, *_TEXTS)]
+        beyond = [row[len(names) :] for _, row in rows]  # a row with too many cells is refused later
+        table = [
+            [row[i] if i < len(row) else "" for i in kept] + more for (_, row), more in zip(rows, beyond, strict=True)
+        ]
+        blocks.append(Block(name or f"action {len(blocks) + 1}", [names[i] for i in kept], [], table, rows[0][0]))
+    return blocks
+
+
+def _read(source: LogSource) -> Table:
+    return chosen_table(source, _blocks(decode(source.data)), "action")
+
+
+def _claims(head: bytes) -> bool:
+    """By the column's name in a line of names with units in round brackets."""
+    plain = head.replace(b"\0", b"").decode("utf-8", "replace")
+    named = next((line for line in plain.splitlines() if _ACTION in line), "")
+    return any(cell == _ACTION for cell in cells(named, delimiter_of(named))) and "(" in named
+
+
+READER = LogReader((), _claims, _read, recordings=found_recordings.names_by(_read), tells_damage=DAMAGE)
