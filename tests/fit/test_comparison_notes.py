@@ -127,7 +127,7 @@ def test_stretches_that_end_before_the_start_is_forgotten(share: float, short: i
 def test_what_a_network_adds(alone: float, both: float, said: str) -> None:
     log, test = data(), np.arange(N) >= 70
     law = SimpleNamespace(predict=lambda d: d.effort + alone)
-    model: Any = SimpleNamespace(law=law, correction=SimpleNamespace(limit=0.5))
+    model: Any = SimpleNamespace(law_part=law, correction=SimpleNamespace(limit=0.5))
     predicted = np.where(test, log.effort + both, 1e9)
     assert c._adds(model, log, predicted, test) == (
         f"test RMSE {alone:.4g} N of the law alone, {both:.4g} N with the network ({said}); "

@@ -138,46 +138,64 @@ def compare(
     require_dataset(data)
     settings = settings or Settings()
     test = hold_out(data, settings.test)
-    findings = check(data, test) + past_finding(settings.past, data)
     train = data.take(~test)
+    findings = check(data, test) + past_finding(settings.past, data)
     if settings.lag == AUTO and steady_command(train) and not data.one_field:
         findings += (_NO_LAG,)
 
+    # From here to the ranking, no model sees a row that was held out.
     every = kinds()
     course = Course((*(work for _, kind in every for work in kind.work), _CHOICE), progress)
     fitted, seen = _fit_all(every, settings, train, course, known)
     outcomes = [each.outcome for each in fitted]
+    # Where a sign is in doubt, a fit with the sign turned says how much better it would be.
     findings = tuple(
         with_turned_fit(finding, data, test, settings, outcomes) if finding.subject == SIGN else finding
         for finding in findings
     )
     findings += seen
 
+    # Rank by the rows held out.
     folds = [cross_validated(train, each, settings.blocks) for each in fitted]
     entries = scored(data, train, test, outcomes, settings, folds)
     if any(finding.subject == ONE_FIELD for finding in findings):
         entries = judged_by_training(entries)
+
+    # Recommend by training rows that are left out in turn, so that the rows held out judge the choice too.
     course.begin()
-    choice = chosen(train, fitted, [e.name for e in entries if e.sound], settings.seed, course.told)
+    sound = [entry.name for entry in entries if entry.sound]
+    choice = chosen(train, fitted, sound, settings.seed, course.told)
     entries = with_bands(data, test, entries, None if choice is None else choice.at_new_fields)
     best, recommended = recommend(
-        {e.name: e.test for e in entries},
-        {e.name: e.excess for e in entries},
-        {e.name: e.outcome.parameters for e in entries},
-        {e.name for e in entries if e.sound},
-        {e.name: e.outcome.freedom for e in entries},
+        scores={entry.name: entry.test for entry in entries},
+        excesses={entry.name: entry.excess for entry in entries},
+        parameters={entry.name: entry.outcome.parameters for entry in entries},
+        sound=set(sound),
+        freedom={entry.name: entry.outcome.freedom for entry in entries},
     )
     if choice is not None:
         recommended = choice.recommended
-        entries = [replace(e, validation=choice.errors.get(e.name)) for e in entries]
-    at = next(i for i, e in enumerate(entries) if e.name == recommended)
-    taken = entries[at] = with_sensor(data, test, entries[at])
-    findings += _memory_left(data, taken)
+        entries = [replace(entry, validation=choice.errors.get(entry.name)) for entry in entries]
+
+    # What the recommended model leaves open.
+    at = next(place for place, entry in enumerate(entries) if entry.name == recommended)
+    entries[at] = taken = with_sensor(data, test, entries[at])
+    with one_thread():
+        left = data.effort - taken.predicted
+        memory = history_finding(data, left, title_of(taken.name), taken.outcome.model.structure.dynamics)
+    findings += () if memory is None else (memory,)
     findings += log_differences(data, taken.predicted)
-    chosen_by = "" if choice is None else choice.words
-    candidates = {each.outcome.model.name: each.candidate for each in fitted}
-    ranked = tuple(entries)
-    return Comparison(data, test, settings, findings, ranked, best, recommended, chosen_by, candidates=candidates)
+    return Comparison(
+        data,
+        test,
+        settings,
+        findings,
+        tuple(entries),
+        best,
+        recommended,
+        chosen_by="" if choice is None else choice.words,
+        candidates={each.outcome.model.name: each.candidate for each in fitted},
+    )
 
 
 def _fit_all(
@@ -238,7 +256,9 @@ def _fit(
     Why these rows cannot make a model is added to ``refused``; `CheckError.where` names the model.
     """
     known = list(known)
-    at_once, starts_at_once = (max(1, workers), 1) if kind.side_by_side else (1, workers)
+    at_once, starts_at_once = 1, workers
+    if kind.side_by_side:
+        at_once, starts_at_once = max(1, workers), 1
 
     def fit(candidate: Candidate) -> AnyOutcome | None:
         if candidate.name in made:
@@ -255,16 +275,8 @@ def _fit(
         try:
             for done, future in enumerate(as_completed(futures), start=1):
                 course.fitted(done / len(futures), futures[future].name, future.result(), train)
-        except BaseException:
+        except BaseException:  # Control-C too: what has not begun must not begin
             pool.shutdown(cancel_futures=True, wait=False)
             raise
         pairs = [(candidate, future.result()) for future, candidate in futures.items()]
     return [Fitted(candidate, outcome) for candidate, outcome in pairs if outcome is not None]
-
-
-def _memory_left(data: Dataset, entry: RankedModel) -> tuple[Finding, ...]:
-    with one_thread():
-        memory = history_finding(
-            data, data.effort - entry.predicted, title_of(entry.name), entry.outcome.model.structure.dynamics
-        )
-    return () if memory is None else (memory,)

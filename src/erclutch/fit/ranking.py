@@ -15,12 +15,14 @@ from erclutch.fit.outcome import MEANINGLESS, AnyOutcome
 from erclutch.fit.prediction_bands import HeldBand, calibrated, judged
 from erclutch.fit.scoring import TOLERATED, BandedFigure, Score, excess, independent_rows, information_criteria, score
 from erclutch.logs.dataset import Dataset
-from erclutch.models.band import Band
+from erclutch.models.model import Model
 from erclutch.signals.array import Array
 from erclutch.signals.shown import Shown, one_line
 
 #: Travels after which a state of memory has forgotten where it started, to 5 %.
 _FORGOTTEN = 3.0
+#: Ranges of the training effort from its mean, from which on a prediction is wild.
+_WILD = 3.0
 
 
 @dataclass(frozen=True, repr=False)
@@ -88,13 +90,16 @@ def scored(
         folds: of each model the RMSE on each block of a cross-validation; None: there was none.
     """
     predictions = [outcome.model.predict(data) for outcome in outcomes]
-    errors = [data.effort - p for p in predictions]
-    sound = [e for e in errors if np.all(np.isfinite(e))] or [data.effort]
-    independent = min(independent_rows(e[~test]) for e in sound)
-    best = min((e[test] for e in sound), key=lambda e: float(e @ e))
+    errors = [data.effort - predicted for predicted in predictions]
+    finite = [error for error in errors if np.all(np.isfinite(error))] or [data.effort]
+    # All models count with the same number of rows, that of the one whose errors are the most alike in time.
+    independent = min(independent_rows(error[~test]) for error in finite)
+    best = min((error[test] for error in finite), key=lambda error: float(error @ error))
+
     entries: list[RankedModel] = []
-    for outcome, predicted, validated in zip(outcomes, predictions, folds or [()] * len(outcomes), strict=True):
-        cost = float(np.sum((data.effort - predicted)[~test] ** 2))
+    folds = folds or [()] * len(outcomes)
+    for outcome, predicted, error, validated in zip(outcomes, predictions, errors, folds, strict=True):
+        cost = float(np.sum(error[~test] ** 2))
         entries.append(
             RankedModel(
                 outcome=outcome,
@@ -103,7 +108,7 @@ def scored(
                 criteria=information_criteria(cost, train.rows, independent, outcome.parameters),
                 folds=validated,
                 predicted=predicted,
-                excess=excess((data.effort - predicted)[test], best, seed=settings.seed),
+                excess=excess(error[test], best, seed=settings.seed),
                 sound=outcome.sound and not _wild(data, predicted, test),
                 notes=(*_notes(outcome, data, predicted, test), *outcome.notes),
             )
@@ -127,31 +132,26 @@ def with_bands(
             these models then have widths of their own at fields between and beyond those of the training rows.
     """
     errors = [data.effort - entry.predicted for entry in entries]
-    outcomes = [entry.outcome for entry in entries]
-    found = calibrated(data, ~test, errors, [o.parameters for o in outcomes], [o.unseen for o in outcomes])
-    train, new = data.take(~test), at_new_fields or {}
+    parameters = [entry.outcome.parameters for entry in entries]
+    unseen = [entry.outcome.unseen for entry in entries]
+    bands = calibrated(data, ~test, errors, parameters, unseen)
+    train = data.take(~test)
+    held_out = [rows[test[rows]] for rows in (np.arange(a, b) for a, b in data.source_rows)]  # of each log
     banded: list[RankedModel] = []
-    for entry, pair in zip(entries, found, strict=True):
-        if pair is None:
+    for entry, error, pair in zip(entries, errors, bands, strict=True):
+        if pair is None:  # too few rows for a band
             banded.append(entry)
             continue
         band, plain = pair
-        if entry.name in new:
-            band = wider_at_new_fields(band, train, new[entry.name])
-        banded.append(_with_band(data, test, entry, band, judged(data, test, entry.predicted, band, plain)))
+        if at_new_fields and entry.name in at_new_fields:
+            band = wider_at_new_fields(band, train, at_new_fields[entry.name])
+        outcome: Any = entry.outcome
+        outcome = replace(outcome, model=replace(outcome.model, band=band))
+        figures = judged(data, test, entry.predicted, band, plain)
+        rmse = [float(np.sqrt(np.mean(error[rows] ** 2))) for rows in held_out if rows.size]
+        by_log = (min(rmse), max(rmse), len(rmse)) if len(rmse) > 1 else None
+        banded.append(replace(entry, outcome=outcome, band=figures, by_log=by_log))
     return banded
-
-
-def _with_band(
-    data: Dataset, test: NDArray[np.bool_], entry: RankedModel, band: Band, figures: HeldBand
-) -> RankedModel:
-    outcome: Any = entry.outcome
-    error = data.effort - entry.predicted
-    logs = [rows[test[rows]] for rows in (np.arange(a, b) for a, b in data.source_rows)]
-    errors = [float(np.sqrt(np.mean(error[rows] ** 2))) for rows in logs if rows.size]
-    by_log = (min(errors), max(errors), len(errors)) if len(errors) > 1 else None
-    banded = replace(outcome, model=replace(outcome.model, band=band))
-    return replace(entry, outcome=banded, band=figures, by_log=by_log)
 
 
 def with_sensor(data: Dataset, test: NDArray[np.bool_], entry: RankedModel) -> RankedModel:
@@ -169,46 +169,58 @@ def judged_by_training(entries: Sequence[RankedModel]) -> list[RankedModel]:
         return list(entries)
     best = min(laws, key=lambda e: e.train.rmse.value)
 
-    def judged(entry: RankedModel) -> RankedModel:
+    judged_anew: list[RankedModel] = []
+    for entry in entries:
         more = entry.train.rmse.value / best.train.rmse.value - 1.0
         if entry.outcome.weights or not more > TOLERATED:
-            return entry
+            judged_anew.append(entry)
+            continue
         note = f"errs on the training rows by {more:.0%} more than {best.name}, which rows held out at one field hide"
-        return replace(entry, sound=False, notes=(*entry.notes, note))
-
-    return [judged(entry) for entry in entries]
+        judged_anew.append(replace(entry, sound=False, notes=(*entry.notes, note)))
+    return judged_anew
 
 
 def _wild(data: Dataset, predicted: Array, test: NDArray[np.bool_]) -> int:
-    """Test rows that are predicted far outside all efforts seen in training."""
+    """Test rows that are predicted far outside all efforts seen in training; those that are no number count too."""
     seen = data.effort[~test]
-    return int(np.count_nonzero(~(np.abs(predicted[test] - seen.mean()) < 3.0 * float(np.ptp(seen)))))
+    near = np.abs(predicted[test] - seen.mean()) < _WILD * float(np.ptp(seen))
+    return int(np.count_nonzero(~near))
 
 
 def _too_short(outcome: AnyOutcome, data: Dataset) -> list[str]:
     """Which travels of the memory are so long that stretches of the log end before their start is forgotten."""
-    lengths = {e.name: e.value for e in outcome.estimates if e.name in outcome.model.times and e.name.startswith("r_")}
+    # Travels are called r_...; other numbers of the stages are times, which a stretch outlasts.
+    times = outcome.model.times
+    lengths = {e.name: e.value for e in outcome.estimates if e.name in times and e.name.startswith("r_")}
     if not lengths:
         return []
-    steps = np.diff(data.clock.time, prepend=data.clock.time[0])
-    walked = [
-        min(float(np.sum(np.abs(e.slip[s.start + 1 : s.stop]) * steps[s.start + 1 : s.stop])) for e in data.elements)
-        for s in data.clock.spans
-    ]
-    return [
-        f"{short} of {len(walked)} stretches are too short to forget the start of {name} = {length:.3g}"
-        for name, length in lengths.items()
-        if (short := sum(travel < _FORGOTTEN * length for travel in walked))
-    ]
+    steps = np.diff(data.clock.time, prepend=data.clock.time[0])  # [s], to each row from the row before
+    travels: list[float] = []  # of each stretch, in the unit of the slip times s: that of the element that moves least
+    for span in data.clock.spans:
+        rows = slice(span.start + 1, span.stop)
+        of_elements = [float(np.sum(np.abs(element.slip[rows]) * steps[rows])) for element in data.elements]
+        travels.append(min(of_elements))
+    notes: list[str] = []
+    for name, length in lengths.items():
+        short = sum(travel < _FORGOTTEN * length for travel in travels)
+        if short:
+            notes.append(
+                f"{short} of {len(travels)} stretches are too short to forget the start of {name} = {length:.3g}"
+            )
+    return notes
 
 
-def _adds(model: Any, data: Dataset, predicted: Array, test: NDArray[np.bool_]) -> str:
+def _adds(model: Model, data: Dataset, predicted: Array, test: NDArray[np.bool_]) -> str:
     """What the network of a law with one adds, on the rows held out."""
-    alone, both = (
-        float(np.sqrt(np.mean((data.effort - effort)[test] ** 2))) for effort in (model.law.predict(data), predicted)
-    )
-    change = f"{abs(1.0 - both / alone):.1%} {'less' if both <= alone else 'more'}" if alone > 0 else "no less"
-    unit, limit = data.units.effort or "", model.correction.limit
+    assert model.correction is not None
+    law: Array = model.law_part.predict(data)
+    alone = float(np.sqrt(np.mean((data.effort - law)[test] ** 2)))
+    both = float(np.sqrt(np.mean((data.effort - predicted)[test] ** 2)))
+    change = "no less"
+    if alone > 0:
+        change = f"{abs(1.0 - both / alone):.1%} {'less' if both <= alone else 'more'}"
+    unit = data.units.effort or ""
+    limit = model.correction.limit
     return (
         f"test RMSE {alone:.4g} {unit} of the law alone, {both:.4g} {unit} with the network ({change}); "
         f"the network moves the effort by at most {limit:.4g} {unit}"
@@ -216,6 +228,7 @@ def _adds(model: Any, data: Dataset, predicted: Array, test: NDArray[np.bool_]) 
 
 
 def _notes(outcome: AnyOutcome, data: Dataset, predicted: Array, test: NDArray[np.bool_]) -> tuple[str, ...]:
+    """What to worry about with a fit; sentences for people."""
     notes: list[str] = []
     if outcome.model.correction is not None:
         notes.append(_adds(outcome.model, data, predicted, test))

@@ -67,12 +67,15 @@ class Score:
 def block_rows(residuals: Sequence[Array]) -> int:
     """Length of a bootstrap block in rows, by the longest correlation of the squared residuals of any model."""
     n = residuals[0].size
-    return int(np.clip(_LONGER * correlated_over(residuals), max(1, -(-n // _MOST_BLOCKS)), max(1, n // 4)))
+    shortest = max(1, -(-n // _MOST_BLOCKS))
+    longest = max(1, n // 4)
+    return int(np.clip(_LONGER * correlated_over(residuals), shortest, longest))
 
 
 def correlated_over(residuals: Sequence[Array]) -> int:
     """Rows over which the squared residuals of any model are correlated."""
-    return max(bandwidth_of((e * e - np.mean(e * e))[:, None]) for e in residuals)
+    squares = [residual * residual for residual in residuals]
+    return max(bandwidth_of((square - np.mean(square))[:, None]) for square in squares)
 
 
 def block_starts(rows: int, block: int, seed: int) -> NDArray[np.int64]:
@@ -238,8 +241,9 @@ def _middle(resampled: Array) -> tuple[float, float]:
 
 
 def _resampled(values: Array, block: int, starts: NDArray[np.int64]) -> Array:
-    """Mean of the values in each resample."""
-    total = np.concatenate([[0.0], np.cumsum(np.concatenate([values, values[: block - 1]]))])
+    """Mean of the values (n,) in each resample, shape (resamples,); the sum of a block is a difference of two sums."""
+    wrapped = np.concatenate([values, values[: block - 1]])
+    total = np.concatenate([[0.0], np.cumsum(wrapped)])
     return np.mean(total[starts + block] - total[starts], axis=1) / block
 
 
@@ -311,11 +315,13 @@ def recommend(
     """
     best = min(scores, key=lambda name: scores[name].rmse.value)
     allowed = [name for name in scores if sound is None or name in sound] or list(scores)
-    good = [
-        name
-        for name, s in ((name, scores[name]) for name in allowed)
-        if s.rmse.value <= scores[best].rmse.high and (excesses[name].value <= TOLERATED or excesses[name].low <= 0.0)
-    ]
+    good: list[str] = []
+    for name in allowed:
+        in_band = scores[name].rmse.value <= scores[best].rmse.high
+        little_more = excesses[name].value <= TOLERATED
+        cannot_be_told = excesses[name].low <= 0.0
+        if in_band and (little_more or cannot_be_told):
+            good.append(name)
     # Where no sound model comes near the best one, the nearest of them is still the one to use.
     nearest = min(allowed, key=lambda name: scores[name].rmse.value)
     free = freedom or {}

@@ -112,26 +112,27 @@ def structures_for(data: Dataset, settings: Settings) -> list[Structure]:
 
 def structures_of(data: Dataset, settings: Settings, named: Sequence[tuple[str, str]]) -> list[Structure]:
     """Laws by name, each with its stages; at one field without field terms, or not at all."""
-    friction, offset = _extra_terms(data, settings)
     if data.one_field:
-        given = [name for name, _ in named if name in {model.partition("+")[0] for model in settings.models}]
+        # What was named is refused; of a set of laws only those go on that one field can tell.
+        spelled_out = {model.partition("+")[0] for model in settings.models}
+        given = [name for name, _ in named if name in spelled_out]
         refuse_field_terms(data, given, settings.lag, settings.friction)
-    pairs = [(_law_of(name, data), stages) for name, stages in named]
-    laws = {name: law_from_name(name, data.device) for name, _ in pairs if name}
-    return [
-        Structure(data.device, name, laws[name], stages, friction and laws[name].yield_form is not CONSTANT, offset)
-        for name, stages in dict.fromkeys(pairs)
-        if name
-    ]
 
-
-def _extra_terms(data: Dataset, settings: Settings) -> tuple[bool, bool]:
-    """Whether laws get a column of friction at zero field, and a constant effort."""
+    # Friction at zero field is told from a constant effort only where the slip turns.
     alone = data.device == "single"
-    # Friction is told from a constant effort where the slip turns.
     friction = alone and not data.one_way if settings.friction is None else settings.friction
     offset = alone if settings.offset is None else settings.offset
-    return friction, offset
+
+    pairs = [(_law_of(name, data), stages) for name, stages in named]
+    structures: list[Structure] = []
+    for name, stages in dict.fromkeys(pairs):
+        if name is None:
+            continue
+        law = law_from_name(name, data.device)
+        # A yield effort that no field changes is friction already.
+        own_friction = friction and law.yield_form is not CONSTANT
+        structures.append(Structure(data.device, name, law, stages, own_friction, offset))
+    return structures
 
 
 def _law_of(name: str, data: Dataset) -> str | None:
@@ -151,19 +152,20 @@ def _with_terms_told(train: Dataset, law: FitOutcome[TorqueModel]) -> FitOutcome
     Where the slip keeps its sign, say, a constant effort and a yield effort are one column: the sum is known, its parts
     are not. The term that was added to the law goes; a law with fewer terms that says the same stays eligible.
     """
-    structure = law.model.structure
     if law.sound:
         return law
+    structure = law.model.structure
     without = [
-        (("T_0",), "a constant effort", replace(structure, offset=False)),
-        (("T_f",), "friction", replace(structure, friction=False)),
-        (("T_0", "T_f"), "a constant effort and friction", replace(structure, offset=False, friction=False)),
+        ({"T_0"}, "a constant effort", replace(structure, offset=False)),
+        ({"T_f"}, "friction", replace(structure, friction=False)),
+        ({"T_0", "T_f"}, "a constant effort and friction", replace(structure, offset=False, friction=False)),
     ]
+    added = {term for term, there in (("T_0", structure.offset), ("T_f", structure.friction)) if there}
     # A long series of kernels loses rank by itself: no term that was added can cure that.
     trade_off = law.unknowns <= _SHORT_LAW and (law.rank < law.unknowns or not law.converged)
-    has = {term for term, there in (("T_0", structure.offset), ("T_f", structure.friction)) if there}
     for terms, words, fewer in without:
-        if not has.issuperset(terms) or not (trade_off or set(terms) & set(law.unidentified)):
+        in_doubt = trade_off or terms & set(law.unidentified)
+        if not (terms <= added and in_doubt):
             continue
         cured = fit_structure(train, fewer)
         if cured.sound and cured.train_cost <= (1.0 + _NO_WORSE) * law.train_cost:
@@ -180,12 +182,13 @@ def _second_time_constant(train: Dataset, laws: Sequence[FitOutcome[TorqueModel]
     one = min(lagged, key=lambda law: law.train_cost)
     with one_thread():
         two = fit_structure(train, replace(one.model.structure, dynamics="rise-fall"))
+    # Rows of one log are alike, so the criterion counts those that are independent, as many for both laws.
     independent = min(independent_rows(train.effort - law.model.predict(train)) for law in (one, two))
-    criteria = [
+    of_one, of_two = (
         information_criteria(law.train_cost, law.train_rows, independent, law.parameters)["bic_independent"]
         for law in (one, two)
-    ]
-    return [two] if criteria[1] < criteria[0] - _EVIDENCE else []
+    )
+    return [two] if of_two < of_one - _EVIDENCE else []
 
 
 def with_memory(
@@ -198,22 +201,25 @@ def with_memory(
     known = [law for law in laws if not law.model.structure.law.forward and not law.model.structure.law.stimulus]
     if not known:
         return [], ()
-    least = min(law.train_cost for law in known)
-    near = [law for law in known if law.train_cost <= (1.0 + TOLERATED) * least]
+
+    # The law with the fewest numbers that is nearly the best, behind the stages of the best.
+    best = min(known, key=lambda law: law.train_cost)
+    near = [law for law in known if law.train_cost <= (1.0 + TOLERATED) * best.train_cost]
     base = min(near, key=lambda law: (law.parameters, law.train_cost))
-    quickest = min(known, key=lambda law: law.train_cost).model.structure.dynamics
+    first_rung = replace(base.model.structure, dynamics=best.model.structure.dynamics)
     with one_thread():
-        rungs = grown(train, replace(base.model.structure, dynamics=quickest), tuple(train.extras))
-        spare = helpful(train, rungs[-1])
-    findings = tuple(_spare_column(name, gain) for name, gain in spare.items())
+        rungs = grown(train, first_rung, tuple(train.extras))
+        spare = helpful(train, rungs[-1])  # share of the error that a column would take off, by its name
+
+    # The first step up and the last: the smallest memory that helps, and all that helps.
     wanted = dict.fromkeys(rung.structure for rung in (rungs[1], rungs[-1])) if len(rungs) > 1 else {}
-    return [LawCandidate(structure, base.notes) for structure in wanted], findings
-
-
-def _spare_column(name: str, gain: float) -> Finding:
-    return Finding(
-        "note",
-        "spare column",
-        f"the column {name!r}, which no model has as an input, would take {gain:.0%} off the error of the best law",
-        f"Fit with --input {shell_word(name)}, unless it measures the effort once more",
+    findings = tuple(
+        Finding(
+            "note",
+            "spare column",
+            f"the column {name!r}, which no model has as an input, would take {gain:.0%} off the error of the best law",
+            f"Fit with --input {shell_word(name)}, unless it measures the effort once more",
+        )
+        for name, gain in spare.items()
     )
+    return [LawCandidate(structure, base.notes) for structure in wanted], findings

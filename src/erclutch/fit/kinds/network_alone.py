@@ -101,14 +101,23 @@ def networks_for(data: Dataset, settings: Settings) -> list[NetworkStructure]:
     Raises:
         SettingError: a network that cannot be.
     """
-    named = asked(settings, data, KIND)
-    return list(dict.fromkeys(network_for(data, settings, name, remembered(stages)) for name, stages in named))
+    networks: dict[NetworkStructure, None] = {}
+    for name, stages in asked(settings, data, KIND):
+        # Stages that a network has not leave the same network twice.
+        networks[network_for(data, settings, name, remembered(stages))] = None
+    return list(networks)
 
 
 def network_for(data: Dataset, settings: Settings, name: str, stages: str) -> NetworkStructure:
     """A network by name, with the inputs that the rows and the settings give it."""
-    past, extras = past_rows(settings.past, data), tuple(data.extras)
-    return network_from_name(name, data.device, dynamics=stages, past=past, extras=extras, field=not data.one_field)
+    return network_from_name(
+        name,
+        data.device,
+        dynamics=stages,
+        past=past_rows(settings.past, data),
+        extras=tuple(data.extras),
+        field=not data.one_field,  # a field that never changes is no input
+    )
 
 
 def remembering_law(settings: Settings, fitted: Sequence[Fitted]) -> Structure | None:
@@ -143,14 +152,14 @@ def constants_for(
     """Numbers of the stages, of the law with the lowest cost among those with the same stages but for the effort's."""
     if network.dynamics == "none":
         return {}
-    models = [law.model for law in sorted(laws, key=lambda law: law.train_cost)]
-    same = [m for m in models if remembered(m.structure.dynamics) == network.dynamics]
-    if not same:
-        law = law_from_name("bingham", train.device)
+    same = [law for law in laws if remembered(law.model.structure.dynamics) == network.dynamics]
+    if same:
+        law = min(same, key=lambda law: law.train_cost).model
+    else:  # no law that was asked for has these stages
         single = train.device == "single"
-        structure = Structure(train.device, "bingham", law, network.dynamics, single, single)
-        same = [fit_structure(train, structure).model]
-    return stage_numbers_in_user_units(same[0], network.dynamics)
+        bingham = law_from_name("bingham", train.device)
+        law = fit_structure(train, Structure(train.device, "bingham", bingham, network.dynamics, single, single)).model
+    return stage_numbers_in_user_units(law, network.dynamics)
 
 
 def law_beyond(train: Dataset, laws: Sequence[FitOutcome[TorqueModel]]) -> TorqueModel:
@@ -159,15 +168,20 @@ def law_beyond(train: Dataset, laws: Sequence[FitOutcome[TorqueModel]]) -> Torqu
     Bingham's law where it was fitted, else the memoryless fitted law of a yield effort with the fewest numbers: few
     numbers are told by the rows that are there. Where no such law was fitted, Bingham's is.
     """
-    name = (at_one_field("bingham", train.device) if train.one_field else None) or "bingham"
+    bingham = (at_one_field("bingham", train.device) if train.one_field else None) or "bingham"
     known = [
         law for law in laws if law.model.structure.law.yield_form is not None and not law.model.structure.remembers
     ]
     if known:
-        named = [law for law in known if law.model.structure.specification == name]
+        named = [law for law in known if law.model.structure.specification == bingham]
         return min(named or known, key=lambda law: (law.parameters, law.train_cost)).model
     single = train.device == "single"
     structure = Structure(
-        train.device, name, law_from_name(name, train.device), "none", single and not train.one_way, single
+        device=train.device,
+        specification=bingham,
+        law=law_from_name(bingham, train.device),
+        dynamics="none",
+        friction=single and not train.one_way,
+        offset=single,
     )
     return fit_structure(train, structure, intervals=False).model

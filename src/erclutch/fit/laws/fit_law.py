@@ -37,7 +37,6 @@ from erclutch.fit.outcome import Estimate, FitOutcome
 from erclutch.fit.training_range import range_of
 from erclutch.logs.dataset import Dataset
 from erclutch.models.law_model import TorqueModel
-from erclutch.models.laws import ShapeParameter
 from erclutch.models.laws.smooth import TRANSITION_SLIP
 from erclutch.models.model import further_inputs
 from erclutch.models.structure import Reference, Structure
@@ -52,13 +51,15 @@ _MIDDLE_ROWS = 40000  # of a long log: the last steps, on all rows, then start n
 MANY_ROWS = 100_000  # from here on centroids stand for the rows where they can
 _SCAN_POINTS = 48
 _ROUGH_STARTS = 3
+_ROUNDING = 1e-9  # share of a cost by which a sum over rows may be off
 
 
 def reference_of(data: Dataset, extras: Sequence[str] = ()) -> Reference:
     """What normalises a model that is trained on these rows, with these further inputs."""
     further = further_inputs(extras, data.extras)
-    field = max(float(np.max(np.abs(e.field))) for e in data.elements)
-    slip = float(np.sqrt(np.mean([float(np.mean(e.slip**2)) for e in data.elements])))
+    field = max(float(np.max(np.abs(element.field))) for element in data.elements)
+    squares = [float(np.mean(element.slip**2)) for element in data.elements]
+    slip = float(np.sqrt(np.mean(squares)))
     scales = tuple(float(np.sqrt(float(np.mean(further[name] ** 2)))) or 1.0 for name in extras)
     warmth = dict(zip(extras, scales, strict=True)).get(TEMPERATURE, 1.0)
     return Reference(field or 1.0, slip or 1.0, data.period, scales, warmth)
@@ -92,30 +93,44 @@ def fit_structure(
     keep_heap()
     reference = reference_of(data, structure.extras)
     shapes = structure.shapes(reference.period)
-    # A lag needs neighbouring rows, so it is searched in windows; without one, rows from all over tell more, and so do
-    # whole stretches where a stage counts from their start.
+    memoryless = structure.dynamics == "none"
     full = separable(data, structure, reference, shapes, slice(None))
     if not shapes:
         return _outcome(data, structure, reference, full, _LINEAR, ordered, intervals)
-    cells = None if _in_order(data, structure) else _on_centroids(data, structure, reference, shapes)
-    uncut = structure.dynamics == "none" or any(getattr(stage, "from_the_start", False) for stage in structure.stages)
+
+    # Of a long log, weighted centroids stand for rows, unless their order matters or the law steps.
+    under_both_fields = len(data.elements) > 1 and bool(
+        np.any(np.logical_and.reduce([element.field != 0 for element in data.elements]))
+    )
+    steps = bool(structure.law.stimulus_shape)
+    cells: Separable | None = None
+    if memoryless and not steps and data.rows >= MANY_ROWS and not under_both_fields:
+        signed = signed_rows(data.elements)
+        centroids = centroids_of((signed, data.effort, spaced_rows(signed, reference)), [2])[2]
+        cells = on_cells(centroids, structure, reference, shapes)
+
+    # A lag needs neighbouring rows, so it is searched in windows; without one, rows from all over tell more, and so do
+    # whole stretches where a stage counts from their start.
+    uncut = memoryless or any(getattr(stage, "from_the_start", False) for stage in structure.stages)
     some = data if uncut else data.take(windows(data.rows, 2 * _ROUGH_ROWS, data.period))
     few, rough, middle = (
         separable(some, structure, reference, shapes, thinned(some.rows, most))
         for most in (SCAN_ROWS, _ROUGH_ROWS, _MIDDLE_ROWS)
     )
     # A step's threshold has no slope to follow between the levels of the command: only the scan finds it.
-    best = _search(few, cells or rough, starts, scan * (4 if structure.law.stimulus_shape else 1), structure.remembers)
+    denser = 4 if steps else 1
+    best = _search(few, cells or rough, starts, scan * denser, structure.remembers)
+
     if cells is not None and not polish:
-        found = minimise(outer_problem(cells), best, tolerance=1e-8, max_iterations=100)
-        return _outcome(data, structure, reference, full, found, ordered, intervals)
-    if data.rows > 2 * _MIDDLE_ROWS and structure.dynamics == "none":
+        minimum = minimise(outer_problem(cells), best, tolerance=1e-8, max_iterations=100)
+        return _outcome(data, structure, reference, full, minimum, ordered, intervals)
+    if data.rows > 2 * _MIDDLE_ROWS and memoryless:
         best = minimise(outer_problem(middle), best, tolerance=1e-8, max_iterations=100).point
     if structure.remembers:
-        found = minimise(with_curvature(outer_problem(full)), best, tolerance=1e-7, max_iterations=100)
+        minimum = minimise(with_curvature(outer_problem(full)), best, tolerance=1e-7, max_iterations=100)
     else:
-        found = minimise(outer_problem(full), best, tolerance=1e-8, max_iterations=100)
-    return _outcome(data, structure, reference, full, _stiff(full, found, data), ordered, intervals)
+        minimum = minimise(outer_problem(full), best, tolerance=1e-8, max_iterations=100)
+    return _outcome(data, structure, reference, full, _stiff(full, minimum, data), ordered, intervals)
 
 
 def refit_near(data: Dataset, model: TorqueModel, kept: Mask | None = None) -> FitOutcome[TorqueModel]:
@@ -141,44 +156,22 @@ def refit_near(data: Dataset, model: TorqueModel, kept: Mask | None = None) -> F
     return _outcome(data, structure, reference, few, nearest, True, False)
 
 
-def _stiff(full: Separable, found: Minimum, data: Dataset) -> Minimum:
+def _stiff(full: Separable, minimum: Minimum, data: Dataset) -> Minimum:
     """With a stiff sign of the slip, where the slip keeps its sign and the rows are fitted as well so."""
     names = [shape.name for shape in full.shapes]
     if not data.one_way or TRANSITION_SLIP.name not in names:
-        return found
-    k, point, at_lower = names.index(TRANSITION_SLIP.name), found.point.copy(), found.at_lower.copy()
-    point[k], at_lower[k] = full.bounds[0][k], True
+        return minimum
+    k = names.index(TRANSITION_SLIP.name)
+    lower, _ = full.bounds
+    point, at_lower = minimum.point.copy(), minimum.at_lower.copy()
+    point[k], at_lower[k] = lower[k], True
     cost = project(full, parameters(full.shapes, point)).cost
-    return replace(found, point=point, at_lower=at_lower) if cost <= (1.0 + 1e-9) * found.cost else found
+    if cost > (1.0 + _ROUNDING) * minimum.cost:
+        return minimum
+    return replace(minimum, point=point, at_lower=at_lower)
 
 
 _LINEAR = Minimum(np.zeros(0), np.nan, "converged", 1, np.zeros(0, np.bool_), np.zeros(0, np.bool_))
-
-
-def _in_order(data: Dataset, structure: Structure) -> bool:
-    """Whether centroids cannot stand for rows: few ones, ones that matter in their order, or a law that steps."""
-    return (
-        bool(structure.law.stimulus_shape)
-        or structure.dynamics != "none"
-        or data.rows < MANY_ROWS
-        or _under_both_fields(data) > 0
-    )
-
-
-def _under_both_fields(data: Dataset) -> int:
-    """Rows in which both elements of a pair are under field."""
-    return int(np.count_nonzero(np.logical_and.reduce([e.field != 0 for e in data.elements]))) * (
-        len(data.elements) > 1
-    )
-
-
-def _on_centroids(
-    data: Dataset, structure: Structure, reference: Reference, shapes: tuple[ShapeParameter, ...]
-) -> Separable:
-    """The problem on weighted centroids."""
-    rows = signed_rows(data.elements)
-    cells = centroids_of((rows, data.effort, spaced_rows(rows, reference)), [2])[2]
-    return on_cells(cells, structure, reference, shapes)
 
 
 def _search(
@@ -190,15 +183,19 @@ def _search(
     """
     lower, upper = few.bounds
     given = [np.clip(coordinates(few.shapes, q), lower, upper) for q in starts]
-    low, high = (coordinates(few.shapes, [s.scanned[end] for s in few.shapes]) for end in (0, 1))
-    points = [*given, *scan_points(low, high, scan * max(1, lower.size - 1) // (3 if remembers else 1))]
+    low = coordinates(few.shapes, [shape.scanned[0] for shape in few.shapes])
+    high = coordinates(few.shapes, [shape.scanned[1] for shape in few.shapes])
+    count = scan * max(1, lower.size - 1)
+    if remembers:
+        count //= 3
+    points = [*given, *scan_points(low, high, count)]
     costs = [project(few, parameters(few.shapes, u)).cost for u in points]
     solvers = _ROUGH_STARTS - remembers
     candidates = given + [points[i] for i in np.argsort(costs, kind="stable")[:solvers]]
     if remembers:
         return best_basin(few, rough, candidates).point
     minima = [minimise(outer_problem(rough), u, tolerance=1e-6, max_iterations=40) for u in candidates]
-    return min(minima, key=lambda m: m.cost).point
+    return min(minima, key=lambda minimum: minimum.cost).point
 
 
 def _outcome(
@@ -206,20 +203,22 @@ def _outcome(
     structure: Structure,
     reference: Reference,
     full: Separable,
-    found: Minimum,
+    minimum: Minimum,
     ordered: bool,
     intervals: bool,
 ) -> FitOutcome[TorqueModel]:
+    """The model at a minimum, its gains refined, and what its slopes say of intervals and rank."""
     further = {name: data.extras[name] for name in structure.extras}
     seen = Seen(reference, data.units, range_of(data), data.rows, np.nan, further)
     ends = no_intervals(len(full.shapes) + len(full.gains))
     if not intervals and structure.dynamics == "none":
-        projection, triangle, cost = closed_in_slices(data, structure, reference, full.shapes, found)
-        return described(
-            structure, replace(seen, cost=cost), full, found, projection, unknown(triangle, data.rows), ends
-        )
-    columns, slopes, projection = jacobian(full, found.point)
-    moving = ~(found.at_lower | found.at_upper)
+        # Rows of a memoryless law can go in slices, so that the columns of a long log are never there at once.
+        projection, triangle, cost = closed_in_slices(data, structure, reference, full.shapes, minimum)
+        spread = unknown(triangle, data.rows)
+        return described(structure, replace(seen, cost=cost), full, minimum, projection, spread, ends)
+
+    columns, slopes, projection = jacobian(full, minimum.point)  # (n, p), (n, k)
+    moving = ~(minimum.at_lower | minimum.at_upper)
     linear, nonlinear = columns.T[~projection.held], slopes.T[moving]
     triangle = triangle_of(np.vstack([linear, nonlinear]).T)
     projection = refined(columns, full.target, projection, triangle)
@@ -227,11 +226,13 @@ def _outcome(
     spread, unseen = unknown(triangle, data.rows), None
     if intervals:
         free = np.vstack([nonlinear, linear]).T
-        spread, unseen = uncertainty(free, residual, ordered=ordered), unseen_errors(data, free.__getitem__, residual)
+        spread = uncertainty(free, residual, ordered=ordered)
+        unseen = unseen_errors(data, free.__getitem__, residual)
+        # Profiles of the cost are made on a few rows that stand for all.
         some = data if structure.dynamics == "none" else data.take(windows(data.rows, _ROUGH_ROWS, data.period))
         few = separable(some, structure, reference, full.shapes, thinned(some.rows, SCAN_ROWS))
         optimum = Optimum(
-            np.concatenate([found.point, projection.gains]),
+            np.concatenate([minimum.point, projection.gains]),
             np.vstack([slopes.T, columns.T]).T,
             residual,
             np.concatenate([moving, ~projection.held]),
@@ -242,4 +243,5 @@ def _outcome(
     # A shape whose gains are all zero moves nothing: it is idle, not a sign that the others cannot be told.
     still = moving & ~slopes.any(axis=0)
     idle = tuple(full.shapes[k].name for k in np.flatnonzero(still).tolist())
-    return replace(described(structure, seen, full, found, projection, spread, ends), unseen=unseen, idle=idle)
+    outcome = described(structure, seen, full, minimum, projection, spread, ends)
+    return replace(outcome, unseen=unseen, idle=idle)

@@ -54,7 +54,9 @@ class Separable:
         The column of a pinned gain is taken off the target and is zero itself, so that its own gain is held.
         """
         values = [value_of(column) for column in columns]
-        stacked = stack(values if self.behind is None else [self.behind(v, q) for v in values], self.target)
+        if self.behind is not None:
+            values = [self.behind(value, q) for value in values]
+        stacked = stack(values, self.target)
         for j, gain in self.pinned.items():
             stacked[:, -1] -= gain * stacked[:, j]
             stacked[:, j] = 0.0
@@ -72,20 +74,24 @@ class Separable:
     @property
     def bounds(self) -> tuple[Array, Array]:
         """Lower and upper bounds of the coordinates."""
-        return coordinates(self.shapes, [s.lower for s in self.shapes]), coordinates(
-            self.shapes, [s.upper for s in self.shapes]
-        )
+        lower = coordinates(self.shapes, [shape.lower for shape in self.shapes])
+        upper = coordinates(self.shapes, [shape.upper for shape in self.shapes])
+        return lower, upper
 
 
 def coordinates(shapes: Sequence[ShapeParameter], q: Sequence[float]) -> Array:
     """The solver's coordinates: logarithms where a parameter spans decades."""
-    return np.array([np.log(v) if s.scale == "log" else v for s, v in zip(shapes, q, strict=True)], np.float64)
+    u = [np.log(value) if shape.scale == "log" else value for shape, value in zip(shapes, q, strict=True)]
+    return np.array(u, np.float64)
 
 
 def parameters(shapes: Sequence[ShapeParameter], u: Sequence[float] | Array) -> list[float]:
-    """Back from coordinates."""
-    values = (float(np.exp(v)) if s.scale == "log" else float(v) for s, v in zip(shapes, u, strict=True))
-    return [min(max(v, s.lower), s.upper) for s, v in zip(shapes, values, strict=True)]
+    """Back from coordinates; within the bounds, which rounding of the exponential may miss."""
+    q: list[float] = []
+    for shape, coordinate in zip(shapes, u, strict=True):
+        value = float(np.exp(coordinate)) if shape.scale == "log" else float(coordinate)
+        q.append(min(max(value, shape.lower), shape.upper))
+    return q
 
 
 #: Columns are of order one where they are excited. One whose norm over all rows is less than this share of a single
@@ -138,22 +144,27 @@ def triangle_over(matrices: Iterable[Array]) -> Array:
     """`triangle_of` matrices one below the other: to the bit where all but the last have many whole slices of rows."""
     from scipy.linalg.lapack import dgeqrf  # without NumPy's copies
 
-    tops: list[Array] = []
+    tops: list[Array] = []  # triangles of whole slices, and the rows that are left of each matrix
     for matrix in matrices:
         rows, wide = matrix.shape
         whole = rows // _SLICE * _SLICE if tops or rows >= 2 * _SLICE else 0
-        tops += [np.triu(dgeqrf(matrix[at : at + _SLICE])[0][:wide]) for at in range(0, whole, _SLICE)]
+        for at in range(0, whole, _SLICE):
+            packed = dgeqrf(matrix[at : at + _SLICE])[0]  # R above the diagonal, reflectors below
+            tops.append(np.triu(packed[:wide]))
         tops.append(np.array(matrix[whole:]))
     matrix = tops[0] if len(tops) == 1 else np.vstack(tops)
     wide = matrix.shape[1]
     r: Array = np.triu(dgeqrf(matrix)[0][:wide])
-    return r if r.shape[0] == wide else np.vstack([r, np.zeros((wide - r.shape[0], wide))])
+    missing = wide - r.shape[0]  # rows, where there are fewer than columns
+    return r if not missing else np.vstack([r, np.zeros((missing, wide))])
 
 
+#: Rows of a slice.
 _SLICE = 4096
 
 
 def _gains(matrix: Array, nonnegative: Mask) -> Projection:
+    """Best gains from [columns | target], shape (n, p + 1); columns that are not finite have an infinite cost."""
     p = int(matrix.shape[1]) - 1
     if not np.isfinite(matrix.sum()):
         return Projection(np.zeros(p), np.ones(p, np.bool_), np.zeros(p, np.bool_), np.inf)
@@ -173,8 +184,11 @@ def gains_of(r: Array, nonnegative: Mask) -> Projection:
 
 def seeded(shapes: Sequence[ShapeParameter], u: Array) -> list[Dual]:
     """Nonlinear parameters as duals with derivatives by the solver's coordinates."""
-    values = parameters(shapes, u)
-    return [Dual(v, {i: v if s.scale == "log" else 1.0}) for i, (s, v) in enumerate(zip(shapes, values, strict=True))]
+    q: list[Dual] = []
+    for place, (shape, value) in enumerate(zip(shapes, parameters(shapes, u), strict=True)):
+        slope = value if shape.scale == "log" else 1.0
+        q.append(Dual(value, {place: slope}))
+    return q
 
 
 def jacobian(separable: Separable, u: Array) -> tuple[Array, Array, Projection]:
@@ -190,18 +204,19 @@ def linearised(separable: Separable, u: Array, known: Projection | None = None) 
         columns = separable.columns(q)
         stacked = separable.values(columns, [value_of(x) for x in q])
         projection = known or _gains(stacked, separable.nonnegative)
+        gains = separable.with_pinned(projection.gains)
+        pairs = zip(gains, columns, strict=True)
+        if separable.behind is None:
+            # A column without derivatives adds nothing to the slopes.
+            terms: list[Any] = [gain * column for gain, column in pairs if isinstance(column, Dual)]
+        else:
+            effort = reduce(add, [gain * column for gain, column in pairs])
+            terms = [separable.behind(effort, q)]
         slopes = np.zeros((separable.target.size, u.size), order="F")
-        for total in _totals(separable, columns, q, separable.with_pinned(projection.gains)):
+        for term in terms:
             for i in range(u.size):
-                slopes[:, i] += partial_of(total, i)
+                slopes[:, i] += partial_of(term, i)
     return stacked, slopes, projection
-
-
-def _totals(separable: Separable, columns: Sequence[Any], q: Sequence[Dual], gains: Array) -> list[Any]:
-    """Parts of the fitted effort that have derivatives at constant gains: columns, or what becomes of their sum."""
-    whole = separable.behind is not None
-    parts = [gain * x for gain, x in zip(gains, columns, strict=True) if whole or isinstance(x, Dual)]
-    return parts if separable.behind is None else [separable.behind(reduce(add, parts), q)]
 
 
 def refined(columns: Array, target: Array, projection: Projection, triangle: Array) -> Projection:
@@ -222,9 +237,11 @@ def refined(columns: Array, target: Array, projection: Projection, triangle: Arr
         return projection
     left = target - columns @ projection.gains
     # NumPy adds in pairs: sums that are nearly nought keep digits that a product of matrices would lose.
-    better = corrected(projection, triangle, np.array([np.sum(column * left) for column in columns.T[free]]))
+    slope = np.array([np.sum(column * left) for column in columns.T[free]])
+    better = corrected(projection, triangle, slope)
     after = target - columns @ better.gains
-    rounding = np.finfo(float).eps * (np.linalg.norm(triangle, axis=0)[: int(free.sum())] @ np.abs(better.gains[free]))
+    norms = np.linalg.norm(triangle, axis=0)[: int(free.sum())]  # of the free columns
+    rounding = np.finfo(float).eps * (norms @ np.abs(better.gains[free]))
     return projection if np.linalg.norm(after) > np.linalg.norm(left) + rounding else better
 
 
@@ -233,18 +250,23 @@ def corrected(projection: Projection, triangle: Array, slope: Array) -> Projecti
 
     See Björck 1996, chapter 2.9, doi 10.1137/1.9781611971484. The triangle begins with that of the free columns.
     """
-    free, gains, p = ~projection.held, projection.gains.copy(), slope.size
+    p = slope.size
     solve: Any = np.linalg.lstsq
     r = triangle[:p, :p]
-    scale, eps = np.linalg.norm(r, axis=0), np.finfo(float).eps
-    step: Any = solve(r / scale, solve((r / scale).T, slope / scale, rcond=eps)[0], rcond=eps)[0]
-    gains[free] += step / scale
+    scale = np.linalg.norm(r, axis=0)
+    scaled = r / scale
+    eps = np.finfo(float).eps
+    # R' R step = slope, by two solutions: R' first, then R.
+    half = solve(scaled.T, slope / scale, rcond=eps)[0]
+    step: Any = solve(scaled, half, rcond=eps)[0]
+    gains = projection.gains.copy()
+    gains[~projection.held] += step / scale
     turned = bool(np.any(np.sign(gains) * np.sign(projection.gains) < 0))
     return projection if turned else replace(projection, gains=gains)
 
 
 def outer_problem(separable: Separable) -> Problem:
-    """The problem that `fit.lm.minimise` solves over the coordinates."""
+    """The problem that `levenberg_marquardt.minimise` solves over the coordinates."""
     lower, upper = separable.bounds
 
     def linearise(u: Array) -> Linearisation:
@@ -261,5 +283,6 @@ def beside(stacked: Array, slopes: Array, projection: Projection) -> Array:
 
 def local_model(r: Array, projection: Projection) -> Linearisation:
     """The model over the coordinates alone, from the triangle of what is `beside` each other."""
-    p, end = int(np.count_nonzero(~projection.held)), r.shape[0] - 1
+    p = int(np.count_nonzero(~projection.held))
+    end = r.shape[0] - 1  # place of the target
     return Linearisation(projection.cost, r[p:end, p:end], r[p:end, end])
