@@ -6,9 +6,10 @@ DATA holds the recordings `mr_damper_nees` and `mr_damper_utfsm`, PUBLIC a copy 
 github.com/longshike/NNFM-A-Novel-Neural-Network-Modeling-Approach-for-Robot-Flexible-Joints-Friction: friction of robot
 joints without a field, measured by its authors. The peers are in `requirements-peers.txt`.
 
-Each contender gets field and slip of the same training rows, and gives the effort of the test rows from field and slip
-alone. erclutch's model is the one that `fit` recommends; nobody chooses by the test rows. A peer with chance in it runs
-once a seed, and its errors are averaged. Printed: a row a case, RMSE of each and its CPU seconds, a star at the best.
+Each contender gets field and slip of the same training rows, and the position of the robot joints, and gives the effort
+of the test rows from these alone. erclutch's model is the one that `fit` recommends; nobody chooses by the test rows. A
+peer with chance in it runs once a seed, and its errors are averaged. Printed: a row a case, RMSE of each and its CPU
+seconds, a star at the best.
 """
 
 from __future__ import annotations
@@ -89,13 +90,18 @@ def _joint(number: int) -> dict[str, Any]:
     effort = f"q{number}_tau_J_compensate"
     return {
         "time": "time [s]",
-        "columns": {"field": "none", "slip": f"dq{number} [rad/s]", "effort": f"{effort} [N*m]"},
+        "columns": {
+            "field": "none",
+            "position": f"q{number} [rad]",
+            "slip": f"dq{number} [rad/s]",
+            "effort": f"{effort} [N*m]",
+        },
     }
 
 
 def stretches_of(data: Dataset, rows: NDArray[np.bool_], train: NDArray[np.bool_], lead: int = 0) -> list[Stretch]:
     """Some rows as stretches, standardised by the training rows; each begins a few rows earlier."""
-    inputs = np.column_stack([data.elements[0].field, data.elements[0].slip])
+    inputs = np.column_stack([data.elements[0].field, data.elements[0].slip, *data.extras.values()])
     wide = inputs[train].std(axis=0)
     scaled = (inputs - inputs[train].mean(axis=0)) / np.where(wide > 0, wide, 1.0)
     effort = (data.effort - data.effort[train].mean()) / data.effort[train].std()

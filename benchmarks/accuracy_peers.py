@@ -25,7 +25,7 @@ class Stretch:
     """Rows without a gap.
 
     Attributes:
-        inputs: field and slip, standardised, shape (n, 2).
+        inputs: field, slip, and the position where it is logged, standardised, shape (n, 2 or 3).
         effort: standardised, shape (n,).
         period: in s.
         lead: first rows that are not judged: states and past samples come from them.
@@ -68,7 +68,7 @@ _LAGS = 50
 
 
 def lagged(stretch: Stretch, step: int) -> Array:
-    """Field and slip now and some multiples of a step of rows back, shape (n, 2 * 51); the first row stands before."""
+    """Inputs now and some multiples of a step of rows back, shape (n, inputs * 51); the first row stands before."""
     n = len(stretch.effort)
     back = np.maximum(np.arange(n)[:, None] - step * np.arange(_LAGS + 1)[None], 0)
     return stretch.inputs[back].reshape(n, -1)
@@ -130,8 +130,9 @@ def gru(rows: Rows, seed: int, seconds: float) -> Free:
     torch.set_num_threads(1)
     torch.manual_seed(seed)
     rng = np.random.default_rng(seed)
-    net = torch.nn.GRU(2, _UNITS, batch_first=True)
-    out = torch.nn.Linear(_UNITS + 2, 1)
+    width = rows.train[0].inputs.shape[1]
+    net = torch.nn.GRU(width, _UNITS, batch_first=True)
+    out = torch.nn.Linear(_UNITS + width, 1)
     parameters = [*net.parameters(), *out.parameters()]
     optimizer = torch.optim.Adam(parameters, lr=6e-3)
     long = [s for s in rows.train if len(s.effort) > _WINDOW] or rows.train
@@ -192,7 +193,7 @@ def frols(rows: Rows, _seed: int, _seconds: float) -> Free:
                 order_selection=True,
                 n_info_values=12,
                 ylag=lag,
-                xlag=[list(range(1, lag + 1))] * 2,
+                xlag=[list(range(1, lag + 1))] * longest.inputs.shape[1],
                 basis_function=Polynomial(degree=degree),
             )
             model.fit(X=longest.inputs[::every], y=longest.effort[::every, None])
@@ -224,7 +225,7 @@ def _narx(model: Any, stretch: Stretch, every: int) -> Array:
 
 @njit(cache=False)
 def _run_bouc_wen(x: Array, period: float, q: Array, spencer: bool) -> Array:
-    """Bouc-Wen's or Spencer's force for field and slip (n, 2); constants grow in a line with the lagged field."""
+    """Bouc-Wen's or Spencer's force for field and slip, shape (n, 2 or 3); constants grow with the lagged field."""
     out = np.empty(len(x))
     z = u = position = inner = 0.0
     u = x[0, 0]

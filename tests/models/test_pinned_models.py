@@ -29,7 +29,7 @@ from erclutch.models.structure import Reference, Structure
 from erclutch.signals.array import Array
 from erclutch.signals.clock import Clock, Span
 from erclutch.signals.device import Element, Units
-from erclutch.signals.recording import TEMPERATURE
+from erclutch.signals.recording import POSITION, TEMPERATURE
 from tests.support.pinning import Pinned, summed, told
 
 UNITS, ROWS = Units("N*m", "V", "rad/s"), 160
@@ -38,7 +38,7 @@ T = np.arange(ROWS) / 1000.0
 CLOCK = Clock(np.where(np.arange(ROWS) > 130, T + 0.0004, T), (Span(0, 90, 1e-3), Span(90, ROWS, None)))
 FIELDS = [np.where(T % 0.05 < 0.03, 500.0, 90.0) * (1.0 + T), np.where(T % 0.05 < 0.03, 0.0, 300.0)]
 SLIPS = [18.0 * np.sin(70.0 * T), 9.0 * np.cos(90.0 * T)]
-EXTRAS = {TEMPERATURE: 300.0 + 200.0 * T, "u": np.sin(50.0 * T)}
+EXTRAS = {TEMPERATURE: 300.0 + 200.0 * T, "u": np.sin(50.0 * T), POSITION: 9.0 * np.sin(31.0 * T)}
 
 
 def law_model(name: str, device: Any = "single", dynamics: str = "none", extras: tuple[str, ...] = ()) -> TorqueModel:

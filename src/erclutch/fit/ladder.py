@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from erclutch import registry
 from erclutch.fit.laws.fit_law import reference_of
 from erclutch.fit.laws.law_problem import separable
+from erclutch.fit.laws.shapes_told import shapes_told
 from erclutch.fit.laws.variable_projection import coordinates, outer_problem, parameters, project
 from erclutch.fit.levenberg_marquardt import minimise
 from erclutch.fit.log_groups import chessboard, groups_of
@@ -25,7 +26,7 @@ from erclutch.models.stages import GROUP, NONE, stage_named
 from erclutch.models.stages.stage import StageFamily
 from erclutch.models.structure import Structure
 from erclutch.signals.array import Mask
-from erclutch.signals.recording import TEMPERATURE
+from erclutch.signals.recording import POSITION, TEMPERATURE
 
 #: Share of the error that a stage must take off.
 WORTH = 0.01
@@ -68,6 +69,7 @@ def grown(train: Dataset, base: Structure, extras: Sequence[str] = ()) -> list[R
     left = [*stages, *(f"={name}" for name in extras if name != TEMPERATURE)]
     while left:
         here = rungs[-1]
+        left = [name for name in left if name.removeprefix("=") not in here.structure.extras]
         tried = [(name, _rung(folds, _with(here.structure, name), here.numbers)) for name in left if _next(left, name)]
         tried = [(name, rung) for name, rung in tried if rung.error < (1.0 - _worth(name)) * here.error]
         if not tried:
@@ -110,7 +112,10 @@ def families() -> list[tuple[str, ...]]:
 
 def _feels(base: Structure, name: str, extras: Sequence[str]) -> bool:
     """Whether a stage can do anything: one on the temperature needs it, and a law whose effort it knows apart."""
-    if stage_named(name).place != "temperature":
+    place = stage_named(name).place
+    if place == "position":
+        return POSITION in extras
+    if place != "temperature":
         return True
     return TEMPERATURE in extras and set(base.law.parts) >= {"yield", "viscous"}
 
@@ -194,7 +199,7 @@ def _rung(folds: Sequence[_Fold], structure: Structure, known: dict[str, float])
     for fold in folds:
         data = fold.data
         reference = reference_of(data, structure.extras)
-        shapes = structure.shapes(reference.period)
+        shapes = shapes_told(data, structure, reference)
         problem = separable(data, structure, reference, shapes, fold.fitted)
         starts = [coordinates(shapes, q) for q in _starts(shapes, numbers)]
         minima = [minimise(outer_problem(problem), u, tolerance=1e-4, max_iterations=_STEPS) for u in starts]

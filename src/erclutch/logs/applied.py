@@ -18,7 +18,7 @@ from erclutch.logs.sentinels import sentinels
 from erclutch.logs.table import Table
 from erclutch.signals import units
 from erclutch.signals.array import Array, Mask
-from erclutch.signals.recording import TEMPERATURE, Recording
+from erclutch.signals.recording import POSITION, TEMPERATURE, Recording
 
 _LARGEST = 1e30  # of a signal in SI units; squares of sums of such are still numbers
 _LATEST = 1e12  # s: no clock counts more, not even one that began in the year 1
@@ -77,6 +77,9 @@ def apply_rows(plan: Plan, table: Table) -> tuple[Recording, NDArray[np.int64]]:
         if "temperature" in signals:
             extras = {TEMPERATURE: signals.pop("temperature"), **extras}
             del units_of["temperature"]
+        if "position" in plan.told.columns and {"position", "slip"} <= signals.keys():
+            # Named beside the slip, it is not there to be differentiated: the effort may depend on it.
+            extras = {POSITION: signals["position"], **extras}
         if "alpha_raw" in signals:
             signals["alpha"] = signals.pop("alpha_raw")
             del units_of["alpha_raw"]

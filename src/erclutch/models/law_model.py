@@ -23,6 +23,7 @@ from erclutch.models.parameter_units import in_user_units, unit_text
 from erclutch.models.shared_answers import ModelBase
 from erclutch.models.stages import (
     outside_stages,
+    position_stages,
     slip_stages,
     stage_equations,
     temperature_stages,
@@ -33,7 +34,7 @@ from erclutch.registry import Plugin
 from erclutch.signals.array import Array
 from erclutch.signals.clock import Clock
 from erclutch.signals.device import Element, Units
-from erclutch.signals.recording import TEMPERATURE
+from erclutch.signals.recording import POSITION, TEMPERATURE
 from erclutch.signals.units import LEAST_KELVIN, MOST_KELVIN
 
 KIND = "erclutch torque model"
@@ -195,6 +196,8 @@ class TorqueModel(ModelBase):
             lines += ["A constant effort T_0 is added."]
         if temperature_stages(structure.dynamics):
             lines += [f"t is {TEMPERATURE} over {self.reference.temperature:.9g}."]
+        if position_stages(structure.dynamics):
+            lines += [f"x is {POSITION} over {self.reference.slip:.9g}."]
         lines += stage_equations(structure.dynamics)
         numbers = {**self.shape, **self.gains}
         return [*lines, "", *(f"  {name:<10} = {value:.17g}" for name, value in numbers.items())]

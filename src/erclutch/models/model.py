@@ -19,7 +19,7 @@ from erclutch.registry import Plugin
 from erclutch.signals.array import Array
 from erclutch.signals.clock import Clock
 from erclutch.signals.device import DeviceName, Element, Units
-from erclutch.signals.recording import TEMPERATURE
+from erclutch.signals.recording import POSITION, TEMPERATURE
 from erclutch.signals.units import UNKNOWN
 
 Pair = tuple[float, float]
@@ -406,6 +406,13 @@ def settled_memory(model: Model, moved: Sequence[SlipAndStrength]) -> list[list[
     return [[stage.settled(m, own[stage.name]) for stage in slip_stages(model.structure.dynamics)] for m in moved]
 
 
+#: How the further inputs with a name of their own are given.
+_NAMED = {
+    TEMPERATURE: "Name its column with --temperature",
+    POSITION: "Name its column with --position, beside that of --slip",
+}
+
+
 def further_inputs(names: Sequence[str], given: Mapping[str, Array]) -> dict[str, Array]:
     """The further inputs that a model needs, out of those of some rows.
 
@@ -417,9 +424,7 @@ def further_inputs(names: Sequence[str], given: Mapping[str, Array]) -> dict[str
             known = ", ".join(given) or "none"
             raise MappingError(
                 f"the model's input {name!r} is not in these rows (further inputs here: {known})",
-                remedy="Name its column with --temperature"
-                if name == TEMPERATURE
-                else f"Read the log with --input {shell_word(name)}",
+                remedy=_NAMED.get(name, f"Read the log with --input {shell_word(name)}"),
             )
     return {name: given[name] for name in names}
 

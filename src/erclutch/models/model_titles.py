@@ -13,7 +13,7 @@ from erclutch.models.networks import is_network
 from erclutch.models.stages import stage_named
 
 #: What a stage brings, by the place where it works.
-_KINDS = {"command": "lags", "effort": "lags", "slip": "memory", "temperature": "temperature"}
+_KINDS = {"command": "lags", "effort": "lags", "slip": "memory", "temperature": "temperature", "position": "ripple"}
 #: A law of one direction says so in its own title.
 _FORWARD = "forward"
 
@@ -76,7 +76,7 @@ def _parts_of(name: str) -> _Parts:
     found: dict[str, list[str]] = {}
     for part in further:
         found.setdefault(_kind(part), []).append(part)
-    order = ("a network", "lags", "memory", "temperature", *found)
+    order = ("a network", "lags", "memory", "temperature", "ripple", *found)
     kinds = {kind: tuple(found[kind]) for kind in dict.fromkeys(order) if kind in found}
     return _Parts(_network(first) if is_network(first) else _law(first), kinds, label)
 

@@ -25,6 +25,7 @@ from erclutch.models.model import FluidSignals
 from erclutch.models.stages import (
     NONE,
     canonical,
+    position_stages,
     slip_stages,
     stages_at,
     stages_of,
@@ -34,7 +35,7 @@ from erclutch.models.stages.stage import SlipAndStrength, Stage
 from erclutch.signals.array import Array
 from erclutch.signals.clock import Clock
 from erclutch.signals.device import DeviceName, Element
-from erclutch.signals.recording import TEMPERATURE
+from erclutch.signals.recording import POSITION, TEMPERATURE
 
 _FRICTION = Gain("T_f", "friction effort at zero field", Dimension(effort=1))
 #: Of the field in the memory's effort, where the law has no form of its own to share.
@@ -78,7 +79,7 @@ class Structure:
         friction: a column of Coulomb friction at zero field (seals, bearings, remanence), one an element.
         offset: a constant effort (gas spring, preload, sensor zero).
         extras: further logged inputs, each with a gain (displacement, acceleration); with stages on the temperature
-            that is one of them, and it has no gain.
+            that is one of them, and it has no gain; with stages on the position that is one of them too.
     """
 
     device: DeviceName
@@ -94,6 +95,8 @@ class Structure:
         self._require_parts()
         if temperature_stages(self.dynamics) and TEMPERATURE not in self.extras:
             object.__setattr__(self, "extras", (*self.extras, TEMPERATURE))
+        if position_stages(self.dynamics) and POSITION not in self.extras:
+            object.__setattr__(self, "extras", (*self.extras, POSITION))
 
     def _require_parts(self) -> None:
         for stage in temperature_stages(self.dynamics):
@@ -172,7 +175,8 @@ class Structure:
             for i, name in enumerate(self.extras)
             if i != self._temperature_place
         )
-        return (*named, *further, *((OFFSET,) if self.offset else ()))
+        moving = (gain for stage in position_stages(self.dynamics) for gain in stage.gains)
+        return (*named, *further, *moving, *((OFFSET,) if self.offset else ()))
 
     @property
     def _gains_of_element(self) -> tuple[Gain, ...]:
@@ -322,6 +326,10 @@ class Structure:
             columns.extend(own if way > 0 else (-c for c in own))
         scaled = enumerate(zip(extras, reference.extras, strict=True))
         columns.extend(x / scale for i, (x, scale) in scaled if i != self._temperature_place)
+        for stage in position_stages(self.dynamics):
+            # The slip's own scale, so that the numbers of the stage are ways, in the position's unit.
+            position = signals.extras[POSITION] / reference.slip
+            columns.extend(stage.outputs_at(position, *self.numbers_of(stage, q)))
         if self.offset:
             columns.append(np.ones(slips[0].size))
         return columns

@@ -60,6 +60,8 @@ SIGNALS: Mapping[str, SignalKind] = MappingProxyType(
 
 #: A further input: the temperature of the fluid, in K whatever the log has.
 TEMPERATURE = "temperature_K"
+#: A further input: the position that is logged beside the slip, in the unit whose rate the slip has.
+POSITION = "position"
 #: What a mapping may give a column to.
 NAMED_COLUMNS = (*SIGNALS, "temperature")
 

@@ -22,14 +22,14 @@ from erclutch.models.laws import law_from_name
 from erclutch.models.laws.law import ShapeParameter
 from erclutch.models.model import Range
 from erclutch.models.stages import GROUP, stage_named
-from erclutch.models.stages.stage import Memory, SlipAndStrength, SlipStage, Stage, StageFamily
+from erclutch.models.stages.stage import Memory, PositionStage, SlipAndStrength, SlipStage, Stage, StageFamily
 from erclutch.models.stages.temperature_factor import TemperatureFactor
 from erclutch.models.structure import Reference, Structure
 from erclutch.registry import find, names
 from erclutch.signals.array import Array
 from erclutch.signals.clock import Clock, Span
 from erclutch.signals.device import Element, Units
-from erclutch.signals.recording import TEMPERATURE
+from erclutch.signals.recording import POSITION, TEMPERATURE
 
 STAGES = {
     stage.name: stage
@@ -111,7 +111,7 @@ def rows_of(signal: Any) -> list[Any]:
 def responses(stage: Stage, signal: Any, q: Sequence[Any], rows: slice = slice(None)) -> list[Any]:
     """All outputs."""
     found = stage.respond(signal, CLOCK, q, rows)
-    return list(found) if stage.place == "slip" else [found]
+    return list(found) if stage.place in ("slip", "position") else [found]
 
 
 def exactly(signal: Any) -> Any:
@@ -124,7 +124,7 @@ def exactly(signal: Any) -> Any:
 def test_it_says_what_it_is(stage: Stage) -> None:
     assert stage.title
     assert stage.source
-    assert stage.place in ("command", "slip", "effort", "temperature")
+    assert stage.place in ("command", "slip", "effort", "temperature", "position")
     names = [shape.name for shape in stage.parameters(PERIOD)]
     assert len(set(names)) == len(names)
     assert all(shape.lower < shape.scanned[0] < shape.scanned[1] <= shape.upper or shape.usual is None
@@ -135,6 +135,9 @@ def test_it_says_what_it_is(stage: Stage) -> None:
         settled = stage.settled(SlipAndStrength(0.5, 0.7), numbers(stage))
         assert len(settled) == len(set(stage.outputs)) == len(stage.outputs)
         assert len(stage.columns(settled, 0.7)) == len(stage.gains)
+    if stage.place == "position":
+        assert isinstance(stage, PositionStage)
+        assert len(stage.outputs_at(0.5, *numbers(stage).values())) == len(stage.gains)
 
 
 @stages
@@ -160,6 +163,14 @@ def test_it_starts_at_rest(stage: Stage) -> None:
             strict=True,
         ):
             np.testing.assert_allclose(found[0], settled, rtol=1e-12)
+        return
+    if isinstance(stage, PositionStage):
+        for found, output in zip(
+            responses(stage, level, list(numbers(stage).values())),
+            stage.outputs_at(0.37, *numbers(stage).values()),
+            strict=True,
+        ):
+            np.testing.assert_allclose(found, np.full(ROWS, output), rtol=1e-12)
         return
     found = stage.respond(level, CLOCK, list(numbers(stage).values()), slice(None))
     if isinstance(stage, TemperatureFactor):
@@ -249,3 +260,7 @@ def test_a_form_that_a_stage_does_not_have_is_refused(stage: str, offered: str) 
 def test_a_stage_of_temperature_asks_for_the_temperature(stage: str) -> None:
     assert Structure("single", "bingham", law_from_name("bingham", "single"), dynamics=stage).extras == (TEMPERATURE,)
     assert Structure("single", "bingham", law_from_name("bingham", "single")).extras == ()
+
+
+def test_a_stage_of_the_position_asks_for_the_position() -> None:
+    assert Structure("single", "bingham", law_from_name("bingham", "single"), dynamics="ripple").extras == (POSITION,)

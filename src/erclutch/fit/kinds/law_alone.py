@@ -151,10 +151,14 @@ def _with_terms_told(train: Dataset, law: FitOutcome[TorqueModel]) -> FitOutcome
 
     Where the slip keeps its sign, say, a constant effort and a yield effort are one column: the sum is known, its parts
     are not. The term that was added to the law goes; a law with fewer terms that says the same stays eligible.
+    So does friction where a number of the yield effort's form ends on its bound: with two fields, say, friction, yield
+    effort and exponent are three numbers for two, and the bound alone makes the fit look sound.
     """
-    if law.sound:
-        return law
     structure = law.model.structure
+    form = structure.law.yield_form
+    propped = form is not None and any(shape.name in law.at_bounds for shape in form.shape)
+    if law.sound and not (propped and structure.friction):
+        return law
     without = [
         ({"T_0"}, "a constant effort", replace(structure, offset=False)),
         ({"T_f"}, "friction", replace(structure, friction=False)),
@@ -164,7 +168,7 @@ def _with_terms_told(train: Dataset, law: FitOutcome[TorqueModel]) -> FitOutcome
     # A long series of kernels loses rank by itself: no term that was added can cure that.
     trade_off = law.unknowns <= _SHORT_LAW and (law.rank < law.unknowns or not law.converged)
     for terms, words, fewer in without:
-        in_doubt = trade_off or terms & set(law.unidentified)
+        in_doubt = trade_off or terms & set(law.unidentified) or (propped and terms == {"T_f"})
         if not (terms <= added and in_doubt):
             continue
         cured = fit_structure(train, fewer)

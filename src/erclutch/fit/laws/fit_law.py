@@ -21,6 +21,7 @@ from erclutch.fit.laws.law_problem import closed_in_slices, separable
 from erclutch.fit.laws.law_starts import scan_points, thinned, windows
 from erclutch.fit.laws.other_basins import best_basin
 from erclutch.fit.laws.profile_intervals import Optimum, interval_ends, no_intervals
+from erclutch.fit.laws.shapes_told import shapes_told
 from erclutch.fit.laws.variable_projection import (
     Separable,
     coordinates,
@@ -92,7 +93,7 @@ def fit_structure(
     """
     keep_heap()
     reference = reference_of(data, structure.extras)
-    shapes = structure.shapes(reference.period)
+    shapes = shapes_told(data, structure, reference)
     memoryless = structure.dynamics == "none"
     full = separable(data, structure, reference, shapes, slice(None))
     if not shapes:

@@ -13,7 +13,7 @@ from typing import cast
 from erclutch import registry
 from erclutch.errors import PluginError, SettingError
 from erclutch.models.stages.outside_stage import OutsideStage, made_stage
-from erclutch.models.stages.stage import Place, SlipAndStrength, SlipStage, Stage, StageFamily
+from erclutch.models.stages.stage import Place, PositionStage, SlipAndStrength, SlipStage, Stage, StageFamily
 from erclutch.models.stages.temperature_factor import TemperatureFactor
 from erclutch.registry import Plugin
 
@@ -93,6 +93,11 @@ def slip_stages(specification: str) -> tuple[SlipStage, ...]:
 def temperature_stages(specification: str) -> tuple[TemperatureFactor, ...]:
     """The stages on the temperature."""
     return tuple(stage for stage in stages_at(specification, "temperature") if isinstance(stage, TemperatureFactor))
+
+
+def position_stages(specification: str) -> tuple[PositionStage, ...]:
+    """The stages on the position."""
+    return tuple(cast(PositionStage, stage) for stage in stages_at(specification, "position"))
 
 
 def stage_equations(specification: str) -> list[str]:

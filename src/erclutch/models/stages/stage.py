@@ -7,6 +7,7 @@ A model is a chain::
                                     [stages on the effort] -> effort
 
 A stage on the temperature stands beside them: what it makes of the temperature multiplies a part of the law's effort.
+So does a stage on the position: what it makes of the position is added to the law's effort, each output with a gain.
 A stage says its step once, in elementwise arithmetic. The exported C, the other targets and predictions with the C's
 bits are made from a record of that step. A fit uses `Stage.respond`, which may be faster and carries derivatives.
 """
@@ -18,10 +19,12 @@ from dataclasses import dataclass
 from typing import Any, Literal, NamedTuple, Protocol, runtime_checkable
 
 from erclutch.models.laws.law import Gain, ShapeParameter
+from erclutch.signals.array import Array
 from erclutch.signals.clock import Clock
 
-#: What a stage works on: the command or the slip of each element, the effort of the device, the fluid's temperature.
-Place = Literal["command", "slip", "effort", "temperature"]
+#: What a stage works on: the command or the slip of each element, the effort of the device, the fluid's temperature,
+#: the position that is logged beside the slip.
+Place = Literal["command", "slip", "effort", "temperature", "position"]
 
 
 class SlipAndStrength(NamedTuple):
@@ -149,6 +152,24 @@ class SlipStage(Stage, Protocol):
 
     def columns(self, outputs: Sequence[Any], strength: Any) -> tuple[Any, ...]:
         """A law's columns from the outputs and the strength of the field; elementwise on any operand."""
+        ...
+
+
+@runtime_checkable
+class PositionStage(Stage, Protocol):
+    """A stage on the position has no state. Its outputs are columns of a law, and rows tell where to look for it."""
+
+    @property
+    def gains(self) -> tuple[Gain, ...]:
+        """The linear parameters that a law gets for the stage, one an output."""
+        ...
+
+    def outputs_at(self, position: Any, *numbers: Any) -> tuple[Any, ...]:
+        """The outputs, elementwise on any operand."""
+        ...
+
+    def usual(self, position: Array, effort: Array) -> tuple[float, float] | None:
+        """Where the search for its number starts, by rows of an effort without its smooth part; None: as ever."""
         ...
 
 

@@ -21,7 +21,7 @@ from erclutch.signals.array import Array
 Rows = NDArray[np.int64]
 
 _FEWEST = 50
-_PLACES: tuple[Place, ...] = ("command", "slip", "effort", "temperature")
+_PLACES: tuple[Place, ...] = ("command", "slip", "effort", "temperature", "position")
 #: Settings that a model's own parts show, or that change no model.
 _SEEN = ("models", "lag", "past", "blocks", "polish")
 

@@ -1,0 +1,47 @@
+"""The rows tell where to look for the period of a wave over the position.
+
+Its minimum is sharp: a scan of decades does not meet it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from erclutch.logs.dataset import Dataset
+from erclutch.models.laws import ShapeParameter
+from erclutch.models.stages import position_stages
+from erclutch.models.structure import Reference, Structure
+from erclutch.signals.array import Array
+from erclutch.signals.recording import POSITION
+
+#: Share of the reference slip at which the sign of the slip has turned.
+_TURNED = 0.05
+
+
+def shapes_told(data: Dataset, structure: Structure, reference: Reference) -> tuple[ShapeParameter, ...]:
+    """The nonlinear parameters of a structure; those of stages on the position with the range that the rows suggest."""
+    shapes = structure.shapes(reference.period)
+    stages = position_stages(structure.dynamics)
+    if not stages:
+        return shapes
+    position = data.extras[POSITION] / reference.slip
+    left = _without_smooth_part(data, position, reference)
+    ranges: dict[str, tuple[float, float]] = {}
+    for stage in stages:
+        told = stage.usual(position, left)
+        if told is not None:
+            ranges |= {shape.name: told for shape in stage.parameters(reference.period)}
+    return tuple(replace(shape, usual=ranges.get(shape.name, shape.usual)) for shape in shapes)
+
+
+def _without_smooth_part(data: Dataset, position: Array, reference: Reference) -> Array:
+    """The effort less the best friction, viscosity, stiffness and constant, shape (n,)."""
+    columns = [np.ones(data.rows), position, position**2]
+    for element in data.elements:
+        slip = element.slip / reference.slip
+        turned = np.tanh(slip / _TURNED)
+        columns += [slip, turned, np.abs(element.field) / reference.field * turned]
+    smooth = np.column_stack(columns)
+    return data.effort - smooth @ np.linalg.lstsq(smooth, data.effort, rcond=None)[0]

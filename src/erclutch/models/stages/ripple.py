@@ -1,0 +1,136 @@
+"""Ripple over the position: gears, poles and bearings push and pull once in each period of the position.
+
+::
+
+    z = x / lambda_p,   columns cos(2 pi k z) and sin(2 pi k z),   k = 1, ..., the number of the stage
+
+The position x is logged beside the slip, as a further input. It has no state, so a model knows where it stands from its
+first row on.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from math import factorial, pi
+from typing import Any, cast
+
+import numpy as np
+
+from erclutch.arithmetic.dual import pick, value_of
+from erclutch.arithmetic.elementary import whole_number_near
+from erclutch.models.laws.law import EFFORT, Gain, ShapeParameter
+from erclutch.models.stages.slip_memory import TRAVEL
+from erclutch.models.stages.stage import Memory, Place, StageFamily, numbered
+from erclutch.signals.array import Array
+from erclutch.signals.clock import Clock
+
+# Of sin and cos of half the angle, which is at most pi / 2: the first power that is left out is worth 7e-10.
+_SINE = [(-1) ** k * pi ** (2 * k + 1) / factorial(2 * k + 1) for k in range(7)]
+_COSINE = [(-1) ** k * pi ** (2 * k) / factorial(2 * k) for k in range(8)]
+_BINS, _FEWEST_PERIODS = 8192, 2.0
+
+
+@dataclass(frozen=True)
+class Ripple:
+    """The ripple as a stage on the position.
+
+    Attributes:
+        count: how many multiples of the frequency it has.
+    """
+
+    count: int = 1
+    source: str = "a Fourier series over the position"
+    place: Place = "position"
+    switches: bool = False
+
+    @property
+    def name(self) -> str:
+        """Identifier."""
+        return numbered("ripple", self.count)
+
+    @property
+    def title(self) -> str:
+        """Name for people."""
+        return f"ripple over the position, {self.count} {'wave' if self.count == 1 else 'waves'} in a period"
+
+    @property
+    def equation(self) -> str:
+        """See `Stage`."""
+        return "T = T_fluid + sum of T_ck cos(2 pi k x / lambda_p) + T_sk sin(2 pi k x / lambda_p)"
+
+    @property
+    def gains(self) -> tuple[Gain, ...]:
+        """Two a wave, of either sign."""
+        parts = (("c", "cosine"), ("s", "sine"))
+        return tuple(
+            Gain(f"T_{letter}{k}", f"ripple, {wave} of wave {k}", EFFORT, nonnegative=False)
+            for k in range(1, self.count + 1)
+            for letter, wave in parts
+        )
+
+    def parameters(self, period: float) -> tuple[ShapeParameter, ...]:
+        """The period over the position, over the way in a second at the reference slip."""
+        meaning = "period of the ripple over the position"
+        return (ShapeParameter("lambda_p", meaning, 1e-6, 1e6, TRAVEL, "log", (1e-2, 10.0)),)
+
+    def outputs_at(self, position: Any, *numbers: Any) -> tuple[Any, ...]:
+        """Cosine and sine of each wave, elementwise on any operand; of the C's bits, for they are sums and products."""
+        z = position / numbers[0]
+        z = z - whole_number_near(value_of(z))
+        square = z * z
+        half_sine, half_cosine = z * _power_series(square, _SINE), _power_series(square, _COSINE)
+        cosine, sine = 1.0 - 2.0 * half_sine * half_sine, 2.0 * half_sine * half_cosine
+        found: list[Any] = [cosine, sine]
+        for _ in range(1, self.count):
+            c, s = found[-2:]
+            found += [c * cosine - s * sine, s * cosine + c * sine]
+        return tuple(found)
+
+    def usual(self, position: Array, effort: Array) -> tuple[float, float] | None:
+        """Where to look for the period: around the strongest wave over the position that an effort has.
+
+        Args:
+            position: shape (n,).
+            effort: without its smooth part, shape (n,).
+
+        Returns:
+            None where the position does not move, or the effort has no wave.
+        """
+        start, span = float(position.min()), float(np.ptp(position))
+        bins = min(_BINS, position.size // 2)
+        if span <= 0.0 or bins < 8:
+            return None
+        at = np.minimum(((position - start) / span * bins).astype(np.intp), bins - 1)
+        rows = np.maximum(np.bincount(at, minlength=bins), 1)
+        means = np.bincount(at, weights=effort, minlength=bins) / rows
+        strength = np.abs(np.fft.rfft(means * np.hanning(bins), 4 * bins))
+        periods = np.arange(strength.size) / 4.0
+        strength[(periods < _FEWEST_PERIODS) | (periods > bins / 4.0)] = 0.0
+        if not strength.any():
+            return None
+        count = float(periods[np.argmax(strength)])
+        return span / (count + 0.5), span / (count - 0.5)
+
+    def respond(self, signal: Any, clock: Clock, q: Sequence[Any], rows: slice) -> list[Any]:
+        """The waves over all rows; see `Stage`."""
+        return [pick(wave, rows) for wave in self.outputs_at(signal, q[0])]
+
+    def initial(self, signal: Any, q: Mapping[str, float]) -> Mapping[str, Any]:
+        """There is no state."""
+        return {}
+
+    def step(self, memory: Memory, signal: Any, q: Mapping[str, float], period: float) -> tuple[Any, ...]:
+        """One row."""
+        return self.outputs_at(signal, *q.values())
+
+
+def _power_series(x: Any, coefficients: Sequence[float]) -> Any:
+    """Horner's rule, lowest power first."""
+    total: Any = coefficients[-1]
+    for each in reversed(coefficients[:-1]):
+        total = total * x + each
+    return cast(Any, total)
+
+
+STAGE = StageFamily(lambda count, forms: Ripple(count), count=1, ladder=("ripple", "ripple-2", "ripple-3"))
