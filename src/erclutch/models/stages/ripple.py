@@ -13,7 +13,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import factorial, pi
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 
@@ -130,7 +130,7 @@ def _power_series(x: Any, coefficients: Sequence[float]) -> Any:
     total: Any = coefficients[-1]
     for each in reversed(coefficients[:-1]):
         total = total * x + each
-    return cast(Any, total)
+    return total
 
 
 STAGE = StageFamily(lambda count, forms: Ripple(count), count=1, ladder=("ripple", "ripple-2", "ripple-3"))
