@@ -4,7 +4,8 @@ FOLDER holds a copy of each file of `strangers.toml` as OWNER+NAME/PATH, at the 
 there is passed over. Printed: a row a file, then how many were understood at once, asked about, refused and misread,
 and of those that hold what a device needs, how many took one try and two.
 
-What is asked is asked once more with the command that `inspect` prints in its last line. A flow curve is read by
+What is asked is asked once more with the command that `inspect` prints in its last line: as it is (second), or with
+the one thing that it leaves open and the file does not hold, such as the rate (filled). A flow curve is read by
 `flowcurve`, as `inspect` says. With --fit the logs are fitted too: at once, or by that command. With --sealed NAME the
 files of a sealed set are judged in place of the open ones.
 """
@@ -35,7 +36,9 @@ from erclutch.wings.rheology.flow_curve_file import read_flow_curves
 MANIFEST = Path(__file__).with_name("strangers.toml")
 SIGNALS = ("field", "slip", "position", "effort")
 AS_LOGGED = "as logged"
-UNDERSTOOD, SECOND, ASKED, REFUSED, MISREAD = "understood", "second", "asked", "refused", "misread"
+UNDERSTOOD, SECOND, FILLED, ASKED, REFUSED, MISREAD = "understood", "second", "filled", "asked", "refused", "misread"
+_PLACE = re.compile(r"COLUMN|RATE Hz|NAME")
+_RATE = "100 Hz"  # stands for what only the user knows
 FIT_MODELS = ("bingham", "casson")  # two that every log can have: fit is run to see that a read log goes on
 
 
@@ -49,6 +52,9 @@ def _faults(plan: Plan, table: Table, truth: dict[str, Any]) -> Iterator[str]:
     rows = truth.get("rows", table.rows)
     if table.rows != rows:
         yield f"{table.rows} rows of {rows}"
+    joints = {part for each in plan.signals for part in truth.get("joints", ()) if part in each.column}
+    if len(joints) > 1:
+        yield f"signals of {' and '.join(sorted(joints))}"
     doubtful = {each.signal for each in plan.signals if each.sureness == "doubtful"}
     for each in plan.signals:
         if not each.column or each.signal in doubtful or each.signal not in SIGNALS:
@@ -76,8 +82,7 @@ def _last_command(path: Path) -> list[str]:
     done = _run("inspect", str(path))
     last = (done.stdout.strip().splitlines() or [""])[-1]
     found = re.search(r"(?:settles it|say so): erclutch (.+)", last)
-    words = shlex.split(found.group(1)) if found else []
-    return [] if re.search(r"COLUMN|RATE Hz|NAME", " ".join(words)) else words
+    return shlex.split(found.group(1)) if found else []
 
 
 def _run(*words: str) -> subprocess.CompletedProcess[str]:
@@ -98,6 +103,7 @@ def _is_right(words: list[str], path: Path, truth: dict[str, Any]) -> str:
     told = {name.removeprefix("--"): value for name, value in options.items()}
     variable = told.pop("variable", None)
     device = told.pop("device", None)
+    invalid: Any = told.pop("invalid", None)
     try:
         names = [variable] if variable != "all" else recordings_in(path)
         mapping = ColumnMap.from_options(told)
@@ -105,7 +111,7 @@ def _is_right(words: list[str], path: Path, truth: dict[str, Any]) -> str:
         rows = 0
         for name in names:
             table = read_table(path, variable=name) if name else table_of_log(path, mapping, device)  # type: ignore[arg-type]
-            plan = plan_of(table, mapping, device=device)  # type: ignore[arg-type]
+            plan = plan_of(table, mapping, device=device, invalid=invalid)  # type: ignore[arg-type]
             if variable == "all" and not has_motion_and_effort(plan):
                 continue
             faults += _faults(plan, table, truth)
@@ -150,13 +156,15 @@ def judged(path: Path, truth: dict[str, Any]) -> tuple[str, str]:
     return UNDERSTOOD, f"{recording.rows} rows"
 
 
-def _second_try(path: Path, truth: dict[str, Any]) -> tuple[bool, list[str], str]:
-    """Whether the command that `inspect` prints reads the file right, its words, and what is wrong."""
+def _second_try(path: Path, truth: dict[str, Any]) -> tuple[str, list[str], str]:
+    """What the command that `inspect` prints makes of the file, its words, and what is wrong."""
     words = _last_command(path)
-    if not words:
-        return False, [], "no command without a place to fill in"
+    open_ones = [word for word in words if _PLACE.search(word)]
+    if not words or open_ones not in ([], ["RATE Hz"]):
+        return ASKED, [], "no command, or with columns to fill in"
+    words = [_RATE if word == "RATE Hz" else word for word in words]
     fault = _is_right(words, path, truth)
-    return not fault, words, fault
+    return ASKED if fault else FILLED if open_ones else SECOND, words, fault
 
 
 def _fit(path: Path, options: list[str]) -> str:
@@ -190,20 +198,20 @@ def main() -> None:
         outcome, detail = judged(path, truth)
         options: list[str] = []
         if outcome != MISREAD and outcome != UNDERSTOOD and truth["holds"]:
-            right, words, fault = _second_try(path, truth)
-            outcome = SECOND if right else outcome
+            second, words, fault = _second_try(path, truth)
+            outcome = second if second != ASKED else outcome
             options = words[2:]
-            detail += f" => erclutch {shlex.join(words)[:120]}" if words else ""
+            detail += f" => erclutch {shlex.join(words)[:300]}" if words else ""
             detail += f" => {fault}" if fault else ""
         outcomes[outcome] += 1
         of_logs[outcome] += truth["holds"]
         repositories.add(truth["repository"])
         holds = "holds" if truth["holds"] else "lacks"
-        print(f"{outcome:10} {holds} {truth['repository']}:{truth['path']}: {detail[:400]}", flush=True)
-        if asked.fit and outcome in (UNDERSTOOD, SECOND) and "curves" not in truth:
+        print(f"{outcome:10} {holds} {truth['repository']}:{truth['path']}: {detail[:900]}", flush=True)
+        if asked.fit and outcome in (UNDERSTOOD, SECOND, FILLED) and "curves" not in truth:
             print(f"{'':17}{_fit(path, options)}", flush=True)
     total, logs = sum(outcomes.values()), sum(of_logs.values())
-    names = (UNDERSTOOD, SECOND, ASKED, REFUSED, MISREAD)
+    names = (UNDERSTOOD, SECOND, FILLED, ASKED, REFUSED, MISREAD)
     counts = ", ".join(f"{name} {outcomes[name]}" for name in names)
     print(f"{total} files of {len(repositories)} repositories: {counts}; {absent} absent")
     counts = ", ".join(f"{name} {of_logs[name]}" for name in names)

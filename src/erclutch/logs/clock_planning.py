@@ -9,6 +9,7 @@ import numpy as np
 from erclutch.errors import MappingError, UnitError, shell_word
 from erclutch.logs import columns
 from erclutch.logs.mapping import ColumnChoice, ColumnMap
+from erclutch.logs.named_columns import locate
 from erclutch.logs.plan import ClockPlan
 from erclutch.logs.table import Table
 from erclutch.signals import units
@@ -44,7 +45,7 @@ def clock_plan(table: Table, told: ColumnMap, taken: Sequence[str]) -> ClockPlan
         name = columns.time_column(table, taken)
         choice = None if name is None else ColumnChoice(name, source="guessed from its name or unit")
     if choice is not None:
-        name, unit, scale = columns.locate(table, choice, "time")
+        name, unit, scale = locate(table, choice, "time")
         stamps = table.columns[name]
         factor, zero, how = _as_seconds(name, unit, stamps[np.isfinite(stamps)])
         said = f"time <- column {name}{how} ({choice.source})"

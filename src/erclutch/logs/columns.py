@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Container, Iterable, Sequence
 
 import numpy as np
 
-from erclutch.errors import LogError, MappingError, UnitError, shell_word
-from erclutch.logs.labels import own_unit, split_end, split_label
+from erclutch.errors import MappingError, UnitError, shell_word
+from erclutch.logs.labels import own_unit, split_end
 from erclutch.logs.mapping import COUNTS, ColumnChoice
 from erclutch.logs.names import (
     NAMES,
@@ -19,13 +19,24 @@ from erclutch.logs.names import (
     TOLD,
     VOLTAGES,
     called_as,
+    ends_in_time,
     headed,
     is_accounted,
     is_turned,
+    numbered,
     plain,
     words_of,
 )
-from erclutch.logs.shapes import follows, is_constant, is_counter, is_rate_of, keeps_levels, same_thing
+from erclutch.logs.shapes import (
+    follows,
+    is_constant,
+    is_counter,
+    is_rate_of,
+    keeps_levels,
+    moves_alike,
+    rises,
+    same_thing,
+)
 from erclutch.logs.table import Table
 from erclutch.signals import units
 from erclutch.signals.array import Array
@@ -105,11 +116,12 @@ def candidates(
         if signal == "field" and {forms[name] for name in chosen} <= VOLTAGES:
             chosen = [*chosen, *_currents(table, fit, chosen)]
         return _distinct(table, chosen), "name"
-    short = [name for name, form in forms.items() if form and not told.intersection(words_of(name))]
-    if shaped := [name for name in short if _goes_with(table, name, signal)]:
-        return shaped, "name and the shape of its numbers"
     shared = _shared_words(table)
     heads = {name: headed(name, signal, shared) for name, fits in fit.items() if fits is not False}
+    short = [name for name, form in forms.items() if form or numbered(name, signal) or heads[name] in NEED_UNIT]
+    short = [name for name in short if not told.intersection(words_of(name))]
+    if shaped := [name for name in short if _goes_with(table, name, signal)]:
+        return shaped, "name and the shape of its numbers"
     headed_so = [name for name, head in heads.items() if head and (fit[name] or head not in NEED_UNIT)]
     by_unit = [
         name
@@ -134,6 +146,17 @@ def _distinct(table: Table, found: Sequence[str]) -> list[str]:
     kept: list[str] = []
     for name in moving or found:
         if not any(_same(table, name, other) for other in kept):
+            kept.append(name)
+    return kept
+
+
+def _one_motion(table: Table, found: Sequence[str]) -> list[str]:
+    """Positions without those that say the same from another zero: a travel beside an absolute one."""
+    kept: list[str] = []
+    for name in found:
+        alike = (table.units.get(name) == table.units.get(other) for other in kept)
+        moved = (moves_alike(table.columns[name], table.columns[other]) for other in kept)
+        if not any(unit and motion for unit, motion in zip(alike, moved, strict=True)):
             kept.append(name)
     return kept
 
@@ -178,7 +201,7 @@ def _goes_with(table: Table, name: str, signal: str) -> bool:
 
 
 def _may_be(name: str, signal: str) -> bool:
-    return (called_as(name, signal) or headed(name, signal)) is not None
+    return (called_as(name, signal) or headed(name, signal) or numbered(name, signal)) is not None
 
 
 def _may_move(name: str) -> bool:
@@ -227,6 +250,7 @@ def guess(
         MappingError: several columns would do.
     """
     found, reason = candidates(table, signal, taken, units_of_sensor)
+    found = _one_motion(table, found) if signal == "position" else found
     if signal == "effort" and len(found) > 1 and motion:
         turns = _kind(table, motion)
         alike = [name for name in found if turns and _kind(table, name) == turns]
@@ -235,7 +259,7 @@ def guess(
             found, reason = alike, f"{reason}, and it is that of a {_KINDS[turns]}"
     if len(found) > 1:
         problem = f"{signal} may be any of the columns {', '.join(found)}; the file has: {table.listed}"
-        remedy = f"Say which, such as --{signal} {shell_word(_label(table, found[0], signal))}"
+        remedy = f"Say which, such as --{signal} {shell_word(table.label(found[0]))}"
         remedy += ", or --variable all if each is a log" if signal in ("effort", "T") else ""
         raise MappingError(problem, remedy=remedy)
     return ColumnChoice(found[0], source=f"guessed from its {reason}") if found else None
@@ -252,17 +276,40 @@ def _kind(table: Table, name: str) -> str:
     return next((kind for kind, said in _SAYS.items() if any(word in spoken for word in said)), "")
 
 
-def example(table: Table, signal: str, taken: Iterable[str]) -> str:
-    """An option for a signal that was not found: with a column that may be it, or with a place to fill in."""
+def has_speed(table: Table, found: Container[str], asked: Container[str]) -> bool:
+    """Whether a speed was found, or one of several columns is it; a position needs a clock to have one."""
+    return "slip" in found or ("slip" in asked and len(candidates(table, "slip", ())[0]) > 1)
+
+
+def _of_one_part(names: Sequence[str], beside: Sequence[str]) -> list[str]:
+    """Columns, first those that have the most words and numbers in common with other columns: those of one joint."""
+    known = {part for name in beside for part in re.findall(r"\d+|[^\W\d_]+", split_end(name)[0].lower())}
+    shared = {name: len(known & {*re.findall(r"\d+|[^\W\d_]+", name.lower())}) for name in names}
+    return sorted(names, key=lambda name: -shared[name])
+
+
+def example(table: Table, signal: str, taken: Iterable[str], beside: Sequence[str] = ()) -> str:
+    """An option for a signal that was not found: with a column that may be it, or with a place to fill in.
+
+    Args:
+        table: the log.
+        signal: its name.
+        taken: columns that are something else.
+        beside: columns of the motion; of several efforts the one that is called like them goes first.
+    """
     free = [name for name in table.columns if name not in set(taken)]
     short = NEED_UNIT & set(NAMES[signal].split())
     si_units = SIGNALS[signal].si_units
     open_ones = [name for name in free if plain(name) in short and _fits(table, name, si_units) is not False]
-    likely = candidates(table, signal, taken)[0] or open_ones
+    likely = _of_one_part(candidates(table, signal, taken)[0] or open_ones, beside)
     if volts := _in_volts(table, signal, free):
         return volts
     unit = (_EXAMPLES.get(signal, "").partition("[")[2] or f"{SIGNALS[signal].si_units[0] or '-'}]")[:-1]
-    return f"--{signal} {shell_word(_label(table, likely[0], signal) if likely else f'COLUMN [{unit}]')}"
+    if not likely:
+        return f"--{signal} {shell_word(f'COLUMN [{unit}]')}"
+    # A unit that nobody wrote is no answer: a column without one is taken as logged.
+    label = _label(table, likely[0], signal) if likely == open_ones else table.label(likely[0])
+    return f"--{signal} {shell_word(label)}"
 
 
 def has_fitting_unit(table: Table, name: str, signal: str) -> bool:
@@ -356,64 +403,17 @@ def is_time(name: str) -> bool:
 
 
 def time_column(table: Table, taken: Iterable[str]) -> str | None:
-    """The column that is the time by its name, with a unit of time or none; or the only one with a unit of time."""
+    """The column that is the time by its name, with a unit of time or none; or the only one with a unit of time.
+
+    Where no whole name is, the only column whose name ends in a time and whose numbers rise (``Machine_Time``).
+    """
     timed = {name: _fits(table, name, ("s",)) for name in table.columns if name not in set(taken)}
     named = [name for name, fits in timed.items() if fits is not False and is_time(name)]
+    if named:
+        return named[0]
     by_unit = [name for name, fits in timed.items() if fits and not OTHER.intersection(words_of(name))]
-    return named[0] if named else by_unit[0] if len(by_unit) == 1 else None
-
-
-def locate(table: Table, choice: ColumnChoice, signal: str) -> tuple[str, str | None, float]:
-    """Column name, unit and factor that a choice means; an exact column name wins over its reading as a label.
-
-    Raises:
-        MappingError: no such column; the message lists the columns and a close match.
-        LogError: its cells are no numbers.
-    """
-    text = str(choice.column).strip()
-    _refuse_unreadable(table, text)
-    for candidate, factor in ((text, 1.0), (text[1:].strip(), -1.0))[: 1 + text.startswith("-")]:
-        name, unit = candidate, choice.unit
-        if name not in table.columns:
-            name, own = split_label(candidate)
-            unit = choice.unit or own
-        if name not in table.columns and name.isdecimal() and len(name) < 10:
-            name = table.numbered(int(name)) or name
-        if name in table.columns:
-            _refuse_another_kind(name, unit, signal)
-            si_units = SIGNALS[signal].si_units if signal in SIGNALS else ("s",) if signal == "time" else ()
-            return name, choice.unit or own_unit(name, unit or table.units.get(name), si_units), factor * choice.scale
-    raise _no_column(table, text, signal)
-
-
-def _refuse_unreadable(table: Table, text: str) -> None:
-    """Raise a LogError where the column that is named holds no numbers."""
-    plain = text.removeprefix("-").strip()
-    for name in (text, plain, split_label(text)[0], split_label(plain)[0]):
-        if name not in table.columns and name in table.unreadable:
-            raise LogError(table.unreadable[name], remedy="Correct its cells, or name another column")
-
-
-def _refuse_another_kind(name: str, unit: str | None, signal: str) -> None:
-    """Refuse a unit that is given for a column whose name ends in a unit of another kind: no volt is an ampere."""
-    _, end = split_end(name)
-    if not end or not unit or not (units.is_unit(end) and units.is_unit(unit)):
-        return
-    if units.parse(end).dimension != units.parse(unit).dimension:
-        problem = f"column '{name}' ends in a unit, {end}, and {unit} is of another kind"
-        scale = shell_word(f"{signal}=1 {unit}/{end}")
-        remedy = f"Give it as it is, --{signal} {shell_word(name)}"
-        remedy += f", or what one {end} of it means, such as --scale {scale}" if signal in SIGNALS else ""
-        raise UnitError(problem, remedy=remedy)
-
-
-def _no_column(table: Table, text: str, signal: str) -> MappingError:
-    import difflib
-
-    lower = {name.lower(): name for name in table.columns if name not in table.truths}
-    near = difflib.get_close_matches(split_label(text)[0].lower(), lower, n=1, cutoff=0.5)
-    close = lower[near[0]] if near else ""
-    hint = f"Did you mean {close}? Give it as" if close else "Give one of them as"
-    problem = f"there is no column '{text}' for {signal}; the file has: {table.listed}"
-    each = "; for a log of each column of such a name add --variable all" if "*" in text and signal != "time" else ""
-    return MappingError(problem, remedy=f"{hint} --{signal} {shell_word(close or 'NAME [unit]')}{each}")
+    if len(by_unit) == 1:
+        return by_unit[0]
+    rising = [name for name, fits in timed.items() if fits is not False and ends_in_time(name)]
+    rising = [name for name in rising if rises(table.columns[name])]
+    return rising[0] if len(rising) == 1 else None

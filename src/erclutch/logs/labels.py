@@ -11,6 +11,11 @@ from erclutch.signals import units
 
 _SQUARE = re.compile(r"(.+?)\s*\[([^\[\]]*)\]", re.DOTALL)
 _ROUND = re.compile(r"(.+?)\s*\(([^()]*)\)", re.DOTALL)
+#: A Chinese or Japanese letter.
+EASTERN = re.compile(r"[\u3040-\u30ff\u4e00-\u9fff]")
+_EASTERN = re.compile(r"(.*[\u3040-\u30ff\u4e00-\u9fff])\s*([A-Za-zµ°%][\w./·*^%°-]*)", re.DOTALL)
+# A letter right behind a Chinese word is its unit where the word says so, else the name of a phase or an axis.
+_LETTERS = {"V": "电压 電壓 電圧", "A": "电流 電流", "N": "力 荷重", "s": "时间 時間", "W": "功率"}
 _SLASH = re.compile(r"(.+?)\s+(?:/|in)\s+(\S.*)", re.DOTALL)
 _PAIR = re.compile(r"\W*([^\d\W][^:=,;\t]{0,60}?)\s*[:=,;\t]\s*(\S.*?)[\s,;]*")
 _PERIOD = re.compile(
@@ -39,7 +44,8 @@ def split_label(label: str) -> tuple[str, str | None]:
     """Name and unit of ``V [cm/s]``, ``Force (N)`` or ``time / s``; the whole label and None where no unit is.
 
     Text in square brackets is taken as a unit even if unknown (an index such as ``u[0]`` apart); round brackets and
-    the slash only where pint knows the unit. Underscores are never read as units: ``N_m`` may be a name.
+    the slash only where pint knows the unit. A unit may stand right behind a Chinese or Japanese name (``轉速rpm``).
+    Underscores are never read as units: ``N_m`` may be a name.
     """
     label = label.strip()
     if (match := _SQUARE.fullmatch(label)) and not re.fullmatch(r"\s*\d*\s*", match.group(2)):
@@ -47,6 +53,11 @@ def split_label(label: str) -> tuple[str, str | None]:
     for pattern in (_ROUND, _SLASH):
         if (match := pattern.fullmatch(label)) and units.is_unit(match.group(2)):
             return match.group(1), match.group(2).strip()
+    if match := _EASTERN.fullmatch(label):
+        name, unit = match.groups()
+        spoken = len(unit) > 1 or name.endswith(tuple(_LETTERS.get(unit, "?").split()))
+        if spoken and units.is_unit(unit):
+            return name, unit
     return label, None
 
 

@@ -10,7 +10,7 @@ import re
 import unicodedata
 from collections.abc import Collection
 
-from erclutch.logs.labels import split_end
+from erclutch.logs.labels import EASTERN, split_end
 
 
 def _set(words: str) -> frozenset[str]:
@@ -49,7 +49,8 @@ SINGLE = ("field", "slip", "position", "effort")
 # Words beside the name that say where or how it was measured.
 _BESIDE = _set(
     "measured meas msr actual act ist mess gemessen sensor filtered filt motor engine output brake clutch damper shaft "
-    "piston angular rotational linear relative total machine cart du de der des moteur mesure mesuree medida"
+    "piston angular rotational linear relative total machine cart du de der des moteur mesure mesuree medida "
+    "compensate compensated corrected raw value j"
 )
 #: Words of what a drive was told, and of what is neither signal: no guess is made from the unit of such a column.
 TOLD = _set(
@@ -96,7 +97,6 @@ _CJK_OTHERS = (
     *("加速度", "压力", "壓力", "圧力", "应力", "応力", "功率", "动力", "电力", "電力", "误差", "温度", "频率"),
     *("目标", "目標", "设定", "指令", "给定", "命令", "速度比", "时间", "時間", "序号", "编号", "番号", "效率", "効率"),
 )
-_CJK = re.compile(r"[\u3040-\u30ff\u4e00-\u9fff]")
 _PRIME = re.compile(r"['\"′″](?!\w)")  # force d'amortissement has none
 _AXES = _set("x y z r")
 
@@ -139,7 +139,7 @@ def headed(name: str, signal: str, shared: Collection[str] = ()) -> str | None:
     stem, _ = split_end(name)
     if signal not in SINGLE or _PRIME.search(stem):
         return None
-    if _CJK.search(stem):
+    if EASTERN.search(stem):
         return _compound(plain(stem), signal)
     parts = [re.sub(r"\d+$", "", word) for word in words_of(stem) if word not in shared]
     parts = [word for word in parts if word]
@@ -154,6 +154,30 @@ def headed(name: str, signal: str, shared: Collection[str] = ()) -> str | None:
         if len(head) > 1 and known and not any(_speaks(word, signal) for word in rest):
             return head
     return None
+
+
+def numbered(name: str, signal: str) -> str | None:
+    """The name of a signal in front of a joint's or a channel's number (``dq3``); None for any other name."""
+    stem = plain(split_end(name)[0])
+    form = stem.rstrip("0123456789")
+    return form if form != stem and signal in SINGLE and form in _NAMES[signal] else None
+
+
+_TIMES = _set("time timestamp timestamps stamp zeit temps tiempo tempo tijd sec seconds")
+_NO_TIMES = _set(
+    "dead rise fall settling response delay cycle start end stop begin step dwell hold rest constant lag reaction mean "
+    "exposure loop run duration"
+)
+
+
+def ends_in_time(name: str) -> bool:
+    """Whether the last word of a name is a time, and no word makes a span of it: a machine's, a logger's, a channel's.
+
+    French and Spanish names may begin with the time.
+    """
+    words = words_of(split_end(name)[0])
+    spans = {*words} & (_NO_TIMES | OTHER)
+    return bool(words and not spans and (words[-1] in _TIMES or words[0] in _TIMES & _set("temps tiempo")))
 
 
 def is_turned(name: str, signal: str) -> bool:
@@ -175,14 +199,16 @@ def _compound(name: str, signal: str) -> str | None:
     """The end of a Chinese or Japanese compound that names a signal."""
     if any(other in name for other in _CJK_OTHERS):
         return None
-    return next((end for end in sorted(_NAMES[signal], key=len)[::-1] if _CJK.search(end) and name.endswith(end)), None)
+    return next(
+        (end for end in sorted(_NAMES[signal], key=len)[::-1] if EASTERN.search(end) and name.endswith(end)), None
+    )
 
 
 def is_accounted(name: str) -> bool:
     """Whether a name says what the column is, and that it is no field: another quantity, or one of another signal."""
     stem, _ = split_end(name)
-    if _CJK.search(stem):
-        others = (*_CJK_OTHERS, *(word for signal in SINGLE[1:] for word in _NAMES[signal] if _CJK.search(word)))
+    if EASTERN.search(stem):
+        others = (*_CJK_OTHERS, *(word for signal in SINGLE[1:] for word in _NAMES[signal] if EASTERN.search(word)))
         return any(word in plain(stem) for word in others)
     spoken = {re.sub(r"\d+$", "", word) for word in words_of(stem)}
     return bool(spoken & OTHER) or any(_speaks(word, "field") or _is_german(word) for word in spoken)

@@ -5,7 +5,6 @@ Nothing is converted here: `erclutch.logs.applied.apply` does what the plan says
 
 from __future__ import annotations
 
-import shlex
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
@@ -17,7 +16,9 @@ from erclutch.logs.clock_planning import clock_plan, counters
 from erclutch.logs.labels import split_label
 from erclutch.logs.mapping import NONE, ColumnChoice, ColumnMap
 from erclutch.logs.name_pattern import constants_of
+from erclutch.logs.named_columns import locate
 from erclutch.logs.plan import NEEDS, OPTIONAL, ClockPlan, Invalid, Plan, Question, SignalPlan, Sureness
+from erclutch.logs.proposals import proposals
 from erclutch.logs.sensor_scales import by_sensor, scaled
 from erclutch.logs.shapes import has_shape_of
 from erclutch.logs.table import Table
@@ -113,7 +114,7 @@ def plan_of(table: Table, told: ColumnMap, *, device: DeviceName | None = None, 
         told=told,
         notes=tuple(draft.notes),
         path=table.path,
-        examples=tuple(_examples(draft)) if draft.questions else (),
+        examples=tuple(proposals(table, told, draft.taken, draft.signals, draft.questions)) if draft.questions else (),
     )
 
 
@@ -177,7 +178,7 @@ def _take_no_field(draft: _Draft, others: Sequence[str] = ()) -> None:
 
 def _take_temperature(draft: _Draft, choice: ColumnChoice) -> None:
     """The temperature as a further input, in K."""
-    name, unit, factor = columns.locate(draft.table, choice, _TEMPERATURE)
+    name, unit, factor = locate(draft.table, choice, _TEMPERATURE)
     units.kelvin(draft.table.columns[name] * factor, unit, name)
     draft.signals[_TEMPERATURE] = SignalPlan(
         _TEMPERATURE, name, unit, scale=factor, factor=factor, si="K", reason=choice.source
@@ -187,7 +188,7 @@ def _take_temperature(draft: _Draft, choice: ColumnChoice) -> None:
 
 def _take(draft: _Draft, signal: str, choice: ColumnChoice, sureness: Sureness = "given") -> str:
     """Take one column as a signal; the note says all that is done to it. Its name."""
-    name, unit, scale = columns.locate(draft.table, choice, signal)
+    name, unit, scale = locate(draft.table, choice, signal)
     in_file = draft.table.units.get(name)
     scale_text = draft.told.scales.get(signal)
     factor = scale
@@ -368,7 +369,7 @@ def _take_inputs(draft: _Draft) -> None:
     """Further inputs that the user named, as logged; they travel with the signals under a name of their own."""
     for choice in draft.told.inputs:
         try:
-            name, unit, factor = columns.locate(draft.table, choice, "input")
+            name, unit, factor = locate(draft.table, choice, "input")
         except MappingError as error:
             draft.ask("input", error)
             continue
@@ -422,29 +423,3 @@ def _refuse_effort_as_input(draft: _Draft) -> None:
                 f"column {each.column} is both {each.signal} and {effort}",
                 remedy=f"Name another column with --{effort} or --{each.signal}",
             )
-
-
-def _examples(draft: _Draft) -> list[str]:
-    """An option for each question: with what is most likely, or with a place to fill in."""
-    usual = {"time": '--time "COLUMN [s]"', "lead": '--lead "10 mm"', "input": '--input "COLUMN"'}
-    usual[_TEMPERATURE] = '--temperature "COLUMN [°C]"'
-    examples: list[str] = []
-    proposed: list[str] = []
-    for signal, question in draft.questions.items():
-        position = "--position" in question.remedy and f"--position {question.remedy.partition('--position ')[2]}"
-        time = signal == "time" and "--time " in question.remedy and f"--time {question.remedy.partition('--time ')[2]}"
-        time = time if time and "NAME" not in time else None
-        taken = [*draft.taken, *proposed]
-        if signal == "field" and "--field none" in question.remedy and not draft.questions.keys() - {"field", "time"}:
-            examples.append(columns.field_or_none(draft.table, taken))
-            continue
-        if signal == "time" and not time and "slip" in draft.signals:
-            examples.append('--rate "1 Hz"')  # a law without memory needs no clock where the speed is logged
-            continue
-        if signal == "time" and not time and not set(draft.table.columns) - set(taken):
-            examples.append('--rate "RATE Hz"')
-            continue
-        examples.append(position or time or usual.get(signal) or columns.example(draft.table, signal, taken))
-        label = shlex.split(examples[-1])[1]
-        proposed += [label, split_label(label)[0]]
-    return examples

@@ -33,6 +33,19 @@ def is_counter(values: Array) -> bool:
     return bool(steps.size and np.all(steps == 1.0) and float(values[0]).is_integer())
 
 
+def rises(values: Array) -> bool:
+    """Whether the numbers of a column rise from row to row, as a time does that each row has."""
+    steps = np.diff(values)
+    return bool(steps.size and np.isfinite(values).all() and np.all(steps >= 0.0) and np.any(steps > 0.0))
+
+
+def moves_alike(first: Array, second: Array) -> bool:
+    """Whether two positions in one unit differ in where they count from, and in nothing else."""
+    known = np.isfinite(first) & np.isfinite(second)
+    moved = float(np.ptp(first[known])) if known.any() else 0.0
+    return bool(moved > 0.0 and np.ptp((first - second)[known]) <= 2e-3 * moved)
+
+
 def has_shape_of(signal: str, values: Array) -> bool:
     """Whether the numbers of a column look like the signal.
 

@@ -44,6 +44,8 @@ _SPELLINGS = (
     (re.compile(r"(?<![\w.])rad\.s(?:-1)?(?![\w-])"), "rad/s"),  # a dot for the line of the fraction
     (re.compile(r"(?<![\w.])([mk]?)[Nn]ewton[-. ]?[Mm]et(?:er|re)s?(?!\w)"), r"\1N*m"),
     (re.compile(r"[·⋅∙×•]"), "*"),  # the signs that people type for a product
+    (re.compile(r"(?<![\w.])n[-.*]m(?!\w)"), "N*m"),  # nm without a sign is the nanometre
+    (re.compile(r"(?<![\w.])(k?gf)\.(c?m)(?!\w)"), r"\1*\2"),
     (re.compile(r"\b([numkMµμ]?N)\s*[-.]?\s*([mc]?m)\b"), r"\1*\2"),
     (re.compile(r"(?<![\w.])([munkMµμ]?Pa)\s?s(?![\w^])"), r"\1*s"),  # pint reads Pas as several pascals
     (re.compile(r"-¹"), "^-1"),
@@ -56,6 +58,7 @@ _SPELLINGS = (
     (re.compile(r"(?<![\w.])(?:gauss|Gauss|Gs|G)(?!\w)"), "(1e-4*tesla)"),
     (re.compile(r"(?<![\w.])(?:oersted|Oe)(?!\w)"), "(79.57747154594767*A/m)"),
 )
+_DIFFERENCE = re.compile(r"\s*d(?:rpm|V|A|T|s|rad|deg|W|Hz|°)(?!\w).*")  # no tenth of it: a d is a difference
 _FORM = re.compile(r"[\w\s.+*/()^%°µμΩ²³⁻¹-]*")
 _POWER = re.compile(r"(?:\^|\*\*)\s*\(?\s*[+-]?\d(?:\.\d)?(?![\d.eE])\s*\)?(?!\s*(?:\^|\*\*))")
 _QUANTITY = re.compile(r"\s*([+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*", re.DOTALL)
@@ -130,7 +133,8 @@ def parse(text: str) -> Unit:
         spelled = pattern.sub(replacement, spelled)
     # pint evaluates arithmetic: a chain of powers would keep it busy for ever, so only small single powers pass.
     chained = re.search(r"\^|\*\*", _POWER.sub("", spelled))
-    if len(text) <= _LONGEST and _FORM.fullmatch(spelled) and not chained:
+    known = _FORM.fullmatch(spelled) and not _DIFFERENCE.fullmatch(spelled)
+    if len(text) <= _LONGEST and known and not chained:
         # In short units capitals tell one from another: mm and Mm, s and S.
         attempts = (spelled, spelled.lower()) if len(text.strip()) > 2 else (spelled,)
         for attempt in attempts:

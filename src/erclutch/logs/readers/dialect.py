@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from itertools import pairwise
 
 from erclutch.errors import LogError
-from erclutch.logs.labels import header_pairs, name_columns
+from erclutch.logs.labels import EASTERN, header_pairs, name_columns, split_label
 from erclutch.logs.readers.numerals import is_grouped
 from erclutch.signals import units
 
@@ -19,7 +19,11 @@ SAMPLE = 1 << 18  # characters looked at: holds any header block seen so far, co
 _TAILS = (60, 10, 1)
 _COMMENT = ("#", "%", "//")
 _SIGNED = {sign + word for sign in ("", "-", "+") for word in ("nan", "inf")}
-WORDS = {*_SIGNED, "", "na", "n/a", "null", "1.#qnan", "-1.#qnan", "1.#ind", "-1.#ind", "infinity", "-infinity"}
+#: What a C library of Windows writes for no number, cut to the digits that a format has.
+_MARKED = ("QNAN", "QNB", "QO", "IND", "IO", "R", "INF", "J", "F")
+NO_NUMBERS = tuple(f"{sign}1.#{mark}" for sign in ("", "-") for mark in _MARKED)
+_LOWER = {word.lower() for word in NO_NUMBERS}
+WORDS = {*_SIGNED, *_LOWER, "", "na", "n/a", "null", "infinity", "-infinity"}
 _CLEAR_UNITS = {"s", "ms", "us", "µs", "min", "Nm", "kN", "rpm", "mm", "kV", "deg", "rad"}  # t, V, F may be names
 _NO_FACTOR = re.compile(r"(?:°|deg) ?[CF]|[℃℉]|dB\w*|bits?|counts?", re.I)  # units, but no plain factor to the SI
 _NUMBER = {
@@ -202,7 +206,17 @@ def _header(
         # Names are words: a second line of units, or of what is called like a unit, names nothing.
         if names is not None and len(names) == len(last) and not _are_units([name.strip("[]() ") for name in names]):
             return (names, [unit or None for unit in inner]), 2
+    if len(above) > 1 and _are_translated(last):
+        names = _labels(lines[above[-2]], delimiter, decimal, width, trailing, rows_are_named)
+        if names is not None and len(names) == len(last) and all(names):
+            return (names, [split_label(cell)[1] for cell in last]), 2
     return (last, None), 1
+
+
+def _are_translated(cells: Sequence[str]) -> bool:
+    """Whether a line under the names says them again in Chinese or Japanese, half of them or more with a unit."""
+    eastern = [cell for cell in cells if EASTERN.search(cell)]
+    return len(eastern) == len(cells) and 2 * sum(split_label(cell)[1] is not None for cell in eastern) >= len(cells)
 
 
 def _are_units(cells: Sequence[str]) -> bool:

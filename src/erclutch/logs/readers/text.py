@@ -21,9 +21,19 @@ from erclutch.logs.labels import sample_period
 from erclutch.logs.log_reader import LogReader, LogSource, claims_nothing
 from erclutch.logs.readers import dates, first_bytes
 from erclutch.logs.readers.budget import Budget
-from erclutch.logs.readers.dialect import LINE_END, SAMPLE, WORDS, Dialect, cells_of, is_comment, is_number, sniff
+from erclutch.logs.readers.dialect import (
+    LINE_END,
+    NO_NUMBERS,
+    SAMPLE,
+    WORDS,
+    Dialect,
+    cells_of,
+    is_comment,
+    is_number,
+    sniff,
+)
 from erclutch.logs.readers.numerals import SWITCHES, Numerals, grouped_by_blanks, ungrouped, weigh
-from erclutch.logs.readers.text_bytes import CONTROL, DAMAGE, damage_named, decode, opened
+from erclutch.logs.readers.text_bytes import CONTROL, DAMAGE, damage_named, decode, opened, unbroken
 from erclutch.logs.table import Table
 from erclutch.signals.array import Array
 
@@ -47,7 +57,9 @@ def read_text(source: LogSource) -> Table:
         raise LogError("the file is empty", remedy="Give a log with one row a sample")
     if other := first_bytes.named_text(text):
         raise LogError(f"the file is {other[0]}, not a table", remedy=other[1])
+    text, broken = unbroken(text) if '"' in text else (text, 0)
     dialect, notes = _dialect_of(text, source.decimal)
+    notes += [f"{broken} quoted cells hold a number and a line end: the line end is left out"] if broken else []
     body, cut = _body(text, dialect)
     if grouped := grouped_by_blanks(body, dialect.delimiter):
         whole = ungrouped(grouped, dialect.decimal)
@@ -145,6 +157,7 @@ def _parse(body: str, dialect: Dialect, told: Callable[[int, int], None]) -> pd.
             names=list(range(width)),
             index_col=False,
             skipinitialspace=True,
+            na_values=NO_NUMBERS,
             low_memory=False,
             engine="c",
             **options,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import gzip
 import io
+import re
 import zlib
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
@@ -14,6 +15,8 @@ from erclutch.errors import LogError
 from erclutch.logs.readers import first_bytes
 from erclutch.logs.readers.budget import Budget
 from erclutch.logs.readers.dialect import SAMPLE
+
+_BROKEN = re.compile(r"[\r\n]*([+-]?\d[\d.]*(?:[eE][+-]?\d+)?)[\r\n]+")
 
 _BLOCK = 1 << 20
 # Letters of the names and units of signals.
@@ -117,3 +120,17 @@ def opened(path: Path) -> io.TextIOWrapper:
     with open_bytes(path) as stream:
         encoding = _encoding_of(stream.read(SAMPLE))
     return io.TextIOWrapper(open_bytes(path), encoding, "replace")
+
+
+def unbroken(text: str) -> tuple[str, int]:
+    """The text without line ends inside of quoted numbers, and how many such cells there were.
+
+    Instruments end their answers in a line end, and a writer of CSV then quotes the number with it.
+    """
+    parts = text.split('"')
+    if len(parts) % 2 == 0:
+        return text, 0  # a quote without its partner: nothing is inside for sure
+    found = {at: match for at in range(1, len(parts), 2) if (match := _BROKEN.fullmatch(parts[at]))}
+    for at, match in found.items():
+        parts[at] = match.group(1)
+    return ('"'.join(parts), len(found)) if found else (text, 0)

@@ -17,9 +17,9 @@ from erclutch.errors import LogError, MappingError, placed
 from erclutch.logs import map_over, table_of
 from erclutch.logs.applied import apply, runs_of
 from erclutch.logs.clock_planning import clock_plan
-from erclutch.logs.columns import locate
 from erclutch.logs.log_writer import write_log
 from erclutch.logs.mapping import ColumnChoice, ColumnMap, beside
+from erclutch.logs.named_columns import locate
 from erclutch.logs.planning import plan_of
 from erclutch.logs.table import Table
 from erclutch.logs.timing import LogClock
