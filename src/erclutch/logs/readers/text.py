@@ -291,7 +291,9 @@ def _numbers(cells: pd.Series[Any], index: int, body: str, dialect: Dialect) -> 
         return values
     row = int(np.argmax(bad))
     more = f" ({int(bad.sum())} such cells)" if bad.sum() > 1 else ""
-    where = f"line {_numbered_lines(body, dialect)[row][0]}, column {dialect.names[index]}"
+    lines = _numbered_lines(body, dialect)
+    line = lines[min(row, len(lines) - 1)][0]  # a carriage return alone is a row to pandas and no line end in quotes
+    where = f"line {line}, column {dialect.names[index]}"
     problem = f"{where} is '{str(texts.iloc[row])[:40]}' where a number is expected{more}"
     raise LogError(problem, remedy=_CORRECT)
 
