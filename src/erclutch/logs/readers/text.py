@@ -292,7 +292,7 @@ def _numbers(cells: pd.Series[Any], index: int, body: str, dialect: Dialect) -> 
     row = int(np.argmax(bad))
     more = f" ({int(bad.sum())} such cells)" if bad.sum() > 1 else ""
     lines = _numbered_lines(body, dialect)
-    line = lines[min(row, len(lines) - 1)][0]  # a carriage return alone is a row to pandas and no line end in quotes
+    line = lines[min(row, len(lines) - 1)][0]  # pandas may see more rows than there are lines, in damaged text
     where = f"line {line}, column {dialect.names[index]}"
     problem = f"{where} is '{str(texts.iloc[row])[:40]}' where a number is expected{more}"
     raise LogError(problem, remedy=_CORRECT)
