@@ -194,11 +194,16 @@ DEFAULT_READING = LogOptions()
 def expand(paths: Sequence[Path]) -> list[Path]:
     """Logs, with folders replaced by the logs in them, by name; a folder that is one log (a ROS 2 bag) stays.
 
+    Files that hold a log only together, a signal each, become one log.
+
     Raises:
         LogError: a folder without a log.
     """
     from erclutch.logs.log_reader import folder_reader, log_suffixes, require_no_run
+    from erclutch.logs.readers.signal_files import together
 
+    if joined := together(paths):
+        return [joined]
     files: list[Path] = []
     for path in paths:
         require_no_run(path)

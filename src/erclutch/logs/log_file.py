@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 from erclutch.errors import LogError, placed
 from erclutch.logs.log_reader import HEAD, LogReader, LogSource, folder_reader, read_by, reader_of, require_no_run
+from erclutch.logs.readers.signal_files import parts_of
 from erclutch.logs.table import Table
 
 if TYPE_CHECKING:
@@ -73,11 +74,12 @@ def require_file(path: str | Path) -> Path:
     with placed(str(path)):
         try:
             require_no_run(file)
-            if file.is_dir() and folder_reader(file) is None:
+            whole = folder_reader(file)
+            if file.is_dir() and whole is None:
                 raise LogError("this is a folder, not a file", remedy="Give one log file")
-            if not file.exists():
+            if not file.exists() and whole is None:
                 raise LogError("there is no such file", remedy="Check the path")
-            if not (file.is_file() or file.is_dir()):
+            if whole is None and not file.is_file():
                 raise LogError("this is not a regular file", remedy="Give a log file")
         except (OSError, ValueError) as error:
             problem = f"the file cannot be read ({error})"
@@ -96,10 +98,11 @@ def _bytes(file: Path) -> bytes:
 
 
 def _folder_digest(folder: Path) -> str:
-    """SHA-256 over names and SHA-256 of the files in a folder, by name."""
+    """SHA-256 over names and SHA-256 of the files of a log, by name."""
     digest = hashlib.sha256()
     with readable(folder):
-        inside = sorted(path for path in folder.iterdir() if path.is_file())
+        files = folder.iterdir() if folder.is_dir() else parts_of(folder)
+        inside = sorted(path for path in files if path.is_file())
         if sum(path.stat().st_size for path in inside) > _LARGEST:
             raise LogError("the files of the folder are larger than 4 GiB", remedy="Split the log")
         for path in inside:
@@ -115,9 +118,11 @@ def recordings_in(path: str | Path) -> list[str]:
         LogError: the file cannot be read.
     """
     file = require_file(path)
-    with readable(file):
-        data = file.read_bytes()
-    plugin, _ = reader_of(data[:HEAD], file.suffix)
+    plugin, data = folder_reader(file), b""
+    if plugin is None:
+        with readable(file):
+            data = file.read_bytes()
+        plugin, _ = reader_of(data[:HEAD], file.suffix)
     listed = plugin.of_type(LogReader).recordings
     source = LogSource(file, data, "")
     with placed(file.name), plugin.working(f"failed on {file.name}"):

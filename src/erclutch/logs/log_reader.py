@@ -69,6 +69,7 @@ class LogReader:
         recordings: names of the recordings that a file holds, each of which is a `LogSource.variable`. None: one only.
         tells_damage: whether damaged bytes are seen in such a file (by checksums, say), as the rest of a sentence.
         folder: name of the file by which a folder is one log of this format; "": a log is a file.
+        joins: whether a folder, or a path that names several files, is one log of this format. None: neither is.
     """
 
     suffixes: tuple[str, ...]
@@ -79,6 +80,7 @@ class LogReader:
     recordings: Callable[[LogSource], Sequence[str]] | None = None
     tells_damage: str = "seen or not: the reader does not say"
     folder: str = ""
+    joins: Callable[[Path], bool] | None = None
 
 
 def claims_nothing(head: bytes) -> bool:
@@ -92,9 +94,13 @@ def log_suffixes() -> tuple[str, ...]:
 
 
 def folder_reader(path: Path) -> Plugin | None:
-    """The reader for which a folder is one log, or None: then the folder holds logs."""
-    found = ((plugin, reader.folder) for plugin, reader in _readers([]) if reader.folder)
-    return next((plugin for plugin, mark in found if (path / mark).is_file()), None)
+    """The reader for which a folder, or a path of several files, is one log, or None: then a folder holds logs."""
+    if path.is_file():
+        return None
+    readers = _readers([])
+    marked = next((plugin for plugin, reader in readers if reader.folder and (path / reader.folder).is_file()), None)
+    joined = (plugin for plugin, reader in readers if reader.joins is not None and reader.joins(path))
+    return marked or next(joined, None)
 
 
 def require_no_run(path: Path) -> None:

@@ -89,6 +89,19 @@ def _is_log(table: Table, told: ColumnMap, device: DeviceName | None) -> bool:
         return False
 
 
+def holds_a_log(table: Table) -> bool:
+    """Whether a table has columns of a motion and an effort."""
+    return _is_log(table, ColumnMap(), None)
+
+
+def signals_of(table: Table) -> set[str]:
+    """Signals that have a column in a table, by names and units alone."""
+    try:
+        return {each.signal for each in plan_of(table, ColumnMap()).signals if each.column}
+    except ErclutchError:
+        return set()
+
+
 def has_motion_and_effort(plan: Plan) -> bool:
     """Whether a plan found all but the field, or knows several columns that may be it."""
     found = {each.signal for each in plan.signals if each.column}

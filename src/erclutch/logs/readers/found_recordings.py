@@ -170,9 +170,11 @@ def joined_by_time(found: Mapping[str, Found], what: str) -> Found:
             own = label if label not in joined.columns else f"{label} ({name})"
             keeps = np.count_nonzero(np.diff(values) == 0.0) > _KEEPS * (values.size - 1)
             held = values[np.searchsorted(clocks[name], at, side="right") - 1]
-            joined.columns[own] = held if keeps else np.asarray(np.interp(at, clocks[name], values), np.float64)
+            same = clocks[name].size == clocks[first].size and bool(np.all(clocks[name] == clocks[first]))
+            joined.columns[own] = held if keeps or same else np.asarray(np.interp(at, clocks[name], values), np.float64)
             joined.units[own] = recording.units.get(label)
             how = "each value held until the next" if keeps else "joined by straight lines"
+            how = "at the same times" if same else how
             joined.notes.append(f"column {own} of {name}: {how}")
     return joined
 
