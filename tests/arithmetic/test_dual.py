@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 from erclutch.arithmetic import dual
 from erclutch.arithmetic.dual import Dual, partial_of, pick, seed, value_of
+from tests.support.examples import examples
 
 number = st.floats(-3.0, 3.0).filter(lambda x: abs(x) > 1e-2)
 positive = st.floats(0.05, 3.0)
@@ -108,7 +109,7 @@ def test_broadcasting() -> None:
     np.testing.assert_array_equal(partial_of(rows, 0), [2.0, 2.0, 2.0])
 
 
-@settings(max_examples=30)
+@settings(max_examples=examples(30))
 @given(q=st.lists(st.floats(0.2, 2.0), min_size=3, max_size=3))
 def test_chain_of_rules(q: list[float]) -> None:
     x = np.linspace(-2, 2, 7)

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from erclutch.fit.laws.curvature import with_curvature
 from erclutch.fit.levenberg_marquardt import Linearisation, Problem, minimise
 from erclutch.signals.array import Array
+from tests.support.examples import examples
 
 T = np.linspace(0.0, 1.0, 40)
 
@@ -29,7 +30,7 @@ def problem(target: Array) -> Problem:
     return Problem(lambda u: float(residual(u) @ residual(u)), linearise, *limits)
 
 
-@settings(deadline=None, max_examples=30)
+@settings(deadline=None, max_examples=examples(30))
 @given(st.integers(0, 999), st.floats(0.0, 0.5))
 def test_the_minimum_is_no_worse(seed: int, size: float) -> None:
     """With more noise than that the problem has several minima, and the solvers may end in different ones."""

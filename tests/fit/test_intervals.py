@@ -14,6 +14,7 @@ from scipy.stats import t as student
 
 from erclutch.fit import intervals
 from erclutch.fit.intervals import as_json, bandwidth_of, correlated_rows, uncertainty
+from tests.support.examples import examples
 
 Array = NDArray[np.float64]
 
@@ -28,7 +29,7 @@ def ar1(rng: np.random.Generator, rho: float, n: int, runs: int = 1) -> Array:
 # --- independent rows -------------------------------------------------------------------------------------------------
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=examples(60), deadline=None)
 @given(st.integers(0, 2**32 - 1), st.integers(1, 6), st.integers(1, 60), st.floats(-5, 5))
 def test_without_an_order_the_textbook(seed: int, p: int, spare: int, decades: float) -> None:
     rng = np.random.default_rng(seed)

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares, lsq_linear
 
 from erclutch.fit.levenberg_marquardt import Linearisation, Problem, minimise
+from tests.support.examples import examples
 
 Array = NDArray[np.float64]
 
@@ -139,7 +140,7 @@ def test_converged_means_at_the_minimum_of_a_curved_valley() -> None:
     assert found.cost == pytest.approx(2.0 * peer.cost, rel=1e-6)
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=examples(150), deadline=None)
 @given(st.integers(0, 2**32 - 1), st.integers(1, 6), st.floats(0.05, 3.0))
 def test_bounded_linear_problems_in_few_steps(seed: int, k: int, width: float) -> None:
     rng = np.random.default_rng(seed)
@@ -234,7 +235,7 @@ def test_a_tighter_tolerance_comes_closer() -> None:
     assert steps == sorted(steps)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=examples(60), deadline=None)
 @given(st.integers(0, 2**32 - 1))
 def test_the_cost_never_rises_and_the_outcome_is_that_of_its_point(seed: int) -> None:
     rng = np.random.default_rng(seed)

@@ -20,6 +20,7 @@ from erclutch.fit.laws.variable_projection import Separable, jacobian, outer_pro
 from erclutch.fit.levenberg_marquardt import minimise
 from erclutch.models.laws import Gain, ShapeParameter
 from erclutch.models.laws.law import EFFORT
+from tests.support.examples import examples
 
 ROWS = 400
 X = np.linspace(0.0, 4.0, ROWS)
@@ -51,7 +52,7 @@ def ends_of(problem: Separable, point: Any = ()) -> tuple[Any, Any, Any, Optimum
     return *interval_ends(problem, found, spread, ordered=False), spread, found
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=examples(25), deadline=None)
 @given(st.floats(-0.9, 0.9), st.floats(0.0, 0.25), st.integers(0, 1000))
 def test_beside_a_bound_the_ends_are_those_of_a_grid(correlation: float, second: float, seed: int) -> None:
     noise = np.random.default_rng([7, seed]).standard_normal(ROWS)  # not the columns, whose seed is 5

@@ -29,6 +29,7 @@ from erclutch.models.structure import Structure
 from erclutch.runs.recalibrated_run import _adapted
 from erclutch.signals.clock import Clock, Span
 from erclutch.signals.device import Element, Units
+from tests.support.examples import examples
 
 
 def made(
@@ -187,7 +188,7 @@ def test_errors_are_a_line_each() -> None:
 
 
 @pytest.mark.slow
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=examples(50), deadline=None)
 @given(
     seed=st.integers(0, 10_000),
     rows=st.integers(20, 200),

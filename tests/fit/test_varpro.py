@@ -23,6 +23,7 @@ from erclutch.fit.laws.variable_projection import (
 )
 from erclutch.fit.levenberg_marquardt import minimise
 from erclutch.models.laws import Dimension, Gain, ShapeParameter
+from tests.support.examples import examples
 
 Array = NDArray[np.float64]
 X = np.linspace(0.0, 3.0, 120)
@@ -129,7 +130,7 @@ def test_coordinates_and_back() -> None:
 # --- the reduced problem ----------------------------------------------------------------------------------------------
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=examples(60), deadline=None)
 @given(st.integers(0, 2**32 - 1), st.floats(-2.5, 2.5), st.floats(-1.8, 1.8), st.booleans())
 def test_the_reduced_gradient_is_that_of_the_cost(seed: int, log_a: float, b: float, bounded: bool) -> None:
     y = noisy(seed, (1.0, -0.5, 0.3), noise=0.3)

@@ -39,6 +39,7 @@ for command in sys.argv[1:]:
 def run(folder: Path, *words: object) -> subprocess.CompletedProcess[str]:
     """Python with the sources of a folder, in that folder."""
     own = {**os.environ, "PYTHONPATH": f"{folder / 'src'}{os.pathsep}{folder}", "COLUMNS": "100"}
+    own["ERCLUTCH_FEW_EXAMPLES"] = "1"  # with the wings, all of them are drawn
     command = [sys.executable, *map(str, words)]
     return subprocess.run(command, cwd=folder, env=own, capture_output=True, text=True, timeout=1500, check=False)
 

@@ -16,6 +16,7 @@ import erclutch
 from erclutch.errors import ErclutchError
 from erclutch.logs.data_frame import table_of_frame
 from erclutch.logs.synthetic import synthetic_log
+from tests.support.examples import examples
 
 _ROWS = 12
 _TEXTS = st.sampled_from(["a", "a [mm]", "", "x,y", "t [s]", "a\x00b", "F [N]", "time"])
@@ -52,7 +53,7 @@ def test_a_recording_made_of_arrays_is_copied_and_sent_to_other_processes() -> N
     assert np.array_equal(copy.deepcopy(data).effort, data.effort)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=examples(60), deadline=None)
 @given(st.lists(st.tuples(_TEXTS, st.sampled_from(sorted(_COLUMNS))), max_size=5))
 def test_any_columns_give_numbers_of_one_length_or_one_error(columns: list[tuple[str, str]]) -> None:
     frame = pd.concat([pd.Series(_COLUMNS[kind]) for _, kind in columns], axis=1) if columns else pd.DataFrame()

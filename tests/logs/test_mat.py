@@ -17,6 +17,7 @@ from erclutch.errors import ErclutchError, LogError, MappingError
 from erclutch.logs import ColumnMap, Table, read, read_all, read_table, recordings_in
 from erclutch.logs.dataset import build_dataset
 from erclutch.logs.readers import child_process, mat_layout, mat_tree
+from tests.support.examples import examples
 from tests.support.slow_params import slow_but
 
 COUNT = 120
@@ -378,7 +379,7 @@ FIELDS = ["X", "Y", "Name", "Data", "time", "signals", "XIndex", "Capture"]
 LEAVES = st.none() | st.text(max_size=3) | st.sampled_from([np.arange(5.0), np.zeros((2, 3, 4)), np.zeros((3, 5))])
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=examples(60), deadline=None)
 @given(
     st.recursive(
         LEAVES,

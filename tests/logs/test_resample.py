@@ -17,6 +17,7 @@ from erclutch.logs.dataset import build_dataset, hold_out
 from erclutch.logs.resample import PASSED, rate_of, resampled
 from erclutch.signals.array import Array
 from erclutch.signals.recording import Recording
+from tests.support.examples import examples
 
 UNITS = {"field": "A", "slip": "m/s", "effort": "N"}
 
@@ -162,7 +163,7 @@ def test_any_text_is_a_rate_or_one_line(text: str) -> None:
     assert 1e-3 <= rate <= 1e7
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=examples(25), deadline=None)
 @example(562, 0.0625)
 @example(656, 0.0625)
 @given(st.integers(200, 3000), st.floats(0.05, 3.0))

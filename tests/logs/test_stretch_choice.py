@@ -13,6 +13,7 @@ from erclutch.logs.dataset import Dataset
 from erclutch.logs.stretch_choice import STRETCH, StretchChoice, cut
 from erclutch.signals.clock import Clock, Span
 from erclutch.signals.device import Element, Units
+from tests.support.examples import examples
 
 
 def log_of(
@@ -36,7 +37,7 @@ def kept_places(data: Dataset, most: int, *, said: int | None = None, seed: int 
 
 
 @given(stretches=st.integers(1, 60), share=st.floats(0.05, 1.5), tail=st.integers(0, STRETCH - 1))
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=examples(40), deadline=None)
 def test_kept_rows_stay_below_the_limit_and_all_are_kept_where_they_fit(
     stretches: int, share: float, tail: int
 ) -> None:

@@ -12,9 +12,10 @@ from hypothesis import strategies as st
 from erclutch.arithmetic.dual import Dual, partial_of, value_of
 from erclutch.models.stages import command_lag
 from erclutch.signals.clock import Clock, Span, cut_spans
+from tests.support.examples import examples
 
 PERIOD = 1e-3
-free = settings(max_examples=40, deadline=None)
+free = settings(max_examples=examples(40), deadline=None)
 
 
 def respond(
@@ -232,7 +233,7 @@ def row_by_row(u: np.ndarray, clock: Clock, up: np.ndarray, down: np.ndarray) ->
     return out
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=examples(200), deadline=None)
 @given(command=commands, rise=taus, fall=taus, uniform=st.booleans())
 def test_the_search_for_the_modes_equals_the_row_by_row_one(
     command: np.ndarray, rise: float, fall: float, uniform: bool

@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 
 from erclutch.models.gain_tracking import BASE, REACH, GainTracking, Tracked
 from erclutch.signals.array import Array
+from tests.support.examples import examples
 
 LIMIT = 2.0
 ALLOWED = 1.02 + 1e-9  # of the RMSE, with room for rounding
@@ -130,7 +131,7 @@ def test_a_thousand_hostile_streams_cost_at_most_two_per_cent_after_any_row(kind
     assert never_worse(kind, range(120), 600) <= ALLOWED
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=examples(40), deadline=None)
 @given(st.lists(st.tuples(st.floats(-3.0, 3.0), st.floats(allow_nan=True)), min_size=1, max_size=60))
 def test_no_stream_at_all_costs_more(rows: list[tuple[float, float]]) -> None:
     efforts, said = np.array(rows).T[:, :, None]

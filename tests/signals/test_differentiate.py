@@ -12,6 +12,7 @@ from scipy.linalg import solve_discrete_are
 from erclutch.errors import SettingError
 from erclutch.signals.clock import Clock, Span
 from erclutch.signals.speed import CAUSAL, DERIVATIVES, Derivative, DerivativeName, _gains, differentiate, live
+from tests.support.examples import examples
 
 PERIOD = 1e-3
 
@@ -67,7 +68,7 @@ def test_difference_is_half_a_sample_late() -> None:
 
 
 @pytest.mark.parametrize("name", CAUSAL)
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=examples(20), deadline=None)
 @given(seed=st.integers(0, 2**32 - 1), cutoff=st.floats(1.0, 450.0), offset=st.floats(-1e3, 1e3))
 def test_live_equals_batch(name: DerivativeName, seed: int, cutoff: float, offset: float) -> None:
     rng = np.random.default_rng(seed)

@@ -215,6 +215,28 @@ MODELS: dict[str, Model] = {
 }
 
 
+#: Of these, the ones of the fast tests: each kind of law, network and stage, and what compiles and counts quickly.
+QUICK_MODELS = {
+    "on-off+rise-fall, single",
+    "quadratic+lag, coaxial",
+    "bingham, single",
+    "bingham/critical, coaxial",
+    "bingham/saturating, single",
+    "casson/square, coaxial",
+    "herschel-bulkley/critical+lag, coaxial",
+    "seo-seo/power+rise-fall, single",
+    "cho-choi-jhon+lag, single",
+    "hem/forward+lag, single",
+    "hem+rise-fall, coaxial",
+    "rbfm-10/forward+rise-fall, single",
+    "fnn-3+rise-fall, single",
+    "fnn-7, coaxial",
+    "rbfn-13+lag, single",
+    "casson+rise-fall+dahl-2/field+inertia+effort-lag, single",
+    "bingham+fnn-3, single",
+}
+
+
 def _need(*tools: str) -> None:
     """Skip where a program is missing, saying what to install."""
     packages = {
@@ -245,9 +267,11 @@ def need() -> Callable[..., None]:
 
 
 def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
-    """A test with an argument ``model`` runs for every model."""
+    """A test with an argument ``model`` runs for every model, for some of them in the fast tests."""
     if "model" in metafunc.fixturenames:
-        metafunc.parametrize("model", list(MODELS.values()), ids=list(MODELS))
+        slow = {label: () if label in QUICK_MODELS else pytest.mark.slow for label in MODELS}
+        values = [pytest.param(model, id=label, marks=slow[label]) for label, model in MODELS.items()]
+        metafunc.parametrize("model", values)
 
 
 @pytest.fixture(scope="session")

@@ -47,20 +47,21 @@ class Numbers:
 
     def apply(self, node: Node, arguments: Sequence[Any]) -> Any:
         """The value of a node on some rows."""
+        function = self._functions.get(node.operation)
+        if function is not None:
+            return function(*arguments)
         if node.operation == "constant":
             return np.asarray(node.value, np.float64).astype(self.precision.dtype).reshape(1)
         if node.operation == "table":
             entry = table_entry(node.value, *arguments)
             return entry.astype(self.precision.dtype) if node.kind == "real" else entry
-        if node.operation == "network":
-            assert self.network is not None
-            return self.network(np.array(np.broadcast_arrays(*arguments)))
-        function = _NUMPY.get(node.operation) or self._functions[node.operation]
-        return function(*arguments)
+        assert node.operation == "network"
+        assert self.network is not None
+        return self.network(np.array(np.broadcast_arrays(*arguments)))
 
     @cached_property
     def _functions(self) -> Mapping[str, Callable[..., Any]]:
-        return elementary(self.precision)
+        return {**elementary(self.precision), **_NUMPY}
 
     def zero(self, node: Node) -> Any:
         """A number of the state before the first row."""
@@ -197,26 +198,31 @@ class _Run:
 
     def row_by_row(self, part: Sequence[Node]) -> None:
         """The nodes of a cycle."""
-        inside = set(part)
-        so_far: dict[Node, list[Any]] = {node: [] for node in part}  # a value a row
-        delayed = {n: self._rows_back(n) for n in part if n.operation == "delay"}
-        outer = {a: self.all_rows(a) for n in part for a in n.arguments if a not in inside}
-
-        def at(node: Node, row: int) -> Any:
-            return so_far[node][row] if node in inside else outer[node][..., row : row + 1]
-
+        values: dict[Node, list[Any]] = {node: [] for node in part}  # a value a row
+        outer = {a for node in part for a in node.arguments if a not in values}
+        values |= {node: self._cut(node) for node in outer}
+        delayed = {node: self._rows_back(node).tolist() for node in part if node.operation == "delay"}
+        # Looked up once, not in each row.
+        steps = [(node, values[node], [values[a] for a in node.arguments]) for node in part]
         for row in range(self.rows):
-            for node in part:
+            for node, so_far, arguments in steps:
                 if node.operation == "state":
-                    later = self.record.after[str(node.value)]
-                    value = so_far[later][row - 1] if row else self.arithmetic.zero(node)
+                    later = values[self.record.after[str(node.value)]]
+                    value = later[row - 1] if row else self.arithmetic.zero(node)
                 elif node.operation == "delay":
-                    value = at(node.arguments[0], int(delayed[node][row]))
+                    value = arguments[0][delayed[node][row]]
                 else:
-                    value = self._applied(node, [at(a, row) for a in node.arguments])
-                so_far[node].append(value)
-        for node, values in so_far.items():
-            self.known[node] = np.concatenate(values, axis=-1)
+                    value = self._applied(node, [argument[row] for argument in arguments])
+                so_far.append(value)
+        for node in part:
+            self.known[node] = np.concatenate(values[node], axis=-1)
+
+    def _cut(self, node: Node) -> list[Any]:
+        """The known value of a node in each row, shape (..., 1)."""
+        value = self.known[node]
+        if np.shape(value)[-1] == 1:  # the same in all rows
+            return [value] * self.rows
+        return [value[..., row : row + 1] for row in range(self.rows)]
 
 
 def _holds(node: Node, inside: set[Node]) -> bool:
@@ -228,8 +234,17 @@ def _holds(node: Node, inside: set[Node]) -> bool:
 
 
 def _parts(record: Record, outputs: Sequence[Node], known: Mapping[Node, Any]) -> list[tuple[list[Node], bool]]:
-    """The strongly connected parts in the order of computation, each with its nodes in theirs, and whether it loops."""
+    """The strongly connected parts in the order of computation, each with its nodes in theirs, and whether it loops.
 
+    The record keeps them: a search asks for the same outputs many times.
+    """
+    asked = tuple(outputs), frozenset(known), tuple(record.after.items())
+    if asked not in record.orders:
+        record.orders[asked] = _parts_anew(record, outputs, known)
+    return record.orders[asked]
+
+
+def _parts_anew(record: Record, outputs: Sequence[Node], known: Mapping[Node, Any]) -> list[tuple[list[Node], bool]]:
     def needs(node: Node) -> tuple[Node, ...]:
         if node in known:
             return ()

@@ -65,6 +65,7 @@ class Record:
         after: new value of each number of the state.
         calls: records that are called, by name.
         labels: what a value is, by its node's index, for people who read what is printed.
+        orders: orders of computation that `evaluate` has found, by what was asked for and what was known.
     """
 
     nodes: list[Node] = field(default_factory=list[Node])
@@ -73,6 +74,7 @@ class Record:
     calls: dict[str, Record] = field(default_factory=dict[str, "Record"])
     labels: dict[int, str] = field(default_factory=dict[int, str])
     _known: dict[Any, Node] = field(default_factory=dict[Any, Node])
+    orders: dict[Any, Any] = field(default_factory=dict[Any, Any], repr=False, compare=False)
 
     def node(
         self, operation: str, arguments: tuple[Node, ...] = (), value: Any = None, kind: ValueKind = "real"

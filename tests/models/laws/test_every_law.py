@@ -16,13 +16,14 @@ from erclutch.errors import SettingError
 from erclutch.models.laws import Law, ladder, law_from_name, law_names
 from erclutch.models.laws.smooth import OFF_ZERO
 from erclutch.models.laws.yield_stress import CONSTANT, YIELD_FORMS
+from tests.support.examples import examples
 
 Columns = Callable[[Law, Any, Any, Sequence[Any]], tuple[Any, ...]]
 Point = Callable[[Law, Sequence[float]], list[float]]
 
 MOST_SHAPES = 8
 shares = st.lists(st.floats(0.0, 1.0), min_size=MOST_SHAPES, max_size=MOST_SHAPES)
-free = settings(max_examples=15, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+free = settings(max_examples=examples(15), deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 
 # Zero among them, small, typical and beyond the reference.
 FIELDS = np.array([0.0, 0.0, 0.01, 0.2, 0.41, 0.7, 1.0, 1.0, 1.3])

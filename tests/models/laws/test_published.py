@@ -12,12 +12,13 @@ from hypothesis import strategies as st
 from erclutch.models.laws import law_from_name
 from erclutch.models.laws.smooth import OFF_ZERO
 from erclutch.models.laws.yield_stress import CRITICAL, POWER, SATURATING, SQUARE
+from tests.support.examples import examples
 
 E = np.linspace(0.05, 1.0, 20)[:, None]
 W = np.array([-3.0, -0.6, -0.05, 0.05, 0.3, 1.0, 2.0])[None, :]
 STIFF = 1e-3  # far below all slips above: the sign is the sign
 SIGN = np.sign(W)
-free = settings(max_examples=30, deadline=None)
+free = settings(max_examples=examples(30), deadline=None)
 
 
 def same(got: Any, expected: Any, rtol: float = 1e-12) -> None:

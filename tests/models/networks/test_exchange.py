@@ -15,6 +15,7 @@ from erclutch.fit.networks.first_weights import first_weights, new_neurons, with
 from erclutch.fit.networks.fit_fnn import Round, Schedule, train
 from erclutch.fit.networks.geodesic import Trained, levenberg_marquardt
 from erclutch.models.networks.forward import forward_fnn
+from tests.support.examples import examples
 
 
 def _target(rng: np.random.Generator, rows: int = 600) -> tuple[np.ndarray, np.ndarray]:
@@ -22,7 +23,7 @@ def _target(rng: np.random.Generator, rows: int = 600) -> tuple[np.ndarray, np.n
     return x, np.tanh(20.0 * x[1]) * x[0] ** 2 + 0.3 * np.sin(3.0 * x[0])
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=examples(15), deadline=None)
 @given(seed=st.integers(0, 999), hidden=st.sampled_from([(2,), (4,), (3, 2), (2, 3)]), tries=st.integers(1, 3))
 def test_an_exchange_keeps_the_size_and_never_costs_more(seed: int, hidden: tuple[int, ...], tries: int) -> None:
     rng = np.random.default_rng(seed)

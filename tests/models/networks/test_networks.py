@@ -32,6 +32,7 @@ from erclutch.models.networks.network_file import network_from_dict
 from erclutch.models.networks.network_inputs import inputs_of
 from erclutch.signals.clock import Clock, Span
 from erclutch.signals.device import DeviceName, Element, Units
+from tests.support.examples import examples
 from tests.support.pair import pair_rows
 
 
@@ -51,7 +52,7 @@ def single(rows: int = 2000, seed: int = 0) -> Dataset:
 # --- slopes and solver ------------------------------------------------------------------------------------------------
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=examples(20), deadline=None)
 @given(
     hidden=st.lists(st.integers(1, 6), min_size=1, max_size=3),
     inputs=st.integers(1, 4),
@@ -90,7 +91,7 @@ def test_the_gram_matrix_is_that_of_the_slopes(
     assert np.array_equal(np.concatenate([table.ravel() for table in tables_of(theta, sizes).values()]), theta)
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=examples(20), deadline=None)
 @given(hidden=st.lists(st.integers(1, 8), min_size=1, max_size=2), seed=st.integers(0, 999))
 def test_the_best_output_layer_leaves_no_slope(hidden: list[int], seed: int) -> None:
     rng = np.random.default_rng(seed)
@@ -160,7 +161,7 @@ def test_a_start_that_cannot_be_improved_says_so() -> None:
 # --- compression ------------------------------------------------------------------------------------------------------
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=examples(30), deadline=None)
 @given(inputs=st.integers(1, 6), rows=st.integers(2, 300), level=st.integers(0, 2), seed=st.integers(0, 999))
 def test_centroids_keep_rows_means_and_cost(inputs: int, rows: int, level: int, seed: int) -> None:
     rng = np.random.default_rng(seed)

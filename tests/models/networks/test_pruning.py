@@ -11,6 +11,7 @@ from erclutch.fit.networks.backprop import WeightedRows, tables_of, unpacked, we
 from erclutch.fit.networks.fit_fnn import Round, Schedule, schedule_for, train
 from erclutch.fit.networks.pruning import smaller, without_least
 from erclutch.models.networks.forward import forward_fnn
+from tests.support.examples import examples
 
 
 def _rows(sizes: tuple[int, ...], theta: np.ndarray, rng: np.random.Generator) -> tuple[WeightedRows, np.ndarray]:
@@ -19,7 +20,7 @@ def _rows(sizes: tuple[int, ...], theta: np.ndarray, rng: np.random.Generator) -
     return WeightedRows(x, y, None, sizes, single=False), x
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=examples(30), deadline=None)
 @given(seed=st.integers(0, 999), layers=st.sampled_from([(3, 6, 1), (2, 4, 5, 1), (1, 2, 1)]), data=st.data())
 def test_the_neuron_that_does_nothing_goes_first(seed: int, layers: tuple[int, ...], data: st.DataObject) -> None:
     rng = np.random.default_rng(seed)

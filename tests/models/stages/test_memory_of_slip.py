@@ -15,6 +15,7 @@ from erclutch.models.stages import stage_named
 from erclutch.models.stages.stage import SlipAndStrength
 from erclutch.signals.array import Array
 from erclutch.signals.clock import Clock, Span
+from tests.support.examples import examples
 
 PERIOD = 1e-3
 
@@ -40,7 +41,7 @@ YIELDING = {
 
 
 @pytest.mark.parametrize("name", YIELDING)
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=examples(60), deadline=None)
 @given(slip=slips)
 def test_no_row_gives_back_more_than_was_stored(name: str, slip: Array) -> None:
     """Each row's work is at least the change of the stored energy r s**2 / 2, at a constant field."""

@@ -35,6 +35,7 @@ from erclutch.report.html.report_page import report_html
 from erclutch.report.numbers.run_material import material_of
 from erclutch.runs.run_folder import read_run, write_run
 from erclutch.signals.device import Units
+from tests.support.examples import examples
 
 ATTACKS = (
     "*/ int z; /*",
@@ -160,7 +161,7 @@ def test_text_in_a_models_file(body: dict[str, Any], text: str, data: st.DataObj
 
 
 @pytest.mark.slow
-@settings(_HOSTILE_FILES, max_examples=60)
+@settings(_HOSTILE_FILES, max_examples=examples(60))
 @given(text=HOSTILE)
 @pytest.mark.parametrize("place", [("extras", 0, "name"), ("units", "effort"), ("law",), ("about", "seed")])
 def test_text_in_a_models_file_is_no_code(

@@ -48,6 +48,7 @@ from erclutch.wings.rig.packet import (
     unpack_command,
     unpack_sensors,
 )
+from tests.support.examples import examples
 from tests.support.live_faults.finding import good_samples
 
 HERE = Path(__file__).parent
@@ -126,7 +127,7 @@ def test_no_circle_in_c() -> None:
     device=st.integers(0, 2**32 - 1),
     session=st.integers(0, 2**32 - 1),
 )
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=examples(50), deadline=None)
 def test_packets_are_those_of_c(seq: int, values: tuple[float, ...], word: int, device: int, session: int) -> None:
     library = ctypes.CDLL(str(core_library()))
     sample, command, out = np.zeros(1, SAMPLE), np.zeros(1, COMMAND), ctypes.create_string_buffer(64)
@@ -211,7 +212,7 @@ def test_the_estimate_is_the_model_of_applied_fields_and_speeds(bingham: Path) -
     fall=st.floats(1.0, 2000.0),
     stroke=st.sampled_from([0.0, 0.5, 3.0]),
 )
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=examples(60), deadline=None)
 def test_interlock_holds_whatever_is_asked(
     asks: list[tuple[float, ...]], limit: float, rise: float, fall: float, stroke: float
 ) -> None:

@@ -16,6 +16,7 @@ from erclutch.export.c.compiled_model import CompiledModel
 from erclutch.wings.live.c_core import Core
 from erclutch.wings.live.layout import CONFIG, EVENT_BITS, FRAME, SAMPLE, sealed
 from erclutch.wings.live.settings import LoopProgram, LoopSettings, Mode, Waveform, config_of
+from tests.support.examples import examples
 
 FREE = {"observer": "none", "rise_rate": 1e6, "fall_rate": 1e6}
 SPRING = LoopProgram("spring", Mode.IMPEDANCE, Waveform.SINE, 0.3, 1.0, motor_torque=0.1, relative=True)
@@ -119,7 +120,7 @@ def test_settings_that_cannot_be(words: dict[str, Any]) -> None:
     stiffness=st.floats(0.0, 1e6),
     observer=st.sampled_from(["off", "none", "sensor", "motion"]),
 )
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=examples(25), deadline=None)
 def test_however_a_hand_moves_one_field_within_limits_and_its_rate(
     bingham: Path, brake: Path, jumps: list[float], torque: list[float], stiffness: float, observer: Any
 ) -> None:

@@ -16,6 +16,7 @@ from hypothesis import strategies as st
 from erclutch.errors import SettingError
 from erclutch.signals.speed import Derivative, live
 from erclutch.wings.live import loop_margins as lm
+from tests.support.examples import examples
 
 PERIOD = 1e-3
 SPEED = live(Derivative("kalman"), PERIOD)
@@ -41,7 +42,7 @@ def more(one: lm.LinearLoop, gain: float = 1.0, samples: int = 0) -> bool:
     integral=st.sampled_from([0.0, 5.0]),
 )
 @example(tau=0.003729227163499043, delay=1, bandwidth=5.875, integral=5.0)
-@settings(max_examples=6, deadline=None)
+@settings(max_examples=examples(6), deadline=None)
 def test_a_loop_bears_its_margins_and_no_more(tau: float, delay: int, bandwidth: float, integral: float) -> None:
     for loop in (
         lm.motion_loop(path(tau, delay), bandwidth, integral, SPEED),

@@ -18,6 +18,7 @@ from erclutch.wings.live.layout import FRAME, SAMPLE
 from erclutch.wings.live.orders import Order
 from erclutch.wings.live.settings import LoopProgram, LoopSettings, Mode, Waveform
 from erclutch.wings.paper.torque_control import reaches, stands_still
+from tests.support.examples import examples
 
 STAGES = LoopSettings(observer="sensor", observer_bandwidth=20.0, torque_lead=0.0, rise_rate=1e6, fall_rate=1e6)
 EASE = 20
@@ -238,7 +239,7 @@ def test_computed_torque_is_inertia_friction_and_a_damped_spring(bingham: Path, 
     speed=st.floats(-60.0, 60.0),
     amplitude=st.floats(-1.0, 1.0),
 )
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=examples(25), deadline=None)
 def test_whatever_is_measured_one_field_within_limits(
     bingham: Path, given_torque: list[float], observer: Any, speed: float, amplitude: float
 ) -> None:

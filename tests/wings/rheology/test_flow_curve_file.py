@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 
 from erclutch.errors import ErclutchError, LogError, MappingError, SettingError, UnitError
 from erclutch.wings.rheology.flow_curve_file import FlowFile, read_flow_curves
+from tests.support.examples import examples
 
 RATES = [0.1, 0.4642, 2.154, 10.0, 46.42, 215.4]
 STRESSES = [80.3, 81.1, 83.2, 88.4, 102.7, 139.5]
@@ -377,7 +378,7 @@ def curves_or_an_error(path: Path) -> None:
         assert np.all(np.isfinite(curve.rate) & (curve.rate > 0) & np.isfinite(curve.stress) & (curve.stress > 0))
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=examples(60), deadline=None)
 @given(st.text("0123456789.,;eE-+\t\n\"' rateP1/s[]", max_size=120))
 def test_almost_tables_give_curves_or_an_error_of_ours(tmp_path_factory: pytest.TempPathFactory, text: str) -> None:
     path = tmp_path_factory.getbasetemp() / "almost.csv"
@@ -385,7 +386,7 @@ def test_almost_tables_give_curves_or_an_error_of_ours(tmp_path_factory: pytest.
     curves_or_an_error(path)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=examples(60), deadline=None)
 @given(st.integers(0, 900), st.binary(min_size=1, max_size=6))
 def test_damaged_exports_give_curves_or_an_error_of_ours(
     tmp_path_factory: pytest.TempPathFactory, place: int, damage: bytes

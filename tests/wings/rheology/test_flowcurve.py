@@ -22,6 +22,7 @@ from erclutch.wings.rheology.flow_curve import (
     ranked,
     yield_text,
 )
+from tests.support.examples import examples
 
 Array = NDArray[np.float64]
 RATES = np.logspace(-2, 3, 40)
@@ -96,7 +97,7 @@ def test_intervals_are_no_wider_than_they_must_be() -> None:
     assert np.isclose(np.mean(halves), 2.1 * np.std(values), rtol=0.2)
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=examples(20), deadline=None)
 @given(st.floats(-3, 3), st.floats(-3, 3))
 def test_units_of_rate_and_stress_only_scale(log_rate: float, log_stress: float) -> None:
     rate, stress = 10.0**log_rate, 10.0**log_stress
@@ -255,7 +256,7 @@ def test_few_points_are_ranked_without_validation() -> None:
 
 
 @given(yield_stress=st.floats(1.0, 100.0), viscosity=st.floats(0.01, 1.0))
-@settings(max_examples=20)
+@settings(max_examples=examples(20))
 def test_a_curve_that_a_law_meets_to_the_last_bit_has_a_finite_criterion(yield_stress: float, viscosity: float) -> None:
     rates = np.logspace(0, 2, 8)
     exact = FlowCurve("exact", rates, yield_stress + viscosity * rates)

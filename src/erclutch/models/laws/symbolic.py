@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cache, lru_cache
 from typing import Any, cast
 
 import numpy as np
@@ -55,7 +56,12 @@ def _expression(x: Any) -> Any:
     if isinstance(x, Symbolic):
         return x.expression
     # The regularisation at zero is no part of the published equation.
-    return sympy.Integer(0) if x in (TINY, OFF_ZERO) else sympy.nsimplify(x, rational=True)
+    return sympy.Integer(0) if x in (TINY, OFF_ZERO) else _rational(x)
+
+
+@cache
+def _rational(x: float) -> Any:
+    return sympy.nsimplify(x, rational=True)
 
 
 def _terms(law: Law) -> list[tuple[Any, Any]]:
@@ -83,6 +89,7 @@ def equation(law: Law) -> Any:
     return total
 
 
+@lru_cache(maxsize=512)
 def _tidy(expression: Any) -> Any:
     flat = sympy.expand_power_base(sympy.powdenest(expression, force=True), deep=True)
     return sympy.powsimp(flat, deep=True, force=True).replace(_is_power, _with_expanded_exponent)

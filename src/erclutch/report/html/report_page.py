@@ -6,6 +6,7 @@ import base64
 import hashlib
 import json
 from collections.abc import Sequence
+from functools import cache
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
@@ -162,6 +163,7 @@ def _asset(path: str) -> str:
     return text
 
 
+@cache
 def templates(first: Path | None = None) -> Any:
     """Templates of the report as a Jinja environment, behind those of another folder."""
     import jinja2

@@ -34,6 +34,7 @@ from erclutch.wings.live.recording.mcap_file import FrameFile, RecordingError, f
 from erclutch.wings.live.recording.recorder import FrameRecorder
 from erclutch.wings.live.recording.recordings import Recordings
 from erclutch.wings.live.ring import RingError, RingInfo, RingReader, State, make_ring
+from tests.support.examples import examples
 
 pytestmark = pytest.mark.timed
 
@@ -96,7 +97,7 @@ assert HEADER.fields is not None
 _TABLE = HEADER.fields["channel"][1]
 
 
-@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=examples(60), deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(at=st.integers(_TABLE - 8, _TABLE + 300), put=st.binary(min_size=1, max_size=24))
 def test_a_damaged_table_of_channels_is_refused_or_sound(tmp_path: Path, at: int, put: bytes) -> None:
     path = tmp_path / "ring"
@@ -212,7 +213,7 @@ def whole(tmp_path_factory: pytest.TempPathFactory, frames: Any) -> bytes:
 
 
 @pytest.mark.slow
-@settings(max_examples=25, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=examples(25), deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(share=st.floats(0.02, 0.95))
 def test_a_torn_file_keeps_every_whole_chunk(tmp_path: Path, whole: bytes, share: float) -> None:
     """As it is read, and as the session finishes it after its recorder was killed."""
