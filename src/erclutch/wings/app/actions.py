@@ -102,18 +102,31 @@ class Chosen:
     def keywords(self) -> str:
         """Further arguments of `erclutch.read`, as Python writes them."""
         texts = dict(self.texts)
-        mapping: dict[str, Any] = dict(self.columns)
-        paired = [key for key in ("constant", "scale") if "=" in texts.get(key, "")]
-        pairs = {f"{key}s": dict([texts.pop(key).split("=", 1)]) for key in paired}
+        columns: dict[str, Any] = dict(self.columns)
         plain = {key: texts.pop(key) for key in ("rate", "lead") if key in texts}
+        pairs: dict[str, dict[str, str]] = {}
+        for key in ("constant", "scale"):
+            if "=" in texts.get(key, ""):
+                name, _, text = texts.pop(key).partition("=")
+                pairs[f"{key}s"] = {name: text}
+
+        # Where more than columns is told, the mapping has a table of its own for these.
+        mapping: dict[str, Any] = columns
         if plain or pairs:
-            mapping = {"columns": {k: v for k, v in mapping.items() if k != "time"}, **plain, **pairs}
-            mapping |= {"time": self.columns["time"]} if "time" in self.columns else {}
-        given = {"device": self.device if self.device != "single" else None}
-        given |= {"variable": texts.get("variable"), "invalid": texts.get("invalid"), "mapping_file": texts.get("map")}
-        given |= {name: texts.get(option) for option, name in (("from", "begin"), ("until", "end"), ("skip", "skip"))}
-        more = "".join(f", {key}={value!r}" for key, value in given.items() if value is not None)
-        return (f", {mapping!r}" if mapping else "") + more
+            time = {"time": columns.pop("time")} if "time" in columns else {}
+            mapping = {"columns": columns, **plain, **pairs, **time}
+
+        words = {
+            "device": self.device if self.device != "single" else None,
+            "variable": texts.get("variable"),
+            "invalid": texts.get("invalid"),
+            "mapping_file": texts.get("map"),
+            "begin": texts.get("from"),
+            "end": texts.get("until"),
+            "skip": texts.get("skip"),
+        }
+        given = "".join(f", {key}={value!r}" for key, value in words.items() if value is not None)
+        return (f", {mapping!r}" if mapping else "") + given
 
 
 def chosen_of(form: Mapping[str, str]) -> Chosen:
@@ -143,12 +156,14 @@ def query_of(run: Mapping[str, Any]) -> str:
     """How a run read its logs, as the query of a log's page; `chosen_of` reads it."""
     reading: Mapping[str, Any] = run.get("reading") or {}
     device = str(run["device"])
-    form = {f"given.{s}": reading[s.lower()] for s in ASKED.get(device, ()) if s.lower() in reading}
+    form = {f"given.{signal}": reading.get(signal.lower()) for signal in ASKED.get(device, ())}
     for option, _, _ in READING:
+        if option == "map":  # the file may have changed since
+            continue
         value = reading.get({"from": "begin", "until": "end"}.get(option, option), "")
         form[option] = value[0] if isinstance(value, list | tuple) and value else value
-    form = {key: str(value) for key, value in form.items() if value and key != "map"}
-    return urlencode({"device": device, **form})
+    filled_in = {key: str(value) for key, value in form.items() if value}
+    return urlencode({"device": device, **filled_in})
 
 
 def _option(name: str, text: str) -> list[str]:
@@ -207,15 +222,23 @@ def _models(form: Mapping[str, str]) -> list[str]:
 def fit_in_python(form: Mapping[str, str], logs: Sequence[str], run: str) -> str:
     """The same in Python."""
     chosen = chosen_of(form)
-    models = tuple(_models(form))
-    given = {"models": models if models != ("all",) else None, "lag": _text(form.get("lag", "")) or None}
-    given = {key: value for key, value in given.items() if value not in (None, "auto")}
-    settings = ", ".join(f"{key}={value!r}" for key, value in given.items())
-    reads = "".join(f"    erclutch.read({name!r}{chosen.keywords()}),\n" for name in logs)
+    models = _models(form)
+    lag = _text(form.get("lag", ""))
+    settings = [f"models={tuple(models)!r}"] if models != ["all"] else []
+    settings += [f"lag={lag!r}"] if lag not in ("", "auto") else []
     device = f", device={chosen.device!r}" if chosen.device != "single" else ""
-    compared = f"erclutch.compare(erclutch.build_dataset(logs{device}), erclutch.Settings({settings}))"
-    kept = f"erclutch.write_run({run!r}, comparison, logs)"
-    return f"import erclutch\n\nlogs = [\n{reads}]\ncomparison = {compared}\n{kept}\n"
+    dataset = f"erclutch.build_dataset(logs{device})"
+    reads = [f"    erclutch.read({name!r}{chosen.keywords()})," for name in logs]
+    lines = [
+        "import erclutch",
+        "",
+        "logs = [",
+        *reads,
+        "]",
+        f"comparison = erclutch.compare({dataset}, erclutch.Settings({', '.join(settings)}))",
+        f"erclutch.write_run({run!r}, comparison, logs)",
+    ]
+    return "\n".join(lines) + "\n"
 
 
 def shown(words: Sequence[str]) -> str:

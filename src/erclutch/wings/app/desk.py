@@ -45,8 +45,11 @@ class Desk:
     """
 
     def __init__(self, folder: Path, access: Access, scratch: Path) -> None:
-        self._space, self._scratch, self._access = Workspace(folder), scratch, access
-        self.jobs, self._turns = Jobs(self._space.folder), asyncio.Semaphore(_MOST_ASKED)
+        self._space = Workspace(folder)
+        self._scratch = scratch
+        self._access = access
+        self.jobs = Jobs(self._space.folder)
+        self._turns = asyncio.Semaphore(_MOST_ASKED)
         templates = files("erclutch") / "wings/app/templates"
         self._pages: Any = jinja2.Environment(
             loader=jinja2.FileSystemLoader(str(templates)),
@@ -75,9 +78,13 @@ class Desk:
             except ErclutchError as error:
                 if request.method == "PUT":
                     return JSONResponse({"problem": str(error)}, 400)
-                back, problem = origin(request), actions.on_page(str(error))
-                status = 404 if isinstance(error, NotThereError) else 400
-                return self._page("problem", status=status, title="This did not work", problem=problem, back=back)
+                return self._page(
+                    "problem",
+                    status=404 if isinstance(error, NotThereError) else 400,
+                    title="This did not work",
+                    problem=actions.on_page(str(error)),
+                    back=origin(request),
+                )
 
         return told
 
@@ -182,7 +189,7 @@ def address(job: Job) -> str | None:
     if job.code is not None:
         return None
     for line in reversed(job.lines):
-        found = re.search(r"http://127\.0\.0\.1:\d{2,5}/#token=[A-Za-z0-9_-]+", line)
-        if found:
-            return found[0]
+        printed = re.search(r"http://127\.0\.0\.1:\d{2,5}/#token=[A-Za-z0-9_-]+", line)
+        if printed:
+            return printed[0]
     return None

@@ -61,14 +61,20 @@ class Job:
         back: str = "/",
         whole: bool = False,
     ) -> None:
-        self.number, self.title, self.words, self.result = number, title, tuple(words), result
-        self.back, self.whole, self.output = back, whole, b""
+        self.number = number
+        self.title = title
+        self.words = tuple(words)
+        self.result = result
+        self.back = back
+        self.whole = whole
+        self.output = b""
         self.lines: deque[str] = deque(maxlen=_MOST_LINES)
         self.share: float | None = None
         self.doing = ""
         self.fitted: dict[str, float | None] = {}
         self.cancelled = False
-        self._began, self._ended = time.monotonic(), 0.0
+        self._began = time.monotonic()
+        self._ended = 0.0
         self._process = start(words, folder)
         pipes = self._process.stdout, self._process.stderr
         self._readers = [threading.Thread(target=self._read, args=(pipe,), daemon=True) for pipe in pipes]
@@ -87,8 +93,9 @@ class Job:
         """running, done, cancelled or failed."""
         if self.code is None:
             return "running"
-        done = self.code == 0 or (self.whole and self.output)  # a log that is not understood has been looked at
-        return "done" if done else "cancelled" if self.cancelled else "failed"
+        if self.code == 0 or (self.whole and self.output):  # a log that is not understood has been looked at
+            return "done"
+        return "cancelled" if self.cancelled else "failed"
 
     def cancel(self) -> None:
         """Interrupt it as Ctrl-C does; it is killed if it does not end within 10 s."""
@@ -175,14 +182,14 @@ class Jobs:
             WorkspaceError: as many look already as may.
         """
         key = (tuple(words), state)
-        found = self._looks.get(key)
-        if found is None or found.state in ("cancelled", "failed"):
-            if sum(job.code is None and job.whole for job in self) >= _MOST_LOOKING:
+        job = self._looks.get(key)
+        if job is None or job.state in ("cancelled", "failed"):
+            if sum(each.code is None and each.whole for each in self) >= _MOST_LOOKING:
                 raise WorkspaceError("four logs are being looked at", remedy="Wait for one of them, then reload")
-            found = self._looks[key] = self.begin(title, words, back=back, whole=True)
+            job = self._looks[key] = self.begin(title, words, back=back, whole=True)
         for old in list(self._looks)[:-_MOST_LOOKS]:
             del self._looks[old]
-        return found
+        return job
 
     def close(self) -> None:
         """Cancel all, and wait for their end."""
@@ -195,8 +202,14 @@ class Jobs:
 
 def start(words: Sequence[str], folder: Path) -> subprocess.Popen[bytes]:
     """Start a command in a folder, with pipes to its output; it ends when its standard input is closed."""
-    surroundings = {**os.environ, "NO_COLOR": "1", "COLUMNS": "120", "PYTHONUTF8": "1", "PYTHONUNBUFFERED": "1"}
-    surroundings |= {"ERCLUTCH_PROGRESS": "lines"}
+    surroundings = {
+        **os.environ,
+        "NO_COLOR": "1",
+        "COLUMNS": "120",
+        "PYTHONUTF8": "1",
+        "PYTHONUNBUFFERED": "1",
+        "ERCLUTCH_PROGRESS": "lines",
+    }
     command = [sys.executable, "-P", "-m", "erclutch.wings.app.jobs", *words]  # -P: no module out of the folder
     pipe = subprocess.PIPE
     # A group of its own, so that Ctrl-C at the server reaches it through the server alone; not a session of its own, to

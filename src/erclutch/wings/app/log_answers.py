@@ -44,17 +44,33 @@ class LogAnswers(Desk):
         except ValueError:
             problem = last_line(job) or f"erclutch inspect ended with code {job.code}"
             return self._page("problem", status=400, title=name, problem=actions.on_page(problem))
-        shown = await run_in_threadpool(self._about_log, name, form)
+        offered = await run_in_threadpool(self._offered_beside, name, form)
+        about = await run_in_threadpool(self._space.about, name)
         signals = signals_of(found, chosen)
-        shown |= {"said": actions.SAID, "about": await run_in_threadpool(self._space.about, name)}
-        shown |= {"score": form["score"] if self._is_run(form.get("score", "")) else ""}
-        shown |= {"checks": any(signal["check"] for signal in signals)}
-        shown |= {"warned": any(text.startswith("warning") for text in found["findings"])}
-        shown |= {"sketches": {column: polyline(about["sketch"]) for column, about in found["columns"].items()}}
-        shown |= {"findings": [actions.on_page(text) for text in found["findings"]], "signals": signals}
-        shown |= {"problem": found["problem"] and actions.on_page(found["problem"]), "found": found, "chosen": chosen}
-        shown |= {"reading": actions.READING, "fitting": actions.FITTING, "form": form}
-        return self._page("log", title=name, name=name, **shown, **_lines({**form, "run": shown["run"]}, name))
+        score = form.get("score", "")
+        return self._page(
+            "log",
+            title=name,
+            name=name,
+            form=form,
+            chosen=chosen,
+            # What the look at the log found.
+            found=found,
+            problem=found["problem"] and actions.on_page(found["problem"]),
+            findings=[actions.on_page(text) for text in found["findings"]],
+            warned=any(text.startswith("warning") for text in found["findings"]),
+            signals=signals,
+            checks=any(signal["check"] for signal in signals),
+            sketches={column: polyline(values["sketch"]) for column, values in found["columns"].items()},
+            # What can be filled in, and what was.
+            said=actions.SAID,
+            about=about,
+            reading=actions.READING,
+            fitting=actions.FITTING,
+            score=score if self._is_run(score) else "",
+            **offered,
+            **_lines({**form, "run": offered["run"]}, name),
+        )
 
     async def _look(self, name: str, chosen: actions.Chosen, here: str, *more: str) -> Job:
         """The job that looks at a log so; it runs still if the look takes longer than a moment."""
@@ -109,21 +125,31 @@ class LogAnswers(Desk):
         words = ["score", name, "--run", run, *actions.chosen_of(form).words(), "--json"]
         return self._begin(request, f"Score the models of {run} on {name}", words)
 
-    def _about_log(self, name: str, form: Form) -> dict[str, Any]:
+    def _offered_beside(self, name: str, form: Form) -> dict[str, Any]:
         """What the page of a log offers besides: other logs, models, mapping files, how an older log was read."""
         from erclutch.models.laws import shown_laws
         from erclutch.models.networks import PAPER_NETWORKS
 
         run = form.get("run", "")
-        run = run if run and not self._taken(run) else self._free_run(f"{actions.safe_stem(Path(name).stem)}-run")
+        if not run or self._taken(run):
+            run = self._free_run(f"{actions.safe_stem(Path(name).stem)}-run")
+        mappings = self._space.mappings()
+
+        # An upload whose name is taken gets a number: `day-2.csv` may be meant to be read as `day.csv` was.
         older = re.sub(r"-\d+(?=\.\w+$)", "", name)
         alike = None
         if older != name and set(form) <= {"known"}:
             beside = f"{older}.toml"
-            alike = f"map={quote(beside)}" if beside in self._space.mappings() else self._last_reading(older)
-        others = [entry.name for entry in self._space.logs() if entry.name != name]
-        known: dict[str, Any] = {"models": (*shown_laws(), *PAPER_NETWORKS), "mappings": self._space.mappings()}
-        return {**known, "run": run, "others": others, "older": older, "alike": alike}
+            alike = f"map={quote(beside)}" if beside in mappings else self._last_reading(older)
+
+        return {
+            "models": (*shown_laws(), *PAPER_NETWORKS),
+            "mappings": mappings,
+            "run": run,
+            "others": [entry.name for entry in self._space.logs() if entry.name != name],
+            "older": older,
+            "alike": alike,
+        }
 
     def _last_reading(self, log: str) -> str | None:
         """How the newest run of a log read it, as the query of a page."""

@@ -27,16 +27,32 @@ class RunAnswers(Desk):
 
         name = request.path_params["name"]
         run = await run_in_threadpool(read_run, self._space.run(name))
-        targets, logs = names("erclutch.targets"), [entry.name for entry in self._space.logs()]
+        logs = [entry.name for entry in self._space.logs()]
         sources = [log["name"] for log in run.body["logs"] if log["name"] in logs]
-        query, row = actions.query_of(run.body), run_row(Entry(name, 0, 0.0), run.body)
-        shown: dict[str, Any] = {"targets": targets, "logs": logs, "sources": sources, "query": query, "row": row}
-        shown |= {"run": run, "standing": standing_of_run(run.body).word, "singles": actions.SINGLE_TARGETS}
-        about, said = await run_in_threadpool(self._about_run, name, sources), actions.SAID
-        shown |= {"about": about, "said": (("title", "Title of the report", ""), *said), "titles": run.titles}
-        shown |= {"chosen": chosen_name(run.body), "exports": self._exports(name)}
-        shown |= {"job": request.query_params.get("job", ""), "not_live": _not_live(run.body["units"])}
-        return self._page("run", title=name, name=name, **shown)
+        about = await run_in_threadpool(self._about_run, name, sources)
+        return self._page(
+            "run",
+            title=name,
+            name=name,
+            job=request.query_params.get("job", ""),
+            # What the run says.
+            run=run,
+            row=run_row(Entry(name, 0, 0.0), run.body),
+            titles=run.titles,
+            standing=standing_of_run(run.body).word,
+            chosen=chosen_name(run.body),
+            sources=sources,
+            # What can be done with it.
+            targets=names("erclutch.targets"),
+            singles=actions.SINGLE_TARGETS,
+            exports=self._exports(name),
+            logs=logs,
+            query=actions.query_of(run.body),
+            not_live=_not_live(run.body["units"]),
+            # What was said of it.
+            about=about,
+            said=(("title", "Title of the report", ""), *actions.SAID),
+        )
 
     def _about_run(self, name: str, logs: list[str]) -> RunAbout:
         """What was said of a run; of a run of which nobody said anything, what was said of its log."""
@@ -54,8 +70,10 @@ class RunAnswers(Desk):
 
     async def _say_of_run(self, request: Request, form: Form) -> Response:
         folder = self._space.run(request.path_params["name"])
-        said = {key: form.get(f"about.{key}") for key in ("title", *(key for key, _, _ in actions.SAID))}
-        await run_in_threadpool(write_about, folder, about_with(kept_about(folder), **said))
+        keys = ("title", *(key for key, _, _ in actions.SAID))
+        said = {key: form.get(f"about.{key}") for key in keys}
+        about = about_with(kept_about(folder), **said)
+        await run_in_threadpool(write_about, folder, about)
         return RedirectResponse(f"/run/{quoted(folder.name)}", 303)
 
     async def _verify(self, request: Request, form: Form) -> Response:
@@ -68,7 +86,8 @@ class RunAnswers(Desk):
         name = request.path_params["name"]
         ending = "pdf" if request.query_params.get("download") == "pdf" else "html"
         folder = self._space.run(name)
-        state, about = (folder / "run.json").stat(), folder / "about.json"
+        state = (folder / "run.json").stat()
+        about = folder / "about.json"
         said_at = about.stat().st_mtime_ns if about.is_file() else 0
         made = self._scratch / f"{state.st_ino}-{state.st_mtime_ns}-{said_at}.{ending}"
         if not made.exists():
@@ -89,21 +108,24 @@ class RunAnswers(Desk):
         model, target = form.get("model", ""), form.get("target", "")
         out = self._space.free(actions.safe_stem(f"{name}-{model}-{target}"))
         words = ["export", name, f"--model={model}", f"--to={target}", "--out", out]
-        single = target in actions.SINGLE_TARGETS if not form.get("precision") else form["precision"] == "float32"
-        words += ["--precision=float32"] if single else []
-        words += ["--alarms"] if "alarms" in form else []
+        precision = form.get("precision") or ("float32" if target in actions.SINGLE_TARGETS else "float64")
+        if precision == "float32":
+            words += ["--precision=float32"]
+        if "alarms" in form:
+            words += ["--alarms"]
         return self._begin(request, f"Export {model} of {name} to {target}", words, out)
 
     async def _predict(self, request: Request, form: Form) -> Response:
-        name, log = (self._space.path(text).name for text in (request.path_params["name"], form.get("log", "")))
-        if form.get("what") == "look":
+        name = self._space.path(request.path_params["name"]).name
+        log = self._space.path(form.get("log", "")).name
+        what, model = form.get("what"), form.get("model", "")
+        if what == "look":
             from erclutch.runs.run_folder import read_run
 
             run = await run_in_threadpool(read_run, self._space.folder / name)
             return RedirectResponse(f"/log/{quoted(log)}?{actions.query_of(run.body)}&score={quoted(name)}", 303)
-        if form.get("what") == "score":
+        if what == "score":
             return self._begin(request, f"Score the models of {name} on {log}", ["score", log, "--run", name, "--json"])
-        model = form.get("model", "")
         out = self._space.free(f"{actions.safe_stem(f'{Path(log).stem}-{name}')}-estimate.csv")
         words = ["predict", log, "--run", name, f"--model={model}", "--band", "--out", out]
         return self._begin(request, f"Estimate {log} by {model} of {name}", words, out)
@@ -111,7 +133,8 @@ class RunAnswers(Desk):
     async def _live(self, request: Request, form: Form) -> Response:
         from erclutch.runs.run_folder import read_run
 
-        name, model = self._space.path(request.path_params["name"]).name, form.get("model", "")
+        name = self._space.path(request.path_params["name"]).name
+        model = form.get("model", "")
         run = await run_in_threadpool(read_run, self._space.folder / name)
         run.entry(model)  # refuses a name that the run does not have
         if reason := _not_live(run.body["units"]):
@@ -121,8 +144,8 @@ class RunAnswers(Desk):
         return self._begin(request, f"{model} live on the digital TWIN", words)
 
     async def _compare(self, request: Request, form: Form) -> Response:
-        chosen = [entry.name for entry in self._space.runs() if f"run.{entry.name}" in form]
-        chosen = [self._space.path(run).name for run in chosen]
+        ticked = [entry.name for entry in self._space.runs() if f"run.{entry.name}" in form]
+        chosen = [self._space.path(run).name for run in ticked]
         if len(chosen) < 2:
             raise WorkspaceError("fewer than two runs are chosen", remedy="Tick two runs or more, then compare")
         out = self._space.free("comparison.html")
@@ -131,9 +154,15 @@ class RunAnswers(Desk):
 
 def _not_live(units: Mapping[str, str]) -> str:
     """Why a run's models cannot run live on the TWIN: its units, where they are known and others; empty if they can."""
-    usual = {"effort": "N*m", "field": "", "slip": "rad/s"}
-    other = [f"{name} in {units[name]}" for name, unit in usual.items() if units.get(name, "?") not in (unit, "?")]
-    return f"the TWIN has N m, a field without a unit and rad/s; this run has {', '.join(other)}" if other else ""
+    of_the_twin = {"effort": "N*m", "field": "", "slip": "rad/s"}
+    others: list[str] = []
+    for signal, unit in of_the_twin.items():
+        own = units.get(signal, "?")  # "?": nobody said it
+        if own not in (unit, "?"):
+            others.append(f"{signal} in {own}")
+    if not others:
+        return ""
+    return f"the TWIN has N m, a field without a unit and rad/s; this run has {', '.join(others)}"
 
 
 def run_row(entry: Entry, body: Mapping[str, Any] | None) -> dict[str, Any]:
@@ -142,14 +171,22 @@ def run_row(entry: Entry, body: Mapping[str, Any] | None) -> dict[str, Any]:
 
     from erclutch.fit.standing import chosen_name, standing_of_run
 
-    row = {"name": entry.name, "logs": "", "model": "not readable", "error": "", "rows": "", "tags": ""}
-    row["date"] = f"{datetime.fromtimestamp(entry.changed):%Y-%m-%d %H:%M}"
-    if body is not None:
-        chosen = next(each for each in body["ranking"] if each["name"] == chosen_name(body))
-        error, share = chosen["test"]["rmse"][0], chosen["test"]["share"][0]
-        row["logs"] = ", ".join(log["name"] for log in body["logs"])
-        row["model"] = f"none; nearest: {chosen['title']}" if standing_of_run(body).why_none else chosen["title"]
-        row["rows"] = " ".join(sorted(log["sha256"] for log in body["logs"]))
-        if error is not None and share is not None:
-            row["error"] = f"{error:.3g} {body['units']['effort']} ({share:.1%})"
+    row = {
+        "name": entry.name,
+        "date": f"{datetime.fromtimestamp(entry.changed):%Y-%m-%d %H:%M}",
+        "logs": "",
+        "model": "not readable",
+        "error": "",
+        "rows": "",
+        "tags": "",
+    }
+    if body is None:
+        return row
+    chosen = next(each for each in body["ranking"] if each["name"] == chosen_name(body))
+    row["logs"] = ", ".join(log["name"] for log in body["logs"])
+    row["rows"] = " ".join(sorted(log["sha256"] for log in body["logs"]))  # runs of the same rows can be compared
+    row["model"] = f"none; nearest: {chosen['title']}" if standing_of_run(body).why_none else chosen["title"]
+    error, share = chosen["test"]["rmse"][0], chosen["test"]["share"][0]
+    if error is not None and share is not None:
+        row["error"] = f"{error:.3g} {body['units']['effort']} ({share:.1%})"
     return row

@@ -94,13 +94,21 @@ class Workbench(LogAnswers, RunAnswers):
         self.app = Guard(Starlette(routes=routes), access, headers=_OWN, command="erclutch app")
 
     async def _home(self, request: Request) -> Response:
+        # Off the loop: a folder on a slow disk must not hold up the other answers.
+        return await run_in_threadpool(self._overview)
+
+    def _overview(self) -> Response:
         space = self._space
-        logs, runs, results = await run_in_threadpool(lambda: (space.logs(), space.runs(), space.results()))
-        told = await run_in_threadpool(lambda: [self._row(run) for run in runs])
-        jobs = [job for job in self.jobs if not job.whole]
-        exports = {each.name for each in results if (space.folder / each.name / "export.json").is_file()}
-        shown: dict[str, Any] = {"logs": logs, "runs": told, "results": results, "jobs": jobs, "exports": exports}
-        return self._page("home", title="Overview", **shown)
+        results = space.results()
+        return self._page(
+            "home",
+            title="Overview",
+            logs=space.logs(),
+            runs=[self._row(run) for run in space.runs()],
+            results=results,
+            exports={each.name for each in results if (space.folder / each.name / "export.json").is_file()},
+            jobs=[job for job in self.jobs if not job.whole],
+        )
 
     def _row(self, run: Entry) -> dict[str, Any]:
         row = run_row(run, self._space.body(run.name))
@@ -116,17 +124,34 @@ class Workbench(LogAnswers, RunAnswers):
         kind = None if made is None else self._kind(made)
         if kind == "run" and job.words[0] == "fit" and "lines" not in request.query_params:
             return RedirectResponse(f"/run/{quote(str(made))}?job={job.number}", 303)  # the verdict, not the terminal
-        line = actions.shown(job.words)
-        device = "?device=coaxial" if job.words[0] == "simulate" else ""
-        problem = actions.on_page(last_line(job)) if job.state == "failed" else ""
-        shown: dict[str, Any] = {"line": line, "made": made, "kind": kind, "device": device, "problem": problem}
-        shown |= {"scored": _scored(job), "verified": job.words[0] == "verify" and job.state == "done"}
-        return self._page("job", title=job.title, job=job, address=address(job), back=job.back, **shown)
+        return self._page(
+            "job",
+            title=job.title,
+            job=job,
+            address=address(job),
+            back=job.back,
+            line=actions.shown(job.words),
+            problem=actions.on_page(last_line(job)) if job.state == "failed" else "",
+            made=made,
+            kind=kind,
+            device="?device=coaxial" if job.words[0] == "simulate" else "",
+            scored=_scored(job),
+            verified=job.words[0] == "verify" and job.state == "done",
+        )
 
     async def _job_state(self, request: Request) -> Response:
         job = self._found(request)
-        told = {"state": job.state, "share": job.share, "doing": _doing(job), "seconds": round(job.seconds, 1)}
-        return JSONResponse({**told, "lines": "\n".join(job.lines), "address": address(job), "fitted": _fitted(job)})
+        return JSONResponse(
+            {
+                "state": job.state,
+                "share": job.share,
+                "doing": _doing(job),
+                "seconds": round(job.seconds, 1),
+                "fitted": _fitted(job),
+                "address": address(job),
+                "lines": "\n".join(job.lines),
+            }
+        )
 
     async def _file(self, request: Request) -> Response:
         path = self._space.path(request.path_params["name"])
@@ -163,9 +188,8 @@ class Workbench(LogAnswers, RunAnswers):
         if form.get("what") == "live":
             return self._begin(request, "The digital TWIN live", ["live"])
         out = self._space.free("twin-log.parquet")
-        return self._begin(
-            request, "A log of the digital TWIN", ["simulate", "training", "--seconds=60", "--out", out], out
-        )
+        words = ["simulate", "training", "--seconds=60", "--out", out]
+        return self._begin(request, "A log of the digital TWIN", words, out)
 
 
 def _doing(job: Job) -> str:

@@ -61,16 +61,14 @@ class Workspace:
         """Logs, the newest first: files of a suffix that a reader knows, and folders that are one log."""
         from erclutch.logs.log_reader import folder_reader, log_suffixes
 
-        suffixes = {suffix for suffix in log_suffixes() if suffix not in _WRITTEN}
+        suffixes = tuple(suffix for suffix in log_suffixes() if suffix not in _WRITTEN)
 
         def is_log(path: Path) -> bool:
             if path.is_dir():
                 return not _is_run(path) and folder_reader(path) is not None
-            return (
-                path.is_file()
-                and not ESTIMATE.search(path.name)
-                and any(path.name.lower().endswith(suffix) for suffix in suffixes)
-            )
+            if ESTIMATE.search(path.name):
+                return False
+            return path.is_file() and path.name.lower().endswith(suffixes)
 
         return self._entries(path for path in self._visible() if is_log(path))
 
@@ -84,9 +82,10 @@ class Workspace:
         kinds = (*_WRITTEN, ".toml")
 
         def is_result(path: Path) -> bool:
-            return path.name not in known and (
-                path.suffix in kinds or (path / "export.json").is_file() or ESTIMATE.search(path.name) is not None
-            )
+            if path.name in known:
+                return False
+            is_export = (path / "export.json").is_file()
+            return is_export or path.suffix in kinds or ESTIMATE.search(path.name) is not None
 
         return self._entries(path for path in self._visible() if is_result(path))
 
@@ -99,12 +98,12 @@ class Workspace:
         return Path(os.path.realpath(path)).is_relative_to(self.folder)
 
     def _entries(self, paths: Iterable[Path]) -> list[Entry]:
-        found: list[Entry] = []
+        entries: list[Entry] = []
         for path in paths:
-            with contextlib.suppress(OSError):
+            with contextlib.suppress(OSError):  # gone since the folder was listed
                 state = path.stat()
-                found.append(Entry(path.name, state.st_size, state.st_mtime))
-        return sorted(found, key=lambda entry: (-entry.changed, entry.name))
+                entries.append(Entry(path.name, state.st_size, state.st_mtime))
+        return sorted(entries, key=lambda entry: (-entry.changed, entry.name))
 
     def path(self, name: str) -> Path:
         """A file or folder that is in the workspace.
@@ -139,11 +138,11 @@ class Workspace:
     def free(self, name: str) -> str:
         """A name that nothing has: this one, or with a number."""
         stem, suffix = os.path.splitext(plain_name(name))
-        number, found = 1, name
-        while (self.folder / found).exists():
+        free, number = name, 1
+        while (self.folder / free).exists():
             number += 1
-            found = f"{stem}-{number}{suffix}"
-        return found
+            free = f"{stem}-{number}{suffix}"
+        return free
 
     async def take(self, name: str, content: AsyncIterable[bytes]) -> tuple[str, bool]:
         """Write a log that somebody uploads, whole or not at all; a log of the same name and bytes stands for it.
@@ -157,14 +156,12 @@ class Workspace:
         from erclutch.files import file_digest
 
         stem, suffix = os.path.splitext(plain_name(name))
-        twins = [
-            e
-            for e in self.logs()
-            if e.name == name or re.fullmatch(re.escape(stem) + r"-\d+" + re.escape(suffix), e.name)
-        ]
-        name, digest = self.free(name), hashlib.sha256()
+        numbered = re.compile(re.escape(stem) + r"-\d+" + re.escape(suffix))
+        namesakes = [entry for entry in self.logs() if entry.name == name or numbered.fullmatch(entry.name)]
+
+        name = self.free(name)
         partial = self.folder / f".{secrets.token_hex(8)}.part"
-        size = 0
+        digest, size = hashlib.sha256(), 0
         try:
             with partial.open("xb") as file:
                 async for piece in content:
@@ -176,18 +173,17 @@ class Workspace:
                     digest.update(piece)
             if not size:
                 raise WorkspaceError("the file is empty", where=name, remedy="Give a log with rows")
-            for entry in twins:
-                if (
-                    entry.size == size
-                    and await asyncio.to_thread(file_digest, self.folder / entry.name) == digest.hexdigest()
-                ):
+            for entry in namesakes:
+                if entry.size != size:
+                    continue
+                its_digest = await asyncio.to_thread(file_digest, self.folder / entry.name)
+                if its_digest == digest.hexdigest():
                     return entry.name, True
             return put_beside(partial, self.folder / name).name, False
         except OSError as error:
             problem = f"the file cannot be written ({error.strerror or error})"
-            raise WorkspaceError(
-                problem, where=name, remedy="Make room, or give erclutch app another folder"
-            ) from error
+            remedy = "Make room, or give erclutch app another folder"
+            raise WorkspaceError(problem, where=name, remedy=remedy) from error
         finally:
             partial.unlink(missing_ok=True)
 
@@ -218,7 +214,10 @@ class Workspace:
         with contextlib.suppress(OSError, ValueError, AttributeError):
             body: Any = json.loads((self.folder / _ABOUT).read_text(encoding="utf-8"))
             known = [each.name for each in dataclass_fields(RunAbout)]
-            return {log: {key: str(said[key]) for key in known if key in said} for log, said in body.items()}
+            abouts: dict[str, dict[str, str]] = {}
+            for log, said in body.items():
+                abouts[log] = {key: str(said[key]) for key in known if key in said}
+            return abouts
         return {}
 
     def state(self, name: str) -> tuple[object, ...]:
@@ -269,7 +268,8 @@ def _link_in(folder: Path) -> str | None:
     looked = 0
     for place, folders, names in os.walk(folder):
         for name in (*folders, *names):
-            path, looked = Path(place) / name, looked + 1
+            path = Path(place) / name
+            looked += 1
             if path.is_symlink():
                 return f"the link {path.relative_to(folder).as_posix()[:80]}"
             if looked > _MOST_INSIDE:

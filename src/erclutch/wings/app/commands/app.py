@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import tempfile
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 from cyclopts import Parameter
 
@@ -57,9 +57,18 @@ def app(
     access = Access(listening.getsockname()[1], new_token())
     with listening, tempfile.TemporaryDirectory(prefix="erclutch-") as scratch:
         bench = Workbench(folder, access, Path(scratch))
-        settings: dict[str, Any] = {"lifespan": "off", "log_config": None, "access_log": False, "server_header": False}
-        settings |= {"http": counted_connection(bench.app.strangers), "h11_max_incomplete_event_size": 16384}
-        config = uvicorn.Config(bench.app, ws="none", timeout_graceful_shutdown=1, limit_concurrency=64, **settings)
+        config = uvicorn.Config(
+            bench.app,
+            http=counted_connection(bench.app.strangers),
+            ws="none",
+            lifespan="off",
+            log_config=None,
+            access_log=False,
+            server_header=False,
+            limit_concurrency=64,
+            h11_max_incomplete_event_size=16384,
+            timeout_graceful_shutdown=1,
+        )
         terminal.say(f"{access.url}\nOpen this address in a browser on this machine. Ctrl-C ends it.")
         if open_:
             webbrowser.open(access.url)
