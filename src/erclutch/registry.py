@@ -1,4 +1,4 @@
-"""Plug-ins are found by name: commands, kinds of model, laws, readers, stages, targets, rigs; ours and those of others.
+"""Plug-ins are found by name: commands, kinds of model, laws, readers, stages, targets, rigs, advice; ours and others'.
 
 Our own and others' are found by the same functions and keep the same contract. One of ours is a file in its group's
 folder, or in a folder of that name in a wing, that assigns the group's `mark` at its top level (``LAW = ...`` in
@@ -47,6 +47,7 @@ _GROUPS: Mapping[str, _Group] = {
     "erclutch.stages": _Group("stage", "models", "STAGE"),
     "erclutch.targets": _Group("target", "export", "TITLE", value="module"),
     "erclutch.rigs": _Group("rig", "", "RIG"),
+    "erclutch.advice": _Group("advice", "", "ADVICE", value="function"),
 }
 GROUPS = tuple(_GROUPS)
 _PACKAGE = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,99}")

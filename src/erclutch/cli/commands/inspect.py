@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from cyclopts import Parameter
 
 from erclutch.cli import terminal
+from erclutch.cli.log_advice import advice_on
 from erclutch.cli.options import DEFAULT_READING, LogOptions, expand
 from erclutch.cli.quantities import SECONDS
 from erclutch.errors import ErclutchError, LogError, SettingError, require
@@ -84,6 +85,7 @@ def inspect(
     drawn = _draw(plots, log, read[0], start, seconds, reading) if plots is not None and read else []
     if write_mapping is not None:
         plan.save(write_mapping)
+    advice = advice_on(covered) if covered is not None and len(covered.sources) > 1 else []
     doubtful = problem is not None or bool(refused or plan.doubts)
     if json:
         said = {
@@ -95,6 +97,7 @@ def inspect(
             "refused": refused,
             "mapping": tomllib.loads(plan.to_toml()),
             "choices": said,
+            **({"advice": advice} if advice else {}),
             **({"over_time": _courses(read[0], courses)} if courses and read else {}),
         }
         _print_json(raw, every, problem, _findings(covered) if covered else [], more)
@@ -103,6 +106,7 @@ def inspect(
     _offer_mapping(log, write_mapping, missing)
     if rows is not None and covered is not None:
         _print_recordings(every, rows, covered)
+        terminal.tell(*advice)
     else:
         terminal.tell(*(f"  {note}" for note in raw.notes))
         if further:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from pathlib import Path
 from statistics import median
 from typing import TYPE_CHECKING, Annotated, Any
@@ -12,9 +13,10 @@ from erclutch.cli import terminal
 from erclutch.cli.commands.fit import MODELS, ModelNames, model_names, require_counts
 from erclutch.cli.options import DEFAULT_READING, LogOptions
 from erclutch.cli.quantities import SHARE
-from erclutch.errors import CheckError, require
+from erclutch.errors import CheckError, ErclutchError, require
 
 if TYPE_CHECKING:
+    from erclutch.signals.recording import Recording
     from erclutch.wings.fleet.fleet import Fleet
 
 COMMAND = {
@@ -23,6 +25,8 @@ COMMAND = {
     "place": 3,
 }
 
+#: Beyond, logs are not compared: all of them would stand in memory at once.
+_MOST_LOGS, _MOST_ROWS = 200, 1_000_000
 _WHERE = Group("Where it runs", sort_key=2)
 
 
@@ -95,15 +99,35 @@ def fit_many(
             progress=show,
         )
     report = write_fleet_report(fleet, out / "report.html")
+    advice = _advice(logs, reading)
     if json:
-        terminal.say_json(_as_json(fleet))
+        terminal.say_json(_as_json(fleet) | {"advice": advice})
     else:
         _print(fleet)
+        terminal.tell(*advice)
         terminal.say(f"Kept in {out}; read {report}")
     if fleet.model is None:
         first, why = next(iter(fleet.failed.items()))
         problem = f"none of {fleet.devices} could be fitted; the first: {why.rstrip('.')}"
         raise CheckError(problem, where=first, remedy="Try erclutch inspect on this log")
+
+
+def _advice(logs: tuple[Path, ...], reading: LogOptions) -> list[str]:
+    """Which logs teach nothing new, and what no log has; nothing where the logs are not of one kind."""
+    from erclutch.cli.log_advice import advice_on
+    from erclutch.cli.options import expand
+
+    recordings: list[Recording] = []
+    paths = expand(logs)
+    for path in paths if len(paths) <= _MOST_LOGS else ():
+        with suppress(ErclutchError):  # the table has the reason
+            recordings += reading.read([path])
+        if sum(recording.time.size for recording in recordings) > _MOST_ROWS:
+            return []
+    rows = None
+    with suppress(ErclutchError):  # such as logs in different units
+        rows = reading.dataset(recordings) if len(recordings) > 1 else None
+    return [] if rows is None else advice_on(rows)
 
 
 def _as_json(fleet: Fleet) -> dict[str, Any]:

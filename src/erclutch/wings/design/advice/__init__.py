@@ -1,0 +1,1 @@
+"""What the core says of several logs, if this wing is there."""

@@ -1,0 +1,106 @@
+"""Of several logs: which teach nothing new, and which field and motion no log has, in the words of the rig."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from erclutch.logs.dataset import Dataset
+from erclutch.signals.array import Array
+from erclutch.signals.device import Units
+
+ADVICE = "which logs teach nothing new, and what no log has"
+
+_FIELD_BANDS, _SLIP_BANDS = 4, 6
+_MOST_LINES = 4  # about what is missing
+_NAMES = 8  # of logs that repeat
+_MOST_ROWS = 1_000_000  # beyond, every so many rows are looked at for what is missing, and no law is fitted
+_FEWEST_ROWS = 200
+
+
+def which_logs(rows: Dataset) -> list[str]:
+    """Sentences about the logs; nothing where there is nothing to say.
+
+    Args:
+        rows: of all logs.
+    """
+    return [*_repeated(rows), *_missing(rows)]
+
+
+def _repeated(rows: Dataset) -> list[str]:
+    """Which logs repeat what the others show, by Bingham's law."""
+    from erclutch.fit.laws.fit_law import fit_structure
+    from erclutch.fit.one_thread import one_thread
+    from erclutch.models.laws import law_from_name
+    from erclutch.models.structure import Structure
+    from erclutch.wings.design.lessons import lessons_of
+
+    still = all(np.ptp(element.slip) == 0.0 for element in rows.elements)
+    if len(rows.sources) < 2 or not _FEWEST_ROWS <= rows.rows <= _MOST_ROWS or rows.one_field or still:
+        return []
+    law = law_from_name("bingham", rows.device)
+    with one_thread():
+        model = fit_structure(rows, Structure(rows.device, "bingham", law, "none", False, False), intervals=False).model
+        lessons = lessons_of(model, rows)
+    count = len(lessons.teach) + len(lessons.repeat)
+    if not lessons.repeat:
+        return [f"Each of the {count} logs shows what the others do not."]
+    first = ", ".join(lessons.repeat[:_NAMES])
+    more = f" and {len(lessons.repeat) - _NAMES} more" if len(lessons.repeat) > _NAMES else ""
+    return [
+        f"Of {count} logs {len(lessons.repeat)} teach nothing new about field and motion: {first}{more}. Without them "
+        f"no interval of Bingham's law grows by more than {lessons.growth - 1.0:.0%}."
+    ]
+
+
+def _missing(rows: Dataset) -> list[str]:
+    """Which field and motion no log has, between the least and the most of what the logs have."""
+    every = -(-rows.rows // _MOST_ROWS)
+    lines: list[str] = []
+    for number, element in enumerate(rows.elements):
+        field, slip = np.abs(element.field[::every]), element.slip[::every]
+        which = f" of clutch {number + 1}" if len(rows.elements) > 1 else ""
+        lines += _gaps(field, slip, rows.units, which)
+    if len(lines) > _MOST_LINES:
+        lines = [*lines[:_MOST_LINES], f"{len(lines) - _MOST_LINES} more regions hold no row."]
+    return lines
+
+
+def _gaps(field: Array, slip: Array, units: Units, which: str) -> list[str]:
+    """Regions of field and slip without a row, neighbours along the slip as one; the largest first."""
+    if np.ptp(field) == 0.0 or np.ptp(slip) == 0.0:
+        return []
+    field_edges = _edges(field, _FIELD_BANDS)
+    slip_edges = _edges(slip, _SLIP_BANDS)
+    counts: Array = np.histogram2d(field, slip, (field_edges, slip_edges))[0]
+
+    gaps: list[tuple[int, str]] = []
+    for band in range(_FIELD_BANDS):
+        empty = [cell for cell in range(_SLIP_BANDS) if not counts[band, cell]]
+        for first, last in _runs(empty):
+            fields = _range(field_edges[band], field_edges[band + 1], units.field)
+            slips = _range(slip_edges[first], slip_edges[last + 1], units.slip)
+            gaps.append((last - first + 1, f"No log has field {fields} with slip {slips}{which}."))
+    return [text for _, text in sorted(gaps, key=lambda gap: -gap[0])]
+
+
+def _edges(values: Array, bands: int) -> list[float]:
+    low, high = float(values.min()), float(values.max())
+    return [*(low + (high - low) * band / bands for band in range(bands)), high]
+
+
+def _runs(cells: Sequence[int]) -> list[tuple[int, int]]:
+    """First and last of each run of neighbours."""
+    runs: list[tuple[int, int]] = []
+    for cell in cells:
+        if runs and runs[-1][1] == cell - 1:
+            runs[-1] = (runs[-1][0], cell)
+        else:
+            runs.append((cell, cell))
+    return runs
+
+
+def _range(low: float, high: float, unit: str) -> str:
+    known = "" if unit in ("", "?") else f" {unit}"
+    return f"{low:.3g} .. {high:.3g}{known}"
