@@ -28,10 +28,10 @@ from erclutch.signals.array import Array
 _TIME = re.compile(r"t|time|zeit|tout|timestamps?|time_?s", re.I)
 _TEXTS = ("units", "numbers", "sample_period", "clock_name", "constants", "metadata", "notes")
 _T = TypeVar("_T")
-_JOINT = " + "
 _KEEPS = 0.2  # share of the rows from which on a column keeps its levels
 #: In place of a name: the names of all recordings are wanted. No recording is called so.
 ALL = "*"
+JOINT = " + "  # between names of recordings or files that are joined by time
 
 
 class RecordingNames(Exception):  # noqa: N818  # an answer, not an error
@@ -116,11 +116,11 @@ def names_by(read: Callable[[LogSource], Table]) -> Callable[[LogSource], list[s
 
 def chosen(found: Mapping[str, Found], variable: str | None, what: str, none: str) -> Table:
     """The table of the recording that `choose` takes, or of several joined by time; a note names the recording."""
-    names = [each.strip() for each in (variable or "").split(_JOINT)]
+    names = [each.strip() for each in (variable or "").split(JOINT)]
     if len(names) > 1 and variable not in found and all(name in found for name in names):
         return joined_by_time({name: found[name] for name in names}, what).table()
     timed = [name for name, recording in found.items() if _time_of(recording)]
-    more = f", or join them by time: --variable {shlex.quote(_JOINT.join(timed))}" if len(timed) > 1 else ""
+    more = f", or join them by time: --variable {shlex.quote(JOINT.join(timed))}" if len(timed) > 1 else ""
     name, recording = choose(found, variable, what, none, more)
     recording.notes.insert(0, f"recording read from {what} {name}")
     return recording.table()

@@ -9,7 +9,9 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Iterable, Iterator, Mapping
+import shlex
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from typing import Any, cast
 
 import numpy as np
@@ -17,15 +19,15 @@ import numpy as np
 from erclutch.errors import LogError, printable
 from erclutch.logs.labels import name_columns
 from erclutch.logs.log_reader import LogReader, LogSource
-from erclutch.logs.readers import dates
+from erclutch.logs.readers import dates, json_layout
 from erclutch.logs.readers.budget import Budget
-from erclutch.logs.readers.found_recordings import choose, names_by
+from erclutch.logs.readers.found_recordings import JOINT, Found, choose, joined_by_time, names_by
+from erclutch.logs.readers.json_layout import flat
 from erclutch.logs.readers.text_bytes import DAMAGE
 from erclutch.logs.table import Table
 from erclutch.signals.array import Array
 
 _BEGINS = re.compile(rb'\s*(?:\{\s*"|\[\s*\{)')
-_DEEPEST = 20  # objects inside of objects
 _LARGEST = 10**300
 _MOST = 500  # numbers in a list of a row
 _NONE = "the file holds no rows of numbers"
@@ -49,8 +51,15 @@ def _read(source: LogSource) -> Table:
     if whole is None or (len(lines) == 1 and _is_row(whole)):
         rows = [(f"line {number}", _object(line, f"{source.name}, line {number}")) for number, line in lines]
         return _table_of_rows(source, rows, ())
-    recordings = dict(_recordings(whole, "", 0))
-    name, found = choose(recordings, source.variable, "list", _NONE)
+    recordings = dict(json_layout.recordings(whole))
+    lists = {name: each for name, each in recordings.items() if isinstance(each, dict)}
+    names = [each.strip() for each in (source.variable or "").split(JOINT)]
+    if len(names) > 1 and source.variable not in recordings and all(each in lists for each in names):
+        tables = {each: _table_of_lists(source, lists[each], ()) for each in names}
+        parts = {each: Found({**table.columns}, {**table.units}) for each, table in tables.items()}
+        return replace(joined_by_time(parts, "list").table(), name=source.name, digest=source.digest)
+    more = f", or join them by time: --variable {shlex.quote(JOINT.join(lists))}" if len(lists) > 1 else ""
+    name, found = choose(recordings, source.variable, "list", _NONE, more)
     notes = (f"recording read from {name}",) if name else ()
     if isinstance(found, list):
         rows = [(f"row {number} of {name or 'the list'}", row) for number, row in enumerate(found, start=1)]
@@ -68,7 +77,7 @@ def _document(content: str) -> Any:
 
 def _is_row(value: Any) -> bool:
     """Whether a value is one row: an object without lists in it."""
-    members = _flat(cast("dict[str, Any]", value), "", 0) if isinstance(value, dict) else ()
+    members = flat(cast("dict[str, Any]", value), "", 0) if isinstance(value, dict) else ()
     return isinstance(value, dict) and not any(isinstance(each, list) for _, each in members)
 
 
@@ -82,36 +91,6 @@ def _object(line: str, where: str) -> Mapping[str, Any]:
     return cast("dict[str, Any]", row)
 
 
-def _recordings(value: Any, name: str, depth: int) -> Iterator[tuple[str, list[Any] | dict[str, Any]]]:
-    """Lists of rows, and objects with lists of numbers, each with its place in the file."""
-    if isinstance(value, list):
-        if _holds_rows(cast("list[Any]", value)):
-            yield name, cast("list[Any]", value)
-        return
-    lists: dict[str, list[Any]] = {}
-    for place, each in _flat(cast("dict[str, Any]", value), "", depth) if isinstance(value, dict) else ():
-        if isinstance(each, list) and _holds_rows(cast("list[Any]", each)):
-            yield place, cast("list[Any]", each)
-        elif isinstance(each, list):
-            lists[place] = cast("list[Any]", each)
-    if any(len(each) > 1 for each in lists.values()):
-        yield name, lists
-
-
-def _holds_rows(values: list[Any]) -> bool:
-    return bool(values) and all(isinstance(value, dict) for value in values)
-
-
-def _flat(members: Mapping[str, Any], above: str, depth: int) -> Iterator[tuple[str, Any]]:
-    """Values of an object and of the objects in it, with names such as ``motor.speed``."""
-    for key, value in members.items():
-        name = f"{above}.{key}" if above else key
-        if isinstance(value, dict) and depth < _DEEPEST:
-            yield from _flat(cast("dict[str, Any]", value), name, depth + 1)
-        else:
-            yield name, value
-
-
 def _table_of_rows(source: LogSource, rows: Iterable[_Row], notes: tuple[str, ...]) -> Table:
     """The values of all rows by their names; what a row lacks is missing."""
     budget = Budget(len(source.data))
@@ -120,7 +99,7 @@ def _table_of_rows(source: LogSource, rows: Iterable[_Row], notes: tuple[str, ..
     for row, (place, members) in enumerate(rows):
         places.append(place)
         names = len(cells)
-        for name, value in _flat(members, "", 0):
+        for name, value in flat(members, "", 0):
             if isinstance(value, list):
                 each = cast("list[Any]", value)
                 if len(each) > _MOST:
@@ -143,14 +122,17 @@ def _table_of_rows(source: LogSource, rows: Iterable[_Row], notes: tuple[str, ..
 def _table_of_lists(source: LogSource, lists: Mapping[str, list[Any]], notes: tuple[str, ...]) -> Table:
     """Lists of one length as columns; lists of other lengths are left out, with a note."""
     longest = max(len(values) for values in lists.values())
-    others = [
-        f"list {name} has {len(values)} values, not {longest}"
+    others = {
+        name: f"list {name} has {len(values)} values, not {longest}"
         for name, values in lists.items()
         if len(values) != longest
-    ]
+    }
     columns = {name: values for name, values in lists.items() if len(values) == longest}
     places = [f"value {place}" for place in range(1, longest + 1)]
-    return _table(source, columns, places, (*notes, *(f"{other}: left out" for other in others)))
+    table = _table(source, columns, places, (*notes, *(f"{other}: left out" for other in others.values())))
+    # Who needs such a list is told; a single value or none beside long lists is a setting.
+    signals = {name.rpartition(".")[2]: why for name, why in others.items() if len(lists[name]) > longest // 2}
+    return replace(table, unreadable={**table.unreadable, **signals})
 
 
 def _table(source: LogSource, columns: Mapping[str, list[Any]], places: list[str], notes: tuple[str, ...]) -> Table:

@@ -18,11 +18,10 @@ import numpy as np
 
 from erclutch.errors import ErclutchError, LogError, printable
 from erclutch.logs.log_reader import HEAD, LogReader, LogSource, claims_nothing, log_suffixes, read_by, reader_of
-from erclutch.logs.readers.found_recordings import Found, joined_by_time
+from erclutch.logs.readers.found_recordings import JOINT, Found, joined_by_time
 from erclutch.logs.table import Table
 from erclutch.signals.array import Array
 
-JOINT = " + "
 _MOST = 12  # files: a device has few signals, and a folder of more holds logs
 _LOOKED_AT = 1 << 16  # bytes of a text that tell what its columns are
 _LARGEST_LOOKED_AT = 1 << 22  # bytes of a file that is read whole to look at its columns

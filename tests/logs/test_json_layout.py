@@ -1,0 +1,149 @@
+"""JSON in the forms that programs write: at any depth, signals with units, tables with columns, runs, two rates."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from erclutch.errors import ErclutchError, LogError
+from erclutch.logs import read, read_table, recordings_in
+
+TIME = [k / 100 for k in range(50)]
+SPEED = [round(float(np.sin(9 * t)), 6) for t in TIME]
+TORQUE = [round(s**3, 6) for s in SPEED]
+TABLE = [list(row) for row in zip(TIME, SPEED, TORQUE, strict=True)]
+
+#: Documents that hold the three columns above, with units where the last word says so.
+FORMS: dict[str, Any] = {
+    "lists below data, beside settings": {
+        "meta": {"who": "x", "gains": [1, 2, 3]},
+        "data": {"time": TIME, "speed": SPEED, "torque": TORQUE},
+    },
+    "rows at depth": {
+        "a": {"b": {"rows": [dict(zip(("time", "speed", "torque"), row, strict=True)) for row in TABLE]}}
+    },
+    "columns and data": {"columns": ["time", "speed", "torque"], "index": list(range(50)), "data": TABLE},
+    "columns and data at depth": {"x": {"columns": ["time", "speed", "torque"], "rows": TABLE}, "note": "n"},
+    "columns with units": {
+        "Results": [
+            {
+                "Data": {
+                    "columns": [
+                        {"name": "time", "unit": "s"},
+                        {"name": "speed", "unit": "rad/s"},
+                        {"name": "torque", "unit": "N*m"},
+                    ],
+                    "values": TABLE,
+                }
+            }
+        ]
+    }["Results"][0]["Data"],
+    "signals with units": {
+        "signals": [
+            {"name": "time", "unit": "s", "values": TIME},
+            {"name": "speed", "unit": "rad/s", "values": SPEED},
+            {"name": "torque", "unit": "N*m", "values": TORQUE},
+        ]
+    },
+    "signals by name with units": {
+        "time": {"unit": "s", "values": TIME},
+        "speed": {"unit": "rad/s", "values": SPEED},
+        "torque": {"unit": "N*m", "values": TORQUE},
+    },
+    "a list of units": {
+        "units": {"time": "s", "speed": "rad/s", "torque": "N*m"},
+        "data": {"time": TIME, "speed": SPEED, "torque": TORQUE},
+    },
+}
+
+
+def written(folder: Path, document: Any) -> Path:
+    path = folder / "log.json"
+    path.write_text(json.dumps(document), encoding="utf-8")
+    return path
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_a_document_is_read(tmp_path: Path, form: str) -> None:
+    table = read_table(written(tmp_path, FORMS[form]))
+    assert table.columns["time"].tolist() == TIME
+    assert table.columns["speed"].tolist() == SPEED
+    assert table.columns["torque"].tolist() == TORQUE
+    if "unit" in form:
+        assert [table.units[name] for name in ("time", "speed", "torque")] == ["s", "rad/s", "N*m"]
+
+
+def test_runs_are_recordings_under_their_names(tmp_path: Path) -> None:
+    runs = [{"name": "one", "time": TIME, "F": SPEED}, {"name": "two", "time": TIME[:30], "F": TORQUE[:30]}]
+    path = written(tmp_path, {"runs": runs})
+    assert recordings_in(path) == ["runs.one", "runs.two"]
+    assert read_table(path, variable="runs.two").columns["F"].tolist() == TORQUE[:30]
+
+
+def test_objects_of_two_rates_are_joined_where_that_is_asked_for(tmp_path: Path) -> None:
+    slow = {"time": TIME[::5], "current": [0.0] * 5 + [1.0] * 5}
+    path = written(tmp_path, {"fast": {"time": TIME, "speed": SPEED, "torque": TORQUE}, "slow": slow})
+    with pytest.raises(LogError, match=r"join them by time: --variable 'fast \+ slow'"):
+        read_table(path)
+    table = read_table(path, variable="fast + slow")
+    assert table.columns["current"].tolist() == [0.0] * 25 + [1.0] * 21
+    assert table.columns["speed"].tolist() == SPEED[:46]
+
+
+def test_a_signal_that_is_a_row_short_is_no_missing_field(tmp_path: Path) -> None:
+    path = written(tmp_path, {"time": TIME, "speed": SPEED, "torque": TORQUE, "current": [0.5] * 49})
+    with pytest.raises(ErclutchError, match="list current has 49 values, not 50"):
+        read(path)
+
+
+def test_lists_of_lists_without_names_are_refused(tmp_path: Path) -> None:
+    with pytest.raises(LogError, match="no rows of numbers"):
+        read_table(written(tmp_path, TABLE))
+
+
+_VALUES = st.recursive(
+    st.none() | st.booleans() | st.integers(-3, 3) | st.sampled_from(["time", "s", "x"]),
+    lambda inner: (
+        st.lists(inner, max_size=4)
+        | st.dictionaries(st.sampled_from(["time", "columns", "data", "unit", "units", "name", "a"]), inner, max_size=4)
+    ),
+    max_leaves=25,
+)
+
+
+@settings(max_examples=150, deadline=None)
+@given(_VALUES)
+def test_any_document_is_read_or_refused(tmp_path_factory: pytest.TempPathFactory, document: Any) -> None:
+    path = written(tmp_path_factory.getbasetemp(), document)
+    try:
+        table = read_table(path)
+    except ErclutchError:
+        return
+    assert len({values.size for values in table.columns.values()}) == 1
+
+
+@settings(max_examples=150, deadline=None)
+@given(form=st.sampled_from(list(FORMS)), place=st.integers(0, 3000), damage=st.sampled_from('0-,.]["{}:x'))
+def test_a_changed_byte_never_makes_more_than_the_value_it_stands_in(
+    tmp_path_factory: pytest.TempPathFactory, form: str, place: int, damage: str
+) -> None:
+    """Each column is as it was but for one value, or the file is refused, or a column is missing by name."""
+    text = json.dumps(FORMS[form])
+    place %= len(text)
+    path = tmp_path_factory.getbasetemp() / "changed.json"
+    path.write_text(text[:place] + damage + text[place + 1 :], encoding="utf-8")
+    try:
+        table = read_table(path)
+    except ErclutchError:
+        return
+    for name, right in (("time", TIME), ("speed", SPEED), ("torque", TORQUE)):
+        if name in table.columns:
+            values = table.columns[name]
+            assert values.size == 50
+            assert int(np.count_nonzero(values != np.array(right))) <= 1
