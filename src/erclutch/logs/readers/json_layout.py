@@ -113,11 +113,8 @@ def _with_columns(fields: Mapping[str, Any]) -> Lists | None:
         return None
     for key, rows in fields.items():
         held = cast("list[Any]", rows) if isinstance(rows, list) else []
-        if (
-            key not in ("columns", "index")
-            and held
-            and all(isinstance(r, list) and len(r) == len(labels) for r in held)
-        ):
+        whole = all(isinstance(row, list) and len(cast("list[Any]", row)) == len(labels) for row in held)
+        if key not in ("columns", "index") and held and whole:
             return {label: [row[place] for row in held] for place, label in enumerate(labels)}
     return None
 

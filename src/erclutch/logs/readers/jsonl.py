@@ -10,6 +10,7 @@ from __future__ import annotations
 import json
 import re
 import shlex
+from collections import Counter
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from typing import Any, cast
@@ -120,18 +121,19 @@ def _table_of_rows(source: LogSource, rows: Iterable[_Row], notes: tuple[str, ..
 
 
 def _table_of_lists(source: LogSource, lists: Mapping[str, list[Any]], notes: tuple[str, ...]) -> Table:
-    """Lists of one length as columns; lists of other lengths are left out, with a note."""
-    longest = max(len(values) for values in lists.values())
+    """Lists of the length that most have as columns; lists of other lengths are left out, with a note."""
+    lengths = Counter(len(values) for values in lists.values() if len(values) > 1)
+    most = max(lengths, key=lambda length: (lengths[length], length))
     others = {
-        name: f"list {name} has {len(values)} values, not {longest}"
+        name: f"list {name} has {len(values)} values, not {most}"
         for name, values in lists.items()
-        if len(values) != longest
+        if len(values) != most
     }
-    columns = {name: values for name, values in lists.items() if len(values) == longest}
-    places = [f"value {place}" for place in range(1, longest + 1)]
+    columns = {name: values for name, values in lists.items() if len(values) == most}
+    places = [f"value {place}" for place in range(1, most + 1)]
     table = _table(source, columns, places, (*notes, *(f"{other}: left out" for other in others.values())))
     # Who needs such a list is told; a single value or none beside long lists is a setting.
-    signals = {name.rpartition(".")[2]: why for name, why in others.items() if len(lists[name]) > longest // 2}
+    signals = {name.rpartition(".")[2]: why for name, why in others.items() if len(lists[name]) > most // 2}
     return replace(table, unreadable={**table.unreadable, **signals})
 
 
