@@ -85,7 +85,8 @@ class TorqueModel(ModelBase):
     @property
     def times(self) -> Mapping[str, float]:
         """Parameters of the stages by name."""
-        names = [p.name for stage in self.structure.stages for p in stage.parameters(self.period)]
+        stages = self.structure.stages
+        names = [number.name for stage in stages for number in stage.parameters(self.period)]
         return {name: self.shape[name] for name in names}
 
     @property
@@ -122,8 +123,9 @@ class TorqueModel(ModelBase):
     @property
     def plugins(self) -> tuple[Plugin, ...]:
         """What the model needs of other packages; its file names them."""
+        stages = outside_stages(self.structure.dynamics)
         law = self.structure.law.plugin
-        return (*(() if law is None else (law,)), *outside_stages(self.structure.dynamics))
+        return stages if law is None else (law, *stages)
 
     def effort_of_rows(
         self, elements: Sequence[Element], clock: Clock, extras: Mapping[str, Array], *, exactly: bool
@@ -132,11 +134,13 @@ class TorqueModel(ModelBase):
         q = list(self.shape.values())
         functions = array_as_in_c if exactly else as_it_is
         further = further_inputs(self.structure.extras, extras)
-        total = np.zeros(clock.time.size)
         columns = self.structure.columns(elements, clock, self.reference, q, functions=functions, extras=further)
+        effort = np.zeros(clock.time.size)
         for term in self._terms(columns):
-            total += np.asarray(term)
-        return np.asarray(self.structure.behind(array_as_in_c(total), clock, q)) if exactly else total
+            effort += np.asarray(term)
+        if not exactly:  # the columns came from behind the stages on the effort
+            return effort
+        return np.asarray(self.structure.behind(array_as_in_c(effort), clock, q))
 
     def _terms(self, columns: Sequence[Any]) -> Iterator[Any]:
         """The columns times their gains; they are added from left to right as in the exported C."""
@@ -179,9 +183,12 @@ class TorqueModel(ModelBase):
         """The equation and its numbers, as lines of a comment."""
         from erclutch.models.laws.symbolic import equation_text, memory_terms
 
-        law, structure = self.structure.law, self.structure
+        structure = self.structure
+        law = structure.law
         lines = [f"{self.title} ({law.source}). One element, for w > 0 (odd in w):", ""]
-        memory = (f" + {g}*{c}" for stage in slip_stages(structure.dynamics) for g, c in memory_terms(stage))
+        memory = [
+            f" + {gain}*{column}" for stage in slip_stages(structure.dynamics) for gain, column in memory_terms(stage)
+        ]
         lines += [f"  effort = {equation_text(law)}{''.join(memory)}", ""]
         lines += [f"with E = |field in the fluid| / {self.reference.field:.9g}, w = slip / {self.reference.slip:.9g}."]
         if slip_stages(structure.dynamics):
@@ -243,34 +250,40 @@ def model_from_dict(body: Mapping[str, Any], where: str = "model") -> TorqueMode
 
 
 def _model_from(body: Mapping[str, Any]) -> TorqueModel:
+    """The model of a file's content; `model_file.read_model` makes a RunError of what is raised here."""
     device = model_file.device_of(body)
     specification = model_file.specification_of(body["law"], "law")
     further: list[Any] = body.get("extras", [])
     structure = Structure(
-        device,
-        specification,
-        law_from_name(specification, device),
-        model_file.specification_of(body["dynamics"], "dynamics"),
-        model_file.truth_of(body["friction"], "friction"),
-        model_file.truth_of(body["offset"], "offset"),
-        model_file.names_of([entry["name"] for entry in further], "further inputs"),
+        device=device,
+        specification=specification,
+        law=law_from_name(specification, device),
+        dynamics=model_file.specification_of(body["dynamics"], "dynamics"),
+        friction=model_file.truth_of(body["friction"], "friction"),
+        offset=model_file.truth_of(body["offset"], "offset"),
+        extras=model_file.names_of([entry["name"] for entry in further], "further inputs"),
     )
+
     keys = ("field", "slip", "period_s")
     field_, slip, period = (model_file.number_of(body["reference"][key], key, positive=True) for key in keys)
-    scaled = tuple(model_file.number_of(entry["reference"], "reference", positive=True) for entry in further)
-    warmth = dict(zip(structure.extras, scaled, strict=True)).get(TEMPERATURE, 1.0)
+    scales = tuple(model_file.number_of(entry["reference"], "reference", positive=True) for entry in further)
+    warmth = dict(zip(structure.extras, scales, strict=True)).get(TEMPERATURE, 1.0)
     if temperature_stages(structure.dynamics) and not LEAST_KELVIN <= warmth <= MOST_KELVIN:
         raise ValueError(f"the reference temperature is {warmth} K, not from {LEAST_KELVIN:g} to {MOST_KELVIN:g} K")
-    reference = Reference(field_, slip, period, scaled, warmth)
-    shape = {s.name: model_file.number_of(body["shape"][s.name], s.name) for s in structure.shapes(reference.period)}
-    for s in structure.shapes(reference.period):
-        if not s.lower <= shape[s.name] <= s.upper:
-            raise ValueError(f"{s.name} is {shape[s.name]}, not from {s.lower:g} to {s.upper:g}")
+
+    shape: dict[str, float] = {}
+    for number in structure.shapes(period):
+        shape[number.name] = model_file.number_of(body["shape"][number.name], number.name)
+    # Values after names: a name that is missing is told before a value that does not fit.
+    for number in structure.shapes(period):
+        if not number.lower <= shape[number.name] <= number.upper:
+            limits = f"from {number.lower:g} to {number.upper:g}"
+            raise ValueError(f"{number.name} is {shape[number.name]}, not {limits}")
     return TorqueModel(
         structure=structure,
-        reference=reference,
+        reference=Reference(field_, slip, period, scales, warmth),
         shape=shape,
-        gains={g.name: model_file.number_of(body["gains"][g.name], g.name) for g in structure.gains()},
+        gains={gain.name: model_file.number_of(body["gains"][gain.name], gain.name) for gain in structure.gains()},
         units=model_file.units_of(body),
         trained_on=model_file.range_of(body),
         about=model_file.about_of(body),

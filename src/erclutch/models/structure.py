@@ -92,19 +92,17 @@ class Structure:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "dynamics", canonical(self.dynamics))
-        self._require_parts()
-        if temperature_stages(self.dynamics) and TEMPERATURE not in self.extras:
-            object.__setattr__(self, "extras", (*self.extras, TEMPERATURE))
-        if position_stages(self.dynamics) and POSITION not in self.extras:
-            object.__setattr__(self, "extras", (*self.extras, POSITION))
-
-    def _require_parts(self) -> None:
-        for stage in temperature_stages(self.dynamics):
+        warmed = temperature_stages(self.dynamics)
+        for stage in warmed:
             if stage.part not in self.law.parts:
                 raise SettingError(
                     f"the law {self.specification} does not say which of its gains are the {stage.part} effort",
                     remedy=f"Leave {stage.name} out, or give the law's gains their part",
                 )
+        if warmed and TEMPERATURE not in self.extras:
+            object.__setattr__(self, "extras", (*self.extras, TEMPERATURE))
+        if position_stages(self.dynamics) and POSITION not in self.extras:
+            object.__setattr__(self, "extras", (*self.extras, POSITION))
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Law functions are made, not imported, so a copy in another process makes its own from the names."""
@@ -122,7 +120,7 @@ class Structure:
 
     def shapes(self, period: float) -> tuple[ShapeParameter, ...]:
         """All nonlinear parameters: of the stimulus, the law, the memory's strength, the stages."""
-        times = (p for stage in self.stages for p in stage.parameters(period))
+        times = [number for stage in self.stages for number in stage.parameters(period)]
         return (*self.law.stimulus_shape, *self.law.shape, *self._own_strength, *times)
 
     @property
@@ -161,22 +159,24 @@ class Structure:
 
     def gains(self) -> tuple[Gain, ...]:
         """All linear parameters, elements one after another, then those of the whole device."""
-        own = self._gains_of_element
+        of_one = self._gains_of_element
         if self.elements == 1:
-            named = own
+            gains = list(of_one)
         else:
-            named = tuple(
-                replace(g, name=f"{g.name}_{i + 1}", meaning=f"{g.meaning}, CH{i + 1}")
-                for i in range(self.elements)
-                for g in own
-            )
-        further = (
-            Gain(f"c_{i + 1}", f"effort per {name}", _FRICTION.dimension, nonnegative=False, extra=i)
-            for i, name in enumerate(self.extras)
-            if i != self._temperature_place
-        )
-        moving = (gain for stage in position_stages(self.dynamics) for gain in stage.gains)
-        return (*named, *further, *moving, *((OFFSET,) if self.offset else ()))
+            gains = [
+                replace(gain, name=f"{gain.name}_{element}", meaning=f"{gain.meaning}, CH{element}")
+                for element in range(1, self.elements + 1)
+                for gain in of_one
+            ]
+        for place, name in enumerate(self.extras):
+            if place != self._temperature_place:  # the temperature changes gains and has none itself
+                meaning = f"effort per {name}"
+                gains.append(Gain(f"c_{place + 1}", meaning, _FRICTION.dimension, nonnegative=False, extra=place))
+        for stage in position_stages(self.dynamics):
+            gains.extend(stage.gains)
+        if self.offset:
+            gains.append(OFFSET)
+        return tuple(gains)
 
     @property
     def _gains_of_element(self) -> tuple[Gain, ...]:
@@ -198,17 +198,6 @@ class Structure:
             factors[stage.part] = stage.factor(relative, *self.numbers_of(stage, q))
         return factors
 
-    def _law_columns(
-        self, strength: Any, slip: Any, shape: Sequence[Any], factors: Mapping[Part | None, Any]
-    ) -> list[Any]:
-        """The law's columns; a viscosity that is a ratio to the yield effort feels the temperature before them."""
-        if factors:
-            shape = [
-                value * (factors.get("viscous", 1.0) / factors.get("yield", 1.0)) if s.viscous_over_yield else value
-                for s, value in zip(self.law.shape, shape, strict=True)
-            ]
-        return [*self.law.columns(strength, slip, *shape)]
-
     def columns(
         self,
         elements: Sequence[Element],
@@ -228,22 +217,30 @@ class Structure:
         Stages on the effort are not in the columns of such arrays, nor in those ``ahead`` of them, which come at all
         rows where there are such stages; `behind` has them.
         """
-        memory = slip_stages(self.dynamics)
+        # A stage on the effort needs the columns of all rows; stages on the slip need the signals of all rows, and
+        # take a slice as what is wanted of them, but no list of rows.
         wanted = slice(None) if stages_at(self.dynamics, "effort") else rows
-        slices = wanted if isinstance(wanted, slice) else slice(None)
-        whole = slice(None) if memory else slices
+        listed = not isinstance(wanted, slice)
+        of_memory = slice(None) if listed else wanted
+        of_signals = slice(None) if slip_stages(self.dynamics) else of_memory
         fluids, slips, moved, remembered = self.signals(
-            elements, clock, reference, q, functions, rows=whole, wanted=slices
+            elements, clock, reference, q, functions, rows=of_signals, wanted=of_memory
         )
-        if slices is not wanted or whole != slices:
-            fluids, slips = [pick(fluid, wanted) for fluid in fluids], [slip[wanted] for slip in slips]
+        if listed or of_signals != of_memory:
+            fluids = [pick(fluid, wanted) for fluid in fluids]
+            slips = [slip[wanted] for slip in slips]
             moved = [SlipAndStrength(m.slip[wanted], pick(m.strength, wanted)) for m in moved]
-        if slices is not wanted:
-            remembered = [[[pick(x, wanted) for x in outputs] for outputs in own] for own in remembered]
+        if listed:
+            remembered = [
+                [[pick(output, wanted) for output in outputs] for outputs in of_element] for of_element in remembered
+            ]
         further = {name: functions((extras or {})[name][wanted]) for name in self.extras}
-        columns = self.from_fluid(FluidSignals(fluids, slips, remembered, further), reference, q, moved)
-        plain = ahead or functions is not as_it_is
-        return columns if plain else [self.behind(column, clock, q, rows) for column in columns]
+
+        signals = FluidSignals(fluids, slips, remembered, further)
+        columns = self.from_fluid(signals, reference, q, moved)
+        if ahead or functions is not as_it_is:
+            return columns
+        return [self.behind(column, clock, q, rows) for column in columns]
 
     def signals(
         self,
@@ -260,12 +257,15 @@ class Structure:
 
         The memory comes at the rows that are wanted; it has run over ``rows``, as all else that comes.
         """
-        commands = [self.command(functions(e.field), reference, q) for e in elements]
-        fluids = [functions(self.in_fluid(command, clock, q, rows)) for command in commands]
-        slips = [functions(e.slip[rows]) for e in elements]
+        fluids: list[Any] = []
+        slips: list[Any] = []
+        for element in elements:
+            command = self.command(functions(element.field), reference, q)
+            fluids.append(functions(self.in_fluid(command, clock, q, rows)))
+            slips.append(functions(element.slip[rows]))
         moved = self.moved(fluids, slips, reference, q)
-        stages = slip_stages(self.dynamics)
-        remembered = [[stage.respond(m, clock, self.numbers_of(stage, q), wanted) for stage in stages] for m in moved]
+        stages = [(stage, self.numbers_of(stage, q)) for stage in slip_stages(self.dynamics)]
+        remembered = [[stage.respond(m, clock, numbers, wanted) for stage, numbers in stages] for m in moved]
         return fluids, slips, moved, remembered
 
     def behind(self, effort: Any, clock: Clock, q: Sequence[Any], rows: slice | NDArray[np.intp] = slice(None)) -> Any:
@@ -277,8 +277,11 @@ class Structure:
 
     def command(self, field: Any, reference: Reference, q: Sequence[Any]) -> Any:
         """What the stages work on, elementwise on any operand."""
-        command, stimulus = field / reference.field, self.law.stimulus
-        return command if stimulus is None else stimulus(command, *q[: len(self.law.stimulus_shape)])
+        command = field / reference.field
+        stimulus = self.law.stimulus
+        if stimulus is None:
+            return command
+        return stimulus(command, *q[: len(self.law.stimulus_shape)])
 
     def moved(
         self, fluids: Sequence[Any], slips: Sequence[Any], reference: Reference, q: Sequence[Any]
@@ -286,7 +289,8 @@ class Structure:
         """What the stages on the slip of each element work on, elementwise on any operand."""
         if not slip_stages(self.dynamics):
             return [SlipAndStrength(slip, 1.0) for slip in slips]
-        form, shape = self.law.yield_form or POWER, [q[i] for i in self._strength_places]
+        form = self.law.yield_form or POWER
+        shape = [q[place] for place in self._strength_places]
         return [
             SlipAndStrength(way * slip / reference.slip, form.factor(np.abs(fluid), *shape))
             for way, fluid, slip in zip(self.ways, fluids, slips, strict=True)
@@ -307,25 +311,40 @@ class Structure:
             q: nonlinear parameters.
             moved: what `moved` makes of fluids and slips, where that is known.
         """
+        fluids, slips = signals.fluids, signals.slips
+        extras = [signals.extras[name] for name in self.extras]
+        if moved is None:
+            moved = self.moved(fluids, slips, reference, q)
         first = len(self.law.stimulus_shape)
         shape = q[first : first + len(self.law.shape)]
-        fluids, slips, extras = signals.fluids, signals.slips, [signals.extras[name] for name in self.extras]
-        moved = self.moved(fluids, slips, reference, q) if moved is None else moved
-        factors, gains = self._factors(extras, reference, q), self._gains_of_element
+        turn = FORWARD if self.law.forward else shape[0]  # slip over which friction turns its sign
+        factors = self._factors(extras, reference, q)
+        if factors:
+            # A viscosity that is a ratio to the yield effort feels the temperature inside of the law.
+            ratio = factors.get("viscous", 1.0) / factors.get("yield", 1.0)
+            shape = [
+                number * ratio if of.viscous_over_yield else number
+                for of, number in zip(self.law.shape, shape, strict=True)
+            ]
+
         columns: list[Any] = []
         for way, fluid, relative, m, outputs in zip(self.ways, fluids, slips, moved, signals.remembered, strict=True):
-            strength, slip = np.abs(fluid), way * relative / reference.slip
-            turn = FORWARD if self.law.forward else shape[0]
-            own = self._law_columns(strength, slip, shape, factors)
+            slip = way * relative / reference.slip
+            own = [*self.law.columns(np.abs(fluid), slip, *shape)]
             if self.friction:
                 own.append(direction(slip, turn) * np.ones(slip.size))
             for stage, values in zip(slip_stages(self.dynamics), outputs, strict=True):
                 own.extend(stage.columns(values, m.strength))
             if factors:
-                own = [c * factors[g.part] if g.part in factors else c for c, g in zip(own, gains, strict=True)]
-            columns.extend(own if way > 0 else (-c for c in own))
-        scaled = enumerate(zip(extras, reference.extras, strict=True))
-        columns.extend(x / scale for i, (x, scale) in scaled if i != self._temperature_place)
+                parts = [gain.part for gain in self._gains_of_element]
+                own = [
+                    column * factors[part] if part in factors else column
+                    for column, part in zip(own, parts, strict=True)
+                ]
+            columns.extend(own if way > 0 else [-column for column in own])
+        for place, (further, scale) in enumerate(zip(extras, reference.extras, strict=True)):
+            if place != self._temperature_place:
+                columns.append(further / scale)
         for stage in position_stages(self.dynamics):
             # The slip's own scale, so that the numbers of the stage are ways, in the position's unit.
             position = signals.extras[POSITION] / reference.slip
@@ -338,7 +357,8 @@ class Structure:
         """The field in one element's fluid at some of the rows: the command after the stages on it."""
         stages = stages_at(self.dynamics, "command")
         for k, stage in enumerate(stages):
-            wanted = rows if k == len(stages) - 1 else slice(None)
+            last = k == len(stages) - 1
+            wanted = rows if last else slice(None)  # the next stage remembers all rows
             behind = stage.respond(command, clock, self.numbers_of(stage, q), wanted)
             command = array_as_in_c(behind) if isinstance(command, ArrayAsInC) else behind
         return command if stages else pick(command, rows)

@@ -106,7 +106,8 @@ class NetworkModel(ModelBase):
     def extras(self) -> Mapping[str, Pair]:
         """Further inputs, and the range of each."""
         names = self.structure.extras
-        ranges = self.input_range[len(self.input_range) - len(names) :]
+        first = len(self.input_range) - len(names)  # they are the last of all inputs
+        ranges = self.input_range[first:]
         return {name: (float(low), float(high)) for name, (low, high) in zip(names, ranges, strict=True)}
 
     @property
@@ -176,8 +177,9 @@ class NetworkModel(ModelBase):
         """See `ModelBase.effort`; a lone row where the law has a share takes the long road."""
         if clock.time.size == 1 and self.beyond is not None:
             further = further_inputs(self.structure.extras, extras or {}).values()
-            fluids, slips = ([getattr(e, name).item() for e in elements] for name in ("field", "slip"))
-            if not self.nearness.amid(fluids, slips, [x.item() for x in further]):
+            fields = [element.field.item() for element in elements]
+            slips = [element.slip.item() for element in elements]
+            if not self.nearness.amid(fields, slips, [value.item() for value in further]):
                 return self.effort_of_rows(elements, clock, extras or {}, exactly=exactly)
         return super().effort(elements, clock, extras, exactly=exactly)
 
@@ -232,20 +234,24 @@ class NetworkModel(ModelBase):
     def of_inputs(self, inputs: Array, *, exactly: bool = True) -> Array:
         """Effort from all inputs as they are (inputs, n), shape (n,)."""
         rows = _BLOCK // max(self.structure.hidden)
-        blocks = (inputs[:, at : at + rows] for at in range(0, inputs.shape[1], rows))
-        parts = [self.as_exported(x) if exactly else self.forward(self.scaling.inputs(x)) for x in blocks]
+        parts: list[Array] = []
+        for at in range(0, inputs.shape[1], rows):
+            block = inputs[:, at : at + rows]
+            parts.append(self.as_exported(block) if exactly else self.forward(self.scaling.inputs(block)))
         return np.concatenate(parts) if parts else np.zeros(0)
 
     @cached_property
     def folded(self) -> NetworkModel:
         """The same network as C and `predict` compute it: its scales, but for an RBFN's inputs, lie in its weights."""
-        to, weights = self.scaling, dict(self.weights)
-        scale, (out, start) = to.scale, ("w", "b") if self.structure.kind == "rbfn" else ("W_out", "b_out")
-        if "W1" in weights:
-            weights["W1"], scale = weights["W1"] / scale, np.ones_like(scale)
-        weights[out] = weights[out] * to.effort_scale
-        weights[start] = weights[start] * to.effort_scale + to.effort_offset
-        return replace(self, scaling=Scaling(to.offset, scale, 0.0, 1.0), weights=weights)
+        scaling, weights = self.scaling, dict(self.weights)
+        scale = scaling.scale
+        if self.structure.kind == "fnn":
+            weights["W1"] = weights["W1"] / scale
+            scale = np.ones_like(scale)
+        last, bias = ("w", "b") if self.structure.kind == "rbfn" else ("W_out", "b_out")
+        weights[last] = weights[last] * scaling.effort_scale
+        weights[bias] = weights[bias] * scaling.effort_scale + scaling.effort_offset
+        return replace(self, scaling=Scaling(scaling.offset, scale, 0.0, 1.0), weights=weights)
 
     def forward(self, x: Array) -> Array:
         """Effort from normalised inputs (inputs, n), shape (n,), through BLAS and NumPy's own functions."""
@@ -268,14 +274,16 @@ class NetworkModel(ModelBase):
 
     def steady(self, fields: Sequence[Array], slips: Sequence[Array], extras: Sequence[Array] = ()) -> Array:
         """Effort at rest, shape (n,): the fluid settled, all past rows as the present one."""
-        remembered = settled_memory(self, self.moved(*(map(array_as_in_c, x) for x in (fields, slips))))
+        fluids = [array_as_in_c(field) for field in fields]
+        relative = [array_as_in_c(slip) for slip in slips]
+        remembered = settled_memory(self, self.moved(fluids, relative))
         further = dict(zip(self.structure.extras, extras, strict=True))
         inputs = inputs_from(self.structure, FluidSignals(fields, slips, remembered, further))
         rows = np.array(np.broadcast_arrays(*inputs), np.float64)
         effort = self.of_inputs(rows)
         if self.beyond is None:
             return effort
-        given = [[np.broadcast_to(x, effort.shape) for x in group] for group in (fields, slips, extras)]
+        given = [[np.broadcast_to(signal, effort.shape) for signal in group] for group in (fields, slips, extras)]
         return self._faded(effort, given, exactly=True)
 
     def scaled(self, factor: float, offset: float = 0.0) -> NetworkModel:
@@ -308,17 +316,23 @@ class NetworkModel(ModelBase):
 
     def equation(self) -> list[str]:
         """The equation and its inputs, as lines of a comment."""
-        s, to = self.structure, self.scaling
-        first = f"{self.title}, x = (input - offset) / scale of each input, effort = y {to.effort_scale:.9g}"
-        if s.kind == "rbfn":
+        structure, scaling = self.structure, self.scaling
+        sign = "-" if scaling.effort_offset < 0 else "+"
+        effort = f"effort = y {scaling.effort_scale:.9g} {sign} {abs(scaling.effort_offset):.9g}"
+        if structure.kind == "rbfn":
             formula = "y = b + sum_i w_i exp(-|x - c_i|^2 / (2 s_i^2))"
         else:
-            layers = [f"a{i + 1} = tanh(W{i + 1} {f'a{i}' if i else 'x'} + b{i + 1})" for i in range(len(s.hidden))]
-            formula = f"{', '.join(layers)}, y = W_out a{len(s.hidden)} + b_out"
-        inputs = f"Inputs: {', '.join(s.inputs)}."
-        law = [] if self.beyond is None else ["", _GIVES_WAY, "", *self.beyond.equation()]
-        first += f" {'-' if to.effort_offset < 0 else '+'} {abs(to.effort_offset):.9g}."
-        return [first, "", f"  {formula}", "", inputs, *stage_equations(s.dynamics), *law]
+            layers: list[str] = []
+            before = "x"
+            for layer in range(1, len(structure.hidden) + 1):
+                layers.append(f"a{layer} = tanh(W{layer} {before} + b{layer})")
+                before = f"a{layer}"
+            formula = f"{', '.join(layers)}, y = W_out {before} + b_out"
+        lines = [f"{self.title}, x = (input - offset) / scale of each input, {effort}.", ""]
+        lines += [f"  {formula}", "", f"Inputs: {', '.join(structure.inputs)}.", *stage_equations(structure.dynamics)]
+        if self.beyond is not None:
+            lines += ["", _GIVES_WAY, "", *self.beyond.equation()]
+        return lines
 
     @property
     def plugins(self) -> tuple[Plugin, ...]:
@@ -363,11 +377,13 @@ class NetworkModel(ModelBase):
 
 def table_shapes(structure: NetworkStructure) -> dict[str, tuple[int, ...]]:
     """Shape of each table of weights, in their order."""
-    k = len(structure.inputs)
+    inputs = len(structure.inputs)
     if structure.kind == "rbfn":
-        n = structure.hidden[0]
-        return {"centres": (n, k), "spreads": (n,), "w": (n,), "b": (1,)}
+        neurons = structure.hidden[0]
+        return {"centres": (neurons, inputs), "spreads": (neurons,), "w": (neurons,), "b": (1,)}
     shapes: dict[str, tuple[int, ...]] = {}
-    for i, (before, after) in enumerate(zip((k, *structure.hidden), structure.hidden, strict=False), start=1):
-        shapes |= {f"W{i}": (after, before), f"b{i}": (after,)}
+    before = inputs
+    for layer, neurons in enumerate(structure.hidden, start=1):
+        shapes |= {f"W{layer}": (neurons, before), f"b{layer}": (neurons,)}
+        before = neurons
     return {**shapes, "W_out": (1, structure.hidden[-1]), "b_out": (1,)}
