@@ -13,8 +13,10 @@ from erclutch.runs.run_rows import RunRows
 from erclutch.signals.array import Array, Mask
 from erclutch.signals.clock import Span, cut_spans, stretches
 
-_WINDOW = 4096
-_POINTS = 140
+_WINDOW = 4096  # rows at most
+_POINTS = 140  # of a spectrum
+_SHORTEST = 64  # rows of the longest stretch, below which nothing is said
+_SAME_PERIOD = 0.02  # share by which periods may differ
 
 
 @dataclass(frozen=True)
@@ -54,23 +56,26 @@ def held_out_spans(rows: RunRows) -> list[Span]:
 
 def spans_inside(rows: RunRows, mask: Mask) -> list[Span]:
     """Gapless stretches of the rows of a mask."""
-    return [
-        Span(a + s.start, a + s.stop, s.period)
-        for a, b in stretches(mask)
-        for s in cut_spans(rows.data.clock.spans, a, b)
-    ]
+    inside: list[Span] = []
+    for start, stop in stretches(mask):
+        for span in cut_spans(rows.data.clock.spans, start, stop):  # counted from the start of the stretch
+            inside.append(Span(start + span.start, start + span.stop, span.period))
+    return inside
 
 
 def noise_of(values: Array) -> float:
     """Standard deviation of a signal's noise, from the median of its second differences; 0 where most rows repeat."""
     apart = np.abs(np.diff(values, 2))
-    return 1.4826 * float(np.median(apart)) / 6.0**0.5 if apart.size else 0.0
+    if not apart.size:
+        return 0.0
+    deviation = 1.4826 * float(np.median(apart))  # of normal noise, from its median
+    return deviation / 6.0**0.5  # x - 2 y + z has six times the variance
 
 
 def period_of(rows: RunRows) -> float:
     """Sampling period in s of most of the rows held out."""
-    step = np.concatenate([_steps(rows, span)[:-1] for span in held_out_spans(rows)] or [np.diff(rows.data.clock.time)])
-    return float(np.median(step))
+    steps = [_steps(rows, span)[:-1] for span in held_out_spans(rows)] or [np.diff(rows.data.clock.time)]
+    return float(np.median(np.concatenate(steps)))
 
 
 def _steps(rows: RunRows, span: Span) -> Array:
@@ -84,28 +89,35 @@ def _steps(rows: RunRows, span: Span) -> Array:
 def _alike(rows: RunRows) -> tuple[list[Span], int, float]:
     """Stretches of the rows held out that are sampled like most of them, rows of the longest, and the period."""
     period = period_of(rows)
-    alike = [s for s in held_out_spans(rows) if abs(float(np.median(_steps(rows, s))) - period) < 0.02 * period]
-    return alike, max((s.stop - s.start for s in alike), default=0), period
+    alike: list[Span] = []
+    for span in held_out_spans(rows):
+        own = float(np.median(_steps(rows, span)))
+        if abs(own - period) < _SAME_PERIOD * period:
+            alike.append(span)
+    longest = max((span.stop - span.start for span in alike), default=0)
+    return alike, longest, period
 
 
 def spectrum(rows: RunRows, models: Sequence[str]) -> Spectrum | None:
     """Densities by averaged, windowed periodograms (Welch); None where no stretch is long enough."""
     spans, longest, period = _alike(rows)
-    if longest < 64:
+    if longest < _SHORTEST:
         return None
-    width = min(_WINDOW, 1 << (longest // 2).bit_length() - 1)
-    signals = {"measured": rows.data.effort, **{m: rows.residual(m) for m in models}}
-    whole = {name: _welch(values, spans, width, period) for name, values in signals.items()}
+    width = min(_WINDOW, 1 << (longest // 2).bit_length() - 1)  # a power of two, at least twice in the longest
     frequency = np.fft.rfftfreq(width, period)[1:]
+    # Groups of frequencies, evenly over the logarithm, for a curve of few points.
     edges = np.unique(np.geomspace(1, frequency.size, _POINTS).astype(int))
     groups = [slice(a - 1, max(b - 1, a)) for a, b in itertools.pairwise(edges)]
-    return Spectrum(
-        np.array([frequency[g].mean() for g in groups]),
-        {name: np.sqrt(np.array([power[1:][g].mean() for g in groups])) for name, power in whole.items()},
-    )
+    signals = {"measured": rows.data.effort, **{name: rows.residual(name) for name in models}}
+    density: dict[str, Array] = {}
+    for name, values in signals.items():
+        power = _welch(values, spans, width, period)[1:]
+        density[name] = np.sqrt(np.array([power[group].mean() for group in groups]))
+    return Spectrum(np.array([frequency[group].mean() for group in groups]), density)
 
 
 def _welch(values: Array, spans: Sequence[Span], width: int, period: float) -> Array:
+    """Power spectral density, shape (width / 2 + 1,): the mean over windows that overlap by half."""
     taper = np.hanning(width)
     total, count = np.zeros(width // 2 + 1), 0
     for span in spans:
@@ -119,28 +131,29 @@ def _welch(values: Array, spans: Sequence[Span], width: int, period: float) -> A
 def autocorrelation(rows: RunRows, models: Sequence[str]) -> Autocorrelation | None:
     """Autocorrelations up to where they have died away; None where no stretch is long enough."""
     spans, longest, period = _alike(rows)
-    if longest < 64:
+    if longest < _SHORTEST:
         return None
-    most = min(longest // 3, max(50, round(2.0 / period)))
-    values = {m: _correlate(rows.residual(m), spans, most) for m in models}
+    most = min(longest // 3, max(50, round(2.0 / period)))  # rows of lag
+    whole = {name: _correlate(rows.residual(name), spans, most) for name in models}
     # Up to three times the lag at which the longest memory has first fallen to a tenth.
-    gone = [int(np.argmax(np.append(v, 0.0) < 0.1)) for v in values.values()]
+    gone = [int(np.argmax(np.append(values, 0.0) < 0.1)) for values in whole.values()]
     last = int(np.clip(3 * max(gone), min(30, most), most))
-    n = sum(s.stop - s.start for s in spans)
+    count = sum(span.stop - span.start for span in spans)
     return Autocorrelation(
-        np.arange(last + 1, dtype=np.float64) * period,
-        {m: v[: last + 1] for m, v in values.items()},
-        1.96 / n**0.5,
-        {m: independent_rows(rows.residual(m)[rows.test] ** 2) for m in models},
+        lag=np.arange(last + 1, dtype=np.float64) * period,
+        values={name: values[: last + 1] for name, values in whole.items()},
+        white=1.96 / count**0.5,
+        independent={name: independent_rows(rows.residual(name)[rows.test] ** 2) for name in models},
     )
 
 
 def _correlate(residual: Array, spans: Sequence[Span], most: int) -> Array:
-    mean = np.mean(np.concatenate([residual[s.start : s.stop] for s in spans]))
+    """Autocorrelation at lags of 0 to so many rows, shape (most + 1,); pairs of rows across a gap do not count."""
+    mean = np.mean(np.concatenate([residual[span.start : span.stop] for span in spans]))
     total = np.zeros(most + 1)
     for span in spans:
         piece = residual[span.start : span.stop] - mean
-        size = 1 << (piece.size + most).bit_length()
+        size = 1 << (piece.size + most).bit_length()  # room enough that the ends do not meet
         power = np.abs(np.fft.rfft(piece, size)) ** 2
         total += np.fft.irfft(power, size)[: most + 1]
     return total / total[0] if total[0] > 0 else np.eye(1, most + 1)[0]

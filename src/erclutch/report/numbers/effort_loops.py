@@ -81,18 +81,16 @@ def effort_loops(rows: RunRows, models: Sequence[str]) -> list[EffortLoop]:
     Rows held out come first; a field that was not held out is shown on training rows.
     """
     largest = max(float(np.abs(e.field).max()) for e in rows.data.elements) or 1.0
-    found: list[EffortLoop] = []
+    loops: list[EffortLoop] = []
     for element in range(len(rows.data.elements)):
         windows = _windows(rows, element, 2)
         field = np.abs(rows.data.elements[element].field)
-        if (
-            np.median(_reach(field, windows.starts, windows.stops) / largest if windows.starts.size else 1.0)
-            > _RESTLESS
-        ):
+        moves = _reach(field, windows.starts, windows.stops) / largest if windows.starts.size else 1.0
+        if np.median(moves) > _RESTLESS:  # or there is no such window: shorter ones have a steadier field
             windows = _windows(rows, element, 1)
         chosen = _chosen(rows, element, windows, largest)
-        found += [_loop(rows, models, element, windows, k) for k in chosen]
-    return found
+        loops += [_loop(rows, models, element, windows, place) for place in chosen]
+    return loops
 
 
 def loop_areas(rows: RunRows, models: Sequence[str]) -> LoopAreas | None:
@@ -110,9 +108,10 @@ def loop_areas(rows: RunRows, models: Sequence[str]) -> LoopAreas | None:
         starts, stops = windows.starts[usable], windows.stops[usable]
         if not starts.size:
             continue
-        reach = _reach(own.slip, starts, stops) * _reach(rows.data.effort, starts, stops)
+        box = _reach(own.slip, starts, stops) * _reach(rows.data.effort, starts, stops)
         areas += [float(np.sum(_area(own.slip, effort, starts, stops))) for effort in efforts]
-        boxes, periods = boxes + float(np.sum(reach)), periods + starts.size
+        boxes += float(np.sum(box))
+        periods += starts.size
     if periods < _FEWEST_PERIODS or not boxes or not areas[0]:
         return None
     drawn = {name: float(area / areas[0]) for name, area in zip(models, areas[1:], strict=True)}
@@ -121,20 +120,28 @@ def loop_areas(rows: RunRows, models: Sequence[str]) -> LoopAreas | None:
 
 def _windows(rows: RunRows, element: int, periods: int) -> _Periods:
     """All windows of so many periods in which the other element of a pair is without field."""
-    data = rows.data
-    starts, stops, out = list[Rows](), list[Rows](), list[NDArray[np.bool_]]()
-    usual = float(np.sqrt(np.mean(data.elements[element].slip ** 2)))
+    elements = rows.data.elements
+    slip = elements[element].slip
+    dead = _DEAD * float(np.sqrt(np.mean(slip**2)))
+    starts, stops, held = list[Rows](), list[Rows](), list[NDArray[np.bool_]]()
     for is_held in (True, False):
-        spans = spans_inside(rows, rows.test == is_held)
-        turns = [_turns(data.elements[element].slip, span, _DEAD * usual) for span in spans]
-        starts += [at[:-periods] for at in turns if at.size > periods]
-        stops += [at[periods:] for at in turns if at.size > periods]
-        out += [np.full(at.size - periods, is_held) for at in turns if at.size > periods]
+        for span in spans_inside(rows, rows.test == is_held):
+            turns = _turns(slip, span, dead)
+            if turns.size > periods:
+                starts.append(turns[:-periods])
+                stops.append(turns[periods:])
+                held.append(np.full(turns.size - periods, is_held))
     if not starts:
         return _Periods(np.zeros(0, np.intp), np.zeros(0, np.intp), np.zeros(0, np.bool_))
+
     first, last = np.concatenate(starts), np.concatenate(stops)
-    keep = (last - first >= periods * _FEWEST_ROWS) & _alone(rows, element, first, last)
-    return _Periods(first[keep], last[keep], np.concatenate(out)[keep])
+    keep = last - first >= periods * _FEWEST_ROWS
+    largest = max(float(np.abs(e.field).max()) for e in elements)
+    for place, other in enumerate(elements):
+        if place != element:
+            busy = np.concatenate([[0], np.cumsum(np.abs(other.field) > _OTHER * largest)])  # rows before each row
+            keep &= busy[last] == busy[first]
+    return _Periods(first[keep], last[keep], np.concatenate(held)[keep])
 
 
 def _turns(slip: Array, span: Span, dead: float) -> Rows:
@@ -142,57 +149,60 @@ def _turns(slip: Array, span: Span, dead: float) -> Rows:
     own = slip[span.start : span.stop]
     own = own - own.mean()
     beyond = np.flatnonzero(np.abs(own) > dead)
-    up = np.flatnonzero((own[beyond][:-1] < 0.0) & (own[beyond][1:] > 0.0))
+    before, after = own[beyond][:-1], own[beyond][1:]
+    up = np.flatnonzero((before < 0.0) & (after > 0.0))
     return beyond[up + 1] + span.start
-
-
-def _alone(rows: RunRows, element: int, first: Rows, last: Rows) -> NDArray[np.bool_]:
-    free = np.ones(first.size, np.bool_)
-    largest = max(float(np.abs(e.field).max()) for e in rows.data.elements)
-    for k, other in enumerate(rows.data.elements):
-        if k != element:
-            busy = np.concatenate([[0], np.cumsum(np.abs(other.field) > _OTHER * largest)])
-            free &= busy[last] == busy[first]
-    return free
 
 
 def _chosen(rows: RunRows, element: int, windows: _Periods, largest: float) -> list[int]:
     """For each of a few fields the window with the steadiest field near it and at least the usual motion."""
     if not windows.starts.size:
         return []
-    field, slip = np.abs(rows.data.elements[element].field), rows.data.elements[element].slip
+    own = rows.data.elements[element]
+    field = np.abs(own.field)
     starts, stops = windows.starts, windows.stops
-    mean, moved = _mean(field, starts, stops), _mean(slip * slip, starts, stops)
+    mean_field = _mean(field, starts, stops)
+    mean_square = _mean(own.slip * own.slip, starts, stops)
     spread = _reach(field, starts, stops) / largest
-    lively = moved >= np.median(moved)
-    targets = np.linspace(float(mean.min()), float(mean.max()), _LEVELS)
-    found: list[int] = []
+    lively = mean_square >= np.median(mean_square)
+    targets = np.linspace(float(mean_field.min()), float(mean_field.max()), _LEVELS)
+    chosen: list[int] = []
     for target in targets:
         # Rows held out first, where they have such a field.
-        off = spread + np.abs(mean - target) / largest + 0.25 * ~windows.held + 1.0 * ~lively
+        off = spread + np.abs(mean_field - target) / largest + 0.25 * ~windows.held + 1.0 * ~lively
         best = int(np.argmin(off))
-        if best not in found and all(abs(mean[best] - mean[k]) > 0.05 * largest for k in found):
-            found.append(best)
-    return found
+        apart = [abs(mean_field[best] - mean_field[other]) > 0.05 * largest for other in chosen]
+        if best not in chosen and all(apart):
+            chosen.append(best)
+    return chosen
 
 
-def _loop(rows: RunRows, models: Sequence[str], element: int, windows: _Periods, k: int) -> EffortLoop:
-    start, stop = int(windows.starts[k]), int(windows.stops[k]) + 1
+def _loop(rows: RunRows, models: Sequence[str], element: int, windows: _Periods, place: int) -> EffortLoop:
+    """The window at a place, with few enough points to be drawn."""
+    start, stop = int(windows.starts[place]), int(windows.stops[place]) + 1
     own, time = rows.data.elements[element], rows.data.clock.time[start:stop]
     slip, field = own.slip[start:stop], np.abs(own.field[start:stop])
     steps = 0.5 * (slip[1:] + slip[:-1]) * np.diff(time)
     travel = np.concatenate([[0.0], np.cumsum(steps)])
     travel -= 0.5 * (travel.min() + travel.max())
     few = np.unique(np.linspace(0, slip.size - 1, min(slip.size, _POINTS)).round().astype(np.intp))
-    modelled = {name: rows.predicted[name][start:stop][few] for name in models}
-    measured = rows.data.effort[start:stop][few]
-    fields = (float(field.min()), float(field.max()))
-    log = next(name for name, (_, end) in zip(rows.data.sources, rows.data.source_rows, strict=True) if start < end)
-    where = bool(windows.held[k]), log if len(rows.data.sources) > 1 else "", float(time[0])
-    return EffortLoop(element, *where, fields, slip[few], travel[few], measured, modelled)
+    logs = zip(rows.data.sources, rows.data.source_rows, strict=True)
+    log = next(name for name, (_, end) in logs if start < end)
+    return EffortLoop(
+        element=element,
+        held=bool(windows.held[place]),
+        log=log if len(rows.data.sources) > 1 else "",
+        start=float(time[0]),
+        fields=(float(field.min()), float(field.max())),
+        slip=slip[few],
+        travel=travel[few],
+        measured=rows.data.effort[start:stop][few],
+        modelled={name: rows.predicted[name][start:stop][few] for name in models},
+    )
 
 
 def _mean(values: Array, starts: Rows, stops: Rows) -> Array:
+    """Mean value of each window."""
     total = np.concatenate([[0.0], np.cumsum(values)])
     return (total[stops] - total[starts]) / (stops - starts)
 

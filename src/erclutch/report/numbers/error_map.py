@@ -60,40 +60,54 @@ class ErrorMap:
 
 def error_maps(rows: RunRows, model: str) -> tuple[ErrorMap, ...]:
     """One map an element, of the residuals of a model."""
-    residual = rows.residual(model)
-    return tuple(_map(rows, residual, i) for i in range(len(rows.data.elements)))
-
-
-def _map(rows: RunRows, residual: Array, element: int) -> ErrorMap:
-    field, slip = rows.data.elements[element].field, rows.data.elements[element].slip
-    edges = [_field_edges(field), even_edges(slip, _SLIP_CELLS)]
-    size = (edges[0].size - 1, edges[1].size - 1)
-    # One pass over the rows: np.histogram2d is several times slower.
-    cell = _cell(field, edges[0]) * size[1] + _cell(slip, edges[1])
-    count = size[0] * size[1]
-    train = np.bincount(cell[~rows.test], minlength=count)
-    test = np.bincount(cell[rows.test], minlength=count)
-    squares = np.bincount(cell[rows.test], residual[rows.test] ** 2, minlength=count)
-    rmse = np.sqrt(np.where(test > 0, squares / np.maximum(test, 1), np.nan))
-    return ErrorMap(element, edges[0], edges[1], train.reshape(size), test.reshape(size), rmse.reshape(size))
+    squares = rows.residual(model)[rows.test] ** 2
+    maps: list[ErrorMap] = []
+    for number, element in enumerate(rows.data.elements):
+        field_edges = _field_edges(element.field)
+        slip_edges = even_edges(element.slip, _SLIP_CELLS)
+        size = (field_edges.size - 1, slip_edges.size - 1)
+        count = size[0] * size[1]
+        # One pass over the rows: np.histogram2d is several times slower.
+        cell = _cell(element.field, field_edges) * size[1] + _cell(element.slip, slip_edges)
+        train = np.bincount(cell[~rows.test], minlength=count)
+        test = np.bincount(cell[rows.test], minlength=count)
+        total = np.bincount(cell[rows.test], squares, minlength=count)
+        rmse = np.sqrt(np.where(test > 0, total / np.maximum(test, 1), np.nan))
+        maps.append(
+            ErrorMap(
+                element=number,
+                field_edges=field_edges,
+                slip_edges=slip_edges,
+                train=train.reshape(size),
+                test=test.reshape(size),
+                rmse=rmse.reshape(size),
+            )
+        )
+    return tuple(maps)
 
 
 def _field_edges(field: Array) -> Array:
     """Evenly spaced cells; where only a few fields were logged, a cell for each of them."""
     levels: Array = np.unique(field)
-    if 2 <= levels.size <= _FEW_LEVELS:
-        middles = 0.5 * (levels[1:] + levels[:-1])
-        return np.concatenate([1.5 * levels[:1] - 0.5 * levels[1:2], middles, 1.5 * levels[-1:] - 0.5 * levels[-2:-1]])
-    return even_edges(field, _FIELD_CELLS)
+    if not 2 <= levels.size <= _FEW_LEVELS:
+        return even_edges(field, _FIELD_CELLS)
+    middles = 0.5 * (levels[1:] + levels[:-1])
+    # The outermost cells reach as far out as in.
+    first = 1.5 * levels[:1] - 0.5 * levels[1:2]
+    last = 1.5 * levels[-1:] - 0.5 * levels[-2:-1]
+    return np.concatenate([first, middles, last])
 
 
 def even_edges(values: Array, cells: int) -> Array:
     """Edges of so many cells of the same width around all values."""
     low, high = float(values.min()), float(values.max())
-    return np.linspace(low, high, cells + 1) if high > low else np.linspace(low - 0.5, low + 0.5, cells + 1)
+    if high == low:
+        low, high = low - 0.5, low + 0.5
+    return np.linspace(low, high, cells + 1)
 
 
 def _cell(values: Array, edges: Array) -> NDArray[np.intp]:
+    """Number of each value's cell; values beyond the edges lie in the outermost cells."""
     last = edges.size - 2
     even = np.allclose(np.diff(edges), edges[1] - edges[0], rtol=1e-9)
     if not even:

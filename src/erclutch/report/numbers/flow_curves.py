@@ -71,11 +71,12 @@ class FieldCurves:
 
 def law_names(body: Mapping[str, Any]) -> tuple[str, ...]:
     """Names of the laws of a run, each with its best stages, best first."""
-    found: dict[str, str] = {}
+    best: dict[str, str] = {}
     for entry in body["ranking"]:
         if not entry["fit"]["weights"]:
-            found.setdefault(entry["name"].partition("+")[0], entry["name"])
-    return tuple(found.values())
+            law = entry["name"].partition("+")[0]
+            best.setdefault(law, entry["name"])
+    return tuple(best.values())
 
 
 def flow_curves(rows: RunRows, models: Sequence[Model], element: int = 0, wait: int | None = None) -> list[FlowCurves]:
@@ -89,22 +90,32 @@ def flow_curves(rows: RunRows, models: Sequence[Model], element: int = 0, wait: 
             log dwells, where there are such. None: until the model's field has settled; curves all over the range.
     """
     own = rows.data.elements[element]
-    levels = _levels(np.abs(own.field)) if wait is None else _met(np.abs(own.field))
-    first, last = (float(v) for v in np.quantile(own.slip, (0.0005, 0.9995)))
-    slip = _spaced(first, last)
-    near: dict[int, list[Rows]] = {}  # by the rows in which a law's field settles
-    found: list[FlowCurves] = []
+    strength = np.abs(own.field)
+    levels = _levels(strength) if wait is None else _met(strength)
+    fields: list[float] = levels.tolist()
+    first, last = (float(end) for end in np.quantile(own.slip, (0.0005, 0.9995)))
+
+    # Slips of the curves lie closer together near zero, where laws turn.
+    reach = max(abs(first), abs(last)) or 1.0
+    from_, to = (float(np.arcsinh(end / reach * np.sinh(3.0))) for end in (first, last))
+    even: Array = np.linspace(from_, to, _CURVE)
+    slip = reach * np.sinh(even) / np.sinh(3.0)
+
+    inside = (own.slip >= first) & (own.slip <= last)
+    dots_after: dict[int, list[Rows]] = {}  # rows of the dots at each level, by the rows in which a field settles
+    curves: list[FlowCurves] = []
     for model in models:
         settling = _settling(rows, model) if wait is None else wait
-        if settling not in near:
-            near[settling] = [_thinned(own.slip, m, first, last) for m in _near(rows, settling, element, levels)]
-        curves = np.array([_alone(model, element, np.full(slip.size, f), slip) for f in levels])
-        dots = tuple(
-            np.column_stack([own.slip[k], rows.data.effort[k] - _others(rows, model, element, k)])
-            for k in near[settling]
-        )
-        found.append(FlowCurves(model.name, element, levels, slip, curves, dots))
-    return found
+        if settling not in dots_after:
+            near = _near(rows, settling, element, levels)
+            dots_after[settling] = [_spread(own.slip, mask & inside) for mask in near]
+        effort = np.array([_alone(model, element, np.full(slip.size, level, np.float64), slip) for level in fields])
+        dots: list[Array] = []
+        for at in dots_after[settling]:
+            measured = rows.data.effort[at] - _others(rows, model, element, at)
+            dots.append(np.column_stack([own.slip[at], measured]))
+        curves.append(FlowCurves(model.name, element, levels, slip, effort, tuple(dots)))
+    return curves
 
 
 def waited(rows: RunRows, model: Model, element: int = 0) -> int:
@@ -115,10 +126,11 @@ def waited(rows: RunRows, model: Model, element: int = 0) -> int:
     """
     own = rows.data.elements[element]
     levels = _met(np.abs(own.field))
-    low, high = (float(v) for v in np.quantile(own.slip, (0.01, 0.99)))
+    low, high = (float(end) for end in np.quantile(own.slip, (0.01, 0.99)))
     parts = np.linspace(low, high, _PARTS + 1)
 
     def shown(wait: int) -> float:
+        """Parts of the range of slips with a dot, of the middle one of all curves."""
         counts = [np.histogram(own.slip[near], parts)[0] for near in _near(rows, wait, element, levels)]
         return float(np.median([np.count_nonzero(count) for count in counts]))
 
@@ -132,15 +144,19 @@ def field_curves(rows: RunRows, model: Model, element: int, wait: int) -> FieldC
     """Curves of a model over the field of one element, and rows near their slips whose field has stayed for a wait."""
     own = rows.data.elements[element]
     strength = np.abs(own.field)
-    first, last = (float(v) for v in np.quantile(own.slip, (0.01, 0.99)))
+    first, last = (float(end) for end in np.quantile(own.slip, (0.01, 0.99)))
     slips = np.linspace(first, last, _LEVELS)
     field = np.linspace(float(strength.min()), float(strength.max()), _CURVE)
     settled, _ = _settled(rows, wait, element)
     near = 0.1 * float(np.diff(slips).min()) if first < last else np.inf
-    few = [_spread(strength, settled & (np.abs(own.slip - slip) <= near)) for slip in slips]
-    dots = (np.column_stack([strength[k], rows.data.effort[k] - _others(rows, model, element, k)]) for k in few)
-    curves = np.array([_alone(model, element, field, np.full(field.size, slip)) for slip in slips])
-    return FieldCurves(element, slips, field, curves, tuple(dots))
+    effort: list[Array] = []
+    dots: list[Array] = []
+    for slip in slips.tolist():
+        effort.append(_alone(model, element, field, np.full(field.size, slip)))
+        at = _spread(strength, settled & (np.abs(own.slip - slip) <= near))
+        measured = rows.data.effort[at] - _others(rows, model, element, at)
+        dots.append(np.column_stack([strength[at], measured]))
+    return FieldCurves(element, slips, field, np.array(effort), tuple(dots))
 
 
 def dwelled_fields(strength: Array) -> Array:
@@ -148,19 +164,23 @@ def dwelled_fields(strength: Array) -> Array:
     low, high = float(strength.min()), float(strength.max())
     if low == high:
         return np.array([low])
-    place = np.minimum((_BINS * (strength - low) / (high - low)).astype(np.intp), _BINS - 1)
-    share = np.bincount(place, minlength=_BINS) / strength.size
-    held = np.flatnonzero(share >= _DWELT)
-    groups = np.split(held, np.flatnonzero(np.diff(held) > 1) + 1)
-    if not held.size or len(groups) > _LEVELS + 2 or share[held].sum() < _WHOLE or max(map(len, groups)) > 2:
+    bins = np.minimum((_BINS * (strength - low) / (high - low)).astype(np.intp), _BINS - 1)  # of each row
+    share = np.bincount(bins, minlength=_BINS) / strength.size
+    dwelt = np.flatnonzero(share >= _DWELT)
+    groups = np.split(dwelt, np.flatnonzero(np.diff(dwelt) > 1) + 1)  # bins side by side
+    nearly_all = share[dwelt].sum() >= _WHOLE
+    narrow = max(map(len, groups)) <= 2  # a field at an edge of two bins has rows in both
+    if not dwelt.size or len(groups) > _LEVELS + 2 or not nearly_all or not narrow:
         return np.zeros(0)
-    return np.array([float(np.median(strength[(place >= g[0]) & (place <= g[-1])])) for g in groups])
+    rows = [(bins >= group[0]) & (bins <= group[-1]) for group in groups]
+    return np.array([float(np.median(strength[of_group])) for of_group in rows])
 
 
 def rare_fields(rows: RunRows, element: int) -> Array:
     """Fields of the curves of an element near which the log has hardly any rows, settled or not, shape (k,)."""
     levels = _levels(np.abs(rows.data.elements[element].field))
-    return levels[[bool(near.mean() < _RARE) for near in _near(rows, 1, element, levels)]]
+    rare = [bool(near.mean() < _RARE) for near in _near(rows, 1, element, levels)]
+    return levels[rare]
 
 
 def grouped(curves: Sequence[Sequence[FlowCurves]], apart: float) -> tuple[tuple[FlowCurves, ...], ...]:
@@ -170,14 +190,23 @@ def grouped(curves: Sequence[Sequence[FlowCurves]], apart: float) -> tuple[tuple
         curves: of each element, of each law in the same order.
         apart: an effort.
     """
-    first: dict[int, list[int]] = {}
+
+    def alike(one: int, other: int) -> bool:
+        return all(np.max(np.abs(laws[one].effort - laws[other].effort)) <= apart for laws in curves)
+
+    groups: dict[int, list[int]] = {}  # places of laws, by the place of the first
     for law in range(len(curves[0])):
-        known = (k for k in first if all(np.max(np.abs(own[k].effort - own[law].effort)) <= apart for own in curves))
-        first.setdefault(next(known, law), []).append(law)
-    return tuple(
-        tuple(replace(own[k], alike=tuple(own[j] for j in laws if j != k)) for k, laws in first.items())
-        for own in curves
-    )
+        first = next((known for known in groups if alike(known, law)), law)
+        groups.setdefault(first, []).append(law)
+    of_elements: list[tuple[FlowCurves, ...]] = []
+    for laws in curves:
+        of_elements.append(
+            tuple(
+                replace(laws[first], alike=tuple(laws[place] for place in group if place != first))
+                for first, group in groups.items()
+            )
+        )
+    return tuple(of_elements)
 
 
 def _alone(model: Model, element: int, field: Array, slip: Array) -> Array:
@@ -200,12 +229,12 @@ def _others(rows: RunRows, model: Model, element: int, at: Rows) -> Array:
 
 def _steady(model: Model, fields: Sequence[Array], slips: Sequence[Array]) -> Array:
     """Effort at rest with further inputs, such as a temperature, in the middle of their ranges."""
-    return model.steady(
-        fields, slips, [np.full(slips[0].size, 0.5 * (low + high)) for low, high in model.extras.values()]
-    )
+    middles = [0.5 * (low + high) for low, high in model.extras.values()]
+    return model.steady(fields, slips, [np.full(slips[0].size, middle) for middle in middles])
 
 
 def _levels(strength: Array) -> Array:
+    """All fields of a log that has few, else some evenly over its range, shape (k,)."""
     few: Array = np.unique(strength)
     if few.size <= _LEVELS + 2:
         return few
@@ -258,19 +287,6 @@ def _still(field: Array, back: int, reach: float) -> NDArray[np.bool_]:
     return span <= reach
 
 
-def _spaced(low: float, high: float) -> Array:
-    """Slips over a range, closer together near zero, where laws turn."""
-    reach = max(abs(low), abs(high)) or 1.0
-    first, last = (float(np.arcsinh(v / reach * np.sinh(3.0))) for v in (low, high))
-    even: Array = np.linspace(first, last, _CURVE)
-    return reach * np.sinh(even) / np.sinh(3.0)
-
-
-def _thinned(slip: Array, mask: NDArray[np.bool_], first: float, last: float) -> Rows:
-    """Rows of a mask, few enough to be seen one by one."""
-    return _spread(slip, mask & (slip >= first) & (slip <= last))
-
-
 def _spread(values: Array, mask: NDArray[np.bool_]) -> Rows:
     """Some rows of a mask, evenly over their values, not over time: most rows lie near zero."""
     inside = np.flatnonzero(mask)
@@ -278,4 +294,5 @@ def _spread(values: Array, mask: NDArray[np.bool_]) -> Rows:
         return inside
     order = inside[np.argsort(values[inside], kind="stable")]
     targets = np.linspace(values[order[0]], values[order[-1]], _DOTS)
-    return np.unique(order[np.clip(np.searchsorted(values[order], targets), 0, order.size - 1)])
+    places = np.searchsorted(values[order], targets)
+    return np.unique(order[np.clip(places, 0, order.size - 1)])

@@ -20,7 +20,7 @@ from erclutch.signals.array import Array
 
 Rows = NDArray[np.int64]
 
-_FEWEST = 50
+_FEWEST = 50  # shared rows
 _PLACES: tuple[Place, ...] = ("command", "slip", "effort", "temperature", "position")
 #: Settings that a model's own parts show, or that change no model.
 _SEEN = ("models", "lag", "past", "blocks", "polish")
@@ -127,68 +127,79 @@ def pair(runs: Sequence[Run], models: Sequence[str] = (), seed: int = 0) -> Pair
     if len(set(folders)) < len(folders):
         twice = next(f for f in folders if folders.count(f) > 1)
         raise SettingError("the same run twice", where=str(twice), remedy="Give each run once")
-    names = _models(runs, models)
-    loaded = [read_rows(run) for run in runs]
-    _same_units(runs)
-    shared = _shared(runs, loaded)
-    residuals = [rows.residual(name)[at] for rows, name, at in zip(loaded, names, shared, strict=True)]
-    for run, name, e in zip(runs, names, residuals, strict=True):
-        if not np.all(np.isfinite(e)):
-            raise RunError(
-                f"{name} gives no finite effort", where=str(run.folder), remedy="Choose another with --model"
-            )
-    block = block_rows(residuals)
-    labels = _labels(folders)
-    contenders: list[Contender] = []
-    for k, (run, rows, name, at) in enumerate(zip(runs, loaded, names, shared, strict=True)):
-        e = residuals[k]
-        more = difference(e, residuals[0], block=block, seed=seed) if k else None
-        share = excess(e, residuals[0], block=block, seed=seed) if k else None
-        figures = score(rows.data.effort[at], rows.predicted[name][at], block=block, seed=seed)
-        contenders.append(Contender(labels[k], run, rows, name, at, figures, more, share))
-    whole = all(
-        np.array_equal(rows.test, loaded[0].test) and at.size == int(rows.test.sum())
-        for rows, at in zip(loaded, shared, strict=True)
-    )
-    differing, same = differing_settings([run.body for run in runs]), _same(contenders, block, seed)
-    return Pairing(tuple(contenders), shared[0].size, block, differing, same, whole)
-
-
-def _models(runs: Sequence[Run], models: Sequence[str]) -> list[str]:
     if len(models) > 1 and len(models) != len(runs):
         raise SettingError(
             f"{len(models)} models for {len(runs)} runs", remedy="Give --model once, once a run, or not at all"
         )
-    wanted = list(models) * (len(runs) if len(models) == 1 else 1) or [str(r.body["recommended"]) for r in runs]
-    return [str(run.entry(name)["name"]) for run, name in zip(runs, wanted, strict=True)]
+    if not models:
+        wanted = [str(run.body["recommended"]) for run in runs]
+    else:
+        wanted = list(models) * len(runs) if len(models) == 1 else list(models)
+    names = [str(run.entry(name)["name"]) for run, name in zip(runs, wanted, strict=True)]
 
-
-def _same_units(runs: Sequence[Run]) -> None:
-    first = runs[0].body
+    loaded = [read_rows(run) for run in runs]
+    unit = runs[0].body["units"]["effort"]
     for run in runs[1:]:
-        if run.body["units"]["effort"] != first["units"]["effort"]:
+        own_unit = run.body["units"]["effort"]
+        if own_unit != unit:
             raise RunError(
-                f"the effort is in {run.body['units']['effort'] or '1'}, that of {runs[0].folder} in "
-                f"{first['units']['effort'] or '1'}",
+                f"the effort is in {own_unit or '1'}, that of {runs[0].folder} in {unit or '1'}",
                 where=str(run.folder),
                 remedy="Compare runs of the same logs, read with the same units",
             )
+    shared = _shared(runs, loaded)
+    residuals = [rows.residual(name)[at] for rows, name, at in zip(loaded, names, shared, strict=True)]
+    for run, name, residual in zip(runs, names, residuals, strict=True):
+        if not np.all(np.isfinite(residual)):
+            raise RunError(
+                f"{name} gives no finite effort", where=str(run.folder), remedy="Choose another with --model"
+            )
+
+    # The same blocks of rows for all runs, so that a difference is of models and not of rows.
+    block = block_rows(residuals)
+    labels = _labels(folders)
+    contenders: list[Contender] = []
+    for place, (run, rows, name, at) in enumerate(zip(runs, loaded, names, shared, strict=True)):
+        contenders.append(
+            Contender(
+                label=labels[place],
+                run=run,
+                rows=rows,
+                model=name,
+                shared=at,
+                figures=score(rows.data.effort[at], rows.predicted[name][at], block=block, seed=seed),
+                more=difference(residuals[place], residuals[0], block=block, seed=seed) if place else None,
+                share=excess(residuals[place], residuals[0], block=block, seed=seed) if place else None,
+            )
+        )
+    whole = all(
+        np.array_equal(rows.test, loaded[0].test) and at.size == int(rows.test.sum())
+        for rows, at in zip(loaded, shared, strict=True)
+    )
+    return Pairing(
+        contenders=tuple(contenders),
+        rows=shared[0].size,
+        block=block,
+        differing=differing_settings([run.body for run in runs]),
+        same=_same(contenders, block, seed),
+        whole=whole,
+    )
 
 
 def _shared(runs: Sequence[Run], loaded: Sequence[RunRows]) -> list[Rows]:
     """Rows of each run that all of them held out, matched by the log's digest and the time stamp."""
     tables = [_held_out(run, rows) for run, rows in zip(runs, loaded, strict=True)]
-    found: list[list[Rows]] = [[] for _ in runs]
+    of_runs: list[list[Rows]] = [[] for _ in runs]  # rows of each log, of each run
     for digest in tables[0]:
         if not all(digest in table for table in tables):
             continue
-        times = tables[0][digest][0]
+        times, _ = tables[0][digest]
         for table in tables[1:]:
             times = np.intersect1d(times, table[digest][0])
-        for k, table in enumerate(tables):
-            own, rows = table[digest]
-            found[k].append(rows[np.searchsorted(own, times)])
-    shared = [np.concatenate(parts) if parts else np.zeros(0, np.int64) for parts in found]
+        for of_run, table in zip(of_runs, tables, strict=True):
+            own_times, own_rows = table[digest]
+            of_run.append(own_rows[np.searchsorted(own_times, times)])
+    shared = [np.concatenate(of_logs) if of_logs else np.zeros(0, np.int64) for of_logs in of_runs]
     if shared[0].size < _FEWEST:
         raise RunError(
             f"only {shared[0].size} rows were held out by all runs, at least {_FEWEST} are needed",
@@ -207,13 +218,13 @@ def _shared(runs: Sequence[Run], loaded: Sequence[RunRows]) -> list[Rows]:
 
 def _held_out(run: Run, rows: RunRows) -> dict[str, tuple[Array, Rows]]:
     """Times and rows held out of each log, by its digest, times increasing."""
-    found: dict[str, tuple[Array, Rows]] = {}
-    for log, (a, b) in zip(run.body["logs"], rows.data.source_rows, strict=True):
-        at = a + np.flatnonzero(rows.test[a:b])
+    of_logs: dict[str, tuple[Array, Rows]] = {}
+    for log, (start, stop) in zip(run.body["logs"], rows.data.source_rows, strict=True):
+        at = start + np.flatnonzero(rows.test[start:stop])
         time = rows.data.clock.time[at]
         order = np.argsort(time, kind="stable")
-        found[str(log["sha256"])] = (time[order], at[order])
-    return found
+        of_logs[str(log["sha256"])] = (time[order], at[order])
+    return of_logs
 
 
 def _labels(folders: Sequence[Path]) -> list[str]:
@@ -226,25 +237,29 @@ def _labels(folders: Sequence[Path]) -> list[str]:
 
 
 def _same(contenders: Sequence[Contender], block: int, seed: int) -> tuple[SameModel, ...]:
+    """Models that the first run and another one have, as far as their efforts are finite."""
     first = contenders[0]
-    found: list[SameModel] = []
+    same: list[SameModel] = []
     for other in contenders[1:]:
         for name in first.run.names:
             if name not in other.run.names:
                 continue
-            a, b = first.rows.residual(name)[first.shared], other.rows.residual(name)[other.shared]
-            if np.all(np.isfinite(a)) and np.all(np.isfinite(b)):
-                share = excess(b, a, block=block, seed=seed)
-                rmse = [float(np.sqrt(np.mean(e * e))) for e in (a, b)]
-                found.append(SameModel(name, other.label, rmse[0], rmse[1], share))
-    return tuple(found)
+            of_first = first.rows.residual(name)[first.shared]
+            of_other = other.rows.residual(name)[other.shared]
+            if not (np.all(np.isfinite(of_first)) and np.all(np.isfinite(of_other))):
+                continue
+            share = excess(of_other, of_first, block=block, seed=seed)
+            rmse = [float(np.sqrt(np.mean(residual * residual))) for residual in (of_first, of_other)]
+            same.append(SameModel(name, other.label, rmse[0], rmse[1], share))
+    return tuple(same)
 
 
 def changes(first: Contender, other: Contender) -> tuple[Change, ...]:
     """What differs between the models that stand for two runs, and between what they were fitted to."""
     mine, theirs = _parts(first), _parts(other)
-    both = ((what, mine.get(what, "none"), theirs.get(what, "none")) for what in dict.fromkeys([*mine, *theirs]))
-    return tuple(Change(*each) for each in both if each[1] != each[2])
+    every = dict.fromkeys([*mine, *theirs])
+    both = [Change(what, mine.get(what, "none"), theirs.get(what, "none")) for what in every]
+    return tuple(change for change in both if change.first != change.other)
 
 
 def _parts(contender: Contender) -> dict[str, str]:
@@ -277,12 +292,15 @@ def differing_settings(bodies: Sequence[Mapping[str, Any]]) -> tuple[tuple[str, 
 
 
 def _flat(body: Mapping[str, Any]) -> dict[str, str]:
+    """Settings of a run as text, by name."""
     values: dict[str, str] = {"device": str(body["device"])}
     for group in ("settings", "reading", "units", "versions"):
         part: dict[str, Any] = body[group] or {}
         for key, value in part.items():
             title = str(key) if group == "settings" else f"{group}: {key}"
-            values[title] = ", ".join(map(str, cast(list[Any], value))) if isinstance(value, list) else str(value)
+            several = cast(list[Any], value) if isinstance(value, list) else [value]
+            values[title] = ", ".join(map(str, several))
     values["logs"] = ", ".join(str(log["name"]) for log in body["logs"])
-    values["rows to fit"], values["rows held out"] = str(body["train_rows"]), str(body["test_rows"])
+    values["rows to fit"] = str(body["train_rows"])
+    values["rows held out"] = str(body["test_rows"])
     return values

@@ -31,7 +31,8 @@ def describe_section(recording: Recording, *, start: float | None = None, second
             section).
         seconds: length.
     """
-    signals, at = recording.signals, _rows(recording, start, seconds)
+    signals = recording.signals
+    at = _rows(recording, start, seconds)
     effort = _effort(recording)
     word = {"N": "force", "N*m": "torque"}.get(recording.units[effort], "effort")
     time = recording.time[at] - recording.time[at.start]
@@ -39,13 +40,16 @@ def describe_section(recording: Recording, *, start: float | None = None, second
     panels: list[Panel] = []
     columns = {"time": time}
     for title, names in {**_INPUTS, word: (effort,)}.items():
-        found = [name for name in names if name in signals]
-        columns |= {name: signals[name][at] for name in found}
+        logged = [name for name in names if name in signals]
+        if not logged:
+            continue
+        columns |= {name: signals[name][at] for name in logged}
         styles = ("measured",) if title == word else ("series0", "series1", "series3")
-        lines = [Line(time, columns[n], style, n, steps=True) for n, style in zip(found, styles, strict=False)]
-        if lines:
-            y = Axis(title, unit_text(recording.units[found[0]]))
-            panels.append(Panel(x, y, lines, f"{title} over time."))
+        lines = [
+            Line(time, columns[name], style, name, steps=True) for name, style in zip(logged, styles, strict=False)
+        ]
+        y = Axis(title, unit_text(recording.units[logged[0]]))
+        panels.append(Panel(x, y, lines, f"{title} over time."))
     table = PlotTable(list(columns), np.column_stack(list(columns.values())).tolist())
     return Plot(panels, table, 0.45 + 0.95 * len(panels), title=titled(recording), legend="above")
 
@@ -60,33 +64,38 @@ def titled(recording: Recording) -> str:
 
 
 def _rows(recording: Recording, start: float | None, seconds: float) -> slice:
+    """Rows of a section; without a start the section with the median spread of the effort."""
     width = min(max(2, round(seconds / recording.period)), recording.rows)
     if start is not None:
-        first = int(np.count_nonzero(recording.time < start))
-        return slice(min(first, recording.rows - width), min(first, recording.rows - width) + width)
+        before = int(np.count_nonzero(recording.time < start))
+        first = min(before, recording.rows - width)
+        return slice(first, first + width)
     effort = recording.signals[_effort(recording)]
     starts = range(0, recording.rows - width + 1, max(1, width // 2))
-    spread = [float(effort[s : s + width].std()) for s in starts]
-    first = starts[sorted(range(len(spread)), key=spread.__getitem__)[len(spread) // 2]]
+    by_spread = sorted(starts, key=lambda first: float(effort[first : first + width].std()))
+    first = by_spread[len(by_spread) // 2]
     return slice(first, first + width)
 
 
 def describe_coverage(data: Dataset, name: str = "") -> Plot:
     """Rows a cell, a panel an element, under the name of the log."""
-    maps = [(even_edges(e.field, _BINS), even_edges(e.slip, _BINS)) for e in data.elements]
-    counts = [np.histogram2d(e.field, e.slip, bins=at)[0] for e, at in zip(data.elements, maps, strict=True)]
-    most = max(float(c.max()) for c in counts)
+    maps = [(even_edges(element.field, _BINS), even_edges(element.slip, _BINS)) for element in data.elements]
+    counts = [
+        np.histogram2d(element.field, element.slip, bins=edges)[0]
+        for element, edges in zip(data.elements, maps, strict=True)
+    ]
+    most = max(float(count.max()) for count in counts)  # one scale of colours for all panels
     panels: list[Panel] = []
     rows: list[tuple[object, ...]] = []
-    for k, ((field, slip), count) in enumerate(zip(maps, counts, strict=True)):
+    for number, ((field, slip), count) in enumerate(zip(maps, counts, strict=True), start=1):
         cells = Cells(field, slip, np.where(count > 0, count, np.nan), most, "mass", "rows a cell", log=True)
-        label = f"CH{k + 1}: " if len(maps) > 1 else ""
+        label = f"CH{number}: " if len(maps) > 1 else ""
         title = f"{label}{np.count_nonzero(count == 0) / count.size:.0%} empty"
-        x, y = (
-            Axis(what, unit_text(unit), float(edges[0]), float(edges[-1]))
-            for what, unit, edges in (("field", data.units.field, field), ("slip", data.units.slip, slip))
-        )
+        x = Axis("field", unit_text(data.units.field), float(field[0]), float(field[-1]))
+        y = Axis("slip", unit_text(data.units.slip), float(slip[0]), float(slip[-1]))
         panels.append(Panel(x, y, [cells], f"Rows over field and slip, {title}.", title))
-        across, up = (0.5 * (edges[1:] + edges[:-1]) for edges in (field, slip))
-        rows += [(k + 1, float(across[i]), float(up[j]), int(count[i, j])) for i, j in np.argwhere(count > 0)]
+        field_middles = 0.5 * (field[1:] + field[:-1])
+        slip_middles = 0.5 * (slip[1:] + slip[:-1])
+        for i, j in np.argwhere(count > 0):
+            rows.append((number, float(field_middles[i]), float(slip_middles[j]), int(count[i, j])))
     return Plot(panels, PlotTable(("element", "field", "slip", "rows"), rows), 2.9, columns=len(panels), title=name)

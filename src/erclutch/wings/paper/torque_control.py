@@ -108,7 +108,8 @@ def kept_runs(
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise RunError(f"cannot be made: {error.strerror}", where=str(folder), remedy="Give another --out") from error
-    core = hashlib.sha256(b"\0".join(file.read_bytes() for file in sorted(SOURCES.glob("*.[ch]")))).hexdigest()
+    sources = [file.read_bytes() for file in sorted(SOURCES.glob("*.[ch]"))]
+    core = hashlib.sha256(b"\0".join(sources)).hexdigest()
     runs = (_AMPLITUDE, _MOTOR, _ROWS, _SETTLING, _LOG_ROWS, _FREE_ROWS, _PARTS, *_PUSH, _EACH, _LOCK)
     about = {"rig": rig.to_dict(), "inverses": INVERSES, "knows": KNOWS, "withheld": WITHHELD, "runs": runs}
     about |= {"core": core, **(asked or {})}
@@ -149,16 +150,17 @@ def seeded_runs(
     """
     if not 1 <= seeds <= 1000:
         raise SettingError(f"--seeds {seeds}", remedy="Give 1 to 1000")
-    found: list[ControlRun] = []
+    runs: list[ControlRun] = []
+    total = seeds * len(INVERSES) * len(known)
     with tempfile.TemporaryDirectory() as folder:
         for seed in range(seeds):
-            fitted = cache(partial(fit, seed, Path(folder)))
+            fitted = cache(partial(fit, seed, Path(folder)))  # once, and only if a run of the seed is not finished
             for model, knows in product(INVERSES, known):
                 key = f"{seed}, {model}, {knows}"
                 made = points.get(key, lambda of=fitted, m=model, k=knows, s=seed: figures(of(), m, k, s))
-                found.append(ControlRun(seed, model, knows, made))
-                report(len(found), seeds * len(INVERSES) * len(known), key)
-    return found
+                runs.append(ControlRun(seed, model, knows, made))
+                report(len(runs), total, key)
+    return runs
 
 
 # --- models -----------------------------------------------------------------------------------------------------------
@@ -172,9 +174,12 @@ def fitted_models(rig: RigParameters, seed: int, folder: Path) -> tuple[dict[str
         seed: of the log.
         folder: for the models' files.
     """
-    held, free = (_log(rig, seed, rows, held=rows == _LOG_ROWS) for rows in (_LOG_ROWS, _FREE_ROWS))
-    parts = zip(*(np.array_split(frames, _PARTS) for frames in (held, free)), strict=True)
-    data = joined([frames_dataset(frames) for pair in parts for frames in pair])
+    held = _log(rig, seed, _LOG_ROWS, held=True)
+    free = _log(rig, seed, _FREE_ROWS, held=False)
+    stretches: list[Dataset] = []
+    for part_held, part_free in zip(np.array_split(held, _PARTS), np.array_split(free, _PARTS), strict=True):
+        stretches += [frames_dataset(part_held), frames_dataset(part_free)]
+    data = joined(stretches)
     return fitted_inverses(data, f"{seed}", folder), drive_numbers(held)
 
 
@@ -195,7 +200,8 @@ def _log(rig: RigParameters, seed: int, rows: int, *, held: bool) -> Any:
     table = field_table(rig, rows, seed + 10_000 * held, motor=_MOTOR, peakedness=1.0, lowest=0.5, highest=50.0)
     table[:, 2] = torque_sequence(rows, rng, *_PUSH, settings=FieldSettings(highest=20.0))
     sizes = np.repeat(rng.uniform(0.2, 1.0, rows // _EACH + 1), _EACH)[:rows]
-    table[:, :2] *= (0.8 if held else 0.3) * sizes[:, None]
+    largest = 0.8 if held else 0.3  # field, as a share
+    table[:, :2] *= largest * sizes[:, None]
     soft = 0.0 if held else shaft_angle(rig, SOFT)
     program = LoopProgram("log", Mode.FIELDS, Waveform.TABLE, soft=soft, table=table)
     settings = rig_settings(rig, [program])
@@ -232,23 +238,27 @@ def drive_numbers(frames: Any) -> dict[str, float]:
     Args:
         frames: dtype `erclutch.wings.live.layout.FRAME`, shape (n,).
     """
-    window, before = 50, 20
+    window, before = 50, 20  # rows; the clutch must have been the same one for some rows before a window
     side = np.sign(frames["field1"] - frames["field2"])
     starts = range(before, len(frames) - window - 1, window)
-    kept = [k for k in starts if side[k] and np.ptp(side[k - before : k + window]) == 0]
+    kept = [start for start in starts if side[start] and np.ptp(side[start - before : start + window]) == 0]
 
     def mean(values: Array) -> Array:
-        return np.array([values[k : k + window].mean() for k in kept])
+        return np.array([values[start : start + window].mean() for start in kept])
 
-    speed, which, at = mean(frames["theta_dot"]), side[kept], np.array(kept)
-    gained = (frames["theta_dot"][at + window] - frames["theta_dot"][at]) / (window * PERIOD)
+    # motor torque - clutch's torque = inertia acceleration + friction + drag speed, with a drag for each clutch
+    first = np.array(kept)
+    clutch = side[kept]
+    speed = mean(frames["theta_dot"])  # [rad/s]
+    acceleration = (frames["theta_dot"][first + window] - frames["theta_dot"][first]) / (window * PERIOD)  # [rad/s^2]
+    columns: Array = np.column_stack(
+        [acceleration, np.ones(len(kept)), speed * (clutch > 0), speed * (clutch < 0)],
+    )
+    rest: Array = mean(frames["motor_torque"]) - clutch * mean(frames["torque"])  # [N m]
     turning = speed > 20.0
-    columns = [gained, np.ones(len(kept)), speed * (which > 0), speed * (which < 0)]
-    rest: Array = mean(frames["motor_torque"]) - which * mean(frames["torque"])
-    known: Array = np.column_stack(columns)[turning]
-    found = np.linalg.lstsq(known, rest[turning], rcond=None)[0]
+    numbers = np.linalg.lstsq(columns[turning], rest[turning], rcond=None)[0]
     names = ("drive_inertia", "drive_friction", "drive_drag_1", "drive_drag_2")
-    return dict(zip(names, found.tolist(), strict=True))
+    return dict(zip(names, numbers.tolist(), strict=True))
 
 
 # --- runs -------------------------------------------------------------------------------------------------------------
@@ -261,63 +271,70 @@ def _chirp(low: float, high: float, rows: int = _ROWS) -> tuple[Array, Array]:
     return (omega - omega[0]) / growth, omega
 
 
+def _table(torque: Array, rate: Array, motor: float) -> Array:
+    """A program of torques: reference in N m, its rate in N m/s, and the motor's torque in N m, shape (n, 3)."""
+    return np.column_stack([torque, rate, np.full(torque.size, motor)])
+
+
 def _sine(phase: Array, omega: Array, motor: float) -> Array:
-    reference = _AMPLITUDE * np.sin(phase), _AMPLITUDE * omega * np.cos(phase)
-    return np.column_stack([*reference, np.full(phase.size, motor)])
-
-
-def _steps(rng: np.random.Generator, motor: float) -> Array:
-    value = np.repeat(rng.uniform(-_AMPLITUDE, _AMPLITUDE, _ROWS // 500), 250)
-    return np.column_stack([value, np.zeros(value.size), np.full(value.size, motor)])
-
-
-def _random(rng: np.random.Generator, motor: float) -> Array:
-    """A sum of sines up to 10 Hz with random phases."""
-    time, omega = np.arange(_ROWS) * PERIOD, 2.0 * math.pi * rng.uniform(0.1, 10.0, 24)
-    phase = np.outer(time, omega) + rng.uniform(0.0, 2.0 * math.pi, omega.size)
-    value, rate = np.sin(phase).sum(axis=1), np.cos(phase) @ omega
-    scale = _AMPLITUDE / float(np.max(np.abs(value)))
-    return np.column_stack([scale * value, scale * rate, np.full(_ROWS, motor)])
-
-
-def _beyond_the_motor() -> Array:
-    """Steps that the motor cannot hold: it stalls, and both sides stand."""
-    value = np.where(np.arange(8 * _LOCK) // _LOCK % 2 == 0, 0.12, -0.12)
-    return np.column_stack([value, np.zeros(value.size), np.full(value.size, 0.06)])
+    return _table(_AMPLITUDE * np.sin(phase), _AMPLITUDE * omega * np.cos(phase), motor)
 
 
 def _figures(
     rig: RigParameters, fitted: tuple[dict[str, LiveModel], dict[str, float]], model: str, knows: str, seed: int
 ) -> Figures:
+    """The figures of a `ControlRun`."""
     models, drive = fitted
-    settings = {**KNOWS[knows], **(drive if KNOWS[knows].get("observer") == "motion" else {})}
+    settings = dict(KNOWS[knows])
+    if settings.get("observer") == "motion":
+        settings |= drive
     rng = np.random.default_rng([seed, 7])
-    motor, speed = rng.uniform(0.18, 0.22), rng.uniform(50.0, 150.0)
+    motor = rng.uniform(0.18, 0.22)  # [N m]
+    speed = rng.uniform(50.0, 150.0)  # [rad/s] at the start
 
     def run(table: Array, on: RigParameters = rig) -> Any:
         program = LoopProgram("torque", Mode.TORQUE, Waveform.TABLE, table=table)
         own = rig_settings(rig, [program], **settings)
-        return AcceleratedRun(own, models[model].library, on, seed=seed + 100, speed=speed, locked=True).frames(
-            len(table)
-        )[0]
+        twin = AcceleratedRun(own, models[model].library, on, seed=seed + 100, speed=speed, locked=True)
+        frames, *_ = twin.frames(len(table))
+        return frames
 
     slow, fast = _chirp(0.1, 10.0), _chirp(0.5, _FASTEST)
     chirp = run(_sine(*slow, motor))
-    off, band = chirp["torque"] - chirp["reference"], np.digitize(slow[1] / (2.0 * math.pi), EDGES[1:-1])
-    width, near = reaches(run(_sine(*fast, motor)), *fast)
-    found: dict[str, Any] = {
+    off = chirp["torque"] - chirp["reference"]
+    hertz = slow[1] / (2.0 * math.pi)
+    band = np.digitize(hertz, EDGES[1:-1])  # of each row
+    settled = np.arange(_ROWS) >= _SETTLING
+    bandwidth, within = reaches(run(_sine(*fast, motor)), *fast)
+
+    levels = np.repeat(rng.uniform(-_AMPLITUDE, _AMPLITUDE, _ROWS // 500), 250)
+    steps = run(_table(levels, np.zeros(levels.size), motor))
+
+    # A sum of sines up to 10 Hz with random phases.
+    omega = 2.0 * math.pi * rng.uniform(0.1, 10.0, 24)
+    phase = np.outer(np.arange(_ROWS) * PERIOD, omega) + rng.uniform(0.0, 2.0 * math.pi, omega.size)
+    torque, rate = np.sin(phase).sum(axis=1), np.cos(phase) @ omega
+    scale = _AMPLITUDE / float(np.max(np.abs(torque)))
+    random = run(_table(scale * torque, scale * rate, motor))
+
+    # Steps that the motor cannot hold: it stalls, and both sides stand.
+    beyond = np.where(np.arange(8 * _LOCK) // _LOCK % 2 == 0, 0.12, -0.12)
+    stalled = run(_table(beyond, np.zeros(beyond.size), 0.06))
+
+    figures: dict[str, Any] = {
         "chirp": error_share(chirp),
-        "bands": [_rms(off[(band == b) & (np.arange(_ROWS) >= _SETTLING)]) for b in range(EDGES.size - 1)],
-        "steps": error_share(run(_steps(rng, motor))),
-        "random": error_share(run(_random(rng, motor))),
-        "bandwidth": width,
-        "within 10 %": near,
-        "locked": stands_still(run(_beyond_the_motor())),
+        "bands": [_rms(off[(band == number) & settled]) for number in range(EDGES.size - 1)],
+        "steps": error_share(steps),
+        "random": error_share(random),
+        "bandwidth": bandwidth,
+        "within 10 %": within,
+        "locked": stands_still(stalled),
     }
     for name, (warmer, share) in WITHHELD.items():
         changes = {f"clutch.rated_torque_{n}": share * rig.value(f"clutch.rated_torque_{n}") for n in (1, 2)}
-        found[name] = error_share(run(_sine(*slow, motor), rig.changed({**changes, "thermal.room": warmer})))
-    return found
+        other = rig.changed({**changes, "thermal.room": warmer})
+        figures[name] = error_share(run(_sine(*slow, motor), other))
+    return figures
 
 
 def _rms(off: Array) -> float:
@@ -340,21 +357,24 @@ def reaches(frames: Any, phase: Array, omega: Array) -> tuple[float, float]:
     Returns:
         Both; the chirp's highest frequency where the torque never leaves the limit.
     """
-    turning, cycles = np.exp(-1j * phase), 4
+    cycles = 4  # of a span, over which an amplitude is taken
+    turning = np.exp(-1j * phase)
     edges = np.searchsorted(phase, np.arange(0.0, phase[-1], 2.0 * math.pi * cycles))
-    spans = [slice(a, b) for a, b in pairwise(edges.tolist()) if a >= _SETTLING]
+    spans = [slice(start, stop) for start, stop in pairwise(edges.tolist()) if start >= _SETTLING]
 
     def amplitude(name: str) -> NDArray[np.complex128]:
-        values: Array = frames[name]
-        return np.array([complex(np.mean(values[at] * turning[at])) for at in spans])
+        signal: Array = frames[name]
+        return np.array([complex(np.mean(signal[span] * turning[span])) for span in spans])
 
-    got, wanted = amplitude("torque"), amplitude("reference")
-    at = np.array([omega[span.start] for span in spans]) / (2.0 * math.pi)
+    reached, wanted = amplitude("torque"), amplitude("reference")
+    hertz = np.array([omega[span.start] for span in spans]) / (2.0 * math.pi)
 
     def first(beyond: NDArray[np.bool_]) -> float:
-        return float(at[np.argmax(beyond)]) if beyond.any() else float(omega[-1] / (2.0 * math.pi))
+        return float(hertz[np.argmax(beyond)]) if beyond.any() else float(omega[-1] / (2.0 * math.pi))
 
-    return first(abs(got) < abs(wanted) * math.sqrt(0.5)), first(abs(got - wanted) > 0.1 * abs(wanted))
+    too_small = abs(reached) < abs(wanted) * math.sqrt(0.5)
+    too_far_off = abs(reached - wanted) > 0.1 * abs(wanted)
+    return first(too_small), first(too_far_off)
 
 
 def describe_control(runs: Sequence[ControlRun]) -> Plot:
@@ -387,7 +407,8 @@ def stands_still(frames: Any) -> bool:
     field = frames["field1"] - frames["field2"]
     sides = field[field != 0.0]
     changes = int(np.count_nonzero(np.diff(np.sign(sides))))
-    steps = [slice(k + _LOCK // 2, k + _LOCK) for k in range(0, len(frames), _LOCK)]
-    swing = max(float(np.std(field[at])) for at in steps), max(float(np.std(frames["torque"][at])) for at in steps)
-    calm = swing[0] < 0.01 * 0.5 and swing[1] < 0.02 * 2.0 * _AMPLITUDE
+    steps = [slice(start + _LOCK // 2, start + _LOCK) for start in range(0, len(frames), _LOCK)]
+    field_swing = max(float(np.std(field[step])) for step in steps)
+    torque_swing = max(float(np.std(frames["torque"][step])) for step in steps)
+    calm = field_swing < 0.01 * 0.5 and torque_swing < 0.02 * 2.0 * _AMPLITUDE
     return calm and changes <= len(steps) - 1
