@@ -99,7 +99,7 @@ def flow_curves(rows: RunRows, models: Sequence[Model], element: int = 0, wait: 
     reach = max(abs(first), abs(last)) or 1.0
     from_, to = (float(np.arcsinh(end / reach * np.sinh(3.0))) for end in (first, last))
     even: Array = np.linspace(from_, to, _CURVE)
-    slip = reach * np.sinh(even) / np.sinh(3.0)
+    slip: Array = reach * np.sinh(even) / np.sinh(3.0)
 
     inside = (own.slip >= first) & (own.slip <= last)
     dots_after: dict[int, list[Rows]] = {}  # rows of the dots at each level, by the rows in which a field settles
