@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from math import pi
 from types import MappingProxyType
@@ -14,6 +14,7 @@ from erclutch.errors import LogError, MappingError, TimingError, placed, shell_w
 from erclutch.logs import timing
 from erclutch.logs.clock_planning import SLOW
 from erclutch.logs.plan import ClockPlan, Invalid, Plan, SignalPlan
+from erclutch.logs.sensor_faults import saturated, spikes, stuck
 from erclutch.logs.sentinels import sentinels
 from erclutch.logs.table import Table
 from erclutch.signals import units
@@ -211,7 +212,36 @@ def _unmeasured_rows(plan: Plan, table: Table, notes: list[str]) -> Mask:
             why = "what loggers write for no measurement, left out and the log cut there"
             notes.append(f"{held}: {why} (--keep-values keeps it)")
             unmeasured |= rows
+    for name, why, rows in _sensor_faults(plan, table, unmeasured):
+        many = int(rows.sum())
+        seen = f"column {name} {why} in {many} row{'s' if many > 1 else ''}"
+        at = table.first_row + int(np.argmax(rows)) + 1
+        kept = plan.told.values == "keep"
+        done = "kept, as asked" if kept else "left out and the log cut there (--keep-values keeps them)"
+        notes.append(f"{seen}, the first in data row {at}: {done}")
+        unmeasured |= rows & (not kept)
     return unmeasured
+
+
+def _sensor_faults(plan: Plan, table: Table, unmeasured: Mask) -> Iterator[tuple[str, str, Mask]]:
+    """The column, what is wrong there, and the rows, for each fault of a sensor; rows without measurement are none."""
+    chosen = {each.signal: each for each in plan.signals if each.column}
+    moving = next((chosen[name].column for name in ("slip", "position") if name in chosen), "")
+    for signal in ("slip", "effort", "T"):
+        if signal not in chosen:
+            continue
+        name = chosen[signal].column
+        values = np.where(unmeasured, np.nan, _column(table, name))
+        if (rows := spikes(values)).any():
+            yield name, f"has spikes (up to {np.abs(values[rows]).max():.4g})", rows
+            values = np.where(rows, np.nan, values)
+        if signal == "slip":
+            continue
+        ends = saturated(values)
+        for end, rows in ends.items():
+            yield name, f"sits at an end of its sensor's range ({end:.6g})", rows
+        if moving and not ends and (rows := stuck(values, _column(table, moving))).any():
+            yield name, f"is stuck at {values[np.argmax(rows)]:.6g} while column {moving} moves", rows
 
 
 def _unusable_rows(
