@@ -53,6 +53,15 @@ TOGETHER = {
     "tests/runs/test_every_row.py": "every-row",
     "tests/house/test_house.py": "house",
 }
+#: Slow tests that take a minute or more: they come before the others, so that no processor waits for them at the end.
+LONGEST = (
+    "tests/house/test_wings_off.py::test_without_all_wings",
+    "tests/wings/design/test_excite.py::test_of_ten_thousand_sequences",
+    "tests/wings/rheology/test_measured_flow_curves.py::test_every_law",
+    "tests/docs/test_blocks.py::test_every_block_of_the_page_runs",
+    "tests/wings/app/test_app_road.py::test_the_whole_road",
+    "tests/test_files.py::test_of_two_commands_at_once",
+)
 #: Tests of one exported model: its step, its C and its test vectors are made once.
 EXPORTED = re.compile(r"tests/export/.*\[(?P<label>.*?, (single|coaxial))")
 
@@ -75,6 +84,12 @@ class GroupsByFile(LoadScopeScheduling):
 def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> GroupsByFile | None:
     """Hand out tests by group, where that is asked for."""
     return GroupsByFile(config, log) if config.getvalue("dist") == "loadgroup" else None
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """The longest tests first, where tests are handed out to several processes."""
+    if "PYTEST_XDIST_WORKER" in os.environ:
+        items.sort(key=lambda item: not item.nodeid.startswith(LONGEST))
 
 
 def pytest_collection_finish() -> None:

@@ -6,6 +6,7 @@ import math
 import re
 import subprocess
 from collections.abc import Callable, Sequence
+from itertools import product
 from pathlib import Path
 
 import pytest
@@ -175,17 +176,26 @@ def test_a_library_with_changed_arithmetic_is_not_loaded(
     assert smallest * 1.0 > 0.0, "the library switched subnormal numbers off in this process"
 
 
+@pytest.fixture(scope="module")
+def exports(models: dict[str, Model], tmp_path_factory: pytest.TempPathFactory) -> dict[tuple[bool, str, str], Path]:
+    """Folders by whether the C has its macros and pragmas, by model and by precision; written once for all options."""
+    folders: dict[tuple[bool, str, str], Path] = {}
+    for guarded, label, precision in product((True, False), MODELS, ("float64", "float32")):
+        folder = written(models[label], tmp_path_factory.mktemp("m"), precision)
+        if not guarded:
+            without_macros_and_pragmas(folder)
+        folders[guarded, label, precision] = folder
+    return folders
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("options", OPTIONS)
 @pytest.mark.parametrize("guarded", [True, False], ids=["guarded", "old compiler"])
 def test_the_right_bits_or_a_refusal(
-    models: dict[str, Model], options: str, guarded: bool, need: Callable[..., None], tmp_path: Path
+    exports: dict[tuple[bool, str, str], Path], options: str, guarded: bool, need: Callable[..., None]
 ) -> None:
     need("gcc")
-    for label in MODELS:
-        for precision in ("float64", "float32"):
-            folder = written(models[label], tmp_path / precision / label, precision)
-            if not guarded:
-                without_macros_and_pragmas(folder)
-            for compiler in natives():
-                assert answer(compiler, folder, options.split()) in (RIGHT, REFUSED), (compiler.name, label, precision)
+    for label, precision in product(MODELS, ("float64", "float32")):
+        folder = exports[guarded, label, precision]
+        for compiler in natives():
+            assert answer(compiler, folder, options.split()) in (RIGHT, REFUSED), (compiler.name, label, precision)
