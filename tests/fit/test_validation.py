@@ -9,10 +9,11 @@ import pytest
 
 from erclutch.fit.candidate import Fitted, kinds
 from erclutch.fit.comparison import Settings, compare
+from erclutch.fit.kinds.law_alone import with_memory
 from erclutch.fit.ladder import _folds, grown
 from erclutch.fit.laws.fit_law import fit_structure, reference_of, refit_near
 from erclutch.fit.log_groups import chessboard, groups_of
-from erclutch.fit.validation import _in_question, chosen, parts_of_training, worth_their_freedom
+from erclutch.fit.validation import _in_question, chosen, part_weights, parts_of_training, worth_their_freedom
 from erclutch.logs import recording_from_arrays
 from erclutch.logs.dataset import Dataset, build_dataset, joined
 from erclutch.models.laws import law_from_name
@@ -165,6 +166,23 @@ def errors_of(*sizes: float) -> list[Array]:
     """Errors on parts, of one shape and so many times as large."""
     shape = np.random.default_rng(0).standard_normal(400)
     return [size * shape for size in sizes]
+
+
+def test_each_part_counts_the_same_and_a_part_at_rest_counts_less() -> None:
+    errors = {"a": errors_of(1.0, 10.0, 0.001), "b": errors_of(2.0, 9.0, 0.002)}
+    np.testing.assert_allclose(part_weights(errors), [9.0, 1.0, 10.0])
+    assert part_weights({"a": errors_of(0.0, 0.0)}) == [1.0, 1.0]
+
+
+@pytest.mark.slow
+def test_another_law_gets_the_memory_where_logs_have_fields_of_their_own() -> None:
+    data = bench(rows=300)
+    named = ("bingham/square", "casson/square")
+    laws = [fit_structure(data, Structure("single", name, law_from_name(name, "single"))) for name in named]
+    candidates, _ = with_memory(data, laws)
+    remembering = [each.structure.law.name for each in candidates if slip_stages(each.structure.dynamics)]
+    assert set(remembering) == {"bingham", "casson"}
+    assert remembering[0] != remembering[-1]  # the last is the richest rung of the search
 
 
 @pytest.mark.parametrize(

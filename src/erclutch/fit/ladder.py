@@ -92,6 +92,12 @@ def _numbers(structure: Structure) -> int:
     return len(structure.shapes(1.0)) + len(structure.gains())
 
 
+def of_law(train: Dataset, rung: Rung, law: Structure) -> Rung:
+    """The stages and further inputs of a rung with another law."""
+    other = replace(law, dynamics=rung.structure.dynamics, extras=rung.structure.extras)
+    return _rung(_folds(train), other, rung.numbers)
+
+
 def helpful(train: Dataset, rung: Rung) -> dict[str, float]:
     """The spare columns of the log that would lower the error of a rung, as a share of it, most helpful first."""
     if not train.spare:

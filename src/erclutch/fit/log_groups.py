@@ -12,6 +12,8 @@ from erclutch.signals.array import Array
 
 #: Two logs have the same motion if slip and its rate differ by less than this factor, root mean square.
 ALIKE = 1.25
+#: Fields or motions from which on whole ones are left out of a fit.
+FEWEST_GROUPS = 3
 #: Of the largest field: a field that moves by less over a log is one field.
 _STEADY = 0.01
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from erclutch.errors import CheckError
 from erclutch.fit.candidate import Fitted
-from erclutch.fit.log_groups import groups_of
+from erclutch.fit.log_groups import FEWEST_GROUPS, groups_of
 from erclutch.fit.one_thread import one_thread
 from erclutch.fit.scoring import TOLERATED, BandedFigure, excess, recommend, score
 from erclutch.logs.dataset import Dataset, time_folds
@@ -22,11 +22,12 @@ from erclutch.models.stages import slip_stages
 from erclutch.signals.array import Array, Mask
 
 _BLOCKS = 4  # of one log in time
-_GROUPS, _FEWEST_GROUPS = 4, 3  # fields, motions or logs
+_GROUPS = 4  # fields, motions or logs, at most
 _FEWEST_ROWS = 50  # of a block
 #: Models are in question whose error on the training rows is at most so many times the least of their kind, and no
 #: more than so many of a kind.
 _NEAR, _MOST = 1.4, 3
+_AT_REST = 0.1  # of the largest least error on any part: what the measure of a part is no smaller than
 #: Squared error of a freer model on each part, over that of the model that more physics binds: fading costs a little.
 _NO_MORE = 1.02
 
@@ -83,13 +84,13 @@ def parts_of_training(train: Dataset) -> LeftOut | None:
     words: list[str] = []
     fields = 0
     for name, numbers in (("field", logs.field), ("motion", logs.motion)):
-        if len(set(numbers)) >= _FEWEST_GROUPS:
+        if len(set(numbers)) >= FEWEST_GROUPS:
             masks += _masks(train, logs.rows, numbers)
             words.append(f"whole {name}s")
             fields = len(masks) if name == "field" else fields
     if masks:
         return LeftOut(" and ".join(words), masks, further=True, fields=fields)
-    if len(logs.rows) >= _FEWEST_GROUPS:
+    if len(logs.rows) >= FEWEST_GROUPS:
         return LeftOut("whole logs", list(_masks(train, logs.rows, range(len(logs.rows)))), further=False)
     if train.rows < _BLOCKS * _FEWEST_ROWS:
         return None
@@ -151,12 +152,16 @@ def chosen(
         return None
     outcomes = {f.outcome.model.name: f.outcome for f in contenders}
     effort = np.concatenate(measured)
-    whole = {name: np.concatenate(own) for name, own in usable.items()}
-    scores = {name: score(effort, effort - error, seed=seed) for name, error in whole.items()}
-    worth = worth_their_freedom(usable, {name: outcomes[name].freedom for name in usable}, seed)
-    least = whole[min(worth, key=lambda name: scores[name].rmse.value)]
+    scores = {name: score(effort, effort - np.concatenate(own), seed=seed) for name, own in usable.items()}
+    weights = part_weights(usable) if parts.further else [1.0] * len(parts.masks)
+    weighed = {name: [w * e for w, e in zip(weights, own, strict=True)] for name, own in usable.items()}
+    measure = np.concatenate([w * own for w, own in zip(weights, measured, strict=True)])
+    whole = {name: np.concatenate(own) for name, own in weighed.items()}
+    compared = {name: score(measure, measure - error, seed=seed) for name, error in whole.items()}
+    worth = worth_their_freedom(weighed, {name: outcomes[name].freedom for name in usable}, seed)
+    least = whole[min(worth, key=lambda name: compared[name].rmse.value)]
     _, name = recommend(
-        {name: scores[name] for name in worth},
+        {name: compared[name] for name in worth},
         {name: excess(whole[name], least, seed=seed) for name in worth},
         {name: outcomes[name].parameters for name in worth},
         freedom={name: outcomes[name].freedom for name in worth},
@@ -169,6 +174,24 @@ def chosen(
     if len(allowed) < 2:
         return Choice(name, "", {}, at_new_fields)
     return Choice(name, parts.words, {name: each.rmse for name, each in scores.items()}, at_new_fields)
+
+
+def part_weights(errors: Mapping[str, Sequence[Array]]) -> list[float]:
+    """Factors of the errors on each part, so that each field and each motion left out counts the same.
+
+    The next log may be like any part. Errors at the highest field are the largest, and would decide alone. The least
+    error on a part is the measure there; a part at rest, where all models are right, has a tenth of the largest at
+    least.
+
+    Args:
+        errors: by model, measured less estimated effort on each part.
+    """
+    each = np.array([[float(np.sqrt(np.mean(error**2))) for error in own] for own in errors.values()])
+    least = each.min(axis=0)
+    measure = np.maximum(least, _AT_REST * float(least.max()))
+    if not measure.all():
+        return [1.0] * measure.size
+    return list(float(measure.max()) / measure)
 
 
 def worth_their_freedom(

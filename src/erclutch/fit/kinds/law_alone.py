@@ -9,8 +9,9 @@ from erclutch.errors import shell_word
 from erclutch.fit.candidate import Candidate, Fitted, Grown, Kind, asked
 from erclutch.fit.data_check import Finding, steady_command
 from erclutch.fit.fit_settings import AUTO, Settings
-from erclutch.fit.ladder import grown, helpful
+from erclutch.fit.ladder import Rung, grown, helpful, of_law
 from erclutch.fit.laws.fit_law import fit_structure, refit_near
+from erclutch.fit.log_groups import FEWEST_GROUPS, groups_of
 from erclutch.fit.one_field import refuse_field_terms
 from erclutch.fit.one_thread import one_thread
 from erclutch.fit.outcome import AnyOutcome, FitOutcome
@@ -27,6 +28,8 @@ from erclutch.signals.array import Mask
 _EVIDENCE = 10.0
 #: Share by which the cost may grow when a term that cannot be told is taken out.
 _NO_WORSE = 0.01
+#: Other laws that are tried with the memory that was found.
+_MOST_FORMS = 3
 #: Unknowns of a law whose lack of rank may come from a term that was added.
 _SHORT_LAW = 8
 
@@ -151,13 +154,17 @@ def _with_terms_told(train: Dataset, law: FitOutcome[TorqueModel]) -> FitOutcome
 
     Where the slip keeps its sign, say, a constant effort and a yield effort are one column: the sum is known, its parts
     are not. The term that was added to the law goes; a law with fewer terms that says the same stays eligible.
-    So does friction where a number of the yield effort's form ends on its bound: with two fields, say, friction, yield
-    effort and exponent are three numbers for two, and the bound alone makes the fit look sound.
+    So does friction where a bound alone makes the fit look sound. With two fields, say, friction, yield effort and
+    exponent are three numbers for two: the exponent ends on its bound, or the friction does and its interval has no
+    width.
     """
     structure = law.model.structure
     form = structure.law.yield_form
-    propped = form is not None and any(shape.name in law.at_bounds for shape in form.shape)
-    if law.sound and not (propped and structure.friction):
+    propped = structure.friction and (
+        (form is not None and any(shape.name in law.at_bounds for shape in form.shape))
+        or any(each.name == "T_f" and each.low == each.high for each in law.estimates)
+    )
+    if law.sound and not propped:
         return law
     without = [
         ({"T_0"}, "a constant effort", replace(structure, offset=False)),
@@ -226,4 +233,30 @@ def with_memory(
         )
         for name, gain in spare.items()
     )
-    return [LawCandidate(structure, base.notes) for structure in wanted], findings
+    candidates = [LawCandidate(structure, base.notes) for structure in wanted]
+    if wanted and len(set(groups_of(train).field)) >= FEWEST_GROUPS:
+        candidates = [*_of_another_form(train, rungs[-1], known, base), *candidates]  # the last stays the richest
+    return candidates, findings
+
+
+def _of_another_form(
+    train: Dataset, rung: Rung, laws: Sequence[FitOutcome[TorqueModel]], base: FitOutcome[TorqueModel]
+) -> list[LawCandidate]:
+    """The best of a few other laws with the memory of the last rung: at a field that no log has, its form counts.
+
+    Without a memory these laws are nearly as good as the base. Whole fields that are left out choose between both.
+    """
+    nearly = (1.0 + TOLERATED) ** 2 * base.train_cost
+    others = [
+        law
+        for law in laws
+        if law.train_cost <= nearly
+        and law.model.structure.law.yield_form is not None
+        and law.model.structure.specification != base.model.structure.specification
+        and not law.model.structure.remembers
+    ]
+    few = sorted(others, key=lambda law: (law.parameters, law.train_cost))[:_MOST_FORMS]
+    with one_thread():
+        pairs = [(of_law(train, rung, law.model.structure), law.notes) for law in few]
+    best = min(pairs, key=lambda pair: pair[0].error, default=None)
+    return [] if best is None else [LawCandidate(best[0].structure, best[1])]
