@@ -12,10 +12,12 @@ from erclutch.logs.log_file import read_table, recordings_in
 from erclutch.logs.mapping import ColumnMap
 from erclutch.logs.plan import NEEDS, Plan
 from erclutch.logs.planning import plan_of
+from erclutch.logs.readers.found_recordings import JOINT
 from erclutch.logs.table import Table, listed
 from erclutch.signals.device import DeviceName
 
 _MOST = 40  # recordings that are looked into
+_MOST_JOINED = 12  # recordings, since a device has few signals
 
 
 def table_of_log(
@@ -57,7 +59,7 @@ def _only_log(path: str | Path, told: ColumnMap, device: DeviceName | None, erro
         note = f"recording {name}: no other has columns of a motion and an effort ({others})"
         return replace(table, notes=(note, *table.notes))
     if not logs:
-        raise error
+        raise _joined_or(error, path, names, told, device)
     first = shlex.quote(next(iter(logs)))
     plans = [plan_of(table, told, device=device) for table in logs.values()]
     answers = {plan.examples for plan in plans}
@@ -67,6 +69,21 @@ def _only_log(path: str | Path, told: ColumnMap, device: DeviceName | None, erro
         remedy = f"Take each as a log: {options}; or choose one: --variable {first}"
     several = f"{len(logs)} of {len(names)} recordings of the file are logs: {listed(logs)}"
     raise LogError(several, remedy=remedy, where=error.where)
+
+
+def _joined_or(
+    error: LogError, path: str | Path, names: Sequence[str], told: ColumnMap, device: DeviceName | None
+) -> LogError:
+    """The question whether all recordings are one log joined by time, where they are; else the error as it is."""
+    tables = {name: _table(path, name, told) for name in names[:_MOST_JOINED]}
+    # The rows are those of the effort: no effort is made up between two samples.
+    order = sorted(tables, key=lambda name: not signals_of(tables[name]) & {"effort", "T"})
+    together = JOINT.join(order)
+    joined = _table(path, together, told) if len(names) <= _MOST_JOINED else None
+    if joined is None or not _is_log(joined, told, device):
+        return error
+    problem = f"no recording of the file is a log alone, and together they are one: {listed(names)}"
+    return LogError(problem, remedy=f"Join them by time: --variable {shlex.quote(together)}", where=error.where)
 
 
 def logs_among(path: str | Path, names: Sequence[str], told: ColumnMap, device: DeviceName | None) -> dict[str, Table]:
@@ -94,8 +111,10 @@ def holds_a_log(table: Table) -> bool:
     return _is_log(table, ColumnMap(), None)
 
 
-def signals_of(table: Table) -> set[str]:
+def signals_of(table: Table | None) -> set[str]:
     """Signals that have a column in a table, by names and units alone."""
+    if table is None:
+        return set()
     try:
         return {each.signal for each in plan_of(table, ColumnMap()).signals if each.column}
     except ErclutchError:

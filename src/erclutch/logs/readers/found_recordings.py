@@ -26,6 +26,8 @@ from erclutch.logs.table import Table
 from erclutch.signals.array import Array
 
 _TIME = re.compile(r"t|time|zeit|tout|timestamps?|time_?s", re.I)
+#: Names that say nothing of a signal: its file or its recording says it.
+NO_NAME = re.compile(r"c\d+|y|x|val|values?|data|signal|samples?|reading|measurements?|wert|valeur|valor", re.I)
 _TEXTS = ("units", "numbers", "sample_period", "clock_name", "constants", "metadata", "notes")
 _T = TypeVar("_T")
 _KEEPS = 0.2  # share of the rows from which on a column keeps its levels
@@ -119,14 +121,19 @@ def chosen(found: Mapping[str, Found], variable: str | None, what: str, none: st
     names = [each.strip() for each in (variable or "").split(JOINT)]
     if len(names) > 1 and variable not in found and all(name in found for name in names):
         return joined_by_time({name: found[name] for name in names}, what).table()
-    timed = [name for name, recording in found.items() if _time_of(recording)]
+    timed = sorted((name for name in found if time_of(found[name])), key=lambda name: -rows_of(found[name]))
     more = f", or join them by time: --variable {shlex.quote(JOINT.join(timed))}" if len(timed) > 1 else ""
     name, recording = choose(found, variable, what, none, more)
     recording.notes.insert(0, f"recording read from {what} {name}")
     return recording.table()
 
 
-def _time_of(recording: Found) -> str | None:
+def rows_of(recording: Found) -> int:
+    """Rows of a recording."""
+    return next((values.size for values in recording.columns.values()), 0)
+
+
+def time_of(recording: Found) -> str | None:
     """The label of a recording's time, if it has one."""
     named = (label for label in recording.columns if _TIME.fullmatch(split_label(label)[0].strip()))
     return next(named, None)
@@ -144,9 +151,10 @@ def joined_by_time(found: Mapping[str, Found], what: str) -> Found:
     Raises:
         LogError: a recording without times that grow, or no time that all of them have.
     """
+    found = {name: _with_its_name(recording, name) for name, recording in found.items()}
     clocks: dict[str, Array] = {}
     for name, recording in found.items():
-        label = _time_of(recording)
+        label = time_of(recording)
         times = None if label is None else recording.columns[label]
         if times is None or times.size < 2 or not bool(np.all(np.diff(times) > 0)):
             problem = f"{what} {name} has no time that grows from row to row"
@@ -165,7 +173,7 @@ def joined_by_time(found: Mapping[str, Found], what: str) -> Found:
         joined.notes.append(f"{left} rows of {first} before or after the others left out")
     for name, recording in others:
         for label, values in recording.columns.items():
-            if label == _time_of(recording):
+            if label == time_of(recording):
                 continue
             own = label if label not in joined.columns else f"{label} ({name})"
             keeps = np.count_nonzero(np.diff(values) == 0.0) > _KEEPS * (values.size - 1)
@@ -177,6 +185,18 @@ def joined_by_time(found: Mapping[str, Found], what: str) -> Found:
             how = "at the same times" if same else how
             joined.notes.append(f"column {own} of {name}: {how}")
     return joined
+
+
+def _with_its_name(recording: Found, name: str) -> Found:
+    """A recording of one signal; its column is called as the recording where its own name says nothing."""
+    time = time_of(recording)
+    own = [label for label in recording.columns if label != time]
+    if len(own) != 1 or not NO_NAME.fullmatch(own[0]):
+        return recording
+    label = re.split(r"[./]", name)[-1]
+    columns = {label if each == own[0] else each: values for each, values in recording.columns.items()}
+    units = {label if each == own[0] else each: unit for each, unit in recording.units.items()}
+    return replace(recording, columns=columns, units=units)
 
 
 def listed(names: Iterable[str]) -> str:

@@ -122,8 +122,8 @@ def _table_of_rows(source: LogSource, rows: Iterable[_Row], notes: tuple[str, ..
 
 def _table_of_lists(source: LogSource, lists: Mapping[str, list[Any]], notes: tuple[str, ...]) -> Table:
     """Lists of the length that most have as columns; lists of other lengths are left out, with a note."""
-    lengths = Counter(len(values) for values in lists.values() if len(values) > 1)
-    most = max(lengths, key=lambda length: (lengths[length], length))
+    lengths = Counter(map(len, lists.values()))
+    most = max(lengths, key=lambda length: (length > 1, lengths[length], length))
     others = {
         name: f"list {name} has {len(values)} values, not {most}"
         for name, values in lists.items()

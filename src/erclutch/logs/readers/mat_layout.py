@@ -20,15 +20,20 @@ import numpy as np
 from erclutch.errors import LogError
 from erclutch.logs.readers.found_recordings import (
     ALL,
+    JOINT,
     Found,
     RecordingNames,
     columns_of,
+    joined_by_time,
     listed,
     matrix_of,
     of_vectors,
+    rows_of,
+    time_of,
     vector,
 )
 
+_DEEPEST = 6  # structs inside of structs
 _GENERIC = re.compile(r"(?:In|Out)\d*|Value|Signal", re.I)
 
 
@@ -38,12 +43,18 @@ def choose(tree: dict[str, Any], variable: str | None) -> Found:
     Raises:
         LogError: none, several without a choice, or no variable of that name.
     """
+    tree = _within(tree)
     opened = _opened(tree)
     one_struct = any(_structure(name, node) is not None for name, node in tree.items())
     if variable not in tree and (variable in opened or not one_struct):
         tree = opened  # beside a struct that is a recording, cells and struct arrays are what somebody kept with it
     if variable == ALL:
         raise RecordingNames([name for name, node in tree.items() if _structure(name, node) is not None])
+    parts = [each.strip() for each in (variable or "").split(JOINT)]
+    if len(parts) > 1 and variable not in tree:
+        chosen = {each: _structure(each, tree.get(each)) for each in parts}
+        if all(chosen.values()):
+            return joined_by_time({each: found for each, found in chosen.items() if found is not None}, "variable")
     if variable is not None and variable not in tree:
         problem = f"there is no variable '{variable}' (there are: {listed(tree)})"
         raise LogError(problem, remedy="Give one of these as --variable")
@@ -64,11 +75,32 @@ def choose(tree: dict[str, Any], variable: str | None) -> Found:
     if recordings:
         names = [*recordings, *(loose.columns if loose else ())]
         problem = f"the file holds several recordings: {', '.join(names)}"
-        raise LogError(problem, remedy=f"Choose one, such as --variable {shlex.quote(names[0])}, or --variable all")
+        timed = sorted(
+            (each for each, found in recordings.items() if time_of(found)), key=lambda each: -rows_of(recordings[each])
+        )
+        more = f", or join them by time: --variable {shlex.quote(JOINT.join(timed))}" if len(timed) > 1 else ""
+        remedy = f"Choose one, such as --variable {shlex.quote(names[0])}, or --variable all{more}"
+        raise LogError(problem, remedy=remedy)
     hint = " (objects such as timeseries cannot be read: save ts.Time and ts.Data as vectors)"
     objects = any(node is None for node in tree.values())
     problem = f"no recording in the variables {listed(tree)}{hint if objects else ''}"
     raise LogError(problem, remedy="Save a struct of vectors, or vectors of one length")
+
+
+def _within(tree: dict[str, Any], depth: int = 0) -> dict[str, Any]:
+    """The variables, and in place of structs that hold structs, texts and numbers what is in them: ``log.speed``."""
+    within: dict[str, Any] = {}
+    for name, node in tree.items():
+        inner = cast("dict[str, Any]", node) if isinstance(node, dict) else dict[str, Any]()
+        structs: dict[str, Any] = {f"{name}.{key}": each for key, each in inner.items() if isinstance(each, dict)}
+        plain = all(
+            isinstance(each, dict | str) or (isinstance(each, np.ndarray) and each.size < 2) for each in inner.values()
+        )
+        if structs and plain and depth < _DEEPEST and _structure(name, node) is None:
+            within |= _within(structs, depth + 1)
+        else:
+            within[name] = node
+    return within
 
 
 def _opened(nodes: dict[str, Any]) -> dict[str, Any]:
@@ -94,7 +126,9 @@ def _opened(nodes: dict[str, Any]) -> dict[str, Any]:
                 opened |= {f"{name}({place})": item for place, item in enumerate(items, start=1)}
         elif _all_of(node, np.ndarray) and all(vector(each) is not None for each in cast("list[Any]", node)):
             items = cast("list[Any]", node)
-            opened |= {f"{name}_{place}": each for place, each in enumerate(items, start=1)}
+            fitting = [each for each in texts if len(each) == len(items) == len({*each}) and all(each)]
+            usual = [f"{name}_{place}" for place in range(1, len(items) + 1)]
+            opened |= dict(zip(fitting[0] if len(fitting) == 1 else usual, items, strict=True))
         elif matrix is not None and len(labels) == 1:
             opened |= {label or f"{name}_{place + 1}": matrix[:, place] for place, label in enumerate(labels[0])}
         elif not _all_of(node, str):
@@ -131,7 +165,7 @@ def _structure(name: str, node: Any) -> Found | None:
         return _simulink(fields)
     lower = {key.lower(): value for key, value in fields.items()}
     if isinstance(lower.get("time"), np.ndarray) and isinstance(lower.get("data"), np.ndarray):
-        return _workspace({"time": lower["time"], name: lower["data"]})
+        return _workspace({"time": lower["time"], name.rpartition(".")[2]: lower["data"]})
     return _workspace(fields)
 
 

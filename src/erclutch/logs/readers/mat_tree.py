@@ -43,9 +43,31 @@ def _plain(value: Any, depth: int) -> Node:
         return "\n".join(str(line).rstrip() for line in array.ravel())
     if array.dtype.kind == "O":
         items = [_plain(item, depth + 1) for item in array.ravel(order="F")[:_MOST]]
+        if (table := _table_in(items, array.shape)) is not None:
+            return table
         single = len(items) == 1 and isinstance(items[0], dict)
         return items[0] if single else items
     return array if array.dtype.kind in "biuf" else None
+
+
+def _table_in(items: list[Node], shape: tuple[int, ...]) -> dict[str, Node] | None:
+    """A cell matrix with names in its first row and a number in each cell below, as a struct of vectors; else None.
+
+    Args:
+        items: its cells, column by column.
+        shape: rows and columns.
+    """
+    if len(shape) != 2 or min(shape) < 2 or len(items) != prod(shape):
+        return None
+    columns = [items[at : at + shape[0]] for at in range(0, len(items), shape[0])]
+    names = [column[0] for column in columns]
+    if not all(isinstance(name, str) and name for name in names) or len({*map(str, names)}) < len(names):
+        return None
+    numbers = [[each for each in column[1:] if isinstance(each, np.ndarray) and each.size == 1] for column in columns]
+    if any(len(each) < shape[0] - 1 for each in numbers):
+        return None
+    vectors = (np.array([float(cell.ravel()[0]) for cell in each]) for each in numbers)
+    return dict(zip(map(str, names), vectors, strict=True))
 
 
 def load_v73(path: str) -> dict[str, Node]:
@@ -103,9 +125,10 @@ class _Tree:
     def _is_references(self, item: Any) -> bool:
         return isinstance(item, self._h5py.Dataset) and self._h5py.check_ref_dtype(item.dtype) is self._h5py.Reference
 
-    def _followed(self, item: Any, depth: int) -> list[Node]:
+    def _followed(self, item: Any, depth: int) -> Any:
         if depth >= _DEEPEST or item.size > _MOST:
             return []
         self._budget.take_cells(item.size)
-        references = np.asarray(item[()]).T.ravel(order="F")
-        return [self.value(self._file[reference], depth + 1) if reference else None for reference in references]
+        matrix = np.asarray(item[()]).T
+        items = [self.value(self._file[each], depth + 1) if each else None for each in matrix.ravel(order="F")]
+        return _table_in(items, matrix.shape) or items

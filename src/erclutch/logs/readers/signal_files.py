@@ -7,7 +7,6 @@ up between two samples. The clocks of all files are taken for one clock.
 from __future__ import annotations
 
 import hashlib
-import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -18,7 +17,7 @@ import numpy as np
 
 from erclutch.errors import ErclutchError, LogError, printable
 from erclutch.logs.log_reader import HEAD, LogReader, LogSource, claims_nothing, log_suffixes, read_by, reader_of
-from erclutch.logs.readers.found_recordings import JOINT, Found, joined_by_time
+from erclutch.logs.readers.found_recordings import JOINT, NO_NAME, Found, joined_by_time
 from erclutch.logs.table import Table
 from erclutch.signals.array import Array
 
@@ -26,8 +25,6 @@ _MOST = 12  # files: a device has few signals, and a folder of more holds logs
 _LOOKED_AT = 1 << 16  # bytes of a text that tell what its columns are
 _LARGEST_LOOKED_AT = 1 << 22  # bytes of a file that is read whole to look at its columns
 _SHARED = 0.5  # share of the longest file that all files must have
-#: Names that say nothing of the signal: the file's name says it.
-_NO_NAME = re.compile(r"c\d+|y|x|val|values?|data|signal|samples?|reading|measurements?|wert|valeur|valor", re.I)
 
 
 def parts_of(path: Path) -> list[Path]:
@@ -125,7 +122,7 @@ def _names(tables: Mapping[str, Table]) -> dict[str, dict[str, str]]:
         stem = Path(file).stem
         names[file] = {label: label for label in own}
         for label in own:
-            if labels[label] > 1 or _NO_NAME.fullmatch(label):
+            if labels[label] > 1 or NO_NAME.fullmatch(label):
                 names[file][label] = stem if len(own) == 1 else f"{stem} {label}"
     return names
 

@@ -1,0 +1,150 @@
+"""MATLAB files with cells and structs inside of structs; signals with times of their own are joined where asked."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+import pytest
+from scipy.io import savemat
+
+from erclutch.errors import ErclutchError, LogError
+from erclutch.logs import read_table
+from erclutch.logs.mapping import ColumnMap
+from erclutch.logs.readers import mat_layout, mat_tree
+from erclutch.logs.recording_choice import table_of_log
+from erclutch.logs.table import Table
+
+TIME = np.arange(200) / 100
+SPEED = np.sin(9 * TIME)
+TORQUE = SPEED**3
+SLOW = TIME[::5]
+CURRENT = np.repeat([0.0, 1.0], 20)
+
+
+def cell(*items: Any) -> np.ndarray:
+    held = np.empty(len(items), dtype=object)
+    for place, item in enumerate(items):
+        held[place] = item
+    return held
+
+
+def matrix_of_cells(rows: int = 200) -> np.ndarray:
+    cells = np.empty((rows + 1, 3), dtype=object)
+    cells[0] = ["time", "speed", "torque"]
+    for row in range(rows):
+        cells[row + 1] = [TIME[row], SPEED[row], TORQUE[row]]
+    return cells
+
+
+def found_in(path: Path, variable: str | None = None) -> Table:
+    """What the reader's child makes of a file, in this process."""
+    return mat_layout.choose(mat_tree.load_v5(str(path)), variable).table()
+
+
+MEASURED = {"time": TIME, "speed": SPEED, "torque": TORQUE}
+#: Variables of a file that hold the three columns.
+FORMS: dict[str, dict[str, Any]] = {
+    "structs in a struct": {"data": {"meas": MEASURED, "info": "bench", "fs": 100.0}},
+    "four levels": {"a": {"b": {"c": {"d": MEASURED}}}},
+    "a cell of vectors with a cell of names": {
+        "data": cell(TIME, SPEED, TORQUE),
+        "names": cell("time", "speed", "torque"),
+    },
+    "a cell matrix with a row of names": {"T": matrix_of_cells()},
+}
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_a_layout_is_read(tmp_path: Path, form: str) -> None:
+    savemat(tmp_path / "a.mat", FORMS[form])
+    table = found_in(tmp_path / "a.mat")
+    for name, right in MEASURED.items():
+        np.testing.assert_array_equal(table.columns[name], right)
+
+
+def test_a_cell_matrix_with_a_text_among_its_numbers_is_refused(tmp_path: Path) -> None:
+    cells = matrix_of_cells()
+    cells[7, 1] = "bad"
+    savemat(tmp_path / "a.mat", {"T": cells})
+    with pytest.raises(LogError, match="no recording in the variables"):
+        found_in(tmp_path / "a.mat")
+
+
+def test_struct_arrays_are_recordings_one_by_one(tmp_path: Path) -> None:
+    runs = cell(MEASURED, {**MEASURED, "speed": 2 * SPEED})
+    savemat(tmp_path / "a.mat", {"s": runs})
+    with pytest.raises(LogError, match=r"several recordings: s\(1\), s\(2\)"):
+        found_in(tmp_path / "a.mat")
+    np.testing.assert_array_equal(found_in(tmp_path / "a.mat", "s(2)").columns["speed"], 2 * SPEED)
+
+
+SIGNALS = {
+    "speed": {"Time": TIME, "Data": SPEED},
+    "current": {"Time": SLOW, "Data": CURRENT},
+    "torque": {"Time": TIME, "Data": TORQUE},
+}
+
+
+@pytest.mark.parametrize(
+    ("tree", "names"), [(SIGNALS, "torque + speed + current"), ({"log": SIGNALS}, "log.torque + ")]
+)
+def test_signals_with_times_of_their_own_are_joined_where_that_is_asked(
+    tmp_path: Path, tree: dict[str, Any], names: str
+) -> None:
+    path = tmp_path / "a.mat"
+    savemat(path, tree)
+    names = names if names.endswith("current") else "log.torque + log.speed + log.current"
+    table = found_in(path, names)
+    shared = SLOW[-1] >= TIME
+    np.testing.assert_array_equal(table.columns["torque"], TORQUE[shared])
+    np.testing.assert_array_equal(table.columns["speed"], SPEED[shared])
+    held = CURRENT[np.searchsorted(SLOW, TIME[shared], side="right") - 1]
+    np.testing.assert_array_equal(held, table.columns["current"])
+
+
+def group_of(file: Any, name: str, time: np.ndarray, **columns: tuple[np.ndarray, str]) -> None:
+    file.create_dataset(f"{name}/time", data=time).attrs["unit"] = "s"
+    for label, (values, unit) in columns.items():
+        file.create_dataset(f"{name}/{label}", data=values).attrs["unit"] = unit
+
+
+@pytest.mark.slow
+def test_groups_of_hdf5_that_are_a_log_together_are_asked_about_with_the_answer(tmp_path: Path) -> None:
+    path = tmp_path / "a.h5"
+    with h5py.File(path, "w") as file:
+        group_of(file, "drive", SLOW, value=(CURRENT, "A"))
+        group_of(file, "sensors", TIME, speed=(SPEED, "rad/s"), torque=(TORQUE, "N*m"))
+        group_of(file, "bath", SLOW, temperature=(20 + SLOW, "°C"))
+    assert {*read_table(path, variable="sensors + drive").columns} == {"time", "speed", "torque", "drive"}
+    with h5py.File(path, "w") as file:
+        group_of(file, "encoder", TIME, data=(SPEED, "rad/s"))
+        group_of(file, "cell", TIME, data=(TORQUE, "N*m"))
+    with pytest.raises(ErclutchError, match=r"Join them by time: --variable 'cell \+ encoder'"):
+        table_of_log(path, ColumnMap(), None)
+    table = table_of_log(path, ColumnMap(), None, "cell + encoder")
+    np.testing.assert_array_equal(table.columns["encoder"], SPEED)
+
+
+@pytest.mark.slow
+def test_groups_of_mdf_of_two_rates_are_joined(tmp_path: Path) -> None:
+    asammdf = pytest.importorskip("asammdf")
+    from erclutch.logs.readers import mdf as reader
+
+    path = tmp_path / "a.mf4"
+    with asammdf.MDF() as mdf:
+        signal = asammdf.Signal
+        fast = [signal(SPEED, TIME, name="speed", unit="rad/s"), signal(TORQUE, TIME, name="torque", unit="Nm")]
+        mdf.append(fast, comment="fast")
+        mdf.append([signal(CURRENT, SLOW, name="current", unit="A")], comment="slow")
+        mdf.save(path)
+    with pytest.raises(LogError, match=r"join them by time: --variable 'fast \+ slow'"):
+        reader.find(str(path), None)
+    table = reader.find(str(path), "fast + slow")
+    shared = SLOW[-1] >= TIME
+    np.testing.assert_array_equal(table.columns["torque"], TORQUE[shared])
+    held = CURRENT[np.searchsorted(SLOW, TIME[shared], side="right") - 1]
+    np.testing.assert_array_equal(held, table.columns["current"])
+    assert table.units["current"] == "A"
