@@ -1,57 +1,63 @@
 """An attack on erclutch, part by part: what was tried, how often, and what did not hold.
 
-    python studies/attack.py [races bombs formats settings runs sensors mujoco compilers app places] [--minutes 18]
+    python studies/attack.py [PART ...] [--minutes 19]
 
-Each part has its share of the time and ends there; the table says how many tries it came to. A failure is printed as it
-is seen. The program ends with 1 if anything failed.
+Each part has its share of the time that is left, and all processors of the machine; what a part does not need goes to
+those behind it. The table says how many tries each came to. A failure is printed as it is seen. The program ends with 1
+if anything failed, or if a row had no try.
 
-- races: two processes write to one place at one moment, for each command that writes, ``--count`` / 10 pairs each, of
-  those that take seconds a twentieth.
+- races: two processes write to one place at one moment, for each command that writes, ``--count`` / 10 pairs each; of
+  `demo`, which takes seconds, a tenth.
 - bombs: small files that unpack to gigabytes.
 - formats: damaged logs of each format, ``--count`` each: a crash, a hang, more than 1 GB, or other numbers in silence
   where the reader says that it sees damage.
 - settings: damaged TOML of rigs and mappings, ``--count`` each.
-- runs: damaged runs, models and mapping files.
-- sensors: a fault in each sensor of the loop under each control, on the TWIN.
-- mujoco, compilers, app, places: the tests of two devices in two models, of flags that change arithmetic, of requests
-  and pages of strangers, and of the one place that writes.
+- sensors: a fault in each sensor of the loop under each control, on the TWIN. The note tells the strict figures, too.
+- compilers: options that change arithmetic, in C and C++, with every compiler of this machine: the right bits or a
+  refusal.
+- hostile: what a machine, a plug-in or a worker may do: `tests/support/hostile.py`.
+- runs, mujoco, app, places: the tests of damaged runs and models, of two devices in two models, of requests and pages
+  of strangers, and of the one place that writes.
 """
 
 from __future__ import annotations
 
 import argparse
+import multiprocessing
 import os
 import re
+import shutil
 import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Iterator
+from collections import Counter
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, field
+from itertools import product
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
-#: Parts that are tests: what pytest runs of each.
+CORES = os.cpu_count() or 1
+#: Parts that are tests: what pytest runs of each. The pairs of commands are a part of their own.
 TESTS = {
     "runs": ("tests/report/test_bad_runs.py", "tests/models/test_model_file.py", "tests/runs/test_run_json.py"),
     "mujoco": ("tests/wings/exporters/test_mujoco_actuator.py",),
-    "compilers": ("tests/export/test_self_check.py", "tests/export/test_compilers.py"),
-    "app": ("tests/wings/app", "tests/wings/live/page/test_page.py"),
-    "places": ("tests/test_files.py",),
+    "app": ("tests/wings/app/test_app.py", "tests/wings/live/page/test_page.py"),
+    "places": ("tests/test_files.py", "--deselect", "tests/test_files.py::test_of_two_commands_at_once_one_is_told"),
 }
 #: Where damage to the numbers is seen, as `LogReader.tells_damage` says: there no other number may come in silence.
 SEEN = ("xlsx", "ods", "csv gz", "mat 5", "hdf5 checked", "parquet checked", "mcap")
 #: Readers in a process of their own, whose crash is one line for the user.
 IN_CHILD = ("mdf", "tdms", "spreadsheet", "hdf5", "ros2", "mat")
-#: Share of the time that a part may take.
-SHARES = (
-    {"races": 0.26, "bombs": 0.07, "formats": 0.21, "sensors": 0.13, "settings": 0.04}
-    | dict.fromkeys(TESTS, 0.05)
-    | {"compilers": 0.09}
-)
+MOST_MIB = 954  # 1 GB
+#: Weights by which the parts share the time: what each costs on two processors, in seconds.
+WEIGHTS = {"bombs": 50, "races": 380, "formats": 380, "settings": 20, "sensors": 80, "compilers": 100, "hostile": 60}
+WEIGHTS |= {"runs": 20, "mujoco": 10, "app": 40, "places": 30}
 _COUNTS = re.compile(r"(\d+) (passed|failed|error|errors)")
 
 
@@ -63,6 +69,7 @@ class Row:
     tries: int = 0
     failures: list[str] = field(default_factory=list[str])
     note: str = ""
+    counts: Counter[str] = field(default_factory=Counter[str])
 
     def fail(self, what: str) -> None:
         """Note a failure, and tell it at once."""
@@ -70,9 +77,23 @@ class Row:
         print(f"{self.name}: {what}", file=sys.stderr, flush=True)
 
 
+def at_once(work: Callable[..., Row], tasks: Sequence[tuple[object, ...]], until: float) -> Iterator[Row]:
+    """What ``work(*task, until=...)`` gives for each task, on all processors; each has its share of the time left."""
+    fork = multiprocessing.get_context("fork")
+    with ProcessPoolExecutor(CORES, mp_context=fork) as pool:
+        shared = [pool.submit(_in_its_time, work, task, until, len(tasks) - place) for place, task in enumerate(tasks)]
+        for each in shared:
+            yield each.result()
+
+
+def _in_its_time(work: Callable[..., Row], task: tuple[object, ...], until: float, waiting: int) -> Row:
+    now = time.monotonic()
+    return work(*task, until=now + (until - now) * min(CORES / waiting, 1.0))
+
+
 def races(until: float, count: int) -> Iterator[Row]:
     """Pairs of each command that writes; the commands take turns, so that each has its pairs when the time is over."""
-    from tests.support.races import SLOW, WORDS, forked, make_material, warm
+    from tests.support.races import SLOW, WORDS, forked, make_material, warm, words_of
 
     rows = {name: Row(f"races of {name}") for name in WORDS}
     with tempfile.TemporaryDirectory() as name:
@@ -81,14 +102,16 @@ def races(until: float, count: int) -> Iterator[Row]:
         warm(folder)
         for pair in range(max(count // 10, 1)):
             for command, row in rows.items():
-                if time.monotonic() > until:
+                if row.tries and time.monotonic() > until:
                     break
-                if command in SLOW and pair % 20 > 0:
+                if command in SLOW and pair % 10 > 0:
                     continue
                 lost = forked(command, pair, folder).lost(command)
                 row.tries += 1
                 if lost:
                     row.fail(lost)
+                written = folder / words_of(command, pair)[-1]
+                shutil.rmtree(written) if written.is_dir() else written.unlink(missing_ok=True)
     yield from rows.values()
 
 
@@ -99,8 +122,6 @@ def bombs(until: float, count: int) -> Iterator[Row]:
     row, most_mib, most_seconds = Row("bombs"), 0.0, 0.0
     with tempfile.TemporaryDirectory() as folder:
         for name, (file, make) in BOMBS.items():
-            if time.monotonic() > until:
-                break
             make(Path(folder) / file)
             taken = read_alone(Path(folder) / file)
             row.tries += 1
@@ -112,83 +133,155 @@ def bombs(until: float, count: int) -> Iterator[Row]:
 
 
 def formats(until: float, count: int) -> Iterator[Row]:
-    """Damaged logs of each format, in chunks, in turns."""
+    """Damaged logs of each format."""
+    from tests.support.log_formats import FORMATS
+
+    yield from at_once(_one_format, [(name, count) for name in FORMATS], until)
+
+
+def _one_format(name: str, count: int, *, until: float) -> Row:
     from studies import formats as study
     from tests.support.log_formats import FORMATS
 
-    rows, told = {name: Row(f"damaged {name}") for name in FORMATS}, set[str]()
-    with tempfile.TemporaryDirectory() as work:
-        study.CHUNK = 10  # so that all formats have their turns in the time
-        for reached in range(study.CHUNK, max(count, study.CHUNK) + 1, study.CHUNK):
-            for name, row in rows.items():
-                if time.monotonic() > until:
-                    break
-                place = Path(work) / name
-                place.mkdir(exist_ok=True)
-                outcomes = study.mutate(name, reached, Path(work), place)
-                row.tries, row.failures = sum(outcomes.values()), []
-                silent = 0
-                for said, times in outcomes.items():
-                    silent += times if said.startswith("silent") and said.endswith("then silent") else 0
-                    told_by_child = said.startswith("crash: signal") and FORMATS[name][0] in IN_CHILD
-                    bad = (said.startswith(("crash", "hang")) and not told_by_child) or (
-                        name in SEEN and said.endswith("then silent")
-                    )
-                    row.failures += [said] * times if bad else []
-                for said in sorted(set(row.failures) - told):
-                    told.add(said)
-                    print(f"{row.name}: {said}", file=sys.stderr, flush=True)
-                row.note = f"{silent} other numbers in silence" if silent else ""
-    yield from rows.values()
+    row, silent = Row(f"damaged {name}"), 0
+    study.CHUNK = 20  # so that it ends in time
+    with tempfile.TemporaryDirectory() as work, tempfile.TemporaryDirectory() as place:
+        outcomes, peak = study.mutate(name, count, Path(work), Path(place), until)
+    row.tries = sum(outcomes.values())
+    for said, times in outcomes.items():
+        unseen = said.startswith("silent") and said.endswith("then silent")
+        told_by_child = said.startswith("crash: signal") and FORMATS[name][0] in IN_CHILD
+        silent += times if unseen else 0
+        if (said.startswith(("crash", "hang")) and not told_by_child) or (unseen and name in SEEN):
+            row.fail(f"{said} ({times})")
+    if peak > MOST_MIB:
+        row.fail(f"{peak} MiB")
+    row.note = f"at most {peak} MiB; {silent} other numbers in silence: the format has no checksum"
+    row.note = row.note if silent else f"at most {peak} MiB"
+    return row
 
 
 def settings(until: float, count: int) -> Iterator[Row]:
     """Damaged TOML of rigs and mappings."""
-    from tests.support.damaged_settings import KINDS, fault_of, make_settings
+    from tests.support.damaged_settings import KINDS
 
+    yield from at_once(_one_kind_of_settings, [(kind, count) for kind in KINDS], until)
+
+
+def _one_kind_of_settings(kind: str, count: int, *, until: float) -> Row:
+    from tests.support.damaged_settings import fault_of, make_settings
+
+    row = Row(f"damaged {kind} files")
     with tempfile.TemporaryDirectory() as folder:
         make_settings(Path(folder))
-        for kind in KINDS:
-            row = Row(f"damaged {kind} files")
-            while row.tries < count and time.monotonic() < until:
-                fault = fault_of(kind, row.tries, Path(folder))
-                row.tries += 1
-                if fault:
-                    row.fail(fault)
-            yield row
+        while row.tries < count and not (row.tries and time.monotonic() > until):
+            fault = fault_of(kind, row.tries, Path(folder))
+            row.tries += 1
+            if fault:
+                row.fail(fault)
+    return row
 
 
 def sensors(until: float, count: int) -> Iterator[Row]:
-    """As many seeds of `studies/sensor_faults.py` as the time allows."""
-    from tests.support.sensor_faults import OUTCOMES
+    """Four seeds of `studies/sensor_faults.py`, as far as the time goes."""
+    from tests.support.sensor_faults import CONTROLS
 
-    row, program = Row("faults of sensors"), str(ROOT / "studies" / "sensor_faults.py")
-    words, within = [sys.executable, program, "--seeds", "2"], 0
-    try:
-        said = subprocess.run(
-            words, capture_output=True, check=False, timeout=max(until - time.monotonic(), 1.0)
-        ).stdout
-    except subprocess.TimeoutExpired as over:
-        said, row.note = over.stdout or b"", "the time was over"
-    for line in said.decode().splitlines():
-        cells = [cell.strip() for cell in line.strip("|").split("|")]
-        if len(cells) < 7 or not cells[3].isdecimal():
-            continue
-        held, safe, bounded, not_held = map(int, cells[3:7])
-        row.tries += held + safe + bounded + not_held
-        within += bounded
-        for _ in range(not_held):
-            row.fail(f"{' / '.join(cells[:3])}: {OUTCOMES[-1]}")
-    row.note = "; ".join(filter(None, (row.note, f"{within} where nothing tells the fault: bounded")))
-    yield row
+    seeds = range(max(count // 250, 1))
+    rows = list(at_once(_faults, [(control, seed) for seed, control in product(seeds, CONTROLS)], until))
+    for control in CONTROLS:
+        row, strictly = Row(f"faults of sensors, {control}"), Counter[str]()
+        for part in rows:
+            if part.name == control:
+                row.tries += part.tries
+                row.failures += part.failures
+                strictly.update(part.counts)
+        row.note = ", ".join(f"{times} {said}" for said, times in strictly.items())
+        yield row
+
+
+def _faults(control: str, seed: int, *, until: float) -> Row:
+    from tests.support.sensor_faults import NOT_HELD, ZERO_WITHIN, sessions
+
+    row = Row(control)
+    if time.monotonic() > until:
+        return row
+    for sensor, kind, run in sessions(control, seed):
+        row.tries += 1
+        row.counts["too high for more than 5 ms"] += not run.never_above
+        row.counts[f"not zero within {ZERO_WITHIN} ms"] += not run.zero_in_time
+        if run.outcome == NOT_HELD:
+            row.fail(f"{sensor} / {kind}, seed {seed}: {NOT_HELD}")
+    return row
+
+
+def compilers(until: float, count: int) -> Iterator[Row]:
+    """Each option with each compiler, in C and C++, as written and as old compilers see it."""
+    from erclutch.export.c.compilers import natives
+
+    places = range(len(natives()))
+    yield from at_once(_one_language, list(product(places, ("C", "C++"), (True, False))), until)
+
+
+def _one_language(place: int, language: str, guarded: bool, *, until: float) -> Row:
+    from erclutch.export.c.compilers import natives
+    from tests.support.changed_arithmetic import (
+        CPP,
+        MODELS,
+        OPTIONS,
+        REFUSED,
+        RIGHT,
+        C,
+        answer,
+        without_macros_and_pragmas,
+        written,
+    )
+    from tests.support.exported_models import MODELS as MADE
+
+    compiler, flags = natives()[place], CPP if language == "C++" else C
+    row, answers = Row(f"{compiler.name}, {language}, {'guarded' if guarded else 'old compiler'}"), Counter[int]()
+    with tempfile.TemporaryDirectory() as folder:
+        files = [written(MADE[label], Path(folder) / label) for label in MODELS]
+        for file in files:
+            if not guarded:
+                without_macros_and_pragmas(file)
+        if answer(compiler, files[0], ["-O2"], flags) != RIGHT:
+            row.fail("wrong without any option")
+        for number, options in enumerate(OPTIONS):
+            if time.monotonic() > until:
+                break
+            said = answer(compiler, files[number % len(files)], options.split(), flags)
+            row.tries += 1
+            answers[said] += 1
+            if said not in (RIGHT, REFUSED):
+                row.fail(f"{options}: {said}")
+    row.note = f"{answers[RIGHT]} right, {answers[REFUSED]} refused"
+    return row
+
+
+def hostile(until: float, count: int) -> Iterator[Row]:
+    """Each case of `tests/support/hostile.py` once."""
+    from tests.support.hostile import CASES
+
+    yield from at_once(_one_case, [(name,) for name in CASES], until)
+
+
+def _one_case(name: str, *, until: float) -> Row:
+    from tests.support.hostile import CASES
+
+    row = Row(name)
+    with tempfile.TemporaryDirectory() as folder:
+        row.tries, wrong = CASES[name](Path(folder))
+    for what in wrong:
+        row.fail(what)
+    return row
 
 
 def tested(name: str, until: float) -> Iterator[Row]:
     """A part that is tests: each is a try."""
     row = Row(name)
-    words = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "-rfE", *TESTS[name]]
+    words = [sys.executable, "-m", "pytest", "-q", "-n", str(CORES), "-p", "no:cacheprovider", "-rfE", *TESTS[name]]
     done = subprocess.run(
-        words, cwd=ROOT, capture_output=True, text=True, check=False, timeout=max(until - time.monotonic(), 1.0) + 300.0
+        words, cwd=ROOT, capture_output=True, text=True, check=False, timeout=max(until - time.monotonic(), 1.0) + 120.0
     )
     counts = {what: int(number) for number, what in _COUNTS.findall(done.stdout.splitlines()[-1])}
     row.tries = sum(counts.values())
@@ -201,28 +294,32 @@ def tested(name: str, until: float) -> Iterator[Row]:
 
 PARTS: dict[str, Callable[[float, int], Iterator[Row]]] = {
     "bombs": bombs,
-    "races": races,
-    "formats": formats,
     "settings": settings,
     "sensors": sensors,
+    "compilers": compilers,
+    "hostile": hostile,
 }
+#: What stands last takes what is left.
+ORDER = (*PARTS, *TESTS, "races", "formats")
+PARTS |= {"races": races, "formats": formats}
 
 
 def main() -> int:
     """Run the parts and print the table."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("parts", nargs="*", metavar="PART", help=f"of {', '.join((*PARTS, *TESTS))}; none: all")
-    parser.add_argument("--minutes", type=float, default=18.0, help="for all parts together")
+    parser.add_argument("parts", nargs="*", metavar="PART", help=f"of {', '.join(ORDER)}; none: all")
+    parser.add_argument("--minutes", type=float, default=19.0, help="for all parts together")
     parser.add_argument("--count", type=int, default=1000, help="damaged files of a format")
     asked = parser.parse_args()
-    if wrong := set(asked.parts) - {*PARTS, *TESTS}:
+    if wrong := set(asked.parts) - set(ORDER):
         parser.error(f"there is no part {', '.join(sorted(wrong))}")
-    parts = asked.parts or [*PARTS, *TESTS]
-    whole = sum(SHARES[part] for part in parts)
+    parts = asked.parts or list(ORDER)
+    end = time.monotonic() + 60.0 * asked.minutes
     rows: list[Row] = []
-    for part in parts:
+    for place, part in enumerate(parts):
         began = time.monotonic()
-        until = began + 60.0 * asked.minutes * SHARES[part] / whole
+        share = WEIGHTS[part] / sum(WEIGHTS[later] for later in parts[place:])
+        until = began + max(end - began, 0.0) * share
         try:
             rows += PARTS[part](until, asked.count) if part in PARTS else tested(part, until)
         except subprocess.TimeoutExpired:

@@ -2,9 +2,10 @@
 
     python studies/formats.py mutate [--formats mdf tdms ...] [--count 10000] [--results build/formats]
 
-A process that has imported the reader's library forks a child for each damaged file. The child has the limits of
-`child_process`, and 60 s by the clock. It runs the function that the reader's own child runs; only the start of Python
-is left out. Readers of text and MCAP have no child of their own: what they raise but `LogError` is a crash here.
+A process that has imported the reader's library forks a child for each damaged file. The child may take what
+`child_process` allows beyond what the process had, and 60 s by the clock. It runs the function that the reader's own
+child runs; only the start of Python is left out. Readers of text and MCAP have no child of their own: what they raise
+but `LogError` is a crash here.
 Counted are errors that are told, files that read as before, files that read otherwise with a note or in silence (and
 what `erclutch.read` makes of these), children that crash or hang (an error for the user), and the largest memory. A
 mutation is known by format and number, so the study can be stopped and goes on where it was.
@@ -16,6 +17,7 @@ import argparse
 import json
 import os
 import resource
+import runpy
 import shutil
 import signal
 import sys
@@ -26,6 +28,7 @@ from collections import Counter
 from collections.abc import Callable
 from importlib import import_module
 from pathlib import Path
+from unittest import mock
 
 import numpy as np
 
@@ -102,6 +105,28 @@ def notes_of(log: Path, name: str) -> frozenset[str] | None:
         return None
 
 
+def address_space() -> int:
+    """Bytes of address space that this process has: libraries reserve gigabytes that they never touch."""
+    pages = int(Path("/proc/self/statm").read_text().split()[0])
+    return pages * resource.getpagesize()
+
+
+def run_here(
+    module: str, path: Path, *arguments: str, memory: int | None = None, seconds: float | None = None
+) -> child_process.Answer:
+    """`child_process.run` without a child of its own: a fork is one already, and the start of Python is what costs."""
+    allowed = budget_of(path)
+    most = address_space() + (memory or allowed.memory)
+    with tempfile.TemporaryDirectory() as folder:
+        words = [module, str(path), folder, str(most), str(round(seconds or allowed.seconds)), *arguments]
+        with mock.patch.object(sys, "argv", words):
+            try:
+                runpy.run_module(module, run_name="__main__")
+            except SystemExit as end:
+                return child_process._answer(Path(folder), int(end.code or 0), b"", most)
+    raise AssertionError("a reader's module ends its process")
+
+
 def in_child(
     find: Callable[[str], Table], log: Path, whole: Table, notes: Callable[[], bool | None]
 ) -> tuple[str, int]:
@@ -111,7 +136,8 @@ def in_child(
     child = os.fork()
     if child == 0:
         signal.alarm(SECONDS)
-        child_process._limit(allowed.memory, round(allowed.seconds))
+        child_process._limit(address_space() + allowed.memory, round(allowed.seconds))
+        child_process.run = run_here
         silence = os.open(os.devnull, os.O_WRONLY)
         for standard in (1, 2):
             os.dup2(silence, standard)
@@ -132,8 +158,11 @@ def in_child(
     return said or f"crash: code {status}", usage.ru_maxrss
 
 
-def mutate(name: str, count: int, results: Path, folder: Path) -> Counter[str]:
-    """Damage a log of a format ``count`` times. Kept in chunks, so that a second call goes on."""
+def mutate(name: str, count: int, results: Path, folder: Path, until: float = float("inf")) -> tuple[Counter[str], int]:
+    """Damage a log of a format ``count`` times, or as long as the monotonic clock allows: outcomes, and MiB at most.
+
+    The outcomes are kept in chunks, so that a second call goes on.
+    """
     reader, file, write = FORMATS[name]
     log, kept = folder / file, results / f"{name.replace(' ', '-')}.jsonl"
     if log.is_dir():
@@ -149,6 +178,8 @@ def mutate(name: str, count: int, results: Path, folder: Path) -> Counter[str]:
 
     chunks = [json.loads(line) for line in kept.read_text().splitlines()] if kept.exists() else []
     for first in range(len(chunks) * CHUNK, count, CHUNK):
+        if chunks and time.monotonic() > until:
+            break
         began, found, peak = time.perf_counter(), Counter[str](), 0
         for number in range(first, first + CHUNK):
             part = parts[0] if len(parts) == 1 or number % 5 == 0 else parts[1]
@@ -162,14 +193,9 @@ def mutate(name: str, count: int, results: Path, folder: Path) -> Counter[str]:
         chunks.append({"found": found, "peak_mib": peak >> 10, "seconds": round(time.perf_counter() - began, 1)})
         with kept.open("a", encoding="utf-8") as out:
             out.write(json.dumps(chunks[-1]) + "\n")
-        print(f"{name}: {first + CHUNK} of {count}", file=sys.stderr, flush=True)
     total = sum((Counter[str](chunk["found"]) for chunk in chunks), Counter[str]())
-    kinds = Counter[str]()
-    for said, times in total.items():
-        kinds[said if said.startswith(("silent", "noted", "crash")) else said.split(":")[0]] += times
     peak = max(chunk["peak_mib"] for chunk in chunks)
-    print(f"{name}: {sum(total.values())} mutations, {dict(sorted(kinds.items()))}, at most {peak} MiB", flush=True)
-    return total
+    return total, peak
 
 
 def main() -> None:
@@ -184,7 +210,11 @@ def main() -> None:
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     for name in given.formats:
         with tempfile.TemporaryDirectory() as folder:
-            mutate(name, given.count, given.results, Path(folder))
+            total, peak = mutate(name, given.count, given.results, Path(folder))
+        kinds = Counter[str]()
+        for said, times in total.items():
+            kinds[said if said.startswith(("silent", "noted", "crash")) else said.split(":")[0]] += times
+        print(f"{name}: {sum(total.values())} mutations, {dict(sorted(kinds.items()))}, at most {peak} MiB", flush=True)
 
 
 if __name__ == "__main__":

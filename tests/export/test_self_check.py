@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import math
-import re
 import subprocess
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from itertools import product
 from pathlib import Path
 
@@ -16,87 +15,16 @@ from erclutch.export import ExportOptions, step_of
 from erclutch.export.c.compilers import Compiler, natives
 from erclutch.export.targets import c, python
 from erclutch.models.model import Model
-
-#: What the tiny main of an export returns.
-RIGHT, WRONG, REFUSED = 0, 1, 2
-
-#: Options that change arithmetic, alone and in the company that makes them work.
-OPTIONS = (
-    "-Ofast",
-    "-O0 -ffast-math",
-    "-O2 -ffast-math",
-    "-O2 -ffast-math -fno-finite-math-only",
-    "-O3 -ffast-math -fno-finite-math-only -march=haswell",
-    "-O0 -ffast-math -fno-finite-math-only",
-    "-O2 -ffast-math -fno-associative-math",
-    "-O2 -ffast-math -fno-reciprocal-math -fno-finite-math-only",
-    "-O2 -ffast-math -fno-unsafe-math-optimizations -fno-finite-math-only",
-    "-O2 -funsafe-math-optimizations",
-    "-O3 -funsafe-math-optimizations -march=haswell",
-    "-O2 -fassociative-math",
-    "-O2 -fassociative-math -fno-signed-zeros -fno-trapping-math",
-    "-O3 -fassociative-math -fno-signed-zeros -fno-trapping-math -march=haswell",
-    "-O2 -freciprocal-math",
-    "-O2 -ffinite-math-only",
-    "-O2 -fno-signed-zeros",
-    "-O2 -fno-signed-zeros -fno-trapping-math",
-    "-O2 -frounding-math",
-    "-O2 -fno-trapping-math",
-    "-O2 -fno-math-errno",
-    "-O2 -mfma -ffp-contract=fast",
-    "-O3 -mfma -ffp-contract=fast",
-    "-O2 -mfma -ffp-contract=on",
-    "-O3 -march=haswell -std=gnu99 -ffp-contract=fast",
-    "-O2 -mfpmath=387",
-    "-O2 -mfpmath=both",
-    "-O2 -mfpmath=387 -fexcess-precision=fast",
-    "-O2 -fexcess-precision=fast",
-    "-O2 -ffloat-store",
-    "-O2 -fsingle-precision-constant",
-    "-O2 -mrecip",
-    "-O2 -mpc32",
-    "-O2 -mpc64",
-    "-O2 -mdaz-ftz",
-    "-O2 -fcx-limited-range",
-    "-O2 -ffp-model=fast",
-    "-O2 -ffp-model=aggressive",
-    "-O2 -ffp-model=fast -mfma",
-    "-O2 -fapprox-func",
-    "-O2 -fdenormal-fp-math=preserve-sign",
-    "-O2 -ffp-eval-method=extended",
-    "-O2 -ffp-eval-method=double",
-    "-O2 -fno-honor-nans -fno-honor-infinities",
+from tests.support.changed_arithmetic import (
+    CPP,
+    MODELS,
+    OPTIONS,
+    REFUSED,
+    RIGHT,
+    answer,
+    without_macros_and_pragmas,
+    written,
 )
-#: Laws with tanh and power, networks, stages; a compiler that does not know an option refuses, too.
-MODELS = ("bingham, single", "herschel-bulkley, single", "fnn-3+rise-fall, single", "rbfn-13+lag, single")
-
-
-def written(model: Model, folder: Path, precision: str = "float64") -> Path:
-    folder.mkdir(parents=True, exist_ok=True)
-    c.write(step_of(model, ExportOptions(name="m", precision=precision, period=1e-3)), folder)  # type: ignore[arg-type]
-    return folder
-
-
-def answer(compiler: Compiler, folder: Path, options: Sequence[str]) -> int:
-    """Of the tiny main, all of it compiled with the options; a compiler's error is a refusal."""
-    # The options stand last: they take back what the Makefile asks for.
-    command = [*compiler.command, "-std=c99", "-ffp-contract=off", *compiler.flags, *options]
-    built = subprocess.run(
-        [*command, folder / "m_check.c", folder / "m.c", "-o", folder / "check"], capture_output=True, check=False
-    )
-    if built.returncode:
-        return REFUSED
-    return subprocess.run([folder / "check"], capture_output=True, check=False).returncode
-
-
-def without_macros_and_pragmas(folder: Path) -> None:
-    """The C as a compiler sees it that has none of these macros and pragmas; all have that of finite numbers."""
-    source = folder / "m.c"
-    text = source.read_text("ascii")
-    text, refusals = re.subn(r"#if(?![^\n]*FINITE)[^\n]*\n#error[^\n]*\n#endif\n", "", text)
-    text, pragmas = re.subn(r"#pragma [^\n]*\n", "", text)
-    assert (refusals, pragmas) == (2, 3)
-    source.write_text(text, "ascii")
 
 
 @pytest.mark.slow
@@ -199,3 +127,24 @@ def test_the_right_bits_or_a_refusal(
         folder = exports[guarded, label, precision]
         for compiler in natives():
             assert answer(compiler, folder, options.split()) in (RIGHT, REFUSED), (compiler.name, label, precision)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("options", OPTIONS)
+def test_the_right_bits_or_a_refusal_as_cpp(
+    exports: dict[tuple[bool, str, str], Path], options: str, need: Callable[..., None]
+) -> None:
+    need("gcc")
+    folder = exports[False, MODELS[OPTIONS.index(options) % len(MODELS)], "float64"]
+    for compiler in natives():
+        assert answer(compiler, folder, options.split(), CPP) in (RIGHT, REFUSED), compiler.name
+
+
+def test_the_same_file_is_right_as_c_and_as_cpp(
+    models: dict[str, Model], need: Callable[..., None], tmp_path: Path
+) -> None:
+    """A refusal of options says something only where the file is not refused without them."""
+    need("gcc")
+    folder = written(models["bingham, single"], tmp_path)
+    gcc = Compiler("gcc", ("gcc",))
+    assert answer(gcc, folder, ["-O2"]) == answer(gcc, folder, ["-O2"], CPP) == RIGHT

@@ -22,6 +22,7 @@ from erclutch.logs import Table, read, read_table
 from erclutch.logs.labels import name_columns, split_label
 from erclutch.logs.log_reader import GROUP, LogSource, read_by
 from erclutch.logs.readers.dates import seconds
+from erclutch.logs.readers.text_bytes import decode
 from tests.support.examples import examples
 
 HEADERS = ("plain", "quoted", "square", "round", "slash", "second row", "comment", "none")
@@ -448,3 +449,13 @@ def test_utf_16_is_read_with_and_without_its_mark(encoding: str) -> None:
     text = "t [s],x [V]\n" + "\n".join(f"{k},{2 * k}" for k in range(1, 20))
     table = table_of(text.encode(encoding))
     assert (list(table.columns), table.units["x"]) == (["t", "x"], "V")
+
+
+def test_a_python_without_eastern_tables_reads_the_numbers() -> None:
+    class Bare(bytes):
+        def decode(self, encoding: str = "utf-8", errors: str = "strict") -> str:
+            if encoding in ("gb18030", "shift_jis"):
+                raise LookupError(f"unknown encoding: {encoding}")
+            return super().decode(encoding, errors)
+
+    assert decode(Bare("time [s],Kraft [N] für\n0,1\n".encode("latin-1"))).endswith("für\n0,1\n")

@@ -15,8 +15,8 @@ from erclutch.logs.synthetic import write_synthetic_log
 COMMAND = (sys.executable, "-m", "erclutch")
 FIT = ("fit", "log.csv", "--models", "bingham", "--lag", "none", "--out")
 _CALIBRATION = ("--evaluations", "2", "--workers", "1", "--vary", "screw.coulomb")
-#: Take seconds each: a tenth of the pairs.
-SLOW = ("calibrate-twin", "demo", "experiment", "tune")
+#: Takes seconds: a tenth of the pairs.
+SLOW = ("demo",)
 #: What each command that writes is told, but for the place, which comes last.
 WORDS = {
     "fit": FIT,
@@ -31,11 +31,11 @@ WORDS = {
     "align": ("align", "logs/a.csv", "logs/b.csv", "--on", "torque", "--out"),
     "fit-many": ("fit-many", "logs", "--models", "bingham", "--lag", "none", "--out"),
     "excite": ("excite", "--sequence", "paper", "--seconds", "1", "--out"),
-    "simulate": ("simulate", "training", "--seconds", "5", "--out"),
+    "simulate": ("simulate", "training", "--seconds", "2", "--out"),
     "reproduce": ("reproduce", "fig3", "--seconds", "5", "--out"),
     "figure": ("figure", "trace", "run", "--as", "svg", "--out"),
     "tune": ("tune", "lagged", "--bandwidth", "5", "--as", "svg", "--out"),
-    "experiment": ("experiment", "sine", "--run", "pair", "--seconds", "2", "--out"),
+    "experiment": ("experiment", "sine", "--run", "pair", "--seconds", "1", "--out"),
     "calibrate-twin": ("calibrate-twin", "pair.csv", "--device", "coaxial", *_CALIBRATION, "--out"),
     "demo": ("demo", "--seconds", "10", "--out"),
 }
@@ -66,7 +66,7 @@ class Raced(NamedTuple):
 
 def make_material(folder: Path) -> None:
     """A log, two logs and two runs."""
-    write_synthetic_log(folder / "log.csv")
+    write_synthetic_log(folder / "log.csv", seconds=4.0)
     (folder / "logs").mkdir()
     rows = (folder / "log.csv").read_text().splitlines(keepends=True)
     for name, last in (("a", 4000), ("b", 3000)):

@@ -6,7 +6,8 @@ fault both loops are the same to the bit. `studies/sensor_faults.py` prints the 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+import itertools
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -22,7 +23,7 @@ from erclutch.wings.live.offered_programs import rig_settings, shaft_angle, stan
 from erclutch.wings.live.sensor_limits import free_output, sensor_limits
 from erclutch.wings.live.session import LiveModel
 from erclutch.wings.live.settings import LoopSettings
-from erclutch.wings.rig.twin.parameters import RigParameters
+from erclutch.wings.rig.twin.parameters import RigParameters, default_rig
 from erclutch.wings.rig.twin.twin import Twin
 
 ROWS = 2500
@@ -42,6 +43,7 @@ REST_FRICTION, OFF_SHARE = 1.2, 0.35
 #: tenth above the field of the same loop without its meter, or a torque that passes the
 #: check of the momentum while the output rests; too high.
 OUTCOMES = ("held", "safe", "bounded", "not held")
+NOT_HELD = OUTCOMES[-1]
 _DOUBTS = ("theta-doubted", "alpha-doubted", "torque-doubted")
 
 #: Control -> device, program, and settings that differ.
@@ -100,14 +102,24 @@ class FaultRun:
     @property
     def held(self) -> bool:
         """Whether the field did what a fault that lasts asks for."""
-        return self.outcome == "held"
+        return self.never_above and self.zero_in_time
+
+    @property
+    def never_above(self) -> bool:
+        """To the letter: never above the healthy field by a tenth for longer than that."""
+        return self.above <= MOST_ABOVE
+
+    @property
+    def zero_in_time(self) -> bool:
+        """To the letter: zero in time, and for good."""
+        return 0 <= self.zero <= ZERO_WITHIN
 
     @property
     def outcome(self) -> str:
         """One of `OUTCOMES`."""
-        if self.above > MOST_ABOVE:
-            return "not held" if self.unbounded > MOST_ABOVE else "bounded"
-        return "held" if 0 <= self.zero <= ZERO_WITHIN else "safe"
+        if not self.never_above:
+            return NOT_HELD if self.unbounded > MOST_ABOVE else "bounded"
+        return "held" if self.held else "safe"
 
 
 def settings_of(control: str, model: LiveModel, rig: RigParameters, observer: str = "sensor") -> LoopSettings:
@@ -211,6 +223,19 @@ def fault_run(
     without = frames_of(settings, model, rig, seed, (sensor, "silent", begin)) if sensor == "torque" else None
     unseen = (settings.load_band + REST_FRICTION * settings.load_friction) / (1.0 - OFF_SHARE)
     return judged(healthy, faulty, begin, without, unseen)
+
+
+def sessions(control: str, seed: int, name: str = "bingham") -> Iterator[tuple[str, str, FaultRun]]:
+    """Each fault in each sensor under a control, from one random moment on: sensor, fault, and what came of it."""
+    rig = default_rig()
+    model = model_of(rig, name, CONTROLS[control][0])
+    settings = settings_of(control, model, rig)
+    healthy = frames_of(settings, model.library, rig, seed)
+    begin = int(np.random.default_rng((7, seed)).choice(under_field(healthy)))
+    for sensor, kind in itertools.product(SENSORS, FAULTS):
+        if kind == "silent" or (sensor == "alpha" and control == "wall"):
+            continue
+        yield sensor, kind, fault_run(settings, model.library, rig, seed, (sensor, kind, begin), healthy)
 
 
 def doubted(frames: Any) -> int:

@@ -52,7 +52,7 @@ def _eastern(data: bytes) -> str:
     for encoding, letters in (("gb18030", _CHINESE), ("shift_jis", _JAPANESE)):
         try:
             text = data.decode(encoding)
-        except UnicodeDecodeError:
+        except (UnicodeDecodeError, LookupError):  # some builds of Python come without the tables of these encodings
             continue
         known = sum(text.count(letter) for letter in letters)
         foreign = sum(letter > "\x7f" for letter in text)

@@ -1,0 +1,17 @@
+"""What a machine, a plug-in, a worker or a file may do: work goes on, or ends with one error."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from tests.support.hostile import CASES
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", CASES)
+def test_it_holds(name: str, tmp_path: Path) -> None:
+    tries, wrong = CASES[name](tmp_path)
+    assert tries > 0
+    assert wrong == []

@@ -1,0 +1,284 @@
+"""What a machine, a plug-in, a worker or a file may do to erclutch, case by case: tries, and what did not hold."""
+
+from __future__ import annotations
+
+import json
+import os
+import resource
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Sequence
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+
+from erclutch.export import ExportOptions, step_of
+from erclutch.export.targets import python
+from erclutch.logs.synthetic import write_synthetic_log
+from erclutch.runs.cluster import WorkerLostError, finished, in_order, task_pool
+from erclutch.wings.app.workspace import Workspace
+from tests.support.command import run
+from tests.support.damaged_text import damaged
+
+#: Tries, and what did not hold.
+Outcome = tuple[int, list[str]]
+FIT = ("fit", "log.csv", "--models", "bingham", "--out")
+PATIENCE = 120.0  # s, of a machine that does other work
+
+
+def bad_end(words: Sequence[object], cwd: Path, environment: dict[str, str] | None = None, most: int = 0) -> str:
+    """How a program of erclutch ended wrongly; "" where it did its work, or gave one error with a remedy.
+
+    Args:
+        words: of the command.
+        cwd: folder that it runs in.
+        environment: variables that differ.
+        most: bytes that a file of it may have, as on a full disk; 0: no limit.
+    """
+
+    def limit() -> None:
+        signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+        resource.setrlimit(resource.RLIMIT_FSIZE, (most, most))
+
+    command = [sys.executable, "-m", "erclutch", *map(str, words)]
+    try:
+        done = subprocess.run(
+            command,
+            cwd=cwd,
+            env={**os.environ, **(environment or {})},
+            capture_output=True,
+            text=True,
+            timeout=PATIENCE,
+            check=False,
+            preexec_fn=limit if most else None,
+        )
+    except subprocess.TimeoutExpired:
+        return f"{words[0]}: no end"
+    return _wrong(words, done.returncode, done.stderr)
+
+
+def _wrong(words: Sequence[object], code: int, said: str) -> str:
+    told = code == 0 or (code == 2 and said.startswith("error: ")) or (code == 1 and "Traceback" not in said)
+    return "" if told and "Traceback" not in said else f"{' '.join(map(str, words))}: code {code}: {said[-300:]}"
+
+
+def _fitted(folder: Path, lag: str = "none") -> None:
+    write_synthetic_log(folder / "log.csv", seconds=4.0)
+    assert run(*FIT, "run", "--lag", lag, cwd=folder).code == 0
+
+
+def no_place_to_write(folder: Path) -> Outcome:
+    """Commands whose place takes no file, whose HOME does not either, and whose disk is full."""
+    _fitted(folder)
+    wrong: list[str] = []
+    nowhere = {name: "/proc/none" for name in ("HOME", "XDG_CACHE_HOME", "XDG_CONFIG_HOME", "XDG_DATA_HOME")}
+    tries = [
+        bad_end((*words, place), folder, nowhere)
+        for place in ("/proc/none", "/dev/null/none")
+        for words in (
+            (*FIT,),
+            ("export", "run", "--to", "c", "--out"),
+            ("report", "run", "--out"),
+            ("predict", "log.csv", "--run", "run", "--out"),
+        )
+    ]
+    tries += [
+        bad_end((*words, f"small-{place}"), folder, most=most)
+        for most in (0x400, 0x4000)
+        for place, words in enumerate(((*FIT,), ("report", "run", "--out"), ("export", "run", "--to", "c", "--out")))
+    ]
+    wrong += filter(None, tries)
+    wrong += [f"left {path.name}" for path in folder.rglob(".*partial*")]
+    return len(tries), wrong
+
+
+def mutated_exports(folder: Path) -> Outcome:
+    """`verify` of an export of which one file is damaged: it fails, or the damage changes no number."""
+    _fitted(folder)
+    assert run("export", "run", "--to", "c", "--out", "made", cwd=folder).code == 0
+    rng, wrong, tries = np.random.default_rng(34), list[str](), 0
+    files = sorted(path for path in (folder / "made").rglob("*") if path.is_file())
+    for place in files:
+        whole = place.read_bytes()
+        for _ in range(3):
+            place.write_bytes(damaged(whole, rng))
+            wrong.append(bad_end(("verify", "made"), folder))
+            tries += 1
+        place.write_bytes(whole)
+    return tries, [each for each in wrong if each]
+
+
+def broken_plug_ins(folder: Path) -> Outcome:
+    """Packages whose entry points raise, end the program, print, or are of no use: other work goes on."""
+    write_synthetic_log(folder / "log.csv", seconds=4.0)
+    texts = {
+        "raises": "1 / 0\n",
+        "ends": "raise SystemExit(0)\n",
+        "needs": "import no_such_module_at_all\n",
+        "nothing": "THING = None\n",
+        "odd": "class THING:\n    name = 5\n    def __getattr__(self, name):\n        raise RuntimeError('odd')\n",
+        "grammar": "def (:\n",
+    }
+    wrong, tries = list[str](), 0
+    for name, text in texts.items():
+        package = folder / name
+        about = package / f"{name}_plug-1.0.dist-info"
+        about.mkdir(parents=True)
+        (package / f"{name}_plug.py").write_text(text, encoding="utf-8")
+        (about / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {name}-plug\nVersion: 1.0\n", encoding="utf-8")
+        groups = ("laws", "readers", "stages", "targets", "commands", "rigs")
+        points = "".join(f"[erclutch.{group}]\n{name} = {name}_plug:THING\n" for group in groups)
+        (about / "entry_points.txt").write_text(points, encoding="utf-8")
+        path = os.pathsep.join([str(package), *(entry for entry in sys.path if entry)])
+        for words in (("laws", "--plugins"), (*FIT, f"run-{name}"), ("--help",)):
+            wrong.append(bad_end(words, folder, {"PYTHONPATH": path}))
+            tries += 1
+        if not (folder / f"run-{name}" / "run.json").is_file():
+            wrong.append(f"a plug-in that {name} stops a fit")
+    return tries, [each for each in wrong if each]
+
+
+def two_models_in_one_program(folder: Path) -> Outcome:
+    """Exports for Python that take turns: each gives what it gives alone, to the bit."""
+    from tests.support.exported_models import MODELS
+
+    labels = ("bingham, single", "casson+lag, single", "fnn-3+rise-fall, single")
+    rows = np.random.default_rng(5).uniform(0.0, 2.0, (200, 2)).tolist()
+    models = []
+    for place, label in enumerate(labels):
+        home = folder / str(place)
+        home.mkdir()
+        step = step_of(MODELS[label], ExportOptions(name="m", period=1e-3))
+        models.append(python.load(python.build(step, home)))
+    alone = []
+    for model in models:
+        model.reset()
+        alone.append([model.step(*row) for row in rows])
+        model.reset()
+    turns = [[model.step(*row) for model in models] for row in rows]
+    wrong = [
+        f"{label} beside others"
+        for place, label in enumerate(labels)
+        if [each[place] for each in turns] != alone[place]
+    ]
+    return len(labels) * len(rows), wrong
+
+
+def float32_on_a_long_run(folder: Path) -> Outcome:
+    """100 s at 1 kHz through models with states: float32 stays beside float64, at the end as near as at the start."""
+    from tests.support.exported_models import MODELS
+
+    rows = np.random.default_rng(6).uniform(0.0, 2.0, (100_000, 2))
+    rows = np.cumsum(rows - 1.0, axis=0) * 1e-2 % 2.0  # slow, as a rig moves
+    wrong, labels = list[str](), ("casson+lag, single", "fnn-3+rise-fall, single")
+    for label in labels:
+        efforts = []
+        for precision in ("float64", "float32"):
+            home = folder / f"{precision}-{labels.index(label)}"
+            home.mkdir()
+            options = ExportOptions(name="m", precision=precision, period=1e-3)
+            model = python.load(python.build(step_of(MODELS[label], options), home))
+            efforts.append(np.asarray(model.run(rows)[0]))
+        off = np.abs(efforts[1] - efforts[0]) / np.max(np.abs(efforts[0]))
+        first, last = np.max(off[:10_000]), np.max(off[-10_000:])
+        if not (np.max(off) < 1e-4 and last < 10.0 * first + 1e-6):
+            wrong.append(f"{label}: {np.max(off):.1e} of the largest effort; first {first:.1e}, last {last:.1e}")
+    return len(labels), wrong
+
+
+def damaged_pairs_of_logs(folder: Path) -> Outcome:
+    """`align` of a log beside a damaged copy."""
+    write_synthetic_log(folder / "a.csv", seconds=4.0)
+    whole, rng, wrong, count = (folder / "a.csv").read_bytes(), np.random.default_rng(8), list[str](), 30
+    for number in range(count):
+        (folder / "b.csv").write_bytes(damaged(whole, rng) if number % 3 else damaged(whole[: 200 * number + 100], rng))
+        words = ("align", "a.csv", "b.csv", "--on", "torque", "--out", f"{number}.csv")
+        done = run(*words, cwd=folder)
+        wrong.append(_wrong(words, done.code, done.error))
+    return count, [each for each in wrong if each]
+
+
+def tuning_of_damaged_runs(folder: Path) -> Outcome:
+    """`tune` of a run whose model or whose record is damaged."""
+    _fitted(folder, "lag")
+    rng, wrong, count = np.random.default_rng(9), list[str](), 30
+    files = [folder / "run" / "run.json", *sorted((folder / "run" / "models").glob("*.json"))]
+    wholes = [file.read_bytes() for file in files]
+    for number in range(count):
+        place = number % len(files)
+        files[place].write_bytes(damaged(wholes[place], rng))
+        words = ("tune", "run", "--as", "svg", "--force", "--out", "tuning")
+        done = run(*words, cwd=folder)
+        wrong.append(_wrong(words, done.code, done.error))
+        files[place].write_bytes(wholes[place])
+    return count, [each for each in wrong if each]
+
+
+def many_runs_in_the_app(folder: Path) -> Outcome:
+    """10^4 runs in the folder of the app: each look at the list takes less than 10 s of CPU, and no run is left out."""
+    count, most = 10_000, 10.0
+    body = json.dumps({"format": "erclutch run"})
+    for number in range(count):
+        run_folder = folder / f"run{number}"
+        run_folder.mkdir()
+        (run_folder / "run.json").write_text(body, encoding="utf-8")
+    space, wrong = Workspace(folder), list[str]()
+    began = time.process_time()
+    found, logs = len(space.runs()), len(space.logs())
+    took = time.process_time() - began
+    if found != count or logs:
+        wrong.append(f"{found} runs and {logs} logs of {count} runs")
+    if took > most:
+        wrong.append(f"{took:.1f} s of CPU for a list")
+    return count, wrong
+
+
+def dies_once(mark: str) -> float:
+    """Kill the worker the first time."""
+    if not Path(mark).exists():
+        Path(mark).touch()
+        os.kill(os.getpid(), signal.SIGKILL)
+    return 1.0
+
+
+def dies(_: str) -> float:
+    """Kill the worker each time."""
+    os.kill(os.getpid(), signal.SIGKILL)
+    return 0.0
+
+
+def is_slow(mark: str) -> float:
+    """Later tasks end first."""
+    time.sleep(0.3 if mark == "0" else 0.0)
+    return float(mark)
+
+
+def dask_workers(folder: Path) -> Outcome:
+    """Dask's workers on this machine: one that dies once, one that dies each time, one that is slow."""
+    wrong = list[str]()
+    with task_pool("local", 2) as pool:
+        slow = list(in_order(pool, is_slow, [str(place) for place in range(4)]))
+        if any(later - earlier != 1.0 for earlier, later in pairwise(slow)):
+            wrong.append(f"results of a slow worker are out of order: {slow}")
+        if list(in_order(pool, dies_once, [str(folder / "mark")])) != [1.0]:
+            wrong.append("a worker that died once costs its result")
+        (lost,) = finished(pool, dies, ["0"])
+        if not isinstance(lost[1], WorkerLostError):
+            wrong.append(f"a task that kills each worker: {lost[1]!r}")
+    return 3, wrong
+
+
+CASES: dict[str, Callable[[Path], Outcome]] = {
+    "no place to write, disk full": no_place_to_write,
+    "damaged exports under verify": mutated_exports,
+    "plug-ins that are broken": broken_plug_ins,
+    "models that take turns": two_models_in_one_program,
+    "float32 beside float64, 100 s": float32_on_a_long_run,
+    "align of damaged logs": damaged_pairs_of_logs,
+    "tune of damaged runs": tuning_of_damaged_runs,
+    "10^4 runs in the app": many_runs_in_the_app,
+    "workers of Dask": dask_workers,
+}
