@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from erclutch.fit.laws.variable_projection import triangle_of
-from erclutch.signals.array import Array
+from erclutch.signals.array import Array, Mask
 
 _ORDERS = 6  # of the autoregression that whitens a score, at most
 _NEAR_ROOT = 0.97  # sum of its coefficients, at most: beyond, a score wanders
@@ -43,12 +43,22 @@ class Uncertainty:
 
 def unknown(jacobian: Array, rows: int | None = None) -> Uncertainty:
     """Rank and condition alone; standard errors are nan. ``rows``: of the Jacobian that a triangle stands for."""
-    n, p = rows or jacobian.shape[0], jacobian.shape[1]
+    n, p = rows or int(jacobian.shape[0]), int(jacobian.shape[1])
     norms = np.linalg.norm(jacobian, axis=0)
-    s = np.linalg.svd(triangle_of(jacobian / np.where(norms > 0, norms, 1.0)), compute_uv=False)
-    rank = int(np.count_nonzero(s > s[0] * max(n, p) * np.finfo(float).eps)) if p and s[0] > 0 else 0
-    condition = 1.0 if p == 0 else float(s[0] / s[-1]) if rank == p else np.inf
-    return Uncertainty(np.full(p, np.nan), np.full((p, p), np.nan), 1.96, rank, condition, 1)
+    scaled = jacobian / np.where(norms > 0, norms, 1.0)
+    s: Any = np.linalg.svd(triangle_of(scaled), compute_uv=False)
+    solid = _solid(s, max(n, p))
+    rank = int(np.count_nonzero(solid))
+    errors: Array = np.full(p, np.nan)
+    covariance: Array = np.full((p, p), np.nan)
+    return Uncertainty(
+        errors=errors,
+        covariance=covariance,
+        quantile=1.96,
+        rank=rank,
+        condition=_condition(s, rank, p),
+        bandwidth=1,
+    )
 
 
 def uncertainty(jacobian: Array, residual: Array, *, ordered: bool) -> Uncertainty:
@@ -64,12 +74,12 @@ def uncertainty(jacobian: Array, residual: Array, *, ordered: bool) -> Uncertain
     usable = np.where(norms > 0, norms, 1.0)
     q, r = np.linalg.qr(jacobian / usable)
     left, s, right = np.linalg.svd(r)
-    solid = s > s[0] * max(n, p) * np.finfo(float).eps if s.size and s[0] > 0 else s > 0
+    solid = _solid(s, max(n, p))
     rank = int(np.count_nonzero(solid))
-    condition = 1.0 if p == 0 else float(s[0] / s[-1]) if rank == p else np.inf
     freedom = max(n - p, 1.0)
     # Pseudo-inverse over the identified directions; a parameter with a part outside of them is not identified.
-    inverse = (right.T[:, : s.size] * np.where(solid, 1.0 / np.where(solid, s, 1.0), 0.0)) @ left.T
+    inverted = np.where(solid, 1.0 / np.where(solid, s, 1.0), 0.0)
+    inverse = (right.T[:, : s.size] * inverted) @ left.T
     if ordered and n > 4 * p + 40:
         # What each row adds to the error of each parameter, scaled to one: sums of scores would cancel each other.
         added = (q @ inverse.T) * residual[:, None]
@@ -82,15 +92,33 @@ def uncertainty(jacobian: Array, residual: Array, *, ordered: bool) -> Uncertain
         freedom = max(independent - p, 1.0)
         covariance = middle * np.outer(scale, scale) * (independent / freedom)
     else:
-        covariance, bandwidth = inverse @ inverse.T * float(residual @ residual) / freedom, 1
+        covariance = inverse @ inverse.T * float(residual @ residual) / freedom
+        bandwidth = 1
     covariance /= np.outer(usable, usable)
     nowhere = np.vstack([right[: s.size][~solid], right[s.size :]])
     lost = (np.linalg.norm(nowhere, axis=0) > 1e-6) | (norms == 0)
     covariance[lost, :] = covariance[:, lost] = np.inf
-    errors = np.sqrt(np.maximum(np.diag(covariance), 0.0))
     return Uncertainty(
-        errors, covariance, _quantile(freedom, bandwidth / n if bandwidth > 1 else 0.0), rank, condition, bandwidth
+        errors=np.sqrt(np.maximum(np.diag(covariance), 0.0)),
+        covariance=covariance,
+        quantile=_quantile(freedom, bandwidth / n if bandwidth > 1 else 0.0),
+        rank=rank,
+        condition=_condition(s, rank, p),
+        bandwidth=bandwidth,
     )
+
+
+def _solid(singular: Array, size: int) -> Mask:
+    """Which directions stand out of rounding, by singular values (p,), the largest first, of a matrix of that size."""
+    if not singular.size or not singular[0] > 0:
+        return np.zeros(singular.size, np.bool_)
+    return singular > singular[0] * size * np.finfo(float).eps
+
+
+def _condition(singular: Array, rank: int, columns: int) -> float:
+    if not columns:
+        return 1.0
+    return float(singular[0] / singular[-1]) if rank == columns else np.inf
 
 
 def bandwidth_of(scores: Array) -> int:
@@ -106,7 +134,9 @@ def bandwidth_of(scores: Array) -> int:
     if not whole > 0.0:  # a perfect fit: what is left is rounding
         return 1
     alpha = np.sum(4 * rho**2 * weight / ((1 - rho) ** 6 * (1 + rho) ** 2)) / whole
-    return int(np.clip(np.ceil(1.1447 * (alpha * scores.shape[0]) ** (1 / 3)), 1, max(scores.shape[0] // 5, 1)))
+    rows = scores.shape[0]
+    best = np.ceil(1.1447 * (alpha * rows) ** (1 / 3))
+    return int(np.clip(best, 1, max(rows // 5, 1)))
 
 
 def long_run(scores: Array) -> tuple[Array, int]:
@@ -118,7 +148,8 @@ def long_run(scores: Array) -> tuple[Array, int]:
     """
     weights = _autoregressions(scores)
     order, n = weights.shape[0], scores.shape[0]
-    white = scores[order:] - sum(w * scores[order - k : n - k] for k, w in enumerate(weights, 1))
+    explained = sum(weight * scores[order - back : n - back] for back, weight in enumerate(weights, 1))
+    white = scores[order:] - explained
     bandwidth = max(bandwidth_of(white), round(n ** (1 / 3)))  # an autoregression does not see bursts
     recolour = 1.0 / (1.0 - weights.sum(axis=0))
     return _bartlett(white, bandwidth) * np.outer(recolour, recolour), bandwidth
@@ -147,22 +178,24 @@ def _autoregressions(scores: Array) -> Array:
         left = np.maximum(left * (1.0 - reflection**2), 1e-12)
         criterion = n * np.log(left) + (k + 1) * np.log(n)
         better = criterion < least
-        least, best = np.where(better, criterion, least), np.where(better, weights, best)
+        least = np.where(better, criterion, least)
+        best = np.where(better, weights, best)
     whole = best.sum(axis=0)
-    return best * np.where(whole > _NEAR_ROOT, _NEAR_ROOT / np.where(whole > 0, whole, 1.0), 1.0)
+    shrunk = _NEAR_ROOT / np.where(whole > 0, whole, 1.0)
+    return best * np.where(whole > _NEAR_ROOT, shrunk, 1.0)
 
 
 def _bartlett(scores: Array, bandwidth: int) -> Array:
     """Sum over lags |j| < bandwidth of (1 - |j| / bandwidth) autocovariances, by sums over windows."""
-    padded = np.concatenate(
-        [np.zeros((bandwidth, scores.shape[1])), scores, np.zeros((bandwidth - 1, scores.shape[1]))]
-    )
+    columns = scores.shape[1]
+    padded = np.concatenate([np.zeros((bandwidth, columns)), scores, np.zeros((bandwidth - 1, columns))])
     total = np.cumsum(padded, axis=0)
     windows = total[bandwidth:] - total[:-bandwidth]
     return windows.T @ windows / bandwidth
 
 
 def _quantile(freedom: float, share: float) -> float:
+    """Kiefer and Vogelsang's polynomial for a bandwidth that is such a share of the rows, wider as Student's t is."""
     from scipy.special import stdtrit
 
     fixed = 1.9600 + 2.9694 * share + 0.4160 * share**2 - 0.5324 * share**3
@@ -175,7 +208,8 @@ def correlated_rows(residual: Array) -> float:
     variance = float(centred @ centred)
     if variance == 0.0 or residual.size < 50:
         return 1.0
-    return float(max(long_run(centred[:, None])[0][0, 0] / variance, 1.0))
+    covariance, _ = long_run(centred[:, None])
+    return float(max(covariance[0, 0] / variance, 1.0))
 
 
 def as_json(value: float) -> Any:

@@ -134,20 +134,33 @@ class ModelScore:
     def row(self, run: str) -> dict[str, Any]:
         """As columns of a table."""
         rmse, held = self.figures.rmse, self.held
-        figures = {"rmse": rmse.value, "low": rmse.low, "high": rmse.high, "share": self.figures.share.value}
-        inside, worst = (np.nan, np.nan) if held is None else (held.share, held.worst)
-        guess = {"guessed": self.guessed, "where": self.where}
-        return {"model": self.model, "run": run, **figures, **guess, "inside": inside, "worst": worst}
+        return {
+            "model": self.model,
+            "run": run,
+            "rmse": rmse.value,
+            "low": rmse.low,
+            "high": rmse.high,
+            "share": self.figures.share.value,
+            "guessed": self.guessed,
+            "where": self.where,
+            "inside": np.nan if held is None else held.share,
+            "worst": np.nan if held is None else held.worst,
+        }
 
 
 def models_of(run: Run | None, chosen: Model, name: str | None) -> list[tuple[str, Model]]:
     """Names and models to score: those of a run as the run calls them, or the one that was chosen."""
-    if run is not None and name == FINAL:
+    if run is None:
+        return [(chosen.name, chosen)]
+    if name == FINAL:
         return [(called_final(chosen), chosen)]
-    if run is None or name is not None:
-        return [(chosen.name if run is None or name is None else str(run.entry(name)["name"]), chosen)]
-    final = [run.model(FINAL)] if FINAL in run.body else []
-    return [*((known, run.model(known)) for known in run.names), *((called_final(each), each) for each in final)]
+    if name is not None:
+        return [(str(run.entry(name)["name"]), chosen)]
+    models = [(known, run.model(known)) for known in run.names]
+    if FINAL in run.body:
+        final = run.model(FINAL)
+        models.append((called_final(final), final))
+    return models
 
 
 def called_final(model: Model) -> str:
@@ -161,7 +174,8 @@ def score_model(model: Model, data: Dataset, name: str) -> ModelScore:
     outside = model.outside(data)
     held = None
     if model.band is not None:
-        held = coverage(data, model.band.around(effort, data.elements, data.clock), np.ones(data.rows, np.bool_))
+        ends = model.band.around(effort, data.elements, data.clock)
+        held = coverage(data, ends, np.ones(data.rows, np.bool_))
     where = _where(model, data, outside)
     return ModelScore(name, scored(data.effort, effort), float(outside.mean()), where, held)
 
@@ -169,23 +183,23 @@ def score_model(model: Model, data: Dataset, name: str) -> ModelScore:
 def _where(model: Model, data: Dataset, outside: NDArray[np.bool_]) -> str:
     """Which ranges the rows outside exceed, and in what share of all rows."""
     ranges = [(f"further input {key}", data.extras[key], covered, "") for key, covered in model.extras.items()]
-    for i, element in enumerate(data.elements):
-        tail = f" {i + 1}" if len(data.elements) > 1 else ""
+    for number, element in enumerate(data.elements, start=1):
+        tail = f" {number}" if len(data.elements) > 1 else ""
         ranges.append((f"field{tail}", element.field, model.trained_on.field, data.units.field))
         ranges.append((f"slip{tail}", element.slip, model.trained_on.slip, data.units.slip))
-    found: list[tuple[float, str]] = []
-    rest = outside.copy()
+    shares: list[tuple[float, str]] = []
+    inside_all = outside.copy()  # rows that are outside, and within each range by itself
     for what, values, covered, unit in ranges:
         low, high = margins(covered)
         for word, rows, limit in (("below", values < low, covered[0]), ("above", values > high, covered[1])):
-            if (rows & outside).any():
-                found.append(
-                    (float((rows & outside).mean()), f"{what} {word} {limit:.4g} {unit.replace('?', '')}".strip())
-                )
-                rest &= ~rows
-    if rest.any():
-        found.append((float(rest.mean()), "between training rows, far from all of them"))
-    return "; ".join(f"{text} ({share:.1%} of rows)" for share, text in sorted(found, reverse=True))
+            beyond = rows & outside
+            if beyond.any():
+                text = f"{what} {word} {limit:.4g} {unit.replace('?', '')}".strip()
+                shares.append((float(beyond.mean()), text))
+                inside_all &= ~rows
+    if inside_all.any():
+        shares.append((float(inside_all.mean()), "between training rows, far from all of them"))
+    return "; ".join(f"{text} ({share:.1%} of rows)" for share, text in sorted(shares, reverse=True))
 
 
 def band_ends(data: Dataset, model: Model, effort: Array, sensor: bool) -> tuple[Array, Array]:
@@ -203,12 +217,14 @@ def band_ends(data: Dataset, model: Model, effort: Array, sensor: bool) -> tuple
     low, high = band.around(effort, data.elements, data.clock)
     if sensor:
         return adapted(band, (low, high), effort, data.effort, data.clock)
-    fields, slips = held_window(model.trained_on.field), held_window(model.trained_on.slip)
-    fields = min(fields[0], band.field[0]), max(fields[1], band.field[1])
+    slips = held_window(model.trained_on.slip)
+    least, most = held_window(model.trained_on.field)
+    fields = min(least, band.field[0]), max(most, band.field[1])
     for element in data.elements:
-        for x, (least, most) in ((element.field, fields), (element.slip, slips)):
-            unlike = (x < least) | (x > most)
-            low, high = (np.where(unlike, np.nan, end) for end in (low, high))
+        for signal, (first, last) in ((element.field, fields), (element.slip, slips)):
+            unlike = (signal < first) | (signal > last)
+            low = np.where(unlike, np.nan, low)
+            high = np.where(unlike, np.nan, high)
     return low, high
 
 
@@ -236,11 +252,18 @@ def _read(
     log: _Log, mapping: ColumnMap | Mapping[str, Any] | None, run: Run | None, model: Model, *, needs_effort: bool
 ) -> tuple[Dataset, NDArray[np.int64], Any]:
     """The rows of a log, their places in it, and the index of all of it."""
+    # What was said now goes first, then how the run read its own logs, then the mapping file of the run or of the log.
     options: Mapping[str, Any] = (run.body.get("reading") or {}) if run is not None else {}
-    how = Reading.from_options({k: v for k, v in options.items() if k not in _OF_A_LOG}, "as the run")
-    chosen = map_over(mapping, map_over(how.mapping, _map_of(log, how.mapping_file)))
+    how = Reading.from_options({key: option for key, option in options.items() if key not in _OF_A_LOG}, "as the run")
+    of_file: ColumnMap | None = None
+    if how.mapping_file is not None:
+        of_file = ColumnMap.from_toml(how.mapping_file)
+    elif isinstance(log, str | Path):
+        of_file = beside(Path(log))
+    chosen = map_over(mapping, map_over(how.mapping, of_file))
+
     device = model.structure.device
-    if not needs_effort:
+    if not needs_effort:  # a constant stands for it, so that its column may be absent
         signal = "T" if device == "coaxial" else "effort"
         zero = f"0 {model.units.effort.replace('?', '')}".strip()
         columns = {key: choice for key, choice in chosen.columns.items() if key != signal}
@@ -256,12 +279,5 @@ def _read(
     if how.rate is not None:  # other rows than those of the log
         return data, np.arange(data.rows), data.clock.time
     if data.rows < recording.rows:  # lone rows between gaps
-        kept = np.concatenate([kept[a:b] for a, b in recording.segments if b - a >= 2])
+        kept = np.concatenate([kept[start:stop] for start, stop in recording.segments if stop - start >= 2])
     return data, kept, range(table.rows) if isinstance(log, str | Path) else log.index
-
-
-def _map_of(log: _Log, file: str | Path | None) -> ColumnMap | None:
-    """What a mapping file says: that of the run, or the one beside the log."""
-    if file is not None:
-        return ColumnMap.from_toml(file)
-    return beside(Path(log)) if isinstance(log, str | Path) else None

@@ -52,6 +52,7 @@ _SETTLING, _LOG_ROWS = 2000, 60_000
 _TORQUE, _PUSH = 0.06, 0.15  # N m: largest torque of the spring; the hand's push
 _SWING = 2000  # rows of a push and a pull
 _AHEAD = 0.1  # rad, where the wall stands
+_OUT = 0.02  # rad back from the deepest point: the hand comes out
 _LOW, _HIGH, _EACH, _STEPS = 0.04, 0.12, 100, 12
 _FRICTION = 0.015  # N m, with which the motor keeps its speed on average
 _SPEED = 40.0  # rad/s, at which the drag is read
@@ -101,7 +102,9 @@ def impedance_figures(rig: RigParameters, model: LiveModel, knows: str, seed: in
     felt: list[complex] = []
     for frequency in FREQUENCIES:
         omega = 2.0 * math.pi * frequency
-        rows = round(max(10.0, 2.0 * frequency) / frequency / PERIOD)
+        cycles = max(10.0, 2.0 * frequency)
+        rows = round(cycles / frequency / PERIOD)
+        # The hand moves so far that the spring's torque is the same at each frequency, but no more than 0.5 rad.
         height = min(0.5, _TORQUE / abs(STIFFNESS + 1j * omega * DAMPING))
         time: Array = PERIOD * np.arange(_SETTLING + rows, dtype=np.float64)
         hand: Array = height * omega * np.cos(omega * time)
@@ -147,29 +150,27 @@ def wall_figures(rig: RigParameters, model: LiveModel, knows: str, seed: int) ->
         speed of the steps in rad/s; how deep the hand comes in rad by `WALLS` (deepest), the standard deviation of its
         speed in rad/s from the middle of its push on (swing), and by which torque in N m it pulls when it comes out.
     """
-    found: dict[str, Any] = _steps(rig, model, knows, seed)
+    figures: dict[str, Any] = _steps(rig, model, knows, seed)
+    # A hand pushes into a wall ahead, and pulls back: a sine of torque.
+    hand: Array = _PUSH * np.sin(2.0 * math.pi * np.arange(_SWING) / _SWING)
+    table = np.column_stack([np.full(_SWING, _AHEAD), np.zeros(_SWING), hand])
+    program = LoopProgram("wall", Mode.WALL, Waveform.TABLE, table=table, relative=True)
     deepest: list[float] = []
     swing: list[float] = []
     for stiffness in WALLS:
-        frames = _pushed(rig, model, knows, seed, stiffness)
+        damping = max(DAMPING, 0.5 * PERIOD * stiffness)
+        settings = rig_settings(rig, [program], **_SINGLE, **KNOWS[knows], stiffness=stiffness, damping=damping)
+        twin = AcceleratedRun(settings, model.library, rig, seed=seed + 100, locked=True, single=True)
+        frames, _ = twin.frames(_SWING)
         push = frames[: _SWING // 2]
-        deepest.append(float(np.max(push["theta"])) - (float(frames["theta"][0]) + _AHEAD))
+        wall = float(frames["theta"][0]) + _AHEAD
+        deepest.append(float(np.max(push["theta"])) - wall)
         swing.append(float(np.std(push["theta_dot"][_SWING // 4 :])))
         if stiffness == _FELT:
             pull = frames[_SWING // 2 : _SWING]
-            out = pull["theta"] < np.max(push["theta"]) - 0.02
-            found["pull"] = float(-pull["motor_torque"][np.argmax(out)]) if out.any() else math.nan
-    return {**found, "deepest": deepest, "swing": swing}
-
-
-def _pushed(rig: RigParameters, model: LiveModel, knows: str, seed: int, stiffness: float) -> Any:
-    """A hand that pushes into a wall 0.1 rad ahead, and pulls back: a sine of torque."""
-    push: Array = _PUSH * np.sin(2.0 * math.pi * np.arange(_SWING) / _SWING)
-    table = np.column_stack([np.full(_SWING, _AHEAD), np.zeros(_SWING), push])
-    program = LoopProgram("wall", Mode.WALL, Waveform.TABLE, table=table, relative=True)
-    damping = max(DAMPING, 0.5 * PERIOD * stiffness)
-    settings = rig_settings(rig, [program], **_SINGLE, **KNOWS[knows], stiffness=stiffness, damping=damping)
-    return AcceleratedRun(settings, model.library, rig, seed=seed + 100, locked=True, single=True).frames(_SWING)[0]
+            out = pull["theta"] < np.max(push["theta"]) - _OUT
+            figures["pull"] = float(-pull["motor_torque"][np.argmax(out)]) if out.any() else math.nan
+    return {**figures, "deepest": deepest, "swing": swing}
 
 
 def _steps(rig: RigParameters, model: LiveModel, knows: str, seed: int) -> dict[str, float]:
@@ -182,25 +183,24 @@ def _steps(rig: RigParameters, model: LiveModel, knows: str, seed: int) -> dict[
         twin = AcceleratedRun(settings, model.library, rig, seed=seed + 100, speed=speed, locked=True, single=True)
         return twin.frames(wanted.size)[0]
 
-    frames = run(np.tile(np.repeat([_LOW, _HIGH], _EACH), _STEPS), 0.5 * (_LOW + _HIGH) + _FRICTION, 2.0 * _SPEED)
-    up: Array = frames["torque"].reshape(_STEPS, 2 * _EACH)[2:].mean(axis=0)
-    before, after = (float(up[part].mean()) for part in (slice(_EACH // 2, _EACH - 1), slice(3 * _EACH // 2, None)))
+    wanted = np.tile(np.repeat([_LOW, _HIGH], _EACH), _STEPS)
+    frames = run(wanted, 0.5 * (_LOW + _HIGH) + _FRICTION, 2.0 * _SPEED)
+    up: Array = frames["torque"].reshape(_STEPS, 2 * _EACH)[2:].mean(axis=0)  # the mean step, without the first two
+    before = float(up[_EACH // 2 : _EACH - 1].mean())
+    after = float(up[3 * _EACH // 2 :].mean())
     share: Array = (up[_EACH:] - before) / (after - before)
     running_up = run(np.zeros(_SETTLING), 3.0 * _FRICTION, 0.0)
     drag: Array = running_up["torque"][np.abs(running_up["theta_dot"] - _SPEED) < 0.1 * _SPEED]
-    rise = float(np.interp(0.9, *_first(share)) - np.interp(0.1, *_first(share)))
+    # The rising part alone, as shares and rows for interpolation.
+    end = int(np.argmax(share >= 0.9)) + 1
+    risen, at = np.maximum.accumulate(share[:end]), np.arange(end, dtype=np.float64)
+    rise = float(np.interp(0.9, risen, at) - np.interp(0.1, risen, at))  # rows
     return {
         "rise": PERIOD * rise,
         "overshoot": max(0.0, float(share.max()) - 1.0),
         "drag": float(np.mean(drag)),
         "slowest": float(frames["theta_dot"][2 * _EACH :].min()),
     }
-
-
-def _first(share: Array) -> tuple[Array, Array]:
-    """The rising part of a step, as shares and rows for interpolation."""
-    end = int(np.argmax(share >= 0.9)) + 1
-    return np.maximum.accumulate(share[:end]), np.arange(end, dtype=np.float64)
 
 
 def describe_wall(runs: Sequence[ControlRun]) -> Plot:

@@ -17,7 +17,7 @@ import numpy as np
 
 from erclutch.fit.centroids import Centroids, compress
 from erclutch.fit.networks.backprop import WeightedRows, tables_of
-from erclutch.fit.networks.first_weights import Slips, first_weights, with_best_output
+from erclutch.fit.networks.first_weights import first_weights, with_best_output
 from erclutch.fit.networks.fit_network import mean_squares, scaling_of, slips_for, spaced_by
 from erclutch.fit.networks.fit_rbfn import candidates, forward_selection, weights_for
 from erclutch.fit.networks.geodesic import Trained, levenberg_marquardt
@@ -77,13 +77,16 @@ class UnitRows:
     """Rows of two runs in a network's normalised units."""
 
     def __init__(self, structure: NetworkStructure, train: Dataset, test: Dataset) -> None:
-        x, xt = (inputs_of(structure, d.elements, d.clock, d.extras, {}) for d in (train, test))
-        scaling = scaling_of(x, train.effort, structure.kind)
-        self.x, self.x_test = scaling.inputs(x), scaling.inputs(xt)
+        inputs = inputs_of(structure, train.elements, train.clock, train.extras, {})
+        test_inputs = inputs_of(structure, test.elements, test.clock, test.extras, {})
+        scaling = scaling_of(inputs, train.effort, structure.kind)
         self.scale = scaling.effort_scale
-        self.y, self.y_test = ((d.effort - scaling.effort_offset) / self.scale for d in (train, test))
-        squares = mean_squares(structure, x)
-        self.spaced, self.slips = spaced_by(structure, x, squares), slips_for(structure, scaling, squares)
+        self.x, self.x_test = scaling.inputs(inputs), scaling.inputs(test_inputs)
+        self.y = (train.effort - scaling.effort_offset) / self.scale
+        self.y_test = (test.effort - scaling.effort_offset) / self.scale
+        squares = mean_squares(structure, inputs)
+        self.spaced = spaced_by(structure, inputs, squares)
+        self.slips = slips_for(structure, scaling, squares)
 
     def cells(self, level: int) -> Centroids:
         """Centroids of the training rows."""
@@ -98,11 +101,12 @@ class UnitRows:
 
     def thinned_error(self, tables: dict[str, Array]) -> float:
         """Mean squared error of an FNN on every tenth training row."""
-        found = _in_blocks(lambda x: forward_fnn(tables, x, exactly=False), self.x[:, ::10])
-        return float(np.mean((self.y[::10] - found) ** 2)) * self.scale**2
+        estimate = _in_blocks(lambda x: forward_fnn(tables, x, exactly=False), self.x[:, ::10])
+        return float(np.mean((self.y[::10] - estimate) ** 2)) * self.scale**2
 
 
 def _in_blocks(forward: Callable[[Array], Array], x: Array) -> Array:
+    """Output for inputs (inputs, n), shape (n,), by blocks that stay in the cache."""
     return np.concatenate([forward(x[:, at : at + 8192]) for at in range(0, x.shape[1], 8192)])
 
 
@@ -119,21 +123,27 @@ def _centres(runs: RunsRecipe, seed: int, spread: float) -> Array:
     """Centres that forward selection takes at a spread, the best first."""
     _, cells, _ = _unit(runs, "rbfn")
     pool = candidates(cells, seed)
-    return pool[forward_selection(cells, pool, spread, max(RBFN_NEURONS))[0]]
+    taken, *_ = forward_selection(cells, pool, spread, max(RBFN_NEURONS))
+    return pool[taken]
 
 
 def _spread_scan(task: SweepTask) -> list[float]:
     """Training errors on centroids at one spread, by neurons."""
     unit, _, fine = _unit(task.runs, "rbfn")
     centres = _centres(task.runs, task.seed, task.spread)
-    left = [_tables(fine, centres[:n], task.spread)[1] + fine.scatter for n in RBFN_NEURONS]
-    return [cost / float(fine.count.sum()) * unit.scale**2 for cost in left]
+    rows = float(fine.count.sum())
+    errors: list[float] = []
+    for neurons in RBFN_NEURONS:
+        _, cost = _tables(fine, centres[:neurons], task.spread)
+        errors.append((cost + fine.scatter) / rows * unit.scale**2)
+    return errors
 
 
 def _rbfn_errors(task: SweepTask) -> list[float]:
     """Errors on all rows of one size at one spread."""
     unit, _, fine = _unit(task.runs, "rbfn")
-    tables, _ = _tables(fine, _centres(task.runs, task.seed, task.spread)[: task.neurons], task.spread)
+    centres = _centres(task.runs, task.seed, task.spread)[: task.neurons]
+    tables, _ = _tables(fine, centres, task.spread)
     return unit.errors(lambda x: forward_rbfn(tables, x, exactly=False))
 
 
@@ -152,10 +162,16 @@ def rbfn_sweep(runs: RunsRecipe, pool: TaskPool, points: Points, seed: int, repo
         f"neurons {n!r}": SweepTask(runs, seed, n, spread)
         for n, spread in zip(RBFN_NEURONS, best.tolist(), strict=True)
     }
-    found = points.fill(pool, _rbfn_errors, sizes, lambda i, key: report(len(SPREADS) + i, total, key))
-    train_errors, test_errors = np.array(found).T
-    shown = {"spreads": SPREADS, "neurons": RBFN_NEURONS, "scan": scan, "best_spread": best}
-    return {**shown, "train": train_errors, "test": test_errors}
+    errors = points.fill(pool, _rbfn_errors, sizes, lambda i, key: report(len(SPREADS) + i, total, key))
+    train_errors, test_errors = np.array(errors).T
+    return {
+        "spreads": SPREADS,
+        "neurons": RBFN_NEURONS,
+        "scan": scan,
+        "best_spread": best,
+        "train": train_errors,
+        "test": test_errors,
+    }
 
 
 def _tables(cells: Centroids, centres: Array, spread: float) -> tuple[dict[str, Array], float]:
@@ -180,29 +196,30 @@ def fnn_sweep(
         ``neurons``, ``train`` and ``test`` of the best restart, and ``restarts`` with shape (neurons, restarts).
     """
     tasks = {f"neurons {n!r}": SweepTask(runs, seed, n, restarts=restarts) for n in neurons}
-    found = points.fill(pool, _fnn_errors, tasks, lambda i, key: report(i, len(neurons), key))
-    train_errors, test_errors = np.array([f["best"] for f in found]).T
-    tried = np.array([f["all"] for f in found])
+    sizes = points.fill(pool, _fnn_errors, tasks, lambda i, key: report(i, len(neurons), key))
+    train_errors, test_errors = np.array([size["best"] for size in sizes]).T
+    tried = np.array([size["all"] for size in sizes])
     return {"neurons": tuple(neurons), "train": train_errors, "test": test_errors, "restarts": tried}
 
 
 def _fnn_errors(task: SweepTask) -> dict[str, Any]:
     """Errors on all rows of the best restart, and of all restarts on every tenth training row."""
     unit, coarse, fine = _unit(task.runs, "fnn")
-    n, sizes = task.neurons, (unit.x.shape[0], task.neurons, 1)
-    tries = [_trained(coarse, sizes, [task.seed, n, k], unit.slips) for k in range(task.restarts)]
-    best = min(tries, key=lambda t: t.cost)
-    rows = WeightedRows(fine.x, fine.y, fine.count, sizes, single=True)
-    tables = tables_of(levenberg_marquardt(rows, best.theta, _FINE_STEPS).theta, sizes)
-    each = [unit.thinned_error(tables_of(t.theta, sizes)) for t in tries]
-    return {"best": unit.errors(lambda x: forward_fnn(tables, x, exactly=False)), "all": each}
-
-
-def _trained(cells: Centroids, sizes: Sequence[int], seed: Sequence[int], slips: Slips) -> Trained:
-    """One restart. Rows are weighted by count over mean count, so a cost over m rows is m times the mean error."""
-    rows = WeightedRows(cells.x, cells.y, cells.count, sizes, single=True)
-    first = first_weights(np.random.default_rng(list(seed)), sizes, slips)
-    return levenberg_marquardt(rows, with_best_output(rows, first), _COARSE_STEPS)
+    sizes = (unit.x.shape[0], task.neurons, 1)
+    # Rows are weighted by count over mean count, so a cost over m rows is m times the mean error.
+    tries: list[Trained] = []
+    for restart in range(task.restarts):
+        rows = WeightedRows(coarse.x, coarse.y, coarse.count, sizes, single=True)
+        rng = np.random.default_rng([task.seed, task.neurons, restart])
+        first = with_best_output(rows, first_weights(rng, sizes, unit.slips))
+        tries.append(levenberg_marquardt(rows, first, _COARSE_STEPS))
+    best = min(tries, key=lambda trained: trained.cost)
+    all_rows = WeightedRows(fine.x, fine.y, fine.count, sizes, single=True)
+    tables = tables_of(levenberg_marquardt(all_rows, best.theta, _FINE_STEPS).theta, sizes)
+    return {
+        "best": unit.errors(lambda x: forward_fnn(tables, x, exactly=False)),
+        "all": [unit.thinned_error(tables_of(trained.theta, sizes)) for trained in tries],
+    }
 
 
 def kernel_sweep(runs: RunsRecipe, pool: TaskPool, points: Points, seed: int, report: Report) -> dict[str, Any]:
@@ -212,12 +229,14 @@ def kernel_sweep(runs: RunsRecipe, pool: TaskPool, points: Points, seed: int, re
         ``kernels``, ``train``, ``test``.
     """
     tasks = {f"kernels {n!r}": SweepTask(runs, seed, n) for n in KERNELS}
-    found = points.fill(pool, _kernel_errors, tasks, lambda i, key: report(i, len(KERNELS), key))
-    train_errors, test_errors = np.array(found).T
+    errors = points.fill(pool, _kernel_errors, tasks, lambda i, key: report(i, len(KERNELS), key))
+    train_errors, test_errors = np.array(errors).T
     return {"kernels": KERNELS, "train": train_errors, "test": test_errors}
 
 
 def _kernel_errors(task: SweepTask) -> list[float]:
+    """Errors of so many kernels on all rows of both runs."""
     train, test = made(task.runs)
-    model = law_fit(train, f"rbfm-{task.neurons}" + ("/forward" if train.device == "coaxial" else "")).model
-    return [float(np.mean((d.effort - model.predict(d)) ** 2)) for d in (train, test)]
+    form = "/forward" if train.device == "coaxial" else ""
+    model = law_fit(train, f"rbfm-{task.neurons}{form}").model
+    return [float(np.mean((run.effort - model.predict(run)) ** 2)) for run in (train, test)]
