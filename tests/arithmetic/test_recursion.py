@@ -103,3 +103,17 @@ def test_a_step_that_all_rows_share_is_a_number() -> None:
     assert step_of(CLOCK) == 1.0
     stamps = Clock(CLOCK.time, (Span(0, 40, 1.0), Span(40, 90, None)))
     np.testing.assert_array_equal(step_of(stamps), np.ones(90))
+
+
+def test_the_loop_in_python_has_the_bits_of_the_compiled_one() -> None:
+    drawn = np.random.default_rng(3)
+    keep, drives = drawn.uniform(-1.1, 1.1, 3000), drawn.normal(size=(2, 3000)) * 1e150
+    plain, compiled = drives.copy(), drives.copy()
+    recursion._run_plainly(keep, plain, [0, 1000, 1001])
+    recursion.machine_code(recursion._run_all)(keep, compiled, np.array([0, 1000, 1001]))
+    assert plain.tobytes() == compiled.tobytes()
+
+
+def test_a_program_that_runs_through_many_rows_is_worth_a_compiler() -> None:
+    allowance = recursion._Allowance(100)
+    assert [allowance.take(rows) for rows in (40, 40, 40, 1)] == [True, True, False, False]

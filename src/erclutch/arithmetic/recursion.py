@@ -15,6 +15,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cache
+from itertools import pairwise
 from typing import Any, TypeVar, cast
 
 import numpy as np
@@ -34,7 +35,25 @@ _FEW_ROWS = 1000
 #: Rows after which Numba, which takes a second to load and to compile, has paid.
 _WORTH_COMPILING = 100_000
 
+#: Rows that all recursions of a program run through in Python first, in some 0.1 s: a look at a log needs no compiler.
+_PLAIN_ROWS = 1_000_000
+
 F = TypeVar("F", bound=Callable[..., Any])
+
+
+class _Allowance:
+    """Rows that are left for the loop in Python."""
+
+    def __init__(self, rows: int) -> None:
+        self.left = rows
+
+    def take(self, rows: int) -> bool:
+        """Take rows, if so many are left; a program that was refused once is worth a compiler from then on."""
+        self.left = self.left - rows if rows <= self.left else 0
+        return self.left > 0
+
+
+_plain = _Allowance(_PLAIN_ROWS)
 
 
 def steps_of(clock: Clock) -> Array:
@@ -108,8 +127,11 @@ def _solved(keep: Array, drives: list[Any], firsts: list[Any], clock: Clock) -> 
         row[starts] = first if np.ndim(first) == 0 else first[starts]
     if clock.carry:
         clock.carry.into(x[:, 0])
-    loop = _quick(_run_one if len(x) == 1 else _run_all, keep.size)
-    loop(keep, x, np.array(starts))
+    if x.size > _FEW_ROWS and _plain.take(x.size):
+        _run_plainly(keep, x, starts)
+    else:
+        loop = _quick(_run_one if len(x) == 1 else _run_all, keep.size)
+        loop(keep, x, np.array(starts))
     if clock.carry:
         clock.carry.end.append(x[:, clock.carry.at].copy())
     return x
@@ -139,6 +161,19 @@ def _quick(loop: F, rows: int) -> F:
     if rows > _FEW_ROWS:
         return machine_code(loop)
     return np.errstate(all="ignore")(loop)
+
+
+def _run_plainly(keep: Array, right: Array, starts: Sequence[int]) -> None:
+    """`_run_one` for each drive, in numbers of Python: these round as the machine does."""
+    kept, bounds = keep.tolist(), [*starts, keep.size]
+    for drive in right:
+        values = drive.tolist()
+        for start, stop in pairwise(bounds):
+            x = values[start]
+            for i in range(start + 1, stop):
+                x = kept[i] * x + values[i]
+                values[i] = x
+        drive[:] = values
 
 
 def _run_one(keep: Array, right: Array, starts: Array) -> None:

@@ -30,7 +30,9 @@ def sentinels(values: Array) -> dict[float, Mask]:
     Returns:
         code -> mask, shape (n,); empty for none.
     """
-    held = {code: np.equal(values, code) for code in CODES}
+    with np.errstate(invalid="ignore"):
+        least, most = np.fmin.reduce(values, initial=np.inf), np.fmax.reduce(values, initial=-np.inf)
+    held = {code: np.equal(values, code) for code in CODES if least <= code <= most}
     held = {code: rows for code, rows in held.items() if rows.any()}
     if not held:
         return {}

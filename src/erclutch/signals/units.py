@@ -134,6 +134,7 @@ def parse(text: str) -> Unit:
     # pint evaluates arithmetic: a chain of powers would keep it busy for ever, so only small single powers pass.
     chained = re.search(r"\^|\*\*", _POWER.sub("", spelled))
     known = _FORM.fullmatch(spelled) and not _DIFFERENCE.fullmatch(spelled)
+    known = known and text not in _CELSIUS - {"C"}  # an offset: pint would take a second to say so
     if len(text) <= _LONGEST and known and not chained:
         # In short units capitals tell one from another: mm and Mm, s and S.
         attempts = (spelled, spelled.lower()) if len(text.strip()) > 2 else (spelled,)
