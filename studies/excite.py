@@ -1,9 +1,10 @@
-"""How many seconds of log make a model: `python studies/excite.py twin`, `... files FOLDER`, `... limits`.
+"""How many seconds of log make a model: `python studies/excite.py twin`, and the parts below in place of `twin`.
 
     twin      TWIN brake: test RMSE over seconds of log, for what `erclutch excite` chooses without and with a model,
               for the paper's draws, random steps and a chirp within the same limits, beside a fit to a long log
     files     FOLDER holds the preprocessed recordings of the UTFSM damper: k of its 30 files chosen by what the earlier
               ones taught, beside random choices
+    devices   made-up devices: intervals as foretold beside intervals as got
     limits    random limits: how many sequences break one, and how many are refused
 
 The drive of the TWIN follows the references by a servo; the log holds what it did. Sequences are chosen and fitted on
@@ -16,6 +17,7 @@ import argparse
 import math
 import time
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -33,6 +35,7 @@ from erclutch.wings.design.courses import Bounds, Commands, GrowingSequence, cou
 from erclutch.wings.design.fill import chosen_sequence, papers_sequence
 from erclutch.wings.design.information import Knowledge
 from erclutch.wings.design.limits import RigLimits, limits_of_log
+from erclutch.wings.design.run_design import LawOfRun, designed_for
 from erclutch.wings.rig.interface import RigCommand
 from erclutch.wings.rig.twin.scenarios import prepare
 from erclutch.wings.rig.twin.twin import Twin
@@ -142,7 +145,7 @@ def error(model: TorqueModel, test: Dataset) -> float:
     return float(np.sqrt(np.mean((test.effort - model.predict(test)) ** 2)))
 
 
-def twin(seeds: int, long: float) -> None:
+def twin(seeds: int, long: float, first: int) -> None:
     """Print errors over seconds of log as multiples of those of a long log of both kinds that are tested."""
     scenario = build_dataset(prepare("brake", seconds=long, seed=1).recording())
     limits = RigLimits(**(limits_of_log(scenario) | {"rest": 0.1}))
@@ -153,7 +156,10 @@ def twin(seeds: int, long: float) -> None:
     )
     reference = fit_structure(whole, twin_structure(), intervals=False).model
     best = [error(reference, test) for test in tests]
-    print(f"TWIN brake; casson+lag; {seeds} seeds; tests: 20 s of the scenario brake / 20 s of random steps")
+    print(
+        f"TWIN brake; casson+lag; {seeds} seeds from {first} on; "
+        "tests: 20 s of the scenario brake / 20 s of random steps"
+    )
     print(
         f"RMSE of the fit to {long:g} s of each: {best[0]:.4g} / {best[1]:.4g} N m; below: medians as multiples of it"
     )
@@ -171,7 +177,8 @@ def twin(seeds: int, long: float) -> None:
         cells: list[str] = []
         for seconds in LENGTHS:
             models = [
-                fit_structure(made(seconds, seed), twin_structure(), intervals=False).model for seed in range(seeds)
+                fit_structure(made(seconds, seed), twin_structure(), intervals=False).model
+                for seed in range(first, first + seeds)
             ]
             medians = (
                 float(np.median([error(model, test) / own for model in models]))
@@ -217,6 +224,63 @@ def files(folder: Path, draws: int, most: int) -> None:
         chosen.append(max(left, key=lambda number: knowledge.worth(logs[number])))
 
 
+_DEVICE = RigLimits(field=1.0, speed=20.0, acceleration=400.0, rest=0.1)
+_DEVICE_RATE, _DEVICE_SECONDS = 500.0, 5.0  # Hz; s of each log
+_DEVICE_NOISE = 0.03  # of the effort's RMS
+
+
+def devices(count: int) -> None:
+    """Print how intervals that were foretold compare with those that were got, over made-up devices (SYNTHETIC)."""
+    structure = Structure("single", "bingham", law_from_name("bingham", "single"), "lag", True, True)
+    ratios: dict[str, list[float]] = {}
+    for seed in range(count):
+        rng = np.random.default_rng(seed)
+        first_commands = chosen_sequence(_DEVICE, _DEVICE_RATE, _DEVICE_SECONDS, rng)
+        truth = _made_up(first_commands, structure, rng)
+        first = _logged(first_commands, truth, rng)
+        outcome = fit_structure(first, structure)
+        law = LawOfRun(outcome.model.name, outcome.model, outcome.estimates, first)
+        commands, expected = designed_for(law, _DEVICE, _DEVICE_RATE, _DEVICE_SECONDS, seed)
+        both = fit_structure(joined([first, _logged(commands, truth, rng)]), structure)
+        foretold = expected.half_widths(law.estimates)
+        for estimate, (_, half) in zip(both.estimates, foretold, strict=True):
+            got = 0.5 * (estimate.high - estimate.low)
+            if math.isfinite(half) and math.isfinite(got) and got > 0.0:
+                ratios.setdefault(estimate.name, []).append(half / got)
+    print(f"SYNTHETIC, {count} devices; bingham+lag; {_DEVICE_SECONDS:g} s, and {_DEVICE_SECONDS:g} s by model (D)")
+    print("| number | devices | foretold / got: median | 10 % - 90 % | within 0.8 - 1.25 |")
+    print("|---|---:|---:|---|---:|")
+    every = [ratio for of_name in ratios.values() for ratio in of_name]
+    for name, of_name in {**ratios, "all": every}.items():
+        low, middle, high = np.quantile(of_name, (0.1, 0.5, 0.9))
+        within = np.mean([0.8 <= ratio <= 1.25 for ratio in of_name])
+        print(f"| {name} | {len(of_name)} | {middle:.2f} | {low:.2f} - {high:.2f} | {within:.0%} |")
+
+
+def _made_up(commands: Commands, structure: Structure, rng: np.random.Generator) -> TorqueModel:
+    """A law with numbers that are drawn."""
+    bare = _rows_of(commands, np.sign(commands.speed) * commands.field + 0.01 * commands.speed)
+    law = fit_structure(bare, structure, intervals=False).model
+    drawn = {"w_s": 0.02, "n": 1.5, "delay": 0.004, "tau": 0.010}  # of a reference; s
+    shape = {name: drawn[name] * math.exp(rng.uniform(-0.4, 0.4)) for name in law.shape}
+    gains = {"T_y": 1.0, "eta": 0.02, "T_f": 0.1, "T_0": 0.05}
+    return replace(law, shape=shape, gains={name: gains[name] * math.exp(rng.uniform(-0.7, 0.7)) for name in law.gains})
+
+
+def _logged(commands: Commands, truth: TorqueModel, rng: np.random.Generator) -> Dataset:
+    """What a device of a law gives, with white noise."""
+    rows = _rows_of(commands, np.zeros(commands.speed.size))
+    effort = truth.predict(rows)
+    noise = _DEVICE_NOISE * np.sqrt(np.mean(effort**2)) * rng.standard_normal(effort.size)
+    return replace(rows, effort=effort + noise)
+
+
+def _rows_of(commands: Commands, effort: Array) -> Dataset:
+    columns = {"field": commands.field, "slip": commands.speed, "effort": effort}
+    units = {"field": "A", "slip": "rad/s", "effort": "N*m"}
+    return build_dataset(recording_from_arrays(columns, rate=_DEVICE_RATE, units=units))
+
+
 def limits(draws: int) -> None:
     """Print how many sequences of random limits break one."""
     rng = np.random.default_rng(0)
@@ -237,20 +301,24 @@ def limits(draws: int) -> None:
 def main() -> None:
     """Run one part."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("part", choices=("twin", "files", "limits"))
+    parser.add_argument("part", choices=("twin", "files", "devices", "limits"))
     parser.add_argument("folder", nargs="?", type=Path)
     parser.add_argument("--seeds", type=int, default=2)
+    parser.add_argument("--first", type=int, default=0, help="seed")
     parser.add_argument("--long", type=float, default=30.0, help="seconds of the long log")
     parser.add_argument("--draws", type=int, default=10, help="random choices of files, or random limits")
+    parser.add_argument("--devices", type=int, default=5, help="made-up devices")
     parser.add_argument("--most", type=int, default=4, help="files, at most")
     asked = parser.parse_args()
     with one_thread():
         if asked.part == "twin":
-            twin(asked.seeds, asked.long)
+            twin(asked.seeds, asked.long, asked.first)
         elif asked.part == "files":
             if asked.folder is None:
                 parser.error("files needs the FOLDER of the recordings")
             files(asked.folder, asked.draws, asked.most)
+        elif asked.part == "devices":
+            devices(asked.devices)
         else:
             limits(asked.draws)
 

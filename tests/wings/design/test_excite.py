@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from dataclasses import fields
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -19,10 +19,10 @@ from erclutch.wings.design.commands import excite as command
 from erclutch.wings.design.courses import Commands
 from erclutch.wings.design.fill import chosen_sequence, coverage_share, papers_sequence
 from erclutch.wings.design.limit_options import LimitOptions
-from erclutch.wings.design.limits import RigLimits, limits_of_file
+from erclutch.wings.design.limits import RigLimits, limits_of_file, limits_of_log
 from tests.support.command import good, run
 from tests.support.examples import examples
-from tests.support.rig_limits import HEAT, NEEDED, OFTEN, RESTS, broken
+from tests.support.rig_limits import HEAT, IDLE, NEEDED, OFTEN, RESTS, broken
 
 BRAKE = RigLimits(field=2.0, speed=20.0, acceleration=500.0)
 DAMPER = RigLimits(field=2.0, speed=0.5, acceleration=10.0, stroke=0.06, field_rate=100.0, heat=20.0, effort=1000.0)
@@ -46,7 +46,10 @@ def drawn_limits(draw: st.DrawFn) -> RigLimits:
     ranges = dict(NEEDED)
     for some_of in (*({name: ends} for name, ends in OFTEN.items()), HEAT):
         ranges |= some_of if draw(st.booleans()) else {}
-    return RigLimits(**{name: draw(some(*ends)) for name, ends in ranges.items()}, rest=draw(st.sampled_from(RESTS)))
+    drawn = {name: draw(some(*ends)) for name, ends in ranges.items()}
+    if "effort" in drawn and draw(st.booleans()):
+        drawn["idle_effort"] = drawn["effort"] * draw(st.floats(*IDLE))
+    return RigLimits(**drawn, rest=draw(st.sampled_from(RESTS)))
 
 
 def hold(limits: RigLimits, seed: int, rate: float, signed: bool, one_way: bool, candidates: int = 4) -> None:
@@ -104,6 +107,27 @@ def test_the_sequence_covers_more_than_the_papers_draws(limits: RigLimits) -> No
 def test_the_papers_draws_keep_the_limits_too() -> None:
     commands = papers_sequence(DAMPER, 1000.0, 20.0, np.random.default_rng(1))
     assert broken(commands, DAMPER, 1000.0) == []
+
+
+def test_a_small_effort_without_field_lets_a_rig_of_limited_power_turn_faster() -> None:
+    limited = replace(BRAKE, heat=10.0, effort=5.0)
+    idle = replace(limited, idle_effort=0.5)
+    slow, fast = (chosen_sequence(each, 500.0, 6.0, np.random.default_rng(0)) for each in (limited, idle))
+    assert not broken(fast, idle, 500.0)
+    assert np.mean(np.abs(fast.speed)) > 1.5 * np.mean(np.abs(slow.speed))
+
+
+def test_the_effort_without_field_comes_from_a_log() -> None:
+    """A SYNTHETIC log of 1 N m without field and 9 N m under the largest, felt for 20 ms after it is gone."""
+    time = np.arange(4000) / 1000.0
+    field = np.where(np.sin(2.0 * np.pi * 2.0 * time) > 0.0, 2.0, 0.0)
+    felt = np.maximum(field, np.roll(field, 20))
+    columns = {"field": field, "slip": 10.0 * np.sin(time), "effort": (1.0 + 4.0 * felt) * np.sign(np.sin(time))}
+    units = {"field": "A", "slip": "rad/s", "effort": "N*m"}
+    log = erclutch.recording_from_arrays(columns, rate=1000.0, units=units)
+    known = limits_of_log(erclutch.build_dataset(log))
+    assert known["effort"] == 9.0
+    assert known["idle_effort"] == pytest.approx(1.0)
 
 
 def test_a_sequence_has_rests_zero_fields_switches_and_slow_turns() -> None:

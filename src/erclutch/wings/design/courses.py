@@ -19,11 +19,12 @@ from numpy.typing import NDArray
 
 from erclutch.errors import SettingError
 from erclutch.signals.array import Array
-from erclutch.wings.design.limits import RigLimits, option_of
+from erclutch.wings.design.limits import LINGER, RigLimits, option_of, trailing_largest
 
 Ticks = NDArray[np.int64]
 _DIGITS = 9
 _FAR = 1 << 61  # ticks: no limit
+_FULL = 64  # parts of the largest effort, in which a row's effort is counted
 #: A limit that lets the field or the speed reach less than this share of its own limit is refused.
 _LEAST_SHARE = 0.1
 
@@ -65,7 +66,9 @@ class Bounds:
         field, field_step: largest field, and its largest change in a row.
         speed, speed_step: the same of the speed.
         half_stroke: from the middle, in half ticks times a period.
-        heat: sum of the speeds' sizes over the sequence.
+        heat: sum over the sequence of the speeds' sizes times the parts of the largest effort.
+        idle: parts of the largest effort that the device may give without field.
+        linger: rows over which the device may feel a field that is gone.
         field_ticks, speed_ticks, position_ticks: ticks in a unit.
         notes: limits that another limit keeps from being reached.
     """
@@ -78,10 +81,17 @@ class Bounds:
     speed_step: int
     half_stroke: int
     heat: int
+    idle: int
+    linger: int
     field_ticks: float
     speed_ticks: float
     position_ticks: float
     notes: tuple[str, ...]
+
+    @property
+    def heat_is_limited(self) -> bool:
+        """Whether the rig's mean power has a limit."""
+        return self.heat < _FAR - 1
 
     @staticmethod
     def of(limits: RigLimits, rate: float, seconds: float) -> Bounds:
@@ -106,7 +116,10 @@ class Bounds:
         speed = _reached("speed", limits.speed, speeds, notes)
         # A speed that is held for a single row still costs its braking: the heat of the way up and down.
         heat = limits.heat / limits.effort * rows if limits.heat < math.inf else math.inf  # speed x rows
-        speed = _reached("speed", speed, {"heat": math.sqrt(heat * limits.acceleration / rate)}, notes)
+        idle_share = min(1.0, limits.idle_effort / limits.effort) if limits.effort < math.inf else 1.0
+        idle = max(1, math.ceil(_FULL * idle_share))
+        without_field = heat * _FULL / idle
+        speed = _reached("speed", speed, {"heat": math.sqrt(without_field * limits.acceleration / rate)}, notes)
         field = _reached("field", limits.field, {"field_rate": 0.5 * limits.field_rate * moving}, notes)
         field_ticks, speed_ticks = _ticks_per_unit(field), _ticks_per_unit(speed)
         position_ticks = 2.0 * rate * speed_ticks
@@ -118,7 +131,9 @@ class Bounds:
             speed=_below(speed * speed_ticks),
             speed_step=_below(limits.acceleration / rate * speed_ticks),
             half_stroke=_below(0.5 * limits.stroke * position_ticks * (1.0 - 1e-8)),
-            heat=_below(heat * speed_ticks * (1.0 - 1e-9)),
+            heat=_below(_FULL * heat * speed_ticks * (1.0 - 1e-9)),
+            idle=idle,
+            linger=math.ceil(LINGER * rate),
             field_ticks=field_ticks,
             speed_ticks=speed_ticks,
             position_ticks=position_ticks,
@@ -163,6 +178,7 @@ class GrowingSequence:
     def __init__(self, bounds: Bounds) -> None:
         self.bounds = bounds
         self.rows = self.field = self.speed = self.position = self._heat = 0
+        self._felt = np.zeros(bounds.linger, np.int64)  # sizes of the last fields
         self._fields: list[Ticks] = []
         self._speeds: list[Ticks] = []
         still = np.zeros(bounds.rest + 1, np.int64)
@@ -190,17 +206,27 @@ class GrowingSequence:
         if bounds.half_stroke < _FAR - 1:
             position = self.position + np.cumsum(speed + before)
             fine &= np.abs(position + np.sign(speed) * (2 * way - size)) <= bounds.half_stroke
-        if bounds.heat < _FAR - 1:
+        if bounds.heat_is_limited:
             share = np.minimum(1.0, 0.15 + done / bounds.rows)  # not all of it at the start
-            fine &= self._heat + np.cumsum(size) + way <= np.floor(share * bounds.heat)
+            parts = self._parts(field)
+            fine &= self._heat + np.cumsum(size * parts) + way * parts <= np.floor(share * bounds.heat)
         remaining = bounds.rows - bounds.rest - done
         fine &= -(-size // step) <= remaining
         fine &= -(-np.abs(field) // bounds.field_step) <= remaining
         return int(np.argmin(fine)) if not fine.all() else number
 
-    def cost(self, speeds: Ticks) -> float:
+    def _parts(self, fields: Ticks) -> Ticks:
+        """Parts of the largest effort that the device may give in further rows, by the largest field it may feel."""
+        bounds = self.bounds
+        if bounds.idle == _FULL or not bounds.heat_is_limited:
+            return np.full(fields.size, _FULL, np.int64)
+        felt = trailing_largest(np.concatenate([self._felt, np.abs(fields)]), bounds.linger)[bounds.linger :]
+        return bounds.idle - (-(_FULL - bounds.idle) * felt // bounds.field)  # rounded up
+
+    def cost(self, fields: Ticks, speeds: Ticks) -> float:
         """Share of the time that a stretch takes, and of the heat."""
-        return speeds.size / self.bounds.rows + float(np.abs(speeds).sum()) / self.bounds.heat
+        heat = float((np.abs(speeds) * self._parts(fields)).sum())
+        return speeds.size / self.bounds.rows + heat / self.bounds.heat
 
     def stop(self, hold: int = 0) -> tuple[Ticks, Ticks]:
         """Field and speed to zero as fast as may be, and some rows there; always safe, but for the rows of the hold."""
@@ -215,7 +241,8 @@ class GrowingSequence:
             return
         before = np.concatenate([[self.speed], speeds[:-1]])
         self.position += int((speeds + before).sum())
-        self._heat += int(np.abs(speeds).sum())
+        self._heat += int((np.abs(speeds) * self._parts(fields)).sum())
+        self._felt = np.concatenate([self._felt, np.abs(fields)])[fields.size :][-self.bounds.linger :]
         self.field, self.speed = int(fields[-1]), int(speeds[-1])
         self.rows += speeds.size
         self._fields.append(fields)

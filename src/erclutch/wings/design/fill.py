@@ -146,7 +146,7 @@ def chosen_sequence(
                 offers.append((fields[:rows], speeds[:rows]))
         if offers:
             gains = worth.gains(sequence, offers)
-            prices = [sequence.cost(speeds) for _, speeds in offers]
+            prices = [sequence.cost(fields, speeds) for fields, speeds in offers]
             best = int(np.argmax(np.array(gains) / np.array(prices)))
             fields, speeds = offers[best]
         else:

@@ -41,6 +41,8 @@ class LimitOptions:
     """Largest mean power in W; needs --largest-effort."""
     largest_effort: _Number = None
     """Torque or force that the device never exceeds."""
+    idle_effort: _Number = None
+    """The same without field; under a field the heat counts the effort on the line between both. Default: the same."""
     one_way: Annotated[bool, Parameter(group=_LIMITS, negative=())] = False
     """The motion never turns back."""
     field_unit: Annotated[str, Parameter(group=_LIMITS)] = ""
@@ -57,6 +59,7 @@ class LimitOptions:
             "rest": self.rest,
             "heat": self.heat,
             "effort": self.largest_effort,
+            "idle_effort": self.idle_effort,
         }
         return {name: limit for name, limit in options.items() if limit is not None}
 

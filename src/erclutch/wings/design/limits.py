@@ -6,9 +6,10 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from erclutch.errors import SettingError
 from erclutch.files import plain_words, toml_of
@@ -16,6 +17,7 @@ from erclutch.files import plain_words, toml_of
 if TYPE_CHECKING:
     from erclutch.logs.dataset import Dataset
 
+_Number = TypeVar("_Number", np.int64, np.float64)
 DeviceKind = Literal["brake", "clutch", "damper", "pair"]
 #: The numbers of a limits file, in SI units, with the smallest and the largest that make sense.
 RANGES: Mapping[str, tuple[float, float]] = {
@@ -27,12 +29,16 @@ RANGES: Mapping[str, tuple[float, float]] = {
     "rest": (0.0, 3600.0),
     "heat": (1e-9, math.inf),
     "effort": (1e-9, math.inf),
+    "idle_effort": (0.0, math.inf),
 }
 _OPTIONS = {"field": "--largest", "effort": "--largest-effort"}
 _NEEDED = ("field", "speed", "acceleration")
 #: Of the differences of a logged slip: sensor noise makes the largest ones.
 _SURE = 0.99
 _OVER = 0.01  # s, over which the acceleration of a log is taken
+#: s; a device feels the largest field of so long ago, at most.
+LINGER = 0.05
+_NEAR_LARGEST = 0.9  # share of the largest field beyond which an effort says nothing of the effort without field
 
 
 def option_of(name: str) -> str:
@@ -53,6 +59,7 @@ class RigLimits:
         rest: time without field and motion at the start and at the end, s.
         heat: largest mean power over the sequence, W: effort times slip.
         effort: effort that the device never exceeds, N m or N; needed for the heat.
+        idle_effort: the same without field. Under a field the heat counts the effort on the line between both.
     """
 
     field: float
@@ -63,6 +70,7 @@ class RigLimits:
     rest: float = 0.5
     heat: float = math.inf
     effort: float = math.inf
+    idle_effort: float = math.inf
 
     def __post_init__(self) -> None:
         for name, (low, high) in RANGES.items():
@@ -162,7 +170,28 @@ def limits_of_log(data: Dataset) -> dict[str, float]:
         "heat": float(np.mean(np.abs(data.effort * slip))),
         "effort": float(np.abs(data.effort).max()),
     }
+    limits["idle_effort"] = _idle_effort(data, limits["field"], limits["effort"])
     way_at_speed = float(np.mean(np.abs(slip))) * data.duration
     if max(ways) < 0.5 * way_at_speed:
         limits["stroke"] = max(ways)
     return {name: limit for name, limit in limits.items() if limit > 0.0}
+
+
+def _idle_effort(data: Dataset, largest_field: float, largest_effort: float) -> float:
+    """The smallest effort without field, so that rows lie below the line to the largest field and effort.
+
+    A rotor that rings lifts a few rows above the line, which is nothing to a mean power.
+    """
+    field = np.max(np.abs([element.field for element in data.elements]), axis=0)
+    share = trailing_largest(field, round(LINGER / data.period)) / (largest_field or 1.0)
+    low = share < _NEAR_LARGEST
+    needed = (np.abs(data.effort[low]) - largest_effort * share[low]) / (1.0 - share[low])
+    sure = float(np.quantile(needed, _SURE)) if needed.size else largest_effort
+    return float(np.clip(sure, 1e-3 * largest_effort, largest_effort))
+
+
+def trailing_largest(values: NDArray[_Number], rows: int) -> NDArray[_Number]:
+    """The largest of each value and so many values before it; none before the first."""
+    before = np.zeros(rows, values.dtype)
+    windows = np.lib.stride_tricks.sliding_window_view(np.concatenate([before, values]), rows + 1)
+    return windows.max(axis=1)

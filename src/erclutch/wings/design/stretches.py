@@ -16,6 +16,8 @@ from erclutch.wings.design.courses import Bounds, GrowingSequence, Ticks, course
 _LONGEST = 0.6
 _SHORTEST_HOLD = 0.005  # s, of a field between two switches
 _LONGEST_HOLD = 0.25  # s
+_WEAK = 0.25  # share of the stretches that are weak, where heat is limited
+_WEAKEST = 0.05  # share of the largest field that a weak stretch stays within
 _SLOW = 0.05  # share of the largest speed that slow turns stay within
 
 Piece = tuple[int, int, int]
@@ -48,6 +50,7 @@ class StretchMaker:
         self._rate = rate
         self._signed = signed
         self._one_way = one_way
+        self._most = bounds.field  # of the stretch that is drawn
         to_largest_speed = 1.5 * bounds.speed / bounds.speed_step  # rows
         moving = bounds.rows - 2 * bounds.rest  # rows
         longest = max(_LONGEST * rate, to_largest_speed)
@@ -56,6 +59,10 @@ class StretchMaker:
     def draw(self) -> tuple[Ticks, Ticks]:
         """Field and speed of one stretch, of a kind that is drawn too."""
         kind = self._rng.random()
+        self._most = self.bounds.field
+        if self.bounds.heat_is_limited and self._rng.random() < _WEAK:
+            # A mean power lets the rig turn fast only where the field is weak.
+            self._most = max(1, round(self.bounds.field * _WEAKEST ** self._rng.random()))
         share = float(self._rng.uniform(0.3, 1.0))
         rows = max(8, round(share * self.rows))
         if kind < 0.45:
@@ -86,9 +93,9 @@ class StretchMaker:
         if choice < 0.125:
             size = 0
         elif choice < 0.875:
-            size = round(self.bounds.field * self._rng.random())
+            size = round(self._most * self._rng.random())
         else:
-            size = self.bounds.field
+            size = self._most
         negative = self._signed and self._rng.random() < 0.5
         return -size if negative else size
 
