@@ -15,7 +15,7 @@ from erclutch.wings.live.c_core import Core
 from erclutch.wings.live.layout import EVENT_BITS, FRAME, SAMPLE
 from erclutch.wings.live.offered_programs import rig_settings, shaft_angle, standard_programs
 from erclutch.wings.live.orders import Order
-from erclutch.wings.live.ring import State
+from erclutch.wings.live.ring import State, doubt_in_words
 from erclutch.wings.live.sensor_limits import free_output, sensor_limits, torque_limits
 from erclutch.wings.live.session import LiveModel
 from erclutch.wings.live.settings import REST, LoopProgram, LoopSettings, Mode, Waveform
@@ -290,3 +290,19 @@ def test_limits_follow_from_the_device_and_the_model() -> None:
     assert foreign["torque_limit"] == pytest.approx(1.6)
     assert foreign["theta_glitch"] == foreign["alpha_fastest"] == pytest.approx(500.0)
     assert not any(sensor_limits("single", None, None).values())
+
+
+@pytest.mark.parametrize(
+    ("trip", "words"),
+    [
+        ("alpha-doubted: torque-doubted: disagrees", "The torque meter and the output encoder contradict each other"),
+        ("torque-doubted: stuck", "The torque meter is stuck"),
+        ("torque-doubted: disagrees", "The torque meter disagrees with the model"),
+        ("alpha-doubted: theta-doubted: glitch", "The drive encoder or the output encoder jumps"),
+        ("rig-fault", ""),
+        ("", ""),
+    ],
+)
+def test_a_trip_by_a_sensor_is_told_as_a_sentence(trip: str, words: str) -> None:
+    assert doubt_in_words(trip).startswith(words)
+    assert bool(doubt_in_words(trip)) == bool(words)

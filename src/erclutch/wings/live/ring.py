@@ -32,6 +32,27 @@ _MAGIC, _VERSION = CONSTANTS["ERC_RING_MAGIC"], CONSTANTS["ERC_RING_VERSION"]
 _FIXED = tuple(name for name in FRAME.names or () if FRAME[name] != np.float64)
 _NAME = re.compile(r"[a-z][a-z0-9_]{0,22}")
 _HEAD_AT = (HEADER.fields or {})["head"][1]
+_SENSORS = {"torque-doubted": "torque meter", "theta-doubted": "drive encoder", "alpha-doubted": "output encoder"}
+_FAULTS = {
+    "sample-invalid": "gives no number",
+    "out-of-range": "reads what cannot be",
+    "glitch": "jumps",
+    "stuck": "is stuck",
+    "disagrees": "disagrees with the model",
+}
+
+
+def doubt_in_words(trip: str) -> str:
+    """A trip by a sensor as a sentence, from the names of its events; empty for every other trip."""
+    names = trip.split(": ")
+    sensors = [f"the {sensor}" for name, sensor in _SENSORS.items() if name in names]
+    faults = [fault for name, fault in _FAULTS.items() if name in names]
+    if not sensors:
+        return ""
+    if {"torque-doubted", "alpha-doubted", "disagrees"} <= {*names}:  # torque and motion of the output are compared
+        return "The torque meter and the output encoder contradict each other, and one of them is wrong"
+    said = f"{' or '.join(sensors)} {' or '.join(faults) or 'is in doubt'}"
+    return said[:1].upper() + said[1:]
 
 
 class State(IntEnum):
@@ -236,6 +257,11 @@ class RingReader:
         bits = int(self._header["trip_reason"][0])
         names = [name for name, bit in EVENT_BITS.items() if bits & bit]
         return ": ".join(sorted(names, key=lambda name: not name.endswith("-doubted")))
+
+    @property
+    def doubt(self) -> str:
+        """A trip by a sensor as a sentence; empty for every other trip."""
+        return doubt_in_words(self.trip_reason)
 
     def close(self) -> None:
         """Unmap. Frames that were read stay: they are copies."""

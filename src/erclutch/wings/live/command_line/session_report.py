@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from erclutch.wings.live.layout import EVENTS
+from erclutch.wings.live.ring import doubt_in_words
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -100,6 +101,8 @@ def _figures(session: Session, watch: SessionFigures) -> dict[str, Any]:
 
 def _why(trip: str) -> str:
     """What tripped the loop, by name and in words."""
+    if doubt := doubt_in_words(trip):
+        return f"{doubt[:1].lower()}{doubt[1:]} ({trip})"
     said = [meaning for name, meaning in EVENTS if name in trip.split(": ")]
     return f"{trip} ({'; '.join(said)})" if said else trip
 

@@ -133,6 +133,7 @@ class Watcher:
         return {
             "state": self.state,
             "trip": reader.trip_reason,
+            "doubt": reader.doubt,
             "realtime": reader.realtime,
             "program": reader.program,
             "missed": reader.missed,
