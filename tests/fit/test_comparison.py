@@ -37,9 +37,18 @@ def data(tmp_path_factory: pytest.TempPathFactory) -> Dataset:
     return build_dataset(read(path))
 
 
+MODELS = ("quadratic", "bingham", "hem")
+
+
 @pytest.fixture(scope="module")
-def compared(data: Dataset) -> Comparison:
-    return compare(data, Settings(models=("quadratic", "bingham", "hem")))
+def auto(data: Dataset) -> Comparison:
+    return compare(data, Settings(models=MODELS))
+
+
+@pytest.fixture(scope="module", params=["lag", pytest.param("auto", marks=pytest.mark.slow)])
+def compared(request: pytest.FixtureRequest, data: Dataset) -> Comparison:
+    """Fitted with a lag, which is quick, and with all that is tried by default."""
+    return request.getfixturevalue("auto") if request.param == "auto" else compare(data, Settings(MODELS, lag="lag"))
 
 
 def law_of(comparison: Comparison, name: str) -> TorqueModel:
@@ -54,33 +63,40 @@ def test_entries_are_ranked_and_the_best_is_first(compared: Comparison) -> None:
     assert compared.best == compared.entries[0].name
     assert compared.entry(compared.best).excess.to_list() == [0.0, 0.0, 0.0]
     assert compared.recommended in {e.name for e in compared.entries}
-    assert compared.entry(compared.recommended).outcome.parameters <= compared.entries[0].outcome.parameters
 
 
-def test_auto_fits_each_model_with_and_without_a_lag(compared: Comparison) -> None:
-    names = {e.name for e in compared.entries}
+@pytest.mark.slow
+def test_the_recommended_model_has_no_more_parameters_than_the_best(auto: Comparison) -> None:
+    assert auto.entry(auto.recommended).outcome.parameters <= auto.entries[0].outcome.parameters
+
+
+@pytest.mark.slow
+def test_auto_fits_each_model_with_and_without_a_lag(auto: Comparison) -> None:
+    names = {e.name for e in auto.entries}
     assert {"quadratic", "bingham", "hem", "quadratic+lag", "bingham+lag", "hem+lag"} <= names
     more = names - {"quadratic", "bingham", "hem", "quadratic+lag", "bingham+lag", "hem+lag", "hem+rise-fall"}
     assert all(name.startswith("hem+lag+") for name in more)
 
 
-def test_auto_finds_the_memory_of_the_log(compared: Comparison) -> None:
+@pytest.mark.slow
+def test_auto_finds_the_memory_of_the_log(auto: Comparison) -> None:
     # SYNTHETIC: a lag of 4 ms, Dahl's memory of 10 mrad, a viscosity that grows with the field and thins.
-    assert {"lag", "dahl/field", "viscous"} <= set(compared.best.split("+"))
-    model = law_of(compared, compared.best)
+    assert {"lag", "dahl/field", "viscous"} <= set(auto.best.split("+"))
+    model = law_of(auto, auto.best)
     assert 0.002 < model.shape["r_1"] * model.reference.slip < 0.02  # a sample moves further than that
-    assert compared.entry(compared.best).test.rmse.value < 0.6 * compared.entry("hem+lag").test.rmse.value
+    assert auto.entry(auto.best).test.rmse.value < 0.6 * auto.entry("hem+lag").test.rmse.value
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("dynamics", ["lag", "lag+dahl/field"])
-def test_a_network_takes_the_numbers_of_its_own_stages_alone(compared: Comparison, dynamics: str) -> None:
+def test_a_network_takes_the_numbers_of_its_own_stages_alone(auto: Comparison, dynamics: str) -> None:
     """The law has further stages; a model file holds the numbers of its stages and nothing else."""
-    law = compared.entry(compared.best).outcome
+    law = auto.entry(auto.best).outcome
     assert isinstance(law.model, TorqueModel)
     network = network_from_name("fnn-2", "single", dynamics=dynamics)
     remembered = {"r_1", *STRENGTH} if "dahl" in dynamics else set()
     assert set(stage_numbers_in_user_units(law.model, dynamics)) == {"delay", "tau", *remembered}
-    fitted = fit_network(compared.data, network, dynamics=stage_numbers_in_user_units(law.model, dynamics)).model
+    fitted = fit_network(auto.data, network, dynamics=stage_numbers_in_user_units(law.model, dynamics)).model
     assert network_from_dict(fitted.to_dict()).to_dict() == fitted.to_dict()
 
 
@@ -130,8 +146,9 @@ def test_a_model_that_is_not_sound_is_not_recommended(with_many_kernels: Compari
     assert with_many_kernels.recommended == "quadratic"
 
 
-def test_richer_models_never_fit_the_training_rows_worse(compared: Comparison) -> None:
-    train = {e.name: e.train.rmse.value for e in compared.entries}
+@pytest.mark.slow
+def test_richer_models_never_fit_the_training_rows_worse(auto: Comparison) -> None:
+    train = {e.name: e.train.rmse.value for e in auto.entries}
     for name in ("quadratic", "bingham", "hem"):
         assert train[f"{name}+lag"] <= train[name] * (1 + 1e-9)
     assert train["bingham"] <= train["quadratic"] * (1 + 1e-9)

@@ -180,7 +180,7 @@ def resting() -> tuple[Comparison, Recording]:
     moving = TIME < 5.0
     torque = np.where(moving, law(SPEED, FIELD), 0.0) + noise(0.005)
     recording = recorded(np.where(moving, SPEED, 0.0), torque, FIELD)
-    return compare(build_dataset(recording), Settings(("bingham",))), recording
+    return compare(build_dataset(recording), Settings(("bingham", "casson"), lag="none")), recording
 
 
 def test_nothing_is_recommended_where_nothing_explains(resting: tuple[Comparison, Recording]) -> None:

@@ -37,6 +37,7 @@ def test_the_layers_are_few_lines(house: Any) -> None:
     assert 0 < house.contract_lines <= 16
 
 
+@pytest.mark.slow
 def test_no_arrow_points_up(house: Any) -> None:
     assert list(house.arrows_up) == []
 

@@ -130,7 +130,7 @@ def test_memory_of_the_slip_is_told_from_other_stages() -> None:
 @pytest.fixture(scope="module")
 def long_chain(run_maker: Callable[..., Path], tmp_path_factory: pytest.TempPathFactory) -> Material:
     lag = LONG.partition("+")[2]
-    run = run_maker(tmp_path_factory.mktemp("chain"), models=("bingham",), lag=lag)
+    run = run_maker(tmp_path_factory.mktemp("chain"), seconds=2.0, models=("bingham",), lag=lag)
     return material_of(read_run(run))
 
 
