@@ -43,16 +43,19 @@ def choose(tree: dict[str, Any], variable: str | None) -> Found:
     Raises:
         LogError: none, several without a choice, or no variable of that name.
     """
-    tree = _within(tree)
+    at_top = any(_structure(name, node) is not None for name, node in tree.items()) or _workspace(tree) is not None
+    within = _within(tree)
+    asked = [each.strip() for each in (variable or "").split(JOINT)]
+    if not at_top or any(each in within and each not in tree for each in asked):
+        tree = within
     opened = _opened(tree)
     one_struct = any(_structure(name, node) is not None for name, node in tree.items())
     if variable not in tree and (variable in opened or not one_struct):
         tree = opened  # beside a struct that is a recording, cells and struct arrays are what somebody kept with it
     if variable == ALL:
         raise RecordingNames([name for name, node in tree.items() if _structure(name, node) is not None])
-    parts = [each.strip() for each in (variable or "").split(JOINT)]
-    if len(parts) > 1 and variable not in tree:
-        chosen = {each: _structure(each, tree.get(each)) for each in parts}
+    if len(asked) > 1 and variable not in tree:
+        chosen = {each: _structure(each, tree.get(each)) for each in asked}
         if all(chosen.values()):
             return joined_by_time({each: found for each, found in chosen.items() if found is not None}, "variable")
     if variable is not None and variable not in tree:

@@ -19,7 +19,7 @@ import numpy as np
 from erclutch.errors import LogError
 from erclutch.logs.labels import sample_period
 from erclutch.logs.log_reader import LogReader, LogSource, claims_nothing
-from erclutch.logs.readers import dates, first_bytes
+from erclutch.logs.readers import dates, first_bytes, found_recordings
 from erclutch.logs.readers.budget import Budget
 from erclutch.logs.readers.dialect import (
     LINE_END,
@@ -34,6 +34,7 @@ from erclutch.logs.readers.dialect import (
 )
 from erclutch.logs.readers.numerals import SWITCHES, Numerals, grouped_by_blanks, ungrouped, weigh
 from erclutch.logs.readers.text_bytes import CONTROL, DAMAGE, damage_named, decode, opened, unbroken
+from erclutch.logs.readers.text_tables import read_tables
 from erclutch.logs.table import Table
 from erclutch.signals.array import Array
 
@@ -395,11 +396,16 @@ def _head_of(path: Path) -> str:
         return text.read(SAMPLE + 1)
 
 
+def _read(source: LogSource) -> Table:
+    return read_tables(source, read_text)
+
+
 READER = LogReader(
     (".csv", ".txt", ".tsv", ".dat", ".asc", ".log"),
     claims_nothing,
-    read_text,
+    _read,
     text_windows,
     text_extent,
+    recordings=found_recordings.names_by(_read),
     tells_damage=DAMAGE,
 )

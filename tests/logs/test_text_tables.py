@@ -1,0 +1,106 @@
+"""Several tables in one text are several recordings; a text with one table is read as ever."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from erclutch.errors import ErclutchError, LogError
+from erclutch.logs import read_table, recordings_in
+
+TIME = np.arange(50) / 100
+SPEED = np.round(np.sin(9 * TIME), 6)
+CURRENT = np.repeat([0.0, 1.0], 25)
+
+
+def rows(*columns: np.ndarray, between: str = ",", decimal: str = ".") -> str:
+    lines = (between.join(f"{x:.9g}".replace(".", decimal) for x in row) for row in zip(*columns, strict=True))
+    return "\n".join(lines) + "\n"
+
+
+def two(between: str = ",", decimal: str = ".", titles: tuple[str, str] = ("", ""), blank: str = "\n") -> str:
+    first = f"time [s]{between}speed [rad/s]\n" + rows(TIME, SPEED, between=between, decimal=decimal)
+    second = f"time [s]{between}current [A]\n" + rows(TIME, CURRENT, between=between, decimal=decimal)
+    return f"{titles[0]}{first}{blank}{titles[1]}{second}"
+
+
+def file_of(folder: Path, text: str) -> Path:
+    path = folder / "tables.csv"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+@pytest.mark.parametrize(("between", "decimal"), [(",", "."), (";", ","), ("\t", ".")])
+@pytest.mark.parametrize(
+    ("titles", "names"), [(("", ""), ["table 1", "table 2"]), (("Run 1\n", "# Run 2\n"), ["Run 1", "Run 2"])]
+)
+@pytest.mark.parametrize("blank", ["\n", ""])
+def test_each_table_is_a_recording(
+    tmp_path: Path, between: str, decimal: str, titles: tuple[str, str], names: list[str], blank: str
+) -> None:
+    path = file_of(tmp_path, two(between, decimal, titles, blank))
+    with pytest.raises(LogError, match="several recordings: "):
+        read_table(path)
+    found = recordings_in(path)
+    assert len(found) == 2
+    if blank:
+        assert found == names
+    first, second = (read_table(path, variable=name) for name in found)
+    np.testing.assert_allclose(first.columns["speed"], SPEED)
+    np.testing.assert_allclose(second.columns["current"], CURRENT)
+    assert (first.rows, second.rows) == (50, 50)
+    assert second.units["current"] == "A"
+    assert second.notes[0] == f"recording read from {found[1]}, 1 of 2 tables of the text"
+
+
+def test_a_row_of_units_and_other_columns(tmp_path: Path) -> None:
+    text = "a remark\nt,v\ns,rad/s\n" + rows(TIME, SPEED) + "\nanother remark\nt,v,T\ns,rad/s,N*m\n"
+    path = file_of(tmp_path, text + rows(TIME, SPEED, SPEED))
+    table = read_table(path, variable="another remark")
+    assert table.units["T"] == "N*m"
+    assert table.rows == 50
+
+
+def test_a_text_with_one_table_has_no_recordings_to_choose_from(tmp_path: Path) -> None:
+    path = file_of(tmp_path, "time [s],speed [rad/s]\n" + rows(TIME, SPEED))
+    assert recordings_in(path) == []
+    with pytest.raises(LogError, match="the text is one recording, and --variable table 1 asks for one of several"):
+        read_table(path, variable="table 1")
+
+
+@pytest.mark.parametrize("line", ["abc,def", "time [s],", "x,y\n1,2"])
+def test_a_wrong_line_is_no_second_table(tmp_path: Path, line: str) -> None:
+    path = file_of(tmp_path, "time [s],speed [rad/s]\n" + rows(TIME, SPEED) + line + "\n" + rows(TIME, SPEED))
+    try:
+        said = str(read_table(path).unreadable)
+    except ErclutchError as error:
+        said = str(error)
+    assert said != "{}"
+    assert "several recordings" not in said
+
+
+def test_a_wrong_cell_of_a_table_is_named_with_its_table(tmp_path: Path) -> None:
+    text = two().replace(f"{SPEED[20]:.9g}", "what")
+    table = read_table(file_of(tmp_path, text), variable="table 1")
+    assert "line 22, column speed is 'what'" in table.unreadable["speed"]
+
+
+@settings(max_examples=100, deadline=None)
+@given(place=st.integers(0, 5000), damage=st.sampled_from("0x,;.\n\t -\"'#"))
+def test_a_changed_byte_never_moves_a_column(tmp_path_factory: pytest.TempPathFactory, place: int, damage: str) -> None:
+    """Of each table that is read at most one row of a column differs; what is missing is named."""
+    text = two()
+    place %= len(text)
+    path = file_of(tmp_path_factory.getbasetemp(), text[:place] + damage + text[place + 1 :])
+    for variable, name, right in (("table 1", "speed", SPEED), ("table 2", "current", CURRENT)):
+        try:
+            table = read_table(path, variable=variable)
+        except ErclutchError:
+            continue
+        if name in table.columns and table.rows == 50:
+            assert int(np.count_nonzero(table.columns[name] != right)) <= 1
+            assert int(np.count_nonzero(table.columns.get("time", TIME) != TIME)) <= 1
