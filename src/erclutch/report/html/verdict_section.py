@@ -231,9 +231,10 @@ def _next(material: Material) -> list[dict[str, str]]:
         text = (
             "More than half of the field and slip range holds no row (error map): log there too, or keep away from it."
         )
-        # The command is a wing's: without the wing there is none to give.
-        fills = "excite" in names("erclutch.commands")
-        steps.append((text, f"erclutch excite --run {material.run.folder.name} --criterion fill" if fills else ""))
+        # The command is a wing's, and it needs a law of the run: else there is none to give.
+        fills = "excite" in names("erclutch.commands") and any(not e["fit"]["weights"] for e in body["ranking"])
+        filled = shlex.join(["erclutch", "excite", "--run", material.run.folder.name, "--criterion", "fill"])
+        steps.append((text, f"{filled} --out next.csv" if fills else ""))
     if standing_of_run(body).why_none:
         return [{"text": text, "code": code} for text, code in steps]
     name = material.run.c_name
