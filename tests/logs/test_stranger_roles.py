@@ -111,3 +111,36 @@ def test_a_name_with_a_prime_is_another_quantity(name: str) -> None:
     assert chosen is not None
     assert chosen.column == "torque"
     assert planned({**without("torque [N*m]"), name: TURN}).signal("field") is not None
+
+
+def test_a_position_by_its_unit_alone_beside_a_slip_is_taken_where_the_slip_is_its_rate() -> None:
+    time = ROWS / 100
+    columns = {**without("speed [rad/s]"), "speed [rad/s]": 7 * np.cos(7 * time)}
+    assert planned({**columns, "q7 [rad]": np.sin(7 * time)}).signal("position") is not None
+    other = planned({**columns, "q7 [rad]": np.sin(3 * time)})
+    assert other.signal("position") is None
+    assert not other.questions
+    assert any(
+        "column q7 has the unit of a position, and column speed is not its rate: left out" in n for n in other.notes
+    )
+
+
+@pytest.mark.parametrize("factor", [100.0, 0.01, 57.29578])
+def test_a_slip_that_is_a_hundred_times_the_rate_of_its_position_is_asked_about(factor: float) -> None:
+    time = ROWS / 100
+    columns = {
+        **without("speed [rad/s]"),
+        "speed [rad/s]": factor * 7 * np.cos(7 * time),
+        "angle [rad]": np.sin(7 * time),
+    }
+    (question,) = planned(columns).questions
+    assert f"the slip, column speed, is {factor:.3g} times the rate of the position, column angle" in question.problem
+    given = planned(columns, slip="speed [rad/s]")
+    assert not given.questions
+    assert any("times the rate of the position" in note for note in given.notes)
+
+
+def test_a_slip_beside_its_own_position_is_not_asked_about() -> None:
+    time = ROWS / 100
+    columns = {**without("speed [rad/s]"), "speed [rad/s]": 7 * np.cos(7 * time), "angle [rad]": np.sin(7 * time)}
+    assert not planned(columns).questions

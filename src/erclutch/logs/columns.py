@@ -192,7 +192,7 @@ def _goes_with(table: Table, name: str, signal: str) -> bool:
             return True
         motions = [column for each, column in others.items() if _may_move(each)]
         return any(follows(values, motion) for motion in motions)
-    stamps = _stamps(table)
+    stamps = stamps_of(table)
     if signal == "slip":
         pairs = [(values, column) for each, column in others.items() if _may_be(each, "position")]
     else:
@@ -208,7 +208,7 @@ def _may_move(name: str) -> bool:
     return _may_be(name, "slip") or _may_be(name, "position")
 
 
-def _stamps(table: Table) -> Array | None:
+def stamps_of(table: Table) -> Array | None:
     """The time in s, or in what the file has, shape (n,); None for a table without a clock."""
     if table.clock is not None:
         return table.clock

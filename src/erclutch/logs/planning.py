@@ -15,6 +15,7 @@ from erclutch.logs import columns
 from erclutch.logs.clock_planning import clock_plan, counters
 from erclutch.logs.labels import split_label
 from erclutch.logs.mapping import NONE, ColumnChoice, ColumnMap
+from erclutch.logs.motions import another_motion, odd_rate
 from erclutch.logs.name_pattern import constants_of
 from erclutch.logs.named_columns import locate
 from erclutch.logs.plan import NEEDS, OPTIONAL, ClockPlan, Invalid, Plan, Question, SignalPlan, Sureness
@@ -99,6 +100,8 @@ def plan_of(table: Table, told: ColumnMap, *, device: DeviceName | None = None, 
         _take_inputs(draft)
         _look_at_the_rest(draft)
         _turn_screw(draft)
+        if odd := odd_rate(table, draft.signals.get("slip"), draft.signals.get("position"), draft.clock):
+            _tell_odd_rate(draft, odd)
         _refuse_effort_as_input(draft)
     return Plan(
         log=table.name,
@@ -320,6 +323,10 @@ def _guess_what_is_needed(draft: _Draft) -> None:
                 except MappingError as error:
                     doubt = doubt or error
                     continue
+                if signal == "position" and motion and guess is not None:
+                    other = another_motion(table, guess, motion)
+                    draft.notes += [other] if other else []
+                    guess = None if other else guess
                 if guess is not None:
                     taken.append(_take(draft, signal, guess, _sureness(table, signal, guess)))
             settled = settled or all(signal in draft.signals for signal in option)
@@ -335,6 +342,16 @@ def _guess_what_is_needed(draft: _Draft) -> None:
             del draft.questions["field"]
             others = {name: columns.why_no_field(table, name) for name in table.columns if name not in taken}
             _take_no_field(draft, [f"{name} {why}" for name, why in others.items() if why])
+
+
+def _tell_odd_rate(draft: _Draft, odd: str) -> None:
+    """Ask about a slip in another unit than its position says; where the user gave the slip, only say so."""
+    slip = draft.signals["slip"]
+    if slip.sureness == "given":
+        draft.notes.append(odd)
+    else:
+        remedy = f"Say which is right, such as --slip {shell_word(draft.table.label(slip.column))}"
+        draft.ask("slip", MappingError(odd, remedy=remedy))
 
 
 def _sureness(table: Table, signal: str, guess: ColumnChoice) -> Sureness:

@@ -76,31 +76,39 @@ def keeps_levels(values: Array) -> bool:
 
 
 def is_rate_of(speed: Array, position: Array, stamps: Array | None) -> bool:
-    """Whether a column is the rate of another one, up to a usual factor between units.
+    """Whether a column is the rate of another one, up to a usual factor between units; see `over_rate`."""
+    ratio = None if stamps is None else over_rate(speed, position, stamps)
+    return ratio is not None and is_usual_ratio(ratio)
+
+
+def is_usual_ratio(ratio: float) -> bool:
+    """Whether a ratio is one that mixed units make: of millimetres to metres, of degrees to radians."""
+    return any(abs(ratio * factor - 1.0) < _CLOSE for each in _RATIOS for factor in (each, 1.0 / each))
+
+
+def over_rate(speed: Array, position: Array, stamps: Array) -> float | None:
+    """How many times the rate of a position a speed is; None where it does not go with that rate.
 
     What the speed adds up to is held against the position, since the rate of a noisy position is noise.
 
     Args:
         speed: shape (n,).
         position: shape (n,).
-        stamps: in s, shape (n,); None: the size of the rate is not looked at, and the answer is no.
+        stamps: in s, shape (n,).
     """
-    if stamps is None:
-        return False
     v, x, t = (each[:_ROWS] for each in (speed, position, stamps))
     known = np.isfinite(v) & np.isfinite(x) & np.isfinite(t)
     v, x, t = v[known], x[known], t[known]
     if v.size < _FEW or np.ptp(v) == 0.0 or np.ptp(x) == 0.0 or np.any(np.diff(t) < 0) or t[0] == t[-1]:
-        return False
+        return None
     travel = np.concatenate([[0.0], np.cumsum(0.5 * (v[1:] + v[:-1]) * np.diff(t))])
     drift = np.column_stack([np.ones_like(t), t - t[0]])  # an offset of the speed is none of the motion's
     travel, moved = (each - drift @ np.linalg.lstsq(drift, each, rcond=None)[0] for each in (travel, x))
     if np.ptp(moved) <= 1e-9 * np.ptp(x) or np.ptp(travel) == 0.0:
-        return False
+        return None
     alike = float(travel @ moved / np.sqrt((travel @ travel) * (moved @ moved)))
     ratio = float(travel @ moved / (moved @ moved))
-    usual = any(abs(ratio * factor - 1.0) < _CLOSE for each in _RATIOS for factor in (each, 1.0 / each))
-    return abs(alike) > _ALIKE and usual
+    return ratio if abs(alike) > _ALIKE else None
 
 
 def follows(effort: Array, motion: Array) -> bool:
