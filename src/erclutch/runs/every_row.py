@@ -10,7 +10,7 @@ What tasks found is kept by `every_row_folder`, so that the scoring goes on afte
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any, Protocol
@@ -273,14 +273,15 @@ def score_every_row(
         progress(done + rows, plan.rows)
 
     score = partial(_score_part, plan, able, how, report if tasks.here else None)
-    for number, found in zip(missing, tasks(score, [parts[k] for k in missing]), strict=True):
-        sums[number] = found
+    for number, of_part in zip(missing, tasks(score, [parts[number] for number in missing]), strict=True):
+        sums[number] = of_part
         if kept is not None:
-            kept.keep(number, found)
-        done += int(found.rows.sum())
+            kept.keep(number, of_part)
+        done += int(of_part.rows.sum())
         progress(done, plan.rows)
-    whole = joined_sums([sums[number] for number in range(len(parts))])
-    train, test = (whole.scores(list(able), held, plan.seed) for held in (False, True))
+    whole = joined_sums([sums[number] for number in range(len(parts))])  # in the order of the rows
+    train = whole.scores(list(able), False, plan.seed)
+    test = whole.scores(list(able), True, plan.seed)
     return EveryRow(plan, train, test, unable)
 
 
@@ -310,14 +311,18 @@ class PartSums:
         bins = self.held == held
         if not bins.any():
             return {}
-        shared = self.rows[bins], self.effort[bins], self.effort_square[bins]
-        return {
-            name: score_of_bins(
-                BinSums(shared[0], self.error[k, bins], self.square[k, bins], self.largest[k, bins], *shared[1:]),
-                seed=seed,
+        scores: dict[str, Score] = {}
+        for place, name in enumerate(names):
+            sums = BinSums(
+                rows=self.rows[bins],
+                error=self.error[place, bins],
+                square=self.square[place, bins],
+                largest=self.largest[place, bins],
+                effort=self.effort[bins],
+                effort_square=self.effort_square[bins],
             )
-            for k, name in enumerate(names)
-        }
+            scores[name] = score_of_bins(sums, seed=seed)
+        return scores
 
 
 def joined_sums(parts: Sequence[PartSums]) -> PartSums:
@@ -339,16 +344,16 @@ def _score_part(
         require_unchanged(recording.digest == log.digest, log)
         batches = iter([one_batch(recording)])
     blocks = (block.data for block in blocks_of(batches, plan.device, how.derivative))
-    place = part.begin.place
-    found: list[PartSums] = []
+    place = part.begin.place  # of a block's first row in the log
+    sums: list[PartSums] = []
     for data, first, predicted in predictions(models, blocks):
         measured = data.effort[first:]
         held = log.held_out.of(place, measured.size)
-        found.append(_sums(measured, predicted, held, place, plan))
+        sums.append(_sums(measured, predicted, held, place, plan))
         place += measured.size
         if report is not None:
             report(place - part.begin.place)
-    return joined_sums(found)
+    return joined_sums(sums)
 
 
 def require_unchanged(same: bool, log: LogToScore) -> None:
@@ -376,7 +381,9 @@ def predictions(
         goes_on = before is not None and block.clock.joins
         data = chained([before, block]) if before is not None and goes_on else block
         first = data.rows - block.rows
-        ahead = _rows_ahead(models.values(), block.period)
+        # Delays and past samples reach back; besides, a model needs some time to forget the edge of a block.
+        reach = [max(model.times.get("delay", 0.0) / block.period, *model.past, 0) for model in models.values()]
+        ahead = _AHEAD + 2 * int(max(reach, default=0.0))
         following = max(data.clock.spans[-1].start, data.rows - ahead)  # from here the next block computes once more
         predicted: dict[str, Array] = {}
         for name, model in models.items():
@@ -387,16 +394,11 @@ def predictions(
         before = neighbours(data, following, data.rows)
 
 
-def _rows_ahead(models: Iterable[Model], period: float) -> int:
-    """Rows that a block needs ahead of it: what delays and past samples reach back to, and time to forget its edge."""
-    back = [max(model.times.get("delay", 0.0) / period, *model.past, 0) for model in models]
-    return _AHEAD + 2 * int(max(back, default=0.0))
-
-
 def _sums(measured: Array, predicted: Mapping[str, Array], held: Mask, place: int, plan: ScoringPlan) -> PartSums:
     """Sums over the bins of some neighbouring rows; a bin ends where a row is held out and its neighbour is not."""
-    number = (place + np.arange(measured.size)) // plan.bin_rows
-    begins = np.flatnonzero(np.concatenate([[True], (number[1:] != number[:-1]) | (held[1:] != held[:-1])]))
+    bins = (place + np.arange(measured.size)) // plan.bin_rows  # number of each row's bin
+    another = (bins[1:] != bins[:-1]) | (held[1:] != held[:-1])
+    begins = np.flatnonzero(np.concatenate([[True], another]))
     effort = measured - plan.middle
     errors = [measured - each for each in predicted.values()]
 

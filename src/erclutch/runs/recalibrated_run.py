@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from erclutch.fit.comparison import Comparison, Settings
 from erclutch.fit.intervals import as_json
 from erclutch.fit.laws.describe_law import paper_form
 from erclutch.fit.outcome import Estimate, FitOutcome
-from erclutch.fit.ranking import scored, with_bands
+from erclutch.fit.ranking import RankedModel, scored, with_bands
 from erclutch.fit.recalibration import AS_IT_IS, GAIN, OFFSET, Recalibration, recalibrate
 from erclutch.logs.dataset import Dataset, constant_stretches
 from erclutch.models.law_model import TorqueModel
@@ -47,21 +47,22 @@ def recalibrated(
     result = recalibrate(base, data, seen)
     outcomes = [outcome] if result.way == AS_IT_IS else [outcome, _adapted(outcome, result)]
     settings = Settings((base.name,), base.structure.dynamics, 1.0 - share)
-    entries = scored(data, data.picked(seen), ~seen, outcomes, settings)
-    entries = [
-        replace(e, folds=result.folds[AS_IT_IS])
-        if e.outcome is outcome
-        else replace(with_bands(data, ~seen, [e])[0], folds=result.folds[result.way], label=base.name + LABEL)
-        for e in entries
-    ]
-    rmse = {e.name: e.test.rmse.value for e in entries}
-    change = rmse.get(base.name + LABEL, np.inf) / (rmse[base.name] or 1.0) - 1.0
+    adapted_name = base.name + LABEL
+    entries: list[RankedModel] = []
+    for entry in scored(data, data.picked(seen), ~seen, outcomes, settings):
+        if entry.outcome is outcome:
+            entries.append(replace(entry, folds=result.folds[AS_IT_IS]))
+        else:  # the base keeps its band, the adapted model gets one of the new rows
+            (banded,) = with_bands(data, ~seen, [entry])
+            entries.append(replace(banded, folds=result.folds[result.way], label=adapted_name))
+    rmse = {entry.name: entry.test.rmse.value for entry in entries}
+    change = rmse.get(adapted_name, np.inf) / (rmse[base.name] or 1.0) - 1.0
     if result.way == AS_IT_IS:
         verdict = f"The base is kept: {result.reason}."
     elif change < 0.0:
         verdict = f"Recalibrated, {result.reason}. On the rows that neither saw it errs by {-change:.1%} less."
     else:
-        verdict = f"The base is kept: on the rows that neither saw, {base.name + LABEL} errs by {change:.1%} more."
+        verdict = f"The base is kept: on the rows that neither saw, {adapted_name} errs by {change:.1%} more."
     best = entries[0].name
     about = {
         "run": run.folder.name,
@@ -85,34 +86,38 @@ def seen_rows(data: Dataset, share: float, stretches: int) -> Mask:
     seen = np.zeros(data.rows, np.bool_)
     for log in data.source_rows:
         for start, stop in constant_stretches(data, *log) or [log]:
-            for at in np.linspace(start, stop, stretches, endpoint=False).astype(int):
-                seen[at : at + max(1, round(share * (stop - start) / stretches))] = True
+            rows = max(1, round(share * (stop - start) / stretches))  # of a stretch
+            for first in np.linspace(start, stop, stretches, endpoint=False).astype(int):
+                seen[first : first + rows] = True
     return seen
 
 
 def _adapted(base: FitOutcome[Any], result: Recalibration) -> FitOutcome[Any]:
     """The outcome of the adapted model: numbers that did not move keep the base's intervals."""
-    if not base.estimates:  # a network
+    law: TorqueModel | None = result.model.law_part
+    if law is None:  # weights have no estimates
         return replace(base, model=result.model)
-    law = cast(TorqueModel, getattr(result.model, "law", result.model))
     estimates = [*base.estimates]
-    if OFFSET in law.gains and OFFSET not in {e.name for e in estimates}:
+    if OFFSET in law.gains and OFFSET not in {estimate.name for estimate in estimates}:
         estimates.append(Estimate(OFFSET, "constant effort", law.units.effort, 0.0, 0.0, 0.0))
-    moved = tuple(_moved(e, law, result.numbers) for e in estimates)
+    moved = tuple(_moved(estimate, law, result.numbers) for estimate in estimates)
     return replace(base, model=result.model, estimates=moved, paper_form=paper_form(law, moved))
 
 
 def _moved(estimate: Estimate, law: TorqueModel, numbers: Mapping[str, tuple[float, float, float]]) -> Estimate:
     """An estimate of the base with the adapted model's value and the interval that the new rows give."""
-    parameters = {p.name: p for p in (*law.structure.gains(), *law.structure.shapes(law.period))}
-    name, value = estimate.name, {**law.shape, **law.gains}[estimate.name]
+    name = estimate.name
+    value = {**law.shape, **law.gains}[name]  # normalised
+    common, *common_ends = numbers.get(GAIN, (0.0, 0.0, 0.0))
     if name in numbers:
-        low, high = numbers[name][1:]
-    elif name in law.gains and numbers.get(GAIN, (0.0,))[0]:
-        low, high = (value * end / numbers[GAIN][0] for end in numbers[GAIN][1:])
+        _, low, high = numbers[name]
+    elif name in law.gains and common:  # all gains moved together
+        low, high = (value * end / common for end in common_ends)
     else:
         return estimate
-    extra = getattr(parameters[name], "extra", None)
+    parameters = {number.name: number for number in (*law.structure.gains(), *law.structure.shapes(law.period))}
+    extra: int | None = getattr(parameters[name], "extra", None)
+    scale = 1.0 if extra is None else float(law.reference.extras[extra])
     times = in_user_units(1.0, parameters[name].dimension, law.reference)
-    value, low, high = (v * times / (1.0 if extra is None else law.reference.extras[extra]) for v in (value, low, high))
+    value, low, high = (normalised * times / scale for normalised in (value, low, high))
     return replace(estimate, value=value, low=min(low, high), high=max(low, high), at_bound=None)

@@ -390,23 +390,29 @@ def outcome_of(run: Run, name: str | None) -> FitOutcome[Any]:
     """
     from erclutch.fit.outcome import Estimate, FitOutcome
 
-    model, entry = run.model(name), run.entry(name or run.recommended)
+    model = run.model(name)
+    entry = run.entry(name or run.recommended)
     fit: dict[str, Any] = entry["fit"]
-    kept: dict[str, Any] = {
-        key: fit[key] for key in ("stop", "iterations", "paper_form", "rank", "unknowns", "weights")
-    }
-    numbers: list[dict[str, Any]] = [dict(number) for number in fit["parameters"]]
-    for number in numbers:
-        ends = {"low": -np.inf, "high": np.inf}
-        number.update({end: far for end, far in ends.items() if number[end] is None})
+    estimates: list[Estimate] = []
+    for number in fit["parameters"]:
+        # JSON has no infinity: null stands for an end that the data do not give.
+        low = -np.inf if number["low"] is None else number["low"]
+        high = np.inf if number["high"] is None else number["high"]
+        entries: dict[str, Any] = {**number, "low": low, "high": high}
+        estimates.append(Estimate(**entries))
     return FitOutcome[Any](
         model=model,
-        estimates=tuple(Estimate(**number) for number in numbers),
+        stop=fit["stop"],
+        iterations=fit["iterations"],
+        estimates=tuple(estimates),
+        paper_form=fit["paper_form"],
+        rank=fit["rank"],
+        unknowns=fit["unknowns"],
         condition=np.inf if fit["condition"] is None else fit["condition"],
         bandwidth=fit["bandwidth_rows"],
         train_cost=(entry["train"]["mse"][0] or 0.0) * fit["train_rows"],
         train_rows=fit["train_rows"],
-        **kept,
+        weights=fit["weights"],
     )
 
 

@@ -48,30 +48,38 @@ def read_rows(run: Run) -> RunRows:
         # Not read_table, which imports pandas to no end.
         with path.open("rb") as opened, pq.ParquetFile(opened, page_checksum_verification=True) as file:
             table: Any = file.read()
-        names = [name for name in table.column_names if name != "log"]
-        columns: dict[str, Any] = {name: of_arrow(table[name].cast(pyarrow.float64())) for name in names}
-        return _rows_of(run.body, columns | {"test": columns["test"] != 0.0})
+        columns: dict[str, Any] = {}
+        for name in table.column_names:
+            if name != "log":  # text
+                columns[name] = of_arrow(table[name].cast(pyarrow.float64()))
+        columns["test"] = columns["test"] != 0.0
+        return _rows_of(run.body, columns)
     # The last is Arrow's word for a column that no cast makes numbers of.
     except (OSError, ValueError, KeyError, TypeError, NotImplementedError) as error:
         raise RunError(f"does not fit run.json: {error}", where=str(path), remedy="Fit the log again") from error
 
 
 def _rows_of(body: Mapping[str, Any], columns: Mapping[str, Any]) -> RunRows:
-    tails = [""] if body["device"] == "single" else ["1", "2"]
-    units, test = body["units"], columns["test"]
+    """Columns as rows; ValueError or KeyError where they do not fit what run.json says."""
+    test = columns["test"]
     rows, held = test.size, int(test.sum())
     if (rows - held, held) != (body["train_rows"], body["test_rows"]):
         raise ValueError(f"{rows} rows, {held} of them held out")
-    spans = tuple(Span(int(a), int(b), None if p is None else float(p)) for a, b, p in body["spans"])
+    units = body["units"]
+    tails = [""] if body["device"] == "single" else ["1", "2"]
+    spans = tuple(
+        Span(int(start), int(stop), None if period is None else float(period)) for start, stop, period in body["spans"]
+    )
     data = Dataset(
         device=body["device"],
-        elements=tuple(Element(columns[f"field{i}"], columns[f"slip{i}"]) for i in tails),
+        elements=tuple(Element(columns[f"field{tail}"], columns[f"slip{tail}"]) for tail in tails),
         effort=columns["effort"],
         clock=Clock(columns["time"], spans),
         units=Units(units["effort"], units["field"], units["slip"]),
         sources=tuple(str(log["name"]) for log in body["logs"]),
-        source_rows=tuple((int(a), int(b)) for a, b in body["source_rows"]),
+        source_rows=tuple((int(start), int(stop)) for start, stop in body["source_rows"]),
         notes=tuple(body["notes"]),
         origins=tuple(str(log["origin"]) for log in body["logs"]),
     )
-    return RunRows(data, test, {e["name"]: columns[f"effort:{e['name']}"] for e in body["ranking"]})
+    names = [entry["name"] for entry in body["ranking"]]
+    return RunRows(data, test, {name: columns[f"effort:{name}"] for name in names})

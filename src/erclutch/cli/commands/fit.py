@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
-from functools import partial
+from collections.abc import Sequence
 from json import dumps
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -103,13 +102,29 @@ def fit(
         may_write(out, force)
     elif final:
         raise SettingError("a model of all rows is kept in a run", where="--final", remedy="Give --out RUN too")
-    asked = model_names(models), lag, _held_out(test), blocks, friction, offset, seed, workers, _ago(past), polish
+    settings = Settings(
+        models=model_names(models),
+        lag=lag,
+        test=_held_out(test),
+        blocks=blocks,
+        friction=friction,
+        offset=offset,
+        seed=seed,
+        workers=workers,
+        past=tuple(int(word) if word.isdecimal() else word for word in past),  # rows, or times as they were written
+        polish=polish,
+    )
     how, read_options = reading.how(), reading.to_dict()
     with tasks_on(cluster, workers) as tasks:  # a cluster that does not answer is told before the fit
         with terminal.progress("reading") as bar:
-            show = partial(_show_rows, bar)
-            rows = read_rows(expand(logs), how, reading.device, memory=1e9 * memory, progress=show)
-        comparison = _compared(rows.data, Settings(*asked))
+            rows = read_rows(
+                expand(logs),
+                how,
+                reading.device,
+                memory=1e9 * memory,
+                progress=lambda what, done, total: bar(done, total, what),
+            )
+        comparison = _compared(rows.data, settings)
         if final and not comparison.standing.why_none:
             comparison = with_final_fit(comparison)
         if not json:
@@ -134,10 +149,6 @@ def _resumed(out: Path | None, reading: LogOptions, cluster: str | None, workers
         return
     _print_every_row(figures, str(run.body["recommended"]), str(run.body["units"]["effort"]))
     terminal.say(f"Kept in {out}")
-
-
-def _show_rows(bar: Callable[[float, float | None, str], None], what: str, rows: int, total: int) -> None:
-    bar(rows, total, what)
 
 
 def _print_every_row(figures: EveryRow, recommended: str, unit: str) -> None:
@@ -186,18 +197,16 @@ def model_names(words: Sequence[str]) -> tuple[str, ...]:
     return tuple(name for word in words for name in word.replace(",", " ").split())
 
 
-def _ago(past: Sequence[str]) -> tuple[int | str, ...]:
-    """Numbers of rows as numbers, times as they were written."""
-    return tuple(int(word) if word.isdecimal() else word for word in past)
-
-
 def _held_out(test: tuple[str, ...]) -> float | tuple[str, ...]:
-    if len(test) == 1:
-        try:
-            return float(test[0].removesuffix("%")) / (100.0 if test[0].endswith("%") else 1.0)
-        except ValueError:
-            return test
-    return test
+    """A share as a number, also where it is written in per cent; patterns of names as they are."""
+    if len(test) != 1:
+        return test
+    (word,) = test
+    try:
+        share = float(word.removesuffix("%"))
+    except ValueError:
+        return test
+    return share / (100.0 if word.endswith("%") else 1.0)
 
 
 def print_comparison(comparison: Comparison, *, whole: bool = False) -> None:
