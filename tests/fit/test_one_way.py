@@ -7,8 +7,11 @@ import pytest
 
 from erclutch.fit.comparison import Settings, compare
 from erclutch.fit.data_check import check
+from erclutch.fit.kinds.law_alone import LawCandidate
 from erclutch.logs import recording_from_arrays
 from erclutch.logs.dataset import Dataset, build_dataset
+from erclutch.models.laws import law_from_name
+from erclutch.models.structure import Structure
 from tests.support.slow_params import slow_but
 
 UNITS = {"field": "V", "slip": "rad/s", "effort": "N*m"}
@@ -49,6 +52,20 @@ def test_friction_is_there_when_asked_for_and_where_the_slip_turns() -> None:
     turns = build_dataset(recording_from_arrays(signals, UNITS, rate=1000.0))
     assert (data.one_way, turns.one_way) == (True, False)
     assert "T_f" in {e.name for e in compare(turns, named).entry("bingham").outcome.estimates}
+
+
+@pytest.mark.parametrize(("fields", "told"), [((0.2, 1.0), False), ((0.0, 0.3, 0.6, 1.0), True)])
+def test_friction_goes_where_the_fields_are_fewer_than_the_numbers(fields: tuple[float, ...], told: bool) -> None:
+    """With two fields the friction ended at zero, sound by its bound, and the yield effort's interval missed it."""
+    rng, t = np.random.default_rng(2), np.arange(1500) * 2e-3
+    field = np.repeat(rng.choice(fields, 25), 60)
+    slip = 3.0 * np.sin(4.4 * t) + 2.0 * np.sin(11.9 * t + 1.0)
+    effort = (0.8 * field**1.5 + 0.2 * told) * np.tanh(slip / 0.3) + 0.05 * slip + 0.02 * rng.standard_normal(1500)
+    log = recording_from_arrays({"field": field, "slip": slip, "effort": effort}, UNITS, rate=500.0)
+    structure = Structure("single", "bingham", law_from_name("bingham", "single"), friction=True, offset=True)
+    estimates = {e.name: e for e in LawCandidate(structure).fit(build_dataset(log), (), 1).estimates}
+    assert ("T_f" in estimates) == told
+    assert estimates["T_y"].low < 0.8 < estimates["T_y"].high
 
 
 def test_a_field_that_is_never_positive_is_told_with_its_remedy() -> None:

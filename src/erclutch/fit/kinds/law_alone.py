@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from erclutch.errors import shell_word
 from erclutch.fit.candidate import Candidate, Fitted, Grown, Kind, asked
 from erclutch.fit.data_check import Finding, steady_command
@@ -154,16 +156,11 @@ def _with_terms_told(train: Dataset, law: FitOutcome[TorqueModel]) -> FitOutcome
 
     Where the slip keeps its sign, say, a constant effort and a yield effort are one column: the sum is known, its parts
     are not. The term that was added to the law goes; a law with fewer terms that says the same stays eligible.
-    So does friction where a bound alone makes the fit look sound. With two fields, say, friction, yield effort and
-    exponent are three numbers for two: the exponent ends on its bound, or the friction does and its interval has no
-    width.
+    So does friction where a bound alone makes the fit look sound: with two fields, say, friction, yield effort and
+    exponent are three numbers for two, and the exponent or the friction ends on its bound.
     """
     structure = law.model.structure
-    form = structure.law.yield_form
-    propped = structure.friction and (
-        (form is not None and any(shape.name in law.at_bounds for shape in form.shape))
-        or any(each.name == "T_f" and each.low == each.high for each in law.estimates)
-    )
+    propped = structure.friction and _more_numbers_than_fields(train, structure)
     if law.sound and not propped:
         return law
     without = [
@@ -174,6 +171,8 @@ def _with_terms_told(train: Dataset, law: FitOutcome[TorqueModel]) -> FitOutcome
     added = {term for term, there in (("T_0", structure.offset), ("T_f", structure.friction)) if there}
     # A long series of kernels loses rank by itself: no term that was added can cure that.
     trade_off = law.unknowns <= _SHORT_LAW and (law.rank < law.unknowns or not law.converged)
+    if propped:
+        without.insert(0, without.pop(1))  # friction first: it is what the fields do not tell
     for terms, words, fewer in without:
         in_doubt = trade_off or terms & set(law.unidentified) or (propped and terms == {"T_f"})
         if not (terms <= added and in_doubt):
@@ -183,6 +182,14 @@ def _with_terms_told(train: Dataset, law: FitOutcome[TorqueModel]) -> FitOutcome
             note = f"left out, since these rows cannot tell it from the law's own terms: {words}"
             return replace(cured, notes=(*law.notes, note))
     return law
+
+
+def _more_numbers_than_fields(train: Dataset, structure: Structure) -> bool:
+    """Whether the fields are too few to tell friction, yield effort and the form of the yield effort apart."""
+    form = structure.law.yield_form
+    field = np.abs(train.elements[0].field)
+    levels = np.unique(np.round(field / (float(field.max()) or 1.0), 2)).size
+    return form is not None and levels < 2 + len(form.shape)
 
 
 def _second_time_constant(train: Dataset, laws: Sequence[FitOutcome[TorqueModel]]) -> list[FitOutcome[TorqueModel]]:
