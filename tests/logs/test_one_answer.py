@@ -99,6 +99,8 @@ def test_a_difference_is_no_tenth(text: str) -> None:
 
 def test_newton_metres_are_written_with_small_letters_and_points() -> None:
     assert units.parse("n-m").factor == units.parse("N*m").factor
+    assert units.parse("N・m").factor == units.parse("N･m").factor == units.parse("N*m").factor  # Japanese points
+    assert units.parse("N?m").factor == units.parse("mN\ufffdm").factor * 1e3 == units.parse("N*m").factor
     assert units.parse("kgf.m").factor == pytest.approx(9.80665 * units.parse("N*m").factor)
 
 

@@ -43,7 +43,8 @@ _SPELLINGS = (
     (re.compile(r"(?<![\w.])lbs?f?(?!\w)"), "pound_force"),
     (re.compile(r"(?<![\w.])rad\.s(?:-1)?(?![\w-])"), "rad/s"),  # a dot for the line of the fraction
     (re.compile(r"(?<![\w.])([mk]?)[Nn]ewton[-. ]?[Mm]et(?:er|re)s?(?!\w)"), r"\1N*m"),
-    (re.compile(r"[·⋅∙×•]"), "*"),  # the signs that people type for a product
+    (re.compile(r"[·⋅∙×•・･]"), "*"),  # the signs that people type for a product
+    (re.compile(r"(?<![\w.])([mk]?)N[?\ufffd]m(?!\w)"), r"\1N*m"),  # a point that an encoding lost
     (re.compile(r"(?<![\w.])n[-.*]m(?!\w)"), "N*m"),  # nm without a sign is the nanometre
     (re.compile(r"(?<![\w.])(k?gf)\.(c?m)(?!\w)"), r"\1*\2"),
     (re.compile(r"\b([numkMµμ]?N)\s*[-.]?\s*([mc]?m)\b"), r"\1*\2"),
