@@ -36,6 +36,7 @@ def test_arrays_have_the_bits_of_a_loop_over_the_rows(rows: list[int], seed: int
     assert np.array_equal(recur(keep, drive, first, clock), np.asarray(recur(keep, array_as_in_c(drive), first, clock)))
 
 
+@pytest.mark.slow
 @settings(deadline=None)
 @given(lengths, st.integers(0, 99))
 def test_duals_pass_with_the_derivatives_of_differences(rows: list[int], seed: int) -> None:

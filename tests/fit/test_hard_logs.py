@@ -227,6 +227,7 @@ def test_whoever_shows_a_run_says_that_it_recommends_nothing(
     assert not any("to a controller" in step["text"] for step in _next(material))
 
 
+@pytest.mark.slow
 def test_a_run_whose_sign_is_open_hands_out_no_model(friction: tuple[Array, Array], tmp_path: Path) -> None:
     slip, torque = friction
     recording = recorded(slip, -torque)

@@ -56,6 +56,7 @@ def test_a_gain_of_one_log_is_found_and_is_no_zero() -> None:
     assert "log1.csv +10" in findings["gain"].message
 
 
+@pytest.mark.slow
 def test_equal_logs_say_nothing() -> None:
     said = sum(len(found(logs((0.0,) * 5, (1.0,) * 5, seed))) for seed in range(1, 41))
     assert said == 0

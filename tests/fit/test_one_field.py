@@ -44,6 +44,7 @@ def model_of(comparison: Comparison, name: str) -> Any:
     return comparison.entry(name).outcome.model
 
 
+@pytest.mark.slow
 def test_the_truth_is_recovered(compared: Comparison) -> None:
     assert compared.recommended == "bingham/constant"
     found = {e.name: e for e in compared.entry("bingham/constant").outcome.estimates}
@@ -53,6 +54,7 @@ def test_the_truth_is_recovered(compared: Comparison) -> None:
     assert compared.entries[0].test.rmse.value < 1.05 * NOISE
 
 
+@pytest.mark.slow
 def test_what_needs_a_field_is_left_out(compared: Comparison) -> None:
     names = {e.name for e in compared.entries}
     assert {"bingham/constant", "casson/constant", "fnn-6", "fnn-16", "rbfn-10"} <= names
@@ -64,6 +66,7 @@ def test_what_needs_a_field_is_left_out(compared: Comparison) -> None:
     assert network.structure.inputs == ("slip",)
 
 
+@pytest.mark.slow
 def test_the_findings_say_what_the_model_cannot_know(compared: Comparison) -> None:
     (finding,) = [f for f in compared.findings if f.subject == STEADY_FIELD]
     assert "the field is 0.5 A in all 6000 rows" in finding.message
@@ -77,6 +80,7 @@ def test_any_field_will_do(field: float) -> None:
     assert found.recommended == "bingham/constant"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["bingham/constant", "fnn-6", "rbfn-10"])
 def test_saved_and_exported(compared: Comparison, name: str, tmp_path: Path) -> None:
     model: TorqueModel | NetworkModel = model_of(compared, name)

@@ -33,7 +33,7 @@ STAGES = (
     *("bouc-wen", "bouc-wen-2", "hysteretic-tanh", "spencer"),
 )
 #: Of these a single fit takes more than a second.
-MANY_STEPS = ("stops", "bouc-wen", "spencer")
+MANY_STEPS = ("stops", "bouc-wen", "spencer", "lugre", "effort-second-order")
 
 
 def test_the_study_has_the_whole_ladder() -> None:

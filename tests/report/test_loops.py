@@ -134,6 +134,7 @@ def long_chain(run_maker: Callable[..., Path], tmp_path_factory: pytest.TempPath
     return material_of(read_run(run))
 
 
+@pytest.mark.slow
 def test_constants_of_any_chain_have_units_and_intervals(long_chain: Material) -> None:
     values = DYNAMICS.fill(long_chain)
     (model,) = values["models"]
@@ -147,6 +148,7 @@ def test_constants_of_any_chain_have_units_and_intervals(long_chain: Material) -
     assert "nothing tells what the stages gain" in values["lead"]
 
 
+@pytest.mark.slow
 def test_the_figure_has_its_numbers(long_chain: Material, tmp_path: Path) -> None:
     paths = write_figure("loops", long_chain, tmp_path)
     assert sorted(path.suffix for path in paths) == [".csv", ".pdf", ".png"]

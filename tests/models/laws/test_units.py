@@ -29,7 +29,7 @@ def synthetic(rows: int = 500) -> Dataset:
     ("specification", "dynamics"),
     [
         ("on-off", "none"),
-        ("bingham", "lag"),
+        pytest.param("bingham", "lag", marks=pytest.mark.slow),
         ("bingham/critical", "none"),
         ("bingham/saturating", "none"),
         ("casson", "none"),

@@ -260,6 +260,7 @@ def test_a_further_input_helps_and_must_be_there() -> None:
         seeing.model.predict(log)
 
 
+@pytest.mark.slow
 def test_the_equation_has_one_sign_for_a_negative_offset() -> None:
     log = single()
     for offset in (-1000.0, 1000.0):

@@ -57,6 +57,7 @@ def test_what_is_left_has_the_size_asked_for_even_with_few_rows(hidden: tuple[in
     assert np.all(np.isfinite(found.theta))
 
 
+@pytest.mark.slow
 def test_spare_neurons_lead_lower() -> None:
     rng = np.random.default_rng(5)
     x = rng.uniform(-1.0, 1.0, (2, 3000))

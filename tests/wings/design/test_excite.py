@@ -93,6 +93,7 @@ def test_a_limit_that_is_broken_is_seen() -> None:
     assert broken(commands, tighter, 1000.0) == ["field", "field_rate", "speed", "acceleration", "stroke", "rest"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("limits", [BRAKE, DAMPER])
 def test_the_sequence_covers_more_than_the_papers_draws(limits: RigLimits) -> None:
     shares = [
@@ -104,6 +105,7 @@ def test_the_sequence_covers_more_than_the_papers_draws(limits: RigLimits) -> No
     assert shares[0] > 1.1 * shares[1]
 
 
+@pytest.mark.slow
 def test_the_papers_draws_keep_the_limits_too() -> None:
     commands = papers_sequence(DAMPER, 1000.0, 20.0, np.random.default_rng(1))
     assert broken(commands, DAMPER, 1000.0) == []

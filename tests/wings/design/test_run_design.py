@@ -154,6 +154,7 @@ def test_a_region_that_is_none(text: str) -> None:
         region_of(text)
 
 
+@pytest.mark.slow
 def test_the_command_says_what_it_expects(run: Path) -> None:
     place = run.parent
     words = ("--run", "run", "--seconds", "3", "--where", "field 0..900 V, slip +-9 rad/s", "--force")

@@ -65,7 +65,7 @@ def steady(lib: ctypes.CDLL, program: Any, share: float, speed: float) -> float:
     return effort.value
 
 
-@pytest.mark.parametrize("observer", ["none", "sensor", "motion"])
+@pytest.mark.parametrize("observer", slow_but(["motion"], ["none", "sensor", "motion"]))
 @pytest.mark.parametrize("label", slow_but(BRAKES, ("bingham+rise-fall, coaxial", "casson+lag, single")))
 def test_the_controller_is_the_loop_s(label: str, observer: Any, models: Mapping[str, Any], tmp_path: Path) -> None:
     """Fields and estimate of the loop, fed with what the loop saw, but for the last digits of libm's exp and tanh."""

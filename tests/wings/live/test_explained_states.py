@@ -28,7 +28,13 @@ def test_only_an_order_to_run_leads_out_of_ready_and_nothing_but_a_reset_out_of_
 
 
 @pytest.mark.parametrize(
-    ("mode", "amplitude"), [(Mode.TORQUE, 0.3), (Mode.TRACK, 50.0), (Mode.IMPEDANCE, 50.0), (Mode.WALL, -50.0)]
+    ("mode", "amplitude"),
+    [
+        (Mode.TORQUE, 0.3),
+        pytest.param(Mode.TRACK, 50.0, marks=pytest.mark.slow),
+        pytest.param(Mode.IMPEDANCE, 50.0, marks=pytest.mark.slow),
+        pytest.param(Mode.WALL, -50.0, marks=pytest.mark.slow),
+    ],
 )
 def test_torque_and_motion_control_are_answered_as_tracking_is(
     mode: Mode, amplitude: float, bingham: Path, brake: Path

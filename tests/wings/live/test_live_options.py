@@ -5,10 +5,13 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
+import pytest
+
 from erclutch.cli import app
 from tests.support.command import good, refused
 
 
+@pytest.mark.slow
 def test_help_shows_what_one_needs_every_day_and_folds_the_rest() -> None:
     short = good("live", "--help")
     everyday = ("--run", "--model", "--rig", "--log", "--program", "--motor", "--observer", "--seconds", "--record")
