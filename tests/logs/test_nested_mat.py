@@ -122,7 +122,7 @@ def test_groups_of_hdf5_that_are_a_log_together_are_asked_about_with_the_answer(
     with h5py.File(path, "w") as file:
         group_of(file, "encoder", TIME, data=(SPEED, "rad/s"))
         group_of(file, "cell", TIME, data=(TORQUE, "N*m"))
-    with pytest.raises(ErclutchError, match=r"Join them by time: --variable 'cell \+ encoder'"):
+    with pytest.raises(ErclutchError, match=r"oin them by time: --variable 'cell \+ encoder'"):
         table_of_log(path, ColumnMap(), None)
     table = table_of_log(path, ColumnMap(), None, "cell + encoder")
     np.testing.assert_array_equal(table.columns["encoder"], SPEED)

@@ -26,7 +26,8 @@ from erclutch.logs.log_reader import HEAD, LogReader, LogSource, folder_reader, 
 from erclutch.logs.mapping import ColumnChoice, ColumnMap, beside, map_over
 from erclutch.logs.plan import NEEDS, Invalid, Plan
 from erclutch.logs.planning import plan_of
-from erclutch.logs.recording_choice import has_motion_and_effort, table_of_log
+from erclutch.logs.recognition import has_motion_and_effort
+from erclutch.logs.recording_choice import table_of_log
 from erclutch.logs.table import Table
 from erclutch.registry import Plugin
 from erclutch.signals.device import DeviceName

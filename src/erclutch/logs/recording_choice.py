@@ -7,12 +7,12 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from erclutch.errors import ErclutchError, LogError
+from erclutch.errors import LogError
 from erclutch.logs.log_file import read_table, recordings_in
 from erclutch.logs.mapping import ColumnMap
-from erclutch.logs.plan import NEEDS, Plan
 from erclutch.logs.planning import plan_of
 from erclutch.logs.readers.found_recordings import JOINT
+from erclutch.logs.recognition import is_log, signals_of
 from erclutch.logs.table import Table, listed
 from erclutch.signals.device import DeviceName
 
@@ -80,7 +80,7 @@ def _joined_or(
     order = sorted(tables, key=lambda name: not signals_of(tables[name]) & {"effort", "T"})
     together = JOINT.join(order)
     joined = _table(path, together, told) if len(names) <= _MOST_JOINED else None
-    if joined is None or not _is_log(joined, told, device):
+    if joined is None or not is_log(joined, told, device):
         return error
     problem = f"no recording of the file is a log alone, and together they are one: {listed(names)}"
     return LogError(problem, remedy=f"Join them by time: --variable {shlex.quote(together)}", where=error.where)
@@ -89,7 +89,7 @@ def _joined_or(
 def logs_among(path: str | Path, names: Sequence[str], told: ColumnMap, device: DeviceName | None) -> dict[str, Table]:
     """The tables of those recordings of a file that have a motion and an effort, by name."""
     tables = {name: _table(path, name, told) for name in names}
-    return {name: table for name, table in tables.items() if table is not None and _is_log(table, told, device)}
+    return {name: table for name, table in tables.items() if table is not None and is_log(table, told, device)}
 
 
 def _table(path: str | Path, name: str, told: ColumnMap) -> Table | None:
@@ -97,33 +97,3 @@ def _table(path: str | Path, name: str, told: ColumnMap) -> Table | None:
         return read_table(path, variable=name, decimal=told.decimal)
     except LogError:
         return None
-
-
-def _is_log(table: Table, told: ColumnMap, device: DeviceName | None) -> bool:
-    try:
-        return has_motion_and_effort(plan_of(table, told, device=device))
-    except ErclutchError:
-        return False
-
-
-def holds_a_log(table: Table) -> bool:
-    """Whether a table has columns of a motion and an effort."""
-    return _is_log(table, ColumnMap(), None)
-
-
-def signals_of(table: Table | None) -> set[str]:
-    """Signals that have a column in a table, by names and units alone."""
-    if table is None:
-        return set()
-    try:
-        return {each.signal for each in plan_of(table, ColumnMap()).signals if each.column}
-    except ErclutchError:
-        return set()
-
-
-def has_motion_and_effort(plan: Plan) -> bool:
-    """Whether a plan found all but the field, or knows several columns that may be it."""
-    found = {each.signal for each in plan.signals if each.column}
-    found |= {each.signal for each in plan.questions if "may be any of" in each.problem}
-    groups = [group for group in NEEDS[plan.device] if ("field",) not in group]
-    return all(any(found & {*option} for option in group) for group in groups)

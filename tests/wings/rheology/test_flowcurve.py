@@ -18,10 +18,10 @@ from erclutch.wings.rheology.flow_curve import (
     FlowCurve,
     FlowFit,
     fit_flow_curve,
-    plateau_of,
     ranked,
     yield_text,
 )
+from erclutch.wings.rheology.flow_plateau import plateau_of
 from tests.support.examples import examples
 
 Array = NDArray[np.float64]
@@ -239,11 +239,11 @@ def test_the_yield_stress_that_the_curve_shows_is_reported() -> None:
 
 def test_a_yield_stress_that_the_curve_does_not_show_is_not_identified() -> None:
     power_law = FlowCurve("power law", RATES, 3.0 * RATES**0.5)
-    assert plateau_of(power_law) is None
+    assert plateau_of(power_law.rate, power_law.stress) is None
     assert yield_text(ranked(power_law, ["herschel-bulkley"])[0]) == "not identified"
     level = curve_of("herschel-bulkley")
     below = replace(fit_flow_curve(level, "herschel-bulkley"), estimates=(Estimate("T_y", "", "Pa", 0.5, 0.4, 0.6),))
-    low, high = plateau_of(level) or (0.0, 0.0)
+    low, high = plateau_of(level.rate, level.stress) or (0.0, 0.0)
     assert low <= 12.0 <= high
     assert yield_text(replace(below, yield_shown=False)) == "not identified"
 

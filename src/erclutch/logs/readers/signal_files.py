@@ -16,8 +16,11 @@ from pathlib import Path
 import numpy as np
 
 from erclutch.errors import ErclutchError, LogError, printable
+from erclutch.logs.clock_planning import clock_plan
 from erclutch.logs.log_reader import HEAD, LogReader, LogSource, claims_nothing, log_suffixes, read_by, reader_of
+from erclutch.logs.mapping import ColumnMap
 from erclutch.logs.readers.found_recordings import JOINT, NO_NAME, Found, joined_by_time
+from erclutch.logs.recognition import is_log, signals_of
 from erclutch.logs.table import Table
 from erclutch.signals.array import Array
 
@@ -63,12 +66,10 @@ def _one_log_of(files: tuple[tuple[Path, int, int], ...]) -> bool:
     Args:
         files: each with its size and the time of its last change, so that a changed file is looked at again.
     """
-    from erclutch.logs.recording_choice import holds_a_log
-
     tables: dict[str, Table] = {}
     for path, size, _ in files:
         table = _looked_at(path, size)
-        if table is None or holds_a_log(table) or _stamps(table) is None:
+        if table is None or is_log(table) or _stamps(table) is None:
             return False
         tables[path.name] = table
     rows = min(table.rows for table in tables.values())
@@ -78,7 +79,7 @@ def _one_log_of(files: tuple[tuple[Path, int, int], ...]) -> bool:
         readable = tables[file].columns
         columns |= {name: readable[label][:rows] for label, name in names.items() if label in readable}
         units |= {name: tables[file].units.get(label) for label, name in names.items()}
-    return holds_a_log(Table("", columns, units, ""))
+    return is_log(Table("", columns, units, ""))
 
 
 def _looked_at(path: Path, size: int) -> Table | None:
@@ -100,9 +101,6 @@ def _looked_at(path: Path, size: int) -> Table | None:
 
 def _stamps(table: Table) -> tuple[str, Array, str | None] | None:
     """The column of a table's time, its stamps in s, shape (rows,), and the unit as written; None without such one."""
-    from erclutch.logs.clock_planning import clock_plan
-    from erclutch.logs.mapping import ColumnMap
-
     try:
         clock = clock_plan(table, ColumnMap(), [])
     except ErclutchError:
@@ -169,7 +167,6 @@ def _part(path: Path, source: LogSource) -> Table:
 
 def _effort_first(tables: Mapping[str, Table]) -> list[str]:
     """The files, first the file with the effort; where none is sure, the file with most rows in a second."""
-    from erclutch.logs.recording_choice import signals_of
 
     def place(file: str) -> tuple[bool, float]:
         stamps = _stamps(tables[file])

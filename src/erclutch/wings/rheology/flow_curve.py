@@ -22,6 +22,7 @@ from erclutch.fit.outcome import Estimate
 from erclutch.models.laws import Dimension, Gain, Law, ShapeParameter, law_from_name
 from erclutch.signals.array import Array
 from erclutch.signals.shown import Shown, one_line
+from erclutch.wings.rheology.flow_plateau import plateau_of
 
 if TYPE_CHECKING:
     from erclutch.report.notebook import Card
@@ -35,7 +36,6 @@ _STRETCHES = 5  # of rates, each held out once
 _NO_DIFFERENCE = 1e-12  # of two mean squares of ln(stress): below the rounding of a fit
 _NEAR = 1.5  # of the best error: a law beyond that is no match for the best
 _LEAST_INDEX = 0.02
-_FLAT = 0.15  # slope of ln(stress) over ln(rate) on a plateau
 
 
 @dataclass(frozen=True, repr=False)
@@ -358,7 +358,7 @@ def ranked(curve: FlowCurve, laws: Sequence[str] = FLOW_LAWS) -> list[FlowFit]:
     """
     fits = [fit_flow_curve(curve, name) for name in laws]
     residuals = [_held_out(curve, fit) for fit in fits]
-    plateau = plateau_of(curve)
+    plateau = plateau_of(curve.rate, curve.stress)
     judged: list[tuple[FlowFit, Array | None]] = []
     for fit, residual in zip(fits, residuals, strict=True):
         error = np.inf if residual is None else float(np.sqrt(np.mean(residual**2)) / np.log(10.0))
@@ -403,28 +403,6 @@ def _held_out(curve: FlowCurve, fit: FlowFit) -> Array | None:
         predicted = _stress(law, x[held], parameters(shapes, found.point[:k]), gains)
         residuals[held] = np.log(curve.stress[held]) - np.log(predicted)
     return residuals
-
-
-def plateau_of(curve: FlowCurve) -> tuple[float, float] | None:
-    """Between which stresses in Pa a curve levels off at its lowest rates; None where it does not.
-
-    A curve shows a yield stress where the stress hardly falls with the rate: over the lowest decade of rates, and over
-    four points at least, by a slope of ln(stress) over ln(rate) below 0.15. The stress at rest is then below the lowest
-    stress there by no more than the fall over two more decades.
-    """
-    order = np.argsort(curve.rate, kind="stable")
-    rate, stress = curve.rate[order], curve.stress[order]
-    low = rate <= 10.0 * rate[0]
-    if low.sum() < 4:
-        low = np.arange(rate.size) < 4
-    x, y = np.log(rate[low]), np.log(stress[low])
-    if np.ptp(x) == 0.0:
-        return None
-    slope = float(np.polyfit(x, y, 1)[0])
-    if slope > _FLAT:
-        return None
-    fall = float(np.exp(-2.0 * np.log(10.0) * max(slope, 0.0)))
-    return float(stress[low].min()) * fall, float(stress[low].max())
 
 
 def yield_text(fit: FlowFit) -> str:
