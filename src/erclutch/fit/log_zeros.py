@@ -52,18 +52,46 @@ def log_differences(data: Dataset, predicted: Array) -> tuple[Finding, ...]:
         data: rows of several logs.
         predicted: effort of one model on all of them, shape (n,).
     """
-    logs = [k for k, place in enumerate(data.source_rows) if _both_ways(data, *place)]
-    if len(logs) < 2 or not np.all(np.isfinite(predicted)):
+    names: list[str] = []
+    rows: list[slice] = []  # of each log that moves both ways
+    for name, (start, stop) in zip(data.sources, data.source_rows, strict=True):
+        slip = data.elements[0].slip[start:stop]
+        if slip.size > 2 and min(float(np.mean(slip > 0)), float(np.mean(slip < 0))) >= _EACH_WAY:
+            names.append(name)
+            rows.append(slice(start, stop))
+    if len(names) < 2 or not np.all(np.isfinite(predicted)):
         return ()
     residual = data.effort - predicted
-    rows = [slice(*data.source_rows[k]) for k in logs]
-    names = [data.sources[k] for k in logs]
-    residuals, efforts = [residual[r] for r in rows], [predicted[r] for r in rows]
-    ones = [np.ones(e.size) for e in efforts]
-    found: list[Finding | None] = [_zeros(names, per_log(residuals, ones, efforts), data)]
-    if _same_fields(data, rows):
-        found.append(_gains(names, per_log(residuals, efforts, ones)))
-    return tuple(finding for finding in found if finding is not None)
+    residuals = [residual[of_log] for of_log in rows]
+    efforts = [predicted[of_log] for of_log in rows]
+    ones = [np.ones(effort.size) for effort in efforts]
+
+    findings: list[Finding] = []
+    zeros = per_log(residuals, ones, efforts)
+    unit = data.units.effort if data.units.effort not in ("", "?") else ""
+    worth = _ZERO * float(np.std(data.effort))
+    listed = _listed(names, zeros, worth, lambda zero, error: f"{zero:+.3g} +- {1.96 * error:.2g} {unit}".rstrip())
+    if listed:
+        message = (
+            f"the zero of the effort differs between logs: {listed}, counted from the models' one offset "
+            f"({_sureness(zeros)}). The models keep one offset, and scores are of the data as logged"
+        )
+        remedy = "Zero the sensor before each run, or subtract these values from the logs"
+        findings.append(Finding("warning", "zero", message, remedy))
+
+    same_fields = all(
+        np.ptp(element.field[of_log]) >= _SAME_FIELDS * np.ptp(element.field)
+        for element in data.elements
+        for of_log in rows
+    )
+    if same_fields:
+        gains = per_log(residuals, efforts, ones)
+        listed = _listed(names, gains, _GAIN, lambda gain, error: f"{100 * gain:+.1f} +- {196 * error:.2g} %")
+        if listed:
+            message = f"the effort at the same field and slip differs between logs: {listed} ({_sureness(gains)})"
+            remedy = "Look for a gain of the sensor that was changed, or for a warmer fluid"
+            findings.append(Finding("warning", "gain", message, remedy))
+    return tuple(findings)
 
 
 def per_log(residuals: Sequence[Array], columns: Sequence[Array], beside: Sequence[Array]) -> PerLog:
@@ -74,14 +102,15 @@ def per_log(residuals: Sequence[Array], columns: Sequence[Array], beside: Sequen
         columns: what the factor multiplies, of each log, (n_k,).
         beside: a column with a factor of its own in each log, whether factors differ or not, (n_k,).
     """
-    residuals = [_without(r, d) for r, d in zip(residuals, beside, strict=True)]
-    columns = [_without(c, d) for c, d in zip(columns, beside, strict=True)]
-    along = np.array([float(c @ r) for c, r in zip(columns, residuals, strict=True)])
-    squares = np.array([float(c @ c) for c in columns]) + np.finfo(float).tiny
+    tiny = np.finfo(float).tiny
+    residuals = [_without(residual, other) for residual, other in zip(residuals, beside, strict=True)]
+    columns = [_without(column, other) for column, other in zip(columns, beside, strict=True)]
+    along = np.array([float(column @ residual) for column, residual in zip(columns, residuals, strict=True)])
+    squares = np.array([float(column @ column) for column in columns]) + tiny
     values = along / squares
-    left = [r - v * c for r, v, c in zip(residuals, values, columns, strict=True)]
-    costs = np.array([float(e @ e) for e in left]) + np.finfo(float).tiny
-    independent = np.array([max(independent_rows(e), 4.0) for e in left])
+    left = [residual - value * column for residual, value, column in zip(residuals, values, columns, strict=True)]
+    costs = np.array([float(error @ error) for error in left]) + tiny
+    independent = np.array([max(independent_rows(error), 4.0) for error in left])
     errors = np.sqrt(costs / squares / np.maximum(independent - 2.0, 1.0))
     ratio, chance = welch(values, errors, independent)
     return PerLog(values, errors, chance, ratio)
@@ -111,50 +140,26 @@ def _without(values: Array, other: Array) -> Array:
     return values - other * (float(other @ values) / square) if square > 0 else values
 
 
-def _both_ways(data: Dataset, start: int, stop: int) -> bool:
-    slip = data.elements[0].slip[start:stop]
-    return slip.size > 2 and min(float(np.mean(slip > 0)), float(np.mean(slip < 0))) >= _EACH_WAY
-
-
-def _same_fields(data: Dataset, rows: Sequence[slice]) -> bool:
-    return all(np.ptp(e.field[r]) >= _SAME_FIELDS * np.ptp(e.field) for e in data.elements for r in rows)
-
-
-def _zeros(names: Sequence[str], found: PerLog, data: Dataset) -> Finding | None:
-    unit = data.units.effort if data.units.effort not in ("", "?") else ""
-    worth = _ZERO * float(np.std(data.effort))
-    listed = _listed(names, found, worth, lambda v, e: f"{v:+.3g} +- {1.96 * e:.2g} {unit}".rstrip())
-    if not listed:
-        return None
-    message = (
-        f"the zero of the effort differs between logs: {listed}, counted from the models' one offset "
-        f"({_sureness(found)}). The models keep one offset, and scores are of the data as logged"
-    )
-    remedy = "Zero the sensor before each run, or subtract these values from the logs"
-    return Finding("warning", "zero", message, remedy)
-
-
-def _gains(names: Sequence[str], found: PerLog) -> Finding | None:
-    listed = _listed(names, found, _GAIN, lambda v, e: f"{100 * v:+.1f} +- {196 * e:.2g} %")
-    if not listed:
-        return None
-    message = f"the effort at the same field and slip differs between logs: {listed} ({_sureness(found)})"
-    return Finding("warning", "gain", message, "Look for a gain of the sensor that was changed, or for a warmer fluid")
-
-
-def _listed(names: Sequence[str], found: PerLog, worth: float, text: Callable[[float, float], str]) -> str:
+def _listed(names: Sequence[str], numbers: PerLog, worth: float, text: Callable[[float, float], str]) -> str:
     """The logs that surely differ from the usual one, the farthest first; "" where there is none, or by too little."""
-    usual = float(np.median(found.values))
-    away = np.abs(found.values - usual)
-    odd = [k for k in np.argsort(-away, kind="stable").tolist() if away[k] > max(worth, 3.0 * float(found.errors[k]))]
-    if found.chance > _CHANCE or not odd:
+    usual = float(np.median(numbers.values))
+    away = np.abs(numbers.values - usual)
+    limits = np.maximum(worth, 3.0 * numbers.errors)
+    odd = [log for log in np.argsort(-away, kind="stable").tolist() if away[log] > limits[log]]
+    if numbers.chance > _CHANCE or not odd:
         return ""
-    shown = [f"{names[k]} {text(float(found.values[k]), float(found.errors[k]))}" for k in odd[:_LISTED]]
-    more = f" and {len(odd) - _LISTED} more" if len(odd) > _LISTED else ""
-    median = int(np.argmin(away))
-    rest = f"; the usual log {names[median]} {text(float(found.values[median]), float(found.errors[median]))}"
-    return ", ".join(shown) + more + (rest if len(odd) < len(names) else "")
+
+    def said(log: int) -> str:
+        return f"{names[log]} {text(float(numbers.values[log]), float(numbers.errors[log]))}"
+
+    listed = ", ".join(said(log) for log in odd[:_LISTED])
+    if len(odd) > _LISTED:
+        listed += f" and {len(odd) - _LISTED} more"
+    if len(odd) < len(names):
+        listed += f"; the usual log {said(int(np.argmin(away)))}"
+    return listed
 
 
-def _sureness(found: PerLog) -> str:
-    return f"F = {found.ratio:.3g}, chance {found.chance:.0e}" if found.chance > 1e-12 else f"F = {found.ratio:.3g}"
+def _sureness(numbers: PerLog) -> str:
+    ratio = f"F = {numbers.ratio:.3g}"
+    return f"{ratio}, chance {numbers.chance:.0e}" if numbers.chance > 1e-12 else ratio

@@ -58,7 +58,7 @@ def forward_selection(cells: Centroids, pool: Array, spread: float, neurons: int
     basis: list[Array] = [root / float(np.linalg.norm(root))]
     left -= basis[0] * (basis[0] @ left)
     first = np.sum(columns.astype(np.float64) ** 2, axis=1)
-    norms = first - (columns @ basis[0]) ** 2
+    norms = first - (columns @ basis[0]) ** 2  # of what is left of each candidate beside those that are chosen
     chosen: list[int] = []
     costs: list[float] = []
     for _ in range(min(neurons, pool.shape[0])):
@@ -94,8 +94,12 @@ def by_k_means(cells: Centroids, neurons: int, seed: int, spreads: Sequence[floa
     share = cells.count / cells.count.sum()
     first = cells.x[:, rng.choice(cells.y.size, neurons, replace=cells.y.size < neurons, p=share)].T
     centres = _lloyd(cells, first)
-    costs = [weights_for(cells.x, cells.y, cells.count, centres, np.full(neurons, s))[1] for s in spreads]
-    return FoundCentres(centres, np.full(neurons, spreads[int(np.argmin(costs))]))
+    costs: list[float] = []
+    for spread in spreads:
+        _, left = weights_for(cells.x, cells.y, cells.count, centres, np.full(neurons, spread))
+        costs.append(left)
+    best = spreads[int(np.argmin(costs))]
+    return FoundCentres(centres, np.full(neurons, best))
 
 
 def _lloyd(cells: Centroids, centres: Array, most: int = 50) -> Array:
@@ -114,17 +118,21 @@ def _lloyd(cells: Centroids, centres: Array, most: int = 50) -> Array:
 
 def refined(cells: Centroids, start: FoundCentres, *, one_spread: bool) -> FoundCentres:
     """Centres and spreads by Levenberg-Marquardt, output weights projected out (variable projection)."""
-    n, k = start.centres.shape
+    n, k = start.centres.shape  # neurons, inputs
     root = np.sqrt(cells.count / cells.count.mean())
+    target = cells.y * root
 
     def parts(u: Array) -> tuple[Array, Array]:
-        return u[: n * k].reshape(n, k), np.exp(u[n * k :]) * (np.ones(n) if one_spread else 1.0)
+        """Centres (n, k) and spreads (n,) of the solver's coordinates: centres, then logarithms of spreads."""
+        spreads = np.exp(u[n * k :])
+        return u[: n * k].reshape(n, k), spreads * np.ones(n) if one_spread else spreads
 
     def solved(u: Array) -> tuple[Array, Array, Array, Array]:
+        """Columns (n + 1, cells), their best weights, what they leave, and the spreads."""
         centres, spreads = parts(u)
         columns = np.vstack([gaussians(centres, spreads, cells.x), np.ones(cells.y.size)]) * root
-        w = _least_squares(columns @ columns.T, columns @ (cells.y * root))
-        return columns, w, cells.y * root - w @ columns, spreads
+        w = _least_squares(columns @ columns.T, columns @ target)
+        return columns, w, target - w @ columns, spreads
 
     def cost(u: Array) -> float:
         residual = solved(u)[2]
@@ -135,9 +143,12 @@ def refined(cells: Centroids, start: FoundCentres, *, one_spread: bool) -> Found
         centres, _ = parts(u)
         scaled = w[:n, None] * columns[:n] / (spreads**2)[:, None]
         away = cells.x[None] - centres[:, :, None]
-        slopes = (scaled[:, None, :] * away).reshape(n * k, -1)
-        wide = scaled * np.sum(away**2, axis=1)
-        slopes = np.vstack([slopes, wide.sum(axis=0)[None] if one_spread else wide])
+        by_centre = (scaled[:, None, :] * away).reshape(n * k, -1)
+        by_spread = scaled * np.sum(away**2, axis=1)
+        if one_spread:
+            by_spread = by_spread.sum(axis=0)[None]
+        slopes = np.vstack([by_centre, by_spread])
+        # What the output weights cannot follow: the part across the columns.
         q, _ = np.linalg.qr(columns.T)
         free = slopes.T - q @ (q.T @ slopes.T)
         r: Any = np.linalg.qr(np.column_stack([free, residual]), mode="r")
@@ -147,12 +158,13 @@ def refined(cells: Centroids, start: FoundCentres, *, one_spread: bool) -> Found
     u = np.concatenate([start.centres.ravel(), spreads])
     lower = np.concatenate([np.full(n * k, -1.0), np.full(spreads.size, np.log(0.02))])
     upper = np.concatenate([np.full(n * k, 2.0), np.full(spreads.size, np.log(10.0))])
-    found = minimise(Problem(cost, linearise, lower, upper), u, tolerance=1e-5, max_iterations=60, reach=1.0)
-    centres, widths = parts(found.point)
-    return FoundCentres(centres.copy(), np.broadcast_to(widths, (n,)).copy(), found.stop, found.iterations)
+    minimum = minimise(Problem(cost, linearise, lower, upper), u, tolerance=1e-5, max_iterations=60, reach=1.0)
+    centres, widths = parts(minimum.point)
+    return FoundCentres(centres.copy(), np.broadcast_to(widths, (n,)).copy(), minimum.stop, minimum.iterations)
 
 
 def _least_squares(square: Array, right: Array) -> Array:
+    """Solution of normal equations, with a ridge that is small enough to change nothing that can be told."""
     from scipy.linalg import solve
 
     lift = _RIDGE * float(np.trace(square)) / square.shape[0]

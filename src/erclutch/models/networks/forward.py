@@ -20,31 +20,36 @@ def forward_fnn(weights: Mapping[str, Array], x: NDArray[Any], *, exactly: bool 
     Exactly: with the bits of the exported C in the precision of x. Otherwise through BLAS and NumPy's own functions.
     """
     tables = {name: table.astype(x.dtype, copy=False) for name, table in weights.items()}
-    a, w_out = last_hidden(tables, x, exactly=exactly), tables["W_out"][0]
-    return tables["b_out"][0] + (_weighted(w_out, a) if exactly else w_out @ a)
+    hidden = last_hidden(tables, x, exactly=exactly)  # (neurons, n)
+    w_out = tables["W_out"][0]
+    output = _weighted(w_out, hidden) if exactly else w_out @ hidden
+    return tables["b_out"][0] + output
 
 
 def last_hidden(tables: Mapping[str, Array], x: NDArray[Any], *, exactly: bool) -> NDArray[Any]:
     """Outputs of the last hidden layer of an FNN, shape (neurons, n)."""
     tanh = _functions(x)["tanh"] if exactly else np.tanh
-    a, layer = x, 1
+    active = x
+    layer = 1
     while f"W{layer}" in tables:
         w, b = tables[f"W{layer}"], tables[f"b{layer}"]
-        a = tanh(_affine(w, a, b) if exactly else w @ a + b[:, None])
+        active = tanh(_affine(w, active, b) if exactly else w @ active + b[:, None])
         layer += 1
-    return a
+    return active
 
 
 def forward_rbfn(weights: Mapping[str, Array], x: NDArray[Any], *, exactly: bool = True) -> NDArray[Any]:
     """Equation (17): ``w_0 + sum_i w_i exp(-|x - c_i|^2 / (2 s_i^2))``, shape (n,); see `forward_fnn`."""
     tables = {name: table.astype(x.dtype, copy=False) for name, table in weights.items()}
-    centres, spread = tables["centres"], (weights["spreads"] ** 2).astype(x.dtype, copy=False)
-    square = np.zeros((len(centres), x.shape[1]), x.dtype)
+    centres = tables["centres"]
+    spread_square = (weights["spreads"] ** 2).astype(x.dtype, copy=False)
+    distance_square = np.zeros((len(centres), x.shape[1]), x.dtype)  # of each neuron to each row
     for j in range(len(x)):
         distance = x[j] - centres[:, j : j + 1]
-        square += distance * distance
+        distance_square += distance * distance
     exp = _functions(x)["exp"] if exactly else np.exp
-    return tables["b"][0] + _weighted(tables["w"], exp(-0.5 * square / spread[:, None]))
+    active = exp(-0.5 * distance_square / spread_square[:, None])
+    return tables["b"][0] + _weighted(tables["w"], active)
 
 
 def _functions(x: NDArray[Any]) -> Mapping[str, Callable[..., Any]]:
@@ -52,7 +57,9 @@ def _functions(x: NDArray[Any]) -> Mapping[str, Callable[..., Any]]:
     if x.dtype == object:
         recorded: dict[str, Any] = {name: np.frompyfunc(getattr(np, name), 1, 1) for name in ("exp", "tanh")}
         return recorded
-    return elementary(FLOAT32) if x.dtype == np.float32 else {"tanh": as_in_c.tanh, "exp": as_in_c.exp}
+    if x.dtype == np.float32:
+        return elementary(FLOAT32)
+    return {"tanh": as_in_c.tanh, "exp": as_in_c.exp}
 
 
 def _affine(weights: Array, x: Array, offset: Array) -> Array:
@@ -77,5 +84,6 @@ def _weighted(weights: Array, a: Array) -> Array:
 
 def gaussians(centres: Array, spreads: Array, x: Array) -> Array:
     """Activations of an RBFN's neurons, shape (neurons, n): by one matrix product, for fits."""
+    # |x - c|^2 = |c|^2 + |x|^2 - 2 c x; rounding may leave less than zero
     square = np.sum(centres**2, axis=1)[:, None] + np.sum(x**2, axis=0)[None] - 2.0 * (centres @ x)
     return np.exp(-0.5 * np.maximum(square, 0.0) / (spreads**2)[:, None])

@@ -44,39 +44,51 @@ def describe_online(trace: OnlineTrace, figure: int) -> Plot:
 
 def _inputs(trace: OnlineTrace, at: slice, seconds: Array) -> list[Panel]:
     """(a): the speeds, and the fields or, without a field, the motor's torque."""
-    f, x = trace.frames[at], Axis("time", "s", 0.0, float(seconds[-1]))
-    speeds = [Line(seconds, f["theta_dot"], "series0", "motor"), Line(seconds, f["alpha_dot"], "series3", "output")]
-    panels = [Panel(x, Axis("(a) speed", "rad/s"), speeds)]
-    if np.any(f["field1"] + f["field2"] > 0.0):
-        fields = [Line(seconds, f[f"field{k + 1}"], f"series{k}", f"E{k + 1}") for k in range(2)]
-        return [*panels, Panel(x, Axis("(a) field"), fields)]
-    return [
-        *panels,
-        Panel(x, Axis("(a) motor torque", "N m"), [Line(seconds, f["motor_torque"], "series0", "motor torque")]),
+    frames = trace.frames[at]
+    x = Axis("time", "s", 0.0, float(seconds[-1]))
+    speeds = [
+        Line(seconds, frames["theta_dot"], "series0", "motor"),
+        Line(seconds, frames["alpha_dot"], "series3", "output"),
     ]
+    if np.any(frames["field1"] + frames["field2"] > 0.0):
+        fields = [
+            Line(seconds, frames["field1"], "series0", "E1"),
+            Line(seconds, frames["field2"], "series1", "E2"),
+        ]
+        driving = Panel(x, Axis("(a) field"), fields)
+    else:
+        torque = Line(seconds, frames["motor_torque"], "series0", "motor torque")
+        driving = Panel(x, Axis("(a) motor torque", "N m"), [torque])
+    return [Panel(x, Axis("(a) speed", "rad/s"), speeds), driving]
 
 
 def _torques(trace: OnlineTrace, at: slice, seconds: Array) -> list[Panel]:
     """(b): each model beside the measured torque; a model alone, or one with two encoders, also as a difference."""
-    f, x = trace.frames[at], Axis("time", "s", 0.0, float(seconds[-1]))
+    frames = trace.frames[at]
+    x = Axis("time", "s", 0.0, float(seconds[-1]))
+    torque = Axis("(b) torque", "N m")
     estimates = {name: values[at] for name, values in trace.estimates.items()}
     if len(estimates) > 1:
-        return compared(x, Axis("(b) torque", "N m"), seconds, f["torque"], estimates)
-    name, online = next(iter(estimates.items()))
-    apart = ("estimated less measured", online - f["torque"])
-    lines = [
-        Line(seconds, f["torque"], "measured", "measured"),
-        Line(seconds, online, "recommended", name, dashed=True),
-    ]
-    angles: list[Panel] = []
-    if trace.other_alpha is not None:
+        return compared(x, torque, seconds, frames["torque"], estimates)
+
+    ((name, online),) = estimates.items()
+    panels: list[Panel] = []
+    if trace.other_alpha is None:
+        lines = [
+            Line(seconds, frames["torque"], "measured", "measured"),
+            Line(seconds, online, "recommended", name, dashed=True),
+        ]
+        what, apart = "estimated less measured", online - frames["torque"]
+    else:
         alpha, estimate = (values[at] for values in trace.other_alpha)
-        apart = ("rotary less linear", estimate - online)
         lines = [
             Line(seconds, online, "series0", "linear encoder"),
             Line(seconds, estimate, "series1", "rotary encoder", dashed=True),
         ]
-        off = Line(seconds, 1e3 * (alpha - f["alpha"]), "measured", "angle, rotary less linear")
-        angles = [Panel(x, Axis("(a) angle apart", "mrad"), [off], share=0.7)]
-    rest = [ReferenceLine(0.0), Line(seconds, 1e3 * apart[1], "series4", apart[0])]
-    return [*angles, Panel(x, Axis("(b) torque", "N m"), lines, share=1.8), Panel(x, Axis("(b) apart", "mN m"), rest)]
+        what, apart = "rotary less linear", estimate - online
+        off = Line(seconds, 1e3 * (alpha - frames["alpha"]), "measured", "angle, rotary less linear")
+        panels.append(Panel(x, Axis("(a) angle apart", "mrad"), [off], share=0.7))
+    rest = [ReferenceLine(0.0), Line(seconds, 1e3 * apart, "series4", what)]
+    panels.append(Panel(x, torque, lines, share=1.8))
+    panels.append(Panel(x, Axis("(b) apart", "mN m"), rest))
+    return panels

@@ -40,9 +40,12 @@ def draw_estimates(test: Dataset, rows: Sequence[Row], folder: Path, label: str)
     panels = compared(x, Axis("torque", unit_text(test.units.effort)), time, test.effort[at], estimates)
     columns = {"time_s": time, "measured": test.effort[at], **estimates}
     for what, unit in (("field", test.units.field), ("slip", test.units.slip)):
-        signals = {f"{what} CH{k + 1}": getattr(e, what)[at] for k, e in enumerate(test.elements)}
-        columns |= signals
-        lines = [Line(time, v, s, n.split()[-1]) for (n, v), s in zip(signals.items(), _STYLES, strict=False)]
+        lines: list[Line] = []
+        for number, (element, style) in enumerate(zip(test.elements, _STYLES, strict=False), start=1):
+            channel = f"CH{number}"
+            signal = getattr(element, what)[at]
+            columns[f"{what} {channel}"] = signal
+            lines.append(Line(time, signal, style, channel))
         panels.append(Panel(x, Axis(what, unit_text(unit)), lines))
     table = PlotTable(list(columns), np.column_stack(list(columns.values())).tolist())
     return kept(Plot(panels, table, 6.4, PAGE, 2, title=label, legend="above"), folder, "fig6")

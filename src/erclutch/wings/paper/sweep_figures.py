@@ -19,31 +19,31 @@ _ERROR = Axis("MSE", "N² m²", log=True)
 def draw_rbfn_sweep(sweep: Mapping[str, Any], folder: Path, label: str) -> list[Path]:
     """Figure 4: (a) error against spread for some sizes, (b) error against neurons at the best spread of each."""
     spreads, neurons, scan, train, test, best = (
-        np.asarray(sweep[k]) for k in ("spreads", "neurons", "scan", "train", "test", "best_spread")
+        np.asarray(sweep[name]) for name in ("spreads", "neurons", "scan", "train", "test", "best_spread")
     )
-    sizes = [
-        Line(spreads, scan[:, list(neurons).index(n)], f"series{k}", f"{n} neurons", marked=True)
-        for k, n in enumerate(_SHOWN)
-    ]
+    sizes: list[Line] = []
+    for number, size in enumerate(_SHOWN):
+        errors = scan[:, list(neurons).index(size)]
+        sizes.append(Line(spreads, errors, f"series{number}", f"{size} neurons", marked=True))
+    spread_axis = Axis("spread (inputs normalised to 0 .. 1)", log=True)
+    size_axis = Axis("neurons (best spread of each)", log=True)
     panels = [
-        Panel(
-            Axis("spread (inputs normalised to 0 .. 1)", log=True), _ERROR, sizes, title=f"(a) RBFN, training, {label}"
-        ),
-        Panel(Axis("neurons (best spread of each)", log=True), _ERROR, _errors(neurons, train, test), title="(b)"),
+        Panel(spread_axis, _ERROR, sizes, title=f"(a) RBFN, training, {label}"),
+        Panel(size_axis, _ERROR, _errors(neurons, train, test), title="(b)"),
     ]
-    rows: list[tuple[object, ...]] = [
-        (float(spread), int(n), float(scan[i, j]), "", "")
-        for i, spread in enumerate(spreads)
-        for j, n in enumerate(neurons)
-    ]
-    rows += [(float(s), int(n), "", float(a), float(b)) for s, n, a, b in zip(best, neurons, train, test, strict=True)]
+    rows: list[tuple[object, ...]] = []
+    for i, spread in enumerate(spreads):
+        for j, size in enumerate(neurons):
+            rows.append((float(spread), int(size), float(scan[i, j]), "", ""))
+    for spread, size, train_error, test_error in zip(best, neurons, train, test, strict=True):
+        rows.append((float(spread), int(size), "", float(train_error), float(test_error)))
     header = ["spread", "neurons", "train_mse_on_centroids", "train_mse", "test_mse"]
     return kept(Plot(panels, PlotTable(header, rows), 3.9), folder, "fig4")
 
 
 def draw_fnn_sweep(sweep: Mapping[str, Any], folder: Path, label: str, printed: Mapping[int, float]) -> list[Path]:
     """Figure 5: error against neurons, every restart as a dot; the paper's printed training errors where it has any."""
-    neurons, train, test, restarts = (np.asarray(sweep[k]) for k in ("neurons", "train", "test", "restarts"))
+    neurons, train, test, restarts = (np.asarray(sweep[name]) for name in ("neurons", "train", "test", "restarts"))
     dots = np.repeat(neurons, restarts.shape[1])
     marks: list[Mark] = [Dots(dots, restarts.ravel(), "series7", "each restart, training", 1.3)]
     marks += _errors(neurons, train, test, "best, ")
@@ -59,8 +59,11 @@ def draw_fnn_sweep(sweep: Mapping[str, Any], folder: Path, label: str, printed: 
 
 def draw_kernel_sweep(sweep: Mapping[str, Any], folder: Path, label: str) -> list[Path]:
     """RBFM: error against kernels."""
-    kernels, train, test = (np.asarray(sweep[k]) for k in ("kernels", "train", "test"))
-    rows = [(int(k), float(a), float(b)) for k, a, b in zip(kernels, train, test, strict=True)]
+    kernels, train, test = (np.asarray(sweep[name]) for name in ("kernels", "train", "test"))
+    rows = [
+        (int(count), float(train_error), float(test_error))
+        for count, train_error, test_error in zip(kernels, train, test, strict=True)
+    ]
     error = Axis(_ERROR.label, _ERROR.unit)
     panel = Panel(Axis("kernels", whole=True), error, _errors(kernels, train, test), title=f"RBFM, {label}")
     return kept(Plot([panel], PlotTable(("kernels", "train_mse", "test_mse"), rows), 2.2), folder, "kernels")
