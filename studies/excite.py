@@ -226,7 +226,7 @@ def files(folder: Path, draws: int, most: int) -> None:
 
 _DEVICE = RigLimits(field=1.0, speed=20.0, acceleration=400.0, rest=0.1)
 _DEVICE_RATE, _DEVICE_SECONDS = 500.0, 5.0  # Hz; s of each log
-_DEVICE_NOISE = 0.03  # of the effort's RMS
+_DEVICE_NOISE = 0.03  # of the RMS of the first log's effort
 
 
 def devices(count: int) -> None:
@@ -237,11 +237,13 @@ def devices(count: int) -> None:
         rng = np.random.default_rng(seed)
         first_commands = chosen_sequence(_DEVICE, _DEVICE_RATE, _DEVICE_SECONDS, rng)
         truth = _made_up(first_commands, structure, rng)
-        first = _logged(first_commands, truth, rng)
+        bare = truth.predict(_rows_of(first_commands, np.zeros(first_commands.speed.size)))
+        noise = _DEVICE_NOISE * float(np.sqrt(np.mean(bare**2)))  # the sensor's, in both logs
+        first = _logged(first_commands, truth, noise, rng)
         outcome = fit_structure(first, structure)
         law = LawOfRun(outcome.model.name, outcome.model, outcome.estimates, first)
         commands, expected = designed_for(law, _DEVICE, _DEVICE_RATE, _DEVICE_SECONDS, seed)
-        both = fit_structure(joined([first, _logged(commands, truth, rng)]), structure)
+        both = fit_structure(joined([first, _logged(commands, truth, noise, rng)]), structure)
         foretold = expected.half_widths(law.estimates)
         for estimate, (_, half) in zip(both.estimates, foretold, strict=True):
             got = 0.5 * (estimate.high - estimate.low)
@@ -267,12 +269,11 @@ def _made_up(commands: Commands, structure: Structure, rng: np.random.Generator)
     return replace(law, shape=shape, gains={name: gains[name] * math.exp(rng.uniform(-0.7, 0.7)) for name in law.gains})
 
 
-def _logged(commands: Commands, truth: TorqueModel, rng: np.random.Generator) -> Dataset:
-    """What a device of a law gives, with white noise."""
+def _logged(commands: Commands, truth: TorqueModel, noise: float, rng: np.random.Generator) -> Dataset:
+    """What a device of a law gives, with white noise of a standard deviation."""
     rows = _rows_of(commands, np.zeros(commands.speed.size))
     effort = truth.predict(rows)
-    noise = _DEVICE_NOISE * np.sqrt(np.mean(effort**2)) * rng.standard_normal(effort.size)
-    return replace(rows, effort=effort + noise)
+    return replace(rows, effort=effort + noise * rng.standard_normal(effort.size))
 
 
 def _rows_of(commands: Commands, effort: Array) -> Dataset:
