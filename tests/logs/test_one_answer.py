@@ -141,3 +141,15 @@ def test_what_windows_writes_for_no_number_is_missing(tmp_path: Path) -> None:
         )
     )
     assert np.flatnonzero(np.isnan(read_table(path).columns["M"])).tolist() == [7]
+
+
+def test_a_bare_slip_beside_a_speed_with_a_unit_is_asked_about() -> None:
+    values = {"time": TIME, "speed": SPEED, "slip": ANGLE, "torque": SPEED**3}
+    table = Table("a.csv", values, {"time": "s", "speed": "rpm", "slip": None, "torque": "N*m"}, "0" * 64)
+    (question,) = plan_of(table, ColumnMap()).questions
+    assert "slip may be any of the columns slip, speed" in question.problem
+
+
+def test_the_rate_is_asked_for_where_no_column_can_be_the_time() -> None:
+    plan = planned({"Index": ROWS, "displacement": ANGLE, "force": SPEED})
+    assert plan.command() == 'erclutch inspect a.csv --rate "RATE Hz"'

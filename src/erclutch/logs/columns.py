@@ -100,7 +100,9 @@ def candidates(
     si_units = units_of_sensor or SIGNALS[signal].si_units
     fit = {name: _fits(table, name, si_units) for name in table.columns if name not in set(taken)}
     if signal in fit and fit[signal] is not False:
-        return [signal], "name"
+        # A whole name with a unit speaks as loud as the bare word: a motor's slip is a share, beside its speed.
+        louder = [name for name, fits in fit.items() if fits and fit[signal] is None and called_as(name, signal)]
+        return [signal, *louder], "name"
     told = TOLD if signal != "field" else frozenset[str]()
     # A large W is the watt: power is no signal.
     fit = {name: fits for name, fits in fit.items() if name.strip() != "W" or fits}

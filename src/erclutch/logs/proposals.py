@@ -12,6 +12,7 @@ from erclutch.logs import columns
 from erclutch.logs.labels import split_label
 from erclutch.logs.mapping import ColumnMap
 from erclutch.logs.plan import Question, SignalPlan
+from erclutch.logs.shapes import is_counter, rises
 from erclutch.logs.table import Table
 
 
@@ -47,7 +48,10 @@ def proposals(
         if signal == "time" and not time and columns.has_speed(table, signals, questions):
             examples.append('--rate "1 Hz"')  # a law without memory needs no clock where the speed is logged
             continue
-        if signal == "time" and not time and not set(table.columns) - set(others):
+        free = [table.columns[name] for name in table.columns if name not in others]
+        moving = not questions.keys() - {"time", "field"}  # else a column of the time may be among the open ones
+        timeless = moving and not any(rises(values) and not is_counter(values) for values in free)
+        if signal == "time" and not time and (timeless or not free):
             examples.append('--rate "RATE Hz"')
             continue
         known = position or time or usual.get(signal)
