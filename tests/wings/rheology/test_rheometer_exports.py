@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from erclutch.errors import ErclutchError, LogError
 from erclutch.logs import read_table
@@ -184,3 +187,71 @@ def test_a_row_of_units_that_lacks_its_last_cell_is_not_moved(tmp_path: Path) ->
     table = read_table(file_of(tmp_path, "row,I,v,n\n,A,mm/s\n1,0.5,3,7\n2,0.6,4,8\n"))
     assert table.units["I"] == "A"
     assert table.units["v"] == "mm/s"
+
+
+# --- damage -----------------------------------------------------------------------------------------------------------
+
+
+def trios() -> str:
+    table = "Stress\tShear rate\tViscosity\nPa\t1/s\tPa.s\n" + lines(STRESSES, RATES, VISCOSITIES)
+    return TRIOS_HEAD + f"[step]\nFlow sweep - 1\n{table}\n[step]\nFlow sweep - 2\n{table}"
+
+
+def rheowin() -> str:
+    points = (f"1|{i};{x:.9g};{y:.9g};{i},5;\n" for i, (x, y) in enumerate(zip(RATES, STRESSES, strict=True), 1))
+    return "HAAKE RheoWin 4\n\n;GP in 1/s;Tau in Pa;t in s;\n" + "".join(points).replace(".", ",")
+
+
+EXPORTS = {
+    "compass": compass("\t"),
+    "bare": compass(""),
+    "kinexus": kinexus(",", "."),
+    "trios": trios(),
+    "rheowin": rheowin(),
+}
+
+
+@settings(max_examples=25, deadline=None)
+@given(
+    kind=st.sampled_from(list(EXPORTS)),
+    place=st.integers(0, 4000),
+    damage=st.sampled_from(["", *"0123456789.,;\t -[]|x"]),
+)
+def test_a_changed_byte_never_moves_a_column(
+    tmp_path_factory: pytest.TempPathFactory, kind: str, place: int, damage: str
+) -> None:
+    """A curve has its points, all but one number as they were; a point or a curve that is missing is told."""
+    text = EXPORTS[kind]
+    place %= len(text)
+    path = tmp_path_factory.getbasetemp() / "changed.txt"
+    whole = {"kinexus": 2, "trios": 2}.get(kind, 1)
+    path.write_text(text[:place] + damage + text[place + 1 :], encoding="utf-8")
+    try:
+        file = read_flow_curves(path)
+    except ErclutchError:
+        return
+    if len(file.curves) == whole and all(curve.rate.size == 6 for curve in file.curves):
+        others = [int((c.rate != RATES).sum() + (np.abs(c.stress / STRESSES - 1) > 1e-8).sum()) for c in file.curves]
+        assert sum(others) <= 1 or told(file)
+    else:
+        assert told(file)
+
+
+def told(file: FlowFile) -> bool:
+    """Whether a note says more than which columns were taken."""
+    usual = re.compile(r"shear rate: |shear stress: |viscosity: |not used: |recording read|is empty: left|Oscillation")
+    return any(not usual.search(note) for note in file.notes)
+
+
+def test_an_interval_that_lost_its_mark_is_told(tmp_path: Path) -> None:
+    text = compass("\t") + "\n" + compass("\t").replace("Interval data:", "Interval dta:")
+    with pytest.raises(ErclutchError, match=r"2 intervals are announced, and 1 have a line|outside of any table"):
+        read_flow_curves(file_of(tmp_path, text))
+
+
+def test_a_lost_delimiter_is_told(tmp_path: Path) -> None:
+    text = trios().replace("88.4\t10\t", "88.410\t", 1)
+    notes = read_flow_curves(file_of(tmp_path, text, "broken.txt")).notes
+    assert any(note.startswith("Flow sweep - 1: no flow curve") and "has 2 cells where 3" in note for note in notes)
+    with pytest.raises(ErclutchError, match="line"):
+        read_flow_curves(file_of(tmp_path, rheowin().replace("1|3;2,154;", "1|32,154;"), "job.txt"))

@@ -6,6 +6,7 @@ A table is read on as a text log is, so that decimal commas, dates and texts are
 from __future__ import annotations
 
 import csv
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -72,8 +73,9 @@ def _unique(name: str, index: int, blocks: Sequence[Block]) -> str:
 
 def _table(source: LogSource, block: Block) -> Table:
     width = len(block.names)
+    usual = Counter(map(len, block.rows)).most_common(1)[0][0]  # a lost delimiter makes a row short
     for number, row in enumerate(block.rows, start=block.line):
-        if any(row[width:]):
+        if any(row[width:]) or len(row) < min(usual, width):
             problem = f"line {number} has {len(row)} cells where {width} are expected"
             raise LogError(problem, remedy="Correct or delete that line")
     bare = [unit.strip("[]() ") for unit in (*block.units, *[""] * width)][:width]

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from erclutch.errors import LogError
 from erclutch.logs.log_reader import LogReader, LogSource
 from erclutch.logs.readers import found_recordings
 from erclutch.logs.readers.dialect import is_number
@@ -27,7 +28,7 @@ def _blocks(content: str) -> list[Block]:
     delimiter = delimiter_of(head)
     blocks: list[Block] = []
     heads: dict[str, str] = {}  # of the test, its result and its sample
-    interval = ""
+    interval, marks = "", 0
     results: list[str] = []
     at = 0
     while at < len(lines):
@@ -38,7 +39,11 @@ def _blocks(content: str) -> list[Block]:
             heads = {**({} if first == _TESTS[0] else heads), first: row[1]}
         elif first in _INTERVALS and len(row) > 1:
             interval = row[1].removesuffix(".0")  # a sheet's number
+        elif len([cell for cell in row if cell]) > 1 and all(_is_numeric(cell) for cell in row if cell):
+            problem = f"line {at} is a row of numbers outside of any table"
+            raise LogError(problem, remedy="Correct the lines above it, or delete it")
         elif first in (_COMPASS, _PLUS):
+            marks += first == _COMPASS
             # RheoCompass begins each row of a table with an empty cell, below the mark; some copies lack that cell.
             margin = 1 if first == _COMPASS else 0
             names = row[margin:]
@@ -66,6 +71,10 @@ def _blocks(content: str) -> list[Block]:
                 results.append(", ".join(dict.fromkeys(heads.values())))
                 test = next(reversed(heads.values()), "")
                 blocks.append(Block(_called(test, interval, len(blocks)), names, units, rows, start + 1))
+    announced = sum(line.startswith(_INTERVALS[0]) for line in lines)
+    if marks and marks < announced:
+        problem = f"{announced} intervals are announced, and {marks} have a line {_COMPASS!r} above their points"
+        raise LogError(problem, remedy="Correct the line above the names of each interval")
     repeated = len({block.name for block in blocks}) < len(blocks)
     if repeated:  # results of one name: their tests tell them apart
         named = zip(blocks, results, strict=True)
@@ -73,6 +82,10 @@ def _blocks(content: str) -> list[Block]:
             replace(block, name=_called(test, block.name.rpartition(", interval ")[2], 0)) for block, test in named
         ]
     return blocks
+
+
+def _is_numeric(cell: str) -> bool:
+    return any(is_number(cell, mark) for mark in ".,")
 
 
 def _behind(margin: int, row: list[str]) -> list[str]:

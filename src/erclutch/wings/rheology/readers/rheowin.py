@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import re
 
+from erclutch.errors import LogError
 from erclutch.logs.log_reader import LogReader, LogSource
 from erclutch.logs.readers import found_recordings
 from erclutch.logs.readers.text_bytes import DAMAGE, decode
@@ -27,13 +28,17 @@ def _blocks(content: str) -> list[Block]:
     for number, line in enumerate([*lines, ""], start=1):
         row = cells(line, ";")
         point = _POINT.fullmatch(row[0]) if row else None
+        if point is None and names and "|" in line:
+            raise LogError(f"line {number} is no row of a segment", remedy="Correct or delete that line")
         if point is None or point.group(1) != segment:
             if rows:
                 blocks.append(Block(f"segment {segment}", names, units, rows, start))
             segment, rows, start = (point.group(1) if point else ""), [], number
         if point is not None:
-            rows.append(row[1 : 1 + len(names)])
+            rows.append(row[1:-1] if row[-1] == "" else row[1:])
         elif _NAMES.match(line):
+            if re.search(r"\d\|\d", line):
+                raise LogError(f"line {number} holds names and a row", remedy="Break the line before the row")
             labels = [_NAMED.fullmatch(cell) for cell in row[1:] if cell]
             names = [label.group(1) if label else cell for label, cell in zip(labels, row[1:], strict=False)]
             units = [label.group(2) if label else "" for label in labels]
@@ -43,7 +48,8 @@ def _blocks(content: str) -> list[Block]:
 def _without_empty_columns(block: Block) -> Block:
     """A segment's table without the columns that hold nothing in it."""
     kept = [i for i in range(len(block.names)) if any(i < len(row) and row[i] for row in block.rows)]
-    rows = [[row[i] if i < len(row) else "" for i in kept] for row in block.rows]
+    beyond = len(block.names)  # a row with too many cells is refused later
+    rows = [[row[i] if i < len(row) else "" for i in kept] + list(row[beyond:]) for row in block.rows]
     return Block(block.name, [block.names[i] for i in kept], [block.units[i] for i in kept], rows, block.line)
 
 

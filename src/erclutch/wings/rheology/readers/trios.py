@@ -15,15 +15,17 @@ from erclutch.logs.table import Table
 from erclutch.wings.rheology.rheometer_blocks import Block, cells, chosen_table, delimiter_of
 
 _STEP = "[step]"
+_NEAR = 5  # lines from a step's mark to its first row: its name, names, units
 _VARIABLES, _POINT = "variables", "data point"
 _HEAD = re.compile(rb"\s*(?:\xef\xbb\xbf)?filename[\t,;][^\n]*\n(?:instrument|operator|sample)", re.IGNORECASE)
 
 
 def _blocks(content: str) -> list[Block]:
     lines = content.splitlines()
-    if not any(line.strip().lower() == _STEP for line in lines):
+    # A section with rows of numbers is a step, also where its mark is damaged.
+    starts = [at for at, line in enumerate(lines) if line.strip().lower() == _STEP or _begins_a_step(lines, at)]
+    if not starts:
         return _points(lines)
-    starts = [at for at, line in enumerate(lines) if line.strip().lower() == _STEP]
     blocks: list[Block] = []
     for start, end in zip(starts, [*starts[1:], len(lines)], strict=True):
         body = [at for at in range(start + 1, end) if lines[at].strip()]
@@ -43,6 +45,14 @@ def _blocks(content: str) -> list[Block]:
         if rows:
             blocks.append(Block(lines[named].strip(), names, units, rows, points[0] + 1))
     return blocks
+
+
+def _begins_a_step(lines: list[str], at: int) -> bool:
+    line = lines[at].strip()
+    if "\t" in line or not (line.startswith("[") or line.lower().endswith("step]")):
+        return False
+    rows = [cells(each, delimiter_of(each)) for each in lines[at + 1 : at + 1 + _NEAR]]
+    return any(len(row) > 1 and all(is_number(cell, ".") or is_number(cell, ",") for cell in row) for row in rows)
 
 
 def _points(lines: list[str]) -> list[Block]:
