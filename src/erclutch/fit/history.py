@@ -73,15 +73,17 @@ def history(data: Dataset, error: Array | None = None, dynamics: str = NONE) -> 
     left = plain.unexplained()
     # Over the whole error of a model: the function may gain what no memory does.
     whole = max(_rms(left), 0.0 if error is None else _rms(given)) or 1.0
-    found: list[History] = []
+    helpful: list[History] = []
     for name in _candidates(dynamics):
         columns = _memories(data, reference, name, rows)
         better = plain.unexplained(columns)
-        gains = np.bincount(window, left**2 - better**2)
-        sure = float(np.mean(gains)) / (float(np.std(gains, ddof=1)) / gains.size**0.5 or 1.0)
-        found.append(History(name, (_rms(left) - _rms(better)) / whole, sure))
-    good = [each for each in found if each.share >= _WORTH and each.sure >= _SURE]
-    return max(good, key=lambda each: each.share, default=None)
+        gains = np.bincount(window, left**2 - better**2)  # of each window
+        standard_error = float(np.std(gains, ddof=1)) / gains.size**0.5 or 1.0
+        sure = float(np.mean(gains)) / standard_error
+        share = (_rms(left) - _rms(better)) / whole
+        if share >= _WORTH and sure >= _SURE:
+            helpful.append(History(name, share, sure))
+    return max(helpful, key=lambda memory: memory.share, default=None)
 
 
 def history_finding(data: Dataset, error: Array, name: str, dynamics: str) -> Finding | None:
@@ -93,24 +95,24 @@ def history_finding(data: Dataset, error: Array, name: str, dynamics: str) -> Fi
         name: what the model is called.
         dynamics: its stages.
     """
-    found = history(data, error, dynamics)
-    if found is None:
+    memory = history(data, error, dynamics)
+    if memory is None:
         return None
     message = (
         f"the error of {name} depends on where the slip came from, not only on field and slip: a memory of the slip "
-        f"({found.stage}) would take about {found.share:.0%} off"
+        f"({memory.stage}) would take about {memory.share:.0%} off"
     )
-    return Finding("warning", HISTORY, message, f"Fit with --lag {with_stage(dynamics, found.stage)}")
+    return Finding("warning", HISTORY, message, f"Fit with --lag {with_stage(dynamics, memory.stage)}")
 
 
 def effort_finding(data: Dataset) -> Finding | None:
     """The same before any fit: of the part of the effort that field and slip of a row do not explain."""
-    found = history(data)
-    if found is None:
+    memory = history(data)
+    if memory is None:
         return None
     message = (
-        f"the effort depends on where the slip came from: a memory of the slip ({found.stage}) would take about "
-        f"{found.share:.0%} off the error of any model of field and slip alone"
+        f"the effort depends on where the slip came from: a memory of the slip ({memory.stage}) would take about "
+        f"{memory.share:.0%} off the error of any model of field and slip alone"
     )
     return Finding("note", HISTORY, message, "erclutch fit tries memories by itself (--lag auto, the default)")
 
@@ -121,38 +123,42 @@ def _candidates(dynamics: str) -> Iterator[str]:
     for ladder in families():
         if stage_named(ladder[0]).place != "slip" or ladder[0].startswith((_BRISTLES, "stiffness")):
             continue
-        has = max((k for k, name in enumerate(ladder) if stage_named(name).name in own), default=-1)
+        rungs = [rung for rung, name in enumerate(ladder) if stage_named(name).name in own]
         stem = ladder[0].partition("/")[0].partition("-")[0]
-        if has < 0 and any(name.startswith((stem, _BRISTLES)) for name in own):  # another form of the family
+        if not rungs and any(name.startswith((stem, _BRISTLES)) for name in own):  # another form of the family
             continue
-        if has + 1 < len(ladder) and remembers(stage_named(ladder[has + 1])):
-            yield ladder[has + 1]
+        above = max(rungs, default=-1) + 1
+        if above < len(ladder) and remembers(stage_named(ladder[above])):
+            yield ladder[above]
 
 
 def _memories(data: Dataset, reference: Reference, name: str, rows: Rows) -> Array:
     """Columns of a stage at some rows, its constants at several places of their usual ranges, shape (n, columns)."""
     (stage,) = slip_stages(name)
     shapes = stage.parameters(reference.period)
-    found: list[Array] = []
+    columns: list[Array] = []
     for way, element in zip((1.0, -1.0), data.elements, strict=False):
         strength = np.abs(element.field) / reference.field
-        moved = SlipAndStrength(way * element.slip / reference.slip, strength if strength.any() else np.ones(data.rows))
+        if not strength.any():  # no field at all: the memory is as strong everywhere
+            strength = np.ones(data.rows)
+        moved = SlipAndStrength(way * element.slip / reference.slip, strength)
         for place in _PLACES if shapes else _PLACES[:1]:
             q = [low * (high / low) ** place for low, high in (shape.scanned for shape in shapes)]
             outputs = stage.respond(moved, data.clock, q, slice(None))
-            found += [way * np.asarray(column)[rows] for column in stage.columns(outputs, moved.strength)]
-    return np.column_stack(found)
+            columns += [way * np.asarray(column)[rows] for column in stage.columns(outputs, moved.strength)]
+    return np.column_stack(columns)
 
 
 def _memoryless(data: Dataset, reference: Reference, rows: Rows) -> Array:
     """Piecewise linear functions of field and slip of each element at some rows, shape (n, columns)."""
-    found: list[Array] = []
+    columns: list[Array] = []
     for element in data.elements:
         slip, field = element.slip[rows], np.abs(element.field[rows])
         slips = _hats(slip, np.quantile(slip, np.linspace(0.0, 1.0, _SLIPS)))
         fields = _hats(field, np.linspace(0.0, reference.field, _FIELDS))
-        found.append((slips[:, :, None] * fields[:, None, :]).reshape(rows.size, -1))
-    return np.column_stack(found)
+        products = slips[:, :, None] * fields[:, None, :]  # each hat of the slip with each of the field
+        columns.append(products.reshape(rows.size, -1))
+    return np.column_stack(columns)
 
 
 def _hats(values: Array, knots: Array) -> Array:
@@ -183,11 +189,13 @@ class _TwoFolds:
         wider = np.empty((self.y.size, 0)) if more is None else more
         left = np.empty(self.y.size)
         for fitted, gram, moment in zip(self.folds, self.grams, self.moments, strict=True):
+            # Normal equations of all columns: the blocks of the many are known, those of the few are made here.
             own, added = self.columns[fitted], wider[fitted]
             between = own.T @ added
             whole = np.block([[gram, between], [between.T, added.T @ added]])
             whole[np.diag_indices_from(whole)] += _RIDGE * float(np.count_nonzero(fitted))
-            gains = np.linalg.solve(whole, np.concatenate([moment, added.T @ self.y[fitted]]))
+            right = np.concatenate([moment, added.T @ self.y[fitted]])
+            gains = np.linalg.solve(whole, right)
             rest = ~fitted
             estimated = self.columns[rest] @ gains[: moment.size] + wider[rest] @ gains[moment.size :]
             left[rest] = self.y[rest] - estimated
