@@ -39,7 +39,6 @@ _ONLINE = {
 _Table = Literal["table2", "table3", "memory"]
 _Figure = Literal["fig3", "fig4", "fig5", "fig6", "fig7", "fig8", "fig9", "fig10", "fig11", "fig12", "fig13", "kernels"]
 What = Literal[_Table, _Figure]
-_Options = tuple[tuple[str, Any], ...]
 
 
 def reproduce(
@@ -79,56 +78,11 @@ def reproduce(
         reading: How to read your logs.
     """
     from erclutch.runs.cluster import task_pool
-
-    _check(what, log, out, seconds, seed)
-    if what in _ONLINE:
-        from erclutch.wings.paper.commands.experiment import run_online
-
-        run_online([_ONLINE[what]], None, rig_file, out, {"seconds": seconds, "seed": seed}, int(what[3:]))
-        return
-    seconds = _TRAINING if seconds is None else seconds
-    twin = (("what", what), ("rig", rig_file), ("seed", seed), ("seconds", seconds))
-    if what == "fig3":
-        _training_section(log, out, seconds, seed, rig_file, reading)
-        return
-    recipe = _recipe(what, log, {"zero-field": zero_field, "zero-motion": zero_motion, "test": test_log}, reading, twin)
-    if what in ("fig4", "fig5", "kernels"):
-        with task_pool(cluster, workers) as pool:
-            _sweep(what, recipe, pool, out, seed)
-    else:
-        _fitted(what, recipe, out, seed, polish, rig_file)
-
-
-def _fitted(what: What, recipe: RunsRecipe, out: Path, seed: int, polish: bool, rig: Path | None) -> None:
-    runs, origin = _runs_of(recipe)
-    if what == "memory":
-        _memory(runs, origin, out, seed, polish, None if recipe.make is _own_runs else load_rig(rig))
-    elif what == "fig6":
-        _estimates(runs, origin, out, seed, polish)
-    else:
-        _table(what, runs, origin, out, seed, polish)
-
-
-def _runs_of(recipe: RunsRecipe) -> tuple[dict[str, Dataset], str]:
-    runs = recipe.make(**dict(recipe.options))
-    return dict(runs), next(iter(runs.values())).origins[0] or "your log"
-
-
-def _recipe(
-    what: What, log: tuple[Path, ...], others: Mapping[str, Path | None], reading: LogOptions, twin: _Options
-) -> RunsRecipe:
+    from erclutch.wings.paper.section_figures import COMPARED, draw_estimates, draw_training_section
     from erclutch.wings.paper.sweeps import RunsRecipe
+    from erclutch.wings.paper.tables import table
+    from erclutch.wings.rig.twin.scenarios import prepare
 
-    if not log:
-        return RunsRecipe(_twin_runs, twin)
-    given = tuple(
-        (name, path.resolve()) for name, path in others.items() if path and (name == "test") != (what == "table3")
-    )
-    own = (("log", tuple(each.resolve() for each in log)), ("others", given), ("what", what), ("reading", reading))
-    return RunsRecipe(_own_runs, own)
-
-
-def _check(what: What, log: tuple[Path, ...], out: Path, seconds: float | None, seed: int) -> None:
     require(5, 86400, " s", seconds=_TRAINING if seconds is None else seconds)
     require(0, seed=seed)
     if what in _ONLINE and log:
@@ -140,28 +94,52 @@ def _check(what: What, log: tuple[Path, ...], out: Path, seconds: float | None, 
         raise RunError(f"cannot be made: {error.strerror}", where=str(out), remedy="Give another --out") from error
     reserve(out / what, nothing)  # its figures, its numbers and the points that it resumes from
 
+    if what in _ONLINE:
+        from erclutch.wings.paper.commands.experiment import run_online
 
-def _training_section(
-    log: tuple[Path, ...], out: Path, seconds: float, seed: int, rig: Path | None, reading: LogOptions
-) -> None:
-    from erclutch.wings.paper.section_figures import draw_training_section
-    from erclutch.wings.rig.twin.scenarios import prepare
+        run_online([_ONLINE[what]], None, rig_file, out, {"seconds": seconds, "seed": seed}, int(what[3:]))
+        return
+    seconds = _TRAINING if seconds is None else seconds
+    if what == "fig3":
+        if log:
+            recording = reading.read(log)[0]
+        else:
+            recording = prepare("training", rig=load_rig(rig_file), seed=seed, seconds=min(seconds, 20.0)).recording()
+        terminal.say(*draw_training_section(recording, out))
+        return
 
-    recording = reading.read(log)[0] if log else None
-    if recording is None:
-        recording = prepare("training", rig=load_rig(rig), seed=seed, seconds=min(seconds, 20.0)).recording()
-    terminal.say(*draw_training_section(recording, out))
+    # How the runs are made, as a value: each process that a sweep starts makes them anew.
+    if log:
+        others = {"zero-field": zero_field, "zero-motion": zero_motion} if what == "table3" else {"test": test_log}
+        given = tuple((name, path.resolve()) for name, path in others.items() if path)
+        logs = tuple(each.resolve() for each in log)
+        own = (("log", logs), ("others", given), ("what", what), ("reading", reading))
+        recipe = RunsRecipe(_own_runs, own)
+    else:
+        twin = (("what", what), ("rig", rig_file), ("seed", seed), ("seconds", seconds))
+        recipe = RunsRecipe(_twin_runs, twin)
+
+    if what in ("fig4", "fig5", "kernels"):
+        with task_pool(cluster, workers) as pool:
+            _sweep(what, recipe, pool, out, seed)
+        return
+    runs, origin = _runs_of(recipe)
+    if what == "memory":
+        _memory(runs, origin, out, seed, polish, None if log else load_rig(rig_file))
+    elif what == "fig6":
+        train, test = runs.values()
+        models = COMPARED if train.device == "coaxial" else [name.removesuffix("/forward") for name in COMPARED]
+        with terminal.progress("fitting") as bar:
+            rows = table({"training": train}, models=models, seed=seed, polish=polish, progress=bar)
+        terminal.say(*draw_estimates(test, rows, out, origin))
+    else:
+        _table(what, runs, origin, out, seed, polish)
 
 
-def _estimates(runs: dict[str, Dataset], origin: str, out: Path, seed: int, polish: bool) -> None:
-    from erclutch.wings.paper.section_figures import COMPARED, draw_estimates
-    from erclutch.wings.paper.tables import table
-
-    train, test = runs.values()
-    models = COMPARED if train.device == "coaxial" else [name.removesuffix("/forward") for name in COMPARED]
-    with terminal.progress("fitting") as bar:
-        rows = table({"training": train}, models=models, seed=seed, polish=polish, progress=bar)
-    terminal.say(*draw_estimates(test, rows, out, origin))
+def _runs_of(recipe: RunsRecipe) -> tuple[dict[str, Dataset], str]:
+    """The runs by name, and where they are from."""
+    runs = recipe.make(**dict(recipe.options))
+    return dict(runs), next(iter(runs.values())).origins[0] or "your log"
 
 
 def _twin_runs(what: What, rig: Path | None, seed: int, seconds: float) -> dict[str, Dataset]:
@@ -289,24 +267,22 @@ def _memory(
 
     points = _points("memory", runs, out, {"seed": seed, "polish": polish})
     with terminal.progress("fitting") as bar:
-        stages, found = memory_table(runs, points, seed, polish, bar)
+        stages, variants = memory_table(runs, points, seed, polish, bar)
     screen = terminal.console()
     terminal.tell(f"{origin}: mean squared errors. Memory: {stages}, as the ladder chose. Past: {', '.join(PAST)}.")
     titles = {name.removesuffix("/forward"): approach.title for name, approach in APPROACHES.items()}
     for run in runs:
-        cells = {
-            variant.replace(" ", "\n", 1): [
-                _or_dash(models[name][run][0] if name in models else None, "{:.2e}") for name in titles
-            ]
-            for variant, models in found.items()
-        }
-        screen.print(terminal.narrowed(f"{origin}, {run}", {"model": [*titles.values()], **cells}, (), screen.width))
+        cells = {"model": [*titles.values()]}
+        for variant, models in variants.items():
+            errors = [models[name][run][0] if name in models else None for name in titles]
+            cells[variant.replace(" ", "\n", 1)] = [_or_dash(error, "{:.2e}") for error in errors]
+        screen.print(terminal.narrowed(f"{origin}, {run}", cells, (), screen.width))
     if rig is not None:
         terminal.tell(f"Noise of the TWIN's torque meter: {noise_floor(rig):.1e}. No model can come below.")
     header = ["variant", "model", "parameters", *(f"{run}_{figure}" for run in runs for figure in _FIGURES[:3])]
     lines = [
         (variant, name, figures["parameters"], *(value for run in runs for value in figures[run]))
-        for variant, models in found.items()
+        for variant, models in variants.items()
         for name, figures in models.items()
     ]
     terminal.say(f"{save_numbers(out / 'memory.csv', header, lines)}")
@@ -316,9 +292,10 @@ def _points(what: str, runs: Mapping[str, Dataset], out: Path, settings: Mapping
     """What is known already of these rows and settings."""
     from erclutch.wings.paper.sweep_points import Points
 
-    digest = [
-        [d.rows, *(float(abs(x).sum()) for x in (d.effort, *(e.slip for e in d.elements)))] for d in runs.values()
-    ]
+    digest: list[list[float]] = []
+    for run in runs.values():
+        signals = [run.effort, *(element.slip for element in run.elements)]
+        digest.append([run.rows, *(float(abs(signal).sum()) for signal in signals)])
     return Points(out / f"{what}.points.jsonl", {"what": what, "rows": digest, **settings})
 
 
@@ -330,10 +307,11 @@ def _sweep(what: What, recipe: RunsRecipe, pool: TaskPool, out: Path, seed: int)
     points = _points(what, runs, out, {"seed": seed})
     sweep = {"fig4": sweeps.rbfn_sweep, "fig5": sweeps.fnn_sweep, "kernels": sweeps.kernel_sweep}[what]
     with terminal.progress(what) as bar:
-        found = sweep(recipe, pool, points, seed, bar)
+        errors = sweep(recipe, pool, points, seed, bar)
     if what == "fig5":
-        shown = [n for n in ("fnn-6", "fnn-16") if origin == "TWIN"]
-        paths = draw_fnn_sweep(found, out, origin, {int(n[4:]): APPROACHES[n].train for n in shown})
+        # The paper's own errors stand beside those of its device alone.
+        of_paper = {neurons: APPROACHES[f"fnn-{neurons}"].train for neurons in (6, 16)} if origin == "TWIN" else {}
+        paths = draw_fnn_sweep(errors, out, origin, of_paper)
     else:
-        paths = {"fig4": draw_rbfn_sweep, "kernels": draw_kernel_sweep}[what](found, out, origin)
+        paths = {"fig4": draw_rbfn_sweep, "kernels": draw_kernel_sweep}[what](errors, out, origin)
     terminal.say(*paths)
