@@ -102,28 +102,14 @@ def fit(
         may_write(out, force)
     elif final:
         raise SettingError("a model of all rows is kept in a run", where="--final", remedy="Give --out RUN too")
-    settings = Settings(
-        models=model_names(models),
-        lag=lag,
-        test=_held_out(test),
-        blocks=blocks,
-        friction=friction,
-        offset=offset,
-        seed=seed,
-        workers=workers,
-        past=tuple(int(word) if word.isdecimal() else word for word in past),  # rows, or times as they were written
-        polish=polish,
-    )
+    names, held_out = model_names(models), _held_out(test)
+    ago = tuple(int(word) if word.isdecimal() else word for word in past)  # rows, or times as they were written
+    settings = Settings(names, lag, held_out, blocks, friction, offset, seed, workers, ago, polish)
     how, read_options = reading.how(), reading.to_dict()
     with tasks_on(cluster, workers) as tasks:  # a cluster that does not answer is told before the fit
         with terminal.progress("reading") as bar:
-            rows = read_rows(
-                expand(logs),
-                how,
-                reading.device,
-                memory=1e9 * memory,
-                progress=lambda what, done, total: bar(done, total, what),
-            )
+            show = partial(_show_rows, bar)
+            rows = read_rows(expand(logs), how, reading.device, memory=1e9 * memory, progress=show)
         comparison = _compared(rows.data, settings)
         if final and not comparison.standing.why_none:
             comparison = with_final_fit(comparison)
@@ -149,6 +135,10 @@ def _resumed(out: Path | None, reading: LogOptions, cluster: str | None, workers
         return
     _print_every_row(figures, str(run.body["recommended"]), str(run.body["units"]["effort"]))
     terminal.say(f"Kept in {out}")
+
+
+def _show_rows(bar: Callable[[float, float | None, str], None], what: str, rows: int, total: int) -> None:
+    bar(rows, total, what)
 
 
 def _print_every_row(figures: EveryRow, recommended: str, unit: str) -> None:
