@@ -108,7 +108,10 @@ def fit(
     how, read_options = reading.how(), reading.to_dict()
     with tasks_on(cluster, workers) as tasks:  # a cluster that does not answer is told before the fit
         with terminal.progress("reading") as bar:
-            show = partial(_show_rows, bar)
+
+            def show(what: str, done: int, total: int) -> None:
+                bar(done, total, what)
+
             rows = read_rows(expand(logs), how, reading.device, memory=1e9 * memory, progress=show)
         comparison = _compared(rows.data, settings)
         if final and not comparison.standing.why_none:
@@ -135,10 +138,6 @@ def _resumed(out: Path | None, reading: LogOptions, cluster: str | None, workers
         return
     _print_every_row(figures, str(run.body["recommended"]), str(run.body["units"]["effort"]))
     terminal.say(f"Kept in {out}")
-
-
-def _show_rows(bar: Callable[[float, float | None, str], None], what: str, rows: int, total: int) -> None:
-    bar(rows, total, what)
 
 
 def _print_every_row(figures: EveryRow, recommended: str, unit: str) -> None:
