@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import json
+import shutil
 import threading
 from dataclasses import replace
 from pathlib import Path
@@ -74,6 +75,13 @@ def test_the_motion_of_a_table_is_foretold_from_another_log() -> None:
     assert np.sqrt(np.mean(off**2)) < 0.3 * np.sqrt(np.mean(got**2))
 
 
+def test_a_round_that_tripped_at_once_or_in_which_nothing_moved_teaches_nothing() -> None:
+    table = drawn_table(BRAKE, 1.0, np.random.default_rng(1))
+    assert logged(table).teaches
+    assert not logged(table[:150]).teaches
+    assert not logged(np.zeros((300, 3))).teaches
+
+
 @pytest.mark.slow
 def test_without_a_drive_the_motion_of_the_last_log_comes_again() -> None:
     first = logged(drawn_table(BRAKE, 2.0, np.random.default_rng(1)))
@@ -86,16 +94,25 @@ def test_without_a_drive_the_motion_of_the_last_log_comes_again() -> None:
 
 @pytest.mark.slow
 def test_the_second_round_makes_the_intervals_narrower_as_foretold() -> None:
+    """The motion is the TWIN's; the effort is that of a law with noise, so that the law is right."""
+    structure = Structure("single", "bingham", law_from_name("bingham", "single"), "lag", True, True)
+    truth = fit_structure(logged(drawn_table(BRAKE, 3.0, np.random.default_rng(9))).rows, structure, intervals=False)
     rounds = LearningRounds(BRAKE, 0, 1000.0)
+    rng = np.random.default_rng(0)
     for number in range(2):
-        rounds.take(logged(rounds.next_table(4.0), number), f"{number}.mcap")
+        played = logged(rounds.next_table(4.0), number)
+        effort = truth.model.predict(played.rows) + 0.01 * rng.standard_normal(played.rows.rows)
+        rounds.take(replace(played, rows=replace(played.rows, effort=effort)), f"{number}.mcap")
     first, second = rounds.reports
     assert np.isnan(first.before)
-    assert second.open_foretold > 0.0
-    assert second.share == pytest.approx(second.band / 0.6, rel=0.5)
+    assert second.before > second.residual
+    assert second.residual == pytest.approx(0.01, rel=0.1)
+    assert 0.5 < second.open_foretold / second.open < 1.5
+    assert second.open < first.open
     _, got, foretold = second.half_widths["T_y"]
     assert got < first.half_widths["T_y"][1]
-    assert 0.3 < foretold / got < 3.0
+    assert 0.5 < foretold / got < 1.5
+    assert not rounds.nothing_more  # the round that surprised the law is not the last
     assert json.loads(json.dumps(first.to_dict()))["before"] is None
 
 
@@ -151,6 +168,10 @@ def test_a_fault_ends_at_zero_field_with_a_whole_log_and_the_next_round_goes_on(
     asked = (*words, "--program", "learn", "--seconds", "4", "--round", "2", "--headless", "--folder", "logs")
     try:
         done = run(*asked, cwd=tmp_path)
+        while not brake.after_fault:  # a busy machine tripped the loop before the fault came
+            assert done.code == 3
+            shutil.rmtree(tmp_path / "logs")
+            done = run(*asked, cwd=tmp_path)
         assert done.code == 3
         assert "the fields are held at zero" in done.out
         assert "--resume logs" in done.out
@@ -169,19 +190,18 @@ def test_a_fault_ends_at_zero_field_with_a_whole_log_and_the_next_round_goes_on(
         assert field.max() > 0.05
         kept = log.read_bytes()
 
-        code = 3
-        for _ in range(5):  # a busy machine may trip the loop once more
-            code = run(*asked, "--resume", folder, cwd=tmp_path).code
-            if code == 0:
+        body: dict[str, Any] = {"rounds": [first]}
+        for _ in range(10):  # a busy machine may trip the loop before a round is long enough to be fitted
+            again = run(*asked, "--resume", folder, cwd=tmp_path)
+            body = json.loads((folder / "learn.json").read_bytes())
+            if len(body["rounds"]) > 1:
                 break
-        assert code == 0
+        assert "round 2: " in again.out
     finally:
         stop.set()
         thread.join()
-    body = json.loads((folder / "learn.json").read_bytes())
-    assert len(body["rounds"]) >= 2
     assert body["rounds"][0]["file"] == first["file"]
-    assert "logged" in body["ended"] or "nothing more" in body["ended"]
+    assert body["ended"]
     assert log.read_bytes() == kept
 
 

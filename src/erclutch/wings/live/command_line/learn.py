@@ -137,7 +137,11 @@ def learn(
         if file is None:
             ended, code = "no frame was logged", 3
             break
-        report = rounds.take(_logged(file, rig.settings.device), file.name, tripped)
+        logged = _logged(file, rig.settings.device)
+        if not logged.teaches:
+            ended, code = f"{tripped or 'nothing moved'}: no law can be fitted to {file.name}, which is kept", 3
+            break
+        report = rounds.take(logged, file.name, tripped)
         _write(folder, rig, rounds, "")
         output.print(line_of(report, rig), markup=False, soft_wrap=True)
         if told:
@@ -152,6 +156,8 @@ def learn(
             )
     _write(folder, rig, rounds, ended)
     _tell(rounds, rig, folder, ended, output)
+    if code and folder.is_dir():
+        output.print(f"go on with: --program learn --resume {folder}", markup=False, soft_wrap=True)
     if rig.loop.json:
         print(json_text.dumps(_body(rig, rounds, ended) | {"folder": str(folder), "exit": code}))
     return code
@@ -318,6 +324,4 @@ def _tell(rounds: LearningRounds, rig: Rig, folder: Path, ended: str, output: Co
         title = f"{last.law} after round {last.number}: half width of the 95 % interval"
         output.print(terminal.table(title, ["", "value", "got", "foretold"], numbers))
     output.print(f"ended: {ended}", markup=False, soft_wrap=True)
-    if any(each.tripped for each in rounds.reports):
-        output.print(f"go on with: --program learn --resume {folder}", markup=False, soft_wrap=True)
     output.print(f"fit them all: erclutch fit {folder}/*.mcap", markup=False, soft_wrap=True)

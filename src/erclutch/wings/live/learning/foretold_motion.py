@@ -19,6 +19,7 @@ from erclutch.signals.clock import Clock, Span
 from erclutch.signals.device import Element, slips_of, speeds_of
 from erclutch.wings.design.fill import Cells
 
+_FEWEST_ROWS = 200
 _STEP = 2  # rows of a table in one step
 _OVER = 0.004  # s, over which an acceleration is taken
 _FIELDS, _SLIPS = 17, 81  # of the settled efforts
@@ -36,6 +37,12 @@ class LoggedRound:
 
     rows: Dataset
     drive: Array | None
+
+    @property
+    def teaches(self) -> bool:
+        """Whether a law can be fitted: there are rows enough, and slip, field and effort move."""
+        moves = (self.rows.effort, *(each for one in self.rows.elements for each in (one.slip, one.field)))
+        return self.rows.rows >= _FEWEST_ROWS and all(bool(np.ptp(each) > 0.0) for each in moves)
 
 
 class ForetoldMotion:
