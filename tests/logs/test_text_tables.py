@@ -89,6 +89,14 @@ def test_a_wrong_cell_of_a_table_is_named_with_its_table(tmp_path: Path) -> None
     assert "line 22, column speed is 'what'" in table.unreadable["speed"]
 
 
+def test_text_above_a_table_is_skipped_with_a_word(tmp_path: Path) -> None:
+    prose = "This is a test of the clutch.\nIt ran well, and 3 of 4 problems are solved.\nOperator: somebody\n\n"
+    table = read_table(file_of(tmp_path, prose + "time [s],speed [rad/s]\n" + rows(TIME, SPEED)))
+    np.testing.assert_allclose(table.columns["speed"], SPEED)
+    assert any(n.startswith("text above the table skipped: 'This is a test of the clutch.'") for n in table.notes)
+    assert table.metadata["Operator"] == "somebody"
+
+
 @settings(max_examples=100, deadline=None)
 @given(place=st.integers(0, 5000), damage=st.sampled_from("0x,;.\n\t -\"'#"))
 def test_a_changed_byte_never_moves_a_column(tmp_path_factory: pytest.TempPathFactory, place: int, damage: str) -> None:

@@ -165,7 +165,12 @@ def _with_header(
     trailing = trailing and len(labels) == width - 1
     names, found, renamed = name_columns(labels, own)
     numeric = _kinds(rows, decimal) + [False] * len(names)
-    metadata = header_pairs(lines[index].lstrip("#%/ ") for index in above[: len(above) - used])
+    skipped = [lines[index] for index in above[: len(above) - used]]
+    metadata = header_pairs(line.lstrip("#%/ ") for line in skipped)
+    prose = [line for line in skipped if not is_comment(line) and not header_pairs([line])]
+    if prose:
+        more = f" and {len(prose) - 1} more" if len(prose) > 1 else ""
+        notes.append(f"text above the table skipped: {' '.join(prose[0].split())[:60]!r}{more}")
     notes += renamed
     kinds = tuple(numeric[: len(names)])
     return Dialect(delimiter, decimal, tuple(names), tuple(found), first, trailing, kinds, metadata, tuple(notes))

@@ -65,7 +65,7 @@ def _tables_in(source: LogSource) -> dict[str, tuple[int, str]]:
         name = title if title and title not in tables else f"table {number}"
         # The title of the next table is no row of this one.
         last = stop - 1
-        while last > start and stop < len(lines) and not _is_row(lines[last]):
+        while last > start and stop < len(lines) and len([cell for cell in _cells(lines[last]) if cell]) < 2:
             last -= 1
         tables[name] = start + 1, "\n".join(lines[start : last + 1])
     return tables

@@ -39,7 +39,7 @@ def _blocks(content: str) -> list[Block]:
             heads = {**({} if first == _TESTS[0] else heads), first: row[1]}
         elif first in _INTERVALS and len(row) > 1:
             interval = row[1].removesuffix(".0")  # a sheet's number
-        elif len([cell for cell in row if cell]) > 1 and all(_is_numeric(cell) for cell in row if cell):
+        elif not first.endswith(":") and sum(map(_is_numeric, row)) > 1 and (not first or _is_numeric(first)):
             problem = f"line {at} is a row of numbers outside of any table"
             raise LogError(problem, remedy="Correct the lines above it, or delete it")
         elif first in (_COMPASS, _PLUS):

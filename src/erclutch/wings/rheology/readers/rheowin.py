@@ -10,6 +10,7 @@ import re
 from erclutch.errors import LogError
 from erclutch.logs.log_reader import LogReader, LogSource
 from erclutch.logs.readers import found_recordings
+from erclutch.logs.readers.dialect import is_number
 from erclutch.logs.readers.text_bytes import DAMAGE, decode
 from erclutch.logs.table import Table
 from erclutch.wings.rheology.rheometer_blocks import Block, cells, chosen_table
@@ -28,7 +29,7 @@ def _blocks(content: str) -> list[Block]:
     for number, line in enumerate([*lines, ""], start=1):
         row = cells(line, ";")
         point = _POINT.fullmatch(row[0]) if row else None
-        if point is None and names and "|" in line:
+        if point is None and names and ("|" in line or sum(is_number(cell, ",") for cell in row) > 1):
             raise LogError(f"line {number} is no row of a segment", remedy="Correct or delete that line")
         if point is None or point.group(1) != segment:
             if rows:

@@ -49,7 +49,7 @@ def _blocks(content: str) -> list[Block]:
 
 def _begins_a_step(lines: list[str], at: int) -> bool:
     line = lines[at].strip()
-    if "\t" in line or not (line.startswith("[") or line.lower().endswith("step]")):
+    if not (line.lower().endswith(_STEP) or ("\t" not in line and line.startswith("["))):
         return False
     rows = [cells(each, delimiter_of(each)) for each in lines[at + 1 : at + 1 + _NEAR]]
     return any(len(row) > 1 and all(is_number(cell, ".") or is_number(cell, ",") for cell in row) for row in rows)
