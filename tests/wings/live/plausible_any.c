@@ -48,6 +48,7 @@ int main(void) {
         core.theta.speed = any();
         core.alpha.speed = any();
         erc_torque_expect(&core, source % 1000u);
+        erc_torque_guess(&core, source % 2u);
         (void)erc_torque_plausible(&core, any());
         within = core.meter.believed >= -LIMIT && core.meter.believed <= LIMIT;
         /*@ check believed: within == 1; */

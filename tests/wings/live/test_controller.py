@@ -18,7 +18,7 @@ from erclutch.export import ExportOptions, export_model, step_of, verify_export
 from erclutch.export.c.compilers import EXACT, STRICT, native
 from erclutch.export.targets.python import build
 from erclutch.wings.live.c_core import Core
-from erclutch.wings.live.layout import FRAME, MOST, SAMPLE, SETTINGS
+from erclutch.wings.live.layout import EVENT_BITS, FRAME, MOST, SAMPLE, SETTINGS
 from erclutch.wings.live.settings import LoopProgram, LoopSettings, Mode, Waveform
 from erclutch.wings.live.targets import controller
 from tests.support import live_proof, proof
@@ -161,6 +161,37 @@ def test_a_single_device_may_turn_fast_while_it_hardly_slips(models: Mapping[str
         told.append(list(out))
     assert told[0][0] > 0.0
     assert told[1] == pytest.approx(told[0], rel=1e-6)
+
+
+@pytest.mark.parametrize("column", [2, 3])
+def test_a_speed_that_jumps_is_told_and_asks_for_no_field(
+    column: int, models: Mapping[str, Any], tmp_path: Path
+) -> None:
+    """A jump from one end of the log beyond the other in a period. Speed that lasts is believed after some periods."""
+    program = step_of(models["bingham+rise-fall, coaxial"], FLOAT64)
+    lib = compiled(models["bingham+rise-fall, coaxial"], tmp_path)
+    top = max(abs(end) for end in program.slip.range)
+    config = numbers([*controller.settings_of()])(
+        **{**controller.defaults(program), "period_ns": 1_000_000, "observer": 1}
+    )
+    memory, out = ctypes.create_string_buffer(lib.size()), (ctypes.c_double * 3)()
+    assert lib.m_control_reset(memory, ctypes.byref(config)) == 1
+    usual = [steady(lib, program, 0.5, 0.4 * top), 0.0, 0.4 * top, 0.0, 0.0, np.nan, 0.0]
+    for _ in range(50):
+        events = lib.m_control_step(memory, (ctypes.c_double * 7)(*usual), out)
+    before, estimate = out[0], out[2]
+    name = "theta-doubted" if column == 2 else "alpha-doubted"
+    doubted = EVENT_BITS[name] | EVENT_BITS["glitch"]
+    assert before > 0.0
+    assert events & doubted == 0
+    jump = [*usual]
+    jump[column] += 2.5 * top
+    events = lib.m_control_step(memory, (ctypes.c_double * 7)(*jump), out)
+    assert events & doubted == doubted
+    assert out[0] == 0.0
+    assert out[2] == pytest.approx(estimate, rel=0.01), "the model keeps the last good speeds"
+    told = [lib.m_control_step(memory, (ctypes.c_double * 7)(*jump), out) & doubted for _ in range(5)]
+    assert told[-1] == 0, "a speed that lasts is one"
 
 
 @pytest.mark.parametrize("observer", [1, 2, 3])

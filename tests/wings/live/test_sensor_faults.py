@@ -306,3 +306,18 @@ def test_limits_follow_from_the_device_and_the_model() -> None:
 def test_a_trip_by_a_sensor_is_told_as_a_sentence(trip: str, words: str) -> None:
     assert doubt_in_words(trip).startswith(words)
     assert bool(doubt_in_words(trip)) == bool(words)
+
+
+@pytest.mark.slow
+def test_a_network_that_comes_back_to_the_edge_of_its_log_is_not_taken_for_a_fault(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """With twice the usual torque of the motor the drive leaves the slips of the log, and returns."""
+    monkeypatch.setattr(study, "ROWS", 1000)
+    model = study.model_of(RIG, "fnn-16", "coaxial")
+    usual = study.settings_of("torque", model, RIG)
+    fast = replace(usual, programs=tuple(replace(program, motor_torque=0.2) for program in usual.programs))
+    frames = study.frames_of(fast, model.library, RIG, 0)
+    outside = frames["flags"] & 1 != 0
+    assert np.count_nonzero(np.diff(outside.astype(int)) < 0) > 0, "it never came back"
+    assert study.doubted(frames) == 0

@@ -211,7 +211,7 @@ static uint32_t estimate(erc_core *core, const double applied[3]) {
     const uint32_t flags =
         core->model.step(core->model.state, core->config.device == ERC_SINGLE ? single : coaxial, &effort);
     core->estimate = effort;
-    core->meter.guessed = (flags & OUTSIDE) != 0u;
+    erc_torque_guess(core, (flags & OUTSIDE) != 0u);
     return flags;
 }
 

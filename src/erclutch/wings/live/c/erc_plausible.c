@@ -8,6 +8,7 @@
 #define UNLIKELY_SHARE 0.5 /* of the model's torque that a device may lack, or give beyond it */
 #define DRIFTS 3.0         /* bands by which a device may drift off its model */
 #define GUESSES 5.0        /* times its band by which a model is off outside its log */
+#define GUESSED 100u       /* periods after that in which it still is: at the edge of its log a network is no better */
 #define HIGHEST_TORQUE 1e9 /* N m, where no limit is known */
 #define OPPOSED 0.5        /* of the band: a model's torque whose sign is known */
 #define LIVELY 500u        /* readings after which it is known how often a sensor repeats itself */
@@ -63,6 +64,11 @@ void erc_torque_expect(erc_core *core, uint32_t periods) {
         m->high = m->expected > m->high ? m->expected : m->high;
         m->earlier[core->step % ERC_EARLIER] = m->expected;
     }
+}
+
+void erc_torque_guess(erc_core *core, bool outside) {
+    erc_meter *m = &core->meter;
+    m->guessed = outside ? GUESSED : (m->guessed > 0u ? m->guessed - 1u : 0u);
 }
 
 /* Counts how long the reading has been the same to the bit, and how long a good sensor ever was. */
@@ -122,7 +128,7 @@ static double moved(const erc_meter *m) {
 /* Whether a reading is further from the model's torque than device and model may differ; or, where an observer follows
  * the sensor, so far from what it has observed: a device drifts, it does not jump. */
 static bool disagrees(const erc_core *core, double torque) {
-    const double band = core->config.torque_band * (core->meter.guessed ? GUESSES : 1.0);
+    const double band = core->config.torque_band * (core->meter.guessed > 0u ? GUESSES : 1.0);
     const double expected = core->meter.expected;
     const erc_stages *s = &core->stages;
     if (!(band > 0.0) || !isfinite(core->estimate)) {

@@ -8,6 +8,9 @@ uint32_t erc_torque_plausible(erc_core *core, double torque);
 /* Once a period, before its samples: what the model expects of the torque sensor. */
 void erc_torque_expect(erc_core *core, uint32_t periods);
 
+/* Once a period, after the model's step: whether it was outside its log. */
+void erc_torque_guess(erc_core *core, bool outside);
+
 /* After the samples of a period: whether the measured torque and the output's motion fit together, where config says that
  * they have to; `placed`: the output is within its stroke, where no end stop acts on it. Returns the events. */
 uint32_t erc_momentum_plausible(erc_core *core, bool placed);

@@ -57,7 +57,8 @@ typedef struct {
     uint32_t readings, longest;  /* how many, and the most periods that a good sensor ever read the same */
     uint32_t little;             /* good readings in a row that say little */
     uint32_t doubted;            /* how long it has been wrong, in periods; a good reading takes one off */
-    bool seen, wrong, guessed;   /* ever read; the latest cannot be; what the model expects lies outside its log */
+    uint32_t guessed;            /* periods left in which what the model expects is a guess outside its log */
+    bool seen, wrong;            /* ever read; the latest cannot be */
     bool good, unlearn;          /* the latest may be learned from; what was learned of late is in doubt */
 } erc_meter;
 

@@ -29,6 +29,27 @@ static bool usable(const erc_config *config) {
            within(with_sign, (uint32_t)(sizeof with_sign / sizeof with_sign[0]), -@MOST@);
 }
 
+/* Whether a speed is further from the last one than it can have come since; most is for one period, 0: not asked. */
+static bool jumped(double speed, double last, double most, uint32_t periods) {
+    return most > 0.0 && fabs(speed - last) > most * (double)periods;
+}
+
+/* Which speed cannot be, beside the last good sample; 0 if both can. */
+static uint32_t speed_events(const erc_core *core, const erc_input *input, double slip) {
+    const double earlier = ERC_DEVICE == ERC_SINGLE ? core->theta.speed - core->alpha.speed : core->theta.speed;
+    uint32_t events = 0u;
+    if (core->since == 0u) {
+        return 0u; /* no sample yet */
+    }
+    if (jumped(slip, earlier, core->config.theta_glitch, core->since)) {
+        events = ERC_THETA_DOUBTED | ERC_GLITCH;
+    }
+    if (ERC_DEVICE != ERC_SINGLE && jumped(input->alpha_dot, core->alpha.speed, core->config.alpha_glitch, core->since)) {
+        events |= ERC_ALPHA_DOUBTED | ERC_GLITCH;
+    }
+    return events;
+}
+
 uint32_t erc_control_reset(erc_core *core, const erc_config *config) {
     static const erc_core none;
     const bool good = NAME_exact() != 0u && usable(config);
@@ -52,8 +73,24 @@ uint32_t erc_control_step(erc_core *core, const erc_input *input, erc_output *ou
     /* NaN is no speed either. Both sides of a single device may turn fast: its slip is looked at. */
     const double slip = ERC_DEVICE == ERC_SINGLE ? input->theta_dot - input->alpha_dot : input->theta_dot;
     const bool usual = fabs(slip) <= @FASTEST@ && fabs(input->alpha_dot) <= (ERC_DEVICE == ERC_SINGLE ? 1e6 : @FASTEST@);
-    const bool good = isfinite(input->wanted) && isfinite(input->rate) && usual && isfinite(input->motor_torque) && placed;
-    bool asked;
+    const bool finite = isfinite(input->wanted) && isfinite(input->rate) && usual && isfinite(input->motor_torque) && placed;
+    double theta_dot = input->theta_dot, alpha_dot = input->alpha_dot; /* for the model */
+    bool asked, good;
+    if (finite) {
+        events = speed_events(core, input, slip);
+    }
+    if (events != 0u) {
+        theta_dot = core->theta.speed;
+        alpha_dot = core->alpha.speed;
+    }
+    good = finite && events == 0u;
+    if (good) {
+        core->since = 1u;
+    } else if (core->since > 0u && core->since < MOST_PERIODS) {
+        core->since++;
+    } else {
+        /* no sample yet, or none for so long that any speed can be */
+    }
     core->step += good ? 1u : 2u; /* after a gap the field comes back slowly */
     erc_torque_expect(core, 1u);
     if (good) {
@@ -96,9 +133,9 @@ uint32_t erc_control_step(erc_core *core, const erc_input *input, erc_output *ou
     @SAMPLE@
     @KNOWN@
     flags = @STEP@;
-    core->meter.guessed = (flags & NAME_OUTSIDE_RANGE) != 0u;
+    erc_torque_guess(core, (flags & NAME_OUTSIDE_RANGE) != 0u);
     output->field1 = applied[0];
     output->field2 = applied[1];
     output->estimate = core->estimate;
-    return events | flags | (good ? 0u : NAME_NON_FINITE);
+    return events | flags | (finite ? 0u : NAME_NON_FINITE);
 }

@@ -39,6 +39,7 @@ typedef struct {
     erc_momentum momentum;
     double torque, estimate, asked_motor, field, dt, asked[2];
     bool tripped;
+    uint32_t since; /* periods since the last good sample; 0: none yet */
     uint64_t step;
 } erc_core;
 
@@ -46,7 +47,7 @@ typedef struct {
 uint32_t erc_control_reset(erc_core *controller, const erc_config *config);
 
 /* One sample: the fields for a torque, within limits and rates, never both. Returns the flags of the step, and of the
-   events above. A sample that is not finite, or whose slip is ten times that of the log,
-   takes the field to zero at the supply's rate. With NAME_BY_SENSOR a torque that cannot be is not learned from: the
+   events above. A sample that is not finite, or whose slip is ten times that of the log, or with a speed that has jumped
+   (theta_glitch, alpha_glitch: by so much in a period), takes the field to zero at the supply's rate. With NAME_BY_SENSOR a torque that cannot be is not learned from: the
    field does not grow, then falls, and is zero after some periods, for good after a few more. */
 uint32_t erc_control_step(erc_core *controller, const erc_input *input, erc_output *output);

@@ -39,6 +39,8 @@ INPUTS = ("wanted", "rate", "theta_dot", "alpha_dot", "alpha", "torque", "motor_
 OUTPUTS = ("field1", "field2", "estimate")
 #: Times the largest slip of the log: a sample beyond is none.
 _FASTEST = 10.0
+#: Times the largest slip of the log: from one end of the log to the other. No speed jumps further in a period.
+_REVERSAL = 2.0
 #: What the model's alarms get: a torque that can be, where the slip says what it has to be.
 _MEASURED = "const double zero = 0.0, known = core->meter.good && erc_slipping(core) ? input->torque : zero / zero;"
 #: Files of the loop that the controller is made of, in the order in which they call each other.
@@ -121,7 +123,8 @@ def _static(text: str) -> str:
 
 def _members() -> dict[str, str]:
     """Each setting that the controller looks at, with the line of the loop's layout that declares it."""
-    used = set(re.findall(r"config(?:->|\.)(\w+)", "".join(_body(f"c/erc_{part}.c") for part in _PARTS)))
+    code = "".join([*(_body(f"c/erc_{part}.c") for part in _PARTS), _read("target_c/controller.c")])
+    used = set(re.findall(r"config(?:->|\.)(\w+)", code))
     found = {"period_ns": "    uint64_t period_ns;"}
     for name, note in SETTINGS.items():
         if name in used:
@@ -148,6 +151,7 @@ def defaults(step: ExportedStep) -> dict[str, float]:
         "least_slip": 0.05 * max(abs(end) for end in step.slip.range),
         "torque_scale": step.scale / 16.0,
     }
+    known |= dict.fromkeys(("theta_glitch", "alpha_glitch"), _REVERSAL * max(abs(end) for end in step.slip.range))
     band = 0.0 if step.model.band is None else step.model.band.settled
     known |= torque_limits(step.scale, band, period)
     plain = LoopSettings()
@@ -161,8 +165,8 @@ def settings_of() -> dict[str, str]:
 
 def _places(step: ExportedStep) -> dict[str, str]:
     rest = "rest_miss" if feels_state(step) else "miss"
-    coaxial = ("applied[0]", "applied[1]", "input->theta_dot", "input->alpha_dot")
-    signals = coaxial if step.elements == 2 else ("applied[0]", "input->theta_dot - input->alpha_dot")
+    coaxial = ("applied[0]", "applied[1]", "theta_dot", "alpha_dot")
+    signals = coaxial if step.elements == 2 else ("applied[0]", "theta_dot - alpha_dot")
     given = [*signals, *(("known",) if step.measures else ())]
     return {
         "HELD": str(step.elements),
