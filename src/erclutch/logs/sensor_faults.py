@@ -1,8 +1,9 @@
 """Rows where a sensor did not measure are told apart: spikes, an effort at the end of its range, an effort that stuck.
 
 Each is told by what only a fault does. A spike is one or two rows far beyond all others, with quiet rows on both sides:
-a blow rings. A saturated effort is the same to the last digit whenever it is largest, in runs, and comes near that end
-by many other values: dry friction jumps there. A stuck effort keeps one value, met nowhere else, while the motion goes
+a blow rings. A saturated effort is the same to the last digit whenever it is largest, in runs, far more often than
+at any level beside it (the peak of a coarse sine is no end of a range), and comes near that end by many other values:
+dry friction jumps there. A stuck effort keeps one value, met nowhere else, while the motion goes
 on. Codes such as -999 are found by `erclutch.logs.sentinels`.
 """
 
@@ -22,6 +23,7 @@ _SHORT = 2  # rows of a spike at most
 _LEAST_SATURATED, _MOST_SATURATED = 0.005, 0.3  # shares of the rows
 _RUN = 3.0  # rows that a saturated effort stays at the end, in the mean
 _LEVELS = 64  # distinct values: fewer are levels, of which the last is one
+_PILE, _BESIDE = 20, 5  # times the rows of any of so many levels beside the end
 _NEAR, _APPROACHES = 0.1, 10  # of the range below the end; rows that are met there
 
 _STUCK_ROWS, _STUCK, _MOVES = 50, 20.0, 0.2  # rows; times the longest usual run; of the range of the motion
@@ -64,9 +66,17 @@ def saturated(effort: Array) -> dict[float, Mask]:
         with np.errstate(invalid="ignore"):
             near = np.count_nonzero((np.abs(effort - end) < _NEAR * (high - low)) & ~held)
         at_an_end = end != 0.0 and _LEAST_SATURATED < share < _MOST_SATURATED
-        if at_an_end and np.count_nonzero(held) >= _RUN * len(runs) and near >= _APPROACHES:
+        if at_an_end and np.count_nonzero(held) >= _RUN * len(runs) and near >= _APPROACHES and _piles_up(effort, end):
             found[end] = held
     return found
+
+
+def _piles_up(effort: Array, end: float) -> bool:
+    """Whether far more rows sit at an end than at any level beside it: a smooth peak has a few times more."""
+    levels, rows = np.unique(effort[np.isfinite(effort)], return_counts=True)
+    at = int(np.flatnonzero(levels == end)[0])
+    beside = np.concatenate([rows[max(0, at - _BESIDE) : at], rows[at + 1 : at + 1 + _BESIDE]])
+    return bool(rows[at] >= _PILE * beside.max())
 
 
 def stuck(effort: Array, motion: Array) -> Mask:
