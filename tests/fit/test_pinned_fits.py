@@ -54,8 +54,10 @@ def data(rows: int = 1500, seed: int = 0, **more: float) -> Dataset:
     if "spikes" in more:
         effort[:: int(more["spikes"])] *= 40.0
     units = {"field": "V", "slip": "rad/s", "effort": "N*m"}
-    signals = {"field": field, "slip": slip, "effort": effort}
-    return build_dataset(recording_from_arrays(signals, units, time=columns["time"], name=f"log {seed}"))
+    signals = {"field": field, "slip": slip, "effort": columns["torque"]}
+    recording = recording_from_arrays(signals, units, time=columns["time"], name=f"log {seed}")
+    # The effort comes behind the reading, which would leave out what no sensor measured.
+    return build_dataset(replace(recording, signals={**recording.signals, "effort": effort}))
 
 
 def pair(rows: int = 800) -> Dataset:

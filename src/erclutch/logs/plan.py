@@ -313,15 +313,14 @@ def _column_lines(plan: Plan, apart: tuple[str, ...]) -> list[str]:
     lines: list[str] = []
     for each in plan.signals:
         if each.column:
-            lines.append(f"{each.signal} = {_choice(each.column, each.unit, each.scale)}  # {_plain(each.reason)}")
+            line = f"{each.signal} = {_choice(each.column, each.unit, each.scale)}  # {_plain(each.reason)}"
+            # A position that is named beside the slip is an input of the models; a guessed one is not.
+            beside_the_slip = each.signal == "position" and plan.signal("slip") is not None
+            lines.append(f"# {line}" if beside_the_slip and "position" not in plan.told.columns else line)
         elif each.signal == "field" and each.signal in plan.told.columns:
             lines.append(f"field = {_text(NONE)}  # {_plain(each.reason)}")
-    found = {each.signal for each in plan.signals}
-    lines += [
-        f"{signal} = {_text(NONE)}"
-        for signal in plan.told.columns
-        if plan.told.declines(signal) and signal not in found
-    ]
+    declined = [signal for signal in plan.told.columns if plan.told.declines(signal) and plan.signal(signal) is None]
+    lines += [f"{signal} = {_text(NONE)}" for signal in declined]
     taken = {each.column for each in plan.signals}
     free = _plain(", ".join(label for name, label in plan.labels.items() if name not in taken))
     for question in sorted(plan.questions, key=lambda each: each.signal):

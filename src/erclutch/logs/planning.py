@@ -34,6 +34,10 @@ _TEMPERATURE = "temperature"
 #: Columns that say how a row came about, and measure nothing.
 _STATES = ("flags", "events", "status", "state")
 _OF_A_NAME = "from the file's name"
+_ORDER = [
+    *dict.fromkeys(signal for groups in NEEDS.values() for group in groups for option in group for signal in option)
+]
+_ORDER += [*dict.fromkeys(signal for signals in OPTIONAL.values() for signal in signals), _TEMPERATURE]
 
 
 @dataclass
@@ -106,7 +110,7 @@ def plan_of(table: Table, told: ColumnMap, *, device: DeviceName | None = None, 
     return Plan(
         log=table.name,
         device=device,
-        signals=tuple(draft.signals.values()),
+        signals=tuple(sorted(draft.signals.values(), key=_place_of)),
         clock=draft.clock,
         inputs=tuple(draft.inputs),
         spare=tuple(draft.spare),
@@ -119,6 +123,11 @@ def plan_of(table: Table, told: ColumnMap, *, device: DeviceName | None = None, 
         path=table.path,
         examples=tuple(proposals(table, told, draft.taken, draft.signals, draft.questions)) if draft.questions else (),
     )
+
+
+def _place_of(signal: SignalPlan) -> int:
+    """Signals stand in one order, whoever chose them, so that plans can be compared."""
+    return _ORDER.index(signal.signal)
 
 
 def _refuse_unreadable_signals(draft: _Draft) -> None:

@@ -26,6 +26,7 @@ _LEVELS = 64  # distinct values: fewer are levels, of which the last is one
 _PILE, _BESIDE = 20, 5  # times the rows of any of so many levels beside the end
 _NEAR, _APPROACHES = 0.1, 10  # of the range below the end; rows that are met there
 
+_RUNS = 20  # of equal values, below which nothing is known of a usual one
 _STUCK_ROWS, _STUCK, _MOVES = 50, 20.0, 0.2  # rows; times the longest usual run; of the range of the motion
 
 
@@ -84,7 +85,7 @@ def stuck(effort: Array, motion: Array) -> Mask:
     held = np.zeros(effort.size, dtype=np.bool_)
     cut = np.flatnonzero(np.concatenate(([True], np.diff(effort) != 0.0, [True])))
     lengths = np.diff(cut)
-    if effort.size < _FEWEST or lengths.size < 2:
+    if effort.size < _FEWEST or lengths.size < _RUNS:
         return held
     place = int(np.argmax(lengths))
     start, stop = int(cut[place]), int(cut[place + 1])

@@ -329,8 +329,9 @@ class Structure:
 
         columns: list[Any] = []
         for way, fluid, relative, m, outputs in zip(self.ways, fluids, slips, moved, signals.remembered, strict=True):
+            strength = np.abs(fluid)
             slip = way * relative / reference.slip
-            own = [*self.law.columns(np.abs(fluid), slip, *shape)]
+            own = [*self.law.columns(strength, slip, *shape)]
             if self.friction:
                 own.append(direction(slip, turn) * np.ones(slip.size))
             for stage, values in zip(slip_stages(self.dynamics), outputs, strict=True):

@@ -127,7 +127,7 @@ def test_a_band_that_cannot_be_is_refused(text: str) -> None:
 def test_options_that_do_not_go_with_rounds_are_refused(tmp_path: Path) -> None:
     assert "--program learn too" in refused("live", "--until", "3%", cwd=tmp_path)
     assert "Leave out --rig replay" in refused("live", "--program", "learn", "--rig", "replay", cwd=tmp_path)
-    gone = ("live", "--program", "learn", "--headless", "--resume", "none")
+    gone = ("live", "--program", "learn", "--headless", "--after", "none")
     assert "learn.json" in refused(*gone, cwd=tmp_path)
 
 
@@ -174,7 +174,7 @@ def test_a_fault_ends_at_zero_field_with_a_whole_log_and_the_next_round_goes_on(
             done = run(*asked, cwd=tmp_path)
         assert done.code == 3
         assert "the fields are held at zero" in done.out
-        assert "--resume logs" in done.out
+        assert "--after logs" in done.out
 
         # 20 commands are 20 ms; a loop that was held up trips after fewer.
         assert brake.after_fault[0] > 0.0
@@ -192,7 +192,7 @@ def test_a_fault_ends_at_zero_field_with_a_whole_log_and_the_next_round_goes_on(
 
         body: dict[str, Any] = {"rounds": [first]}
         for _ in range(10):  # a busy machine may trip the loop before a round is long enough to be fitted
-            again = run(*asked, "--resume", folder, cwd=tmp_path)
+            again = run(*asked, "--after", folder, cwd=tmp_path)
             body = json.loads((folder / "learn.json").read_bytes())
             if len(body["rounds"]) > 1:
                 break

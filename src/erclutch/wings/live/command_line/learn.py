@@ -45,7 +45,7 @@ class LearnOptions:
     """End when the 95 % band is this share of the largest effort, such as 3%."""
     round: Annotated[float, SECONDS, Parameter(group=LEARN)] = 10.0
     """Length of a round in s."""
-    resume: Annotated[Path | None, Parameter(group=LEARN)] = None
+    after: Annotated[Path | None, Parameter(group=LEARN)] = None
     """Folder of rounds that were interrupted: go on with the next one."""
 
 
@@ -116,9 +116,9 @@ def learn(
         raise SettingError(
             "--program learn needs a sensor of the effort", where=rig.what.name, remedy="Add its channel"
         )
-    folder = options.resume or rig.loop.folder / time.strftime("learn-%Y-%m-%dT%H-%M-%SZ", time.gmtime())
+    folder = options.after or rig.loop.folder / time.strftime("learn-%Y-%m-%dT%H-%M-%SZ", time.gmtime())
     rounds = _rounds_of(rig)
-    if options.resume is not None:
+    if options.after is not None:
         _take_again(rounds, folder, rig.settings.device)
 
     ended = ""
@@ -157,7 +157,7 @@ def learn(
     _write(folder, rig, rounds, ended)
     _tell(rounds, rig, folder, ended, output)
     if code and folder.is_dir():
-        output.print(f"go on with: --program learn --resume {folder}", markup=False, soft_wrap=True)
+        output.print(f"go on with: --program learn --after {folder}", markup=False, soft_wrap=True)
     if rig.loop.json:
         print(json_text.dumps(_body(rig, rounds, ended) | {"folder": str(folder), "exit": code}))
     return code
@@ -265,7 +265,7 @@ def _take_again(rounds: LearningRounds, folder: Path, device: Any) -> None:
         entries = [(str(entry["file"]), str(entry["tripped"])) for entry in body["rounds"]]
     except (OSError, ValueError, TypeError, KeyError) as error:
         said = plain_words(error) if isinstance(error, OSError) else "is no report of rounds"
-        raise RunError(said, where=str(path), remedy="Give a folder of --program learn to --resume") from error
+        raise RunError(said, where=str(path), remedy="Give a folder of --program learn to --after") from error
     for name, tripped in entries:
         file = folder / Path(name).name
         rounds.take(_logged(file, device), file.name, tripped)

@@ -90,7 +90,7 @@ def live(
             raise SettingError(f"--program learn with {given}", remedy=f"Leave out {given}: the rounds make the model")
         control, no_model = replace(control, program="rest"), True
     elif learning != NO_LEARN:
-        raise SettingError("--until, --round and --resume are about rounds", remedy="Give --program learn too")
+        raise SettingError("--until, --round and --after are about rounds", remedy="Give --program learn too")
     with ExitStack() as stack:
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="erclutch-")))
         file = file_of(run, model)
