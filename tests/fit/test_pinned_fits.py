@@ -6,6 +6,7 @@ the last digits (`tests/conftest.py` says how to pin anew).
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 from typing import Any
 
