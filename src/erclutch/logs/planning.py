@@ -34,10 +34,10 @@ _TEMPERATURE = "temperature"
 #: Columns that say how a row came about, and measure nothing.
 _STATES = ("flags", "events", "status", "state")
 _OF_A_NAME = "from the file's name"
-_ORDER = [
-    *dict.fromkeys(signal for groups in NEEDS.values() for group in groups for option in group for signal in option)
-]
-_ORDER += [*dict.fromkeys(signal for signals in OPTIONAL.values() for signal in signals), _TEMPERATURE]
+_NEEDED = (signal for groups in NEEDS.values() for group in groups for option in group for signal in option)
+_OPTIONAL = (signal for signals in OPTIONAL.values() for signal in signals)
+#: Signals as they stand in a plan.
+_ORDER = [*dict.fromkeys((*_NEEDED, *_OPTIONAL)), _TEMPERATURE]
 
 
 @dataclass
