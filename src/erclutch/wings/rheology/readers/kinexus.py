@@ -5,6 +5,7 @@ Names hold their units, as "Shear rate(s-¹)". Each action of a sequence is a re
 
 from __future__ import annotations
 
+from collections import Counter
 from itertools import groupby
 
 from erclutch.errors import LogError
@@ -27,8 +28,11 @@ def _blocks(content: str) -> list[Block]:
     names = cells(lines[head], delimiter)
     action = names.index(_ACTION)
     points = [(at + 1, cells(line, delimiter)) for at, line in enumerate(lines) if at > head and line.strip()]
+    # A file that fills most rows to the last column does not trim them: a shorter row has lost a delimiter.
+    usual = Counter(len(row) for _, row in points).most_common(1)
+    fewest = len(names) if usual and usual[0][0] == len(names) else action + 1
     for number, row in points:
-        if len(row) <= action:
+        if len(row) < fewest:
             problem = f"line {number} has {len(row)} cells where {len(names)} are expected"
             raise LogError(problem, remedy="Correct or delete that line")
     blocks: list[Block] = []
