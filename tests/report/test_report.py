@@ -13,6 +13,8 @@ from dataclasses import replace
 from html import unescape
 from html.parser import HTMLParser
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -22,6 +24,7 @@ from erclutch.report.html.packed_rows import unpacked
 from erclutch.report.html.provenance_section import command_of
 from erclutch.report.html.report_file import may_write_report
 from erclutch.report.html.report_page import SECTIONS, report_html, write_report
+from erclutch.report.html.verdict_section import choice
 from erclutch.report.numbers.run_material import Material, badge_of, material_of
 from erclutch.report.plots.svg_painter import ticks as round_ticks
 from erclutch.runs.run_folder import read_run
@@ -374,3 +377,14 @@ def test_both_clutches_of_a_pair_have_flow_curves(tmp_path: Path) -> None:
     values = FLOW_CURVES.fill(made)
     assert values is not None
     assert [(g["element"], len(g["plots"])) for g in values["groups"]] == [("CH1", 1), ("CH2", 1)]
+
+
+def test_a_single_model_that_explains_nothing_is_not_recommended() -> None:
+    figures = {"share": [1.2, 1.1, 1.3], "r2": [-0.4, -0.6, -0.2]}
+    entry = {"name": "bingham", "sound": True, "test": figures, "excess_over_best": [0.0, 0.0, 0.0], "notes": []}
+    body = {"best": "bingham", "recommended": "bingham", "ranking": [entry], "findings": []}
+    run = SimpleNamespace(names=["bingham"], entry=lambda name: entry)
+    told = choice(cast(Any, SimpleNamespace(body=body, run=run, recommended="bingham")))
+    assert told == (
+        "No model is recommended. This is the only one that was fitted, and it explains nothing of the rows held out."
+    )

@@ -122,10 +122,12 @@ def choice(material: Material) -> str:
     more = chosen["excess_over_best"]
     if "recalibration" in material.body:
         return str(material.body["recalibration"]["verdict"])
-    if len(material.run.names) == 1:
-        return "It is the only model that was fitted, so there is nothing to recommend it over."
+    alone = len(material.run.names) == 1
     if why_none := standing_of_run(material.body).why_none:
-        return f"No model is recommended. This one comes nearest, but it {why_none}."
+        nearest = "This is the only one that was fitted, and" if alone else "This one comes nearest, but"
+        return f"No model is recommended. {nearest} it {why_none}."
+    if alone:
+        return "It is the only model that was fitted, so there is nothing to recommend it over."
     if not chosen["sound"]:
         return "Nothing can be recommended: these data identify no model's parameters. This one comes nearest."
     if "chosen_by" in material.body:
