@@ -144,7 +144,9 @@ def test_output_matches_only_itself(shown: str, printed: str, same: bool) -> Non
 _SAID = re.compile(r"((?:`\w+(?:\([^`]*\))?`(?:, | or | and )?)*)(?:`\w+` )?(?: in | of |)`(erclutch(?:\.\w+)+)`")
 #: Names of files and of groups of entry points, which are no modules.
 _NO_MODULES = {
+    "erclutch.advice",
     "erclutch.commands",
+    "erclutch.kinds",
     "erclutch.toml",
     "erclutch.laws",
     "erclutch.readers",
