@@ -36,7 +36,7 @@ _STATES = ("flags", "events", "status", "state")
 _OF_A_NAME = "from the file's name"
 _NEEDED = (signal for groups in NEEDS.values() for group in groups for option in group for signal in option)
 _OPTIONAL = (signal for signals in OPTIONAL.values() for signal in signals)
-#: Signals as they stand in a plan.
+#: Signals stand in one order in a plan, whoever chose them, so that plans can be compared.
 _ORDER = [*dict.fromkeys((*_NEEDED, *_OPTIONAL)), _TEMPERATURE]
 
 
@@ -110,7 +110,7 @@ def plan_of(table: Table, told: ColumnMap, *, device: DeviceName | None = None, 
     return Plan(
         log=table.name,
         device=device,
-        signals=tuple(sorted(draft.signals.values(), key=_place_of)),
+        signals=tuple(sorted(draft.signals.values(), key=lambda each: _ORDER.index(each.signal))),
         clock=draft.clock,
         inputs=tuple(draft.inputs),
         spare=tuple(draft.spare),
@@ -123,11 +123,6 @@ def plan_of(table: Table, told: ColumnMap, *, device: DeviceName | None = None, 
         path=table.path,
         examples=tuple(proposals(table, told, draft.taken, draft.signals, draft.questions)) if draft.questions else (),
     )
-
-
-def _place_of(signal: SignalPlan) -> int:
-    """Signals stand in one order, whoever chose them, so that plans can be compared."""
-    return _ORDER.index(signal.signal)
 
 
 def _refuse_unreadable_signals(draft: _Draft) -> None:
