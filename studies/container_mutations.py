@@ -36,29 +36,14 @@ from tests.logs.test_json_layout import FORMS
 from tests.logs.test_text_tables import two
 from tests.wings.rheology.test_flow_curve_file import rheocompass
 from tests.wings.rheology.test_rheometer_exports import (
-    RATES,
-    STRESSES,
-    TRIOS_HEAD,
-    VISCOSITIES,
     compass,
     kinexus,
-    lines,
+    rheowin,
+    trios,
 )
 
 Columns = Mapping[str, Array]
 _LETTERS = "0123456789.,;\t -+eE\"'[]{}:|#xN"
-
-
-def trios() -> str:
-    """Two steps of TRIOS."""
-    table = "Stress\tShear rate\tViscosity\nPa\t1/s\tPa.s\n" + lines(STRESSES, RATES, VISCOSITIES)
-    return TRIOS_HEAD + f"[step]\nFlow sweep - 1\n{table}\n[step]\nFlow sweep - 2\n{table}"
-
-
-def rheowin() -> str:
-    """A segment of RheoWin with decimal commas."""
-    points = (f"1|{i};{x:.9g};{y:.9g};{i},5;\n" for i, (x, y) in enumerate(zip(RATES, STRESSES, strict=True), 1))
-    return "HAAKE RheoWin 4\n\n;GP in 1/s;Tau in Pa;t in s;\n" + "".join(points).replace(".", ",")
 
 
 def curves(path: Path) -> tuple[dict[str, Array], tuple[str, ...]]:

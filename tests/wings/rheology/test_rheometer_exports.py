@@ -193,11 +193,13 @@ def test_a_row_of_units_that_lacks_its_last_cell_is_not_moved(tmp_path: Path) ->
 
 
 def trios() -> str:
+    """Two steps of TRIOS."""
     table = "Stress\tShear rate\tViscosity\nPa\t1/s\tPa.s\n" + lines(STRESSES, RATES, VISCOSITIES)
     return TRIOS_HEAD + f"[step]\nFlow sweep - 1\n{table}\n[step]\nFlow sweep - 2\n{table}"
 
 
 def rheowin() -> str:
+    """A segment of RheoWin with decimal commas."""
     points = (f"1|{i};{x:.9g};{y:.9g};{i},5;\n" for i, (x, y) in enumerate(zip(RATES, STRESSES, strict=True), 1))
     return "HAAKE RheoWin 4\n\n;GP in 1/s;Tau in Pa;t in s;\n" + "".join(points).replace(".", ",")
 
