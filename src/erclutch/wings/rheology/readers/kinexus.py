@@ -32,7 +32,7 @@ def _blocks(content: str) -> list[Block]:
     usual = Counter(len(row) for _, row in points).most_common(1)
     fewest = len(names) if usual and usual[0][0] == len(names) else action + 1
     for number, row in points:
-        if len(row) < fewest:
+        if len(row) < fewest or any(row[len(names) :]):
             problem = f"line {number} has {len(row)} cells where {len(names)} are expected"
             raise LogError(problem, remedy="Correct or delete that line")
     blocks: list[Block] = []

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import re
 
+from erclutch.errors import LogError
 from erclutch.logs.log_reader import LogReader, LogSource
 from erclutch.logs.readers import found_recordings, text
 from erclutch.logs.readers.dialect import is_number
@@ -22,6 +23,11 @@ _HEAD = re.compile(rb"\s*(?:\xef\xbb\xbf)?filename[\t,;][^\n]*\n(?:instrument|op
 
 def _blocks(content: str) -> list[Block]:
     lines = content.splitlines()
+    for number, line in enumerate(lines, start=1):
+        # A damaged mark, or a lost line end ahead of it, hides the step that begins here.
+        if line.strip().lower().endswith(_STEP[1:]) and line.strip().lower() != _STEP:
+            problem = f"line {number} ends in {_STEP[1:]!r}, and the mark of a step is a line {_STEP}"
+            raise LogError(problem, remedy="Correct that line")
     # A section with rows of numbers is a step, also where its mark is damaged.
     starts = [at for at, line in enumerate(lines) if line.strip().lower() == _STEP or _begins_a_step(lines, at)]
     if not starts:
