@@ -108,6 +108,22 @@ def test_too_little_memory_is_no_damage(monkeypatch: pytest.MonkeyPatch) -> None
         read_parquet(LogSource(Path("a.parquet"), whole(), ""))
 
 
+@pytest.mark.slow
+def test_a_damaged_description_of_the_columns_does_not_end_the_process(tmp_path: Path) -> None:
+    """The library's own look at a column ended it, where the description said that the sizes of its levels differ."""
+    data = whole()
+    path = tmp_path / "log.parquet"
+    described = int.from_bytes(data[-8:-4], "little")
+    for place in range(len(data) - 8 - described, len(data) - 8):
+        damaged = bytearray(data)
+        damaged[place] = (damaged[place] + 1) % 256
+        path.write_bytes(damaged)
+        with suppress(ErclutchError):
+            read_parquet(LogSource(path, bytes(damaged), ""))
+        with suppress(ErclutchError):
+            list(parquet_windows(LogSource(path, b"", ""), 20, 5))
+
+
 def test_a_file_without_numbers() -> None:
     sink = io.BytesIO()
     pq.write_table(pa.table({"mode": ["on", "off"]}), sink)

@@ -25,6 +25,7 @@ _PAGES = 1 << 20  # bytes of a column that are read ahead: without, a whole row 
 _READ = 65_536  # rows
 # Three numbers and the beginning of a fourth, in Thrift's compact protocol.
 _CHECKED_PAGE = re.compile(rb"(?:\x15[\x80-\xff]*[\x00-\x7f]){3}\x15")
+_UNCHECKED = "the file has no checksums: damaged numbers in it cannot be told from good ones"
 _ANEW = "Copy the file again or export it as CSV"
 _IN_PIECES = "Give it to erclutch fit, which reads such a file in blocks, or split it"
 _ROWS_WANTED = "Give a log with one row a sample"
@@ -53,8 +54,11 @@ def read_parquet(source: LogSource) -> Table:
         if size < 0:
             raise LogError("the Parquet data is damaged (columns of less than no bytes)", remedy=_ANEW)
         budget.take_cells(max(size // 8, file.metadata.num_rows * file.metadata.num_columns))
-        unchecked = _unchecked(io.BytesIO(data), file.metadata)
-        return _table(_numbers_and_times(file), source.name, source.digest, unchecked)
+        read = _numbers_and_times(file)
+        pages = io.BytesIO(data)
+        groups = range(file.metadata.num_row_groups)
+        unchecked = not all(_has_checksums(pages, file.metadata, group, read) for group in groups)
+        return _table(read, source.name, source.digest, unchecked)
 
 
 def _numbers_and_times(file: Any) -> Any:
@@ -89,18 +93,24 @@ def _damage_named() -> Generator[None]:
         raise LogError(problem, remedy=_ANEW) from error
 
 
-def _unchecked(file: BinaryIO, metadata: Any) -> list[str]:
-    """A note where the first page of a column has no checksum; the library checks those that are there and is silent.
+def _has_checksums(pages: BinaryIO, metadata: Any, group: int, read: Any) -> bool:
+    """Whether the first page of each column that was read has a checksum; the library checks it, and is silent without.
 
-    A page's header begins with its kind and two sizes; a checksum comes next, if there is one.
+    A page's header begins with its kind and two sizes; a checksum comes next, if there is one. Only columns that were
+    read can be asked: the library ends the whole process where the description of another one is damaged.
     """
-    for group in range(metadata.num_row_groups):
-        for column in range(metadata.num_columns):
-            chunk = metadata.row_group(group).column(column)
-            file.seek(chunk.dictionary_page_offset or chunk.data_page_offset)
-            if not _CHECKED_PAGE.match(file.read(32)):
-                return ["the file has no checksums: damaged numbers in it cannot be told from good ones"]
-    return []
+    from pyarrow import types
+
+    names = {field.name for field in read.schema if not types.is_null(field.type)}  # a column left out is of nulls
+    for column in range(metadata.num_columns):
+        path = metadata.schema.column(column).path
+        if not names & {path, path.partition(".")[0]}:
+            continue
+        chunk = metadata.row_group(group).column(column)
+        pages.seek(chunk.dictionary_page_offset or chunk.data_page_offset)
+        if not _CHECKED_PAGE.match(pages.read(32)):
+            return False
+    return True
 
 
 def parquet_windows(
@@ -135,9 +145,10 @@ def parquet_windows(
         wanted = [k for k, begin in enumerate(begins[:-1]) if begins[k + 1] > first - margin and begin < last + margin]
         held: Any = file.schema_arrow.empty_table()
         held_from = begins[wanted[0]]  # row of the file
-        unchecked = _unchecked(pages, file.metadata)
+        unchecked = False
         origin: int | None = None  # tick from which all windows count
-        for batch in file.iter_batches(batch_size=min(rows, _READ), row_groups=wanted):
+        for group, batch in _batches(file, min(rows, _READ), wanted):
+            unchecked = unchecked or not _has_checksums(pages, file.metadata, group, batch)
             held = pyarrow.concat_tables([held, pyarrow.Table.from_batches([batch])])
             origin = _first_tick(held) if origin is None else origin
             while held_from + held.num_rows >= start + 2 * rows + margin and start + 2 * rows <= last:
@@ -148,6 +159,13 @@ def parquet_windows(
                 held, held_from = held.slice(drop), held_from + drop
         part = held.slice(0, last + margin - held_from)
         yield start, last, replace(_table(part, name, "", unchecked, origin), first_row=held_from)
+
+
+def _batches(file: Any, rows: int, groups: Sequence[int]) -> Iterator[tuple[int, Any]]:
+    """Pieces of at most that many rows, each with the row group that it comes from."""
+    for group in groups:
+        for batch in file.iter_batches(batch_size=rows, row_groups=[group]):
+            yield group, batch
 
 
 def parquet_extent(path: Path) -> tuple[int, int]:
@@ -169,11 +187,11 @@ def _begins_of_groups(metadata: Any) -> list[int]:
     return list(accumulate(counts, initial=0))
 
 
-def _table(table: Any, name: str, digest: str, notes: Sequence[str], origin: int | None = None) -> Table:
+def _table(table: Any, name: str, digest: str, unchecked: bool, origin: int | None = None) -> Table:
     fields = list(table.schema)
     own = [_metadata(field).get("unit") for field in fields]
     names, units, renamed = name_columns([str(field.name) for field in fields], own)
-    notes = [*notes, *renamed]
+    notes = [_UNCHECKED, *renamed] if unchecked else list(renamed)
     columns: dict[str, Array] = {}
     clock: tuple[str, Array | None] = ("", None)
     for label, field, values in zip(names, fields, table.columns, strict=True):
