@@ -1,13 +1,15 @@
 """What the twin costs: `python studies/twin_speed.py [--repeats 3]`. TWIN.
 
 Each figure from a process of its own: compiling for the first time (into an empty cache) and loading what is compiled;
-290 s of rig time (the training run, all columns made, nothing written); the largest memory of the 20-minute run.
+290 s of rig time (the training run, all columns made, nothing written); the same as a command, with its start and its
+file; the largest memory of the 20-minute run.
 """
 
 from __future__ import annotations
 
 import argparse
 import os
+import resource
 import subprocess
 import sys
 import tempfile
@@ -33,6 +35,15 @@ def run(name: str, seconds: float, cache: str | None = None) -> tuple[float, flo
     return start, rest, memory
 
 
+def command(folder: str) -> float:
+    """CPU s of `erclutch simulate training`, from its start to its file."""
+    words = [sys.executable, "-m", "erclutch", "simulate", "training", "--force", "--out", f"{folder}/training.parquet"]
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    subprocess.run(words, stdout=subprocess.DEVNULL, check=True)
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return after.ru_utime - before.ru_utime + after.ru_stime - before.ru_stime
+
+
 def main() -> None:
     """Print the figures."""
     parser = argparse.ArgumentParser(description="Speed and memory of the digital TWIN.")
@@ -44,6 +55,10 @@ def main() -> None:
     print(f"until the first second is simulated: {first:.1f} CPU s compiling, {again:.1f} CPU s from the cache")
     times = sorted(run("training", 290.0)[1] for _ in range(asked.repeats))
     print(f"290 s of rig time: {times[0]:.2f} - {times[-1]:.2f} CPU s ({asked.repeats} runs)")
+    with tempfile.TemporaryDirectory() as folder:
+        times = sorted(command(folder) for _ in range(asked.repeats))
+    shares = f"{290.0 / times[-1]:.0f} - {290.0 / times[0]:.0f} times real time"
+    print(f"the same by erclutch simulate training: {times[0]:.2f} - {times[-1]:.2f} CPU s, {shares}")
     _, long, memory = run("temperature", 1200.0)
     print(f"20 minutes of rig time: {long:.1f} CPU s, at most {memory:.0f} MB")
 
