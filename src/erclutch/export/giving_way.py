@@ -25,31 +25,41 @@ def given_way(network: GivesWay, effort: Any, given: Groups, again: Callable[...
         again: records the network's effort from a record and these groups; None for a network with past rows or a
             memory, which has run already.
     """
-    counts, record = [len(group) for group in given], effort.owner
+    counts = [len(group) for group in given]
 
-    def parts(signals: Sequence[Any]) -> list[list[Any]]:
+    def grouped(signals: Sequence[Any]) -> list[list[Any]]:
+        """Arguments of a function of C as groups again."""
         own = iter(signals)
         return [[next(own) for _ in range(count)] for count in counts]
 
-    def mixed(share: Any, law: Any, *signals: Any) -> Any:
+    def between(share: Any, law: Any, *signals: Any) -> Any:
+        """Where training rows are near, but not all around: the network runs here, and only here, beside the law."""
         assert again is not None
-        return faded(again(share.owner, *parts(signals)), law, share)
+        return faded(again(share.owner, *grouped(signals)), law, share)
 
-    def away(*signals: Any) -> Any:
-        groups = parts(signals)
-        share, law = network.nearness.share(*groups), network.law_beyond(*groups)
-        inside = share.owner
+    def away_from_rows(*signals: Any) -> Any:
+        groups = grouped(signals)
+        share = network.nearness.share(*groups)
+        law = network.law_beyond(*groups)
+        record = share.owner
         if again is None:
-            both = faded(signals[-1], law, share)
+            both = faded(signals[-1], law, share)  # the effort of the network comes behind the groups
         else:
-            both = inside.call("both", mixed, share=share, law=law, **named_groups("xwv", groups))
-        return inside.choose(inside.less(0.0, share), both, law)
+            both = record.call("both", between, share=share, law=law, **named_groups("xwv", groups))
+        return record.choose(record.less(0.0, share), both, law)
 
-    own = {"network": effort} if again is None else {}
-    beside = record.call("away", away, **named_groups("xwv", given), **own)
+    record = effort.owner
+    signals = named_groups("xwv", given)
+    if again is None:
+        signals["network"] = effort
+    beside = record.call("away", away_from_rows, **signals)
     return record.choose(network.nearness.amid(*given), effort, beside)
 
 
 def named_groups(letters: str, groups: Groups) -> dict[str, Any]:
     """Arguments of a call: the signals of each group by its letter and their number."""
-    return {f"{a}{i + 1}": x for a, group in zip(letters, groups, strict=True) for i, x in enumerate(group)}
+    return {
+        f"{letter}{number}": signal
+        for letter, group in zip(letters, groups, strict=True)
+        for number, signal in enumerate(group, start=1)
+    }

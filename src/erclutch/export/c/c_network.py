@@ -4,93 +4,200 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+import numpy as np
+
 from erclutch.arithmetic.precision import FLOAT32, Precision
 from erclutch.export.c.c_printer import WRITTEN_OUT, indented, table
 from erclutch.models.networks.network_model import NetworkModel
 
+LONG = 100  # letters of a sum, after which a line begins
+
 
 def network(model: NetworkModel, n: str, p: Precision) -> str:
-    """Tables and the forward pass."""
-    model, k, zero, active = model.folded, p.constant, f"0.0{p.suffix}", ""
-    count, hidden, to = len(model.structure.inputs), model.structure.hidden, model.scaling
-    written, scaled = count <= WRITTEN_OUT, model.structure.kind == "rbfn"
-    tables = {} if written else {"offset": to.offset, **({"scale": to.scale} if scaled else {})}
-    # A matrix lies row by row, all neurons' weights of one input together, so that compilers can use vectors.
-    if model.structure.kind == "rbfn":
-        tables |= {"centres": model.weights["centres"].T, "spreads": model.weights["spreads"] ** 2}
-        body, out, weights, start = list(_rbfn(model, n, p)), "w", model.weights["w"], model.weights["b"][0]
-    else:
-        for i in range(1, len(hidden) + 1):
-            tables |= {f"w{i}": model.weights[f"W{i}"].T, f"b{i}": model.weights[f"b{i}"]}
-        # Float32's tanh has no choices, so compilers keep vectors of it inside the last sum too.
-        body, out, active = list(_fnn(model, n, p)), "w_out", f"{n}tanh_held" if p is FLOAT32 else ""
-        weights, start = model.weights["W_out"][0], model.weights["b_out"][0]
-    tables[out] = weights
-    loop = ["uint32_t j;"] if any(line.startswith("for (j") for line in body) else []
-    declared = ["uint32_t i;", *loop, *(f"{n}real a{i}[{h}];" for i, h in enumerate(hidden, 1))]
-    declared += [f"{n}real s[4] = {{{zero}, {zero}, {zero}, {zero}}};", f"{n}real total;"]
-    if written:
-        ends = zip(map(k, map(float, to.offset)), map(k, map(float, to.scale)), strict=True)
-        moved = [
-            f"const {n}real x{j} = (v{j} - ({offset})){f' / {scale}' if scaled else ''};"
-            for j, (offset, scale) in enumerate(ends)
+    """Tables and the forward pass of a network, as C.
+
+    Args:
+        model: the network.
+        n: prefix of all names of the export.
+        p: precision of the C.
+    """
+    folded = model.folded
+    return "\n".join(
+        [
+            *(table(f"{n}real", f"{n}{name}", numbers) for name, numbers in _tables(folded, p).items()),
+            f"/* The effort's scale lies in the tables{'.' if _is_rbfn(folded) else ', and those of the inputs.'} */",
+            f"static {n}real {n}network({_parameters(folded, n)})",
+            "{",
+            indented([*_declarations(folded, n, p), *_moved_inputs(folded, n, p), *_forward(folded, n, p)]),
+            "}\n",
         ]
-        given = ", ".join(f"{n}real v{j}" for j in range(count))
+    )
+
+
+def _is_rbfn(model: NetworkModel) -> bool:
+    return model.structure.kind == "rbfn"
+
+
+def _is_written_out(model: NetworkModel) -> bool:
+    """Whether each input has a variable of its own; more of them are an array."""
+    return len(model.structure.inputs) <= WRITTEN_OUT
+
+
+# --- tables -----------------------------------------------------------------------------------------------------------
+
+
+def _tables(model: NetworkModel, p: Precision) -> dict[str, list[str]]:
+    """Numbers of each table by its name.
+
+    A matrix lies row by row, all neurons' weights of one input together, so that compilers can use vectors.
+    """
+    weights = model.weights
+    tables: dict[str, np.ndarray] = {}
+    if not _is_written_out(model):
+        tables["offset"] = model.scaling.offset
+        if _is_rbfn(model):
+            tables["scale"] = model.scaling.scale
+    if _is_rbfn(model):
+        tables["centres"] = weights["centres"].T
+        tables["spreads"] = weights["spreads"] ** 2
+        tables["w"] = weights["w"]
     else:
-        each = f"x[i] = (v[i] - {n}offset[i]){f' / {n}scale[i]' if scaled else ''};"
-        moved = [f"{n}real x[{count}];", *_loop("i", count, [each])]
-        given = f"const {n}real v[{count}]"
-    body += _dot(hidden[-1], f"a{len(hidden)}", f"{n}{out}", active)
-    body += [f"return {k(float(start))} + total;"]
-    held = [table(f"{n}real", f"{n}{name}", [k(float(v)) for v in values.ravel()]) for name, values in tables.items()]
-    about = "The effort's scale lies in the tables" + ("." if scaled else ", and those of the inputs.")
-    text = indented([*declared, *moved, *body])
-    return "\n".join(held) + f"\n/* {about} */\nstatic {n}real {n}network({given})\n{{\n{text}\n}}\n"
+        for layer in range(1, len(model.structure.hidden) + 1):
+            tables[f"w{layer}"] = weights[f"W{layer}"].T
+            tables[f"b{layer}"] = weights[f"b{layer}"]
+        tables["w_out"] = weights["W_out"][0]
+    return {name: [p.constant(float(value)) for value in values.ravel()] for name, values in tables.items()}
+
+
+# --- head of the function ---------------------------------------------------------------------------------------------
+
+
+def _parameters(model: NetworkModel, n: str) -> str:
+    count = len(model.structure.inputs)
+    if _is_written_out(model):
+        return ", ".join(f"{n}real v{j}" for j in range(count))
+    return f"const {n}real v[{count}]"
+
+
+def _declarations(model: NetworkModel, n: str, p: Precision) -> Iterator[str]:
+    yield "uint32_t i;"
+    if _has_inner_loops(model):
+        yield "uint32_t j;"
+    for layer, neurons in enumerate(model.structure.hidden, start=1):
+        yield f"{n}real a{layer}[{neurons}];"
+    zero = _zero(p)
+    yield f"{n}real s[4] = {{{zero}, {zero}, {zero}, {zero}}};"
+    yield f"{n}real total;"
+
+
+def _has_inner_loops(model: NetworkModel) -> bool:
+    """Whether some layer has more inputs than a line of C writes out."""
+    widths = [len(model.structure.inputs)]
+    if not _is_rbfn(model):
+        widths += model.structure.hidden[:-1]
+    return max(widths) > WRITTEN_OUT
+
+
+def _moved_inputs(model: NetworkModel, n: str, p: Precision) -> Iterator[str]:
+    """Inputs from their offset; those of an RBFN in their scale too, since its spreads cannot hold it."""
+    count = len(model.structure.inputs)
+    if _is_written_out(model):
+        for j in range(count):
+            offset = p.constant(float(model.scaling.offset[j]))
+            scale = f" / {p.constant(float(model.scaling.scale[j]))}" if _is_rbfn(model) else ""
+            yield f"const {n}real x{j} = (v{j} - ({offset})){scale};"
+        return
+    scale = f" / {n}scale[i]" if _is_rbfn(model) else ""
+    yield f"{n}real x[{count}];"
+    yield from _loop("i", count, [f"x[i] = (v[i] - {n}offset[i]){scale};"])
+
+
+# --- forward pass -----------------------------------------------------------------------------------------------------
+
+
+def _forward(model: NetworkModel, n: str, p: Precision) -> Iterator[str]:
+    """From the moved inputs to the effort."""
+    hidden = model.structure.hidden
+    last = f"a{len(hidden)}"
+    if _is_rbfn(model):
+        bias = model.weights["b"][0]
+        yield from _rbfn(model, n, p)
+        yield from _dot(hidden[-1], last, f"{n}w")
+    else:
+        bias = model.weights["b_out"][0]
+        yield from _fnn(model, n, p)
+        # Float32's tanh has no choices, so compilers keep vectors of it inside the last sum too.
+        yield from _dot(hidden[-1], last, f"{n}w_out", f"{n}tanh_held" if p is FLOAT32 else "")
+    yield f"return {p.constant(float(bias))} + total;"
 
 
 def _fnn(model: NetworkModel, n: str, p: Precision) -> Iterator[str]:
-    before, width = "x", len(model.structure.inputs)
-    for layer, hidden in enumerate(model.structure.hidden, start=1):
-        a, bias = f"a{layer}", f"{n}b{layer}[i]"
+    before = "x"
+    width = len(model.structure.inputs)
+    for layer, neurons in enumerate(model.structure.hidden, start=1):
+        a = f"a{layer}"
+        bias = f"{n}b{layer}[i]"
         if width <= WRITTEN_OUT:
             inputs = [f"x{j}" if before == "x" else f"{before}[{j}]" for j in range(width)]
-            terms = [f"({n}w{layer}[i + {j * hidden}u] * {x})" for j, x in enumerate(inputs)]
-            yield from _loop("i", hidden, [*_sum(n, [bias, *terms]), f"{a}[i] = {n}tanh_hold(sum);"])
+            terms = [f"({n}w{layer}[i + {j * neurons}u] * {x})" for j, x in enumerate(inputs)]
+            yield from _loop("i", neurons, [*_sum(n, [bias, *terms]), f"{a}[i] = {n}tanh_hold(sum);"])
         else:
-            yield from _loop("i", hidden, [f"{a}[i] = {bias};"])
-            inner = [f"{a}[i] = {a}[i] + ({n}w{layer}[(j * {hidden}u) + i] * {before}[j]);"]
-            yield from _loop("j", width, list(_loop("i", hidden, inner)))
-            yield from _loop("i", hidden, [f"{a}[i] = {n}tanh_hold({a}[i]);"])
+            yield from _loop("i", neurons, [f"{a}[i] = {bias};"])
+            weight = f"{n}w{layer}[(j * {neurons}u) + i]"
+            of_one_input = _loop("i", neurons, [f"{a}[i] = {a}[i] + ({weight} * {before}[j]);"])
+            yield from _loop("j", width, list(of_one_input))
+            yield from _loop("i", neurons, [f"{a}[i] = {n}tanh_hold({a}[i]);"])
         # A loop of its own: held arguments are read from memory, so compilers make no branch of them and use vectors.
         if layer < len(model.structure.hidden) or p is not FLOAT32:
-            yield from _loop("i", hidden, [f"{a}[i] = {n}tanh_held({a}[i]);"])
-        before, width = a, hidden
+            yield from _loop("i", neurons, [f"{a}[i] = {n}tanh_held({a}[i]);"])
+        before, width = a, neurons
 
 
 def _rbfn(model: NetworkModel, n: str, p: Precision) -> Iterator[str]:
-    hidden, width, zero = model.structure.hidden[0], len(model.structure.inputs), f"0.0{p.suffix}"
+    neurons = model.structure.hidden[0]
+    width = len(model.structure.inputs)
     half = f"(-0.5{p.suffix})"
     if width <= WRITTEN_OUT:
-        distances = [f"const {n}real d{j} = x{j} - {n}centres[i + {j * hidden}u];" for j in range(width)]
-        body = [*distances, *_sum(n, [f"(d{j} * d{j})" for j in range(width)])]
-        yield from _loop("i", hidden, [*body, f"a1[i] = {n}exp_hold(({half} * sum) / {n}spreads[i]);"])
-        yield from _loop("i", hidden, [f"a1[i] = {n}exp_held(a1[i]);"])
-        return
-    yield from _loop("i", hidden, [f"a1[i] = {zero};"])
-    inner = [f"const {n}real distance = x[j] - {n}centres[(j * {hidden}u) + i];"]
-    inner += ["a1[i] = a1[i] + (distance * distance);"]
-    yield from _loop("j", width, list(_loop("i", hidden, inner)))
-    yield from _loop("i", hidden, [f"a1[i] = {n}exp_hold(({half} * a1[i]) / {n}spreads[i]);"])
-    yield from _loop("i", hidden, [f"a1[i] = {n}exp_held(a1[i]);"])
+        distances = [f"const {n}real d{j} = x{j} - {n}centres[i + {j * neurons}u];" for j in range(width)]
+        squares = [f"(d{j} * d{j})" for j in range(width)]
+        held = f"a1[i] = {n}exp_hold(({half} * sum) / {n}spreads[i]);"
+        yield from _loop("i", neurons, [*distances, *_sum(n, squares), held])
+    else:
+        yield from _loop("i", neurons, [f"a1[i] = {_zero(p)};"])
+        distance = f"const {n}real distance = x[j] - {n}centres[(j * {neurons}u) + i];"
+        of_one_input = _loop("i", neurons, [distance, "a1[i] = a1[i] + (distance * distance);"])
+        yield from _loop("j", width, list(of_one_input))
+        yield from _loop("i", neurons, [f"a1[i] = {n}exp_hold(({half} * a1[i]) / {n}spreads[i]);"])
+    yield from _loop("i", neurons, [f"a1[i] = {n}exp_held(a1[i]);"])
+
+
+def _dot(count: int, a: str, weights: str, active: str = "") -> Iterator[str]:
+    """Weights times what a function makes of the values: four running sums, pairs of these, then the rest."""
+    whole = count // 4 * 4
+    if whole:
+        yield f"for (i = 0u; i < {whole}u; i += 4u)"
+        yield "{"
+        for k in range(4):
+            yield f"    s[{k}] = s[{k}] + ({weights}[i + {k}u] * {active}({a}[i + {k}u]));"
+        yield "}"
+    yield "total = (s[0] + s[1]) + (s[2] + s[3]);"
+    for i in range(whole, count):
+        yield f"total = total + ({weights}[{i}] * {active}({a}[{i}]));"
+
+
+# --- C ----------------------------------------------------------------------------------------------------------------
 
 
 def _sum(n: str, terms: list[str]) -> list[str]:
     """A sum from left to right, a few terms a line."""
     lines: list[str] = []
-    total = terms[0]
-    for i, term in enumerate(terms[1:], start=1):
-        total = f"({total} + {term})" if i < len(terms) - 1 else f"{total} + {term}"
-        if len(total) > 100 and i < len(terms) - 1:
+    total, *further = terms
+    for i, term in enumerate(further, start=1):
+        if i == len(further):
+            total = f"{total} + {term}"
+            break
+        total = f"({total} + {term})"
+        if len(total) > LONG:
             lines.append(f"const {n}real sum{i} = {total[1:-1]};")
             total = f"sum{i}"
     return [*lines, f"const {n}real sum = {total};"]
@@ -104,14 +211,5 @@ def _loop(index: str, count: int, body: list[str]) -> Iterator[str]:
     yield "}"
 
 
-def _dot(count: int, a: str, weights: str, active: str) -> list[str]:
-    """Four running sums, pairs, then the rest, of what a function makes of the values."""
-    whole = count // 4 * 4
-    lines: list[str] = []
-    if whole:
-        lines += [f"for (i = 0u; i < {whole}u; i += 4u)", "{"]
-        lines += [f"    s[{k}] = s[{k}] + ({weights}[i + {k}u] * {active}({a}[i + {k}u]));" for k in range(4)]
-        lines += ["}"]
-    lines += ["total = (s[0] + s[1]) + (s[2] + s[3]);"]
-    lines += [f"total = total + ({weights}[{i}] * {active}({a}[{i}]));" for i in range(whole, count)]
-    return lines
+def _zero(p: Precision) -> str:
+    return f"0.0{p.suffix}"
