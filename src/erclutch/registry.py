@@ -22,6 +22,7 @@ from functools import cache, cached_property, wraps
 from importlib import import_module
 from importlib.resources import files
 from importlib.resources.abc import Traversable
+from opcode import opmap
 from pathlib import PurePath
 from traceback import extract_tb
 from typing import Any, Literal, NamedTuple, cast
@@ -108,7 +109,9 @@ class Plugin:
             yield
         except ErclutchError:
             raise
-        except (Exception, SystemExit) as error:  # somebody else's code: whatever it raises is told, not our crash
+        except (Exception, SystemExit, KeyboardInterrupt) as error:  # of somebody else: told, and no crash of ours
+            if _asked_for_from_outside(error):
+                raise
             if self.own and isinstance(error, ModuleNotFoundError):
                 raise of_missing_wing(error, f"the {_GROUPS[self.group].kind} {self.name!r}") or error from None
             if self.own:
@@ -221,6 +224,20 @@ def require(needed: Any, where: str) -> None:
             what = f"the {_GROUPS[group].kind} {name!r} of {package} {named.get('version', '')}"
             remedy = f"Install the package {package} that the model was made with"
             raise PluginError(f"{what} is needed and not installed", where=where, remedy=remedy)
+
+
+def _asked_for_from_outside(error: BaseException) -> bool:
+    """Whether a signal ends what runs now, and no line of a plug-in: Control-C, or a handler of ours."""
+    place = error.__traceback__
+    if isinstance(error, Exception) or place is None:
+        return False
+    while place.tb_next is not None:
+        place = place.tb_next
+    code = place.tb_frame.f_code.co_code
+    ours = str(place.tb_frame.f_globals.get("__name__")).startswith("erclutch.")
+    # Python takes Control-C between its steps, never within a statement `raise`.
+    raises = code[place.tb_lasti] == opmap["RAISE_VARARGS"]
+    return ours or (isinstance(error, KeyboardInterrupt) and not raises)
 
 
 @cache

@@ -224,6 +224,10 @@ def test_an_lvm_file_without_times(tmp_path: Path) -> None:
     body = "X0\t1.0E+0\nDelta_X\t0.5\n***End_of_Header***\nX_Value\tF [N]\tComment\n\t1\t\n\t2\t\n\t3\t\n"
     path.write_text(LVM.format(mark=".", x="No") + "Channels\t1\n" + body, encoding="utf-8")
     np.testing.assert_array_equal(read_table(path).columns["time"], [1.0, 1.5, 2.0])
+    for whole, damaged, named in (("X0\t1.0E+0", "X0", "X0 is ''"), ("Delta_X\t0.5", "Delta_X\t?", "Delta_X is '?'")):
+        text = LVM.format(mark=".", x="No") + "Channels\t1\nSamples\n" + body.replace(whole, damaged)
+        path.write_text(text, encoding="utf-8")
+        assert named in refused(path)
 
 
 def test_a_row_of_json_without_a_name_is_said(tmp_path: Path) -> None:

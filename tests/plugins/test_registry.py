@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import signal
 from pathlib import Path
 
 import pytest
 
+from erclutch.cli import _end_by_signals
 from erclutch.errors import PluginError, SettingError
+from erclutch.logs.readers.budget import _OutOfTime
 from erclutch.registry import GROUPS, find, hidden, names, plugins, require
 from tests.support.installed_plugin import Install
 
@@ -40,6 +43,37 @@ def test_two_packages_of_one_name_are_refused(install: Install) -> None:
         install(package, f"[erclutch.laws]\nmine = {package.replace('-', '_')}:LAW\n", "LAW = 1\n")
     with pytest.raises(PluginError, match=r"'mine' is in 2 packages: one-law, two-law.*pip uninstall two-law"):
         find("erclutch.laws", "mine")
+
+
+@pytest.mark.parametrize("ends", ["raise KeyboardInterrupt", "raise SystemExit(0)", "import sys; sys.exit()"])
+def test_a_plug_in_that_ends_the_program_is_an_error_that_names_it(install: Install, ends: str) -> None:
+    groups = "".join(f"[erclutch.{group}]\nmine = my_plug:THING\n" for group in ("laws", "readers", "commands"))
+    install("my-plug", groups, f"def THING(*_):\n    {ends}\n")
+    guarded = find("erclutch.commands", "mine")
+    with pytest.raises(PluginError, match=r"'mine' of my-plug 1\.5 failed: (KeyboardInterrupt|SystemExit)"):
+        guarded.guarded(guarded.value)()
+    with pytest.raises(PluginError, match="the law 'mine'"), find("erclutch.laws", "mine").working():
+        guarded.value()
+
+
+def test_control_c_and_a_signal_of_the_system_end_a_plug_in_too(install: Install) -> None:
+    install("my-plug", "[erclutch.laws]\nmine = my_plug:LAW\n", "import signal\nLAW = signal.raise_signal\n")
+    law = find("erclutch.laws", "mine")
+    with pytest.raises(KeyboardInterrupt), law.working():
+        law.value(signal.SIGINT)
+    usual = signal.signal(signal.SIGTERM, signal.SIG_DFL)
+    try:
+        _end_by_signals()
+        with pytest.raises(SystemExit), law.working():
+            law.value(signal.SIGTERM)
+    finally:
+        signal.signal(signal.SIGTERM, usual)
+
+
+def test_a_reader_that_is_too_slow_is_no_faulty_plug_in(install: Install) -> None:
+    install("my-plug", "[erclutch.readers]\nmine = my_plug:READER\n", "READER = 1\n")
+    with pytest.raises(_OutOfTime), find("erclutch.readers", "mine").working():
+        raise _OutOfTime
 
 
 def test_what_a_file_needs() -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -22,7 +22,7 @@ from erclutch.logs.batches import neighbours
 from erclutch.logs.dataset import Dataset, build_dataset
 from erclutch.logs.reading import Reading
 from erclutch.logs.synthetic import synthetic_log
-from erclutch.runs.every_row import HeldOut, plan_of, predictions, score_every_row
+from erclutch.runs.every_row import HeldOut, Part, PartSums, plan_of, predictions, score_every_row
 from erclutch.runs.every_row_folder import FILE, FOLDER, KeptParts, read_every_row, unfinished_plan, write_every_row
 from erclutch.runs.run_folder import read_run, write_run
 from erclutch.runs.tasks import Tasks, tasks_on
@@ -229,6 +229,45 @@ def test_damaged_sums_are_refused(tmp_path: Path, fitted: tuple[RowsOfLogs, Comp
     path.write_bytes(path.read_bytes()[:500])
     with pytest.raises(RunError, match=r"part-1\.npz: cannot be read"):
         kept.sums(3, len(MODELS))
+
+
+def of_one_row_less(sums: PartSums) -> PartSums:
+    return replace(sums, rows=np.concatenate([sums.rows[:-1], sums.rows[-1:] - 1.0]))
+
+
+#: What a worker may give in place of the sums of a part.
+LIES: dict[str, Callable[[Part, PartSums], tuple[Part, PartSums]]] = {
+    "of other rows": lambda part, sums: (replace(part, at=part.at + 1), sums),
+    "shapes": lambda part, sums: (part, replace(sums, square=sums.square[:1])),
+    "effort.: .79, 1.": lambda part, sums: (part, replace(sums, effort=sums.effort[:, None])),
+    "finite": lambda part, sums: (part, replace(sums, effort=sums.effort * np.inf)),
+    "are numbers": lambda part, sums: (part, replace(sums, largest=sums.largest * np.nan)),
+    "rows held out": lambda part, sums: (part, of_one_row_less(sums)),
+    "held out, not": lambda part, sums: (part, replace(sums, held=~sums.held)),
+}
+
+
+@pytest.mark.parametrize("said", LIES)
+def test_a_worker_that_lies_is_told(fitted: tuple[RowsOfLogs, Comparison], said: str) -> None:
+    """Its sums are of another part, of another shape, not finite, or count other rows: no figure is made of them."""
+    rows, comparison = fitted
+    plan, models = plan_of(rows, comparison), models_of(comparison)
+
+    class Lying(Tasks):
+        def __call__(self, of: Callable[[Part], Any], items: Iterable[Part]) -> Iterator[tuple[Part, PartSums]]:
+            return (LIES[said](*of(part)) for part in items)
+
+    with pytest.raises(RunError, match=rf"log\.parquet: .* do not fit what was asked for: .*{said}"):
+        score_every_row(plan, models, Reading(), Lying(None))
+
+
+def test_kept_sums_that_do_not_fit_are_made_again(tmp_path: Path, fitted: tuple[RowsOfLogs, Comparison]) -> None:
+    rows, comparison = fitted
+    plan, models = plan_of(rows, comparison), models_of(comparison)
+    kept = KeptParts(tmp_path, plan)
+    right = score_every_row(plan, models, Reading(), Tasks(None), kept=kept).to_dict()
+    kept.keep(1, of_one_row_less(kept.sums(3, len(MODELS))[1]))
+    assert score_every_row(plan, models, Reading(), Tasks(None), kept=kept).to_dict() == right
 
 
 def test_figures_of_another_run_are_refused(tmp_path: Path, fitted: tuple[RowsOfLogs, Comparison]) -> None:

@@ -135,6 +135,12 @@ class Part:
     begin: Cut
     stop: int | None
 
+    @property
+    def rows(self) -> int:
+        """Usable rows."""
+        cuts = self.log.cuts
+        return (cuts[self.at + 1].place if self.stop is not None else self.log.rows) - self.begin.place
+
 
 def plan_of(rows: RowsOfLogs, comparison: Comparison, run: str = "") -> ScoringPlan:
     """The plan for logs of which stretches were kept, and for the comparison of these."""
@@ -261,11 +267,12 @@ def score_every_row(
 
     Raises:
         LogError, MappingError: a log changed since it was fitted.
-        RunError: what is done cannot be kept, or does not belong to the plan.
+        RunError: what is done cannot be kept, or does not belong to the plan; what a worker gave does not fit its task.
     """
     able, unable = scorable(models)
     parts = plan.parts
-    sums = {} if kept is None else kept.sums(len(parts), len(able))
+    found = {} if kept is None else kept.sums(len(parts), len(able))
+    sums = {number: each for number, each in found.items() if not each.fault(parts[number], len(able))}
     missing = [number for number in range(len(parts)) if number not in sums]
     done = sum(int(each.rows.sum()) for each in sums.values())
 
@@ -273,7 +280,12 @@ def score_every_row(
         progress(done + rows, plan.rows)
 
     score = partial(_score_part, plan, able, how, report if tasks.here else None)
-    for number, of_part in zip(missing, tasks(score, [parts[number] for number in missing]), strict=True):
+    for number, (asked, of_part) in zip(missing, tasks(score, [parts[number] for number in missing]), strict=True):
+        part = parts[number]
+        wrong = of_part.fault(part, len(able)) if asked == part else "they are of other rows"
+        if wrong:
+            problem = f"sums of its rows from {part.begin.file_row} do not fit what was asked for: {wrong}"
+            raise RunError(problem, where=part.log.path, remedy="Check the machine that made them, then give --resume")
         sums[number] = of_part
         if kept is not None:
             kept.keep(number, of_part)
@@ -306,6 +318,25 @@ class PartSums:
     square: Array
     largest: Array
 
+    def fault(self, part: Part, models: int) -> str:
+        """Why these cannot be the sums of a part for so many models; "" where they can.
+
+        A worker or a kept file may be damaged, and sums of other rows would pass into the figures. Errors may be
+        infinite: a model may leave all bounds.
+        """
+        bins = self.held.size
+        shapes = {name: np.shape(getattr(self, name)) for name in PartSums.__dataclass_fields__}
+        of_models = {name: (models, bins) for name in ("error", "square", "largest")}
+        if not bins or shapes != {**dict.fromkeys(shapes, (bins,)), **of_models}:
+            return f"they have the shapes {shapes}"
+        if not all(np.isfinite(each).all() for each in (self.rows, self.effort, self.effort_square)):
+            return "not all of them are finite"
+        if not ((self.square >= 0.0).all() and (self.largest >= 0.0).all()):
+            return "not all of them are numbers"
+        counted = self.rows.sum(), self.rows[self.held].sum()
+        expected = part.rows, np.count_nonzero(part.log.held_out.of(part.begin.place, part.rows))
+        return "" if counted == expected else f"they count {counted} rows and rows held out, not {expected}"
+
     def scores(self, names: Sequence[str], held: bool, seed: int) -> dict[str, Score]:
         """Figures by model on the bins that are held out, or on the others; none where there are no such bins."""
         bins = self.held == held
@@ -333,8 +364,8 @@ def joined_sums(parts: Sequence[PartSums]) -> PartSums:
 
 def _score_part(
     plan: ScoringPlan, models: Mapping[str, Model], how: Reading, report: Callable[[int], None] | None, part: Part
-) -> PartSums:
-    """The sums over the rows of one part."""
+) -> tuple[Part, PartSums]:
+    """The sums over the rows of one part, and of which."""
     log = part.log
     if log.number is None:
         rows_of_file = RowRange(part.begin.file_row, part.stop, log.period)
@@ -353,7 +384,7 @@ def _score_part(
         place += measured.size
         if report is not None:
             report(place - part.begin.place)
-    return joined_sums(sums)
+    return part, joined_sums(sums)
 
 
 def require_unchanged(same: bool, log: LogToScore) -> None:

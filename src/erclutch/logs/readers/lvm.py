@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 
-from erclutch.errors import LogError, placed
+from erclutch.errors import LogError, UnitError, placed
 from erclutch.logs.log_reader import LogReader, LogSource
 from erclutch.logs.readers import found_recordings, text
 from erclutch.logs.readers.text_bytes import DAMAGE, decode
@@ -30,14 +31,28 @@ def _segment(source: LogSource, header: str, body: str, first: str) -> Table:
     if time is not None and any(not np.array_equal(each, time, equal_nan=True) for each in others):
         raise LogError("the channels have times of their own", remedy="Export them with one X column")
     if time is None:
-        start, step = (units.quantity(pairs.get(key, [""])[0].replace(",", "."))[0] for key in ("X0", "Delta_X"))
+        start, step = (_number(key, pairs) for key in ("X0", "Delta_X"))
         time = start + step * np.arange(table.rows)
     said = dict(enumerate(pairs.get("Y_Unit_Label", []), start=1 if multi else 2))
     own = {name: said.get(table.numbers[name] // (2 if multi else 1)) or None for name in columns}
-    count = pairs.get("Samples", [""])[0]
+    count = "".join(pairs.get("Samples", [])[:1])
     cut = [f"a segment has {table.rows} rows of {count}"] if count.isdecimal() and table.rows < int(count) else []
     kept = {"time": "s", **{name: table.units.get(name) or own[name] for name in columns}}
     return replace(table, columns={"time": time, **columns}, units=kept, numbers={}, notes=(*table.notes, *cut))
+
+
+def _number(key: str, pairs: Mapping[str, Sequence[str]]) -> float:
+    """The first number of a line of a header.
+
+    Raises:
+        LogError: there is none.
+    """
+    text = "".join(pairs.get(key, [])[:1])
+    try:
+        return units.quantity(text.replace(",", "."))[0]
+    except UnitError as error:
+        problem = f"there is no X_Value, and {key} is {text!r:.40}, not a number"
+        raise LogError(problem, remedy="Copy the file again, or export it as CSV with a column of times") from error
 
 
 def _read(source: LogSource) -> Table:

@@ -223,6 +223,8 @@ def _fill(
                 task = left[index]
                 if isinstance(outcome, Exception):  # its process died: it is tried again at the next start
                     outcome = _failed(task, str(outcome))
+                elif not {*_failed(task, "")} <= outcome.keys() or outcome["device"] != task.name:
+                    outcome = _failed(task, "the worker gave what is not of this device")
                 else:
                     _write(_file(folder, task.name), outcome)
                 done[task.name] = outcome
