@@ -228,6 +228,7 @@ def _one_language(place: int, language: str, guarded: bool, *, until: float) -> 
         CPP,
         MODELS,
         OPTIONS,
+        PRECISIONS,
         REFUSED,
         RIGHT,
         C,
@@ -240,16 +241,18 @@ def _one_language(place: int, language: str, guarded: bool, *, until: float) -> 
     compiler, flags = natives()[place], CPP if language == "C++" else C
     row, answers = Row(f"{compiler.name}, {language}, {'guarded' if guarded else 'old compiler'}"), Counter[int]()
     with tempfile.TemporaryDirectory() as folder:
-        files = [written(MADE[label], Path(folder) / label) for label in MODELS]
+        made = product(MODELS, PRECISIONS)
+        files = [written(MADE[label], Path(folder) / label / precision, precision) for label, precision in made]
         for file in files:
             if not guarded:
                 without_macros_and_pragmas(file)
         if answer(compiler, files[0], ["-O2"], flags) != RIGHT:
             row.fail("wrong without any option")
-        for number, options in enumerate(OPTIONS):
+        # All options with one file, then all of them with the next: where time is short, each was tried with some.
+        for number, (turn, options) in product(range(len(files)), enumerate(OPTIONS)):
             if time.monotonic() > until:
                 break
-            said = answer(compiler, files[number % len(files)], options.split(), flags)
+            said = answer(compiler, files[(number + turn) % len(files)], options.split(), flags)
             row.tries += 1
             answers[said] += 1
             if said not in (RIGHT, REFUSED):

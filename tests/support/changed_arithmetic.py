@@ -66,6 +66,7 @@ OPTIONS = (
 )
 #: Laws with tanh and power, networks, stages; a compiler that does not know an option refuses, too.
 MODELS = ("bingham, single", "herschel-bulkley, single", "fnn-3+rise-fall, single", "rbfn-13+lag, single")
+PRECISIONS = ("float64", "float32")
 
 
 def written(model: Model, folder: Path, precision: str = "float64") -> Path:
