@@ -49,7 +49,8 @@ def test_known_numbers_are_found_in_the_unit_of_the_position() -> None:
     outcome = fit_structure(log(), structure())
     found = {e.name: e for e in outcome.estimates}
     assert outcome.sound
-    assert (found["lambda_p"].unit, found["T_c1"].unit) == ("rad", "N*m")
+    units = {name: found[name].unit for name in ("lambda_p", "T_c1", "c_1")}
+    assert units == {"lambda_p": "rad", "T_c1": "N*m", "c_1": "N*m/rad"}
     for name, value in {"lambda_p": LENGTH, "T_c1": COSINE, "T_s1": SINE, "c_1": SPRING, "eta": 0.4}.items():
         assert found[name].low < value < found[name].high, name
     assert found["lambda_p"].high - found["lambda_p"].low < 1e-3 * LENGTH

@@ -14,14 +14,15 @@ from erclutch.errors import ErclutchError, RunError
 from erclutch.logs.dataset import Dataset
 from erclutch.models.law_model import TorqueModel, model_from_dict
 from erclutch.models.laws import law_from_name
-from erclutch.models.laws.law import Dimension
+from erclutch.models.laws.law import Dimension, Gain
 from erclutch.models.load import load_model
 from erclutch.models.model import Range, margins
 from erclutch.models.model_file import digest_of
-from erclutch.models.parameter_units import in_user_units, unit_text
+from erclutch.models.parameter_units import gain_in_user_units, in_user_units, unit_of_gain, unit_text
 from erclutch.models.structure import Reference, Structure
 from erclutch.signals.clock import Clock, Span
 from erclutch.signals.device import DeviceName, Element, Units
+from erclutch.signals.recording import POSITION
 
 UNITS = Units("N*m", "V", "rad/s")
 
@@ -296,6 +297,15 @@ def test_names_units_and_conversions() -> None:
     assert unit_text(Dimension(effort=1, slip=-2), Units("N*m", "A", "rad/s")) == "N*m/(rad/s)^2"
     assert unit_text(Dimension(effort=1, field=-2), Units("N", "A", "m/s")) == "N/A^2"
     assert unit_text(Dimension(slip=2), Units("N", "A", "m/s")) == "(m/s)^2"
+
+
+def test_a_gain_of_a_further_input_is_an_effort_per_unit_of_that_input() -> None:
+    reference = Reference(field=1.0, slip=1.0, period=1e-3, extras=(4.0, 5.0))
+    extras = ("load", POSITION)
+    gains = [Gain("c", "effort per input", Dimension(effort=1), extra=place) for place in (None, 0, 1)]
+    assert [gain_in_user_units(20.0, gain, reference) for gain in gains] == [20.0, 5.0, 4.0]
+    assert [unit_of_gain(gain, extras, Units("N", "A", "m/s")) for gain in gains] == ["N", "N/?", "N/m"]
+    assert unit_of_gain(gains[2], extras, Units("N", "A", "?")) == "N/?"
 
 
 def test_a_margin_is_one_percent_of_the_width_or_of_a_single_value() -> None:

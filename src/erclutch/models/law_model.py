@@ -19,7 +19,7 @@ from erclutch.models import model_file
 from erclutch.models.band import Band
 from erclutch.models.laws import law_from_name
 from erclutch.models.model import FluidSignals, Pair, Range, further_inputs, settled_memory
-from erclutch.models.parameter_units import in_user_units, unit_text
+from erclutch.models.parameter_units import gain_in_user_units, in_user_units, unit_of_gain, unit_text
 from erclutch.models.shared_answers import ModelBase
 from erclutch.models.stages import (
     outside_stages,
@@ -116,9 +116,8 @@ class TorqueModel(ModelBase):
             value = in_user_units(self.shape[shape.name], shape.dimension, self.reference)
             yield shape.name, value, unit_text(shape.dimension, self.units), shape.meaning
         for gain in self.structure.gains():
-            scale = 1.0 if gain.extra is None else self.reference.extras[gain.extra]
-            value = in_user_units(self.gains[gain.name], gain.dimension, self.reference) / scale
-            yield gain.name, value, unit_text(gain.dimension, self.units), gain.meaning
+            value = gain_in_user_units(self.gains[gain.name], gain, self.reference)
+            yield gain.name, value, unit_of_gain(gain, self.structure.extras, self.units), gain.meaning
 
     @property
     def plugins(self) -> tuple[Plugin, ...]:

@@ -2,15 +2,35 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from erclutch.models.laws import Dimension
+from erclutch.models.laws.law import Gain
 from erclutch.models.structure import Reference
 from erclutch.signals.device import Units
+from erclutch.signals.recording import POSITION
 
 
 def in_user_units(value: float, dimension: Dimension, reference: Reference) -> float:
     """A normalised number in the data's own units."""
     scale = reference.field**dimension.field * reference.slip**dimension.slip
     return value * scale * reference.temperature**dimension.temperature
+
+
+def gain_in_user_units(value: float, gain: Gain, reference: Reference) -> float:
+    """A normalised gain in the data's own units; that of a further input is an effort per unit of the input."""
+    per = 1.0 if gain.extra is None else reference.extras[gain.extra]
+    return in_user_units(value, gain.dimension, reference) / per
+
+
+def unit_of_gain(gain: Gain, extras: Sequence[str], units: Units) -> str:
+    """Unit of a gain, such as ``N`` or, of the position, ``N/m``; "?" inside where nobody gave the input's unit."""
+    unit = unit_text(gain.dimension, units)
+    if gain.extra is None:
+        return unit
+    # The position is the slip's integral. Other inputs come as they were logged.
+    known = extras[gain.extra] == POSITION and units.slip.endswith("/s")
+    return f"{unit}/{units.slip.removesuffix('/s') if known else '?'}"
 
 
 def unit_text(dimension: Dimension, units: Units) -> str:

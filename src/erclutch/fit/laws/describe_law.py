@@ -14,7 +14,7 @@ from erclutch.fit.outcome import Estimate, FitOutcome
 from erclutch.models.law_model import TorqueModel
 from erclutch.models.laws import ShapeParameter
 from erclutch.models.model import Range
-from erclutch.models.parameter_units import in_user_units, unit_text
+from erclutch.models.parameter_units import gain_in_user_units, in_user_units, unit_of_gain, unit_text
 from erclutch.models.structure import Reference, Structure
 from erclutch.signals.array import Array
 from erclutch.signals.device import Units
@@ -114,12 +114,10 @@ def _gain_estimates(
     estimates: list[Estimate] = []
     for i, gain in enumerate(full.gains):
         reach = (projection.gains[i], ends[0][i], ends[1][i])
-        scale = 1.0 if gain.extra is None else model.reference.extras[gain.extra]
-        value, low, high = (in_user_units(float(v), gain.dimension, model.reference) / scale for v in reach)
+        value, low, high = (gain_in_user_units(float(v), gain, model.reference) for v in reach)
+        unit = unit_of_gain(gain, model.structure.extras, model.units)
         bound = "lower" if projection.held[i] and not projection.dead[i] else None
-        estimates.append(
-            Estimate(gain.name, gain.meaning, unit_text(gain.dimension, model.units), value, low, high, bound)
-        )
+        estimates.append(Estimate(gain.name, gain.meaning, unit, value, low, high, bound))
     return estimates
 
 
