@@ -15,6 +15,7 @@ from erclutch.logs.applied import apply, apply_rows, runs_of
 from erclutch.logs.clock_planning import clock_plan
 from erclutch.logs.mapping import ColumnChoice, ColumnMap
 from erclutch.logs.planning import plan_of
+from erclutch.logs.seen_columns import seen_columns
 from erclutch.logs.table import Table
 from erclutch.signals.recording import Recording
 
@@ -302,13 +303,13 @@ def test_a_number_that_nothing_measures_is_refused(value: float) -> None:
 def test_a_log_whose_clock_restarts_has_a_clock_for_each_run() -> None:
     time = np.concatenate([np.arange(30), np.arange(5), np.arange(25)]) / 100.0
     log = table({**PLAIN, "t": time})
-    runs, taken, notes = runs_of(clock_plan(log, ColumnMap(), ()), log)
+    runs, taken, notes = runs_of(clock_plan(seen_columns(log), ColumnMap(), ()), log)
     assert [kept.tolist() for kept, _ in runs] == [list(range(30)), list(range(35, 60))]
     assert "5 rows between two restarts of the clock left out" in notes
     assert taken == {"t"}
     with pytest.raises(MappingError, match="no time column"):
-        clock_plan(table({"q": ROWS}), ColumnMap(), ())
-    (run,), _, _ = runs_of(clock_plan(table(PLAIN), ColumnMap(rate=50.0), ()), table(PLAIN))
+        clock_plan(seen_columns(table({"q": ROWS})), ColumnMap(), ())
+    (run,), _, _ = runs_of(clock_plan(seen_columns(table(PLAIN)), ColumnMap(rate=50.0), ()), table(PLAIN))
     assert run[1].period == pytest.approx(0.02)
     assert ColumnChoice("t").source == "given"
 

@@ -9,8 +9,11 @@ import numpy as np
 import pytest
 
 from erclutch.errors import MappingError
-from erclutch.logs import columns
+from erclutch.logs.clock_planning import time_column
+from erclutch.logs.columns import candidates
+from erclutch.logs.guesses import guess
 from erclutch.logs.labels import name_columns
+from erclutch.logs.seen_columns import seen_columns
 from erclutch.logs.table import Table
 
 FILES = tomllib.loads(Path(__file__).with_name("public_headers.toml").read_text(encoding="utf-8"))["file"]
@@ -24,10 +27,10 @@ def table_of(labels: list[str]) -> Table:
 
 def meanings(label: str) -> set[str]:
     """The signals that one column alone is taken for."""
-    table = table_of([label])
-    if columns.time_column(table, ()):
+    seen = seen_columns(table_of([label]))
+    if time_column(seen, ()):
         return {"time"}
-    return {s for s in ("field", "slip", "position", "effort") if columns.candidates(table, s, ())[0]}
+    return {s for s in ("field", "slip", "position", "effort") if candidates(seen, s, ())[0]}
 
 
 @pytest.mark.parametrize(("held_out", "least"), [(False, 0.92), (True, 0.9)])
@@ -51,7 +54,7 @@ def test_no_column_is_guessed_for_another_signal() -> None:
         wanted = dict(zip(table.columns, file["headers"].values(), strict=True))
         for signal in ("field", "slip", "position", "effort"):
             try:
-                found = columns.guess(table, signal, ())
+                found = guess(seen_columns(table), signal, ())
             except MappingError:
                 asked += 1
                 continue

@@ -2,93 +2,118 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
 from erclutch.errors import MappingError, UnitError, shell_word
-from erclutch.logs import columns
 from erclutch.logs.mapping import ColumnChoice, ColumnMap
 from erclutch.logs.named_columns import locate
+from erclutch.logs.names import OTHER
 from erclutch.logs.plan import ClockPlan
+from erclutch.logs.seen_columns import SeenColumns
 from erclutch.logs.table import Table
 from erclutch.signals import units
 from erclutch.signals.array import Array
 
-_COUNTER = "samplenumber"
 #: s between rows from which on stamps without a unit may be ms or counts.
 SLOW = 0.5
 _FEW_STEPS = 9  # in fewer nothing of the rate is seen
+_SINCE_1970 = (1e9, 4.1e9)  # s: 2001 to 2100
+_SHEET_DAYS = (20_000, 80_000)  # days as spreadsheets number them: 1954 to 2119
+_SHEET_STEP = 1.2e-5  # days: 1 Hz or faster
+_EVEN = 1e-3  # share of a step by which equal steps may differ
 
 
-def clock_plan(table: Table, told: ColumnMap, taken: Sequence[str]) -> ClockPlan:
+def clock_plan(seen: SeenColumns, told: ColumnMap, taken: Sequence[str]) -> ClockPlan:
     """The best clock that a table has: a rate, a column of stamps, a column of dates, the period in its header.
 
     Args:
-        table: columns as in the file.
+        seen: the columns of the log.
         told: what the user said of time or rate; the rest is guessed.
         taken: columns that are signals.
 
     Raises:
         MappingError: no clock of any kind, or no such column. UnitError: its unit is none of time.
     """
-    counted = counters(table)
+    table = seen.table
+    counters = seen.counters
     dates = [table.clock_name] if table.clock_name else []
     if told.rate is not None:
         said = f"time from the sampling rate of {told.rate:g} Hz ({told.source})"
-        not_signals = (*counted, *dates)
+        not_signals = (*counters, *dates)
         return ClockPlan("rate", period=1.0 / told.rate, not_signals=not_signals, reason=told.source, sentence=said)
 
     header = table.sample_period or _header_period(table)
     choice = told.time
     if choice is None:
-        name = columns.time_column(table, taken)
-        choice = None if name is None else ColumnChoice(name, source="guessed from its name or unit")
+        guessed = time_column(seen, taken)
+        choice = None if guessed is None else ColumnChoice(guessed, source="guessed from its name or unit")
     if choice is not None:
         name, unit, scale = locate(table, choice, "time")
         stamps = table.columns[name]
-        factor, zero, how = _as_seconds(name, unit, stamps[np.isfinite(stamps)])
-        said = f"time <- column {name}{how} ({choice.source})"
-        not_signals = (*counted, name)
-        guessed = told.time is None and not unit and factor == 1.0
-        doubt = _doubt(name, stamps[np.isfinite(stamps)]) if guessed else ""
-        scales = (scale, scale * factor, zero, header)
-        return ClockPlan("column", name, unit, *scales, not_signals, choice.source, said, doubt)
+        stamps = stamps[np.isfinite(stamps)]
+        factor, zero, how = _as_seconds(name, unit, stamps)
+        # A unit that nobody wrote and that nothing tells: the steps must look like seconds.
+        taken_for_seconds = told.time is None and not unit and factor == 1.0
+        return ClockPlan(
+            "column",
+            name,
+            unit,
+            scale,
+            scale * factor,
+            zero,
+            header,
+            not_signals=(*counters, name),
+            reason=choice.source,
+            sentence=f"time <- column {name}{how} ({choice.source})",
+            doubt=_doubt(name, stamps) if taken_for_seconds else "",
+        )
 
     if table.clock is not None:
         said = f"time <- date and time in column {table.clock_name}"
-        not_signals = (*counted, *dates)
+        not_signals = (*counters, *dates)
         return ClockPlan("dates", table.clock_name, period=header, not_signals=not_signals, sentence=said)
     if header is None:
         problem = f"no time column and no sampling rate; the file has: {table.listed}"
-        steady = _steady_column(table, taken)
-        if steady is not None:
-            name, step = steady
-            remedy = (
-                f"{name} grows by {step:.4g} from row to row: if that is s, give --time {shell_word(f'{name} [s]')}"
-            )
-            raise MappingError(problem, remedy=remedy)
-        raise MappingError(problem, remedy='Give --time "NAME [s]" or --rate HZ')
+        remedy = _steady_column(table, taken) or 'Give --time "NAME [s]" or --rate HZ'
+        raise MappingError(problem, remedy=remedy)
+
     said = f"time from the sampling period in the header: {header:g} s"
-    if not counted or not np.isfinite(table.columns[counted[0]]).all():
-        return ClockPlan("header", period=header, not_signals=tuple(counted), sentence=said)
-    first = float(table.columns[counted[0]][0])
-    return ClockPlan(
-        "counter", counted[0], factor=header, zero=first, period=header, not_signals=tuple(counted), sentence=said
-    )
+    if not counters or not np.isfinite(table.columns[counters[0]]).all():
+        return ClockPlan("header", period=header, not_signals=counters, sentence=said)
+    counter = counters[0]
+    first = float(table.columns[counter][0])
+    return ClockPlan("counter", counter, factor=header, zero=first, period=header, not_signals=counters, sentence=said)
 
 
-def _steady_column(table: Table, taken: Sequence[str]) -> tuple[str, float] | None:
-    """The first column, and its step, where that looks like a time: no unit, equal steps that are no whole number."""
-    name = next(iter(table.columns), "")
-    if not name or name in taken or table.units.get(name):
-        return None
-    steps = np.diff(table.columns[name])
-    if steps.size < 2 or not np.isfinite(steps).all():
-        return None
-    step = float(np.median(steps))
-    even = step > 0 and bool(np.all(np.abs(steps - step) <= 1e-3 * step))
-    return (name, step) if even and not step.is_integer() else None
+def time_column(seen: SeenColumns, taken: Iterable[str]) -> str | None:
+    """The column that is the time by its name, with a unit of time or none; or the only one with a unit of time.
+
+    Where no whole name is, the only column whose name ends in a time and whose numbers rise (``Machine_Time``).
+    """
+    free = seen.without(taken)
+    open_ones = [column for column in free if column.fits(("s",)) is not False]
+    for column in open_ones:
+        if column.spoken.is_time:
+            return column.name
+
+    in_seconds = [column for column in open_ones if column.fits(("s",)) and OTHER.isdisjoint(column.spoken.words)]
+    if len(in_seconds) == 1:
+        return in_seconds[0].name
+    rising = [column for column in open_ones if column.spoken.ends_in_time and column.shape.rises]
+    return rising[0].name if len(rising) == 1 else None
+
+
+def stamps_of(seen: SeenColumns) -> Array | None:
+    """The time in s, or in what the file has, shape (n,); None for a table without a clock."""
+    table = seen.table
+    if table.clock is not None:
+        return table.clock
+    if table.sample_period is not None:
+        return np.arange(table.rows, dtype=np.float64) * table.sample_period
+    name = time_column(seen, ())
+    return None if name is None else table.columns[name]
 
 
 def _header_period(table: Table) -> float | None:
@@ -115,21 +140,28 @@ def _as_seconds(name: str, unit: str | None, stamps: Array) -> tuple[float, floa
             problem = f"column '{name}' has the unit '{unit}', which is no unit of time"
             raise UnitError(problem, remedy=f"Give its unit, such as --time {shell_word(f'{name} [ms]')}")
         if unit:
-            return seconds[0], 0.0, f", converted from {unit}" if seconds[0] != 1.0 else ""
+            factor, _ = seconds
+            return factor, 0.0, "" if factor == 1.0 else f", converted from {unit}"
+
     steps = np.abs(np.diff(stamps))
-    if stamps.size > 1 and np.all((stamps > 20_000) & (stamps < 80_000)) and np.median(steps) < 1.2e-5:
+    if stamps.size > 1 and _lie_within(stamps, _SHEET_DAYS) and np.median(steps) < _SHEET_STEP:
         how = ", no unit: dates as spreadsheets number them, taken as days"
         return 86_400.0, float(np.floor(stamps[0])), how
     for short, factor in (("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9)):
-        if stamps.size and np.all((stamps * factor > 1e9) & (stamps * factor < 4.1e9)):
+        if stamps.size and _lie_within(stamps * factor, _SINCE_1970):
             return factor, float(stamps[0]), f", no unit: a time since 1970, taken as {short}"
     return 1.0, 0.0, ", no unit: taken as s"
+
+
+def _lie_within(stamps: Array, ends: tuple[float, float]) -> bool:
+    low, high = ends
+    return bool(np.all((stamps > low) & (stamps < high)))
 
 
 def _doubt(name: str, stamps: Array) -> str:
     """Why stamps without a unit may be no seconds; "" where they look like seconds."""
     steps = np.abs(np.diff(stamps))
-    if steps.size < _FEW_STEPS or bool(np.all((stamps > 1e9) & (stamps < 4.1e9))):  # seconds since 1970
+    if steps.size < _FEW_STEPS or _lie_within(stamps, _SINCE_1970):
         return ""
     step = float(np.median(steps))
     if step < SLOW:
@@ -137,6 +169,16 @@ def _doubt(name: str, stamps: Array) -> str:
     return f"time is column {name} in s, though it has no unit and grows by {step:.4g} a row, as ms do"
 
 
-def counters(table: Table) -> list[str]:
-    """Columns that count samples."""
-    return [name for name in table.columns if name.replace(" ", "").lower() == _COUNTER]
+def _steady_column(table: Table, taken: Sequence[str]) -> str:
+    """A remedy that proposes the first column as the time: no unit, equal steps that are no whole number; else ""."""
+    name = next(iter(table.columns), "")
+    if not name or name in taken or table.units.get(name):
+        return ""
+    steps = np.diff(table.columns[name])
+    if steps.size < 2 or not np.isfinite(steps).all():
+        return ""
+    step = float(np.median(steps))
+    even = step > 0 and bool(np.all(np.abs(steps - step) <= _EVEN * step))
+    if not even or step.is_integer():
+        return ""
+    return f"{name} grows by {step:.4g} from row to row: if that is s, give --time {shell_word(f'{name} [s]')}"

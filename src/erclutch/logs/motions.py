@@ -1,45 +1,56 @@
-"""A slip and a position of one log are held against each other: one is the rate of the other, in their units."""
+"""The motions of a log are held against each other: a screw turns, and a slip is the rate of its position."""
 
 from __future__ import annotations
 
-from erclutch.errors import shell_word
-from erclutch.logs import columns
-from erclutch.logs.mapping import ColumnChoice
-from erclutch.logs.plan import ClockPlan, SignalPlan
-from erclutch.logs.shapes import is_rate_of, is_usual_ratio, over_rate
-from erclutch.logs.table import Table
+from dataclasses import replace
+
+from erclutch.errors import MappingError, shell_word
+from erclutch.logs.clock_planning import stamps_of
+from erclutch.logs.draft import Draft
+from erclutch.logs.shapes import is_usual_ratio, over_rate
 
 _SAME = 0.5  # of one: a ratio that no mixed units make
 _RATES = (("m/s", "m"), ("rad/s", "rad"))
 
 
-def another_motion(table: Table, guess: ColumnChoice, slip: str) -> str:
-    """Why a position that its unit alone tells is none of the device: a gap, a travel of something else; "" for none.
+def turn_screw(draft: Draft) -> None:
+    """Alpha = alpha_raw 2 pi / lead, equation 4 of Huang and Ishikawa, in place of alpha_raw."""
+    raw = draft.signals.get("alpha_raw")
+    if raw is None:
+        return
+    lead = draft.told.lead
+    if lead is None:
+        problem = "alpha_raw is the position on a screw whose lead is not given"
+        draft.ask("lead", MappingError(problem, remedy='Give the lead, such as --lead "10 mm"'))
+    elif "alpha" in draft.signals:
+        del draft.signals["alpha_raw"]
+        draft.notes.append(f"column {raw.column} (alpha_raw) not used: alpha itself is logged")
+    else:
+        draft.signals["alpha_raw"] = replace(raw, lead=lead)
+        draft.notes.append(f"alpha = alpha_raw * 2 pi / lead with a lead of {lead:g} m")
 
-    Args:
-        table: the log.
-        guess: the column that may be the position, with what speaks for it.
-        slip: the column of the slip, whose rate it is not.
-    """
-    name = str(guess.column)
-    if " name" in guess.source or is_rate_of(table.columns[slip], table.columns[name], columns.stamps_of(table)):
-        return ""
-    option = f"--position {shell_word(table.label(name))}"
-    return f"column {name} has the unit of a position, and column {slip} is not its rate: left out ({option} takes it)"
 
-
-def odd_rate(table: Table, slip: SignalPlan | None, position: SignalPlan | None, clock: ClockPlan | None) -> str:
-    """What is odd where a slip goes with the rate of the position and is another number; "" for nothing."""
-    stamps = columns.stamps_of(table)
-    if slip is None or position is None or clock is None or stamps is None or not slip.column or not position.column:
-        return ""
-    if (slip.si, position.si) not in _RATES:
-        return ""
-    speed, place = table.columns[slip.column] * slip.factor, table.columns[position.column] * position.factor
+def hold_slip_against_position(draft: Draft) -> None:
+    """Ask about a slip that is some times the rate of its position; where the user gave the slip, only say so."""
+    slip, position = draft.signals.get("slip"), draft.signals.get("position")
+    clock = draft.clock
+    if slip is None or position is None or clock is None or not slip.column or not position.column:
+        return
+    stamps = stamps_of(draft.seen)
+    if stamps is None or (slip.si, position.si) not in _RATES:
+        return
+    speed = draft.table.columns[slip.column] * slip.factor
+    place = draft.table.columns[position.column] * position.factor
     ratio = over_rate(speed, place, stamps * clock.factor if clock.kind == "column" else stamps)
     if ratio is None or not is_usual_ratio(ratio) or abs(abs(ratio) - 1.0) < _SAME:
-        return ""
-    return (
+        return
+
+    odd = (
         f"the slip, column {slip.column}, is {abs(ratio):.3g} times the rate of the position, column "
         f"{position.column}: the unit of one of them, or of the time, is another"
     )
+    if slip.sureness == "given":
+        draft.notes.append(odd)
+    else:
+        remedy = f"Say which is right, such as --slip {shell_word(draft.table.label(slip.column))}"
+        draft.ask("slip", MappingError(odd, remedy=remedy))

@@ -1,50 +1,126 @@
-"""A column that a user named is found in a table, with its unit; the error for any other name lists what is there."""
+"""Columns that a user named are taken first; the error for a name that is not there lists what is there."""
 
 from __future__ import annotations
 
+from difflib import get_close_matches
+
 from erclutch.errors import LogError, MappingError, UnitError, shell_word
+from erclutch.logs.draft import Draft
 from erclutch.logs.labels import own_unit, split_end, split_label
-from erclutch.logs.mapping import ColumnChoice
+from erclutch.logs.mapping import NONE, ColumnChoice
+from erclutch.logs.names import meant_by
+from erclutch.logs.plan import SignalPlan
 from erclutch.logs.table import Table
 from erclutch.signals import units
 from erclutch.signals.recording import SIGNALS
+
+_TEMPERATURE = "temperature"
+_LONGEST_NUMBER = 9  # digits of a column's place in the file
+
+
+def refuse_unreadable_signals(draft: Draft) -> None:
+    """Refuse a log in which a column is called like a signal, or like the time, and holds no numbers.
+
+    Only where nothing else was chosen for that signal, and no other column is called so: the log would be read without
+    the signal.
+
+    Raises:
+        LogError: there is such a column.
+    """
+    table, told = draft.table, draft.told
+    settled = {*told.columns, *told.constants}
+    if settled & {"slip", "position"}:
+        settled |= {"slip", "position"}
+    wanted = draft.needed - settled
+    if told.name_pattern:
+        wanted = {signal for signal in wanted if f"{{{signal}}}" not in told.name_pattern}
+    timed = told.time is not None or told.rate is not None or table.clock is not None
+
+    for name, problem in table.unreadable.items():
+        meant = meant_by(name, wanted, time=not timed)
+        if not meant or any(meant_by(other, {meant}, time=meant == "time") for other in table.columns):
+            continue
+        remedy = f"Correct its cells, or say what the {meant} is: --{meant} {shell_word('NAME [unit]')}"
+        remedy += ", or --field none if it was not logged" if meant == "field" else ""
+        raise LogError(f"{problem}, and it is called like the {meant}", remedy=remedy)
+
+
+def take_named(draft: Draft) -> None:
+    """Take the columns that the user named; what is wrong with one of them is a question.
+
+    Raises:
+        MappingError: a signal that the device does not have. LogError: a column without numbers.
+    """
+    allowed = {*draft.known_signals, _TEMPERATURE}
+    for signal, choice in draft.told.columns.items():
+        declined = draft.told.declines(signal) and NONE not in draft.table.columns
+        if signal == "field" and declined:
+            draft.take_no_field()
+            continue
+        if signal not in allowed:
+            own = ", ".join(sorted(draft.known_signals))
+            problem = f"'{signal}' is no signal of a {draft.device} device (it has: {own})"
+            raise MappingError(problem, remedy="Use one of these, or set --device")
+        if declined:
+            draft.declined.append(signal)
+            draft.notes.append(f"{signal}: no column is taken for it ({choice.source})")
+            continue
+        try:
+            name, unit, factor = locate(draft.table, choice, signal)
+            if signal == _TEMPERATURE:  # a further input, in K
+                units.kelvin(draft.table.columns[name] * factor, unit, name)
+                draft.signals[signal] = SignalPlan(signal, name, unit, factor, factor, "K", reason=choice.source)
+                draft.notes.append(f"temperature <- column {name} [{unit}], in K ({choice.source})")
+            else:
+                draft.take(signal, name, unit, factor, choice.source)
+        except MappingError as error:
+            draft.ask(signal, error)
 
 
 def locate(table: Table, choice: ColumnChoice, signal: str) -> tuple[str, str | None, float]:
     """Column name, unit and factor that a choice means; an exact column name wins over its reading as a label.
 
     Raises:
-        MappingError: no such column; the message lists the columns and a close match.
+        MappingError: no such column; the message lists the columns and a close match. UnitError: a unit of another
+            kind than the unit that ends the column's name.
         LogError: its cells are no numbers.
     """
     text = str(choice.column).strip()
-    _refuse_unreadable(table, text)
-    for candidate, factor in ((text, 1.0), (text[1:].strip(), -1.0))[: 1 + text.startswith("-")]:
-        name, unit = candidate, choice.unit
+    positive = text.removeprefix("-").strip()
+    for name in (text, positive, split_label(text)[0], split_label(positive)[0]):
+        if name not in table.columns and name in table.unreadable:
+            raise LogError(table.unreadable[name], remedy="Correct its cells, or name another column")
+
+    readings = [(text, 1.0)]
+    if text.startswith("-"):
+        readings.append((positive, -1.0))
+    for label, sign in readings:
+        name, unit = label, choice.unit
         if name not in table.columns:
-            name, own = split_label(candidate)
+            name, own = split_label(label)
             unit = choice.unit or own
-        if name not in table.columns and name.isdecimal() and len(name) < 10:
+        if name not in table.columns and name.isdecimal() and len(name) <= _LONGEST_NUMBER:
             name = table.numbered(int(name)) or name
         if name in table.columns:
             _refuse_another_kind(name, unit, signal)
             si_units = SIGNALS[signal].si_units if signal in SIGNALS else ("s",) if signal == "time" else ()
-            return name, choice.unit or own_unit(name, unit or table.units.get(name), si_units), factor * choice.scale
-    raise _no_column(table, text, signal)
+            unit = choice.unit or own_unit(name, unit or table.units.get(name), si_units)
+            return name, unit, sign * choice.scale
 
-
-def _refuse_unreadable(table: Table, text: str) -> None:
-    """Raise a LogError where the column that is named holds no numbers."""
-    plain = text.removeprefix("-").strip()
-    for name in (text, plain, split_label(text)[0], split_label(plain)[0]):
-        if name not in table.columns and name in table.unreadable:
-            raise LogError(table.unreadable[name], remedy="Correct its cells, or name another column")
+    readable = {name.lower(): name for name in table.columns if name not in table.truths}
+    near = get_close_matches(split_label(text)[0].lower(), readable, n=1, cutoff=0.5)
+    close = readable[near[0]] if near else ""
+    hint = f"Did you mean {close}? Give it as" if close else "Give one of them as"
+    remedy = f"{hint} --{signal} {shell_word(close or 'NAME [unit]')}"
+    if "*" in text and signal != "time":
+        remedy += "; for a log of each column of such a name add --variable all"
+    raise MappingError(f"there is no column '{text}' for {signal}; the file has: {table.listed}", remedy=remedy)
 
 
 def _refuse_another_kind(name: str, unit: str | None, signal: str) -> None:
     """Refuse a unit that is given for a column whose name ends in a unit of another kind: no volt is an ampere."""
     _, end = split_end(name)
-    if not end or not unit or not (units.is_unit(end) and units.is_unit(unit)):
+    if not end or not unit or not units.is_unit(end) or not units.is_unit(unit):
         return
     if units.parse(end).dimension != units.parse(unit).dimension:
         problem = f"column '{name}' ends in a unit, {end}, and {unit} is of another kind"
@@ -52,15 +128,3 @@ def _refuse_another_kind(name: str, unit: str | None, signal: str) -> None:
         remedy = f"Give it as it is, --{signal} {shell_word(name)}"
         remedy += f", or what one {end} of it means, such as --scale {scale}" if signal in SIGNALS else ""
         raise UnitError(problem, remedy=remedy)
-
-
-def _no_column(table: Table, text: str, signal: str) -> MappingError:
-    import difflib
-
-    lower = {name.lower(): name for name in table.columns if name not in table.truths}
-    near = difflib.get_close_matches(split_label(text)[0].lower(), lower, n=1, cutoff=0.5)
-    close = lower[near[0]] if near else ""
-    hint = f"Did you mean {close}? Give it as" if close else "Give one of them as"
-    problem = f"there is no column '{text}' for {signal}; the file has: {table.listed}"
-    each = "; for a log of each column of such a name add --variable all" if "*" in text and signal != "time" else ""
-    return MappingError(problem, remedy=f"{hint} --{signal} {shell_word(close or 'NAME [unit]')}{each}")

@@ -8,7 +8,9 @@ from __future__ import annotations
 
 import re
 import unicodedata
-from collections.abc import Collection
+from collections.abc import Collection, Iterable, Mapping
+from dataclasses import dataclass
+from functools import lru_cache
 
 from erclutch.logs.labels import EASTERN, split_end
 
@@ -97,8 +99,84 @@ _CJK_OTHERS = (
     *("加速度", "压力", "壓力", "圧力", "应力", "応力", "功率", "动力", "电力", "電力", "误差", "温度", "频率"),
     *("目标", "目標", "设定", "指令", "给定", "命令", "速度比", "时间", "時間", "序号", "编号", "番号", "效率", "効率"),
 )
+_TIME = re.compile(
+    r"t|time|zeit|uhrzeit|tijd|temps|tiempo|tempo|timestamps?|elapsed(?:time)?|steptime|seconds|sec|tsec|times|"
+    r"(?:ros|bag|rosbag|test|run|total|sample|relative|local|system|log|rec|elapsed|unix|epoch)?time(?:stamp)?s?|"
+    r"stamp|zeitstempel|messzeit|tempsecoule|tiempotranscurrido|.{0,4}时间戳?|时刻|.{0,4}時間|時刻|millis|micros",
+    re.IGNORECASE,
+)
 _PRIME = re.compile(r"['\"′″](?!\w)")  # force d'amortissement has none
 _AXES = _set("x y z r")
+
+
+@dataclass(frozen=True)
+class SpokenName:
+    """What the name of a column says, for all signals at once.
+
+    Attributes:
+        stem: the name without the unit that ends it.
+        end: that unit, or None.
+        plain: the name in small letters, without signs; and so the stem.
+        words: of the whole name.
+        stem_words: of the stem.
+        forms: signal -> the name that speaks for it, see `called_as`.
+        heads: signal of a single device -> the head of the name, see `headed`.
+        may_be: signals of a single device for which its form, its head, or a name in front of a number speaks.
+        is_time: whether the column is called like the time.
+        ends_in_time: whether its last word is a time.
+        is_accounted: whether the name says that the column is no field.
+    """
+
+    stem: str
+    end: str | None
+    plain: str
+    plain_stem: str
+    words: tuple[str, ...]
+    stem_words: frozenset[str]
+    forms: Mapping[str, str | None]
+    heads: Mapping[str, str | None]
+    may_be: frozenset[str]
+    is_time: bool
+    ends_in_time: bool
+    is_accounted: bool
+
+
+@lru_cache(maxsize=4096)
+def spoken_name(name: str) -> SpokenName:
+    """What a name says; the same for every column of this name."""
+    stem, end = split_end(name)
+    forms = {signal: called_as(name, signal) for signal in NAMES}
+    heads = {signal: headed(name, signal) for signal in SINGLE}
+    return SpokenName(
+        stem,
+        end,
+        plain(name),
+        plain(stem),
+        tuple(words_of(name)),
+        frozenset(words_of(stem)),
+        forms,
+        heads,
+        may_be=frozenset(s for s in SINGLE if forms[s] or heads[s] or numbered(name, s)),
+        is_time=is_time(name),
+        ends_in_time=ends_in_time(name),
+        is_accounted=is_accounted(name),
+    )
+
+
+def meant_by(name: str, signals: Iterable[str], *, time: bool) -> str:
+    """The signal that a name alone speaks for, ``time`` among them where that is looked for; "" for none.
+
+    Short names that mean several things speak for none.
+    """
+    if time and is_time(name):
+        return "time"
+    stem, _ = split_end(name)
+    of_something_else = bool({*words_of(stem)} & (TOLD | OTHER))
+    for signal in sorted(signals):
+        form = called_as(name, signal) if signal in NAMES else None
+        if form and form not in NEED_UNIT and (signal == "field" or not of_something_else):
+            return signal
+    return ""
 
 
 def plain(name: str) -> str:
@@ -161,6 +239,14 @@ def numbered(name: str, signal: str) -> str | None:
     stem = plain(split_end(name)[0])
     form = stem.rstrip("0123456789")
     return form if form != stem and signal in SINGLE and form in _NAMES[signal] else None
+
+
+def is_time(name: str) -> bool:
+    """Whether a column is called like the time; a large T is a torque."""
+    if name == "T":
+        return False
+    stem, _ = split_end(name)
+    return any(_TIME.fullmatch(letters) for letters in (plain(name), plain(stem)))
 
 
 _TIMES = _set("time timestamp timestamps stamp zeit temps tiempo tempo tijd sec seconds")

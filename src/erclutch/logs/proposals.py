@@ -8,16 +8,15 @@ from functools import partial
 
 import numpy as np
 
-from erclutch.logs import columns
 from erclutch.logs.labels import split_label
 from erclutch.logs.mapping import ColumnMap
+from erclutch.logs.missing_columns import example_of, field_or_none, has_speed
 from erclutch.logs.plan import Question, SignalPlan
-from erclutch.logs.shapes import is_counter, rises
-from erclutch.logs.table import Table
+from erclutch.logs.seen_columns import SeenColumns
 
 
 def proposals(
-    table: Table,
+    seen: SeenColumns,
     told: ColumnMap,
     taken: Sequence[str],
     signals: Mapping[str, SignalPlan],
@@ -26,7 +25,7 @@ def proposals(
     """An option for each question: with what is most likely, or with a place to fill in; then what the rows need.
 
     Args:
-        table: the log.
+        seen: the columns of the log.
         told: what the user and the mapping file said.
         taken: columns that are signals, inputs, the time or a counter of samples.
         signals: what was found, by its name.
@@ -45,24 +44,24 @@ def proposals(
         if signal == "field" and "--field none" in question.remedy and "may be it" not in question.problem:
             examples.append("")  # once it is known whether the other questions have answers
             continue
-        if signal == "time" and not time and columns.has_speed(table, signals, questions):
+        if signal == "time" and not time and has_speed(seen, signals, questions):
             examples.append('--rate "1 Hz"')  # a law without memory needs no clock where the speed is logged
             continue
-        free = [table.columns[name] for name in table.columns if name not in others]
+        free = [column.shape for column in seen.without(others)]
         moving = not questions.keys() - {"time", "field"}  # else a column of the time may be among the open ones
-        timeless = moving and not any(rises(values) and not is_counter(values) for values in free)
+        timeless = moving and not any(shape.rises and not shape.counts_rows for shape in free)
         if signal == "time" and not time and (timeless or not free):
             examples.append('--rate "RATE Hz"')
             continue
         known = position or time or usual.get(signal)
-        examples.append(known or columns.example(table, signal, others, [*motions, *proposed]))
+        examples.append(known or example_of(seen, signal, others, [*motions, *proposed]))
         label = shlex.split(examples[-1])[1]
         proposed += [label, split_label(label)[0]]
     if "" in examples:
         others = [*taken, *proposed]
         filled_in = not any("COLUMN" in example for example in examples)
-        field = columns.field_or_none if filled_in else partial(columns.example, signal="field")
-        examples[examples.index("")] = field(table, taken=others)
-    needed = [*taken, *(name for name in proposed if name in table.columns)]
-    holes = told.invalid != "drop" and any(not np.isfinite(table.columns[name]).all() for name in needed)
+        field = field_or_none if filled_in else partial(example_of, signal="field")
+        examples[examples.index("")] = field(seen, taken=others)
+    needed = [*taken, *(name for name in proposed if name in seen.columns)]
+    holes = told.invalid != "drop" and any(not np.isfinite(seen.columns[name].values).all() for name in needed)
     return [*examples, *(["--invalid drop"] if holes else [])]

@@ -7,12 +7,13 @@ from dataclasses import replace
 from fnmatch import fnmatchcase
 
 from erclutch.errors import MappingError
-from erclutch.logs import columns
+from erclutch.logs.columns import candidates
 from erclutch.logs.labels import split_label
 from erclutch.logs.mapping import ColumnChoice, ColumnMap
 from erclutch.logs.name_pattern import constants_of
 from erclutch.logs.plan import NEEDS
 from erclutch.logs.planning import plan_of
+from erclutch.logs.seen_columns import seen_columns
 from erclutch.logs.table import Table
 from erclutch.signals.device import DeviceName
 from erclutch.signals.units import quantity
@@ -44,7 +45,7 @@ def _efforts(table: Table, chosen: ColumnMap, device: DeviceName | None, effort:
     if choice is None:
         plan = plan_of(table, replace(chosen, name_pattern=None), device=device)
         asked = any(question.signal == effort for question in plan.questions)
-        found = columns.candidates(table, effort, [each.column for each in plan.signals])[0] if asked else []
+        found = candidates(seen_columns(table), effort, [each.column for each in plan.signals])[0] if asked else []
         return [ColumnChoice(each, source="each is a log") for each in found] if len(found) > 1 else [None]
     text = str(choice.column)
     if "*" not in text or text in table.columns:

@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from math import pi
 
 import numpy as np
 
 from erclutch.signals.array import Array
 
+_SHAPED = frozenset({"field", "slip", "position"})
 _MOVES = 0.02  # share of the largest position by which a position changes at least
 _KEEPS = 0.2  # share of the rows from which on a field keeps its levels
+_RESTS = 0.02  # share of the largest slip below which a device rests
 _ROWS = 20_000  # looked at
 _FEW = 10
 _LEVELS = 20  # of a switched field at most
+_SELDOM = 0.1  # share of the rows in which it is switched at most
 _ALIKE = 0.98  # correlation of a position with what its speed adds up to
 _BEYOND = 20.0  # upper quartiles: further out are codes for no measurement
 _FOLLOWS = 0.3  # correlation of an effort with a motion
@@ -21,58 +25,62 @@ _RATIOS = (1.0, 10.0, 100.0, 1000.0, 180 / pi, 30 / pi, 2 * pi, 6.0, 360.0, 60.0
 _CLOSE = 0.05
 
 
-def is_constant(values: Array) -> bool:
-    """Whether a column never changes: a radius or a gap is no motion, whatever its unit says."""
-    known = values[np.isfinite(values)]
-    return bool(known.size > 1 and np.ptp(known) == 0.0)
+@dataclass(frozen=True)
+class Shape:
+    """How the numbers of one column run.
 
-
-def is_counter(values: Array) -> bool:
-    """Whether a column counts rows by whole numbers, as an index does."""
-    steps = np.diff(values)
-    return bool(steps.size and np.all(steps == 1.0) and float(values[0]).is_integer())
-
-
-def rises(values: Array) -> bool:
-    """Whether the numbers of a column rise from row to row, as a time does that each row has."""
-    steps = np.diff(values)
-    return bool(steps.size and np.isfinite(values).all() and np.all(steps >= 0.0) and np.any(steps > 0.0))
-
-
-def moves_alike(first: Array, second: Array) -> bool:
-    """Whether two positions in one unit differ in where they count from, and in nothing else."""
-    known = np.isfinite(first) & np.isfinite(second)
-    moved = float(np.ptp(first[known])) if known.any() else 0.0
-    return bool(moved > 0.0 and np.ptp((first - second)[known]) <= 2e-3 * moved)
-
-
-def has_shape_of(signal: str, values: Array) -> bool:
-    """Whether the numbers of a column look like the signal.
-
-    A slip turns back or rests, a field keeps or leaves levels, a position moves: a gap hardly does.
-
-    Args:
-        signal: its name.
-        values: the column, shape (n,).
+    Attributes:
+        constant: they never change: a radius or a gap is no motion, whatever its unit says.
+        counts_rows: they are whole numbers, one more from row to row, as an index has them.
+        rises: they rise from row to row, as a time does that each row has.
+        keeps_levels: they are a few numbers, each for many rows, as a field that is switched has them.
+        like: those of field, slip and position that they look like. A slip turns back or rests, a field keeps or leaves
+            levels, a position moves: a gap hardly does.
     """
-    known = values[np.isfinite(values)]
-    if known.size < 2 or signal not in ("field", "slip", "position"):
-        return True
-    if signal == "position":
-        return bool(np.ptp(known) > _MOVES * np.abs(known).max())
-    if signal == "slip":
-        low, high = float(known.min()), float(known.max())
-        return (low < 0.0 < high) or bool(np.any(np.abs(known) <= 0.02 * max(abs(low), abs(high))))
-    stays = np.count_nonzero(np.diff(known) == 0.0) / (known.size - 1)
-    return bool(stays > _KEEPS) or bool(np.any(known == 0.0))
+
+    constant: bool
+    counts_rows: bool
+    rises: bool
+    keeps_levels: bool
+    like: frozenset[str]
+
+    def looks_like(self, signal: str) -> bool:
+        """Whether the numbers may be a signal; of those that have no shape of their own they may be any."""
+        return signal in self.like or signal not in _SHAPED
 
 
-def keeps_levels(values: Array) -> bool:
-    """Whether a column holds a few numbers, each for many rows, as a field that is switched does."""
-    known = values[np.isfinite(values)]
-    levels = np.unique(known[:_ROWS]).size
-    changes = np.count_nonzero(np.diff(known[:_ROWS]))
-    return 2 <= levels <= _LEVELS and bool(changes <= 0.1 * known.size)
+def shape_of(values: Array) -> Shape:
+    """The shape of a column as logged, shape (n,); what is not finite is passed over."""
+    finite = np.isfinite(values)
+    whole = bool(finite.all())
+    known = values if whole else values[finite]
+    if known.size < 2:
+        return Shape(constant=False, counts_rows=False, rises=False, keeps_levels=False, like=_SHAPED)
+
+    with np.errstate(over="ignore", invalid="ignore"):  # numbers at both ends of what a float holds
+        steps = np.diff(known)
+    low, high = float(known.min()), float(known.max())
+    largest = max(abs(low), abs(high))
+    still = np.count_nonzero(steps == 0.0)
+
+    like: set[str] = set()
+    if still / steps.size > _KEEPS or np.any(known == 0.0):
+        like.add("field")
+    if low < 0.0 < high or np.any(np.abs(known) <= _RESTS * largest):
+        like.add("slip")
+    if high - low > _MOVES * largest:
+        like.add("position")
+
+    changes = np.count_nonzero(steps[: _ROWS - 1])
+    seldom = bool(changes <= _SELDOM * known.size)
+    return Shape(
+        constant=low == high,
+        counts_rows=whole and bool(np.all(steps == 1.0)) and float(values[0]).is_integer(),
+        rises=whole and bool(np.all(steps >= 0.0)) and low < high,
+        # Levels are counted last: to sort the numbers costs more than all the rest.
+        keeps_levels=seldom and 2 <= np.unique(known[:_ROWS]).size <= _LEVELS,
+        like=frozenset(like),
+    )
 
 
 def is_rate_of(speed: Array, position: Array, stamps: Array | None) -> bool:
@@ -119,10 +127,3 @@ def follows(effort: Array, motion: Array) -> bool:
     if f.size < _FEW or not (f.min() < 0.0 < f.max()) or np.ptp(v) == 0.0:
         return False
     return any(abs(float(np.corrcoef(f, each)[0, 1])) > _FOLLOWS for each in (v, np.gradient(v)) if np.ptp(each) > 0.0)
-
-
-def same_thing(first: Array, second: Array) -> bool:
-    """Whether two columns in one unit are the same numbers, written with some digits."""
-    known = np.isfinite(first) & np.isfinite(second)
-    size = float(np.abs(first[known]).max(initial=0.0))
-    return bool(known.any() and size > 0.0 and np.abs(first - second)[known].max() <= 2e-3 * size)

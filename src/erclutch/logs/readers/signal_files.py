@@ -21,6 +21,7 @@ from erclutch.logs.log_reader import HEAD, LogReader, LogSource, claims_nothing,
 from erclutch.logs.mapping import ColumnMap
 from erclutch.logs.readers.found_recordings import JOINT, NO_NAME, Found, joined_by_time
 from erclutch.logs.recognition import is_log, signals_of
+from erclutch.logs.seen_columns import seen_columns
 from erclutch.logs.table import Table
 from erclutch.signals.array import Array
 
@@ -102,7 +103,7 @@ def _looked_at(path: Path, size: int) -> Table | None:
 def _stamps(table: Table) -> tuple[str, Array, str | None] | None:
     """The column of a table's time, its stamps in s, shape (rows,), and the unit as written; None without such one."""
     try:
-        clock = clock_plan(table, ColumnMap(), [])
+        clock = clock_plan(seen_columns(table), ColumnMap(), [])
     except ErclutchError:
         return None
     if clock.kind != "column":

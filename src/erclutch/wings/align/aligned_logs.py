@@ -21,6 +21,7 @@ from erclutch.logs.log_writer import write_log
 from erclutch.logs.mapping import ColumnChoice, ColumnMap, beside
 from erclutch.logs.named_columns import locate
 from erclutch.logs.planning import plan_of
+from erclutch.logs.seen_columns import seen_columns
 from erclutch.logs.table import Table
 from erclutch.logs.timing import LogClock
 from erclutch.signals.array import Array, Mask
@@ -242,7 +243,7 @@ def in_words(match: ClockMatch) -> str:
 def _runs(log: Table, mapping: ColumnMap) -> tuple[list[tuple[NDArray[np.int64], LogClock]], set[str], list[str]]:
     """See `erclutch.logs.applied.runs_of`."""
     with placed(log.name):
-        return runs_of(clock_plan(log, mapping, ()), log)
+        return runs_of(clock_plan(seen_columns(log), mapping, ()), log)
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,141 @@
+"""What the device needs and nobody named is guessed; where nothing or too much would do, the user is asked."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import NamedTuple
+
+from erclutch.errors import MappingError, shell_word
+from erclutch.logs.clock_planning import stamps_of
+from erclutch.logs.columns import candidates
+from erclutch.logs.draft import Draft
+from erclutch.logs.labels import split_label
+from erclutch.logs.missing_columns import maybe_field, missing, why_no_field
+from erclutch.logs.plan import NEEDS, Sureness
+from erclutch.logs.repeated_columns import one_motion
+from erclutch.logs.seen_columns import KINDS, SeenColumns
+from erclutch.logs.sensor_scales import scaled
+from erclutch.logs.shapes import is_rate_of
+from erclutch.signals.recording import SIGNALS
+
+
+class Guess(NamedTuple):
+    """A column that may be a signal, and what speaks for it: ``name``, ``unit``, with what settled it."""
+
+    column: str
+    reason: str
+
+
+def guess_what_is_needed(draft: Draft) -> None:
+    """Guess each signal that the device needs; ask where nothing or too much would do."""
+    taken = draft.taken
+    unlogged_field = False
+    for group in NEEDS[draft.device]:
+        settled = any(
+            all(signal in draft.signals for signal in option) or draft.questions.keys() & {*option} for option in group
+        )
+        doubt: MappingError | None = None
+        for option in group:
+            # An alternative to what is there (E beside E1 and E2), not something more (theta).
+            says_the_same = ("E",) in group or (option == ("alpha_raw",) and "alpha" in draft.signals)
+            for signal in option:
+                known = signal in draft.signals or signal in draft.questions or signal in draft.declined
+                if known or (settled and says_the_same):
+                    continue
+                scale = draft.told.scales.get(signal)
+                _, _, sensor = scaled(scale, signal) if scale else (1.0, None, None)
+                motion = next(
+                    (draft.signals[each].column for each in ("slip", "position") if each in draft.signals), ""
+                )
+                try:
+                    found = guess(draft.seen, signal, taken, (sensor,) if sensor else (), motion)
+                except MappingError as error:
+                    doubt = doubt or error
+                    continue
+                if found is not None and _take_guess(draft, signal, found, motion):
+                    taken.append(found.column)
+            settled = settled or all(signal in draft.signals for signal in option)
+
+        if not settled:
+            needed = next(signal for signal in group[0] if signal not in draft.signals)
+            names = " or ".join(" and ".join(option) for option in group)
+            problem = doubt or missing(draft.seen, needed, taken, names)
+            draft.ask(needed, _or_a_pair(draft, problem))
+            unlogged_field = unlogged_field or (needed == "field" and doubt is None)
+
+    if unlogged_field:  # asked for only where a column may be it
+        inputs = [str(choice.column) for choice in draft.told.inputs]
+        inputs += [split_label(label)[0] for label in inputs]
+        if not maybe_field(draft.seen, [*taken, *inputs]):
+            del draft.questions["field"]
+            whys = [(column.name, why_no_field(column)) for column in draft.seen.without(taken)]
+            draft.take_no_field([f"{name} {why}" for name, why in whys if why])
+
+
+def _take_guess(draft: Draft, signal: str, found: Guess, motion: str) -> bool:
+    """Take a column that was guessed, and say how sure that is; False for a position that goes with no slip."""
+    table = draft.table
+    column = draft.seen.columns[found.column]
+    named = found.reason.startswith("name")
+    if signal == "position" and motion and not named:
+        # A gap and a travel of something else have the unit of a position too.
+        speed = table.columns[motion]
+        if not is_rate_of(speed, column.values, stamps_of(draft.seen)):
+            option = f"--position {shell_word(table.label(column.name))}"
+            why = f"column {column.name} has the unit of a position, and column {motion} is not its rate"
+            draft.notes.append(f"{why}: left out ({option} takes it)")
+            return False
+
+    si_units = SIGNALS[signal].si_units
+    sureness: Sureness
+    if named:  # name and unit agree, or the name speaks alone
+        sureness = "sure" if column.fits(si_units) else "likely"
+    else:  # a unit alone asks for the shape too
+        sureness = "likely" if column.shape.looks_like(signal) else "doubtful"
+    draft.take(signal, column.name, column.unit_for(si_units), 1.0, f"guessed from its {found.reason}", sureness)
+    return True
+
+
+def guess(
+    seen: SeenColumns, signal: str, taken: Iterable[str], units_of_sensor: tuple[str, ...] = (), motion: str = ""
+) -> Guess | None:
+    """The one column that a signal's name or unit points to, or None; see `candidates`.
+
+    Args:
+        seen: the columns of the log.
+        signal: its name.
+        taken: columns that are something else.
+        units_of_sensor: see `candidates`.
+        motion: the column of the slip or position, whose kind decides between a torque and a force.
+
+    Raises:
+        MappingError: several columns would do.
+    """
+    found, reason = candidates(seen, signal, taken, units_of_sensor)
+    if signal == "position":
+        found = one_motion(seen, found)
+    if signal == "effort" and len(found) > 1 and motion:
+        kind = seen.columns[motion].kind
+        kinds = {name: seen.columns[name].kind for name in found}
+        alike = [name for name in found if kind and kinds[name] == kind]
+        # Each of the others must be known to be of another kind.
+        if len(alike) == 1 and all(kinds[name] for name in found):
+            found = alike
+            reason += f", and it is that of a {KINDS[kind]}"
+    if len(found) > 1:
+        table = seen.table
+        problem = f"{signal} may be any of the columns {', '.join(found)}; the file has: {table.listed}"
+        remedy = f"Say which, such as --{signal} {shell_word(table.label(found[0]))}"
+        remedy += ", or --variable all if each is a log" if signal in ("effort", "T") else ""
+        raise MappingError(problem, remedy=remedy)
+    return Guess(found[0], reason) if found else None
+
+
+def _or_a_pair(draft: Draft, error: MappingError) -> MappingError:
+    """The error, with another remedy where the columns look like those of a coaxial pair."""
+    first, _ = candidates(draft.seen, "E1", ())
+    second, _ = candidates(draft.seen, "E2", ())
+    if draft.device != "single" or not first or not second:
+        return error
+    remedy = f"{error.remedy}; if {first[0]} and {second[0]} are the fields of a coaxial pair, --device coaxial"
+    return MappingError(error.problem, remedy=remedy)

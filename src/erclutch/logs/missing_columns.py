@@ -1,0 +1,163 @@
+"""What is said of a signal that no column was found for: what is missing, and an option that answers it."""
+
+from __future__ import annotations
+
+from collections.abc import Container, Iterable, Sequence
+from re import findall
+
+from erclutch.errors import MappingError, shell_word
+from erclutch.logs.columns import candidates
+from erclutch.logs.mapping import COUNTS
+from erclutch.logs.names import NAMES, NEED_UNIT, spoken_name
+from erclutch.logs.seen_columns import SeenColumn, SeenColumns
+from erclutch.signals.recording import SIGNALS
+
+_EXAMPLES = {"field": "I [A]", "slip": "V [cm/s]", "position": "D [mm]", "effort": "F [N]", "T": "torque [N*m]"}
+_NO_UNITS = ("", "-", "1", "%")
+
+
+def missing(seen: SeenColumns, signal: str, taken: Iterable[str], alternatives: str = "") -> MappingError:
+    """The error for a signal that no column was found for.
+
+    Args:
+        seen: the columns of the log.
+        signal: its name.
+        taken: columns that are something else.
+        alternatives: how the message calls it, where other signals would do as well.
+    """
+    free = seen.without(taken)
+    si_units = SIGNALS[signal].si_units
+    example = _EXAMPLES.get(signal, f"NAME [{si_units[0] or '-'}]")
+    doubt = ""
+
+    doubtful = next((column for column in free if not column.unit and _is_short(column, signal)), None)
+    if doubtful is not None:
+        meaning = " (voltage or velocity)" if doubtful.spoken.plain == "v" else ""
+        doubt = f"; {doubtful.name} may be it, but its name alone can mean several things{meaning}"
+        example = _likely_label(seen, doubtful, signal)
+
+    remedy = f"Give it with its unit, such as --{signal} {shell_word(example)}"
+    if signal == "field":
+        remedy += ", or --constant 'field=0.5 A' if it is the same all through the log, or --field none if not logged"
+    if signal == "slip":
+        in_lengths = (column for column in free if column.fits(SIGNALS["position"].si_units))
+        position = next((column.name for column in in_lengths if not column.shape.constant), "")
+        if position:
+            remedy = f"Give a speed, or the position that it is the rate of: --position {shell_word(position)}"
+    volts = _in_volts(free, signal)
+    if volts:
+        remedy = f"Give what a volt of its sensor is, such as {volts}"
+
+    refused = next((column for column in free if column.unit and _is_called(column, signal, fitting=False)), None)
+    if refused is not None:
+        doubt += f"; column {refused.name} is called so, but its unit {refused.unit} does not fit"
+    problem = f"no column for {alternatives or signal}{doubt}; the file has: {seen.table.listed}"
+    return MappingError(problem, remedy=remedy)
+
+
+def example_of(seen: SeenColumns, signal: str, taken: Iterable[str], beside: Sequence[str] = ()) -> str:
+    """An option for a signal that was not found: with a column that may be it, or with a place to fill in.
+
+    Args:
+        seen: the columns of the log.
+        signal: its name.
+        taken: columns that are something else.
+        beside: columns of the motion; of several efforts the one that is called like them goes first.
+    """
+    free = seen.without(taken)
+    volts = _in_volts(free, signal)
+    if volts:
+        return volts
+
+    si_units = SIGNALS[signal].si_units
+    short = [column.name for column in free if _is_short(column, signal) and column.fits(si_units) is not False]
+    found, _ = candidates(seen, signal, taken)
+    likely = _of_one_part(found or short, beside)
+    if not likely:
+        usual = _EXAMPLES.get(signal, "").partition("[")[2].removesuffix("]")
+        hole = f"COLUMN [{usual or si_units[0] or '-'}]"
+        return f"--{signal} {shell_word(hole)}"
+
+    # A unit that nobody wrote is no answer: a column without one is taken as logged.
+    first = seen.columns[likely[0]]
+    label = _likely_label(seen, first, signal) if likely == short else seen.table.label(first.name)
+    return f"--{signal} {shell_word(label)}"
+
+
+def _of_one_part(names: Sequence[str], beside: Sequence[str]) -> list[str]:
+    """Columns, first those that have the most words and numbers in common with other columns: those of one joint."""
+    known: set[str] = set()
+    for name in beside:
+        known |= _parts(spoken_name(name).stem)
+    return sorted(names, key=lambda name: -len(known & _parts(name)))
+
+
+def _parts(name: str) -> set[str]:
+    return {*findall(r"\d+|[^\W\d_]+", name.lower())}
+
+
+def has_speed(seen: SeenColumns, found: Container[str], asked: Container[str]) -> bool:
+    """Whether a speed was found, or one of several columns is it; a position needs a clock to have one."""
+    return "slip" in found or ("slip" in asked and len(candidates(seen, "slip", ())[0]) > 1)
+
+
+def maybe_field(seen: SeenColumns, taken: Iterable[str]) -> list[SeenColumn]:
+    """Columns that nobody took and that may hold the field: its unit fits or is unknown, its name is open.
+
+    Only where there is none, a log without a field is read as such.
+    """
+    si_units = SIGNALS["field"].si_units
+    return [each for each in seen.without(taken) if each.fits(si_units) is not False and not why_no_field(each)]
+
+
+def field_or_none(seen: SeenColumns, taken: Iterable[str]) -> str:
+    """The option for a field that no name tells: a column that keeps a few levels, or none."""
+    leveled = [column.name for column in maybe_field(seen, taken) if column.shape.keeps_levels]
+    return f"--field {shell_word(seen.table.label(leveled[0])) if len(leveled) == 1 else 'none'}"
+
+
+def why_no_field(column: SeenColumn) -> str:
+    """Why a column without a unit is not the field; "" where it may be."""
+    if column.unit not in _NO_UNITS and column.fits(SIGNALS["field"].si_units):
+        return ""
+    if column.shape.constant:
+        return "never changes"
+    if column.shape.counts_rows:
+        return "counts rows"
+    if column.spoken.is_time:
+        return "is a time"
+    return "is another quantity by its name" if column.spoken.is_accounted else ""
+
+
+def _is_short(column: SeenColumn, signal: str) -> bool:
+    """Whether the name is a short one of the signal that can mean several things."""
+    return column.spoken.plain in NEED_UNIT and column.spoken.plain in NAMES[signal].split()
+
+
+def _is_called(column: SeenColumn, signal: str, *, fitting: bool) -> bool:
+    """Whether the whole name speaks for the signal, and the unit is of the signal or of another kind."""
+    called = len(column.spoken.forms[signal] or "") > 2
+    return called and column.fits(SIGNALS[signal].si_units) is fitting
+
+
+def _in_volts(free: Iterable[SeenColumn], signal: str) -> str:
+    """Options for a column that has the signal's name and the unit of a sensor's output; "" where there is none."""
+    for column in free:
+        from_sensor = column.unit in ("V", "mV") or column.unit in COUNTS
+        if from_sensor and _is_called(column, signal, fitting=False):
+            scale = shell_word(f"{signal}=2.5 {SIGNALS[signal].si_units[0] or '1'}/{column.unit}")
+            return f"--{signal} {shell_word(column.name)} --scale {scale}"
+    return ""
+
+
+def _likely_label(seen: SeenColumns, column: SeenColumn, signal: str) -> str:
+    """The column with its unit, or with a likely one."""
+    if column.spoken.end and not column.unit:
+        return column.name
+    if signal == "field" and column.spoken.plain == "v":
+        likely = "V"
+    elif signal in _EXAMPLES:
+        likely = _EXAMPLES[signal].partition("[")[2].removesuffix("]")
+    else:
+        likely = SIGNALS[signal].si_units[0] or "-"
+    return seen.table.label(column.name, likely)

@@ -1,0 +1,126 @@
+"""What the columns of a table are called, what their units are and how their numbers run is gathered once, for a plan.
+
+Nothing is decided here: the steps of `erclutch.logs.planning` read these facts in place of the table's columns.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from functools import lru_cache
+
+from erclutch.errors import UnitError
+from erclutch.logs.labels import own_unit, split_end
+from erclutch.logs.names import SpokenName, spoken_name
+from erclutch.logs.shapes import Shape, shape_of
+from erclutch.logs.table import Table
+from erclutch.signals import units
+from erclutch.signals.array import Array
+
+_SAMPLE_NUMBER = "samplenumber"
+_FEWEST_SHARING = 3
+
+#: Kinds of motion by the SI unit of their effort, in words.
+KINDS = {"Pa": "shear rate", "N*m": "turning motion", "N": "motion along a line"}
+_UNITS_OF_KIND = {"Pa": ("Pa", "1/s"), "N*m": ("N*m", "rad/s", "rad"), "N": ("N", "m/s", "m")}
+_WORDS_OF_KIND = {
+    "Pa": ("shearrate", "shearstress", "gammadot"),
+    "N*m": ("torque", "rpm", "omega", "angle", "angular", "theta", "drehzahl", "drehmoment", "扭矩", "转速", "角"),
+    "N": ("force", "displacement", "stroke", "kraft", "weg", "位移"),
+}
+
+
+@dataclass(frozen=True)
+class SeenColumn:
+    """What is seen of one column before it is called a signal.
+
+    Attributes:
+        name: in the table.
+        spoken: what the name says.
+        unit: as written in the file; None where the file has none.
+        values: as logged, shape (n,).
+        shape: how the numbers run.
+    """
+
+    name: str
+    spoken: SpokenName
+    unit: str | None
+    values: Array
+    shape: Shape
+
+    @property
+    def written_unit(self) -> str | None:
+        """The file's unit, or the unit that ends the name, whatever it is of."""
+        return self.unit or self.spoken.end
+
+    def unit_for(self, si_units: tuple[str, ...]) -> str | None:
+        """The unit of the column where it is to be one of some SI units; None where nobody says it."""
+        return own_unit(self.name, self.unit, si_units)
+
+    def fits(self, si_units: tuple[str, ...]) -> bool | None:
+        """Whether the column's unit is one for some SI units; None where it has no unit."""
+        return _fits(self.name, self.unit, si_units)
+
+    @property
+    def kind(self) -> str:
+        """Whether a motion or an effort is that of turning, of a line or of shear, see `KINDS`; "" for untold."""
+        for kind in KINDS:
+            if self.fits(_UNITS_OF_KIND[kind]):
+                return kind
+        if self.written_unit:
+            return ""
+        letters = "".join(self.spoken.words)
+        for kind, words in _WORDS_OF_KIND.items():
+            if any(word in letters for word in words):
+                return kind
+        return ""
+
+
+@dataclass(frozen=True)
+class SeenColumns:
+    """A table, and what is seen of its columns.
+
+    Attributes:
+        table: as a reader gave it.
+        columns: in the table's order, by name.
+        shared_words: words in the names of at least half of the columns, and of three: the name of a joint or a topic.
+        counters: names of the columns that count samples.
+    """
+
+    table: Table
+    columns: Mapping[str, SeenColumn]
+    shared_words: frozenset[str]
+    counters: tuple[str, ...]
+
+    def without(self, taken: Iterable[str]) -> list[SeenColumn]:
+        """All columns but some."""
+        left_out = set(taken)
+        return [column for column in self.columns.values() if column.name not in left_out]
+
+
+def seen_columns(table: Table) -> SeenColumns:
+    """What is seen of each column of a table."""
+    columns: dict[str, SeenColumn] = {}
+    for name, values in table.columns.items():
+        columns[name] = SeenColumn(name, spoken_name(name), table.units.get(name), values, shape_of(values))
+
+    counted = Counter(word for column in columns.values() for word in column.spoken.stem_words)
+    fewest = max(_FEWEST_SHARING, len(columns) / 2)
+    return SeenColumns(
+        table,
+        columns,
+        shared_words=frozenset(word for word, count in counted.items() if count >= fewest),
+        counters=tuple(name for name in columns if name.replace(" ", "").lower() == _SAMPLE_NUMBER),
+    )
+
+
+@lru_cache(maxsize=4096)
+def _fits(name: str, unit: str | None, si_units: tuple[str, ...]) -> bool | None:
+    known = own_unit(name, unit, si_units)
+    if not known:
+        return False if split_end(name)[1] else None
+    try:
+        return units.fits(known, si_units) is not None
+    except UnitError:
+        return False
