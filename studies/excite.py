@@ -33,7 +33,7 @@ from erclutch.models.structure import Structure
 from erclutch.signals.array import Array
 from erclutch.wings.design.courses import Bounds, Commands, GrowingSequence, course
 from erclutch.wings.design.fill import chosen_sequence, papers_sequence
-from erclutch.wings.design.information import Knowledge
+from erclutch.wings.design.information import Knowledge, Sensitivity
 from erclutch.wings.design.limits import RigLimits, limits_of_log
 from erclutch.wings.design.run_design import LawOfRun, designed_for
 from erclutch.wings.rig.interface import RigCommand
@@ -45,14 +45,15 @@ from tests.support.rig_limits import broken, random_limits
 RATE = 1000.0
 LENGTHS = (3.0, 6.0, 10.0)  # s
 FIRST = 2.0  # s of filling sequence before the model has a say
+_MEMORY = "lag+dahl/field"
 _SERVO = 2.0 * math.pi * 20.0  # 1/s
 
 Play = Callable[[RigLimits, float, int], Commands]
 
 
-def twin_structure() -> Structure:
+def twin_structure(stages: str = "lag") -> Structure:
     """Of the fits on the TWIN."""
-    return Structure("single", "casson", law_from_name("casson", "single"), "lag", True, True)
+    return Structure("single", "casson", law_from_name("casson", "single"), stages, True, True)
 
 
 def played(commands: Commands, seed: int) -> Dataset:
@@ -130,13 +131,18 @@ def papers(limits: RigLimits, seconds: float, seed: int) -> Commands:
     return papers_sequence(limits, RATE, seconds, np.random.default_rng(seed))
 
 
-def by_model(limits: RigLimits, seconds: float, seed: int) -> Dataset:
-    """Some seconds that fill, a fit, and the rest chosen by that law's derivatives (D-optimal)."""
+def by_model(limits: RigLimits, seconds: float, seed: int, *, believed: bool) -> Dataset:
+    """Some seconds that fill, a fit, and the rest chosen by that law: as `erclutch excite --run` does, or D-optimal."""
     first = played(filling(limits, FIRST, seed), seed)
-    law = fit_structure(first, twin_structure(), intervals=False).model
-    rest = chosen_sequence(
-        limits, RATE, seconds - FIRST, np.random.default_rng(seed), Knowledge(law, first, RATE), candidates=16
-    )
+    law = fit_structure(first, twin_structure(_MEMORY), intervals=False).model
+    rng = np.random.default_rng(seed)
+    if believed:
+        knowledge = Knowledge(law, first, RATE, "D")
+    else:
+        use = filling(limits, 10.0, seed + 7)
+        rows = Sensitivity(law).of_commands([(use.field, use.speed)], 1.0 / RATE)
+        knowledge = Knowledge(law, first, RATE, "I", rows)
+    rest = chosen_sequence(limits, RATE, seconds - FIRST, rng, knowledge, candidates=16)
     return joined([first, played(rest, seed + 1000)])
 
 
@@ -167,7 +173,8 @@ def twin(seeds: int, long: float, first: int) -> None:
     print("|---|" + "---:|" * len(LENGTHS))
     makers: list[tuple[str, Callable[[float, int], Dataset]]] = [
         ("excite, filling", lambda seconds, seed: played(filling(limits, seconds, seed), seed)),
-        ("excite, by model", lambda seconds, seed: by_model(limits, seconds, seed)),
+        ("excite, by model", lambda seconds, seed: by_model(limits, seconds, seed, believed=False)),
+        ("a law that is believed (D)", lambda seconds, seed: by_model(limits, seconds, seed, believed=True)),
         ("the paper's draws", lambda seconds, seed: played(papers(limits, seconds, seed), seed)),
         ("scenario brake", lambda s, seed: build_dataset(prepare("brake", seconds=s, seed=10 + seed).recording())),
         ("random steps", lambda seconds, seed: played(random_steps(limits, seconds, seed), seed)),
@@ -242,7 +249,7 @@ def devices(count: int) -> None:
         first = _logged(first_commands, truth, noise, rng)
         outcome = fit_structure(first, structure)
         law = LawOfRun(outcome.model.name, outcome.model, outcome.estimates, first)
-        commands, expected = designed_for(law, _DEVICE, _DEVICE_RATE, _DEVICE_SECONDS, seed)
+        commands, expected = designed_for(law, _DEVICE, _DEVICE_RATE, _DEVICE_SECONDS, seed, criterion="D")
         both = fit_structure(joined([first, _logged(commands, truth, noise, rng)]), structure)
         foretold = expected.half_widths(law.estimates)
         for estimate, (_, half) in zip(both.estimates, foretold, strict=True):

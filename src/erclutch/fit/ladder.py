@@ -55,17 +55,21 @@ class Rung:
     numbers: dict[str, float]
 
 
-def grown(train: Dataset, base: Structure, extras: Sequence[str] = ()) -> list[Rung]:
+def grown(
+    train: Dataset, base: Structure, extras: Sequence[str] = (), among: Sequence[str] | None = None
+) -> list[Rung]:
     """The rungs that validation asks for, from the base to the richest.
 
     Args:
         train: the training rows.
         base: the law to begin with, with its stages on the command.
         extras: further inputs that may get a gain, and the temperature, of which stages may make factors.
+        among: names of the stages to try, the simplest of a family first; None: all.
     """
     folds = _folds(train)
     rungs = [_rung(folds, base, {})]
-    stages = [name for family in families() for name in family if _feels(base, name, extras)]
+    known = [name for family in families() for name in family] if among is None else among
+    stages = [name for name in known if _feels(base, name, extras)]
     left = [*stages, *(f"={name}" for name in extras if name != TEMPERATURE)]
     while left:
         here = rungs[-1]

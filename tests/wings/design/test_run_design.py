@@ -76,7 +76,7 @@ def test_derivatives_are_those_of_the_effort(run: Path) -> None:
 @pytest.mark.slow
 def test_of_equal_length_the_designed_sequence_teaches_most(run: Path) -> None:
     law = law_of_run(run, None)
-    designed, expected = designed_for(law, LIMITS, law.rate, 3.0, 1)
+    designed, expected = designed_for(law, LIMITS, law.rate, 3.0, 1, criterion="D")
     others = (chosen_sequence, papers_sequence)
     drawn = [other(LIMITS, law.rate, 3.0, np.random.default_rng(seed)) for other in others for seed in range(2)]
     left = [known_after(run, commands) for commands in (designed, *drawn)]

@@ -5,7 +5,8 @@ has, with the states of lags and memories as the sequence brings them. A design 
 A-optimal if it makes the relative variances smallest, and I-optimal if it makes the variance of the effort smallest
 where the device is used (Atkinson, Donev and Tobias 2007, chapters 10 and 17; Fedorov and Leonov 2013,
 doi:10.1201/b15054). What the run knows already stands in M from the start, with a wide prior where it knows nothing
-(Chaloner and Verdinelli 1995, doi:10.1214/ss/1177009939).
+(Chaloner and Verdinelli 1995, doi:10.1214/ss/1177009939). A law whose residual is no noise is wrong somewhere. D
+and A believe it all the same, for they ask for its numbers; I doubts it (`design.doubt`).
 """
 
 from __future__ import annotations
@@ -29,7 +30,8 @@ from erclutch.signals.array import Array, Mask
 from erclutch.signals.clock import Clock, Span
 from erclutch.signals.device import Element, slips_of
 from erclutch.wings.design.courses import Commands, GrowingSequence
-from erclutch.wings.design.fill import Stretch
+from erclutch.wings.design.doubt import CellGrid, Doubt
+from erclutch.wings.design.fill import Cells, Stretch
 
 Criterion = Literal["D", "A", "I", "fill"]
 #: Prior standard deviation of a number of which the rows say nothing: of a logarithm, and of a gain over the effort.
@@ -139,6 +141,7 @@ class Knowledge:
         prior: what is known before any row, shape (k + p, k + p).
         weight: of a row of the sequence in M: neighbours are alike, so many rows count as one.
         noise: standard deviation of a row's residual.
+        doubt: what the rows say of the law's offsets; None: the law is believed.
     """
 
     def __init__(
@@ -181,38 +184,51 @@ class Knowledge:
         self.information = self.prior + known_weight * (derivatives.T @ derivatives)
         # A coordinate of a shape is a logarithm, so its error is relative already.
         self._scales = np.concatenate([np.ones(shapes), np.maximum(np.abs(gains), 1e-3 * largest)])
+        where = known if use is None else use
         used = derivatives if use is None else self.sensitivity.rows(use)
         self._use = used if wanted is None else used[wanted]
 
+        grid = CellGrid.of(known, where)
+        # A residual whose neighbours are alike is no noise: it is what the law does not say.
+        doubted = variance * (1.0 - 1.0 / max(alike / known.period, 1.0))
+        self.doubt: Doubt | None = None
+        if doubted > 0.0 and criterion == "I":
+            self.doubt = Doubt.of(grid, known, math.sqrt(doubted), derivatives, known_weight)
+        cells = grid.cells(where)
+        self._use_cells = cells if wanted is None else cells[wanted]
+
     def gains(self, sequence: GrowingSequence, offers: Sequence[Stretch]) -> list[float]:
         """What each stretch takes off the criterion: the logarithm of what is not known."""
-        before = self.criterion(self.information)
-        return [before - self.criterion(self.information + added) for added in self._added(sequence, offers)]
+        return [self._worth(rows, cells, self.weight) for rows, cells in self._rows(sequence, offers)]
 
     def take(self, sequence: GrowingSequence, stretch: Stretch) -> None:
         """The stretch will be logged."""
-        self.information = self.information + self._added(sequence, [stretch])[0]
+        ((derivatives, cells),) = self._rows(sequence, [stretch])
+        self._add(derivatives, cells, self.weight)
 
     def learn(self, commands: Commands) -> None:
         """A whole sequence will be logged."""
-        data = self.sensitivity.of_commands([(commands.field, commands.speed)], 1.0 / self._rate)
-        derivatives = self.sensitivity.rows(data)
-        self.information = self.information + self.weight * (derivatives.T @ derivatives)
+        self.learn_rows(self.sensitivity.of_commands([(commands.field, commands.speed)], 1.0 / self._rate))
+
+    def learn_rows(self, rows: Dataset) -> None:
+        """Rows will be logged; their effort is not looked at."""
+        self._add(self.sensitivity.rows(rows), self._cells(rows), self.weight)
 
     def worth(self, log: Dataset) -> float:
         """What a log that is there would take off the logarithm of the criterion; its effort is not looked at."""
-        derivatives = self.sensitivity.rows(log)
-        added = self.weight * self._rate * log.period * (derivatives.T @ derivatives)
-        return self.criterion(self.information) - self.criterion(self.information + added)
+        return self._worth(self.sensitivity.rows(log), self._cells(log), self.weight * self._rate * log.period)
 
-    def criterion(self, information: Array) -> float:
-        """Logarithm of the criterion, the smaller the better."""
+    def criterion(self, information: Array, doubt: Doubt | None = None) -> float:
+        """Logarithm of the criterion, the smaller the better; of a law that is believed, or with what is doubted."""
         if self._criterion == "D":
             return -float(np.linalg.slogdet(information)[1])
-        covariance = _inverse(information)
         if self._criterion == "A":
-            return math.log(float(np.sum(np.diag(covariance) / self._scales**2)))
-        return math.log(float(np.mean(self._variances(covariance))))
+            return math.log(float(np.sum(np.diag(_inverse(information)) / self._scales**2)))
+        if doubt is None:
+            return math.log(float(np.mean(_variances(self._use, _inverse(information)))))
+        covariance = _inverse(doubt.left_to_numbers(information))
+        seen, own = doubt.seen_from(self._use, self._use_cells)
+        return math.log(float(np.mean(_variances(seen, covariance) + own)))
 
     def errors(self) -> Array:
         """Standard error of each number: of the coordinates, then of the gains; shape (k + p,)."""
@@ -221,14 +237,25 @@ class Knowledge:
     def band(self) -> float:
         """Half width of the effort's 95 % interval over the rows of use: what the numbers leave open, without noise."""
         covariance = _inverse(self.information)
-        return _QUANTILE * math.sqrt(float(np.mean(self._variances(covariance))))
+        return _QUANTILE * math.sqrt(float(np.mean(_variances(self._use, covariance))))
 
-    def _variances(self, covariance: Array) -> Array:
-        """Variance of the effort in each row of use, shape (n,)."""
-        return np.sum((self._use @ covariance) * self._use, axis=1)
+    def _cells(self, rows: Dataset) -> Cells:
+        """The cell of each row, shape (n,); nobody asks where the law is believed."""
+        return np.zeros(rows.rows, np.intp) if self.doubt is None else self.doubt.grid.cells(rows)
 
-    def _added(self, sequence: GrowingSequence, offers: Sequence[Stretch]) -> list[Array]:
-        """What each stretch adds to M, with the states that the sequence leaves."""
+    def _worth(self, derivatives: Array, cells: Cells, weight: float) -> float:
+        """What rows would take off the criterion."""
+        more = self.information + weight * (derivatives.T @ derivatives)
+        doubt = None if self.doubt is None else self.doubt.plus(cells, derivatives, weight)
+        return self.criterion(self.information, self.doubt) - self.criterion(more, doubt)
+
+    def _add(self, derivatives: Array, cells: Cells, weight: float) -> None:
+        self.information = self.information + weight * (derivatives.T @ derivatives)
+        if self.doubt is not None:
+            self.doubt = self.doubt.plus(cells, derivatives, weight)
+
+    def _rows(self, sequence: GrowingSequence, offers: Sequence[Stretch]) -> list[tuple[Array, Cells]]:
+        """Derivatives and cells of each stretch, with the states that the sequence leaves."""
         bounds = sequence.bounds
         fields, speeds = sequence.last(round(_WARM_UP * self._rate))
         pieces: list[tuple[Array, Array]] = []
@@ -236,13 +263,20 @@ class Knowledge:
             whole_field = np.concatenate([fields, field]) / bounds.field_ticks
             whole_speed = np.concatenate([speeds, speed]) / bounds.speed_ticks
             pieces.append((whole_field, whole_speed))
-        derivatives = self.sensitivity.rows(self.sensitivity.of_commands(pieces, 1.0 / self._rate))
+        data = self.sensitivity.of_commands(pieces, 1.0 / self._rate)
+        derivatives = self.sensitivity.rows(data)
+        cells = self._cells(data)
 
-        added: list[Array] = []
-        start = 0  # of the piece in the derivatives' rows
+        of_offers: list[tuple[Array, Cells]] = []
+        start = 0  # of the piece in the rows
         for field, _ in offers:
             stop = start + fields.size + field.size
-            new = derivatives[start + fields.size : stop]  # without the rows of warming up
-            added.append(self.weight * (new.T @ new))
+            new = slice(start + fields.size, stop)  # without the rows of warming up
+            of_offers.append((derivatives[new], cells[new]))
             start = stop
-        return added
+        return of_offers
+
+
+def _variances(derivatives: Array, covariance: Array) -> Array:
+    """Variance of the effort in each row, shape (n,)."""
+    return np.sum((derivatives @ covariance) * derivatives, axis=1)

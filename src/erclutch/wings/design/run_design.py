@@ -135,7 +135,7 @@ def designed_for(
     seconds: float,
     seed: int,
     *,
-    criterion: Criterion = "D",
+    criterion: Criterion = "I",
     where: Region | None = None,
     one_way: bool = False,
 ) -> tuple[Commands, Expectation]:
@@ -168,8 +168,8 @@ def designed_for(
     wanted = np.ones(use.rows, np.bool_) if where is None else where.rows(use)
     if not wanted.any():
         raise SettingError("--where is a region that the limits do not reach", remedy="Give a nearer region")
-    knowledge = Knowledge(law.model, law.rows, rate, "D" if criterion == "fill" else criterion, use, wanted)
-    known = knowledge.information
+    knowledge = Knowledge(law.model, law.rows, rate, "I" if criterion == "fill" else criterion, use, wanted)
+    known = knowledge.information, knowledge.doubt
     before = knowledge.errors()
     band_before = knowledge.band()
     commands = chosen_sequence(
@@ -183,7 +183,7 @@ def designed_for(
         candidates=_CANDIDATES,
     )
     # Anew from what was known: now the whole sequence, with its rests.
-    knowledge.information = known
+    knowledge.information, knowledge.doubt = known
     knowledge.learn(commands)
     expected = Expectation(
         before=before,

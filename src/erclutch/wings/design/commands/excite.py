@@ -73,7 +73,7 @@ def excite(
         model: A law of the run. Default: its best law.
         where: Where the device is used, in the units of the run: 'field 0..2 A, slip +-5 rad/s'.
         criterion: D, all numbers of the law at once; A, the mean of their relative variances; I, the variance of the
-            effort where the device is used; fill, the cells without a row of the run. Default: D, with --where I.
+            effort where the device is used, by a law that may be wrong; fill, the cells without a row. Default: I.
         lowest: Lowest frequency in Hz.
         highest: Highest frequency in Hz.
         torque: Smallest and largest motor torque in N m.
@@ -106,9 +106,7 @@ def excite(
         rate = 1000.0 if law is None else law.rate
     require(0.001, min(1e6, 1e7 / seconds), " Hz", rate=rate)
     draw = _Draw(rate, seconds, seed)
-    if criterion is None:
-        criterion = "I" if where else "D"
-    _designed(out, force, device, draw, limits, law, region, criterion, json)
+    _designed(out, force, device, draw, limits, law, region, criterion or "I", json)
 
 
 @dataclass(frozen=True)

@@ -1,8 +1,9 @@
 """After each round a law is fitted to all rounds, and the next table is the one that takes most off what is not known.
 
-Of some tables that are drawn, each with the motion that it would bring, the table is taken that makes the variance of
-the effort smallest where the rig can go (I-optimal, see `design.information`). What a round taught is what the law says
-of its numbers before and after, and how well the law before foretold the rows that came.
+The law has the memory that the ladder of `fit` asks for, of the few stages that seconds of a log can show. Of some
+tables that are drawn, each with the motion that it would bring, the table is taken that makes the variance of the
+effort smallest where the rig can go (I-optimal, see `design.information`). What a round taught is what the law says of
+its numbers before and after, and how well the law before foretold the rows that came.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from erclutch.fit.intervals import as_json
+from erclutch.fit.ladder import grown
 from erclutch.fit.laws.fit_law import fit_structure
 from erclutch.fit.one_thread import one_thread
 from erclutch.fit.outcome import FitOutcome
@@ -30,6 +32,8 @@ from erclutch.wings.live.learning.foretold_motion import ForetoldMotion, LoggedR
 #: Laws that few rows suffice for; the second is taken where it lowers the error by so much.
 _LAWS = ("bingham", "casson")
 _BETTER = 0.98
+#: Stages that the ladder tries: all of them would take minutes between two rounds.
+_MEMORY = ("dahl/field", "lugre/field", "inertia", "effort-lag")
 _QUANTILE = 1.96
 _TABLES = 12  # that are compared
 _FIRST_LEVEL = 0.5  # of the drive, before anything is known
@@ -149,8 +153,7 @@ class LearningRounds:
         best = int(np.argmax(gains))
 
         before = knowledge.errors()
-        derivatives = knowledge.sensitivity.rows(foretold[best])
-        knowledge.information = knowledge.information + knowledge.weight * (derivatives.T @ derivatives)
+        knowledge.learn_rows(foretold[best])
         shrinks = (knowledge.errors() / before).tolist()
         names = [estimate.name for estimate in outcome.estimates]
         self._expected = _Expected(outcome.model, use, knowledge.band(), dict(zip(names, shrinks, strict=True)))
@@ -220,14 +223,15 @@ def _rmse(model: TorqueModel, rows: Dataset) -> float:
 
 
 def _fitted(known: Dataset) -> FitOutcome[TorqueModel]:
-    """The law that fits, with its intervals: the simplest, unless the next lowers the error."""
+    """The simplest law, unless the next lowers the error, with the memory that the ladder asks for; has intervals."""
+    one_way = all(bool(np.all(element.slip >= 0.0)) for element in known.elements)
+    single = known.device == "single" and not one_way
     chosen: FitOutcome[TorqueModel] | None = None
     for name in _LAWS:
-        one_way = all(bool(np.all(element.slip >= 0.0)) for element in known.elements)
-        single = known.device == "single" and not one_way
         structure = Structure(known.device, name, law_from_name(name, known.device), "lag", single, single)
         tried = fit_structure(known, structure, intervals=False)
         if chosen is None or tried.train_cost < _BETTER**2 * chosen.train_cost:
             chosen = tried
     assert chosen is not None
-    return fit_structure(known, chosen.model.structure)
+    richest = grown(known, chosen.model.structure, among=_MEMORY)[-1]
+    return fit_structure(known, richest.structure)

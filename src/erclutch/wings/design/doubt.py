@@ -1,0 +1,124 @@
+"""A law may be wrong: each cell of field, slip and their directions has an offset of its own, with one deviation.
+
+A criterion that believes the law goes where the law is steep, and stays there. With offsets a second row in a cell
+tells little, and a cell without rows is not known, however well the numbers are. The offsets are integrated out: theirs
+is a diagonal block of the information matrix. Sources: Kennedy and O'Hagan 2001, doi:10.1111/1467-9868.00294 (a model
+and its discrepancy); Chaloner and Verdinelli 1995, doi:10.1214/ss/1177009939 (a prior in the design).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from erclutch.logs.dataset import Dataset
+from erclutch.signals.array import Array
+from erclutch.signals.device import speeds_of
+from erclutch.wings.design.fill import Cells
+
+_LEVELS = 8  # along the field, on either side of zero, and along the speed
+_DIRECTIONS = 9  # field and speed each fall, are steady or rise
+_AGO = 0.01  # s, over which a direction is told
+_STEADY = 0.02  # share of the largest value below which nothing moved
+
+
+@dataclass(frozen=True)
+class CellGrid:
+    """Cells over what a rig does.
+
+    Attributes:
+        field, speed: largest, by size.
+    """
+
+    field: float
+    speed: float
+
+    @classmethod
+    def of(cls, *logs: Dataset) -> CellGrid:
+        """Cells over all that some logs have."""
+        signals = [_signed(rows) for rows in logs]
+        field = max(float(np.abs(fields).max()) for fields, _ in signals)
+        speed = max(float(np.abs(speeds).max()) for _, speeds in signals)
+        return cls(field or 1.0, speed or 1.0)
+
+    @property
+    def size(self) -> int:
+        """Number of cells."""
+        return (2 * _LEVELS + 1) * _LEVELS * _DIRECTIONS
+
+    def cells(self, data: Dataset) -> Cells:
+        """The cell of each row, shape (n,)."""
+        fields, speeds = _signed(data)
+        level = np.ceil(np.clip(np.abs(fields) / self.field, 0.0, 1.0) * _LEVELS) * np.sign(fields) + _LEVELS
+        place = np.clip(np.floor((speeds / self.speed + 1.0) * 0.5 * _LEVELS), 0, _LEVELS - 1)
+        turns = 3 * self._directions(data, fields, self.field) + self._directions(data, speeds, self.speed)
+        return ((level * _LEVELS + place) * _DIRECTIONS + turns).astype(np.intp)
+
+    def _directions(self, data: Dataset, values: Array, largest: float) -> Array:
+        """0 where a value falls, 1 where it is steady, 2 where it rises."""
+        ago = max(1, round(_AGO / data.period))
+        change = np.zeros_like(values)
+        for span in data.clock.spans:
+            of_span = values[span.start : span.stop]
+            change[span.start + ago : span.stop] = of_span[ago:] - of_span[:-ago]
+        return np.where(np.abs(change) <= _STEADY * largest, 1.0, np.where(change > 0.0, 2.0, 0.0))
+
+
+def _signed(data: Dataset) -> tuple[Array, Array]:
+    """Field, of a pair positive for the first clutch, and the speed of the drive."""
+    elements = data.elements
+    field = elements[0].field if len(elements) == 1 else elements[0].field - elements[1].field
+    return field, speeds_of(data.device, [element.slip for element in elements])[0]
+
+
+@dataclass(frozen=True)
+class Doubt:
+    """What rows say of the offsets.
+
+    Attributes:
+        grid: their cells.
+        deviation: standard deviation of an offset before any row.
+        counts: precision that the rows of a cell bring, shape (cells,).
+        sums: of the rows' derivatives by the law's numbers, as precisely, shape (cells, k + p).
+    """
+
+    grid: CellGrid
+    deviation: float
+    counts: Array
+    sums: Array
+
+    @classmethod
+    def of(cls, cells_of: CellGrid, known: Dataset, deviation: float, derivatives: Array, weight: float) -> Doubt:
+        """Of the rows that a law was fitted to.
+
+        Args:
+            cells_of: the grid.
+            known: the rows.
+            deviation: of an offset before any row.
+            derivatives: by the law's numbers, shape (n, k + p).
+            weight: precision that a row brings.
+        """
+        nothing = cls(cells_of, deviation, np.zeros(cells_of.size), np.zeros((cells_of.size, derivatives.shape[1])))
+        return nothing.plus(cells_of.cells(known), derivatives, weight)
+
+    def plus(self, cells: Cells, derivatives: Array, weight: float) -> Doubt:
+        """With more rows."""
+        counts = self.counts + weight * np.bincount(cells, minlength=self.grid.size)
+        sums = self.sums.copy()
+        np.add.at(sums, cells, weight * derivatives)
+        return replace(self, counts=counts, sums=sums)
+
+    @property
+    def precision(self) -> Array:
+        """Of each offset, were the law's numbers known, shape (cells,)."""
+        return self.counts + self.deviation**-2.0
+
+    def left_to_numbers(self, information: Array) -> Array:
+        """The information on the law's numbers once the offsets are allowed for, shape (k + p, k + p)."""
+        return information - (self.sums / self.precision[:, None]).T @ self.sums
+
+    def seen_from(self, derivatives: Array, cells: Cells) -> tuple[Array, Array]:
+        """Derivatives of a row's effort once its offset is allowed for, and the variance that is the offset's own."""
+        precision = self.precision[cells]
+        return derivatives - self.sums[cells] / precision[:, None], 1.0 / precision
