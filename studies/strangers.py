@@ -30,7 +30,6 @@ import numpy as np
 from erclutch.errors import ErclutchError
 from erclutch.logs import ColumnMap, Plan, Table, apply, plan_of, read_table, recordings_in, table_of_log
 from erclutch.logs.labels import name_columns
-from erclutch.logs.recognition import has_motion_and_effort
 from erclutch.wings.rheology.flow_curve_file import read_flow_curves
 
 MANIFEST = Path(__file__).with_name("strangers.toml")
@@ -112,7 +111,7 @@ def _is_right(words: list[str], path: Path, truth: dict[str, Any]) -> str:
         for name in names:
             table = read_table(path, variable=name) if name else table_of_log(path, mapping, device)  # type: ignore[arg-type]
             plan = plan_of(table, mapping, device=device, invalid=invalid)  # type: ignore[arg-type]
-            if variable == "all" and not has_motion_and_effort(plan):
+            if variable == "all" and not plan.is_of_a_log:
                 continue
             faults += _faults(plan, table, truth)
             faults += [question.short for question in plan.questions]

@@ -18,12 +18,13 @@ from erclutch.errors import ErclutchError
 from erclutch.logs import ColumnMap, read, read_table, timing
 from erclutch.logs.applied import apply
 from erclutch.logs.dataset import build_dataset, hold_out, time_folds
+from erclutch.logs.keywords import rate_of, seconds_of
 from erclutch.logs.labels import header_pairs, sample_period, split_label
 from erclutch.logs.planning import plan_of
-from erclutch.logs.resample import rate_of, resampled
+from erclutch.logs.resample import resampled
 from erclutch.logs.sensor_scales import scaled
 from erclutch.logs.table import Table
-from erclutch.logs.time_window import seconds_of, within
+from erclutch.logs.time_window import within
 from erclutch.signals.array import Array
 from erclutch.signals.recording import Recording
 from erclutch.signals.speed import Derivative

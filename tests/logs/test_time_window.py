@@ -11,7 +11,8 @@ import pytest
 from erclutch.errors import SettingError
 from erclutch.logs import recording_from_arrays
 from erclutch.logs.batches import Batch
-from erclutch.logs.time_window import batches_within, seconds_of, within
+from erclutch.logs.keywords import seconds_of
+from erclutch.logs.time_window import batches_within, within
 from erclutch.signals.recording import Recording
 
 

@@ -20,15 +20,17 @@ from erclutch.errors import placed
 from erclutch.logs.applied import apply
 from erclutch.logs.arrays import table_of_arrays
 from erclutch.logs.batches import WHOLE_FILE, Batch, RowRange, one_batch, windowed_batches
-from erclutch.logs.keywords import finished, new_rate, options_of, window_of
+from erclutch.logs.data_frame import table_of_frame
+from erclutch.logs.keywords import new_rate, options_of, window_of
 from erclutch.logs.log_file import read_table, readable, recordings_in, require_file, table_of
 from erclutch.logs.log_reader import HEAD, LogReader, LogSource, folder_reader, reader_of
 from erclutch.logs.mapping import ColumnChoice, ColumnMap, beside, map_over
 from erclutch.logs.plan import NEEDS, Invalid, Plan
 from erclutch.logs.planning import plan_of
-from erclutch.logs.recognition import has_motion_and_effort
 from erclutch.logs.recording_choice import table_of_log
+from erclutch.logs.resample import resampled
 from erclutch.logs.table import Table
+from erclutch.logs.time_window import within
 from erclutch.registry import Plugin
 from erclutch.signals.device import DeviceName
 from erclutch.signals.recording import Recording
@@ -94,19 +96,23 @@ def read(
         MappingError: signals without a column or with several (UnitError: with a unit that does not fit).
     """
     said = options_of(options)
-    named = map_over(mapping, None)
-    given = ColumnMap.from_options(said).over(named) if said else named
-    if isinstance(path, str | Path):
-        told = map_over(given, beside(Path(path)) if mapping_file is None else ColumnMap.from_toml(mapping_file))
-        if table is None:
-            table = table_of_log(path, told, device, variable or told.variable)
-    else:
-        told = map_over(given, None if mapping_file is None else ColumnMap.from_toml(mapping_file))
-        table = table_of(path)
+    window, rate = window_of(said), new_rate(said)
+    told = map_over(mapping, None)
+    if said:
+        told = ColumnMap.from_options(said).over(told)
+    if mapping_file is not None:
+        told = told.over(ColumnMap.from_toml(mapping_file))
+    elif isinstance(path, str | Path):
+        told = told.over(beside(Path(path)))
+
+    if not isinstance(path, str | Path):
+        table = table_of_frame(path)
+    elif table is None:
+        table = table_of_log(path, told, device, variable or told.variable)
     plan = plan_of(table, told, device=device, invalid=invalid)
     plan.require_sureness()
-    log = apply(plan, table)
-    return finished(log, window_of(said), new_rate(said))
+    log = within(apply(plan, table), *window)
+    return log if rate is None else resampled(log, rate)
 
 
 def read_all(
@@ -136,7 +142,7 @@ def read_all(
         for name, table, own in logs_of(tables, replace(told, variable=None), device)
     ]
     # A sheet of settings or results beside sheets of rows has no motion with its effort: it is no log.
-    others = [name for name, _, plan in plans if not has_motion_and_effort(plan)]
+    others = [name for name, _, plan in plans if not plan.is_of_a_log]
     others = others if len(others) < len(plans) else []
     for name, table, plan in plans:
         if name in others:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 from math import pi
 from types import MappingProxyType
@@ -14,9 +14,8 @@ from erclutch.errors import LogError, MappingError, TimingError, placed, shell_w
 from erclutch.logs import timing
 from erclutch.logs.clock_planning import SLOW
 from erclutch.logs.plan import ClockPlan, Invalid, Plan, SignalPlan
-from erclutch.logs.sensor_faults import saturated, spikes, stuck
-from erclutch.logs.sentinels import sentinels
 from erclutch.logs.table import Table
+from erclutch.logs.unmeasured_rows import unmeasured_rows
 from erclutch.signals import units
 from erclutch.signals.array import Array, Mask
 from erclutch.signals.recording import POSITION, TEMPERATURE, Recording
@@ -49,19 +48,19 @@ def apply_rows(plan: Plan, table: Table) -> tuple[Recording, NDArray[np.int64]]:
 
         signals = {each.signal: _values(each, table) for each in plan.signals}  # each of shape (rows of the table,)
         inputs = {each.column: _values(each, table) for each in plan.inputs}
-        spare = {name: _column(table, name) for name in plan.spare}
+        spare = {name: table.planned(name) for name in plan.spare}
         spare = {name: values for name, values in spare.items() if np.isfinite(values).all()}
         names = {each.signal: each.column for each in plan.signals if each.column}
 
         rows = np.arange(table.rows)
         if clock_plan.kind == "column":
-            unstamped = ~np.isfinite(_column(table, clock_plan.column))
+            unstamped = ~np.isfinite(table.planned(clock_plan.column))
             if unstamped.any():
                 _refuse_or_note(table, {clock_plan.column: unstamped}, plan.invalid, notes)
                 rows = rows[~unstamped]
         clock = clock_of(clock_plan, table, rows, notes)
         units_of = {each.signal: each.si for each in plan.signals}
-        unmeasured = _unmeasured_rows(plan, table, notes)
+        unmeasured = unmeasured_rows(plan, table, notes)
         bad = _unusable_rows(table, {**signals, **inputs}, names, units_of, plan.invalid, notes, unmeasured)
 
         kept = rows[clock.keep]
@@ -105,20 +104,11 @@ def apply_rows(plan: Plan, table: Table) -> tuple[Recording, NDArray[np.int64]]:
         return recording, taken
 
 
-def _column(table: Table, name: str) -> Array:
-    if name in table.unreadable:
-        raise LogError(table.unreadable[name], remedy="Correct its cells, or make a plan of this log")
-    if name not in table.columns:
-        problem = f"there is no column '{name}', which the plan reads; the file has: {table.listed}"
-        raise MappingError(problem, remedy="Give a log with these columns, or make a plan of this log")
-    return table.columns[name]
-
-
 def _values(choice: SignalPlan, table: Table) -> Array:
     """A signal in all rows of the table, in the unit of the recording, shape (rows,)."""
     if choice.numbers:
         return np.full(table.rows, choice.numbers[0])
-    values = _column(table, choice.column)
+    values = table.planned(choice.column)
     if choice.factor != 1.0:
         values = values * choice.factor
     if choice.signal == "temperature":
@@ -143,26 +133,26 @@ def clock_of(plan: ClockPlan, table: Table, rows: NDArray[np.int64], notes: list
         assert table.clock is not None
         stamps = table.clock[rows]
     else:
-        column = _column(table, plan.column)[rows]
+        column = table.planned(plan.column)[rows]
         stamps = column * plan.factor if plan.zero == 0.0 else (column - plan.zero) * plan.factor
     latest = float(np.abs(stamps).max(initial=0.0))
     if latest > _LATEST:
         remedy = f"Check its unit: --time {shell_word(f'{plan.column} [ms]')}, or give --rate"
         raise TimingError(f"column {plan.column} goes up to {latest:.3g} s", remedy=remedy)
-    clock = timing.from_stamps(stamps, _same_as_before(table, plan, rows), column=plan.column, hint=period)
+
+    # A row that repeats the row before in all but the time and the count of samples was written twice.
+    same = np.ones(rows.size, dtype=np.bool_)
+    same[:1] = False
+    for name, values in table.columns.items():
+        if name not in plan.not_signals:
+            taken = values[rows]
+            now, before = taken[1:], taken[:-1]
+            same[1:] &= (now == before) | (np.isnan(now) & np.isnan(before))
+    clock = timing.from_stamps(stamps, same, column=plan.column, hint=period)
     if plan.kind == "column" and not plan.unit and clock.period >= SLOW:
         remedy = f"if it counts milliseconds, give --time {shell_word(f'{plan.column} [ms]')}"
         notes.append(f"{plan.column} has no unit, and in s its rows are {clock.period:.4g} s apart: {remedy}")
     return clock
-
-
-def _same_as_before(table: Table, clock: ClockPlan, rows: NDArray[np.int64]) -> Mask:
-    """Whether a row equals the row before in all columns but those that count time or samples, shape (rows,)."""
-    same = np.ones(rows.size, dtype=np.bool_)
-    same[:1] = False
-    for values in (values[rows] for name, values in table.columns.items() if name not in clock.not_signals):
-        same[1:] &= (values[1:] == values[:-1]) | (np.isnan(values[1:]) & np.isnan(values[:-1]))
-    return same
 
 
 def runs_of(
@@ -194,54 +184,6 @@ def runs_of(
             runs.append((part[clock.keep], clock))
         timing.require_rows(sum(kept.size for kept, _ in runs))
     return runs, {*plan.not_signals, table.clock_name} - {""}, notes
-
-
-def _unmeasured_rows(plan: Plan, table: Table, notes: list[str]) -> Mask:
-    """Rows where a signal holds a code such as -999 in place of a measurement, shape (rows of the table,).
-
-    ``notes`` gets code, column and number of rows.
-    """
-    unmeasured = np.zeros(table.rows, dtype=np.bool_)
-    for column in dict.fromkeys(each.column for each in (*plan.signals, *plan.inputs) if each.column):
-        for code, rows in sentinels(_column(table, column)).items():
-            many = int(rows.sum())
-            held = f"column {column} holds {code:g} in {many} row{'s' if many > 1 else ''}, far from all other values"
-            if plan.told.values == "keep":
-                notes.append(f"{held}: kept, as asked")
-                continue
-            why = "what loggers write for no measurement, left out and the log cut there"
-            notes.append(f"{held}: {why} (--keep-values keeps it)")
-            unmeasured |= rows
-    for name, why, rows in _sensor_faults(plan, table, unmeasured):
-        many = int(rows.sum())
-        seen = f"column {name} {why} in {many} row{'s' if many > 1 else ''}"
-        at = table.first_row + int(np.argmax(rows)) + 1
-        kept = plan.told.values == "keep"
-        done = "kept, as asked" if kept else "left out and the log cut there (--keep-values keeps them)"
-        notes.append(f"{seen}, the first in data row {at}: {done}")
-        unmeasured |= rows & (not kept)
-    return unmeasured
-
-
-def _sensor_faults(plan: Plan, table: Table, unmeasured: Mask) -> Iterator[tuple[str, str, Mask]]:
-    """The column, what is wrong there, and the rows, for each fault of a sensor; rows without measurement are none."""
-    chosen = {each.signal: each for each in plan.signals if each.column}
-    moving = next((chosen[name].column for name in ("slip", "position") if name in chosen), "")
-    for signal in ("slip", "effort", "T"):
-        if signal not in chosen:
-            continue
-        name = chosen[signal].column
-        values = np.where(unmeasured, np.nan, _column(table, name))
-        if (rows := spikes(values)).any():
-            yield name, f"has spikes (up to {np.abs(values[rows]).max():.4g})", rows
-            values = np.where(rows, np.nan, values)
-        if signal == "slip":
-            continue
-        ends = saturated(values)
-        for end, rows in ends.items():
-            yield name, f"sits at an end of its sensor's range ({end:.6g})", rows
-        if moving and not ends and (rows := stuck(values, _column(table, moving))).any():
-            yield name, f"is stuck at {values[np.argmax(rows)]:.6g} while column {moving} moves", rows
 
 
 def _unusable_rows(

@@ -109,18 +109,18 @@ def _goes_with(seen: SeenColumns, column: SeenColumn, signal: str) -> bool:
     if signal not in ("slip", "position", "effort") or column.written_unit:
         return False
     others = seen.without([column.name])
-    if signal == "effort":
-        lengths = any(
-            other.spoken.forms["position"] in _LENGTHS or other.spoken.heads["position"] in _LENGTHS for other in others
-        )
-        if column.spoken.forms["effort"] == "load" and lengths:
-            return True
-        motions = [other for other in others if other.spoken.may_be & {"slip", "position"}]
-        return any(follows(column.values, motion.values) for motion in motions)
-
-    stamps = stamps_of(seen)
-    if signal == "slip":
-        positions = [other for other in others if "position" in other.spoken.may_be]
-        return any(is_rate_of(column.values, position.values, stamps) for position in positions)
+    positions = [other for other in others if "position" in other.spoken.may_be]
     speeds = [other for other in others if "slip" in other.spoken.may_be]
-    return any(is_rate_of(speed.values, column.values, stamps) for speed in speeds)
+    if signal == "slip":
+        stamps = stamps_of(seen)
+        return any(is_rate_of(column.values, position.values, stamps) for position in positions)
+    if signal == "position":
+        stamps = stamps_of(seen)
+        return any(is_rate_of(speed.values, column.values, stamps) for speed in speeds)
+
+    # A load beside a displacement is that of a testing machine.
+    if column.spoken.forms["effort"] == "load":
+        for other in others:
+            if other.spoken.forms["position"] in _LENGTHS or other.spoken.heads["position"] in _LENGTHS:
+                return True
+    return any(follows(column.values, motion.values) for motion in (*positions, *speeds))

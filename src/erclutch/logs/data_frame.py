@@ -35,53 +35,54 @@ def table_of_frame(frame: DataFrame) -> Table:
     if frame.columns.nlevels > 1 or frame.index.nlevels > 1:
         problem = "its columns or its index have several levels"
         raise LogError(problem, where=_NAME, remedy="Give one level, such as by frame.droplevel(0, axis=1)")
+
     series: list[tuple[str, Any]] = [(str(label), frame.iloc[:, i]) for i, label in enumerate(frame.columns)]
-    if frame.index.name is not None and not _is_time(frame.index.dtype):
-        series.insert(0, (str(frame.index.name), frame.index.to_series()))
-    timed = [(str(frame.index.name or "index"), frame.index.to_series())] if _is_time(frame.index.dtype) else []
-    timed += [(label, values) for label, values in series if _is_time(values.dtype)]
-    taken, left = list[tuple[str, Array]](), list[str]()
+    index = frame.index.to_series()
+    if frame.index.name is not None and not _is_time(index):
+        series.insert(0, (str(frame.index.name), index))
+    timed = [(str(frame.index.name or "index"), index)] if _is_time(index) else []
+    timed += [(label, values) for label, values in series if _is_time(values)]
+
+    clock: Array | None = None
+    clock_name = ""
+    if timed:  # dates or durations in s since the first; NaN where there is none
+        clock_name, stamps = timed[0]
+        real = stamps.dropna()
+        since_first = stamps - (real.iloc[0] if len(real) else stamps)
+        clock = np.asarray(since_first.dt.total_seconds(), np.float64)
+
+    labels, columns_of_numbers, left = list[str](), list[Array](), list[str]()
     for label, values in series:
         if timed and values is timed[0][1]:
             continue
-        numbers = None if _is_time(values.dtype) else _numbers(values, pandas)
+        numbers = None if _is_time(values) else _numbers(values, pandas)
         if numbers is None:
             left.append(printable(label))
         else:
-            taken.append((label, numbers))
-    names, units, notes = name_columns([label for label, _ in taken])
-    columns = {name: values for name, (_, values) in zip(names, taken, strict=True)}
-    if not columns or not len(frame):
+            labels.append(label)
+            columns_of_numbers.append(numbers)
+    if not labels or not len(frame):
         raise LogError("it has no rows of numbers", where=_NAME, remedy="Give a DataFrame with one row a sample")
+
+    names, units, notes = name_columns(labels)
     if left:
         notes.append(f"columns without numbers left out: {', '.join(left)}")
     digest = hashlib.sha256(repr(names).encode())
-    for values in columns.values():
+    for values in [*columns_of_numbers, *([] if clock is None else [clock])]:
         digest.update(values.tobytes())
-    clock = _seconds(timed[0][1]) if timed else None
-    if clock is not None:
-        digest.update(clock.tobytes())
-    name = timed[0][0] if timed else ""
     return Table(
         _NAME,
-        columns,
+        dict(zip(names, columns_of_numbers, strict=True)),
         dict(zip(names, units, strict=True)),
         digest.hexdigest(),
         clock=clock,
-        clock_name=name,
+        clock_name=clock_name,
         notes=tuple(notes),
     )
 
 
-def _is_time(dtype: Any) -> bool:
-    return getattr(dtype, "kind", "") in "mM"
-
-
-def _seconds(stamps: Any) -> Array:
-    """Dates or durations as seconds since the first; NaN where there is none."""
-    real = stamps.dropna()
-    since = stamps - real.iloc[0] if len(real) else stamps - stamps
-    return np.asarray(since.dt.total_seconds(), np.float64)
+def _is_time(values: Any) -> bool:
+    return getattr(values.dtype, "kind", "") in "mM"
 
 
 def _numbers(values: Any, pandas: Any) -> Array | None:

@@ -96,13 +96,13 @@ class Draft:
         column = self.seen.columns[name]
         sensor = self.told.scales.get(signal)
         factor = scale
-        if sensor is not None:
+        if sensor is None and unit is None:
+            si, how = self.assumed_unit(signal, column.values)
+        elif sensor is not None:
             by_scale, si, how = by_sensor(signal, name, unit, sensor)
             factor *= by_scale
-        elif unit is None:
-            si, how = self.assumed_unit(signal, column.values)
         else:
-            to_si, si = units.conversion(unit, SIGNALS[signal], name)
+            to_si, si = units.conversion(unit or "", SIGNALS[signal], name)
             factor *= to_si
             how = "" if to_si == 1.0 else f", converted to {si or 'a plain number'}"
             how += f" (the file says {column.unit})" if column.unit and column.unit != unit else ""

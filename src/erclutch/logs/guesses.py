@@ -59,8 +59,9 @@ def guess_what_is_needed(draft: Draft) -> None:
         if not settled:
             needed = next(signal for signal in group[0] if signal not in draft.signals)
             names = " or ".join(" and ".join(option) for option in group)
-            problem = doubt or missing(draft.seen, needed, taken, names)
-            draft.ask(needed, _or_a_pair(draft, problem))
+            or_a_pair = _pair_remedy(draft)
+            error = doubt or missing(draft.seen, needed, taken, names)
+            draft.ask(needed, MappingError(error.problem, remedy=error.remedy + or_a_pair))
             unlogged_field = unlogged_field or (needed == "field" and doubt is None)
 
     if unlogged_field:  # asked for only where a column may be it
@@ -131,11 +132,10 @@ def guess(
     return Guess(found[0], reason) if found else None
 
 
-def _or_a_pair(draft: Draft, error: MappingError) -> MappingError:
-    """The error, with another remedy where the columns look like those of a coaxial pair."""
+def _pair_remedy(draft: Draft) -> str:
+    """What else would help where the columns of a single device look like those of a coaxial pair; "" elsewhere."""
     first, _ = candidates(draft.seen, "E1", ())
     second, _ = candidates(draft.seen, "E2", ())
     if draft.device != "single" or not first or not second:
-        return error
-    remedy = f"{error.remedy}; if {first[0]} and {second[0]} are the fields of a coaxial pair, --device coaxial"
-    return MappingError(error.problem, remedy=remedy)
+        return ""
+    return f"; if {first[0]} and {second[0]} are the fields of a coaxial pair, --device coaxial"

@@ -6,10 +6,9 @@ import difflib
 from collections.abc import Mapping
 from typing import Any
 
-from erclutch.errors import MappingError
-from erclutch.logs.resample import rate_of, resampled
-from erclutch.logs.time_window import seconds_of, within
-from erclutch.signals.recording import NAMED_COLUMNS, Recording
+from erclutch.errors import MappingError, SettingError, UnitError
+from erclutch.signals import units
+from erclutch.signals.recording import NAMED_COLUMNS
 
 #: First and last time that are taken, and how much is left out of the start, in s; None: all is taken.
 Window = tuple[float | None, float | None, float | None]
@@ -19,6 +18,8 @@ _LISTS = ("constant", "scale", "input")
 _TEXTS = ("time", "rate", "lead", "name_pattern", "decimal", "keep_values", "resample", *_TIMES)
 #: The command line has no capitals: ``--E1`` is kept as e1.
 _KNOWN = {**{name.lower(): name for name in NAMED_COLUMNS}, **{name: name for name in (*_LISTS, *_TEXTS)}}
+_LATEST = 1e12  # s
+_SLOWEST, _FASTEST = 1e-3, 1e7  # Hz
 
 
 def options_of(keywords: Mapping[str, Any]) -> dict[str, Any]:
@@ -27,16 +28,23 @@ def options_of(keywords: Mapping[str, Any]) -> dict[str, Any]:
     Raises:
         MappingError: a name that is no signal and no option of reading.
     """
-    for name in keywords:
-        if name.lower() not in _KNOWN:
-            near = difflib.get_close_matches(name, _KNOWN.values(), n=1)
+    options: dict[str, Any] = {}
+    for keyword, value in keywords.items():
+        name = keyword.lower()
+        if name not in _KNOWN:
+            near = difflib.get_close_matches(keyword, _KNOWN.values(), n=1)
             hint = f"Did you mean {near[0]}? " if near else ""
             remedy = f"{hint}Known are {', '.join(_KNOWN.values())}"
-            raise MappingError(f"{name!r} is no signal and no option of reading", remedy=remedy)
-    options = {name.lower(): value for name, value in keywords.items() if value is not None}
-    lists = {name: (options[name],) for name in _LISTS if isinstance(options.get(name), str)}
-    times = {name: str(options[name]) for name in ("resample", *_TIMES) if name in options}
-    return {**options, **lists, **times}
+            raise MappingError(f"{keyword!r} is no signal and no option of reading", remedy=remedy)
+        if value is None:
+            continue
+        if name in _LISTS and isinstance(value, str):
+            options[name] = (value,)
+        elif name == "resample" or name in _TIMES:
+            options[name] = str(value)
+        else:
+            options[name] = value
+    return options
 
 
 def window_of(options: Mapping[str, Any]) -> Window:
@@ -49,6 +57,21 @@ def window_of(options: Mapping[str, Any]) -> Window:
     return begin, end, skip
 
 
+def seconds_of(option: str, text: str, example: str = "2s, or 500ms") -> float:
+    """A time in s from ``2``, ``2 s``, ``500ms`` or ``1 min``; the example is for the message.
+
+    Raises:
+        SettingError: no such time.
+    """
+    try:
+        seconds = units.in_unit(text, "s")
+    except UnitError:
+        seconds = float("inf")
+    if not abs(seconds) < _LATEST:
+        raise SettingError(f"--{option} {text!r} is no time", remedy=f"Write it like --{option} {example}")
+    return seconds
+
+
 def new_rate(options: Mapping[str, Any]) -> float | None:
     """The sampling rate in Hz that options ask for; None: logs keep their own.
 
@@ -58,11 +81,16 @@ def new_rate(options: Mapping[str, Any]) -> float | None:
     return rate_of(options["resample"]) if "resample" in options else None
 
 
-def finished(log: Recording, window: Window, rate: float | None) -> Recording:
-    """A recording in its window and at its rate.
+def rate_of(text: str) -> float:
+    """A sampling rate in Hz from ``1000``, ``1kHz`` or ``0.5 kHz``.
 
     Raises:
-        SettingError: a window or a rate that it cannot have.
+        SettingError: no positive rate.
     """
-    log = within(log, *window)
-    return log if rate is None else resampled(log, rate)
+    try:
+        rate = units.in_unit(text, "Hz")
+    except UnitError:
+        rate = 0.0
+    if not _SLOWEST <= rate <= _FASTEST:
+        raise SettingError(f"--resample {text!r} is no sampling rate", remedy="Write it like --resample 1kHz")
+    return rate

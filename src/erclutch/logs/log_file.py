@@ -54,10 +54,21 @@ def read_table(
     """
     file = require_file(path)
     plugin = folder_reader(file)
+    data = b""
+    notes: list[str] = []
     with placed(file.name):
-        data = b"" if plugin else _bytes(file)
-        digest = _folder_digest(file) if plugin else hashlib.sha256(data).hexdigest()
-    plugin, notes = (plugin, list[str]()) if plugin else reader_of(data[:HEAD], file.suffix)
+        if plugin is not None:
+            digest = _folder_digest(file)
+        else:
+            with readable(file):
+                if file.stat().st_size > _LARGEST:
+                    raise LogError("the file is larger than 4 GiB", remedy="Split the log")
+                data = file.read_bytes()
+            if not data:
+                raise LogError("the file is empty", remedy=_ROWS_WANTED)
+            digest = hashlib.sha256(data).hexdigest()
+    if plugin is None:
+        plugin, notes = reader_of(data[:HEAD], file.suffix)
     table = read_by(plugin, LogSource(file, data, digest, variable, told, decimal))
     if not table.columns or not table.rows:
         raise LogError("the file has no rows of numbers", remedy=_ROWS_WANTED, where=table.name)
@@ -87,16 +98,6 @@ def require_file(path: str | Path) -> Path:
     return file
 
 
-def _bytes(file: Path) -> bytes:
-    with readable(file):
-        if file.stat().st_size > _LARGEST:
-            raise LogError("the file is larger than 4 GiB", remedy="Split the log")
-        data = file.read_bytes()
-    if not data:
-        raise LogError("the file is empty", remedy=_ROWS_WANTED)
-    return data
-
-
 def _folder_digest(folder: Path) -> str:
     """SHA-256 over names and SHA-256 of the files of a log, by name."""
     digest = hashlib.sha256()
@@ -107,7 +108,8 @@ def _folder_digest(folder: Path) -> str:
             raise LogError("the files of the folder are larger than 4 GiB", remedy="Split the log")
         for path in inside:
             with path.open("rb") as content:
-                digest.update(f"{path.name}\0{hashlib.file_digest(content, 'sha256').hexdigest()}\0".encode())
+                own = hashlib.file_digest(content, "sha256").hexdigest()
+            digest.update(f"{path.name}\0{own}\0".encode())
     return digest.hexdigest()
 
 
@@ -118,15 +120,17 @@ def recordings_in(path: str | Path) -> list[str]:
         LogError: the file cannot be read.
     """
     file = require_file(path)
-    plugin, data = folder_reader(file), b""
+    plugin = folder_reader(file)
+    data = b""
     if plugin is None:
         with readable(file):
             data = file.read_bytes()
         plugin, _ = reader_of(data[:HEAD], file.suffix)
-    listed = plugin.of_type(LogReader).recordings
-    source = LogSource(file, data, "")
+    names_of = plugin.of_type(LogReader).recordings
+    if names_of is None:
+        return []
     with placed(file.name), plugin.working(f"failed on {file.name}"):
-        return list(listed(source)) if listed is not None else []
+        return list(names_of(LogSource(file, data, "")))
 
 
 @contextmanager

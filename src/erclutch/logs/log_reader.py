@@ -124,6 +124,8 @@ def reader_of(head: bytes, suffix: str) -> tuple[Plugin, list[str]]:
     """
     notes: list[str] = []
     readers = _readers(notes)
+    named = [plugin for plugin, reader in readers if suffix.lower() in reader.suffixes]
+    by_suffix = named[0] if named else registry.find(GROUP, "text")
     for plugin, reader in readers:
         try:
             with plugin.working("failed to look at a file"):
@@ -131,8 +133,7 @@ def reader_of(head: bytes, suffix: str) -> tuple[Plugin, list[str]]:
                     return plugin, notes
         except PluginError as error:
             notes.append(f"a reader was left out: {error}")
-    named = (plugin for plugin, reader in readers if suffix.lower() in reader.suffixes)
-    return next(named, registry.find(GROUP, "text")), notes
+    return by_suffix, notes
 
 
 def read_by(plugin: Plugin, source: LogSource) -> Table:
@@ -144,25 +145,23 @@ def read_by(plugin: Plugin, source: LogSource) -> Table:
     reader: LogReader = plugin.of_type(LogReader)
     if source.variable and reader.recordings is None:
         problem = f"a log of this format is one recording, and --variable {source.variable} asks for one of several"
-        raise LogError(
-            problem, where=source.name, remedy="Leave it out, or give --variable '' where a run or mapping has it"
-        )
+        remedy = "Leave it out, or give --variable '' where a run or mapping has it"
+        raise LogError(problem, where=source.name, remedy=remedy)
     with plugin.working(f"failed on {source.name}"):
-        with placed(source.name), within(Budget(len(source.data) or size_of(source.path)).seconds):
-            table = reader.read(source)
-        table = table if plugin.own else _checked(table, plugin)
+        budget = Budget(len(source.data) or size_of(source.path))
+        with placed(source.name), within(budget.seconds):
+            table: Any = reader.read(source)
+        if not plugin.own:  # a package of somebody else may return anything
+            if not isinstance(table, Table):
+                raise plugin.fault(f"returns a {type(table).__name__}, it must be a Table of erclutch.logs.table")
+            columns = {name: np.asarray(values, np.float64) for name, values in table.columns.items()}
+            shapes = {values.shape for values in columns.values()}
+            if len(shapes) > 1 or any(len(shape) != 1 for shape in shapes):
+                listed = ", ".join(f"{name} {values.shape}" for name, values in columns.items())
+                raise plugin.fault(f"returns columns that are no vectors of one length: {listed}")
+            notes = (*table.notes, f"read by {plugin.name!r} of {plugin.label}")
+            table = replace(table, columns=columns, notes=notes)
         return replace(table, damage=reader.tells_damage)
-
-
-def _checked(table: Any, plugin: Plugin) -> Table:
-    if not isinstance(table, Table):
-        raise plugin.fault(f"returns a {type(table).__name__}, it must be a Table of erclutch.logs.table")
-    columns = {name: np.asarray(values, np.float64) for name, values in table.columns.items()}
-    shapes = {values.shape for values in columns.values()}
-    if len(shapes) > 1 or any(len(shape) != 1 for shape in shapes):
-        listed = ", ".join(f"{name} {values.shape}" for name, values in columns.items())
-        raise plugin.fault(f"returns columns that are no vectors of one length: {listed}")
-    return replace(table, columns=columns, notes=(*table.notes, f"read by {plugin.name!r} of {plugin.label}"))
 
 
 def _readers(notes: list[str]) -> list[tuple[Plugin, LogReader]]:

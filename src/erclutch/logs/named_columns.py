@@ -54,27 +54,30 @@ def take_named(draft: Draft) -> None:
     allowed = {*draft.known_signals, _TEMPERATURE}
     for signal, choice in draft.told.columns.items():
         declined = draft.told.declines(signal) and NONE not in draft.table.columns
-        if signal == "field" and declined:
-            draft.take_no_field()
-            continue
-        if signal not in allowed:
+        if signal not in allowed and not (signal == "field" and declined):
             own = ", ".join(sorted(draft.known_signals))
             problem = f"'{signal}' is no signal of a {draft.device} device (it has: {own})"
             raise MappingError(problem, remedy="Use one of these, or set --device")
-        if declined:
+        if not declined:
+            _take_choice(draft, signal, choice)
+        elif signal == "field":
+            draft.take_no_field()
+        else:
             draft.declined.append(signal)
             draft.notes.append(f"{signal}: no column is taken for it ({choice.source})")
-            continue
-        try:
-            name, unit, factor = locate(draft.table, choice, signal)
-            if signal == _TEMPERATURE:  # a further input, in K
-                units.kelvin(draft.table.columns[name] * factor, unit, name)
-                draft.signals[signal] = SignalPlan(signal, name, unit, factor, factor, "K", reason=choice.source)
-                draft.notes.append(f"temperature <- column {name} [{unit}], in K ({choice.source})")
-            else:
-                draft.take(signal, name, unit, factor, choice.source)
-        except MappingError as error:
-            draft.ask(signal, error)
+
+
+def _take_choice(draft: Draft, signal: str, choice: ColumnChoice) -> None:
+    try:
+        name, unit, factor = locate(draft.table, choice, signal)
+        if signal == _TEMPERATURE:  # a further input, in K
+            units.kelvin(draft.table.columns[name] * factor, unit, name)
+            draft.signals[signal] = SignalPlan(signal, name, unit, factor, factor, "K", reason=choice.source)
+            draft.notes.append(f"temperature <- column {name} [{unit}], in K ({choice.source})")
+        else:
+            draft.take(signal, name, unit, factor, choice.source)
+    except MappingError as error:
+        draft.ask(signal, error)
 
 
 def locate(table: Table, choice: ColumnChoice, signal: str) -> tuple[str, str | None, float]:
@@ -102,7 +105,15 @@ def locate(table: Table, choice: ColumnChoice, signal: str) -> tuple[str, str | 
         if name not in table.columns and name.isdecimal() and len(name) <= _LONGEST_NUMBER:
             name = table.numbered(int(name)) or name
         if name in table.columns:
-            _refuse_another_kind(name, unit, signal)
+            _, end = split_end(name)
+            both = end and unit and units.is_unit(end) and units.is_unit(unit)
+            if both and units.parse(end or "").dimension != units.parse(unit or "").dimension:  # no volt is an ampere
+                problem = f"column '{name}' ends in a unit, {end}, and {unit} is of another kind"
+                remedy = f"Give it as it is, --{signal} {shell_word(name)}"
+                if signal in SIGNALS:
+                    scale = shell_word(f"{signal}=1 {unit}/{end}")
+                    remedy += f", or what one {end} of it means, such as --scale {scale}"
+                raise UnitError(problem, remedy=remedy)
             si_units = SIGNALS[signal].si_units if signal in SIGNALS else ("s",) if signal == "time" else ()
             unit = choice.unit or own_unit(name, unit or table.units.get(name), si_units)
             return name, unit, sign * choice.scale
@@ -115,16 +126,3 @@ def locate(table: Table, choice: ColumnChoice, signal: str) -> tuple[str, str | 
     if "*" in text and signal != "time":
         remedy += "; for a log of each column of such a name add --variable all"
     raise MappingError(f"there is no column '{text}' for {signal}; the file has: {table.listed}", remedy=remedy)
-
-
-def _refuse_another_kind(name: str, unit: str | None, signal: str) -> None:
-    """Refuse a unit that is given for a column whose name ends in a unit of another kind: no volt is an ampere."""
-    _, end = split_end(name)
-    if not end or not unit or not units.is_unit(end) or not units.is_unit(unit):
-        return
-    if units.parse(end).dimension != units.parse(unit).dimension:
-        problem = f"column '{name}' ends in a unit, {end}, and {unit} is of another kind"
-        scale = shell_word(f"{signal}=1 {unit}/{end}")
-        remedy = f"Give it as it is, --{signal} {shell_word(name)}"
-        remedy += f", or what one {end} of it means, such as --scale {scale}" if signal in SIGNALS else ""
-        raise UnitError(problem, remedy=remedy)

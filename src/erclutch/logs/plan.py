@@ -15,7 +15,7 @@ from functools import partial
 from pathlib import Path
 from typing import Literal
 
-from erclutch.errors import MappingError, UnitError, shell_word
+from erclutch.errors import MappingError, UnitError, placed, shell_word
 from erclutch.files import unwritable, whole_file
 from erclutch.files.places import nothing
 from erclutch.logs.mapping import NONE, ColumnChoice, ColumnMap
@@ -207,13 +207,23 @@ class Plan:
             doubts.append(self.clock.doubt)
         return tuple(doubts)
 
+    @property
+    def is_of_a_log(self) -> bool:
+        """Whether all but the field was found, or is one of several columns: a table without a motion is no log."""
+        found = {each.signal for each in self.signals if each.column}
+        found |= {each.signal for each in self.questions if "may be any of" in each.problem}
+        groups = [group for group in NEEDS[self.device] if ("field",) not in group]
+        return all(any(found & {*option} for option in group) for group in groups)
+
     def require_sureness(self) -> None:
-        """Refuse a plan that rests on a guess of little ground; a plan with open questions is left to `apply`.
+        """Refuse a plan with open questions, or one that rests on a guess of little ground.
 
         Raises:
-            MappingError: what is in doubt, with the options that settle it.
+            MappingError: what is missing, see `require_answers`; or what is in doubt, with the options that settle it.
         """
-        if self.doubts and not self.questions:
+        with placed(self.log):
+            self.require_answers()
+        if self.doubts:
             remedy = f"If that is right, say so: {' '.join(self._doubtful_options())}"
             if self.clock is not None and self.clock.doubt:
                 remedy += f", or --time {shell_word(f'{self.clock.column} [ms]')}, or give --rate"

@@ -10,10 +10,11 @@ from typing import Any
 from erclutch.errors import SettingError
 from erclutch.logs import Batch, ColumnMap, RowRange, map_over, read, read_all, read_batches
 from erclutch.logs.batches import WHOLE_FILE
-from erclutch.logs.keywords import Window, finished, new_rate, window_of
+from erclutch.logs.keywords import Window, new_rate, window_of
 from erclutch.logs.plan import Invalid
+from erclutch.logs.resample import resampled
 from erclutch.logs.table import Table
-from erclutch.logs.time_window import batches_within
+from erclutch.logs.time_window import batches_within, within
 from erclutch.signals.device import DeviceName
 from erclutch.signals.recording import Recording
 from erclutch.signals.speed import Derivative
@@ -79,7 +80,8 @@ class Reading:
         Raises:
             SettingError: a window or a rate that it cannot have.
         """
-        return finished(log, self.window, self.rate)
+        log = within(log, *self.window)
+        return log if self.rate is None else resampled(log, self.rate)
 
     @property
     def divisible(self) -> bool:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from erclutch.errors import ErclutchError
 from erclutch.logs.mapping import ColumnMap
-from erclutch.logs.plan import NEEDS, Plan
 from erclutch.logs.planning import plan_of
 from erclutch.logs.table import Table
 from erclutch.signals.device import DeviceName
@@ -19,24 +18,14 @@ def is_log(table: Table, told: ColumnMap | None = None, device: DeviceName | Non
         device: whose signals count; see `plan_of`.
     """
     try:
-        return has_motion_and_effort(plan_of(table, told or ColumnMap(), device=device))
+        return plan_of(table, told or ColumnMap(), device=device).is_of_a_log
     except ErclutchError:
         return False
 
 
-def signals_of(table: Table | None) -> set[str]:
+def signals_of(table: Table) -> set[str]:
     """Signals that have a column in a table, by names and units alone."""
-    if table is None:
-        return set()
     try:
         return {each.signal for each in plan_of(table, ColumnMap()).signals if each.column}
     except ErclutchError:
         return set()
-
-
-def has_motion_and_effort(plan: Plan) -> bool:
-    """Whether a plan found all but the field, or knows several columns that may be it."""
-    found = {each.signal for each in plan.signals if each.column}
-    found |= {each.signal for each in plan.questions if "may be any of" in each.problem}
-    groups = [group for group in NEEDS[plan.device] if ("field",) not in group]
-    return all(any(found & {*option} for option in group) for group in groups)

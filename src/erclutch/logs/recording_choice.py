@@ -44,56 +44,55 @@ def table_of_log(
     except LogError as error:
         if variable or "several recordings" not in error.problem:
             raise
-        return _only_log(path, told, device, error)
+        names = recordings_in(path)
+        if not 1 < len(names) <= _MOST:
+            raise
+        unchosen = error
 
-
-def _only_log(path: str | Path, told: ColumnMap, device: DeviceName | None, error: LogError) -> Table:
-    """The one recording that has a motion and an effort."""
-    names = recordings_in(path)
-    if not 1 < len(names) <= _MOST:
-        raise error
-    logs = logs_among(path, names, told, device)
+    tables = tables_of(path, names, told)
+    logs = {name: table for name, table in tables.items() if is_log(table, told, device)}
     if len(logs) == 1:
         name, table = next(iter(logs.items()))
         others = ", ".join(other for other in names if other != name)
         note = f"recording {name}: no other has columns of a motion and an effort ({others})"
         return replace(table, notes=(note, *table.notes))
-    if not logs:
-        raise _joined_or(error, path, names, told, device)
-    first = shlex.quote(next(iter(logs)))
-    plans = [plan_of(table, told, device=device) for table in logs.values()]
-    answers = {plan.examples for plan in plans}
-    remedy = f"Choose one, such as --variable {first}"
-    if len(answers) == 1 and not any(plan.doubts for plan in plans):
-        options = " ".join(["--variable all", *answers.pop()])
-        remedy = f"Take each as a log: {options}; or choose one: --variable {first}"
-    several = f"{len(logs)} of {len(names)} recordings of the file are logs: {listed(logs)}"
-    raise LogError(several, remedy=remedy, where=error.where)
 
+    if len(logs) > 1:
+        first = shlex.quote(next(iter(logs)))
+        plans = [plan_of(table, told, device=device) for table in logs.values()]
+        answers = {plan.examples for plan in plans}
+        remedy = f"Choose one, such as --variable {first}"
+        if len(answers) == 1 and not any(plan.doubts for plan in plans):
+            options = " ".join(["--variable all", *answers.pop()])
+            remedy = f"Take each as a log: {options}; or choose one: --variable {first}"
+        problem = f"{len(logs)} of {len(names)} recordings of the file are logs: {listed(logs)}"
+        raise LogError(problem, remedy=remedy, where=unchosen.where)
 
-def _joined_or(
-    error: LogError, path: str | Path, names: Sequence[str], told: ColumnMap, device: DeviceName | None
-) -> LogError:
-    """The question whether all recordings are one log joined by time, where they are; else the error as it is."""
-    tables = {name: _table(path, name, told) for name in names[:_MOST_JOINED]}
-    # The rows are those of the effort: no effort is made up between two samples.
-    order = sorted(tables, key=lambda name: not signals_of(tables[name]) & {"effort", "T"})
-    together = JOINT.join(order)
-    joined = _table(path, together, told) if len(names) <= _MOST_JOINED else None
+    # No recording is a log alone. Joined by time they may be one; the rows are those of the effort, since no effort is
+    # made up between two samples.
+    if len(names) > _MOST_JOINED:
+        raise unchosen
+    efforts = [name for name in names if name in tables and signals_of(tables[name]) & {"effort", "T"}]
+    together = JOINT.join([*efforts, *(name for name in names if name not in efforts)])
+    joined = tables_of(path, [together], told).get(together)
     if joined is None or not is_log(joined, told, device):
-        return error
+        raise unchosen
     problem = f"no recording of the file is a log alone, and together they are one: {listed(names)}"
-    return LogError(problem, remedy=f"Join them by time: --variable {shlex.quote(together)}", where=error.where)
+    raise LogError(problem, remedy=f"Join them by time: --variable {shlex.quote(together)}", where=unchosen.where)
 
 
 def logs_among(path: str | Path, names: Sequence[str], told: ColumnMap, device: DeviceName | None) -> dict[str, Table]:
     """The tables of those recordings of a file that have a motion and an effort, by name."""
-    tables = {name: _table(path, name, told) for name in names}
-    return {name: table for name, table in tables.items() if table is not None and is_log(table, told, device)}
+    tables = tables_of(path, names, told)
+    return {name: table for name, table in tables.items() if is_log(table, told, device)}
 
 
-def _table(path: str | Path, name: str, told: ColumnMap) -> Table | None:
-    try:
-        return read_table(path, variable=name, decimal=told.decimal)
-    except LogError:
-        return None
+def tables_of(path: str | Path, names: Sequence[str], told: ColumnMap) -> dict[str, Table]:
+    """The tables of recordings of a file, by name; a recording that is none has no table."""
+    tables: dict[str, Table] = {}
+    for name in names:
+        try:
+            tables[name] = read_table(path, variable=name, decimal=told.decimal)
+        except LogError:
+            continue
+    return tables

@@ -15,9 +15,8 @@ from types import MappingProxyType
 
 import numpy as np
 
-from erclutch.errors import SettingError, UnitError
+from erclutch.errors import SettingError
 from erclutch.logs.timing import require_rows
-from erclutch.signals import units
 from erclutch.signals.array import Array
 from erclutch.signals.recording import Recording
 
@@ -31,21 +30,6 @@ PASSED = 0.68  # of it
 _FINEST = 10_000  # numerator and denominator of the ratio of both rates, at most
 _MOST_ROWS = 50_000_000  # of the new recording: half a gigabyte a signal
 _EXACT = 1e-6  # share by which a rate may be off and still count as the wanted one
-
-
-def rate_of(text: str) -> float:
-    """A sampling rate in Hz from ``1000``, ``1kHz`` or ``0.5 kHz``.
-
-    Raises:
-        SettingError: no positive rate.
-    """
-    try:
-        rate = units.in_unit(text, "Hz")
-    except UnitError:
-        rate = 0.0
-    if not 1e-3 <= rate <= 1e7:
-        raise SettingError(f"--resample {text!r} is no sampling rate", remedy="Write it like --resample 1kHz")
-    return rate
 
 
 def resampled(log: Recording, rate: float) -> Recording:

@@ -10,6 +10,7 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
+from erclutch.errors import LogError, MappingError
 from erclutch.signals.array import Array
 from erclutch.signals.channels import device_of_channels
 from erclutch.signals.device import DeviceName
@@ -86,6 +87,19 @@ class Table:
     def rows(self) -> int:
         """Number of rows."""
         return next((int(values.size) for values in self.columns.values()), 0)
+
+    def planned(self, name: str) -> Array:
+        """The samples of a column that a plan reads, shape (n,).
+
+        Raises:
+            MappingError: the table has no such column. LogError: its cells are no numbers.
+        """
+        if name in self.unreadable:
+            raise LogError(self.unreadable[name], remedy="Correct its cells, or make a plan of this log")
+        if name not in self.columns:
+            problem = f"there is no column '{name}', which the plan reads; the file has: {self.listed}"
+            raise MappingError(problem, remedy="Give a log with these columns, or make a plan of this log")
+        return self.columns[name]
 
     def numbered(self, number: int) -> str | None:
         """The column at a place in the file, counted from 1, or None."""

@@ -7,28 +7,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from erclutch.errors import SettingError, UnitError
+from erclutch.errors import SettingError
 from erclutch.logs.batches import Batch
 from erclutch.logs.dataset import only_segments
 from erclutch.logs.timing import MINIMUM_ROWS
-from erclutch.signals import units
 from erclutch.signals.clock import stretches
 from erclutch.signals.recording import Recording
-
-
-def seconds_of(option: str, text: str, example: str = "2s, or 500ms") -> float:
-    """A time in s from ``2``, ``2 s``, ``500ms`` or ``1 min``; the example is for the message.
-
-    Raises:
-        SettingError: no such time.
-    """
-    try:
-        seconds = units.in_unit(text, "s")
-    except UnitError:
-        seconds = np.inf
-    if not abs(seconds) < 1e12:
-        raise SettingError(f"--{option} {text!r} is no time", remedy=f"Write it like --{option} {example}")
-    return seconds
 
 
 def within(

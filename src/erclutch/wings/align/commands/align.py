@@ -93,7 +93,7 @@ def aligned(
     Raises:
         LogError, MappingError: a log cannot be read, or their clocks cannot be matched.
     """
-    from erclutch.logs.time_window import seconds_of
+    from erclutch.logs.keywords import seconds_of
     from erclutch.wings.align.aligned_logs import align as aligned_logs
 
     def own(option: tuple[str, ...], log: int) -> str:
