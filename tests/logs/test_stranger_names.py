@@ -217,3 +217,44 @@ def test_an_effort_follows_a_motion_and_takes_both_signs() -> None:
 def test_units_of_other_languages_are_the_usual_ones(unit: str, usual: str) -> None:
     assert units.parse(unit).factor == pytest.approx(units.parse(usual).factor)
     assert units.parse(unit).dimension == units.parse(usual).dimension
+
+
+def _with_field_asked(**others: Array) -> list[str]:
+    columns = {"time": TIME, "displacement": PLACE, "force": FORCE, **others}
+    units = {"displacement": "mm", "force": "N"}
+    plan = plan_of(Table("a", columns, units, "0" * 64), ColumnMap())
+    return [question.signal for question in plan.questions]
+
+
+@pytest.mark.parametrize("unit", [1.0, 0.01, -3.5])
+def test_a_column_that_is_another_one_in_other_numbers_is_no_field(unit: float) -> None:
+    assert _with_field_asked(AVE2=unit * PLACE + 4.0) == []
+    assert _with_field_asked(AVE2=unit * FORCE - 1.0) == []
+
+
+def test_a_column_that_only_goes_with_another_one_may_be_the_field() -> None:
+    wave = PLACE + 0.05 * float(np.ptp(PLACE)) * np.sin(40.0 * TIME)
+    assert _with_field_asked(AVE2=wave) == ["field"]
+    ramp = np.linspace(0.0, 1.0, TIME.size)
+    columns = {"time": TIME, "displacement": ramp, "force": FORCE, "AVE2": 3.0 * ramp}
+    plan = plan_of(Table("a", columns, {"displacement": "mm", "force": "N"}, "0" * 64), ColumnMap())
+    assert [question.signal for question in plan.questions] == ["field"]
+
+
+def test_what_two_models_say_of_an_effort_is_no_field_and_neither_is_what_goes_with_them() -> None:
+    rate = np.gradient(PLACE)
+    assert _with_field_asked(LuGre=0.9 * rate, Light_SVM=np.tanh(9 * rate), CV=np.sign(rate)) == []
+    # One name alone may be that of a device, and a column that keeps one sign is no estimate.
+    assert _with_field_asked(Dahl=0.9 * rate) == ["field"]
+    assert _with_field_asked(LuGre=0.9 * rate, SVM=np.tanh(9 * rate), CV=np.abs(rate)) == ["field"]
+
+
+@pytest.mark.parametrize("gauge", ["C_1_Déform1", "C_1_LVDT 2"])
+def test_a_name_behind_a_channel_s_prefix_is_a_whole_name(gauge: str) -> None:
+    columns = {"C_1_Temps": TIME, "C_1_Force": FORCE, gauge: np.sqrt(np.abs(PLACE)), "C_1_Déplacement": PLACE}
+    units = {"C_1_Temps": "s", "C_1_Force": "kN", gauge: "mm", "C_1_Déplacement": "mm"}
+    plan = plan_of(Table("a", columns, units, "0" * 64), ColumnMap())
+    position = plan.signal("position")
+    assert plan.questions == ()
+    assert position is not None
+    assert position.column == "C_1_Déplacement"

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 
 from erclutch.logs.clock_planning import stamps_of
-from erclutch.logs.names import NEED_UNIT, OTHER, SINGLE, TOLD, VOLTAGES, headed, is_turned, numbered
+from erclutch.logs.names import NEED_UNIT, OTHER, SINGLE, TOLD, VOLTAGES, headed, is_turned, numbered, words_of
 from erclutch.logs.repeated_columns import distinct
 from erclutch.logs.seen_columns import SeenColumn, SeenColumns
 from erclutch.logs.shapes import follows, is_rate_of
@@ -71,12 +71,20 @@ def candidates(
     by_unit = [column.name for column in free if fits[column.name] and _unit_speaks(column, signal, si_units)]
     headed_so = [name for name, head in heads.items() if head and (fits[name] or head not in NEED_UNIT)]
     if headed_so:
-        # A head is no whole name: another column with such a unit may be the signal as well.
-        found = [*headed_so, *(name for name in by_unit if name not in headed_so)]
+        # A head is no whole name: another column with such a unit may be the signal as well. Where all but the words
+        # that most columns share is the head (C_1_Displacement), it is a whole one.
+        whole = [name for name in headed_so if _own_words(seen, name) == heads[name]]
+        found = whole or [*headed_so, *(name for name in by_unit if name not in headed_so)]
         if signal == "field" and {heads.get(name) for name in found} <= VOLTAGES:
             found += _currents(free, found)
         return distinct(seen, found), "name"
     return distinct(seen, by_unit), "unit"
+
+
+def _own_words(seen: SeenColumns, name: str) -> str:
+    """The name without the words that most columns share; "" for a name of no more than one word."""
+    words = words_of(seen.columns[name].spoken.stem)
+    return "".join(word for word in words if word not in seen.shared_words) if len(words) > 1 else ""
 
 
 def _currents(free: Iterable[SeenColumn], named: Sequence[str]) -> list[str]:

@@ -69,7 +69,7 @@ def guess_what_is_needed(draft: Draft) -> None:
         inputs += [split_label(label)[0] for label in inputs]
         if not maybe_field(draft.seen, [*taken, *inputs]):
             del draft.questions["field"]
-            whys = [(column.name, why_no_field(column)) for column in draft.seen.without(taken)]
+            whys = [(column.name, why_no_field(draft.seen, column, taken)) for column in draft.seen.without(taken)]
             draft.take_no_field([f"{name} {why}" for name, why in whys if why])
 
 

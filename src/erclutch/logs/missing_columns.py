@@ -8,8 +8,9 @@ from re import findall
 from erclutch.errors import MappingError, shell_word
 from erclutch.logs.columns import candidates
 from erclutch.logs.mapping import COUNTS
-from erclutch.logs.names import NAMES, NEED_UNIT, spoken_name
+from erclutch.logs.names import NAMES, NEED_UNIT, is_of_a_model, spoken_name
 from erclutch.logs.seen_columns import SeenColumn, SeenColumns
+from erclutch.logs.shapes import are_estimates, same_course
 from erclutch.signals.recording import SIGNALS
 
 _EXAMPLES = {"field": "I [A]", "slip": "V [cm/s]", "position": "D [mm]", "effort": "F [N]", "T": "torque [N*m]"}
@@ -107,7 +108,9 @@ def maybe_field(seen: SeenColumns, taken: Iterable[str]) -> list[SeenColumn]:
     Only where there is none, a log without a field is read as such.
     """
     si_units = SIGNALS["field"].si_units
-    return [each for each in seen.without(taken) if each.fits(si_units) is not False and not why_no_field(each)]
+    known = set(taken)
+    free = [column for column in seen.without(known) if column.fits(si_units) is not False]
+    return [column for column in free if not why_no_field(seen, column, known)]
 
 
 def field_or_none(seen: SeenColumns, taken: Iterable[str]) -> str:
@@ -116,8 +119,8 @@ def field_or_none(seen: SeenColumns, taken: Iterable[str]) -> str:
     return f"--field {shell_word(seen.table.label(leveled[0])) if len(leveled) == 1 else 'none'}"
 
 
-def why_no_field(column: SeenColumn) -> str:
-    """Why a column without a unit is not the field; "" where it may be."""
+def why_no_field(seen: SeenColumns, column: SeenColumn, taken: Iterable[str]) -> str:
+    """Why a column is not the field, beside columns that are something else; "" where it may be."""
     if column.unit not in _NO_UNITS and column.fits(SIGNALS["field"].si_units):
         return ""
     if column.shape.constant:
@@ -126,7 +129,24 @@ def why_no_field(column: SeenColumn) -> str:
         return "counts rows"
     if column.spoken.is_time:
         return "is a time"
-    return "is another quantity by its name" if column.spoken.is_accounted else ""
+    if column.spoken.is_accounted:
+        return "is another quantity by its name"
+    if _is_of_models(seen, column):
+        return "is what a model says of the effort"
+    measured = [seen.columns[name] for name in sorted(taken) if name in seen.columns]
+    twins = [other.name for other in measured if same_course(column.values, other.values)]
+    return f"is {twins[0]} in other numbers" if twins else ""
+
+
+def _is_of_models(seen: SeenColumns, column: SeenColumn) -> bool:
+    """Whether a column is called like a model, or goes with such columns: a table of models beside a measured effort.
+
+    One name alone may be that of a device; two are a comparison of models.
+    """
+    models = [other for other in seen.columns.values() if is_of_a_model(other.name)]
+    if len(models) < 2:
+        return False
+    return is_of_a_model(column.name) or any(are_estimates(column.values, model.values) for model in models)
 
 
 def _is_short(column: SeenColumn, signal: str) -> bool:

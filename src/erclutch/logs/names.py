@@ -72,6 +72,8 @@ _NOT_MEASURED = _set(
     "predicted pred estimated est estimate simulated sim model calc calculated computed theoretical expected limit max "
     "min std var offset bias residual fit fitted ideal nominal peak"
 )
+#: Models of friction and networks: a column of such a name holds what a model says of the effort.
+_MODELS = _set("dahl lugre stribeck boucwen svm svr pinn lstm gru mlp ann gms maxwellslip")
 # Words that turn the head of a name to another thing than the device's own signal.
 _AGAINST = {
     "field": _set("battery supply bus link sensor cell strain batt bat psu vbat cc dark leak shunt"),
@@ -269,6 +271,11 @@ def ends_in_time(name: str) -> bool:
 def is_turned(name: str, signal: str) -> bool:
     """Whether a word of a name makes another thing of the signal: what was computed, a limit, a rolling speed."""
     return bool({*words_of(split_end(name)[0])} & (_NOT_MEASURED | _AGAINST.get(signal, frozenset())))
+
+
+def is_of_a_model(name: str) -> bool:
+    """Whether a column is called like a model of friction or a network: it holds what the model says."""
+    return plain(name) in _MODELS or bool({*words_of(split_end(name)[0])} & _MODELS)
 
 
 def _speaks(word: str, signal: str) -> bool:

@@ -23,6 +23,9 @@ _FOLLOWS = 0.3  # correlation of an effort with a motion
 #: Of a speed over the rate of its position: units of length and angle that loggers mix.
 _RATIOS = (1.0, 10.0, 100.0, 1000.0, 180 / pi, 30 / pi, 2 * pi, 6.0, 360.0, 60.0)
 _CLOSE = 0.05
+_RETURNS = 0.1  # of the range, by which a column comes back that does not only rise or only fall
+_SAME_COURSE = 2e-3  # of the range, within which two columns are one course
+_ESTIMATES = 0.7  # correlation of the signs of two estimates of one thing
 
 
 @dataclass(frozen=True)
@@ -81,6 +84,37 @@ def shape_of(values: Array) -> Shape:
         keeps_levels=seldom and 2 <= np.unique(known[:_ROWS]).size <= _LEVELS,
         like=frozenset(like),
     )
+
+
+def same_course(first: Array, second: Array) -> bool:
+    """Whether a column is another one times a number plus a number, and both come back: stress and force, say.
+
+    Two columns that only rise, such as two ramps, may go together by chance.
+    """
+    known = np.isfinite(first) & np.isfinite(second)
+    a, b = first[known][:_ROWS], second[known][:_ROWS]
+    if a.size < _FEW or np.ptp(a) == 0.0 or not _comes_back(b):
+        return False
+    scaled = np.column_stack([np.ones_like(b), (b - b.min()) / np.ptp(b)])
+    left = a - scaled @ np.linalg.lstsq(scaled, a, rcond=None)[0]
+    return bool(np.ptp(left) <= _SAME_COURSE * np.ptp(a))
+
+
+def _comes_back(values: Array) -> bool:
+    """Whether a column both falls and rises by a good part of its range."""
+    moved = float(np.ptp(values))
+    falls = float((np.maximum.accumulate(values) - values).max())
+    climbs = float((values - np.minimum.accumulate(values)).max())
+    return moved > 0.0 and min(falls, climbs) > _RETURNS * moved
+
+
+def are_estimates(first: Array, second: Array) -> bool:
+    """Whether two columns that take both signs go together as two estimates of one effort do."""
+    known = np.isfinite(first) & np.isfinite(second)
+    a, b = np.sign(first[known][:_ROWS]), np.sign(second[known][:_ROWS])
+    if a.size < _FEW or min(np.ptp(a), np.ptp(b)) < 2.0:
+        return False
+    return bool(np.corrcoef(a, b)[0, 1] > _ESTIMATES)
 
 
 def is_rate_of(speed: Array, position: Array, stamps: Array | None) -> bool:
