@@ -32,7 +32,7 @@ def error_of(path: Path) -> str:
         ("", "log.csv: the file is empty. Give a log with one row a sample."),
         (
             HEAD,
-            "log.csv: no row of numbers in 2 lines (it begins with 't [s],field [V],slip [rad/s],effort [N*m]'). "
+            "log.csv: no row of numbers in 1 line (it begins with 't [s],field [V],slip [rad/s],effort [N*m]'). "
             "Give a table of numbers with one row a sample, or check the file's format.",
         ),
         (HEAD + LINES[0], "log.csv: only 1 row of data, 10 are needed. Give a longer log."),

@@ -139,6 +139,26 @@ def test_a_cell_that_cannot_be_read_stops_the_log(tmp_path: Path) -> None:
         read(folder)
 
 
+WORDS = "Tests of 3 May\n\ntorque.csv is in N m.\nspeed.csv at 1000 Hz, current.csv at 100 Hz\n"
+
+
+@pytest.mark.parametrize("name", ["README.txt", "Notizen.txt", "bench.log"])
+def test_words_about_the_files_of_a_folder_are_left_out_with_a_word(tmp_path: Path, name: str) -> None:
+    folder = folder_of(tmp_path / "test 3")
+    (folder / name).write_text(WORDS, encoding="utf-8")
+    holds_the_truth(folder)
+    assert f"{name} holds words and no rows of numbers: left out" in read(folder).notes
+
+
+def test_words_beside_logs_are_left_out_with_a_word(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    rows = "".join(f"{t:.3f},{v:.6f},{f:.6f}\n" for t, v, f in zip(FAST, SPEED, TORQUE, strict=True))
+    for name in ("one.csv", "two.csv"):
+        (tmp_path / name).write_text(f"time [s],speed [rad/s],torque [N*m]\n{rows}", encoding="utf-8")
+    (tmp_path / "README.txt").write_text(WORDS, encoding="utf-8")
+    assert [path.name for path in expand([tmp_path])] == ["one.csv", "two.csv"]
+    assert "README.txt left out" in "".join(capsys.readouterr())
+
+
 def test_a_folder_of_logs_stays_a_folder_of_logs(tmp_path: Path) -> None:
     for run in (1, 2):
         rows = "".join(f"{t:.9g},0.5,{v:.9g},{m:.9g}\n" for t, v, m in zip(FAST, SPEED, TORQUE, strict=True))

@@ -204,7 +204,7 @@ def test_gzip_is_undone(tmp_path: Path) -> None:
     [
         ("", "the file is empty"),
         ("  \n\n", "the file is empty"),
-        ("t,V,F\n", "no row of numbers in 2 lines"),
+        ("t,V,F\n", "no row of numbers in 1 line ("),
         ("Dear all,\nplease find attached\n" * 2000, "no row of numbers in"),
         ("t\n1\n2\nx3\n4\n5\n", "line 4, column t is 'x3' where a number is expected"),
         ("t,F\n0,1\n1,2,9\n3,4\n", "line 3 has 3 cells where 2 are expected"),
@@ -459,3 +459,25 @@ def test_a_python_without_eastern_tables_reads_the_numbers() -> None:
             return super().decode(encoding, errors)
 
     assert decode(Bare("time [s],Kraft [N] für\n0,1\n".encode("latin-1"))).endswith("für\n0,1\n")
+
+
+def _in_blocks(blocks: list[int], gap: str = "\n") -> str:
+    rows = iter(range(sum(blocks)))
+    return "v [m/s],F [N]\n" + gap.join(
+        "".join(f"{np.sin(row / 3):.4f},{np.cos(row / 5):.4f}\n" for _, row in zip(range(many), rows, strict=False))
+        for many in blocks
+    )
+
+
+@pytest.mark.parametrize("gap", ["\n", "\r\n \r\n", "# second test\n"])
+def test_a_blank_line_between_rows_without_a_clock_begins_a_stretch(tmp_path: Path, gap: str) -> None:
+    (tmp_path / "a.csv").write_text(_in_blocks([30, 20], "\n" + gap), encoding="utf-8", newline="")
+    log = read(tmp_path / "a.csv", rate="10 Hz")
+    assert log.segments == ((0, 30), (30, 50))
+    assert "a blank line stands above data row 31: a new stretch each time" in log.notes
+
+
+@pytest.mark.parametrize("blocks", [[1] * 40, [5] * 8, [45, 3]])
+def test_blank_lines_between_few_rows_are_spaces(tmp_path: Path, blocks: list[int]) -> None:
+    (tmp_path / "a.csv").write_text(_in_blocks(blocks), encoding="utf-8")
+    assert len(read(tmp_path / "a.csv", rate="10 Hz").segments) == 1

@@ -199,8 +199,10 @@ def expand(paths: Sequence[Path]) -> list[Path]:
     Raises:
         LogError: a folder without a log.
     """
+    from erclutch.cli import terminal
     from erclutch.logs.log_reader import folder_reader, log_suffixes, require_no_run
     from erclutch.logs.readers.signal_files import together
+    from erclutch.logs.readers.text_tables import is_prose
 
     if joined := together(paths):
         return [joined]
@@ -211,7 +213,11 @@ def expand(paths: Sequence[Path]) -> list[Path]:
             files.append(path)
             continue
         suffixes = log_suffixes()
-        named = (p for p in path.iterdir() if p.suffix.lower() in suffixes and p.is_file())
+        named = [p for p in path.iterdir() if p.suffix.lower() in suffixes and p.is_file()]
+        words = sorted(p.name for p in named if is_prose(p))
+        if words and len(words) < len(named):
+            terminal.tell(f"  {', '.join(words)} left out: words and no rows of numbers")
+            named = [p for p in named if p.name not in words]
         inside = sorted([*named, *(p for p in path.iterdir() if p.is_dir() and folder_reader(p))])
         if not inside:
             remedy = f"Logs end in {', '.join(log_suffixes())}"

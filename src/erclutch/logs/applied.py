@@ -128,7 +128,8 @@ def clock_of(plan: ClockPlan, table: Table, rows: NDArray[np.int64], notes: list
     period = plan.period
     if plan.kind in ("rate", "header"):
         assert period is not None
-        return timing.from_rate(rows.size, period)
+        breaks = np.unique(np.searchsorted(rows, table.breaks))
+        return timing.from_rate(rows.size, period, breaks[(breaks > 0) & (breaks < rows.size)].tolist())
     if plan.kind == "dates":
         assert table.clock is not None
         stamps = table.clock[rows]
@@ -178,7 +179,7 @@ def runs_of(
                 notes.append(f"{part.size} rows between two restarts of the clock left out")
                 continue
             cut = {name: values[part] for name, values in table.columns.items()}
-            run = replace(table, columns=cut, clock=None if table.clock is None else table.clock[part])
+            run = replace(table, columns=cut, clock=None if table.clock is None else table.clock[part], breaks=())
             clock = clock_of(plan, run, np.arange(part.size), notes)
             notes.extend(clock.notes)
             runs.append((part[clock.keep], clock))

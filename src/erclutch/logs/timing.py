@@ -51,8 +51,13 @@ class LogClock:
     notes: tuple[str, ...]
 
 
-def from_rate(rows: int, period: float) -> LogClock:
+def from_rate(rows: int, period: float, breaks: Sequence[int] = ()) -> LogClock:
     """A clock for rows that follow each other at one rate, without stamps.
+
+    Args:
+        rows: how many there are.
+        period: in s.
+        breaks: rows in which another stretch begins, some steps after the last.
 
     Raises:
         TimingError: too few rows, or a period that is not positive and finite.
@@ -61,9 +66,13 @@ def from_rate(rows: int, period: float) -> LogClock:
         problem = f"the sampling period is {period:g} s"
         raise TimingError(problem, remedy="Give a positive rate in Hz (--rate 1000)")
     require_rows(rows)
-    time = np.arange(rows, dtype=np.float64) * period
-    note = f"time counted from row number at {1 / period:g} Hz: gaps in the log would not show"
-    return LogClock(time, period, (0,), True, np.ones(rows, dtype=np.bool_), (note,))
+    places = np.arange(rows, dtype=np.float64)
+    places += _PAUSE * np.searchsorted(np.asarray(breaks, dtype=np.int64), np.arange(rows), side="right")
+    notes = [f"time counted from row number at {1 / period:g} Hz: gaps in the log would not show"]
+    if breaks:
+        shown = ", ".join(f"{row + 1:,}" for row in breaks[:5]) + (", ..." if len(breaks) > 5 else "")
+        notes.append(f"a blank line stands above data row {shown}: a new stretch each time")
+    return LogClock(places * period, period, (0, *breaks), True, np.ones(rows, dtype=np.bool_), tuple(notes))
 
 
 def from_stamps(stamps: Array, same: Mask, *, column: str, hint: float | None = None) -> LogClock:

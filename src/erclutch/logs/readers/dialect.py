@@ -109,7 +109,8 @@ def sniff(text: str, asked: str | None = None) -> Dialect:
                 return _with_header(lines, first, delimiter, decimal, rows)
     shown = f" (it begins with {full[0].strip()[:60]!r})" if full else ""
     remedy = "Give a table of numbers with one row a sample, or check the file's format"
-    raise LogError(f"no row of numbers in {len(lines)} lines{shown}", remedy=remedy)
+    many = len(lines) - (not lines[-1])  # a line end closes the last line and begins no other
+    raise LogError(f"no row of numbers in {many} line{'' if many == 1 else 's'}{shown}", remedy=remedy)
 
 
 def _separators(tail: Sequence[str], asked: str | None = None) -> tuple[str | None, str]:

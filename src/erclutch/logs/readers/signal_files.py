@@ -20,6 +20,7 @@ from erclutch.logs.clock_planning import clock_plan
 from erclutch.logs.log_reader import HEAD, LogReader, LogSource, claims_nothing, log_suffixes, read_by, reader_of
 from erclutch.logs.mapping import ColumnMap
 from erclutch.logs.readers.found_recordings import JOINT, NO_NAME, Found, joined_by_time
+from erclutch.logs.readers.text_tables import is_prose
 from erclutch.logs.recognition import is_log, signals_of
 from erclutch.logs.seen_columns import seen_columns
 from erclutch.logs.table import Table
@@ -35,7 +36,8 @@ def parts_of(path: Path) -> list[Path]:
     """The files that a folder holds, or that a name such as ``a.csv + b.csv`` lists; none for any other path."""
     if path.is_dir():
         suffixes = log_suffixes()
-        return sorted(each for each in path.iterdir() if each.suffix.lower() in suffixes and each.is_file())
+        files = sorted(each for each in path.iterdir() if each.suffix.lower() in suffixes and each.is_file())
+        return [each for each in files if not is_prose(each)]
     names = [name.strip() for name in path.name.split(JOINT)]
     parts = [path.with_name(name) for name in names if name]
     return parts if len(parts) > 1 and not path.exists() and all(part.is_file() for part in parts) else []
@@ -154,6 +156,10 @@ def _read(source: LogSource) -> Table:
     _require_overlap(found)
     joined = joined_by_time(found, "file")
     notes = [f"{file}: {note}" for file, table in tables.items() for note in table.notes]
+    suffixes = log_suffixes()
+    inside = sorted(source.path.iterdir()) if source.path.is_dir() else []
+    beside = [each.name for each in inside if each.suffix.lower() in suffixes and each not in parts]
+    notes += [f"{printable(name)} holds words and no rows of numbers: left out" for name in beside]
     notes = [*joined.notes, "the clocks of the files are taken for one clock", *notes]
     table = replace(joined, notes=notes).table()
     units = {**table.units, "time": None if bare else "s"}

@@ -42,6 +42,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
 _LONGEST_NUMBER = 400  # characters of a cell
+_LEAST_BLOCK, _MOST_BLOCKS = 10, 100  # rows between blank lines, and blocks of them, that are stretches of a log
 _CORRECT = "Correct or empty that cell, or delete the line"
 _BLANK = " \t\r\n"  # other white space makes a row
 _HIDDEN = re.compile(r"[^\S \t\r\n]|[\x00-\x08\x0e-\x1b\x7f-\x9f\xad\u200b-\u200f\u202a-\u202e\u2060-\u2069\ufeff]")
@@ -238,7 +239,26 @@ def _table(frame: pd.DataFrame, body: str, dialect: Dialect, source: LogSource, 
         metadata=dialect.metadata,
         notes=tuple(notes),
         unreadable=unreadable,
+        breaks=_breaks(body),
     )
+
+
+def _breaks(body: str) -> tuple[int, ...]:
+    """Rows above which a blank line parts the rows into blocks; none where blocks are short: then lines are spaced."""
+    if "\n\n" not in body and "\r\n\r\n" not in body and "\r\r" not in body:
+        return ()
+    breaks: list[int] = []
+    rows, parted = 0, False
+    for line in LINE_END.split(body):
+        if not line.strip(_BLANK):
+            parted = rows > 0
+            continue
+        if parted:
+            if rows - (breaks[-1] if breaks else 0) < _LEAST_BLOCK or len(breaks) == _MOST_BLOCKS:
+                return ()
+            breaks.append(rows)
+        rows, parted = rows + 1, False
+    return tuple(breaks) if not breaks or rows - breaks[-1] >= _LEAST_BLOCK else ()
 
 
 def _read_cells(cells: pd.Series[Any], index: int, body: str, dialect: Dialect) -> tuple[Array | None, tuple[str, ...]]:

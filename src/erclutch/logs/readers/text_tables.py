@@ -7,6 +7,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from itertools import pairwise
+from pathlib import Path
 
 from erclutch.errors import LogError, placed
 from erclutch.logs.log_reader import LogSource
@@ -17,6 +19,7 @@ from erclutch.logs.table import Table
 
 _LARGEST = 1 << 25  # bytes of a text that is searched
 _FEWEST_ROWS = 2
+_TEXTS, _LONGEST_PROSE = (".txt", ".log"), 1 << 16  # suffixes and bytes of what may be words about logs
 _DELIMITERS = ("\t", ";", ",", "|", None)
 
 
@@ -110,6 +113,19 @@ def _names(line: str) -> list[str] | None:
 def _is_row(line: str) -> bool:
     cells = [cell for cell in _cells(line) if cell]
     return len(cells) > 1 and 2 * sum(any(is_number(c, mark) for mark in ".,") for c in cells) > len(cells)
+
+
+def is_prose(path: Path) -> bool:
+    """Whether a small text holds words and no two rows of numbers in a row: a README beside logs."""
+    if path.suffix.lower() not in _TEXTS or path.stat().st_size > _LONGEST_PROSE:
+        return False
+    try:
+        lines = [line for line in LINE_END.split(decode(path.read_bytes())) if line.strip()]
+    except (LogError, OSError):
+        return False  # whoever reads the file says what is wrong with it
+    rows = [_is_row(line) or is_number(line.strip(), ".") for line in lines]
+    words = any(character.isalpha() for line in lines for character in line)
+    return words and not any(first and second for first, second in pairwise(rows))
 
 
 def _title(lines: list[str], head: int, before: int) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from erclutch.logs.labels import own_unit
 from erclutch.wings.app import actions
 
 
@@ -32,7 +33,10 @@ def _why(about: Mapping[str, Any]) -> tuple[str, bool]:
     """Who chose the column of a signal, and whether somebody should look at that again."""
     unit, own, source = about["unit"] or "", about["file_unit"] or "", str(about["source"])
     if own and unit != own:
-        return f"{'chosen' if source == 'given' else source}; the file says {own}: check", True
+        # A speed of turns in 1/min is in turn/min, whatever the file leaves unsaid.
+        certain = own_unit(str(about.get("column", "")), own, ("rad/s",)) == unit
+        said = f"{'chosen' if source == 'given' else source}; the file says {own}"
+        return (said, False) if certain else (f"{said}: check", True)
     if source == "guessed from its unit":
         return f"guessed from the unit {unit} alone: check", True
     if not unit and source != "given":
