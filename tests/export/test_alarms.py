@@ -23,23 +23,24 @@ from erclutch.export.step_numbers import band_of, inverse, inverse_now, run
 from erclutch.export.step_record import step_record
 from erclutch.export.targets.python import compile_model
 from erclutch.models.alarms import Alarms, alarms_of
+from erclutch.models.band import Band
 from erclutch.models.model import Model
 from erclutch.signals.array import Array
 from erclutch.signals.clock import Clock, Span
 from erclutch.signals.device import Element, slips_of
 from tests.support.examples import examples
 from tests.support.slow_params import slow_but
-from tests.support.wide_band import BAND
+from tests.support.wide_band import BAND, HASTY
 
 BLOCK, SHORT = 20, 5
 #: One of each device, with gaps in the grid, with and without a memory.
 LABELS = ("bingham, single", "fnn-16, coaxial", "bingham+rise-fall, coaxial")
 
 
-def alarmed(model: Any, precision: str = "float64", block: int = BLOCK) -> ExportedStep:
+def alarmed(model: Any, precision: str = "float64", block: int = BLOCK, band: Band = BAND) -> ExportedStep:
     """A step with alarms whose blocks are short and whose goal is near."""
     options = ExportOptions("m", precision, 1e-3, alarms=True)  # type: ignore[arg-type]
-    made = step_of(replace(model, band=BAND), options)
+    made = step_of(replace(model, band=band), options)
     assert made.alarms is not None
     return replace(made, alarms=replace(made.alarms, block=block, goal=1000.0))
 
@@ -69,7 +70,7 @@ def test_the_c_gives_the_bits_of_the_record(
     label: str, precision: str, models: dict[str, Model], need: Callable[..., None]
 ) -> None:
     need("gcc")
-    made = alarmed(models[label], precision)
+    made = alarmed(models[label], precision, band=HASTY)
     rows = motion(made, 3000)
     noise = np.random.default_rng(1).normal(size=len(rows))
     rows = measuring(made, rows, np.where(np.arange(len(rows)) < 1000, 0.5 * noise, 2.0 + noise))
@@ -89,16 +90,17 @@ def test_the_c_gives_the_bits_of_the_record(
         assert device.band == tuple(ends)
 
 
+@pytest.mark.parametrize("band", [BAND, HASTY], ids=["plain", "by haste"])
 @pytest.mark.parametrize("label", slow_but(("bingham, single",), LABELS))
-def test_the_band_is_the_models(label: str, models: dict[str, Model]) -> None:
-    made = alarmed(models[label])
+def test_the_band_is_the_models(label: str, band: Band, models: dict[str, Model]) -> None:
+    made = alarmed(models[label], band=band)
     rows = motion(made, 500)
     e = made.elements
     fields, slips = rows[:, :e].T, slips_of(made.device, list(rows[:, e : 2 * e].T))
     elements = [Element(f, w) for f, w in zip(fields, slips, strict=True)]
     clock = Clock(1e-3 * np.arange(500.0), (Span(0, 500, 1e-3),))
     effort, flags = run(made, rows)
-    low, high = BAND.around(effort, elements, clock)
+    low, high = band.around(effort, elements, clock)
     assert np.array_equal(band_of(made, rows), np.column_stack([low, high]))
     assert np.array_equal((flags & WIDE_BAND) != 0, high - low > 0.25 * made.scale)
 

@@ -30,7 +30,7 @@ BAND = Band(0.95, 0.01, 5.0, (0.0, 100.0), (-1.0, 1.0), (10.0, 60.0), (0.3,), WI
 NUMBERS = st.floats(-1e4, 1e4)
 
 
-def _model() -> TorqueModel:
+def some_model() -> TorqueModel:
     structure = Structure("single", "bingham", law_from_name("bingham", "single"))
     shape, gains = {"w_s": 0.01, "n": 1.3}, {"T_y": 0.2, "eta": 0.01}
     ranges = Range((0.0, 100.0), (-1.0, 1.0), (-1.0, 1.0))
@@ -100,12 +100,12 @@ def test_a_step_of_the_field_switches_for_a_while_and_a_gap_settles() -> None:
 
 
 def test_a_model_keeps_its_band(tmp_path: Path) -> None:
-    model = replace(_model(), band=BAND)
+    model = replace(some_model(), band=BAND)
     path = tmp_path / "m.json"
     path.write_text(json.dumps(model.to_dict()), encoding="utf-8")
     assert load_model(path).to_dict() == model.to_dict()
     assert load_model(path).band == BAND
-    assert "band" not in _model().to_dict()
+    assert "band" not in some_model().to_dict()
 
 
 @pytest.mark.parametrize(
@@ -129,7 +129,7 @@ def test_a_model_keeps_its_band(tmp_path: Path) -> None:
     ],
 )
 def test_a_band_that_makes_no_sense_is_refused_in_one_line(entry: str, value: Any, tmp_path: Path) -> None:
-    body = replace(_model(), band=BAND).to_dict()
+    body = replace(some_model(), band=BAND).to_dict()
     body["band"][entry] = value
     body["digest"] = digest_of({key: v for key, v in body.items() if key != "digest"})
     path = tmp_path / "m.json"

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from erclutch.models.band import Band
+from erclutch.models.haste import Haste
 
 WIDTHS = tuple(0.01 * 1.3**k for k in range(24))
 BAND = Band(
@@ -16,3 +19,5 @@ BAND = Band(
     WIDTHS,
     tuple(1.5 * w for w in WIDTHS),
 )
+#: The same, wider where the slip changes more quickly than in most rows of a test.
+HASTY = replace(BAND, haste=Haste(0.02, 0.2, 2.0, 1.2, 0.5))

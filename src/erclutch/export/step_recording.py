@@ -31,9 +31,9 @@ from erclutch.export.exported_step import (
 from erclutch.export.giving_way import given_way, named_groups
 from erclutch.export.stage_memory import StageMemory, kept, suffix_of
 from erclutch.models.alarms import Alarms
-from erclutch.models.band import FOLLOWER
 from erclutch.models.covered_cells import within
 from erclutch.models.gain_tracking import BASE, Tracked
+from erclutch.models.haste import FOLLOWER
 from erclutch.models.model import FluidSignals, present, settled_memory
 from erclutch.models.stages.stage import Place, Stage
 from erclutch.signals.device import slips_of
@@ -382,13 +382,18 @@ class StepRecording:
         band = alarms.band
         fields, slips, _ = self._by_kind(held)
         field, slip, place = band.leading(fields, slips)
-        (followed,) = self._stepped(FOLLOWER, {"tau_e": band.settling_s}, field, "_band")
-        low, high = band.ends(effort, slip, band.switching(field, followed), place)
+        switching = band.switching(field, self._follow(band.settling_s, field, "_band"))
+        factor = None if band.haste is None else band.haste.factor_of_step(slip, self._follow)
+        low, high = band.ends(effort, slip, switching, place, factor)
         for name, end in (("low", low), ("high", high)):
             record.keep(name, record.label(end, name))
         side = less_select(slip, 0.0, -1.0, 1.0)
         drifted = self.drifted(alarms, effort, (low, high), side, measured, good)
         return {WIDE_BAND: record.either(record.less(alarms.wide, high - low), unlike), DRIFT: drifted}
+
+    def _follow(self, seconds: float, signal: Any, name: str) -> Any:
+        """A first-order lag behind a signal, with a number of the state by this name."""
+        return self._stepped(FOLLOWER, {"tau_e": seconds}, signal, name)[0]
 
     def drifted(self, alarms: Alarms, effort: Any, ends: tuple[Any, Any], side: Any, measured: Any, good: Any) -> Any:
         """Whether measured efforts have been outside the band, or to one side of the estimate, for too long.

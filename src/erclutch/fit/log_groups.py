@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from erclutch.logs.dataset import Dataset, constant_stretches
 from erclutch.signals.array import Array
@@ -52,6 +53,16 @@ def chessboard(logs: LogGroups) -> list[int]:
         numbers.append(sum(square) + met.get(square, 0))
         met[square] = met.get(square, 0) + 1
     return numbers
+
+
+def quantile_over_logs(size: Array, log: NDArray[np.intp], share: float) -> float:
+    """The magnitude that a share of the errors does not exceed, if each log counts the same."""
+    _, number, rows = np.unique(log, return_inverse=True, return_counts=True)
+    order = np.argsort(size)
+    counted = np.cumsum(1.0 / rows[number[order]])
+    ascending: list[float] = np.sort(size).tolist()
+    at = np.searchsorted(counted, share * float(counted[-1]))
+    return ascending[min(int(at), size.size - 1)]
 
 
 def _fields(data: Dataset, logs: Sequence[tuple[int, int]]) -> list[int]:

@@ -12,9 +12,8 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
-from erclutch.fit.log_groups import groups_of
+from erclutch.fit.log_groups import groups_of, quantile_over_logs
 from erclutch.logs.dataset import Dataset
 from erclutch.models.band import MOST_FIELD_EDGES, Band, leading
 from erclutch.signals.array import Array, Mask
@@ -42,10 +41,12 @@ def wider_at_new_fields(band: Band, data: Dataset, errors: Array) -> Band:
     """A band with classes of its own for fields that no log has.
 
     Between fields of logs the half width is the largest error of fields that had others on both sides when they were
-    left out, and no less than at the fields on both sides. Below the lowest field and beyond the highest it is the
-    largest of all. Such an error is a quantile of the magnitude over the rows of a field, all logs counting the same,
-    and the largest over the classes of the slip: with so few fields nobody can tell at which slips, or on which side of
-    the estimate, a new field errs most.
+    left out. Where those others were further apart than the two fields here, the error is as much smaller. The half
+    width is no less than the mean at the two fields. Below the lowest field and beyond the highest it is the largest
+    error of all fields, at the slips where they err most.
+
+    Such an error is a quantile of the magnitude over the rows of a field, all logs counting the same: with so few
+    fields nobody can tell on which side of the estimate a new field errs most.
 
     Args:
         band: calibrated at the fields of the training rows.
@@ -66,13 +67,14 @@ def wider_at_new_fields(band: Band, data: Dataset, errors: Array) -> Band:
     slips = np.searchsorted(np.array(band.slip_edges), speed)
     log = np.digitize(np.arange(data.rows), np.array([stop for _, stop in groups_of(data).rows]))
 
-    def worst(k: int) -> float:
-        """The error at a field that was left out, at the slips where it is largest."""
-        wholes: list[Mask] = [(level == k) & (slips == at) for at in range(band.shape[2])]
-        return max(_quantile(np.abs(errors[rows]), log[rows], band.level) for rows in wholes if rows.any())
+    def error(rows: Mask) -> float:
+        """What most of some rows erred by when their field was left out."""
+        return quantile_over_logs(np.abs(errors[rows]), log[rows], band.level)
 
-    each = [worst(k) for k in range(len(levels))]
-    between = max(each[1:-1] or each)
+    wholes = [[(level == k) & (slips == at) for at in range(band.shape[2])] for k in range(len(levels))]
+    outermost = max(error(rows) for whole in wholes for rows in whole if rows.any())
+    # Of each field with others on both sides: its error, and how far apart those others are.
+    inner = [(error(level == k), levels[k + 1] - levels[k - 1]) for k in range(1, len(levels) - 1)]
     halves = np.reshape([band.behind, band.ahead], (2, *band.shape))
     places = np.searchsorted(band.field_edges, [0.5 * (own.low + own.high) for own in classes]).tolist()
 
@@ -80,9 +82,11 @@ def wider_at_new_fields(band: Band, data: Dataset, errors: Array) -> Band:
         """Half widths of a class, by direction, switching and slip."""
         if not classes[k].new:
             return halves[:, :, places[k]]
-        if 0 < k < len(classes) - 1:
-            return np.maximum(between, halves[:, :, [places[k - 1], places[k + 1]]].max(axis=2))
-        return np.maximum(max(each), halves.max(axis=2))
+        if inner and 0 < k < len(classes) - 1:
+            apart = classes[k].high - classes[k].low + 2.0 * _KNOWN * span
+            between = max(size * min(apart / of_error, 1.0) for size, of_error in inner)
+            return np.maximum(between, halves[:, :, [places[k - 1], places[k + 1]]].mean(axis=2))
+        return np.maximum(outermost, halves.max(axis=2))
 
     made = [widths(k) for k in range(len(classes))]
     behind, ahead = np.stack(made, axis=2)
@@ -95,16 +99,6 @@ def wider_at_new_fields(band: Band, data: Dataset, errors: Array) -> Band:
         behind=tuple(behind.ravel().tolist()),
         ahead=tuple(ahead.ravel().tolist()),
     )
-
-
-def _quantile(size: Array, log: NDArray[np.intp], share: float) -> float:
-    """The magnitude that a share of the errors does not exceed, if each log counts the same."""
-    _, number, rows = np.unique(log, return_inverse=True, return_counts=True)
-    order = np.argsort(size)
-    counted = np.cumsum(1.0 / rows[number[order]])
-    ascending: list[float] = np.sort(size).tolist()
-    at = np.searchsorted(counted, share * float(counted[-1]))
-    return ascending[min(int(at), size.size - 1)]
 
 
 def _levels(data: Dataset, field: Array) -> list[float]:

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from erclutch.fit.fit_settings import Settings
+from erclutch.fit.haste_widths import with_haste
 from erclutch.fit.new_fields import wider_at_new_fields
 from erclutch.fit.outcome import MEANINGLESS, AnyOutcome
 from erclutch.fit.prediction_bands import HeldBand, calibrated, judged
@@ -143,6 +144,8 @@ def with_bands(
             banded.append(entry)
             continue
         band, plain = pair
+        if entry.outcome.unseen is not None:
+            band = with_haste(band, train, entry.outcome.unseen)
         if at_new_fields and entry.name in at_new_fields:
             band = wider_at_new_fields(band, train, at_new_fields[entry.name])
         outcome: Any = entry.outcome

@@ -7,8 +7,9 @@ direction of the slip (`ahead`) and against it (`behind`), so that one table ser
 
 The field is that of the largest magnitude over the elements, the slip that of the same element. A grid over both, twice
 as fine as that which says where training rows were (`Range.near`), says their class, so a step needs no comparison with
-edges. The field is switching while it is further than a threshold from its own first-order lag. `fit.prediction_bands`
-finds the numbers.
+edges. The field is switching while it is further than a threshold from its own first-order lag. Where several logs say
+how errors grow with how quickly the slip changes, half widths grow where it changes more quickly than in all of them
+(`models.haste`). `fit.prediction_bands` finds the numbers.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ from numpy.typing import NDArray
 
 from erclutch.arithmetic.elementary import less_select, table_entry
 from erclutch.models.covered_cells import CELLS, grid_cell
-from erclutch.models.stages.effort_lag import EffortLag
+from erclutch.models.haste import FOLLOWER, Haste
 from erclutch.signals.array import Array
 from erclutch.signals.clock import Clock
 from erclutch.signals.device import Element
@@ -33,8 +34,6 @@ from erclutch.signals.device import Element
 MOST_EDGES, MOST_FIELD_EDGES = 3, 15
 #: Cells of the band's grid along a side of a cell of `Range.near`.
 _FINER = 2
-#: What follows the field.
-FOLLOWER = EffortLag()
 
 
 @dataclass(frozen=True)
@@ -50,6 +49,7 @@ class Band:
         slip_edges: the same of the slip.
         behind, ahead: half widths in the effort's unit against and in the direction of the slip, one a cell; the class
             of the slip changes fastest over the cells, that of switching slowest.
+        haste: how much wider the band is where the slip changes more quickly than in training; None: no wider.
     """
 
     level: float
@@ -61,6 +61,7 @@ class Band:
     slip_edges: tuple[float, ...]
     behind: tuple[float, ...]
     ahead: tuple[float, ...]
+    haste: Haste | None = None
 
     @property
     def shape(self) -> tuple[int, int, int]:
@@ -95,17 +96,31 @@ class Band:
     def around(self, effort: Array, elements: Sequence[Element], clock: Clock) -> tuple[Array, Array]:
         """Low and high end of the band around an estimated effort, each (n,)."""
         field, slip, place = self.leading([e.field for e in elements], [e.slip for e in elements])
-        return self.ends(effort, slip, self._switched(field, clock), place)
+        factor = None if self.haste is None else self.haste.factors(slip, clock)
+        return self.ends(effort, slip, self._switched(field, clock), place, factor)
 
     def _switched(self, field: Array, clock: Clock) -> NDArray[np.intp]:
         followed = FOLLOWER.respond(field, clock, [self.settling_s], slice(None))
         return np.asarray(self.switching(field, followed)).astype(np.intp)
 
-    def ends(self, effort: Any, slip: Any, switching: Any, place: Any) -> tuple[Any, Any]:
-        """Low and high end, from the slip and class of `leading` and from `switching`; on any operand."""
+    def ends(self, effort: Any, slip: Any, switching: Any, place: Any, factor: Any = None) -> tuple[Any, Any]:
+        """Low and high end, on any operand.
+
+        Args:
+            effort: estimated.
+            slip: of `leading`.
+            switching: of `switching`.
+            place: of `leading`.
+            factor: of the half widths, by `Haste`; None for a band without it.
+        """
         behind, ahead = (tuple(map(tuple, np.reshape(x, (2, -1)).tolist())) for x in (self.behind, self.ahead))
         at = less_select(slip, 0.0, 1.0, 0.0), switching, place
-        return effort - table_entry((behind, ahead), *at), effort + table_entry((ahead, behind), *at)
+
+        def half(tables: Any) -> Any:
+            width = table_entry(tables, *at)
+            return width if factor is None else factor * width
+
+        return effort - half((behind, ahead)), effort + half((ahead, behind))
 
     @property
     def settled(self) -> float:
@@ -116,7 +131,10 @@ class Band:
     def to_dict(self) -> dict[str, Any]:
         """As plain JSON values."""
         tables = ("field", "slip", "field_edges", "slip_edges", "behind", "ahead")
-        return asdict(self) | {name: list(getattr(self, name)) for name in tables}
+        whole = asdict(self) | {name: list(getattr(self, name)) for name in tables}
+        if self.haste is None:
+            del whole["haste"]
+        return whole
 
 
 def leading(fields: Sequence[Any], *signals: Sequence[Any]) -> tuple[Any, ...]:

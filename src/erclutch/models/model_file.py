@@ -18,6 +18,7 @@ import numpy as np
 
 from erclutch.errors import ErclutchError, PluginError, RunError
 from erclutch.models.band import MOST_EDGES, MOST_FIELD_EDGES, Band
+from erclutch.models.haste import Haste
 from erclutch.models.model import CELLS, Pair, Range
 from erclutch.registry import require
 from erclutch.signals.array import Array
@@ -237,7 +238,17 @@ def band_of(body: Mapping[str, Any]) -> Band:
     behind, ahead = (tuple(table_of(body[key], key, cells).tolist()) for key in ("behind", "ahead"))
     if min(*behind, *ahead) < 0.0:
         raise ValueError(f"a half width is {min(*behind, *ahead):g}")
-    return Band(level, settling, threshold, over_fields, over_slips, fields, slips, behind, ahead)
+    haste = None if body.get("haste") is None else _haste_of(body["haste"])
+    return Band(level, settling, threshold, over_fields, over_slips, fields, slips, behind, ahead, haste)
+
+
+def _haste_of(body: Mapping[str, Any]) -> Haste:
+    """How much wider a band is where the slip changes quickly."""
+    lag, mean, known = (number_of(body[key], key, positive=True) for key in ("lag_s", "mean_s", "known"))
+    quickest, growth = (number_of(body[key], key) for key in ("quickest", "growth"))
+    if quickest < 1.0 or growth < 0.0:
+        raise ValueError(f"a band grows with haste by {quickest:g} and {growth:g}")
+    return Haste(lag, mean, known, quickest, growth)
 
 
 def _edges_of(value: Any, name: str, most: int = MOST_EDGES) -> tuple[float, ...]:

@@ -21,10 +21,11 @@ from erclutch.logs.mapping import ColumnMap, beside
 from erclutch.logs.planning import plan_of
 from erclutch.logs.reading import Reading
 from erclutch.models.adaptive_band import adapted
+from erclutch.models.band import leading
 from erclutch.models.load import load_model
 from erclutch.models.model import Model, held_window, margins
 from erclutch.runs.run_folder import FINAL, Run, read_run
-from erclutch.signals.array import Array
+from erclutch.signals.array import Array, Mask
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -199,7 +200,19 @@ def _where(model: Model, data: Dataset, outside: NDArray[np.bool_]) -> str:
                 inside_all &= ~rows
     if inside_all.any():
         shares.append((float(inside_all.mean()), "between training rows, far from all of them"))
+    quick = quicker_than_known(model, data)
+    if quick.any():
+        shares.append((float(quick.mean()), "the slip changes more quickly than in any training log"))
     return "; ".join(f"{text} ({share:.1%} of rows)" for share, text in sorted(shares, reverse=True))
+
+
+def quicker_than_known(model: Model, data: Dataset) -> Mask:
+    """Rows in which the slip changes more quickly than in any training log, shape (n,): the band grows there."""
+    haste = None if model.band is None else model.band.haste
+    if haste is None:
+        return np.zeros(data.rows, np.bool_)
+    _, slip = leading([e.field for e in data.elements], [e.slip for e in data.elements])
+    return haste.beyond(slip, data.clock)
 
 
 def band_ends(data: Dataset, model: Model, effort: Array, sensor: bool) -> tuple[Array, Array]:

@@ -117,12 +117,14 @@ def _estimated(file: Path, how: LogOptions, model: Model, out: Path, *, band: bo
     if band or sensor:
         import numpy as np
 
-        from erclutch.runs.new_rows import band_ends
+        from erclutch.runs.new_rows import band_ends, quicker_than_known
 
         low, high = band_ends(data, model, effort, sensor)
         columns |= {"low": (low, model.units.effort), "high": (high, model.units.effort)}
         bandless = int(np.count_nonzero(np.isnan(low)))
         more = f", {bandless:,} without a band: nothing like them was ever logged" if bandless else ""
+        quick = int(np.count_nonzero(quicker_than_known(model, data)))
+        more += f", {quick:,} in quicker motion than any training log: their band is wider" if quick else ""
     outside = model.outside(data)
     columns["outside"] = outside.astype(float), ""
     about = {"model": model.name, "log": recordings[0].name, "of": recordings[0].origin}
