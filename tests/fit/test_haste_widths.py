@@ -23,7 +23,7 @@ def device(hertz: Sequence[float], inertia: float = 0.0) -> tuple[Dataset, Array
     logs: list[Dataset] = []
     for k, each in enumerate(np.repeat(hertz, 2).tolist()):
         rng = np.random.default_rng(k)
-        time = PERIOD * np.arange(ROWS)
+        time: Array = PERIOD * np.arange(float(ROWS))
         slip = 10.0 * np.sin(2.0 * np.pi * each * time)
         rate = 20.0 * np.pi * each * np.cos(2.0 * np.pi * each * time)
         error = inertia * rate + 0.1 * rng.standard_normal(ROWS)

@@ -26,7 +26,7 @@ HASTE = Haste(0.02, 0.2, 2.0, 1.2, 0.5)
 
 
 def sine(hertz: float, seconds: float = 6.0) -> tuple[Array, Clock]:
-    time = PERIOD * np.arange(round(seconds / PERIOD))
+    time: Array = PERIOD * np.arange(float(round(seconds / PERIOD)))
     return 10.0 * np.sin(2.0 * np.pi * hertz * time), Clock(time, (Span(0, time.size, PERIOD),))
 
 
