@@ -20,7 +20,7 @@ from erclutch.wings.live.c_core import Core
 from erclutch.wings.live.layout import EVENT_BITS, FRAME, SAMPLE
 from erclutch.wings.live.live_model import live_model
 from erclutch.wings.live.offered_programs import rig_settings, shaft_angle, standard_programs
-from erclutch.wings.live.sensor_limits import free_output, sensor_limits
+from erclutch.wings.live.sensor_limits import free_drive, free_output, sensor_limits
 from erclutch.wings.live.session import LiveModel
 from erclutch.wings.live.settings import LoopSettings
 from erclutch.wings.rig.twin.parameters import RigParameters, default_rig
@@ -130,7 +130,7 @@ def settings_of(control: str, model: LiveModel, rig: RigParameters, observer: st
     common = {"device": device, "observer": observer, "torque_lead": 1.5e-3, "torque_lag": 1e-3}
     stroke = {"stroke": shaft_angle(rig, 0.9)} if device == "coaxial" else {}
     settings = rig_settings(rig, (program,), **common, **stroke)
-    free = free_output(rig) if device == "coaxial" else {}
+    free = free_output(rig) if device == "coaxial" else free_drive(rig)
     return replace(settings, **{**sensor_limits(device, model, rig), **free, **changes})
 
 

@@ -25,7 +25,6 @@ int main(void) {
     core.config.torque_limit = LIMIT;
     while (source) {
         int within;
-        bool placed;
         uint32_t wrong, said;
         double asked, share, most = Frama_C_double_interval(0.0, 1.0);
         core.config.torque_rate = Frama_C_double_interval(0.0, 1e12);
@@ -53,12 +52,14 @@ int main(void) {
         within = core.meter.believed >= -LIMIT && core.meter.believed <= LIMIT;
         /*@ check believed: within == 1; */
         core.torque = any();
-        placed = source % 2u;
+        core.driven = Frama_C_double_interval(-1e9, 1e9); /* the interlock's */
+        core.config.stroke = Frama_C_double_interval(0.0, 1e12);
+        core.alpha.measured = any();
         if (core.momentum.doubted > 1u) { /* no later agreement takes that back */
-            said = erc_momentum_plausible(&core, placed);
+            said = erc_momentum_plausible(&core);
             /*@ check latched: said != 0 && core.momentum.doubted > 1; */
         } else {
-            (void)erc_momentum_plausible(&core, placed);
+            (void)erc_momentum_plausible(&core);
         }
         wrong = source;
         if (wrong >= 14u) {

@@ -16,9 +16,9 @@ from erclutch.wings.live.layout import EVENT_BITS, FRAME, SAMPLE
 from erclutch.wings.live.offered_programs import rig_settings, shaft_angle, standard_programs
 from erclutch.wings.live.orders import Order
 from erclutch.wings.live.ring import State, doubt_in_words
-from erclutch.wings.live.sensor_limits import free_output, sensor_limits, torque_limits
+from erclutch.wings.live.sensor_limits import free_drive, free_output, sensor_limits, torque_limits
 from erclutch.wings.live.session import LiveModel
-from erclutch.wings.live.settings import REST, LoopProgram, LoopSettings, Mode, Waveform
+from erclutch.wings.live.settings import REST, LoopProgram, LoopSettings, Mode, ObserverName, Waveform
 from erclutch.wings.rig.twin.parameters import default_rig
 from tests.support import sensor_faults as study
 
@@ -169,6 +169,72 @@ def test_an_end_stop_that_is_hit_hard_is_no_fault() -> None:
     assert np.abs(frames["alpha_dot"][hit]) > 30.0
     for event in ("alpha-doubted", "theta-doubted", "trip"):
         assert said(frames, event).size == 0, event
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("name", "observer"),
+    [("sine", "none"), ("torque-sine", "none"), ("torque-sine", "sensor"), ("torque-step", "none")],
+)
+def test_a_strong_motor_that_drives_the_output_into_its_stops_is_no_fault(
+    pair: LiveModel, name: str, observer: ObserverName
+) -> None:
+    """The meter reads what the stop takes, which no model knows, and the encoder turns faster than its filter."""
+    programs = standard_programs(RIG, model=True, motor=0.6)
+    chosen = next(p for p in programs if p.name == name)
+    settings = rig_settings(RIG, (chosen,), observer=observer, torque_lead=1.5e-3, torque_lag=1e-3)
+    stroke = {"stroke": shaft_angle(RIG, 0.9)}
+    settings = replace(settings, **stroke, **sensor_limits("coaxial", pair, RIG), **free_output(RIG))
+    frames = study.frames_of(settings, pair.library, RIG, seed=1)
+    assert np.abs(frames["alpha"]).max() > shaft_angle(RIG, 1.0)
+    for event in ("trip", "torque-doubted", "alpha-doubted", "theta-doubted"):
+        assert said(frames, event).size == 0, event
+
+
+def test_a_jump_at_an_end_stop_is_believed_inward_only() -> None:
+    """The output comes with 100 rad/s; the reading after next is where the stop has thrown it, or further out."""
+    for back, believed in ((True, True), (False, False)):
+        core = Core(replace(rig_settings(RIG, (REST,)), stroke=9.0), None)
+        sample = np.zeros(1, SAMPLE)
+        for k in range(100):
+            sample["seq"], sample["time_ns"], sample["alpha"] = k + 1, (k + 1) * 1_000_000, 0.1 * k
+            core.step(sample, k)
+        sample["seq"], sample["time_ns"] = 101, 101 * 1_000_000
+        sample["alpha"] = 9.9 - 0.1 if back else 9.9 + 0.3
+        frame = core.step(sample, 100)[1]
+        assert bool(frame["events"] & EVENT_BITS["alpha-doubted"]) != believed
+
+
+def test_the_motor_of_a_brake_pushes_no_more_than_the_brake_holds() -> None:
+    """A stronger motor ran away, and the loop tripped in health."""
+    for program in standard_programs(RIG, model=True, motor=0.6, device="single", effort=0.684):
+        if program.mode == Mode.TORQUE:
+            assert program.motor_torque == program.offset
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", ["reversed", "doubled"])
+def test_a_wrong_meter_keeps_no_brake_at_rest_shut(kind: str) -> None:
+    """Motor, meter and encoder tell of each other as soon as the torque is more than the drive's dry friction.
+
+    A reversed meter kept the wall at its full field for 903 ms.
+    """
+    brake = study.model_of(RIG, "bingham", "single")
+    for seed in range(3):
+        fault = found(brake, "wall", "torque", kind, seed)
+        assert fault.above <= 40, (seed, fault)
+        assert 0 <= fault.zero <= 300, (seed, fault)
+
+
+@pytest.mark.slow
+def test_a_healthy_drive_and_its_meter_agree() -> None:
+    brake = study.model_of(RIG, "bingham", "single")
+    for program in standard_programs(RIG, model=True, motor=0.6, device="single", effort=brake.effort):
+        settings = rig_settings(RIG, (program,), device="single", observer="sensor", torque_lead=1.5e-3)
+        settings = replace(settings, **sensor_limits("single", brake, RIG), **free_drive(RIG))
+        frames = study.frames_of(settings, brake.library, RIG, seed=1)
+        assert said(frames, "torque-doubted").size == 0, program.name
+        assert said(frames, "trip").size == 0, program.name
 
 
 def test_a_rest_is_no_drift(pair: LiveModel) -> None:

@@ -68,8 +68,8 @@ def standard_programs(
     if not model:
         return programs
     if device == "single":
-        held = min(motor, _to_digits(_HELD * effort))
-        return (*programs, *_torques(motor, _SWING * held, _SWING * held, held), _wall(held))
+        held = min(motor, _to_digits(_HELD * effort))  # by motor and brake: a stronger motor runs away
+        return (*programs, *_torques(held, _SWING * held, _SWING * held, held), _wall(held))
     asked = _to_digits(_SINE * effort), _to_digits(_STEP * effort)
     spring = min(_SPRING, _to_digits(_PULL * effort / stiffness)) if stiffness > 0.0 else _SPRING
     return (*programs, *_torques(motor, *asked, 0.0), _impedance(motor, spring))

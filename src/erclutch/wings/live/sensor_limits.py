@@ -21,7 +21,7 @@ _LEAST_BAND = 0.1
 _STILL = 0.02
 #: Share of that limit that a torque crosses in a period at most.
 _CROSSES = 0.5
-#: Of the output's dry friction: what its place and way change of it, and the ringing of a meter.
+#: Of the dry friction of an output or a drive: what its place and way change of it, and the ringing of a meter.
 _FRICTION = 0.7
 #: Share of the stroke beyond its end that an end stop gives way.
 _END = 1.1
@@ -46,6 +46,19 @@ def free_output(rig: RigParameters) -> dict[str, float]:
     friction = rig.value("screw.coulomb")
     return {
         "load_inertia": rig.value("screw.load_inertia"),
+        "load_friction": friction,
+        "load_band": _FRICTION * friction,
+    }
+
+
+def free_drive(rig: RigParameters) -> dict[str, float]:
+    """The same of the drive of a brake: nothing but the motor and dry friction acts on it beside the measured torque.
+
+    Where a hand turns the brake, its torque is not known, and no sensor needs to be wrong.
+    """
+    friction = rig.value("drive.coulomb")
+    return {
+        "load_inertia": rig.value("drive.inertia"),
         "load_friction": friction,
         "load_band": _FRICTION * friction,
     }

@@ -8,7 +8,6 @@
 #include <math.h>
 #include <string.h>
 
-#define MOMENTUM (ERC_TORQUE_DOUBTED | ERC_ALPHA_DOUBTED | ERC_DISAGREES) /* one of both is wrong */
 #define OUTSIDE 1u /* the model's flag */
 
 uint32_t erc_core_size(void) {
@@ -38,6 +37,7 @@ void erc_core_init(erc_core *core, const erc_config *config, const erc_row *tabl
     core->theta.fastest = config->theta_fastest;
     core->alpha.fastest = config->alpha_fastest;
     core->alpha.farthest = config->alpha_limit;
+    core->alpha.end = config->stroke;
     core->torque = (double)NAN;
     core->meter.reading = (double)NAN;
     core->estimate = (double)NAN;
@@ -184,7 +184,7 @@ static uint32_t trip_checks(erc_core *core, uint64_t late_ns, uint32_t events) {
     } else if (core->missing >= core->config.trip_samples) {
         trip(core, core->lost_by);
     } else if (doubted(core) >= core->config.trip_samples) {
-        trip(core, core->momentum.doubted >= core->config.trip_samples ? MOMENTUM : core->meter.reason);
+        trip(core, core->momentum.doubted >= core->config.trip_samples ? erc_momentum_doubts(core) : core->meter.reason);
     } else if (late_ns > core->config.late_trip_ns) {
         trip(core, ERC_OVERRUN);
     } else if ((events & ERC_RIG_WATCHDOG) != 0u) {
@@ -237,6 +237,7 @@ void erc_core_step(erc_core *core, const erc_sample *samples, uint32_t count, ui
         core->reference = (double)NAN;
     }
     core->field = out[0] - out[1];
+    core->driven = out[2];
     const int single = core->config.device == ERC_SINGLE;
     if (single) { /* its one field has a sign where a recording had it */
         out[0] = core->field;

@@ -19,6 +19,9 @@
 #define NEAR_REST 3.0       /* rad/s: dry friction is elastic, and turns only some way after the motion has */
 #define BREAKS_AWAY 1.2     /* times its sliding friction that an output at rest withstands beyond it */
 #define OFF_SHARE 0.35      /* of the torque by which the inertia may be off: a torque that is doubled lacks half */
+#define MOTOR_SHARE 0.3     /* of the motor's torque: a tenth of that may be off */
+#define MOTOR_LAGS 6.0      /* of its change: that may pass before the speed shows it */
+#define SLOW 20.0           /* times the least slip: up to there a drive's viscous drag is less than its dry friction */
 #define HALF 0.5
 #define MOMENTUM_SURE 1u    /* periods of doubt after which the field falls whatever follows, twice as fast */
 #define MOMENTUM_LITTLE 16u /* agreements that say little and clear as much doubt as another one */
@@ -39,6 +42,11 @@ bool erc_slipping(const erc_core *core) {
         return second > least;
     }
     return first > least && second > least;
+}
+
+bool erc_placed(const erc_core *core) {
+    const double stroke = core->config.stroke;
+    return !(stroke > 0.0) || fabs(core->alpha.measured) < stroke;
 }
 
 double erc_held_share(uint32_t hold, uint32_t trip, uint32_t periods) {
@@ -172,7 +180,8 @@ uint32_t erc_torque_plausible(erc_core *core, double torque) {
     watch(m, torque);
     reason = impossible(core, torque);
     off = reason == 0u && disagrees(core, torque);
-    if (off && core->field != 0.0 && erc_slipping(core)) {
+    /* At its end stop the output stops what turns with it: the meter reads that, and no model knows it. */
+    if (off && core->field != 0.0 && erc_slipping(core) && erc_placed(core)) {
         reason = ERC_DISAGREES;
     }
     m->seen = true;
@@ -190,25 +199,47 @@ uint32_t erc_torque_plausible(erc_core *core, double torque) {
     return 0u;
 }
 
-/* What is left of a torque after the output's dry friction; *rests: how much of the output rests. */
+/* The side whose momentum is compared: the output of a pair, which the measured torque moves; the drive of a single
+ * device at rest, which the motor moves against the measured torque. */
+static double speed_of_load(const erc_core *core) {
+    return core->config.device == ERC_SINGLE ? core->theta.speed : core->alpha.speed;
+}
+
+static double torque_on_load(const erc_core *core) {
+    return core->config.device == ERC_SINGLE ? core->driven - core->torque : core->torque;
+}
+
+/* Of this a share may be off: for the inertia that takes so much torque, for the scale of the motor's torque, and for its
+ * lag where it changes. */
+static double uncertain(const erc_core *core, double taken) {
+    const erc_momentum *m = &core->momentum;
+    if (core->config.device != ERC_SINGLE) {
+        return fabs(m->torque);
+    }
+    return fabs(taken) + MOTOR_SHARE * fabs(core->driven) + MOTOR_LAGS * fabs(core->driven - m->driven);
+}
+
+/* What is left of a torque after the dry friction of that side; *rests: how much of it rests. */
 static double less_friction(const erc_core *core, double torque, double *rests) {
-    const double way = tanh(core->alpha.speed / NEAR_REST);
+    const double way = tanh(speed_of_load(core) / NEAR_REST);
     *rests = 1.0 - fabs(way);
     return torque - core->config.load_friction * way;
 }
 
-/* The filtered torque less what the output's filtered speed has taken of it in this period. */
+/* The filtered torque less what the filtered speed of that side has taken of it in this period. */
 static double unbalanced(erc_core *core) {
     erc_momentum *m = &core->momentum;
     const double by = MOMENTUM_RATE * core->dt, moves = by / (1.0 + by);
     double rests;
     const double passed = less_friction(core, m->torque, &rests);
-    const double faster = moves * (core->alpha.speed - m->speed);
+    const double faster = moves * (speed_of_load(core) - m->speed);
+    const double taken = core->config.load_inertia * faster / core->dt;
     m->speed += faster;
     m->passed += moves * (passed - m->passed);
-    m->size += moves * (fabs(m->torque) - m->size);
+    m->size += moves * (uncertain(core, taken) - m->size);
     m->rests += moves * (rests - m->rests);
-    return m->passed - core->config.load_inertia * faster / core->dt;
+    m->driven += moves * (core->driven - m->driven);
+    return m->passed - taken;
 }
 
 /* Agreement takes doubt away, unless the field already falls. Of a small torque half would not be missed: agreement on it
@@ -221,8 +252,13 @@ static void agree(erc_momentum *m, bool says) {
     }
 }
 
-uint32_t erc_momentum_plausible(erc_core *core, bool placed) {
-    const uint32_t either = ERC_TORQUE_DOUBTED | ERC_ALPHA_DOUBTED | ERC_DISAGREES; /* one of both is wrong */
+uint32_t erc_momentum_doubts(const erc_core *core) {
+    const uint32_t encoder = core->config.device == ERC_SINGLE ? ERC_THETA_DOUBTED : ERC_ALPHA_DOUBTED;
+    return ERC_TORQUE_DOUBTED | encoder | ERC_DISAGREES;
+}
+
+uint32_t erc_momentum_plausible(erc_core *core) {
+    const uint32_t either = erc_momentum_doubts(core);
     const erc_config *config = &core->config;
     erc_momentum *m = &core->momentum;
     const double limit = config->torque_limit > 0.0 ? config->torque_limit : HIGHEST_TORQUE;
@@ -233,22 +269,27 @@ uint32_t erc_momentum_plausible(erc_core *core, bool placed) {
     }
     const bool alone = core->meter.wrong && (core->meter.reason & ERC_DISAGREES) == 0u; /* the meter is wrong by itself */
     const bool known = isfinite(core->torque) && fabs(core->torque) <= limit && !alone &&
-                       fabs(core->alpha.speed) <= FASTEST;
-    if (!(config->load_inertia > 0.0) || !placed || !known) { /* an end stop, or no witness */
+                       fabs(speed_of_load(core)) <= FASTEST;
+    if (!(config->load_inertia > 0.0) || !erc_placed(core) || !known) { /* an end stop, or no witness */
         m->begun = false;
         m->doubted = 0u; /* a meter that is known to be wrong is who disagreed */
         return 0u;
     }
     if (!m->begun) {
         m->begun = true;
-        m->speed = core->alpha.speed;
-        m->torque = core->torque;
+        m->speed = speed_of_load(core);
+        m->torque = torque_on_load(core);
         m->passed = m->rests = 0.0;
-        m->size = fabs(core->torque);
+        m->driven = core->driven;
+        m->size = uncertain(core, 0.0);
     }
     const double off = fabs(unbalanced(core));
     const double may = config->load_band + BREAKS_AWAY * config->load_friction * m->rests + OFF_SHARE * m->size;
-    m->torque = core->torque;
+    m->torque = torque_on_load(core);
+    if (core->config.device == ERC_SINGLE && !(fabs(speed_of_load(core)) <= SLOW * config->least_slip)) {
+        m->doubted = 0u; /* drags of bearings and gears are not known */
+        return 0u;
+    }
     if (!(off > may)) {
         agree(m, HALF * m->size > may);
         return 0u;

@@ -11,9 +11,15 @@ void erc_torque_expect(erc_core *core, uint32_t periods);
 /* Once a period, after the model's step: whether it was outside its log. */
 void erc_torque_guess(erc_core *core, bool outside);
 
-/* After the samples of a period: whether the measured torque and the output's motion fit together, where config says that
- * they have to; `placed`: the output is within its stroke, where no end stop acts on it. Returns the events. */
-uint32_t erc_momentum_plausible(erc_core *core, bool placed);
+/* Whether the output is within its stroke, where no end stop acts on it. */
+bool erc_placed(const erc_core *core);
+
+/* After the samples of a period: whether the measured torque and the motion of the output fit together, or of the drive of
+ * a single device, where config says that they have to. Returns the events. */
+uint32_t erc_momentum_plausible(erc_core *core);
+
+/* Its events where they do not: of meter and encoder one is wrong. */
+uint32_t erc_momentum_doubts(const erc_core *core);
 
 /* Share of a command that is left after periods with a wrong sensor: all, then less and less, then none some periods
  * before the trip. */

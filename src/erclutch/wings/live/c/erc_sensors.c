@@ -9,6 +9,7 @@
 #define WARM_UP 64u              /* samples before the speed is known well enough to reject a jump */
 #define CLOCK_SLACK_NS 20000000u /* the rig's time stamps may be off the count of samples by this much */
 #define STOPS 0.0625            /* of the largest jump in speed: no slower side is known to be stuck when it stops dead */
+#define TURNED 2.0               /* times its speed by which an end stop changes that of a side */
 #define COUNTS 4.0               /* of an encoder: a side that is to have moved by fewer may stand on one of them */
 
 /* Time passes without a reading. */
@@ -49,6 +50,12 @@ static int stuck(const erc_encoder *encoder, double dt) {
            way > COUNTS * encoder->count && encoder->taken >= WARM_UP;
 }
 
+/* By how much faster or slower than predicted a side can be. An end stop turns it, and the filter is late meanwhile. */
+static double most_jump(const erc_encoder *encoder, double x, double predicted) {
+    const bool stopped = encoder->end > 0.0 && fabs(predicted) > encoder->end && (x - predicted) * predicted < 0.0;
+    return encoder->glitch + (stopped ? TURNED * fabs(encoder->speed) : 0.0);
+}
+
 /* Why a reading cannot be; 0 if it can. The device cannot have moved so far since the last one, and no faster than it
  * ever moves while its speed is not known yet. */
 static uint32_t impossible(const erc_encoder *encoder, double raw, double dt, uint64_t periods) {
@@ -62,7 +69,7 @@ static uint32_t impossible(const erc_encoder *encoder, double raw, double dt, ui
         return ERC_OUT_OF_RANGE;
     }
     if (encoder->taken >= WARM_UP && encoder->glitch > 0.0 &&
-        fabs(x - predicted) > encoder->glitch * dt * (double)periods) {
+        fabs(x - predicted) > most_jump(encoder, x, predicted) * dt * (double)periods) {
         return ERC_GLITCH;
     }
     if (encoder->taken > 0u && encoder->fastest > 0.0 &&
@@ -175,9 +182,8 @@ uint32_t erc_sensors_take(erc_core *core, const erc_sample *samples, uint32_t co
         events |= take_one(core, &samples[i], &good);
     }
     if (good) {
-        const double stroke = core->config.stroke;
         core->missing = 0u;
-        return events | erc_momentum_plausible(core, !(stroke > 0.0) || fabs(core->alpha.measured) < stroke);
+        return events | erc_momentum_plausible(core);
     }
     core->momentum.begun = false;
     if ((events & (ERC_THETA_DOUBTED | ERC_ALPHA_DOUBTED)) == 0u) {

@@ -12,6 +12,7 @@ typedef struct {
     double measured;             /* last good reading, unwrapped */
     double position, speed;      /* the filter's */
     double fastest, farthest;    /* speed and angle that it cannot reach; 0: none */
+    double end;                  /* angle beyond which an end stop may turn it; 0: none */
     double reading, count;       /* the last one as it came; the least by which two have differed */
     double moving;               /* speed when the reading last changed */
     uint64_t since;              /* periods since the last good reading */
@@ -62,12 +63,13 @@ typedef struct {
     bool good, unlearn;          /* the latest may be learned from; what was learned of late is in doubt */
 } erc_meter;
 
-/* What is known of the output's momentum: where nothing but dry friction acts on the output beside the measured torque,
- * each tells what the other has to be. Torques in N m. */
+/* What is known of the momentum of the output, or of the drive of a single device: where nothing but dry friction acts on
+ * that side beside the measured torque and the motor's, each tells what the other has to be. Torques in N m. */
 typedef struct {
     double torque;       /* a period ago: as late as the speed that is filtered */
     double passed;       /* the torque less friction, through a filter */
-    double speed;        /* of the output, through the same */
+    double speed;        /* of that side, through the same */
+    double driven;       /* by the motor, through the same */
     double size, rests;  /* of the torque, and the share of the time at rest, through the same */
     uint32_t doubted;    /* how long both have disagreed, in periods; agreement takes one off */
     uint32_t little;     /* agreements that say little */
@@ -103,6 +105,6 @@ typedef struct {
     double mirrored, last_wave;         /* of a predefined sequence near the end of the stroke */
     double asked1, asked2, asked_motor; /* by control, at the last good sample */
     double earlier[ERC_EARLIER][2];               /* the same of the last periods, by the step */
-    double field;                       /* applied, signed */
+    double field, driven;               /* applied: signed; by the motor */
     uint32_t pending;                   /* events of orders since the last step */
 } erc_core;

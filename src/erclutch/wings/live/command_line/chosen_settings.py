@@ -178,14 +178,14 @@ def _sensing(
 
     A recording is as it was, and a single device is not that of the rig's file unless it is the TWIN's.
     """
-    from erclutch.wings.live.sensor_limits import free_output, sensor_limits
+    from erclutch.wings.live.sensor_limits import free_drive, free_output, sensor_limits
 
     if rig.origin.startswith("RECORDING"):
         return settings
     known = device == "coaxial" or rig.origin == "TWIN"
     limits = sensor_limits(device, model, parameters if known else None, PERIOD)
-    if rig.origin == "TWIN" and device == "coaxial":  # nobody holds its output
-        limits |= free_output(parameters)
+    if rig.origin == "TWIN":  # nobody holds its output or turns its drive
+        limits |= free_output(parameters) if device == "coaxial" else free_drive(parameters)
     if not known and model is not None:
         limits["least_slip"] = 0.05 * model.slip
     return replace(settings, **limits)

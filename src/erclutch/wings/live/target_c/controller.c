@@ -97,11 +97,13 @@ uint32_t erc_control_step(erc_core *core, const erc_input *input, erc_output *ou
         core->theta.speed = input->theta_dot;
         core->alpha.speed = input->alpha_dot;
         core->torque = input->torque;
+        core->alpha.measured = core->config.stroke > 0.0 ? input->alpha : 0.0;
+        core->driven = core->asked_motor; /* until now */
         core->asked_motor = input->motor_torque;
         events |= erc_torque_plausible(core, input->torque);
     }
     if (good) {
-        events |= erc_momentum_plausible(core, !(core->config.stroke > 0.0) || fabs(input->alpha) < core->config.stroke);
+        events |= erc_momentum_plausible(core);
     }
     else {
         core->momentum.begun = false;

@@ -37,7 +37,7 @@ typedef struct {
     erc_side theta, alpha;
     erc_meter meter;
     erc_momentum momentum;
-    double torque, estimate, asked_motor, field, dt, asked[2];
+    double torque, estimate, asked_motor, driven, field, dt, asked[2];
     bool tripped;
     uint32_t since; /* periods since the last good sample; 0: none yet */
     uint64_t step;
