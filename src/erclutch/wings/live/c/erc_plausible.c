@@ -254,6 +254,7 @@ static void agree(erc_momentum *m, bool says) {
 
 uint32_t erc_momentum_doubts(const erc_core *core) {
     const uint32_t encoder = core->config.device == ERC_SINGLE ? ERC_THETA_DOUBTED : ERC_ALPHA_DOUBTED;
+    (void)core; /* an exported controller is of one device */
     return ERC_TORQUE_DOUBTED | encoder | ERC_DISAGREES;
 }
 
