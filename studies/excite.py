@@ -43,7 +43,6 @@ from studies.memory import utfsm
 from tests.support.rig_limits import broken, random_limits
 
 RATE = 1000.0
-LENGTHS = (3.0, 6.0, 10.0)  # s
 FIRST = 2.0  # s of filling sequence before the model has a say
 _MEMORY = "lag+dahl/field"
 _SERVO = 2.0 * math.pi * 20.0  # 1/s
@@ -151,7 +150,7 @@ def error(model: TorqueModel, test: Dataset) -> float:
     return float(np.sqrt(np.mean((test.effort - model.predict(test)) ** 2)))
 
 
-def twin(seeds: int, long: float, first: int) -> None:
+def twin(seeds: int, long: float, first: int, lengths: Sequence[float]) -> None:
     """Print errors over seconds of log as multiples of those of a long log of both kinds that are tested."""
     scenario = build_dataset(prepare("brake", seconds=long, seed=1).recording())
     limits = RigLimits(**(limits_of_log(scenario) | {"rest": 0.1}))
@@ -169,8 +168,8 @@ def twin(seeds: int, long: float, first: int) -> None:
     print(
         f"RMSE of the fit to {long:g} s of each: {best[0]:.4g} / {best[1]:.4g} N m; below: medians as multiples of it"
     )
-    print("| sequence | " + " | ".join(f"{seconds:g} s" for seconds in LENGTHS) + " |")
-    print("|---|" + "---:|" * len(LENGTHS))
+    print("| sequence | " + " | ".join(f"{seconds:g} s" for seconds in lengths) + " |")
+    print("|---|" + "---:|" * len(lengths))
     makers: list[tuple[str, Callable[[float, int], Dataset]]] = [
         ("excite, filling", lambda seconds, seed: played(filling(limits, seconds, seed), seed)),
         ("excite, by model", lambda seconds, seed: by_model(limits, seconds, seed, believed=False)),
@@ -182,7 +181,7 @@ def twin(seeds: int, long: float, first: int) -> None:
     ]
     for name, made in makers:
         cells: list[str] = []
-        for seconds in LENGTHS:
+        for seconds in lengths:
             models = [
                 fit_structure(made(seconds, seed), twin_structure(), intervals=False).model
                 for seed in range(first, first + seeds)
@@ -313,6 +312,7 @@ def main() -> None:
     parser.add_argument("folder", nargs="?", type=Path)
     parser.add_argument("--seeds", type=int, default=2)
     parser.add_argument("--first", type=int, default=0, help="seed")
+    parser.add_argument("--lengths", type=float, nargs="+", default=[3.0, 6.0, 10.0], help="seconds of the short logs")
     parser.add_argument("--long", type=float, default=30.0, help="seconds of the long log")
     parser.add_argument("--draws", type=int, default=10, help="random choices of files, or random limits")
     parser.add_argument("--devices", type=int, default=5, help="made-up devices")
@@ -320,7 +320,7 @@ def main() -> None:
     asked = parser.parse_args()
     with one_thread():
         if asked.part == "twin":
-            twin(asked.seeds, asked.long, asked.first)
+            twin(asked.seeds, asked.long, asked.first, asked.lengths)
         elif asked.part == "files":
             if asked.folder is None:
                 parser.error("files needs the FOLDER of the recordings")

@@ -7,7 +7,8 @@ A section with a figure (a number with a unit, or a table of numbers) needs one 
   `studies/figures.py` writes. The name ``printed`` stands for what executed blocks of the page print;
 - the comment ``<!-- figures: set -->``: the numbers below are settings, limits and definitions, or the paper's own.
 
-A comment holds until the next one, or the next heading.
+A comment holds until the next one, or the next heading. Of the measurements of a decision, what stands below such a
+comment is held to its file; the rest was measured once.
 """
 
 from __future__ import annotations
@@ -24,6 +25,7 @@ from tests.support import figures as cited
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+MEASUREMENTS = sorted((ROOT / "docs" / "decisions" / "measurements").glob("*.md"))
 _FENCE = re.compile(r"^```(\S+).*?\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 #: Not a statement: code, equations, addresses of links, indented commands.
 _ASIDE = re.compile(r"`[^`\n]*`|\$\$?[^$]*\$\$?|\]\([^)]*\)|^ {4,}.*$", re.MULTILINE)
@@ -100,9 +102,21 @@ def test_each_figure_has_a_source(page: Path) -> None:
         assert not missing, f"{where}: {missing} are not in {sorted(part.sources)}; try python studies/figures.py"
 
 
+@pytest.mark.parametrize("page", MEASUREMENTS, ids=lambda page: page.stem)
+def test_what_a_measurement_says_to_be_printed_is_printed(page: Path) -> None:
+    text = page.read_text(encoding="utf-8")
+    for part in stretches(text):
+        if part.sources and not part.sources & {"once", "set"}:
+            values = sources(text, part.sources)
+            missing = [figure for figure in part.figures if not stands_in(figure, values)]
+            assert not missing, f"{page.name}, {part.heading!r}: {missing} are not in {sorted(part.sources)}"
+
+
 def test_each_file_of_figures_has_its_command_and_is_cited() -> None:
     listed = tomllib.loads(cited.LISTED.read_text(encoding="utf-8"))
-    sources = {name for page in PAGES for part in stretches(page.read_text("utf-8")) for name in part.sources}
+    sources = {
+        name for page in [*PAGES, *MEASUREMENTS] for part in stretches(page.read_text("utf-8")) for name in part.sources
+    }
     assert {file.stem for file in cited.KEPT.glob("*")} == set(listed) == sources - {"once", "set", "printed"}
     for name, entry in listed.items():
         assert (cited.KEPT / f"{name}.txt").read_text("utf-8").startswith(f"$ {entry['command']}\n")

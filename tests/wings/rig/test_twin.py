@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+from collections.abc import Iterable, Iterator
 from functools import partial
 from pathlib import Path
 
@@ -18,6 +20,8 @@ from erclutch.wings.rig.twin.scenarios import COLUMNS, SCENARIOS, SINGLE_COLUMNS
 from erclutch.wings.rig.twin.twin import Twin
 from tests.support.command import good, run
 
+ROOT = Path(__file__).resolve().parents[3]
+
 # --- parameters -------------------------------------------------------------------------------------------------------
 
 
@@ -30,6 +34,26 @@ def test_every_parameter_has_a_source_and_lies_in_its_range() -> None:
             assert (entry.source == "calibrated") == (entry.interval is not None) == (entry.start is not None)
             assert entry.low <= entry.value <= entry.high or name == "backlash", (section, name)
             assert entry.meaning
+
+
+def test_every_range_names_its_source_or_is_told_to_be_assumed() -> None:
+    page = ROOT / "docs" / "decisions" / "measurements" / "0006-calibration.md"
+    table = page.read_text(encoding="utf-8").partition("## Where the ranges come from")[2]
+    rows = [line.split("|")[1:3] for line in table.splitlines() if line.startswith("| `")]
+    told = {(section, name) for section, name in _named(parameters for parameters, _ in rows)}
+    ranged = {(section, name) for section, entries in default_rig().entries.items() for name in entries}
+    assert told == ranged
+    for parameters, source in rows:
+        assert re.search("assumed|doi|test", source, re.IGNORECASE), parameters
+
+
+def _named(cells: Iterable[str]) -> Iterator[tuple[str, str]]:
+    """Section and name of each parameter of some cells: "`a` and `b`: `name`, `name`; `c`: `name`"."""
+    for cell in cells:
+        for part in cell.split(";"):
+            sections, _, names = part.partition(":")
+            for section in re.findall(r"`(\w+)`", sections):
+                yield from ((section, name) for name in re.findall(r"`(\w+)`", names))
 
 
 def test_a_rig_file_changes_what_it_names(tmp_path: Path) -> None:
