@@ -36,7 +36,7 @@ def test_a_gain_becomes_a_run_that_other_commands_take(base: Path, tmp_path: Pat
     write(tmp_path / "new.csv", 1.15, 1)
     said = good("recalibrate", base, "new.csv", "--out", "NEW", cwd=tmp_path)
     assert "Recalibrated, common gain: gain 1.1" in said
-    assert "Parameters of bingham+lag@recalibrated" in said
+    assert "Parameters of m1, Bingham law with a lag, recalibrated" in said
     found = read_run(tmp_path / "NEW")
     assert found.body["recommended"] == "bingham+lag@recalibrated"
     assert set(found.names) == {"bingham+lag", "bingham+lag@recalibrated"}

@@ -196,12 +196,13 @@ def at_rest(comparison: Comparison) -> str:
     )
 
 
-def parameters(entry: RankedModel) -> list[Table | str]:
-    """Constants of a model with their intervals, and the published symbols where they differ; a network's count."""
-    outcome = entry.outcome
+def parameters(comparison: Comparison) -> list[Table | str]:
+    """Constants of the recommended model with intervals, published symbols where they differ; a network's count."""
+    name = comparison.recommended
+    outcome = comparison.entry(name).outcome
     shown: list[Table | str] = []
     if outcome.estimates:
-        made = estimates(f"Parameters of {entry.name}", outcome.estimates)
+        made = estimates(f"Parameters of {comparison.called(name)}", outcome.estimates)
         for name, value in outcome.paper_form.items():
             made.add_row(name, "as published", number(value), "", "")
         shown.append(made)

@@ -6,6 +6,7 @@ import itertools
 import json
 import math
 import os
+import shlex
 import sys
 from collections import Counter
 from collections.abc import Generator, Iterable, Mapping, Sequence
@@ -20,6 +21,8 @@ from rich.text import Text
 from erclutch.errors import printable
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from erclutch.fit.laws.fit_law import Estimate
     from erclutch.signals.array import Array
     from erclutch.signals.recording import LogFacts
@@ -167,6 +170,13 @@ def say(*lines: object) -> None:
     """Lines on standard output as they are: no markup, not wrapped."""
     for line in lines:
         console().print(str(line), markup=False, soft_wrap=True)
+
+
+def kept_lines(run: Path | None) -> tuple[str, ...]:
+    """Where a run was kept, and the command that shows it; or how to keep it."""
+    if run is None:
+        return ("Nothing was kept; --out RUN keeps it.",)
+    return f"Kept in {run}", f"Read it: {shlex.join(['erclutch', 'report', str(run)])}"
 
 
 def tell(*parts: str | Table, style: str = "") -> None:

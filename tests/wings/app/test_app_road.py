@@ -128,6 +128,9 @@ def test_the_whole_road(log: str, served: Served, open_page: Callable[..., Any],
     assert download.value.suggested_filename.endswith(".zip")
     page.click("text=Verify it")
     page.wait_for_selector("text=The export gives what the model gives", timeout=120_000)
+    assert page.get_by_text("Download").count() == 1
+    page.click("text=Back to the run")
+    page.wait_for_url(f"**/run/{one}")
     page.goto(f"{place}/run/{one}")
     with page.expect_download(timeout=60_000) as download:
         page.get_by_text("Download the report").click()

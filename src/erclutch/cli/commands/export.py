@@ -61,6 +61,7 @@ def export(
     from erclutch.errors import ExportError
     from erclutch.export import ExportOptions, export_model, step_of
     from erclutch.models.load import load_model
+    from erclutch.models.model_titles import title_of
     from erclutch.runs.run_folder import read_run
     from erclutch.signals.speed import Derivative
 
@@ -76,7 +77,8 @@ def export(
     step = step_of(chosen, options)
     folder = export_model(chosen, out or Path(f"{step.name}_{to}"), to, options, force=force)
     screen = terminal.console()
-    screen.print(f"{step.model.name} as {precision}, inputs {', '.join(step.inputs)}, to {folder}:", markup=False)
+    title, inputs_text = title_of(step.model.name), ", ".join(step.inputs)
+    screen.print(f"{title} as {precision}, inputs {inputs_text}, to {folder}:", markup=False)
     screen.print("  " + ", ".join(sorted(p.name for p in folder.iterdir())), markup=False)
     binaries = folder / "binaries.txt"
     for line in binaries.read_text(encoding="utf-8").splitlines() if binaries.is_file() else ():

@@ -128,7 +128,7 @@ def fit(
         return
     if figures is not None:
         _print_every_row(figures, comparison.recommended, comparison.data.units.effort)
-    terminal.say(f"Kept in {out}" if out else "Nothing was kept; --out RUN keeps it.")
+    terminal.say(*terminal.kept_lines(out))
 
 
 def _resumed(out: Path | None, reading: LogOptions, cluster: str | None, workers: int, json: bool) -> None:
@@ -137,7 +137,7 @@ def _resumed(out: Path | None, reading: LogOptions, cluster: str | None, workers
         print(dumps(figures.to_dict(), indent=1, allow_nan=False))
         return
     _print_every_row(figures, str(run.body["recommended"]), str(run.body["units"]["effort"]))
-    terminal.say(f"Kept in {out}")
+    terminal.say(*terminal.kept_lines(out))
 
 
 def _print_every_row(figures: EveryRow, recommended: str, unit: str) -> None:
@@ -226,4 +226,4 @@ def print_comparison(comparison: Comparison, *, whole: bool = False) -> None:
     terminal.tell(*ranking_table.prediction(chosen, comparison.data.units.effort))
     terminal.tell(f"Its specification: {chosen.name}")
     screen.print()
-    terminal.tell(*ranking_table.parameters(chosen))
+    terminal.tell(*ranking_table.parameters(comparison))

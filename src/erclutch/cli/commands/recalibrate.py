@@ -63,7 +63,7 @@ def recalibrate(
     if json:
         terminal.say_json(run_to_dict(found, recordings, reading.to_dict()))
         return
-    terminal.say(f"Kept in {out}" if out else "Nothing was kept; --out RUN keeps it.")
+    terminal.say(*terminal.kept_lines(out))
 
 
 def _print(found: Comparison) -> None:
@@ -81,4 +81,4 @@ def _print(found: Comparison) -> None:
     terminal.tell(terminal.table(f"What moves, on {blocks} unseen blocks of these rows", ["", unit], rows, left=1))
     terminal.tell(ranking_table.ranking(found, terminal.console().width))
     terminal.tell(about["verdict"], style="bold")
-    terminal.tell(*ranking_table.parameters(found.entry(found.recommended)))
+    terminal.tell(*ranking_table.parameters(found))

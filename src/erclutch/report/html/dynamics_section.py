@@ -94,11 +94,11 @@ def _gain(material: Material) -> str:
     a, b = (None, None) if found is None else (e["test"]["rmse"][0] for e in (found.richer, found.plainer))
     if found is None or not a or not b:
         return "No two models differ in their stages alone, so nothing tells what the stages gain."
-    change = f"{percent(1 - a / b, 2)} smaller" if a < b else f"{percent(a / b - 1, 2)} larger"
+    change = f"take {percent(1 - a / b, 2)} off" if a < b else f"add {percent(a / b - 1, 2)} to"
     return (
-        f"{found.richer['title']} errs by {material.effort.of(a)}, "
-        f"{found.plainer['title']} by {material.effort.of(b)}: "
-        f"with {' and '.join(found.added)}, and nothing else changed, the error is {change}."
+        f"The stages alone ({', '.join(found.added)}) {change} the error: "
+        f"{found.plainer['title']} errs by {material.effort.of(b)}, "
+        f"{found.richer['title']} by {material.effort.of(a)}."
     )
 
 

@@ -8,9 +8,12 @@ from typing import Any
 import numpy as np
 
 from erclutch.export.monotone import monotone_share, worst_turn
+from erclutch.models.law_model import TorqueModel
 from erclutch.models.laws.yield_stress import YIELD_FORMS
-from erclutch.report.html.parameters_section import equation_of, parameter_row
+from erclutch.models.stages import slip_stages
+from erclutch.report.html.parameters_section import equation_of, meaning_of_letters, parameter_row
 from erclutch.report.html.section import Section
+from erclutch.report.html.symbols import plain_symbol
 from erclutch.report.numbers.flow_curves import dwelled_fields
 from erclutch.report.numbers.number_text import Scale, percent
 from erclutch.report.numbers.run_material import Material
@@ -38,11 +41,20 @@ def _fill(material: Material) -> dict[str, Any]:
         "halves": [rows[:half], rows[half:]] if len(rows) > _LONG else [rows] if rows else [],
         "lost": [row for row in rows if "why" in row],
         "equation": None if law is None else equation_of(law),
+        "letters": "" if law is None else f"For w > 0; {meaning_of_letters(material, law)}{_letters_of_stages(law)}",
         "weights": entry["fit"]["weights"],
     }
 
 
 MODEL = Section("model", "The model", "Model", _fill)
+
+
+def _letters_of_stages(law: TorqueModel) -> str:
+    """Which letters of the equation come from the stages on the slip; empty without any."""
+    letters = [plain_symbol(name) for stage in slip_stages(law.structure.dynamics) for name in stage.outputs]
+    if not letters:
+        return ""
+    return f" {', '.join(letters)} come from the stages on the slip, whose equations stand under “Details”."
 
 
 def _constant(material: Material, number: Mapping[str, Any]) -> dict[str, Any]:
@@ -82,10 +94,10 @@ def _curve_words(material: Material) -> Iterator[str]:
     else:
         at = " and ".join(material.slip.of(slip, 2) for slip in turn.slips)
         yield (
-            f"Along {percent(1.0 - share, 2)} of the lines of growing field its {word} turns: most at a slip of {at}, "
-            f"by {material.effort.of(turn.back, 2)} between {material.field.bare(turn.fields[0], 3)} and "
-            f"{material.field.of(turn.fields[1], 3)}. There two fields give one {word}; an exported inverse takes the "
-            f"field nearest to zero."
+            f"Where the field grows, the {word} should grow too. Along {percent(1.0 - share, 2)} of the curves over "
+            f"the field it turns back: most at a slip of {at}, by {material.effort.of(turn.back, 2)} between "
+            f"{material.field.bare(turn.fields[0], 3)} and {material.field.of(turn.fields[1], 3)}. Two fields give one "
+            f"{word} there, and an exported inverse takes the field nearest to zero."
         )
     measured = float(np.abs(material.rows.data.effort).max())
     if abs(turn.farthest) > _FAR * measured:

@@ -38,7 +38,7 @@ def _law(material: Material, entry: Mapping[str, Any]) -> dict[str, Any]:
         "title": entry["title"],
         "equation": equation_of(model),
         "stages": [(stage.name, equation_text(stage.equation)) for stage in model.structure.stages],
-        "reference": _reference(material, model),
+        "reference": meaning_of_letters(material, model),
         "source": model.structure.law.source,
         "rows": [parameter_row(p) for p in fit["parameters"]],
         "published": [(symbol(name), number(value, 4)) for name, value in fit["paper_form"].items()],
@@ -70,8 +70,8 @@ def parameter_row(p: Mapping[str, Any]) -> dict[str, Any]:
     }
 
 
-def _reference(material: Material, model: TorqueModel) -> str:
-    """What E and w are over in the equation."""
+def meaning_of_letters(material: Material, model: TorqueModel) -> str:
+    """What E and w are over in the equation, and what its other letters are."""
     pair = "of one clutch, numbered by the parameters' last index; " if len(material.rows.data.elements) > 1 else ""
     dynamics = model.structure.dynamics
     lagged = stages_at(dynamics, "command")

@@ -9,6 +9,7 @@ import numpy as np
 from erclutch.report.html.section import Section
 from erclutch.report.numbers.correlation import Autocorrelation, Spectrum
 from erclutch.report.numbers.error_map import ErrorMap
+from erclutch.report.numbers.model_stages import remembers_slip
 from erclutch.report.numbers.number_text import brief, count, number, percent
 from erclutch.report.numbers.run_material import Material
 from erclutch.report.plots.error_map_plot import describe_error_map, worst_cell
@@ -132,11 +133,18 @@ def _drawn(material: Material) -> str:
         f"{percent(areas.measured, 2)} of the boxes around them"
     )
     if areas.measured < _NARROW:
-        return f"{wide}: this {material.word} hardly remembers the motion."
+        return f"{wide}, next to nothing: they show no memory of the motion.{_memory_elsewhere(material)}"
     shares = " and ".join(
         f"{material.titles[name]} draws {percent(max(share, 0.0), 2)}" for name, share in areas.drawn.items()
     )
     return f"{wide}; of that area {shares}."
+
+
+def _memory_elsewhere(material: Material) -> str:
+    """Where the gain of a memory is told, if the recommended model has one: closed loops seem to deny it."""
+    if not remembers_slip(material.run.entry(material.recommended)):
+        return ""
+    return " The recommended model has a memory all the same: “Lag and memory” says what it gains over all rows."
 
 
 ERROR_MAP = Section("error_map", "Where it errs, and where there are data", "Where it errs", _error_map)

@@ -133,8 +133,9 @@ def choice(material: Material) -> str:
     if "chosen_by" in material.body:
         return (
             f"The training rows chose it. They were divided into {material.body['chosen_by']}; each part was left out "
-            f"in turn and estimated by models fitted to the others. There no model with as much physics erred clearly "
-            f"less, and none with less physics was better on every part. The rows held out chose nothing."
+            f"in turn and estimated by models fitted to the others. On the parts left out no model with as much "
+            f"physics erred clearly less, and no model with less physics erred less on every part. The rows "
+            f"held out chose nothing."
         )
     if best is chosen:
         return "It is the best of all models, and no simpler one is as good."

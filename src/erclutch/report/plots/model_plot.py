@@ -90,7 +90,7 @@ def _panel(
     factor, last = material.effort.factor, max(len(labels) - 1, 1)
     styles = [f"level{round(_SHADES * k / last)}" for k in range(len(labels))]
     marks: list[Mark] = [ReferenceLine(0.0)]
-    marks += [Dots(d[:, 0], d[:, 1] * factor, style, size=1.1) for style, d in zip(styles, dots, strict=True)]
+    marks += [Dots(d[:, 0], d[:, 1] * factor, style, size=1.6) for style, d in zip(styles, dots, strict=True)]
     marks += [
         Line(at, effort * factor, style, label) for style, effort, label in zip(styles, efforts, labels, strict=True)
     ]

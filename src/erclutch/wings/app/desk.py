@@ -172,10 +172,15 @@ def fields(text: str) -> dict[str, str]:
 
 
 def origin(request: Request) -> str:
-    """The page that a button stands on: the log with what was filled in, the run, or the overview."""
+    """The page that a button stands on: the log with what was filled in, the run, or the overview.
+
+    The form of a verification says of which run its export is (``?run=``).
+    """
     kind, name = request.url.path.split("/")[1], quoted(request.path_params.get("name", ""))
     if kind in ("fit", "log", "score") and request.method == "POST":
         return f"/log/{name}?{urlencode(request.state.form)}"
+    if kind == "verify" and (run := request.query_params.get("run")):
+        return f"/run/{quoted(run)}"
     return f"/run/{name}" if kind == "run" and request.url.path.count("/") > 2 else "/"
 
 

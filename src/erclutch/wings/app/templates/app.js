@@ -129,7 +129,9 @@ if (courses) {
       plot.setScale("x", { min: view[0], max: view[1] });
     });
     courses.dataset.view = view.map(digits).join(",");
-    seen.textContent = `${digits(view[0])} s to ${digits(view[1])} s of ${digits(ends[0])} s to ${digits(ends[1])} s`;
+    const unzoomed = view[0] === ends[0] && view[1] === ends[1];
+    const shown = `${digits(view[0])} s to ${digits(view[1])} s`;
+    seen.textContent = unzoomed ? `${shown}, the whole log` : `${shown} of ${digits(ends[0])} s to ${digits(ends[1])} s`;
   };
   const go = async (a, b, keep = true) => {
     if (keep) back.push([...view]);
