@@ -143,6 +143,28 @@ def test_several_groups_need_a_choice(tmp_path: Path, name: str) -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize(("file", "chunks"), [("a.h5", None), ("a.h5", (40,)), ("a.mat", (40,))])
+def test_rows_that_are_not_in_an_hdf5_file_are_no_zeros(tmp_path: Path, file: str, chunks: tuple[int] | None) -> None:
+    """The library reads the fill value where a chunk was never written, or damage has lost its place."""
+    import h5py
+
+    path = tmp_path / file
+    with h5py.File(path, "w", userblock_size=512 if file == "a.mat" else 0) as made:
+        made["t"] = np.arange(100.0)
+        made.create_dataset("F", (100,), "f8", chunks=chunks)
+        if chunks:
+            made["F"][:40] = 1.0
+        made.create_dataset("missing", (100,), "f8", chunks=(40,), fillvalue=np.nan)[:40] = 1.0
+    if file == "a.mat":
+        with path.open("r+b") as out:
+            out.write(b"MATLAB 7.3 MAT-file, Platform: GLNXA64".ljust(124) + b"\x00\x02IM")
+    assert "rows of the data set /F are not in the file: they would be read as 0.0" in refused(path)
+    with h5py.File(path, "r+") as made:
+        made["F"][:] = 1.0
+    assert np.isnan(read_table(path).columns["missing"]).sum() == 60
+
+
+@pytest.mark.slow
 def test_what_tdms_does_not_hold_is_said(tmp_path: Path) -> None:
     from nptdms import ChannelObject, TdmsWriter
 

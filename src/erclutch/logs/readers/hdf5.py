@@ -12,6 +12,7 @@ from erclutch.logs.log_reader import LogReader
 from erclutch.logs.readers import found_recordings, mat
 from erclutch.logs.readers.budget import budget_of
 from erclutch.logs.readers.found_recordings import Found
+from erclutch.logs.readers.mat_tree import stored_values
 from erclutch.logs.table import Table
 
 _UNITS = ("unit", "units", "Unit", "Units")
@@ -39,7 +40,7 @@ def find(path: str, variable: str | None) -> Table:
         budget.take_names()
         budget.take_cells(-(-item.size * item.dtype.itemsize // 8))  # by their shape: none of them is read yet
         group, _, label = name.rpartition("/")
-        values = np.asarray(item[()])
+        values = stored_values(item)
         fields = {field: values[field] for field in values.dtype.names or ()}
         place, own = name if fields else group or "/", _texts(item.attrs)
         groups.setdefault(place, {}).update(fields or {label: values})

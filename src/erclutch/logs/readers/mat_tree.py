@@ -11,6 +11,7 @@ from typing import Any, cast
 
 import numpy as np
 
+from erclutch.errors import LogError
 from erclutch.logs.readers.budget import Budget, budget_of
 
 Node = dict[str, Any] | list[Any] | str | np.ndarray[Any, Any] | None
@@ -70,6 +71,24 @@ def _table_in(items: list[Node], shape: tuple[int, ...]) -> dict[str, Node] | No
     return dict(zip(map(str, names), vectors, strict=True))
 
 
+def stored_values(item: Any) -> np.ndarray[Any, Any]:
+    """The values of a data set of HDF5.
+
+    Where a part was never written, or a damaged file has lost the place of it, the library reads zeros in silence.
+
+    Raises:
+        LogError: a part is not in the file.
+    """
+    stored = item.id.get_storage_size() > 0
+    if item.chunks is not None:
+        chunks = prod(-(-size // chunk) for size, chunk in zip(item.shape, item.chunks, strict=True))
+        stored = item.id.get_num_chunks() >= chunks
+    if item.size and not stored and np.all(item.fillvalue == item.fillvalue):  # NaN is missing, as it should be
+        problem = f"rows of the data set {item.name} are not in the file: they would be read as {item.fillvalue}"
+        raise LogError(problem, remedy="Copy the file again, or export the rows that were written")
+    return np.asarray(item[()])
+
+
 def load_v73(path: str) -> dict[str, Node]:
     """Top-level variables of a v7.3 file, read by h5py. Links to other files are never followed."""
     import h5py
@@ -116,7 +135,7 @@ class _Tree:
         if item.dtype.kind not in "biuf":
             return None
         self._budget.take_cells(item.size)
-        array = np.asarray(item[()]).T  # HDF5 stores the dimensions of MATLAB in reverse
+        array = stored_values(item).T  # HDF5 stores the dimensions of MATLAB in reverse
         if kind == "char":
             rows = np.atleast_2d(array)[:1000, :10000]
             return "\n".join("".join(chr(int(code)) for code in row).rstrip() for row in rows)
