@@ -194,7 +194,7 @@ def twin(seeds: int, long: float, first: int, lengths: Sequence[float]) -> None:
         print(f"| {name} | " + " | ".join(cells) + " |", flush=True)
 
 
-def files(folder: Path, draws: int, most: int) -> None:
+def files(folder: Path, draws: int, least: int, most: int) -> None:
     """Print the error on the files that were not chosen, over the number that were."""
     data, motions, of_row = utfsm(folder)
     structure = Structure("single", "bingham", law_from_name("bingham", "single"), "dahl/field", False, True)
@@ -212,19 +212,19 @@ def files(folder: Path, draws: int, most: int) -> None:
     chosen = [max(range(len(logs)), key=lambda number: (motions[number].current, np.abs(logs[number].effort).max()))]
     rng = np.random.default_rng(0)
     print(f"UTFSM damper, 30 files; bingham+dahl/field; random: {draws} draws; RMSE on the files not chosen, N")
-    print("| files | by what the earlier ones taught | of all 30 files, on the same | random: median (best - worst) |")
-    print("|---:|---|---:|---:|")
+    print(
+        "| files | by what the earlier ones taught | of all 30, on the same | random: median (best - worst) | beaten |"
+    )
+    print("|---:|---|---:|---:|---:|")
     while len(chosen) <= most:
         model = fitted(chosen)
         ours, all_files = rest(model, chosen), rest(whole, chosen)
         drawn = [sorted(rng.choice(len(logs), len(chosen), replace=False).tolist()) for _ in range(draws)]
-        random = [rest(fitted(numbers), numbers) for numbers in drawn]
+        random = [rest(fitted(numbers), numbers) for numbers in drawn if len(chosen) >= least] or [math.nan]
         names = ", ".join(f"{motions[number].name} {motions[number].current:g} A" for number in chosen)
-        print(
-            f"| {len(chosen)} | {ours:.1f}: {names} | {all_files:.1f} "
-            f"| {np.median(random):.1f} ({min(random):.1f} - {max(random):.1f}) |",
-            flush=True,
-        )
+        shares = f"{np.median(random):.1f} ({min(random):.1f} - {max(random):.1f})"
+        beaten = f"{np.mean([ours < other for other in random]):.0%}"
+        print(f"| {len(chosen)} | {ours:.1f}: {names} | {all_files:.1f} | {shares} | {beaten} |", flush=True)
         knowledge = Knowledge(model, joined([logs[number] for number in chosen]), RATE)
         left = [number for number in range(len(logs)) if number not in chosen]
         chosen.append(max(left, key=lambda number: knowledge.worth(logs[number])))
@@ -316,6 +316,7 @@ def main() -> None:
     parser.add_argument("--long", type=float, default=30.0, help="seconds of the long log")
     parser.add_argument("--draws", type=int, default=10, help="random choices of files, or random limits")
     parser.add_argument("--devices", type=int, default=5, help="made-up devices")
+    parser.add_argument("--least", type=int, default=1, help="files, from which on random choices stand beside")
     parser.add_argument("--most", type=int, default=4, help="files, at most")
     asked = parser.parse_args()
     with one_thread():
@@ -324,7 +325,7 @@ def main() -> None:
         elif asked.part == "files":
             if asked.folder is None:
                 parser.error("files needs the FOLDER of the recordings")
-            files(asked.folder, asked.draws, asked.most)
+            files(asked.folder, asked.draws, asked.least, asked.most)
         elif asked.part == "devices":
             devices(asked.devices)
         else:
