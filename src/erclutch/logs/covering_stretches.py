@@ -33,8 +33,11 @@ def covering(elements: Sequence[Element], start: int, stop: int) -> Mask:
     if windows < _FEWEST_WINDOWS:
         mask[start + round((1 - SHARE) * (stop - start)) : stop] = True
         return mask
-    window = np.arange(stop - start) * windows // (stop - start)
-    for held in _alike(_counts(_cells(elements, start, stop), window, windows)):
+    window = np.arange(stop - start) * windows // (stop - start)  # of each row
+    cell = _cells(elements, start, stop)
+    cells = int(cell.max()) + 1
+    counts = np.bincount(window * cells + cell, minlength=windows * cells)
+    for held in _alike(counts.reshape(windows, cells).astype(np.float64)):
         mask[start:stop] |= window == held
     return mask
 
@@ -42,46 +45,44 @@ def covering(elements: Sequence[Element], start: int, stop: int) -> Mask:
 def _cells(elements: Sequence[Element], start: int, stop: int) -> NDArray[np.intp]:
     """The cell of each row, shape (stop - start,)."""
     code = np.zeros(stop - start, np.intp)
+    shares = np.arange(1, _LEVELS) / _LEVELS
     for element in elements:
+        field = np.abs(element.field[start:stop])
         slip = element.slip[start:stop]
-        for values in (np.abs(element.field[start:stop]), slip, np.abs(np.diff(slip, prepend=slip[0]))):
-            code = code * _LEVELS + _level(values)
-    return np.unique(code, return_inverse=True)[1].astype(np.intp)
-
-
-def _level(values: Array) -> NDArray[np.intp]:
-    """In which of equally many rows a value lies, counted from the smallest; equal values lie together."""
-    edges = np.unique(np.quantile(values, np.arange(1, _LEVELS) / _LEVELS))
-    return np.searchsorted(edges, values, side="right")
-
-
-def _counts(cells: NDArray[np.intp], window: NDArray[np.intp], windows: int) -> Array:
-    """Rows of each window in each cell, shape (windows, cells)."""
-    width = int(cells.max()) + 1
-    return np.bincount(window * width + cells, minlength=windows * width).reshape(windows, width).astype(np.float64)
+        rate = np.abs(np.diff(slip, prepend=slip[0]))  # a row
+        for values in (field, slip, rate):
+            # Levels of equally many rows each; equal values lie together.
+            edges = np.unique(np.quantile(values, shares))
+            code = code * _LEVELS + np.searchsorted(edges, values, side="right")
+    _, cell = np.unique(code, return_inverse=True)
+    return cell.astype(np.intp)
 
 
 def _alike(counts: Array) -> list[int]:
-    """The windows whose rows are together most like all rows; none is the first, and no two are neighbours."""
+    """The windows whose rows are together most like all rows; none is the first, and no two are neighbours.
+
+    Args:
+        counts: rows of each window in each cell, shape (windows, cells).
+    """
     windows = len(counts)
-    wanted = SHARE * counts.sum(axis=0)
-    spread = np.linspace(1, windows - 1, round(SHARE * windows)).round().astype(int).tolist()
-    held: list[int] = spread
-    best = _unlike(counts, held, wanted)
-    while True:
-        tried = [
-            [*held[:k], new, *held[k + 1 :]]
-            for k in range(len(held))
-            for new in range(1, windows)
-            if all(abs(new - other) > 1 for other in (*held[:k], *held[k + 1 :]))
-        ]
-        nearest = min(tried, key=lambda windows: _unlike(counts, windows, wanted))
-        cost = _unlike(counts, nearest, wanted)
+    wanted = SHARE * counts.sum(axis=0)  # rows of each cell
+
+    def unlike(some: list[int]) -> float:
+        """How far the cells of some windows are from those wanted (Pearson's sum)."""
+        away = counts[some].sum(axis=0) - wanted
+        return float(np.sum(away**2 / (wanted + 1.0)))
+
+    held: list[int] = np.linspace(1, windows - 1, round(SHARE * windows)).round().astype(int).tolist()
+    best = unlike(held)
+    while True:  # one window is exchanged at a time, as long as that helps
+        tried: list[list[int]] = []
+        for k in range(len(held)):
+            others = [*held[:k], *held[k + 1 :]]
+            for new in range(1, windows):
+                if all(abs(new - other) > 1 for other in others):
+                    tried.append([*held[:k], new, *held[k + 1 :]])
+        nearest = min(tried, key=unlike)
+        cost = unlike(nearest)
         if not cost < best:
             return sorted(held)
         held, best = nearest, cost
-
-
-def _unlike(counts: Array, held: list[int], wanted: Array) -> float:
-    """How far the cells of some windows are from those wanted (Pearson's sum)."""
-    return float(np.sum((counts[held].sum(axis=0) - wanted) ** 2 / (wanted + 1.0)))

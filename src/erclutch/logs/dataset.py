@@ -14,7 +14,7 @@ from typing import cast
 import numpy as np
 from numpy.typing import NDArray
 
-from erclutch.errors import MappingError, SettingError, placed
+from erclutch.errors import MappingError, SettingError
 from erclutch.logs.covering_stretches import STRETCHES, covering
 from erclutch.logs.field_plateaus import plateaus
 from erclutch.signals.array import Array, Mask
@@ -70,8 +70,9 @@ class Dataset(Shown):
 
     def __repr__(self) -> str:
         extent = f"{self.duration:.4g} s at {1.0 / self.period:.4g} Hz"
-        stretches = [f"{len(self.clock.spans)} stretches"] if len(self.clock.spans) > 1 else []
-        return one_line(self, self.where, self.device, f"{self.rows} rows", extent, *stretches)
+        spans = len(self.clock.spans)
+        several = [f"{spans} stretches"] if spans > 1 else []
+        return one_line(self, self.where, self.device, f"{self.rows} rows", extent, *several)
 
     @property
     def rows(self) -> int:
@@ -81,20 +82,25 @@ class Dataset(Shown):
     @property
     def duration(self) -> float:
         """Seconds recorded, gaps left out."""
-        t = self.clock.time
-        return float(sum(t[s.stop - 1] - t[s.start] for s in self.clock.spans))
+        time = self.clock.time
+        return float(sum(time[span.stop - 1] - time[span.start] for span in self.clock.spans))
 
     @property
     def at_rest(self) -> Mask:
         """Rows in which no element slips by more than 2 % of the usual (RMS) slip, shape (n,)."""
-        slips = np.array([e.slip for e in self.elements])
-        return np.max(np.abs(slips), axis=0) < _AT_REST * float(np.sqrt(np.mean(slips**2)))
+        slips = np.array([element.slip for element in self.elements])
+        usual = float(np.sqrt(np.mean(slips**2)))
+        return np.max(np.abs(slips), axis=0) < _AT_REST * usual
 
     @property
     def one_way(self) -> bool:
         """Whether the slip of each element keeps its sign, and never comes near rest."""
-        least = [np.sign(e.slip[0]) * e.slip / (float(np.sqrt(np.mean(e.slip**2))) or 1.0) for e in self.elements]
-        return all(float(slip.min()) > _NEAR_REST for slip in least)
+        for element in self.elements:
+            usual = float(np.sqrt(np.mean(element.slip**2))) or 1.0
+            forward = np.sign(element.slip[0]) * element.slip / usual
+            if not float(forward.min()) > _NEAR_REST:
+                return False
+        return True
 
     @property
     def one_field(self) -> bool:
@@ -104,18 +110,22 @@ class Dataset(Shown):
     @property
     def period(self) -> float:
         """Sampling period in s: that of half of the rows or more, else one between the others; or the median step."""
-        even = sorted((s.period, s.stop - s.start) for s in self.clock.spans if s.period is not None)
+        spans = self.clock.spans
+        even = sorted((span.period, span.stop - span.start) for span in spans if span.period is not None)
         if not even:
             return float(np.median(np.diff(self.clock.time)))
         rows = np.cumsum(np.array([count for _, count in even]))
-        return even[int(np.searchsorted(rows, 0.5 * float(rows[-1])))][0]
+        middle = int(np.searchsorted(rows, 0.5 * float(rows[-1])))
+        return even[middle][0]
 
     @property
     def rates(self) -> tuple[float, float]:
         """Lowest and highest sampling rate of the stretches with equal steps, in Hz; equal where they are one rate."""
-        periods = [s.period for s in self.clock.spans if s.period is not None] or [self.period]
+        periods = [span.period for span in self.clock.spans if span.period is not None] or [self.period]
         slow, fast = max(periods), min(periods)
-        return (1 / slow, 1 / fast) if slow - fast > _SAME_RATE * fast else (1 / self.period, 1 / self.period)
+        if slow - fast > _SAME_RATE * fast:
+            return 1 / slow, 1 / fast
+        return 1 / self.period, 1 / self.period
 
     @property
     def named_signals(self) -> dict[str, tuple[Array, str]]:
@@ -134,7 +144,8 @@ class Dataset(Shown):
 
     def thinned(self, most: int) -> Dataset:
         """Every so-many-th row, so that at most ``most`` are left, without their past."""
-        return self.picked(slice(None, None, max(1, -(-self.rows // most))))
+        step = -(-self.rows // most)  # rounded up
+        return self.picked(slice(None, None, max(1, step)))
 
     def picked(self, rows: Mask | NDArray[np.intp] | slice) -> Dataset:
         """Some rows, lone ones too, without their past: for models that have no memory."""
@@ -237,9 +248,11 @@ def _drawn_out(angle: Array, clock: Clock) -> tuple[Array, int]:
     """An angle without the jumps of a sensor that starts again after a full turn, and how many there were."""
     if np.ptp(angle) > _TURN:
         return angle, 0
-    out = np.concatenate([np.unwrap(angle[span.start : span.stop]) for span in clock.spans])
-    turns = sum(int(np.sum(np.abs(np.diff(angle[s.start : s.stop])) > np.pi)) for s in clock.spans)
-    return (out, turns) if turns else (angle, 0)
+    parts = [angle[span.start : span.stop] for span in clock.spans]
+    turns = sum(int(np.sum(np.abs(np.diff(part)) > np.pi)) for part in parts)
+    if not turns:
+        return angle, 0
+    return np.concatenate([np.unwrap(part) for part in parts]), turns
 
 
 def device_of(log: Recording) -> DeviceName:
@@ -249,12 +262,16 @@ def device_of(log: Recording) -> DeviceName:
 
 def dataset_of(log: Recording, device: DeviceName, derivative: Derivative) -> Dataset:
     """The rows of one log; see `build_dataset`."""
-    log, lone = _without_lone_rows(log)
-    spans = tuple(Span(a, b, log.period if log.uniform else None) for a, b in log.segments)
-    clock = Clock(log.time, spans)
-    signals, units, notes = dict(log.signals), dict(log.units), list(log.notes)
-    if lone:
+    notes = list(log.notes)
+    neighboured = [(start, stop) for start, stop in log.segments if stop - start > 1]
+    lone = len(log.segments) - len(neighboured)
+    if lone and neighboured:
+        log = only_segments(log, neighboured)
         notes.append(f"{lone} row{'s' if lone > 1 else ''} between two gaps left out: they have no neighbour")
+    period = log.period if log.uniform else None
+    clock = Clock(log.time, tuple(Span(start, stop, period) for start, stop in log.segments))
+
+    signals, units = dict(log.signals), dict(log.units)
     for position, speed in SPEED_OF.items():
         if position in signals and speed not in signals:
             if units.get(position) == "rad":
@@ -264,17 +281,24 @@ def dataset_of(log: Recording, device: DeviceName, derivative: Derivative) -> Da
             signals[speed] = differentiate(signals[position], clock, derivative)
             units[speed] = f"{units[position]}/s" if units.get(position, "?") not in ("", "?") else "?"
             notes.append(f"{speed} <- {position} by the {derivative.name} derivative")
+
     effort = EFFORT_OF[device]
     needed = ("field", "slip") if device == "single" else ("theta_dot", "alpha_dot")
     missing = [name for name in (*needed, effort) if name not in signals]
     if missing:
         problem = f"no signal {', '.join(missing)} for device {device}; there are {', '.join(sorted(log.signals))}"
         raise MappingError(problem, where=log.name, remedy="Map a column to it, for example --effort 'F [N]'")
-    with placed(log.name):
-        for pair in (("E1", "E2"), ("theta_dot", "alpha_dot")) if device == "coaxial" else ():
-            _same_unit(units, *pair)
-    field = "field" if device == "single" else ("E1" if "E1" in signals else "E")
-    slip = "slip" if device == "single" else "theta_dot"
+    field, slip = "field", "slip"
+    if device == "coaxial":
+        field = "E1" if "E1" in signals else "E"
+        slip = "theta_dot"
+        for first, second in (("E1", "E2"), ("theta_dot", "alpha_dot")):
+            one, other = units.get(first), units.get(second)
+            if one is not None and other is not None and one != other:
+                one, other = one or "1", other or "1"
+                remedy = f"Give both the same unit, for example --{first} '{first} [{one}]'"
+                raise MappingError(f"{first} is in {one} and {second} in {other}", where=log.name, remedy=remedy)
+
     return Dataset(
         device=device,
         elements=elements_of(device, signals),
@@ -289,67 +313,54 @@ def dataset_of(log: Recording, device: DeviceName, derivative: Derivative) -> Da
     )
 
 
-def _without_lone_rows(log: Recording) -> tuple[Recording, int]:
-    """The log without segments of a single row, and how many there were."""
-    kept = [(a, b) for a, b in log.segments if b - a >= 2]
-    lone = len(log.segments) - len(kept) if kept else 0
-    return (only_segments(log, kept), lone) if lone else (log, 0)
-
-
 def only_segments(log: Recording, kept: Sequence[tuple[int, int]]) -> Recording:
     """The log with some of its segments, [start, stop) each."""
-    rows = np.concatenate([np.arange(a, b) for a, b in kept])
-    ends = np.cumsum([b - a for a, b in kept]).tolist()
+    rows = np.concatenate([np.arange(start, stop) for start, stop in kept])
+    ends = np.cumsum([0, *(stop - start for start, stop in kept)]).tolist()
     return replace(
         log,
         signals={name: values[rows] for name, values in log.signals.items()},
         extras={name: values[rows] for name, values in log.extras.items()},
         spare={name: values[rows] for name, values in log.spare.items()},
         time=log.time[rows],
-        segments=tuple((end - (b - a), end) for end, (a, b) in zip(ends, kept, strict=True)),
+        segments=tuple(itertools.pairwise(ends)),
     )
-
-
-def _same_unit(units: dict[str, str], first: str, second: str) -> None:
-    if first in units and second in units and units[first] != units[second]:
-        one, other = units[first] or "1", units[second] or "1"
-        remedy = f"Give both the same unit, for example --{first} '{first} [{one}]'"
-        raise MappingError(f"{first} is in {one} and {second} in {other}", remedy=remedy)
 
 
 def joined(parts: Sequence[Dataset]) -> Dataset:
     """Logs of one device in the same units, one after another; further inputs are those that all of them have."""
     if len(parts) == 1:
         return parts[0]
-    offsets = np.cumsum([0, *(part.rows for part in parts)])
-    spans = [
-        Span(int(offset) + s.start, int(offset) + s.stop, s.period)
-        for part, offset in zip(parts, offsets, strict=False)
-        for s in part.clock.spans
-    ]
-    extras, spare = (
-        {
-            name: np.concatenate([each[name] for each in columns])
-            for name in columns[0]
-            if all(name in each for each in columns)
-        }
-        for columns in ([part.extras for part in parts], [part.spare for part in parts])
-    )
+
+    spans: list[Span] = []
+    edges = [0]  # first row of each log, and the row behind the last
+    for part in parts:
+        begin = edges[-1]
+        spans += [Span(begin + span.start, begin + span.stop, span.period) for span in part.clock.spans]
+        edges.append(begin + part.rows)
+    elements: list[Element] = []
+    for each in zip(*(part.elements for part in parts), strict=True):  # the same element of every log
+        field = np.concatenate([element.field for element in each])
+        elements.append(Element(field, np.concatenate([element.slip for element in each])))
+
     return replace(
         parts[0],
-        elements=tuple(
-            Element(np.concatenate([e.field for e in each]), np.concatenate([e.slip for e in each]))
-            for each in zip(*(part.elements for part in parts), strict=True)
-        ),
-        effort=np.concatenate([p.effort for p in parts]),
-        extras=extras,
-        spare=spare,
-        clock=Clock(np.concatenate([p.clock.time for p in parts]), tuple(spans)),
-        sources=tuple(p.sources[0] for p in parts),
-        origins=tuple(origin for p in parts for origin in p.origins),
-        source_rows=tuple((int(a), int(b)) for a, b in itertools.pairwise(offsets)),
+        elements=tuple(elements),
+        effort=np.concatenate([part.effort for part in parts]),
+        extras=_shared_by_all([part.extras for part in parts]),
+        spare=_shared_by_all([part.spare for part in parts]),
+        clock=Clock(np.concatenate([part.clock.time for part in parts]), tuple(spans)),
+        sources=tuple(part.sources[0] for part in parts),
+        origins=tuple(origin for part in parts for origin in part.origins),
+        source_rows=tuple(itertools.pairwise(edges)),
         notes=tuple(dict.fromkeys(note for part in parts for note in part.notes)),
     )
+
+
+def _shared_by_all(logs: Sequence[Mapping[str, Array]]) -> dict[str, Array]:
+    """The columns that all logs have, one log after another."""
+    shared = [name for name in logs[0] if all(name in columns for columns in logs)]
+    return {name: np.concatenate([columns[name] for columns in logs]) for name in shared}
 
 
 def hold_out(dataset: Dataset, test: float | str | Sequence[str]) -> Mask:
@@ -374,8 +385,10 @@ def hold_out(dataset: Dataset, test: float | str | Sequence[str]) -> Mask:
             raise SettingError(f"a test share of {share}", where="--test", remedy=remedy)
         for log in dataset.source_rows:
             for start, stop in constant_stretches(dataset, *log) or [log]:
-                mask[start + round((1 - share) * (stop - start)) : stop] = True
+                trained = round((1 - share) * (stop - start))
+                mask[start + trained : stop] = True
         return mask
+
     patterns = (test,) if isinstance(test, str) else tuple(cast(Sequence[str], test))
     if patterns == (STRETCHES,):
         for log in dataset.source_rows:
@@ -400,16 +413,20 @@ def constant_stretches(dataset: Dataset, start: int, stop: int) -> list[tuple[in
     Between them there is a gap, or the field goes from level to level. The end of such a log is a field that no earlier
     row has, so a share of it is held out of each stretch.
     """
-    spans = [(s.start, s.stop) for s in dataset.clock.spans if start <= s.start and s.stop <= stop]
-    fields = [e.field for e in dataset.elements]
-    reach = _STEADY * max(float(np.abs(f).max()) for f in fields)
-    if not any(np.ptp(f[start:stop]) > reach for f in fields):
+    spans = [(span.start, span.stop) for span in dataset.clock.spans if start <= span.start and span.stop <= stop]
+    fields = [element.field for element in dataset.elements]
+    reach = _STEADY * max(float(np.abs(field).max()) for field in fields)
+    if not any(np.ptp(field[start:stop]) > reach for field in fields):
         return []
-    if all(np.ptp(f[a:b]) <= reach for f in fields for a, b in spans):
+    if all(np.ptp(field[first:last]) <= reach for field in fields for first, last in spans):
         return spans
-    levels = [(start + a, start + b) for a, b in plateaus([f[start:stop] for f in fields])]
-    parts = [(max(a, c), min(b, d)) for a, b in spans for c, d in levels]
-    return [(a, b) for a, b in parts if b > a]
+
+    # No gap from field to field: plateaus are sought, and cut where the log has a gap.
+    parts: list[tuple[int, int]] = []
+    levels = plateaus([field[start:stop] for field in fields])
+    for first, last in spans:
+        parts += [(max(first, start + begin), min(last, start + end)) for begin, end in levels]
+    return [(begin, end) for begin, end in parts if end > begin]
 
 
 def time_folds(dataset: Dataset, count: int) -> list[Mask]:
@@ -423,4 +440,4 @@ def time_folds(dataset: Dataset, count: int) -> list[Mask]:
         raise SettingError(problem, remedy="Give 2 blocks or more, of at least 20 rows each")
     edges = np.linspace(0, dataset.rows, count + 1).round().astype(int)
     row = np.arange(dataset.rows)
-    return [(row >= a) & (row < b) for a, b in itertools.pairwise(edges)]
+    return [(row >= first) & (row < last) for first, last in itertools.pairwise(edges)]

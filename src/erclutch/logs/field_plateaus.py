@@ -38,9 +38,10 @@ def plateaus(fields: Sequence[Array]) -> list[tuple[int, int]]:
     edges = [0, *(np.flatnonzero(changed) + 1).tolist(), rows]
     runs = list(pairwise(edges))
     distinct = {tuple(int(level[start]) for level in levels if level is not None) for start, _ in runs}
-    if not 1 < len(runs) <= _RETURNS * len(distinct) or min(stop - start for start, stop in runs) < _FEWEST_ROWS:
+    if not 1 < len(runs) <= _RETURNS * len(distinct):
         return []
-    return runs
+    shortest = min(stop - start for start, stop in runs)
+    return runs if shortest >= _FEWEST_ROWS else []
 
 
 def _levels(field: Array) -> NDArray[np.intp] | None:
@@ -48,14 +49,18 @@ def _levels(field: Array) -> NDArray[np.intp] | None:
     low, high = float(field.min()), float(field.max())
     if not high > low:
         return np.zeros(field.size, np.intp)
-    bins = np.minimum(((field - low) / (high - low) * _BINS).astype(np.intp), _BINS - 1)
+    share = (field - low) / (high - low)
+    bins = np.minimum((share * _BINS).astype(np.intp), _BINS - 1)
     often = np.bincount(bins, minlength=_BINS) >= max(_RARE * field.size, 1)
     begins = np.flatnonzero(often & ~np.append(False, often[:-1]))
     ends = np.flatnonzero(often & ~np.append(often[1:], False))
-    if bool(np.any(ends - begins >= _WIDEST)) or np.mean(often[bins]) < _ON_LEVELS:
+    too_wide = bool(np.any(ends - begins >= _WIDEST))
+    if too_wide or np.mean(often[bins]) < _ON_LEVELS:
         return None
     group = np.cumsum(np.isin(np.arange(_BINS), begins)) - 1  # of each bin that is often met
+
     # A row on the way takes the next row that is on a level; the last rows take the last level.
     on_level = np.flatnonzero(often[bins])
-    following = on_level[np.minimum(np.searchsorted(on_level, np.arange(field.size)), on_level.size - 1)]
+    place = np.searchsorted(on_level, np.arange(field.size))
+    following = on_level[np.minimum(place, on_level.size - 1)]
     return group[bins[following]].astype(np.intp)

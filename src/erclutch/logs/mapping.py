@@ -155,9 +155,11 @@ class ColumnMap:
             inputs = values.get("inputs", ())
             if not isinstance(inputs, list | tuple):
                 raise MappingError(f"inputs is {inputs!r}", remedy='Write it as a list: inputs = ["D [cm]"]')
-            time, constants = values.get("time"), _table_of(values, "constants")
-            if twice := sorted(columns.keys() & constants):
+            constants = _table_of(values, "constants")
+            twice = sorted(columns.keys() & constants)
+            if twice:
                 raise MappingError(f"{twice[0]} is given as a column and as a constant", remedy="Give one of the two")
+            time = values.get("time")
             return cls(
                 columns={name: _choice(name, value, source) for name, value in columns.items()},
                 time=None if time is None else _choice("time", time, source),
@@ -182,26 +184,32 @@ class ColumnMap:
         given = {key: options[key] for key in ("time", "rate", "lead", *_TEXT_KEYS) if key in options}
         if options.get("keep_values"):
             given["values"] = "keep"
+        given["columns"] = columns
+        given["inputs"] = list(options.get("input", ()))
         for option, example in (("constant", "0.5 A"), ("scale", "2.5 A/V")):
-            pairs = (pair.partition("=") for pair in options.get(option, ()))
-            given[f"{option}s"] = texts = {name.strip(): value for name, _, value in pairs}
+            texts: dict[str, str] = {}
+            for pair in options.get(option, ()):
+                name, _, text = pair.partition("=")
+                texts[name.strip()] = text
             unknown = [name for name in texts if name not in SIGNALS]
             if unknown:
-                raise MappingError(
-                    f"--{option} {unknown[0]!r} is no signal",
-                    remedy=f"Write it like --{option} 'field={example}'; signals are {', '.join(SIGNALS)}",
-                )
-        return cls.from_dict({**given, "columns": columns, "inputs": list(options.get("input", ()))}, source)
+                remedy = f"Write it like --{option} 'field={example}'; signals are {', '.join(SIGNALS)}"
+                raise MappingError(f"--{option} {unknown[0]!r} is no signal", remedy=remedy)
+            given[f"{option}s"] = texts
+        return cls.from_dict(given, source)
 
     def over(self, base: ColumnMap) -> ColumnMap:
         """This mapping with what it leaves open taken from another."""
+        # A signal is a column or a constant: whichever is chosen here, the other's choice of either is left out.
         chosen = {*self.columns, *self.constants}
+        columns = {name: choice for name, choice in base.columns.items() if name not in chosen}
+        constants = {name: text for name, text in base.constants.items() if name not in chosen}
         timed = self.time is not None or self.rate is not None
         texts = ("variable", "invalid", "decimal", "values", "inputs", "file")
         return replace(
             self,
-            columns={**{name: choice for name, choice in base.columns.items() if name not in chosen}, **self.columns},
-            constants={**{name: text for name, text in base.constants.items() if name not in chosen}, **self.constants},
+            columns={**columns, **self.columns},
+            constants={**constants, **self.constants},
             scales={**base.scales, **self.scales},
             time=self.time if timed else base.time,
             rate=self.rate if timed else base.rate,
@@ -277,8 +285,9 @@ def _choice(name: str, value: Any, source: str) -> ColumnChoice:
     parts = cast("Mapping[str, Any]", value if isinstance(value, Mapping) else {"column": value})
     _known(parts, _CHOICE_KEYS, f"key of {name}")
     column, unit, scale = parts.get("column"), parts.get("unit"), parts.get("scale", 1.0)
-    right = isinstance(column, str | int) and not isinstance(column, bool) and isinstance(unit, str | None)
-    if not right or isinstance(scale, bool) or not isinstance(scale, int | float) or not 0 < abs(scale) < float("inf"):
+    named = isinstance(column, str | int) and not isinstance(column, bool) and isinstance(unit, str | None)
+    a_number = isinstance(scale, int | float) and not isinstance(scale, bool)
+    if not named or not a_number or not 0 < abs(scale) < float("inf"):
         raise MappingError(f"the column for {name} is {value!r}", remedy=f'Write it like {name} = "V [cm/s]"')
     return ColumnChoice(cast("str | int", column), cast("str | None", unit), float(scale), source)
 

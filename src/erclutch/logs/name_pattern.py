@@ -34,20 +34,22 @@ def constants_of(pattern: str, name: str) -> dict[str, tuple[float, str | None]]
     if not keys or len(set(keys)) < len(keys) or re.search(r"[{}]", _FIELD.sub("", pattern)):
         problem = f"the name pattern '{pattern}' is not a template with different fields"
         raise MappingError(problem, remedy="Write it like {amplitude}mm{frequency}Hz{field}A")
-    literals = _FIELD.split(pattern)[::3]
+    literals = _FIELD.split(pattern)[::3]  # what stands between the fields
     expression = _NUMBER.join(re.escape(literal) for literal in literals)
-    stems = [name] + [name[:at] for at, letter in enumerate(name) if letter == "."]
-    found = next((match for stem in stems if (match := re.fullmatch(expression, stem))), None)
+    stems = [name, *(name[:at] for at, letter in enumerate(name) if letter == ".")]
+    matches = (re.fullmatch(expression, stem) for stem in stems)
+    found = next((match for match in matches if match is not None), None)
     if found is None:
         raise MappingError(
             f"the file's name does not match the pattern '{pattern}'",
             remedy="Rename the file or correct name_pattern (x stands for the decimal point)",
         )
-    result: dict[str, tuple[float, str | None]] = {}
-    for key, unit, number, after in zip(
-        keys, (match.group(2) for match in fields), found.groups(), literals[1:], strict=True
-    ):
+
+    numbers: dict[str, tuple[float, str | None]] = {}
+    for field, number, after in zip(fields, found.groups(), literals[1:], strict=True):
+        unit = field.group(2)
         letters = _UNIT_AFTER.match(after)
-        unit = unit or (letters.group() if letters and units.is_unit(letters.group()) else None)
-        result[key] = (float(number.replace("x", ".")), unit)
-    return result
+        if not unit:
+            unit = letters.group() if letters and units.is_unit(letters.group()) else None
+        numbers[field.group(1)] = (float(number.replace("x", ".")), unit)
+    return numbers

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import itertools
 import math
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
 from functools import cache
@@ -52,30 +53,36 @@ def resampled(log: Recording, rate: float) -> Recording:
     if rows > _MOST_ROWS:
         remedy = f"Give {rate * _MOST_ROWS / rows:.3g} Hz or less: a higher rate than that of the log tells no more"
         raise SettingError(f"{rate:g} Hz makes {rows:,.0f} rows of {log.rows:,}", where=log.name, remedy=remedy)
+
+    # A stretch becomes the rows of the new rate, counted from its first, whose filter lies inside the stretch.
     up, down = ratio.numerator, ratio.denominator
-    places = [_places(b - a, up, down) for a, b in log.segments]
-    kept = [(k, place) for k, place in enumerate(places) if len(place) > 1]
+    half = _REACH * max(up, down)  # reach of the filter, at the rate of up times the log's
+    first = math.ceil(half / down)
+    kept: list[tuple[int, int, range]] = []  # rows [start, stop) of a stretch, and its new rows
+    for start, stop in log.segments:
+        last = ((stop - start - 1) * up - half) // down
+        if last > first:
+            kept.append((start, stop, range(first, last + 1)))
     if not kept:
         reach = 2 * _REACH * max(down / up, 1.0)
         problem = f"no gapless stretch is longer than the {reach:.0f} rows that the filter to {rate:g} Hz reaches over"
         raise SettingError(problem, where=log.name, remedy="Give a higher rate, or a longer log")
 
-    def every(values: Array) -> Array:
-        parts = [_moved(_even(values, log, k), place, up, down) for k, place in kept]
-        whole = np.concatenate(parts)
-        whole.setflags(write=False)
-        return whole
+    def moved(signals: Mapping[str, Array]) -> Mapping[str, Array]:
+        found: dict[str, Array] = {}
+        for name, values in signals.items():
+            stretches = [_moved(_even(values, log, start, stop), place, up, down) for start, stop, place in kept]
+            found[name] = _joined(stretches)
+        return MappingProxyType(found)
 
-    begins = [log.time[log.segments[k][0]] + place.start / rate for k, place in kept]
-    time = np.concatenate([t + np.arange(len(place)) / rate for t, (_, place) in zip(begins, kept, strict=True)])
-    time.setflags(write=False)
+    time = _joined([log.time[start] + place.start / rate + np.arange(len(place)) / rate for start, _, place in kept])
     require_rows(time.size)
-    ends = np.cumsum([0, *(len(place) for _, place in kept)]).tolist()
+    ends = np.cumsum([0, *(len(place) for _, _, place in kept)]).tolist()
     return replace(
         log,
-        signals=MappingProxyType({name: every(values) for name, values in log.signals.items()}),
-        extras=MappingProxyType({name: every(values) for name, values in log.extras.items()}),
-        spare=MappingProxyType({name: every(values) for name, values in log.spare.items()}),
+        signals=moved(log.signals),
+        extras=moved(log.extras),
+        spare=moved(log.spare),
         time=time,
         period=1.0 / rate,
         segments=tuple(itertools.pairwise(ends)),
@@ -97,17 +104,14 @@ def _note(log: Recording, rate: float, dropped: int) -> str:
     )
 
 
-def _places(rows: int, up: int, down: int) -> range:
-    """The rows of the new rate, counted from a stretch's first, whose filter lies inside the stretch."""
-    half = _REACH * max(up, down)
-    first = math.ceil(half / down)
-    last = ((rows - 1) * up - half) // down
-    return range(first, max(last + 1, first))
+def _joined(stretches: Sequence[Array]) -> Array:
+    whole = np.concatenate(stretches)
+    whole.setflags(write=False)
+    return whole
 
 
-def _even(values: Array, log: Recording, segment: int) -> Array:
+def _even(values: Array, log: Recording, start: int, stop: int) -> Array:
     """The samples of a stretch at equal steps."""
-    start, stop = log.segments[segment]
     part = values[start:stop]
     if log.uniform:
         return part
@@ -122,11 +126,13 @@ def _moved(values: Array, place: range, up: int, down: int) -> Array:
 
     if np.ptp(values) == 0.0:
         return np.full(len(place), values[0])
-    taps, middle = low_pass_taps(max(up, down)), float(np.mean(values))
+    taps = low_pass_taps(max(up, down))
     skip = len(taps) // 2  # the filter's delay, at the rate of up times the log's
-    lead = -skip % down
-    filtered = upfirdn(np.concatenate([np.zeros(lead), taps]), values - middle, up, down)
-    weight = upfirdn(np.concatenate([np.zeros(lead), taps]), np.ones(values.size), up, down)
+    lead = -skip % down  # zeros in front make the delay a whole number of new rows
+    delayed = np.concatenate([np.zeros(lead), taps])
+    middle = float(np.mean(values))
+    filtered = upfirdn(delayed, values - middle, up, down)
+    weight = upfirdn(delayed, np.ones(values.size), up, down)
     first = (skip + lead) // down + place.start
     rows = slice(first, first + len(place))
     return np.asarray(filtered[rows] / weight[rows] + middle, np.float64)

@@ -11,7 +11,6 @@ from erclutch.logs.columns import candidates
 from erclutch.logs.labels import split_label
 from erclutch.logs.mapping import ColumnChoice, ColumnMap
 from erclutch.logs.name_pattern import constants_of
-from erclutch.logs.plan import NEEDS
 from erclutch.logs.planning import plan_of
 from erclutch.logs.seen_columns import seen_columns
 from erclutch.logs.table import Table
@@ -30,30 +29,36 @@ def logs_of(
     """
     logs: list[tuple[str, Table, ColumnMap]] = []
     for name, table in tables.items():
-        effort = NEEDS[device or table.device or "single"][-1][0][0]
+        effort = "T" if (device or table.device) == "coaxial" else "effort"
         efforts = _efforts(table, chosen, device, effort)
+        if not efforts:  # the plan finds it, or asks
+            logs.append((name, table, _named(chosen, [name])))
         for each in efforts:
-            called = " ".join(part for part in (name, str(each.column) if each and len(efforts) > 1 else "") if part)
-            own = chosen if each is None else replace(chosen, columns={**chosen.columns, effort: each})
-            logs.append((called, table, _named(own, [str(each.column).lstrip("- ") if each else name, name])))
+            column = str(each.column)
+            called = f"{name} {column}".strip() if len(efforts) > 1 else name
+            own = replace(chosen, columns={**chosen.columns, effort: each})
+            logs.append((called, table, _named(own, [column.lstrip("- "), name])))
     return [(name, table, _numbered(own, at, len(logs))) for at, (name, table, own) in enumerate(logs)]
 
 
-def _efforts(table: Table, chosen: ColumnMap, device: DeviceName | None, effort: str) -> list[ColumnChoice | None]:
-    """The columns that are efforts of their own; [None] where there is but one or none."""
+def _efforts(table: Table, chosen: ColumnMap, device: DeviceName | None, effort: str) -> list[ColumnChoice]:
+    """The columns that are efforts of their own; none where the effort is one column, or nobody knows of any."""
     choice = chosen.columns.get(effort)
     if choice is None:
         plan = plan_of(table, replace(chosen, name_pattern=None), device=device)
-        asked = any(question.signal == effort for question in plan.questions)
-        found = candidates(seen_columns(table), effort, [each.column for each in plan.signals])[0] if asked else []
-        return [ColumnChoice(each, source="each is a log") for each in found] if len(found) > 1 else [None]
+        if not any(question.signal == effort for question in plan.questions):
+            return []
+        taken = [each.column for each in plan.signals]
+        found, _ = candidates(seen_columns(table), effort, taken)
+        return [ColumnChoice(each, source="each is a log") for each in found] if len(found) > 1 else []
+
     text = str(choice.column)
     if "*" not in text or text in table.columns:
-        return [None]
+        return []
     sign = "-" if text.startswith("-") else ""
     name, unit = split_label(text.removeprefix("-").strip())
     found = [each for each in table.columns if fnmatchcase(each, name)]
-    return [replace(choice, column=sign + each, unit=choice.unit or unit) for each in found] or [None]
+    return [replace(choice, column=sign + each, unit=choice.unit or unit) for each in found]
 
 
 def _named(chosen: ColumnMap, names: list[str]) -> ColumnMap:
@@ -63,7 +68,9 @@ def _named(chosen: ColumnMap, names: list[str]) -> ColumnMap:
             found = constants_of(chosen.name_pattern or "", name)
         except MappingError:
             continue
-        texts = {key: f"{number!r} {unit or ''}".strip() for key, (number, unit) in found.items()}
+        texts: dict[str, str] = {}
+        for key, (number, unit) in found.items():
+            texts[key] = f"{number!r} {unit}" if unit else f"{number!r}"
         return replace(chosen, name_pattern=None, constants={**texts, **chosen.constants})
     return chosen
 

@@ -125,7 +125,8 @@ def is_rate_of(speed: Array, position: Array, stamps: Array | None) -> bool:
 
 def is_usual_ratio(ratio: float) -> bool:
     """Whether a ratio is one that mixed units make: of millimetres to metres, of degrees to radians."""
-    return any(abs(ratio * factor - 1.0) < _CLOSE for each in _RATIOS for factor in (each, 1.0 / each))
+    factors = [*_RATIOS, *(1.0 / each for each in _RATIOS)]
+    return any(abs(ratio * factor - 1.0) < _CLOSE for factor in factors)
 
 
 def over_rate(speed: Array, position: Array, stamps: Array) -> float | None:
@@ -138,26 +139,35 @@ def over_rate(speed: Array, position: Array, stamps: Array) -> float | None:
         position: shape (n,).
         stamps: in s, shape (n,).
     """
-    v, x, t = (each[:_ROWS] for each in (speed, position, stamps))
+    v, x, t = speed[:_ROWS], position[:_ROWS], stamps[:_ROWS]
     known = np.isfinite(v) & np.isfinite(x) & np.isfinite(t)
     v, x, t = v[known], x[known], t[known]
-    if v.size < _FEW or np.ptp(v) == 0.0 or np.ptp(x) == 0.0 or np.any(np.diff(t) < 0) or t[0] == t[-1]:
+    if v.size < _FEW or np.ptp(v) == 0.0 or np.ptp(x) == 0.0:
         return None
-    travel = np.concatenate([[0.0], np.cumsum(0.5 * (v[1:] + v[:-1]) * np.diff(t))])
-    drift = np.column_stack([np.ones_like(t), t - t[0]])  # an offset of the speed is none of the motion's
-    travel, moved = (each - drift @ np.linalg.lstsq(drift, each, rcond=None)[0] for each in (travel, x))
+    if np.any(np.diff(t) < 0) or t[0] == t[-1]:
+        return None
+    trapezoids = 0.5 * (v[1:] + v[:-1]) * np.diff(t)
+    travel = np.concatenate([[0.0], np.cumsum(trapezoids)])
+
+    # An offset of the speed is none of the motion's: both are compared without a drift.
+    drift = np.column_stack([np.ones_like(t), t - t[0]])
+    travel = travel - drift @ np.linalg.lstsq(drift, travel, rcond=None)[0]
+    moved = x - drift @ np.linalg.lstsq(drift, x, rcond=None)[0]
     if np.ptp(moved) <= 1e-9 * np.ptp(x) or np.ptp(travel) == 0.0:
         return None
-    alike = float(travel @ moved / np.sqrt((travel @ travel) * (moved @ moved)))
-    ratio = float(travel @ moved / (moved @ moved))
-    return ratio if abs(alike) > _ALIKE else None
+    together, square = float(travel @ moved), float(moved @ moved)
+    alike = together / float(np.sqrt((travel @ travel) * square))
+    return together / square if abs(alike) > _ALIKE else None
 
 
 def follows(effort: Array, motion: Array) -> bool:
     """Whether a column takes both signs and goes with a motion or its rate, as the effort of a brake or damper does."""
     known = np.isfinite(effort) & np.isfinite(motion)
-    known &= np.abs(effort) <= _BEYOND * np.quantile(np.abs(effort[known]), 0.75) if known.any() else known  # no codes
+    if known.any():  # codes for no measurement lie far beyond
+        usual = np.quantile(np.abs(effort[known]), 0.75)
+        known &= np.abs(effort) <= _BEYOND * usual
     f, v = effort[known][:_ROWS], motion[known][:_ROWS]
     if f.size < _FEW or not (f.min() < 0.0 < f.max()) or np.ptp(v) == 0.0:
         return False
-    return any(abs(float(np.corrcoef(f, each)[0, 1])) > _FOLLOWS for each in (v, np.gradient(v)) if np.ptp(each) > 0.0)
+    motions = [each for each in (v, np.gradient(v)) if np.ptp(each) > 0.0]
+    return any(abs(float(np.corrcoef(f, each)[0, 1])) > _FOLLOWS for each in motions)

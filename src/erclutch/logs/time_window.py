@@ -32,9 +32,10 @@ def within(
     if begin is None and end is None and skip is None:
         return log
     first, last = float(log.time[0]), float(log.time[-1])
-    start, stop = _start(log, begin, skip), last if end is None else end
+    start = _start(log, begin, skip)
+    stop = last if end is None else end
     kept = _kept(log, start, stop)
-    rows = sum(b - a for a, b in kept)
+    rows = sum(after - row for row, after in kept)
     _require(rows, log.name, (start, stop), (first, last))
     note = f"taken from {start:.6g} s to {stop:.6g} s: {rows:,} of {log.rows:,} rows"
     return replace(only_segments(log, kept), notes=(*log.notes, note))
@@ -48,17 +49,23 @@ def batches_within(
     Raises:
         SettingError: see `within`; the number of rows is known at the end.
     """
-    first, last, start, stop, rows, name = None, 0.0, 0.0, 0.0, 0, ""
+    first: float | None = None
+    last = start = stop = 0.0
+    rows = 0
+    name = ""
     for batch in batches:
         log = batch.recording
         if first is None:
-            first, name = float(log.time[0]), log.name
-            start, stop = _start(log, begin, skip), np.inf if end is None else end
+            first = float(log.time[0])
+            name = log.name
+            start = _start(log, begin, skip)
+            stop = np.inf if end is None else end
             log = replace(log, notes=(*log.notes, f"taken from {start:.6g} s to {stop:.6g} s"))
         last = float(log.time[-1])
-        if kept := _kept(log, start, stop):
-            places = np.concatenate([batch.rows[a:b] for a, b in kept])
-            rows += int(np.count_nonzero((places >= batch.start) & (places < batch.stop)))
+        kept = _kept(log, start, stop)
+        if kept:
+            places = np.concatenate([batch.rows[row:after] for row, after in kept])
+            rows += int(np.count_nonzero((places >= batch.start) & (places < batch.stop)))  # without the margins
             yield replace(batch, recording=only_segments(log, kept), rows=places)
         else:
             yield replace(batch, recording=log, rows=np.full_like(batch.rows, -1))
@@ -77,12 +84,16 @@ def _kept(log: Recording, start: float, stop: float) -> list[tuple[int, int]]:
     """The segments of a recording that lie in a window, or their parts."""
     slack = 1e-6 * log.period  # a time that was typed is not the stamp to the last bit
     inside = (log.time >= start - slack) & (log.time <= stop + slack)
-    return [(a + low, a + high) for a, b in log.segments for low, high in stretches(inside[a:b])]
+    kept: list[tuple[int, int]] = []
+    for row, after in log.segments:
+        kept += [(row + low, row + high) for low, high in stretches(inside[row:after])]
+    return kept
 
 
 def _require(rows: int, name: str, window: tuple[float, float], whole: tuple[float, float]) -> None:
     if rows < MINIMUM_ROWS:
-        until = f" and up to {window[1]:g} s" if window[1] < whole[1] else ""
-        problem = f"{rows} rows lie from {window[0]:g} s on{until}, {MINIMUM_ROWS} are needed"
-        remedy = f"The log goes from {whole[0]:.6g} s to {whole[1]:.6g} s: widen --from, --until or --skip"
+        (start, stop), (first, last) = window, whole
+        until = f" and up to {stop:g} s" if stop < last else ""
+        problem = f"{rows} rows lie from {start:g} s on{until}, {MINIMUM_ROWS} are needed"
+        remedy = f"The log goes from {first:.6g} s to {last:.6g} s: widen --from, --until or --skip"
         raise SettingError(problem, where=name, remedy=remedy)

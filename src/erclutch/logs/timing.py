@@ -93,29 +93,39 @@ def from_stamps(stamps: Array, same: Mask, *, column: str, hint: float | None = 
     _refuse_no_clock(stamps, column)
     notes: list[str] = []
     keep = np.ones(stamps.size, dtype=np.bool_)
-    found = _regular(stamps, grain, column, hint)
+    regular = _regular(stamps, grain, column, hint)
+
+    # Rows with the stamp of the row before: written twice, or by a busy logger, or stamped more coarsely than sampled.
     repeats = np.concatenate(([False], np.diff(stamps) == 0))
-    busy = found.wander > 1.0 and int((repeats & ~same).sum()) > int((repeats & same).sum()) and _steady(stamps, found)
-    if repeats.any() and not busy and (_stray(repeats) or (found.wander > 1.0 and np.mean(repeats & ~same) <= _COARSE)):
-        keep, notes = ~repeats, [_dropped(repeats, same, column)]
-        stamps = stamps[keep]
-        require_rows(stamps.size)
-        found = _regular(stamps, found.grain[keep], column, hint)
-    period, uniform = found.period, found.wander <= 1.0
+    if repeats.any():
+        written_twice = repeats & same
+        other_values = repeats & ~same
+        wanders = regular.wander > 1.0
+        busy = wanders and other_values.sum() > written_twice.sum() and _steady(stamps, regular)
+        if not busy and (_stray(repeats) or (wanders and np.mean(other_values) <= _COARSE)):
+            keep = ~repeats
+            notes.append(_dropped(repeats, same, column))
+            stamps = stamps[keep]
+            require_rows(stamps.size)
+            regular = _regular(stamps, regular.grain[keep], column, hint)
+
+    period = regular.period
+    uniform = regular.wander <= 1.0
     _refuse_short(period, column)
-    steps = np.delete(np.diff(stamps), [start - 1 for start in found.starts[1:]])
-    regular = steps.size == 0 or np.abs(steps - period).max() <= 1e-6 * period
-    if not uniform and _steady(stamps, found):
-        late = float(np.percentile(np.abs(stamps - found.grid), 99))
+    steps = np.delete(np.diff(stamps), [start - 1 for start in regular.starts[1:]])  # without the gaps
+    if not uniform and _steady(stamps, regular):
+        late = float(np.percentile(np.abs(stamps - regular.grid), 99))
         notes.append(
             f"stamps of {column} come up to {late:.2g} s early or late about a steady {period:.6g} s, and no row is "
             "missing: put on the regular grid"
         )
-        stamps, uniform = found.grid, True
+        stamps, uniform = regular.grid, True
     elif uniform:
-        if float(np.abs(found.grid - stamps).max()) > 1e-9 * period and not regular:
-            notes.append(_restored(stamps, found.grain, period, column))
-            stamps = found.grid
+        even = steps.size == 0 or np.abs(steps - period).max() <= 1e-6 * period
+        moved = float(np.abs(regular.grid - stamps).max())
+        if moved > 1e-9 * period and not even:
+            notes.append(_restored(stamps, regular.grain, period, column))
+            stamps = regular.grid
     elif not np.all(steps > 0):
         raise TimingError(
             f"column {column} repeats its stamps without a pattern",
@@ -125,7 +135,7 @@ def from_stamps(stamps: Array, same: Mask, *, column: str, hint: float | None = 
         spread = float(np.percentile(steps, 99) - np.percentile(steps, 1))
         about = f"steps of {column} spread by {spread:.3g} s about {period:.4g} s"
         notes.append(f"the sampling is not uniform ({about}): the stamps are kept")
-    return LogClock(stamps, period, found.starts, uniform, keep, (*restarts, *notes, *found.gaps))
+    return LogClock(stamps, period, regular.starts, uniform, keep, (*restarts, *notes, *regular.gaps))
 
 
 def require_rows(rows: int) -> None:
@@ -185,16 +195,21 @@ def _restarted(stamps: Array, column: str) -> tuple[Array, tuple[str, ...]]:
     if not back.size or back.size > 0.01 * stamps.size or not np.any(steps > 0):
         return stamps, ()
     pause = _PAUSE * float(np.percentile(steps[steps > 0], 90))
-    if np.any(stamps[back] > stamps[0] + pause) or np.any(stamps[back - 1] - stamps[back] < pause):
+    near_the_start = stamps[back] <= stamps[0] + pause
+    far_back = stamps[back - 1] - stamps[back] >= pause
+    if not np.all(near_the_start & far_back):
         return stamps, ()
     if back[-1] == stamps.size - 1 or np.any(steps[back] > pause):
         return stamps, ()  # one damaged stamp: the clock goes on as before it
+
     shift = np.zeros(stamps.size)
     shift[back] = pause - steps[back - 1]
     rows = ", ".join(f"{row + 1:,}" for row in back[:5]) + (", ..." if back.size > 5 else "")
     note = f"{column} begins anew in data row {rows}: a new stretch each time, {pause:.3g} s after the last"
     joined = stamps + np.cumsum(shift)
-    return (joined, (note,)) if np.all(joined[back] - joined[back - 1] > 0.9 * pause) else (stamps, ())
+    if not np.all(joined[back] - joined[back - 1] > 0.9 * pause):
+        return stamps, ()  # stamps so large that a pause is lost in their rounding
+    return joined, (note,)
 
 
 def _resolution(stamps: Array) -> Array:
@@ -202,12 +217,13 @@ def _resolution(stamps: Array) -> Array:
 
     "24.6492" among "0.0003328" is the mark of six significant digits, so decimals are counted decade by decade.
     """
+    magnitude = np.abs(stamps)
+    noise = 4 * np.spacing(magnitude.max())
     decimals = np.zeros(stamps.size)
-    noise = 4 * np.spacing(np.abs(stamps).max())
     for places in range(12):
         scaled = stamps * 10.0**places
         decimals[np.abs(scaled - np.rint(scaled)) > noise * 10.0**places] = places + 1
-    magnitude = np.abs(stamps)
+
     decade = np.floor(np.log10(np.maximum(magnitude, 1e-12))).astype(np.int64)
     grain = np.empty(stamps.size)
     finest = 0.0
@@ -215,7 +231,9 @@ def _resolution(stamps: Array) -> Array:
         finest = max(finest, float(decimals[decade == value].max()))
         grain[decade == value] = 10.0**-finest
     grain = np.where(grain <= 1e-11, noise, grain)
-    if np.array_equal(stamps.astype(np.float32).astype(np.float64), stamps) and decimals.max() > 6:
+
+    is_float32 = np.array_equal(stamps.astype(np.float32).astype(np.float64), stamps)
+    if is_float32 and decimals.max() > 6:
         grain = np.maximum(grain, np.spacing(magnitude.astype(np.float32)).astype(np.float64))
     steps = np.diff(stamps)
     if np.mean(steps == 0) > _COARSE:  # a tick that is no power of ten, such as the 15.6 ms of an operating system
@@ -238,7 +256,8 @@ def _stray(repeats: Mask) -> bool:
 
 
 def _dropped(repeats: Mask, same: Mask, column: str) -> str:
-    alike, different = int((repeats & same).sum()), int((repeats & ~same).sum())
+    alike = int((repeats & same).sum())
+    different = int((repeats & ~same).sum())
     parts = [f"{alike} rows that repeat the row before were dropped"] * (alike > 0)
     if different:
         which = f"{different} rows with the {column} of the row before but other values"
@@ -252,7 +271,9 @@ def _cut(stamps: Array, grain: Array, period: float, column: str) -> tuple[tuple
     rounding = np.maximum(grain[1:], grain[:-1])
     shortest = min(period, float(np.median(steps[steps > 0])))
     printed = np.ceil(shortest / rounding - 0.02) * rounding  # the longest step that rounding makes of one period
-    gaps = np.flatnonzero(steps > np.maximum(_GAP * period, printed) * (1 + 1e-9) + 1e-9 * period)
+    longest_step = np.maximum(_GAP * period, printed)
+    gaps = np.flatnonzero(steps > longest_step * (1 + 1e-9) + 1e-9 * period)
+
     doubtful = gaps[steps[gaps] <= _GAP * period + rounding[gaps]]
     if doubtful.size > 2 and np.ptp(np.diff(doubtful)) <= 2:  # a period just above the resolution: equal distances
         gaps = np.setdiff1d(gaps, doubtful)
@@ -261,10 +282,13 @@ def _cut(stamps: Array, grain: Array, period: float, column: str) -> tuple[tuple
         gaps = np.flatnonzero(steps > 10 * float(np.percentile(steps, 90)))
     if not gaps.size:
         return (0,), ()
+
     longest = int(gaps[np.argmax(steps[gaps])])
     where = f"longest {steps[longest]:.4g} s after {stamps[longest]:.6g} s"
     count = f"{gaps.size} gap{'s' if gaps.size > 1 else ''}"
-    return (0, *(int(row) + 1 for row in gaps)), (f"{count} in {column} ({where}): cut into {gaps.size + 1} segments",)
+    note = f"{count} in {column} ({where}): cut into {gaps.size + 1} segments"
+    starts = (0, *(gaps + 1).tolist())
+    return starts, (note,)
 
 
 def _lasting(stamps: Array, period: float, gaps: NDArray[np.intp]) -> NDArray[np.intp]:
@@ -295,21 +319,25 @@ def _lasting(stamps: Array, period: float, gaps: NDArray[np.intp]) -> NDArray[np
     return np.array(sorted(lasting), dtype=np.intp)
 
 
-def _steady(stamps: Array, found: _Regular) -> bool:
+def _steady(stamps: Array, regular: _Regular) -> bool:
     """Whether stamps that wander belong to a steady sampler whose logger was busy.
 
     Their distances to the grid then have no memory: over 60 rows they average out. A clock that drifts, or rows that
     are taken when something happens, stay away from any grid.
     """
-    away = (stamps - found.grid) / found.period
+    away = (stamps - regular.grid) / regular.period
     if float(np.std(away)) > 1.0:
         return False
+
+    # Steps of one, two, three periods: rows are missing everywhere, and no stamp is late.
     steps = np.diff(stamps)
     periods = steps / float(np.percentile(steps[steps > 0], 30))
     whole = np.abs(periods - np.rint(periods)) < _WHOLE
-    if np.mean(whole) > _MOSTLY and np.mean(whole & (periods > 1.5)) > 1.0 - _MOSTLY:
-        return False  # steps of one, two, three periods: rows are missing everywhere, and no stamp is late
-    for start, stop in zip(found.starts, (*found.starts[1:], stamps.size), strict=True):
+    several = whole & (periods > 1.5)
+    if np.mean(whole) > _MOSTLY and np.mean(several) > 1.0 - _MOSTLY:
+        return False
+
+    for start, stop in zip(regular.starts, (*regular.starts[1:], stamps.size), strict=True):
         part = away[start:stop]
         width = min(_BUSY, part.size)
         averages = np.convolve(part, np.full(width, 1.0 / width), "valid")
@@ -335,16 +363,21 @@ def _grid(
         index -= float(weight @ index) / float(weight.sum())
         product += float((weight * index) @ (stamps[span] - stamps[span.start]))
         square += float((weight * index) @ index)
-    fitted = product / square if square > 0 else period
-    slack = float(grain.max()) / max(max(span.stop - span.start for span in spans) - 1, 1)
+    fitted = product / square if square > 0 else period  # [s]
     grid, wander = _line(stamps, allowed, spans, fitted)
-    if wander <= 1.0:  # among the periods that the stamps cannot tell apart: the header's, else the shortest number
-        shorter = [float(f"{fitted:.{digits}g}") for digits in range(1, 13)]
-        for other in [hint, *shorter] if hint else shorter:
-            if abs(other - fitted) <= max(slack, 1e-12 * fitted):
-                trial, distance = _line(stamps, allowed, spans, other)
-                if distance <= max(1.05 * wander, 0.7):
-                    return trial, other, distance
+    if wander > 1.0:
+        return grid, fitted, wander
+
+    # Among the periods that the stamps cannot tell apart, the header's is taken, else the shortest number.
+    longest = max(span.stop - span.start for span in spans)
+    slack = max(float(grain.max()) / max(longest - 1, 1), 1e-12 * fitted)  # [s]
+    shorter = [float(f"{fitted:.{digits}g}") for digits in range(1, 13)]
+    for other in [hint, *shorter] if hint else shorter:
+        if abs(other - fitted) > slack:
+            continue
+        trial, distance = _line(stamps, allowed, spans, other)
+        if distance <= max(1.05 * wander, 0.7):
+            return trial, other, distance
     return grid, fitted, wander
 
 
@@ -355,7 +388,8 @@ def _line(stamps: Array, allowed: Array, spans: Sequence[slice], period: float) 
     for span in spans:
         line: Array = period * np.arange(span.stop - span.start, dtype=np.float64)
         rest = stamps[span] - line
-        low, high = float((rest - allowed[span]).max()), float((rest + allowed[span]).min())
+        low = float((rest - allowed[span]).max())  # between low and high, all stamps are as near as allowed
+        high = float((rest + allowed[span]).min())
         begin = float(rest[0]) if low <= rest[0] <= high else 0.5 * (low + high)
         grid[span] = begin + line
         wander = max(wander, float((np.abs(rest - begin) / allowed[span]).max()))
