@@ -82,6 +82,14 @@ def test_the_time_may_be_an_index_or_a_column(index: str) -> None:
     assert np.array_equal(again.signals["effort"], log.signals["effort"])
 
 
+def test_a_sensor_in_volts_among_several_missing_things_gets_a_label_and_a_scale() -> None:
+    frame = pd.DataFrame({"force [V]": np.sin(np.arange(100.0)), "b": np.cos(np.arange(100.0))})
+    with pytest.raises(ErclutchError, match="4 things are missing") as caught:
+        erclutch.read(frame)
+    assert "'effort': 'force'" in str(caught.value)
+    assert "effort=2.5 N*m/V" in str(caught.value)
+
+
 @pytest.mark.parametrize("what", [None, [1, 2], {"a": [1]}, pd.Series([1.0]), np.zeros((20, 3)), 7])
 def test_what_is_no_frame_is_refused(what: Any) -> None:
     with pytest.raises(ErclutchError, match="Give the path of a file, or a pandas DataFrame"):

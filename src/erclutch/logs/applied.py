@@ -46,11 +46,15 @@ def apply_rows(plan: Plan, table: Table) -> tuple[Recording, NDArray[np.int64]]:
         assert clock_plan is not None, "a plan without a clock has a question about it"
         notes = list(plan.notes)
 
-        signals = {each.signal: _values(each, table) for each in plan.signals}  # each of shape (rows of the table,)
+        # Values in the unit of the recording, each of shape (rows of the table,).
+        signals = {each.signal: _values(each, table) for each in plan.signals}
         inputs = {each.column: _values(each, table) for each in plan.inputs}
-        spare = {name: table.planned(name) for name in plan.spare}
-        spare = {name: values for name, values in spare.items() if np.isfinite(values).all()}
-        names = {each.signal: each.column for each in plan.signals if each.column}
+        units_of = {each.signal: each.si for each in plan.signals}
+        spare: dict[str, Array] = {}
+        for name in plan.spare:
+            values = table.planned(name)
+            if np.isfinite(values).all():
+                spare[name] = values
 
         rows = np.arange(table.rows)
         if clock_plan.kind == "column":
@@ -59,10 +63,10 @@ def apply_rows(plan: Plan, table: Table) -> tuple[Recording, NDArray[np.int64]]:
                 _refuse_or_note(table, {clock_plan.column: unstamped}, plan.invalid, notes)
                 rows = rows[~unstamped]
         clock = clock_of(clock_plan, table, rows, notes)
-        units_of = {each.signal: each.si for each in plan.signals}
         unmeasured = unmeasured_rows(plan, table, notes)
-        bad = _unusable_rows(table, {**signals, **inputs}, names, units_of, plan.invalid, notes, unmeasured)
+        bad = _unusable_rows(plan, table, {**signals, **inputs}, unmeasured, notes)
 
+        # Which row of the table each row of the clock is, and which of them are left.
         kept = rows[clock.keep]
         usable = ~bad[kept]
         timing.require_rows(int(usable.sum()))
@@ -73,6 +77,7 @@ def apply_rows(plan: Plan, table: Table) -> tuple[Recording, NDArray[np.int64]]:
                 signals[each.signal] = _stepped(each, starts, stops)
             else:
                 signals[each.signal] = signals[each.signal][taken]
+
         extras = {name: values[taken] for name, values in inputs.items()}
         if "temperature" in signals:
             extras = {TEMPERATURE: signals.pop("temperature"), **extras}
@@ -84,7 +89,6 @@ def apply_rows(plan: Plan, table: Table) -> tuple[Recording, NDArray[np.int64]]:
             signals["alpha"] = signals.pop("alpha_raw")
             del units_of["alpha_raw"]
             units_of["alpha"] = "rad"
-
         recording = Recording(
             name=table.name,
             signals=_read_only(signals),
@@ -169,8 +173,11 @@ def runs_of(
         TimingError: time that cannot be put right.
     """
     stamps = {"column": table.columns.get(plan.column), "dates": table.clock}.get(plan.kind)
-    stamped = np.arange(table.rows) if stamps is None else np.flatnonzero(np.isfinite(stamps))
-    restarts = [] if stamps is None else (1 + np.flatnonzero(np.diff(stamps[stamped]) < 0)).tolist()
+    stamped = np.arange(table.rows)
+    restarts: list[int] = []  # of the stamped rows, those whose stamp is before that of the row before
+    if stamps is not None:
+        stamped = np.flatnonzero(np.isfinite(stamps))
+        restarts = (1 + np.flatnonzero(np.diff(stamps[stamped]) < 0)).tolist()
     runs: list[tuple[NDArray[np.int64], timing.LogClock]] = []
     notes: list[str] = []
     with placed(table.name):
@@ -188,32 +195,42 @@ def runs_of(
 
 
 def _unusable_rows(
-    table: Table,
-    values_of: Mapping[str, Array],
-    names: Mapping[str, str],
-    units_of: Mapping[str, str],
-    invalid: Invalid,
-    notes: list[str],
-    unmeasured: Mask,
+    plan: Plan, table: Table, values_of: Mapping[str, Array], unmeasured: Mask, notes: list[str]
 ) -> Mask:
     """Rows that are not measured or where a signal is not finite, shape (rows of the table,).
 
     What is not finite is an error unless it is to be dropped.
+
+    Args:
+        plan: says which.
+        table: the rows.
+        values_of: signals and inputs by name, each of shape (rows of the table,).
+        unmeasured: see `unmeasured_rows`.
+        notes: get a sentence on what is dropped.
+
+    Raises:
+        LogError: a value that is not finite, or one that nothing measures.
     """
+    columns = {each.signal: each.column for each in plan.signals if each.column}
     unsampled = np.zeros(table.rows, dtype=np.bool_) if table.unsampled is None else table.unsampled
-    holes = {names.get(signal, signal): ~np.isfinite(values) & ~unsampled for signal, values in values_of.items()}
-    holes = {name: bad for name, bad in holes.items() if bad.any()}
+    holes: dict[str, Mask] = {}
+    for signal, values in values_of.items():
+        missing = ~np.isfinite(values) & ~unsampled
+        if missing.any():
+            holes[columns.get(signal, signal)] = missing
     if holes:
-        _refuse_or_note(table, holes, invalid, notes)
+        _refuse_or_note(table, holes, plan.invalid, notes)
+
     for signal, values in values_of.items():
         size = np.abs(np.where(np.isfinite(values) & ~unmeasured, values, 0.0))
         if float(size.max(initial=0.0)) > _LARGEST:
-            row, name = int(size.argmax()), names.get(signal, signal)
-            raise LogError(
-                f"column {name} is {values[row]:.3g} {units_of.get(signal, '')}".rstrip()
-                + f" in data row {table.first_row + row + 1}, beyond {_LARGEST:.0e}, which nothing measures",
-                remedy="Correct the row, or leave it out with --skip",
-            )
+            row = int(size.argmax())
+            unit = next((each.si for each in plan.signals if each.signal == signal), "")
+            value = f"{values[row]:.3g} {unit}".rstrip()
+            where = f"data row {table.first_row + row + 1}"
+            name = columns.get(signal, signal)
+            problem = f"column {name} is {value} in {where}, beyond {_LARGEST:.0e}, which nothing measures"
+            raise LogError(problem, remedy="Correct the row, or leave it out with --skip")
     if unsampled.any():
         notes.append(f"{int(unsampled.sum())} steps of the loop had no good sample: left out, the log cut there")
     return np.logical_or.reduce([*holes.values(), unsampled, unmeasured])
@@ -222,9 +239,12 @@ def _unusable_rows(
 def _refuse_or_note(table: Table, holes: Mapping[str, Mask], invalid: Invalid, notes: list[str]) -> None:
     """What to say of values that are not finite, by column; the first column goes first."""
     name, bad = next(iter(holes.items()))
-    row, count = int(np.argmax(bad)), int(bad.sum())
+    row = int(np.argmax(bad))
+    count = int(bad.sum())
     values = table.columns.get(name)
-    shown = "nan" if values is None or np.isnan(values[row]) else "infinity" if values[row] > 0 else "-infinity"
+    shown = "nan"
+    if values is not None and not np.isnan(values[row]):
+        shown = "infinity" if values[row] > 0 else "-infinity"
     many = f"{count} value{'s' if count > 1 else ''} missing or infinite"
     text = f"column {name} has {many}, the first ({shown}) in data row {table.first_row + row + 1}"
     if invalid == "error":

@@ -155,13 +155,15 @@ def blocks_of(batches: Iterable[Batch], device: DeviceName | None, derivative: D
                 where=recording.name,
             )
         data = dataset_of(recording, device or device_of(recording), derivative)
-        places = data.extras[_PLACE]
-        data = replace(data, extras={name: values for name, values in data.extras.items() if name != _PLACE})
-        a, b = np.searchsorted(places, [batch.start, batch.stop]).tolist()
-        if a == b:
+        extras = dict(data.extras)
+        places = extras.pop(_PLACE)
+        data = replace(data, extras=extras)
+        first, last = np.searchsorted(places, [batch.start, batch.stop]).tolist()
+        if first == last:
             continue
         behind = f", data rows {batch.start + 1} to {batch.stop}" if batch.start else ""
-        yield RowBlock(recording.name + behind, neighbours(data, a, b), places[a:b].astype(np.int64), batch.recording)
+        file_rows = places[first:last].astype(np.int64)
+        yield RowBlock(recording.name + behind, neighbours(data, first, last), file_rows, batch.recording)
 
 
 def neighbours(data: Dataset, start: int, stop: int) -> Dataset:
@@ -201,7 +203,8 @@ def chained(parts: Sequence[Dataset]) -> Dataset:
 
 def _cored(batch: Batch) -> Recording | None:
     """The recording with each row's place in the file, without segments that lie in a margin alone."""
-    log, inside = batch.recording, (batch.rows >= batch.start) & (batch.rows < batch.stop)
-    cored = [(a, b) for a, b in log.segments if inside[a:b].any() and b - a > 1]
+    log = batch.recording
+    inside = (batch.rows >= batch.start) & (batch.rows < batch.stop)
+    cored = [(start, stop) for start, stop in log.segments if inside[start:stop].any() and stop - start > 1]
     placed = replace(log, extras={**log.extras, _PLACE: batch.rows.astype(np.float64)})
     return only_segments(placed, cored) if cored else None

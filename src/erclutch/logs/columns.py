@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 
 from erclutch.logs.clock_planning import stamps_of
-from erclutch.logs.names import NEED_UNIT, OTHER, SINGLE, TOLD, VOLTAGES, headed, is_turned, numbered, words_of
+from erclutch.logs.names import NEED_UNIT, OTHER, SINGLE, TOLD, VOLTAGES, headed, words_of
 from erclutch.logs.repeated_columns import distinct
 from erclutch.logs.seen_columns import SeenColumn, SeenColumns
 from erclutch.logs.shapes import follows, is_rate_of
@@ -62,7 +62,7 @@ def candidates(
     heads = {column.name: headed(column.name, signal, seen.shared_words) for column in fitting}
     shaped: list[str] = []
     for column in fitting:
-        short = forms[column.name] or numbered(column.name, signal) or heads[column.name] in NEED_UNIT
+        short = forms[column.name] or signal in column.spoken.numbered or heads[column.name] in NEED_UNIT
         if short and told.isdisjoint(column.spoken.words) and _goes_with(seen, column, signal):
             shaped.append(column.name)
     if shaped:
@@ -104,7 +104,7 @@ def _unit_speaks(column: SeenColumn, signal: str, si_units: tuple[str, ...]) -> 
     told = frozenset[str]() if signal == "field" else TOLD
     if signal not in _TOLD_BY_UNIT or column.unit_for(si_units) in _NO_UNITS:
         return False
-    if not column.spoken.stem_words.isdisjoint(told | OTHER) or is_turned(column.name, signal):
+    if not column.spoken.stem_words.isdisjoint(told | OTHER) or signal in column.spoken.turned:
         return False
     own = "effort" if signal == "T" else signal
     if any(len(column.spoken.forms[other] or "") > 2 for other in SINGLE if other != own):

@@ -105,7 +105,8 @@ class Dataset(Shown):
     @property
     def one_field(self) -> bool:
         """Whether the field of each element is the same in all rows."""
-        return all(np.ptp(e.field) <= _STEADY * float(np.abs(e.field).max()) for e in self.elements)
+        fields = [element.field for element in self.elements]
+        return all(np.ptp(field) <= _STEADY * float(np.abs(field).max()) for field in fields)
 
     @property
     def period(self) -> float:
@@ -131,8 +132,8 @@ class Dataset(Shown):
     def named_signals(self) -> dict[str, tuple[Array, str]]:
         """Field and slip of each element, numbered where there are two: values (n,) and unit by name."""
         named: dict[str, tuple[Array, str]] = {}
-        tails = [""] if len(self.elements) == 1 else [str(i + 1) for i in range(len(self.elements))]
-        for tail, element in zip(tails, self.elements, strict=True):
+        for number, element in enumerate(self.elements, start=1):
+            tail = "" if len(self.elements) == 1 else str(number)
             named[f"field{tail}"] = element.field, self.units.field
             named[f"slip{tail}"] = element.slip, self.units.slip
         return named
@@ -168,7 +169,7 @@ class Dataset(Shown):
             offset = spans[-1].stop if spans else 0
             keep[span.start : span.stop] = True
             spans.append(Span(offset, offset + span.stop - span.start, span.period))
-        bounds = tuple((int(keep[:a].sum()), int(keep[:b].sum())) for a, b in self.source_rows)
+        bounds = tuple((int(keep[:start].sum()), int(keep[:stop].sum())) for start, stop in self.source_rows)
         return replace(self.picked(keep), clock=Clock(self.clock.time[keep], tuple(spans)), source_rows=bounds)
 
     def with_neighbours(self, mask: Mask) -> Mask:
@@ -249,7 +250,7 @@ def _drawn_out(angle: Array, clock: Clock) -> tuple[Array, int]:
     if np.ptp(angle) > _TURN:
         return angle, 0
     parts = [angle[span.start : span.stop] for span in clock.spans]
-    turns = sum(int(np.sum(np.abs(np.diff(part)) > np.pi)) for part in parts)
+    turns = sum(int(np.count_nonzero(np.abs(np.diff(part)) > np.pi)) for part in parts)
     if not turns:
         return angle, 0
     return np.concatenate([np.unwrap(part) for part in parts]), turns

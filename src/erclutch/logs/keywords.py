@@ -17,7 +17,7 @@ _TIMES = {"begin": "from", "end": "until", "skip": "skip"}  # and what the comma
 _LISTS = ("constant", "scale", "input")
 _TEXTS = ("time", "rate", "lead", "name_pattern", "decimal", "keep_values", "resample", *_TIMES)
 #: The command line has no capitals: ``--E1`` is kept as e1.
-_KNOWN = {**{name.lower(): name for name in NAMED_COLUMNS}, **{name: name for name in (*_LISTS, *_TEXTS)}}
+_KNOWN = {name.lower(): name for name in (*NAMED_COLUMNS, *_LISTS, *_TEXTS)}
 _LATEST = 1e12  # s
 _SLOWEST, _FASTEST = 1e-3, 1e7  # Hz
 
@@ -53,8 +53,8 @@ def window_of(options: Mapping[str, Any]) -> Window:
     Raises:
         SettingError: no such time.
     """
-    begin, end, skip = (seconds_of(said, options[name]) if name in options else None for name, said in _TIMES.items())
-    return begin, end, skip
+    times = {name: seconds_of(said, options[name]) for name, said in _TIMES.items() if name in options}
+    return times.get("begin"), times.get("end"), times.get("skip")
 
 
 def seconds_of(option: str, text: str, example: str = "2s, or 500ms") -> float:

@@ -98,9 +98,13 @@ def folder_reader(path: Path) -> Plugin | None:
     if path.is_file():
         return None
     readers = _readers([])
-    marked = next((plugin for plugin, reader in readers if reader.folder and (path / reader.folder).is_file()), None)
-    joined = (plugin for plugin, reader in readers if reader.joins is not None and reader.joins(path))
-    return marked or next(joined, None)
+    for plugin, reader in readers:
+        if reader.folder and (path / reader.folder).is_file():
+            return plugin
+    for plugin, reader in readers:
+        if reader.joins is not None and reader.joins(path):
+            return plugin
+    return None
 
 
 def require_no_run(path: Path) -> None:

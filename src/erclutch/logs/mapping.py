@@ -137,7 +137,8 @@ class ColumnMap:
         except (OSError, ValueError, RecursionError) as error:
             problem = f"the mapping file cannot be read ({plain_words(error)})"
             raise MappingError(problem, remedy="Correct the mapping file", where=path.name) from error
-        return replace(cls.from_dict(values, path.name), file=(path.name, hashlib.sha256(content).hexdigest()))
+        digest = hashlib.sha256(content).hexdigest()
+        return replace(cls.from_dict(values, path.name), file=(path.name, digest))
 
     @classmethod
     def from_dict(cls, values: Mapping[str, Any], source: str = "given") -> ColumnMap:

@@ -123,7 +123,9 @@ class SpokenName:
         stem_words: of the stem.
         forms: signal -> the name that speaks for it, see `called_as`.
         heads: signal of a single device -> the head of the name, see `headed`.
+        numbered: signals of a single device whose name stands in front of a joint's or a channel's number (``dq3``).
         may_be: signals of a single device for which its form, its head, or a name in front of a number speaks.
+        turned: signals of which a word of the name makes another thing: what was computed, a limit, a rolling speed.
         is_time: whether the column is called like the time.
         ends_in_time: whether its last word is a time.
         is_accounted: whether the name says that the column is no field.
@@ -137,7 +139,9 @@ class SpokenName:
     stem_words: frozenset[str]
     forms: Mapping[str, str | None]
     heads: Mapping[str, str | None]
+    numbered: frozenset[str]
     may_be: frozenset[str]
+    turned: frozenset[str]
     is_time: bool
     ends_in_time: bool
     is_accounted: bool
@@ -147,18 +151,25 @@ class SpokenName:
 def spoken_name(name: str) -> SpokenName:
     """What a name says; the same for every column of this name."""
     stem, end = split_end(name)
+    plain_stem = plain(stem)
+    stem_words = frozenset(words_of(stem))
     forms = {signal: called_as(name, signal) for signal in NAMES}
     heads = {signal: headed(name, signal) for signal in SINGLE}
+    bare = plain_stem.rstrip("0123456789")
+    numbered = frozenset(signal for signal in SINGLE if bare != plain_stem and bare in _NAMES[signal])
+    against = {signal: _NOT_MEASURED | _AGAINST.get(signal, frozenset()) for signal in NAMES}
     return SpokenName(
         stem,
         end,
         plain(name),
-        plain(stem),
+        plain_stem,
         tuple(words_of(name)),
-        frozenset(words_of(stem)),
+        stem_words,
         forms,
         heads,
-        may_be=frozenset(s for s in SINGLE if forms[s] or heads[s] or numbered(name, s)),
+        numbered,
+        may_be=frozenset(signal for signal in SINGLE if forms[signal] or heads[signal]) | numbered,
+        turned=frozenset(signal for signal in NAMES if stem_words & against[signal]),
         is_time=is_time(name),
         ends_in_time=ends_in_time(name),
         is_accounted=is_accounted(name),
@@ -201,8 +212,10 @@ def called_as(name: str, signal: str) -> str | None:
     stem, _ = split_end(name)
     if _PRIME.search(stem):
         return None  # E' is a fluctuation, G" a loss modulus: neither is E or G
-    rest = "".join(word for word in words_of(stem) if word not in _BESIDE) if signal in SINGLE else ""
-    return next((form for form in (plain(name), plain(stem), rest) if form in _NAMES[signal]), None)
+    forms = [plain(name), plain(stem)]
+    if signal in SINGLE:
+        forms.append("".join(word for word in words_of(stem) if word not in _BESIDE))
+    return next((form for form in forms if form in _NAMES[signal]), None)
 
 
 def headed(name: str, signal: str, shared: Collection[str] = ()) -> str | None:
@@ -227,20 +240,17 @@ def headed(name: str, signal: str, shared: Collection[str] = ()) -> str | None:
         parts.pop()
     if not parts or {*parts} & (TOLD | OTHER | _NOT_MEASURED | _AGAINST[signal]):
         return None
-    heads = [(parts[:-1], parts[-1]), (parts[1:], parts[0] if parts[0] in _ROMANCE else "")]
-    heads += [(parts[:-2], "".join(parts[-2:]))] if len(parts) > 1 else []
+
+    heads = [(parts[:-1], parts[-1])]  # the words beside a head, and the head
+    if parts[0] in _ROMANCE:
+        heads.append((parts[1:], parts[0]))
+    if len(parts) > 1:
+        heads.append((parts[:-2], "".join(parts[-2:])))
     for rest, head in heads:
         known = head in _NAMES[signal] or _german(head, signal)
         if len(head) > 1 and known and not any(_speaks(word, signal) for word in rest):
             return head
     return None
-
-
-def numbered(name: str, signal: str) -> str | None:
-    """The name of a signal in front of a joint's or a channel's number (``dq3``); None for any other name."""
-    stem = plain(split_end(name)[0])
-    form = stem.rstrip("0123456789")
-    return form if form != stem and signal in SINGLE and form in _NAMES[signal] else None
 
 
 def is_time(name: str) -> bool:
@@ -263,14 +273,11 @@ def ends_in_time(name: str) -> bool:
 
     French and Spanish names may begin with the time.
     """
-    words = words_of(split_end(name)[0])
-    spans = {*words} & (_NO_TIMES | OTHER)
-    return bool(words and not spans and (words[-1] in _TIMES or words[0] in _TIMES & _set("temps tiempo")))
-
-
-def is_turned(name: str, signal: str) -> bool:
-    """Whether a word of a name makes another thing of the signal: what was computed, a limit, a rolling speed."""
-    return bool({*words_of(split_end(name)[0])} & (_NOT_MEASURED | _AGAINST.get(signal, frozenset())))
+    stem, _ = split_end(name)
+    words = words_of(stem)
+    if not words or {*words} & (_NO_TIMES | OTHER):
+        return False
+    return words[-1] in _TIMES or words[0] in ("temps", "tiempo")
 
 
 def is_of_a_model(name: str) -> bool:
@@ -285,27 +292,26 @@ def _speaks(word: str, signal: str) -> bool:
 
 def _german(word: str, signal: str) -> bool:
     ends = tuple(end for end in _GERMAN[signal] if len(word) > len(end) + 2)
-    return word.endswith(ends) and not word.startswith(_GERMAN_OTHERS) if ends else False
+    return bool(ends) and word.endswith(ends) and not word.startswith(_GERMAN_OTHERS)
 
 
 def _compound(name: str, signal: str) -> str | None:
     """The end of a Chinese or Japanese compound that names a signal."""
     if any(other in name for other in _CJK_OTHERS):
         return None
-    return next(
-        (end for end in sorted(_NAMES[signal], key=len)[::-1] if EASTERN.search(end) and name.endswith(end)), None
-    )
+    longest_first = sorted(_NAMES[signal], key=len, reverse=True)
+    return next((end for end in longest_first if EASTERN.search(end) and name.endswith(end)), None)
 
 
 def is_accounted(name: str) -> bool:
     """Whether a name says what the column is, and that it is no field: another quantity, or one of another signal."""
     stem, _ = split_end(name)
     if EASTERN.search(stem):
-        others = (*_CJK_OTHERS, *(word for signal in SINGLE[1:] for word in _NAMES[signal] if EASTERN.search(word)))
+        others = [*_CJK_OTHERS]
+        for signal in SINGLE[1:]:
+            others += [word for word in _NAMES[signal] if EASTERN.search(word)]
         return any(word in plain(stem) for word in others)
     spoken = {re.sub(r"\d+$", "", word) for word in words_of(stem)}
-    return bool(spoken & OTHER) or any(_speaks(word, "field") or _is_german(word) for word in spoken)
-
-
-def _is_german(word: str) -> bool:
-    return any(_german(word, signal) for signal in SINGLE[1:])
+    if spoken & OTHER or any(_speaks(word, "field") for word in spoken):
+        return True
+    return any(_german(word, signal) for word in spoken for signal in SINGLE[1:])

@@ -175,8 +175,11 @@ class Plan:
 
     def __str__(self) -> str:
         """The plan as a person reads it: each choice and each question on a line."""
-        clock = [] if self.clock is None else [self.clock.sentence]
-        return "\n".join([*self.notes, *clock, *(f"question: {question.short}" for question in self.questions)])
+        lines = [*self.notes]
+        if self.clock is not None:
+            lines.append(self.clock.sentence)
+        lines += [f"question: {question.short}" for question in self.questions]
+        return "\n".join(lines)
 
     def signal(self, name: str) -> SignalPlan | None:
         """The choice for a signal, or None."""
@@ -185,14 +188,14 @@ class Plan:
     @property
     def choices(self) -> dict[str, ColumnChoice]:
         """The column of each signal, and of the time."""
-        found = {
-            each.signal: ColumnChoice(each.column, each.unit, each.scale, each.reason)
-            for each in self.signals
-            if each.column
-        }
-        if self.clock is not None and self.clock.kind == "column":
-            found["time"] = ColumnChoice(self.clock.column, self.clock.unit, self.clock.scale, self.clock.reason)
-        return found
+        choices: dict[str, ColumnChoice] = {}
+        for each in self.signals:
+            if each.column:
+                choices[each.signal] = ColumnChoice(each.column, each.unit, each.scale, each.reason)
+        clock = self.clock
+        if clock is not None and clock.kind == "column":
+            choices["time"] = ColumnChoice(clock.column, clock.unit, clock.scale, clock.reason)
+        return choices
 
     @property
     def doubts(self) -> tuple[str, ...]:
@@ -268,9 +271,15 @@ class Plan:
         problem = f"{len(self.questions)} things are missing: {numbered}; the file has: {columns}"
         options = [*_given_options(self), *self.examples]
         command = f"erclutch inspect {shlex.quote(self.path)} {' '.join(options)}"
-        if not self.path:  # of a DataFrame or of arrays
-            command = str({k[2:]: v for k, v in map(shlex.split, options) if k[2:] in (*NAMED_COLUMNS, "time")})
-        pair = next((f"; if {hint}" for each in self.questions if (hint := each.remedy.partition("; if ")[2])), "")
+        if not self.path:  # of a DataFrame or of arrays: labels as `erclutch.read` takes them
+            words = shlex.split(" ".join(options))
+            values = dict(zip(words[::2], words[1::2], strict=True))
+            labels = {option.removeprefix("--"): value for option, value in values.items()}
+            command = str({name: label for name, label in labels.items() if name in (*NAMED_COLUMNS, "time")})
+            if "scale" in labels:  # what a volt or a count of the sensor is
+                command += f" with --scale {shell_word(labels['scale'])}"
+        hints = [each.remedy.partition("; if ")[2] for each in self.questions]
+        pair = next((f"; if {hint}" for hint in hints if hint), "")
         field_remedy = next((each.remedy for each in self.questions if each.signal == "field"), "")
         none = "; --field none if it was not logged" if "--field none" in field_remedy else ""
         remedy = f"Give them all, with your columns in place of these: {command}{none}{pair}"
@@ -344,12 +353,12 @@ def _given_options(plan: Plan) -> list[str]:
     """What the user gave, as options of a command."""
     told = plan.told
     asked = {question.signal for question in plan.questions}
-    columns = {**told.columns, **({"time": told.time} if told.time else {})}
-    words = [
-        f"--{name} {shell_word(f'{c.column} [{c.unit}]' if c.unit else str(c.column))}"
-        for name, c in columns.items()
-        if c.source == "given" and name not in asked
-    ]
+    choices = {**told.columns, **({"time": told.time} if told.time else {})}
+    words: list[str] = []
+    for name, choice in choices.items():
+        if choice.source == "given" and name not in asked:
+            label = f"{choice.column} [{choice.unit}]" if choice.unit else f"{choice.column}"
+            words.append(f"--{name} {shell_word(label)}")
     if plan.device != "single":
         words.append(f"--device {plan.device}")
     if told.source == "given":

@@ -56,7 +56,7 @@ class Reading:
             options.get("map"),
             variable=options.get("variable"),
             derivative=Derivative(
-                *(options.get(k, usual) for k, usual in (("derivative", "savgol"), ("cutoff", 150.0), ("window", 5)))
+                options.get("derivative", "savgol"), options.get("cutoff", 150.0), options.get("window", 5)
             ),
             window=window_of(options),
             rate=new_rate(options),

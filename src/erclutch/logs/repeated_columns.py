@@ -46,7 +46,9 @@ def _one_quantity(column: SeenColumn, other: SeenColumn) -> bool:
     two = other.values * second.factor
     known = np.isfinite(one) & np.isfinite(two)
     largest = float(np.abs(one[known]).max(initial=0.0))
-    return bool(known.any() and largest > 0.0 and np.abs(one - two)[known].max() <= _DIGITS * largest)
+    if not largest > 0.0:
+        return False
+    return bool(np.abs(one - two)[known].max() <= _DIGITS * largest)
 
 
 def _move_alike(first: Array, second: Array) -> bool:
