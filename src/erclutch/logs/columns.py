@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 
 from erclutch.logs.clock_planning import stamps_of
-from erclutch.logs.names import NEED_UNIT, OTHER, SINGLE, TOLD, VOLTAGES, headed, words_of
+from erclutch.logs.names import NEED_UNIT, OTHER, SINGLE, TOLD, VOLTAGES, headed
 from erclutch.logs.repeated_columns import distinct
 from erclutch.logs.seen_columns import SeenColumn, SeenColumns
 from erclutch.logs.shapes import follows, is_rate_of
@@ -73,18 +73,17 @@ def candidates(
     if headed_so:
         # A head is no whole name: another column with such a unit may be the signal as well. Where all but the words
         # that most columns share is the head (C_1_Displacement), it is a whole one.
-        whole = [name for name in headed_so if _own_words(seen, name) == heads[name]]
+        whole: list[str] = []
+        for name in headed_so:
+            words = seen.columns[name].spoken.stem_words
+            own = "".join(word for word in words if word not in seen.shared_words)
+            if len(words) > 1 and own == heads[name]:
+                whole.append(name)
         found = whole or [*headed_so, *(name for name in by_unit if name not in headed_so)]
         if signal == "field" and {heads.get(name) for name in found} <= VOLTAGES:
             found += _currents(free, found)
         return distinct(seen, found), "name"
     return distinct(seen, by_unit), "unit"
-
-
-def _own_words(seen: SeenColumns, name: str) -> str:
-    """The name without the words that most columns share; "" for a name of no more than one word."""
-    words = words_of(seen.columns[name].spoken.stem)
-    return "".join(word for word in words if word not in seen.shared_words) if len(words) > 1 else ""
 
 
 def _currents(free: Iterable[SeenColumn], named: Sequence[str]) -> list[str]:
@@ -95,7 +94,7 @@ def _currents(free: Iterable[SeenColumn], named: Sequence[str]) -> list[str]:
         if column.name not in named
         and column.fits(("A",))
         and not column.shape.constant
-        and column.spoken.stem_words.isdisjoint(TOLD | OTHER)
+        and not {*column.spoken.stem_words} & (TOLD | OTHER)
     ]
 
 
@@ -104,7 +103,7 @@ def _unit_speaks(column: SeenColumn, signal: str, si_units: tuple[str, ...]) -> 
     told = frozenset[str]() if signal == "field" else TOLD
     if signal not in _TOLD_BY_UNIT or column.unit_for(si_units) in _NO_UNITS:
         return False
-    if not column.spoken.stem_words.isdisjoint(told | OTHER) or signal in column.spoken.turned:
+    if {*column.spoken.stem_words} & (told | OTHER) or signal in column.spoken.turned:
         return False
     own = "effort" if signal == "T" else signal
     if any(len(column.spoken.forms[other] or "") > 2 for other in SINGLE if other != own):

@@ -8,7 +8,7 @@ from re import findall
 from erclutch.errors import MappingError, shell_word
 from erclutch.logs.columns import candidates
 from erclutch.logs.mapping import COUNTS
-from erclutch.logs.names import NAMES, NEED_UNIT, is_of_a_model, spoken_name
+from erclutch.logs.names import NAMES, NEED_UNIT, spoken_name
 from erclutch.logs.seen_columns import SeenColumn, SeenColumns
 from erclutch.logs.shapes import are_estimates, same_course
 from erclutch.signals.recording import SIGNALS
@@ -143,10 +143,10 @@ def _is_of_models(seen: SeenColumns, column: SeenColumn) -> bool:
 
     One name alone may be that of a device; two are a comparison of models.
     """
-    models = [other for other in seen.columns.values() if is_of_a_model(other.name)]
+    models = [other for other in seen.columns.values() if other.spoken.is_of_a_model]
     if len(models) < 2:
         return False
-    return is_of_a_model(column.name) or any(are_estimates(column.values, model.values) for model in models)
+    return column.spoken.is_of_a_model or any(are_estimates(column.values, model.values) for model in models)
 
 
 def _is_short(column: SeenColumn, signal: str) -> bool:

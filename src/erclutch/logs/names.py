@@ -126,6 +126,7 @@ class SpokenName:
         numbered: signals of a single device whose name stands in front of a joint's or a channel's number (``dq3``).
         may_be: signals of a single device for which its form, its head, or a name in front of a number speaks.
         turned: signals of which a word of the name makes another thing: what was computed, a limit, a rolling speed.
+        is_of_a_model: whether the column is called like a model of friction or a network: it holds what the model says.
         is_time: whether the column is called like the time.
         ends_in_time: whether its last word is a time.
         is_accounted: whether the name says that the column is no field.
@@ -136,12 +137,13 @@ class SpokenName:
     plain: str
     plain_stem: str
     words: tuple[str, ...]
-    stem_words: frozenset[str]
+    stem_words: tuple[str, ...]
     forms: Mapping[str, str | None]
     heads: Mapping[str, str | None]
     numbered: frozenset[str]
     may_be: frozenset[str]
     turned: frozenset[str]
+    is_of_a_model: bool
     is_time: bool
     ends_in_time: bool
     is_accounted: bool
@@ -152,7 +154,7 @@ def spoken_name(name: str) -> SpokenName:
     """What a name says; the same for every column of this name."""
     stem, end = split_end(name)
     plain_stem = plain(stem)
-    stem_words = frozenset(words_of(stem))
+    stem_words = tuple(words_of(stem))
     forms = {signal: called_as(name, signal) for signal in NAMES}
     heads = {signal: headed(name, signal) for signal in SINGLE}
     bare = plain_stem.rstrip("0123456789")
@@ -169,7 +171,8 @@ def spoken_name(name: str) -> SpokenName:
         heads,
         numbered,
         may_be=frozenset(signal for signal in SINGLE if forms[signal] or heads[signal]) | numbered,
-        turned=frozenset(signal for signal in NAMES if stem_words & against[signal]),
+        turned=frozenset(signal for signal in NAMES if {*stem_words} & against[signal]),
+        is_of_a_model=plain(name) in _MODELS or bool({*stem_words} & _MODELS),
         is_time=is_time(name),
         ends_in_time=ends_in_time(name),
         is_accounted=is_accounted(name),
@@ -278,11 +281,6 @@ def ends_in_time(name: str) -> bool:
     if not words or {*words} & (_NO_TIMES | OTHER):
         return False
     return words[-1] in _TIMES or words[0] in ("temps", "tiempo")
-
-
-def is_of_a_model(name: str) -> bool:
-    """Whether a column is called like a model of friction or a network: it holds what the model says."""
-    return plain(name) in _MODELS or bool({*words_of(split_end(name)[0])} & _MODELS)
 
 
 def _speaks(word: str, signal: str) -> bool:

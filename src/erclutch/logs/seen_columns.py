@@ -105,7 +105,7 @@ def seen_columns(table: Table) -> SeenColumns:
     for name, values in table.columns.items():
         columns[name] = SeenColumn(name, spoken_name(name), table.units.get(name), values, shape_of(values))
 
-    counted = Counter(word for column in columns.values() for word in column.spoken.stem_words)
+    counted = Counter(word for column in columns.values() for word in {*column.spoken.stem_words})
     fewest = max(_FEWEST_SHARING, len(columns) / 2)
     return SeenColumns(
         table,
