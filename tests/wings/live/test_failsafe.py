@@ -1,4 +1,7 @@
-"""The failsafe from the C itself: every pair of a state and an event, then random sequences (`failsafe.c`)."""
+"""The failsafe from the C itself: every pair of a state and an event, then random sequences (`failsafe.c`).
+
+And every state of the doubt in a torque sensor with every reading and order that may come next (`doubts.c`).
+"""
 
 from __future__ import annotations
 
@@ -14,14 +17,14 @@ from erclutch.wings.live.c_build import CORE, SOURCES
 HERE = Path(__file__).parent
 
 
-def went_through(folder: Path, sources: Path = SOURCES) -> tuple[str, list[int]]:
+def went_through(folder: Path, sources: Path = SOURCES, harness: str = "failsafe") -> tuple[str, list[int]]:
     """What the harness prints, and its counts: pairs, steps, promises that were broken."""
     if shutil.which("gcc") is None:
         pytest.skip("apt install gcc libc6-dev")
-    files = [HERE / "failsafe.c", *(sources / name for name in CORE)]
+    files = [HERE / f"{harness}.c", *(sources / name for name in CORE)]
     words = ["gcc", "-std=c11", "-D_GNU_SOURCE", "-O2", "-Wall", "-Wextra", "-Werror", "-I", str(sources)]
-    subprocess.run([*words, *map(str, files), "-lm", "-o", str(folder / "failsafe")], check=True)
-    said = subprocess.run([str(folder / "failsafe")], capture_output=True, text=True, check=False).stdout
+    subprocess.run([*words, *map(str, files), "-lm", "-o", str(folder / harness)], check=True)
+    said = subprocess.run([str(folder / harness)], capture_output=True, text=True, check=False).stdout
     counts = re.search(r"pairs (\d+), steps (\d+), broken (\d+)", said)
     assert counts is not None, said
     return said, [int(count) for count in counts.groups()]
@@ -53,10 +56,38 @@ def test_every_state_and_event_keeps_the_promises(tmp_path: Path) -> None:
     ],
 )
 def test_a_core_that_breaks_a_promise_is_seen(name: str, good: str, bad: str, tmp_path: Path) -> None:
+    assert went_through(tmp_path, changed(name, good, bad, tmp_path))[1][2] > 0
+
+
+@pytest.mark.slow
+def test_every_doubt_and_reading_keeps_the_promises(tmp_path: Path) -> None:
+    """Held, reduced, zero, tripped with the reason; nothing learned; no reset while the sensor is wrong."""
+    said, (pairs, steps, broken) = went_through(tmp_path, harness="doubts")
+    assert broken == 0, said
+    assert pairs > 60_000
+    assert steps > 1_000_000
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("name", "good", "bad"),
+    [
+        ("plausible", "torque < -limit || torque > limit", "torque < -limit"),
+        ("core", "core->config.observer == ERC_BY_SENSOR ? core->meter.doubted : 0u;", "0 ? core->meter.doubted : 0u;"),
+        ("core", "ask[0] = share * core->asked1;", "ask[0] = core->asked1;"),
+        ("core", "(doubted(core) > 0u && core->meter.wrong)", "0"),
+    ],
+)
+def test_a_core_that_believes_too_much_is_seen(name: str, good: str, bad: str, tmp_path: Path) -> None:
+    assert went_through(tmp_path, changed(name, good, bad, tmp_path), "doubts")[1][2] > 0
+
+
+def changed(name: str, good: str, bad: str, folder: Path) -> Path:
+    """The loop's sources in a folder, with another text in one of them."""
     for source in SOURCES.glob("erc_*.[ch]"):
         text = source.read_text(encoding="utf-8")
         if source.name == f"erc_{name}.c":
             assert good in text
             text = text.replace(good, bad)
-        (tmp_path / source.name).write_text(text, encoding="utf-8")
-    assert went_through(tmp_path, tmp_path)[1][2] > 0
+        (folder / source.name).write_text(text, encoding="utf-8")
+    return folder
