@@ -82,9 +82,9 @@ def stored_values(item: Any) -> np.ndarray[Any, Any]:
     stored = item.id.get_storage_size() > 0
     if item.chunks is not None:
         chunks = prod(-(-size // chunk) for size, chunk in zip(item.shape, item.chunks, strict=True))
-        places: list[int] = []
-        item.id.chunk_iter(lambda chunk: places.append(chunk.byte_offset))  # at 0 the library looks for none
-        stored = sum(place > 0 for place in places) >= chunks
+        found: list[Any] = []
+        item.id.chunk_iter(found.append)
+        stored = sum(chunk.byte_offset > 0 for chunk in found) >= chunks  # at 0 the library looks for none
     if item.size and not stored and np.all(item.fillvalue == item.fillvalue):  # NaN is missing, as it should be
         problem = f"rows of the data set {item.name} are not in the file: they would be read as {item.fillvalue}"
         raise LogError(problem, remedy="Copy the file again, or export the rows that were written")
