@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from math import pi
 from types import MappingProxyType
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -160,14 +161,22 @@ def clock_of(plan: ClockPlan, table: Table, rows: NDArray[np.int64], notes: list
     return clock
 
 
-def runs_of(
-    plan: ClockPlan, table: Table
-) -> tuple[list[tuple[NDArray[np.int64], timing.LogClock]], set[str], list[str]]:
-    """The clock of each run of a log, which a restart of its time column ends.
+class RunsOfClock(NamedTuple):
+    """A log whose clock may restart.
 
-    Returns:
-        For each run the rows of the table that its clock keeps, and the clock; the columns that tell the time or count
-        rows; and a sentence on each choice.
+    Attributes:
+        runs: of each run the rows of the table that its clock keeps, and the clock.
+        columns: names of those that tell the time or count rows.
+        notes: a sentence on each choice.
+    """
+
+    runs: list[tuple[NDArray[np.int64], timing.LogClock]]
+    columns: set[str]
+    notes: list[str]
+
+
+def runs_of(plan: ClockPlan, table: Table) -> RunsOfClock:
+    """The clock of each run of a log, which a restart of its time column ends.
 
     Raises:
         TimingError: time that cannot be put right.
@@ -191,7 +200,7 @@ def runs_of(
             notes.extend(clock.notes)
             runs.append((part[clock.keep], clock))
         timing.require_rows(sum(kept.size for kept, _ in runs))
-    return runs, {*plan.not_signals, table.clock_name} - {""}, notes
+    return RunsOfClock(runs, {*plan.not_signals, table.clock_name} - {""}, notes)
 
 
 def _unusable_rows(
@@ -263,7 +272,8 @@ def _segments(clock: timing.LogClock, usable: Mask) -> tuple[NDArray[np.int64], 
     first[list(clock.starts)] = True
     part = np.cumsum(first)  # which segment of the clock a row is in
     place = np.flatnonzero(usable)
-    begins = np.concatenate(([True], (np.diff(place) > 1) | (np.diff(part[usable]) > 0)))
+    after_a_gap = (np.diff(place) > 1) | (np.diff(part[usable]) > 0)
+    begins = np.concatenate(([True], after_a_gap))
     starts = np.flatnonzero(begins).astype(np.int64)
     return starts, np.append(starts[1:], place.size)
 

@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from erclutch.errors import LogError, MappingError, placed
 from erclutch.logs import map_over, table_of
@@ -119,7 +118,10 @@ class AlignedLogs(Shown):
             columns[_TIME] = time - time[0]
 
         units = self.joined.units
-        labels = [(name.replace(",", " ").replace('"', " "), units.get(name) or "") for name in columns]
+        labels: list[tuple[str, str]] = []  # a label of a .csv holds no comma and no quote
+        for name in columns:
+            plain = name.replace(",", " ").replace('"', " ")
+            labels.append((plain, units.get(name) or ""))
         rows = np.column_stack(list(columns.values()))
         metadata: dict[str, Any] = {"label": self.joined.origin} if self.joined.origin else {}
         metadata["aligned"] = self.joined.name
@@ -184,8 +186,11 @@ def align_tables(
     Raises:
         MappingError: no such column, or A's clock restarts; LogError: see `match_clocks`.
     """
-    runs_a, clocks_a, notes_a = _runs(a, maps[0])
-    runs_b, clocks_b, notes_b = _runs(b, maps[1])
+    map_a, map_b = maps
+    with placed(a.name):
+        runs_a, clocks_a, notes_a = runs_of(clock_plan(seen_columns(a), map_a, ()), a)
+    with placed(b.name):
+        runs_b, clocks_b, notes_b = runs_of(clock_plan(seen_columns(b), map_b, ()), b)
     if len(runs_a) > 1:
         raise MappingError(
             f"the clock restarts {len(runs_a) - 1} times",
@@ -197,13 +202,15 @@ def align_tables(
     with placed(a.name):
         track_a = track_of(clock_a.time, signal_a.of(a)[rows_a], clock_a.period)
     with placed(b.name):
-        tracks_b = tuple(track_of(clock.time, signal_b.of(b)[rows], clock.period) for rows, clock in runs_b)
+        values_b = signal_b.of(b)
+        tracks_b = tuple(track_of(clock.time, values_b[rows], clock.period) for rows, clock in runs_b)
     with placed(f"{a.name} and {b.name}"):
         matches = tuple(match_clocks(track_a, track_b, near=near) for track_b in tracks_b)
 
     own = {name: values[rows_a] for name, values in a.columns.items() if name not in clocks_a}
-    moved: dict[str, Array] = {name: np.full(clock_a.time.size, np.nan) for name in b.columns if name not in clocks_b}
-    there = np.zeros(clock_a.time.size, np.bool_)  # rows of A that B has
+    count = clock_a.time.size
+    moved: dict[str, Array] = {name: np.full(count, np.nan) for name in b.columns if name not in clocks_b}
+    there = np.zeros(count, np.bool_)  # rows of A that B has
     for match, (rows, clock) in zip(matches, runs_b, strict=True):
         wanted = match.on_b(clock_a.time)  # [s], on B's clock
         _, within = _sampled(clock, clock.time, wanted, clock_a.period)
@@ -219,7 +226,8 @@ def align_tables(
     names = signal_a.name, signal_b.name
     by = " and ".join(dict.fromkeys(names))
     notes += [f"clock of {b.name} against {a.name} by {by}: {in_words(match)}" for match in matches]
-    if lost := int((~there).sum()):
+    lost = int(np.count_nonzero(~there))
+    if lost:
         notes.append(f"{lost:,} rows of {a.name} left out: {b.name} has none there, or none around a filter's reach")
     if renamed:
         listed = ", ".join(f"{old} is {new}" for old, new in renamed.items())
@@ -238,12 +246,6 @@ def in_words(match: ClockMatch) -> str:
         f"offset {1e3 * match.offset:.4f} ms (+- {offset_half:.4f}) at {match.origin:.6g} s, "
         f"drift {1e6 * match.drift:.2f} ppm (+- {drift_half:.2f})"
     )
-
-
-def _runs(log: Table, mapping: ColumnMap) -> tuple[list[tuple[NDArray[np.int64], LogClock]], set[str], list[str]]:
-    """See `erclutch.logs.applied.runs_of`."""
-    with placed(log.name):
-        return runs_of(clock_plan(seen_columns(log), mapping, ()), log)
 
 
 @dataclass(frozen=True)

@@ -213,8 +213,10 @@ def _scanned(x: Array, x_there: Mask, y: Array, y_there: Mask, drift: float) -> 
     y_spectrum, y_mask = spectrum(y), spectrum(y_there)
     overlap = np.maximum(np.rint(lagged(x_mask, y_mask)), 0.0)  # rows that both have
     # Power of each signal in the overlap. The floor is a tenth of its mean: a stretch at rest correlates by chance.
-    x_power = np.maximum(lagged(spectrum(x * x), y_mask), 0.1 * overlap * float(np.mean(x[x_there] ** 2)))
-    y_power = np.maximum(lagged(x_mask, spectrum(y * y)), 0.1 * overlap * float(np.mean(y[y_there] ** 2)))
+    x_floor = 0.1 * overlap * float(np.mean(x[x_there] ** 2))
+    y_floor = 0.1 * overlap * float(np.mean(y[y_there] ** 2))
+    x_power = np.maximum(lagged(spectrum(x * x), y_mask), x_floor)
+    y_power = np.maximum(lagged(x_mask, spectrum(y * y)), y_floor)
     scale = np.sqrt(x_power * y_power)
     correlation = np.divide(
         lagged(x_spectrum, y_spectrum),

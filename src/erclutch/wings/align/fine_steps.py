@@ -55,8 +55,9 @@ def stepped(a: Track, b: Track, line: ClockLine, period: float, weigh: _Weights)
     low, high = overlap_of(a, b, line)  # [s]
     middle, half = 0.5 * (low + high), 0.5 * (high - low)
     # A's rows stay where they are, so that they are filtered and interpolated once.
-    rows = np.arange(np.ceil((low - a.ends[0]) / period), (high - a.ends[0]) / period)
-    grid = a.ends[0] + period * rows  # [s], on A's clock
+    first, _ = a.ends
+    rows = np.arange(np.ceil((low - first) / period), (high - first) / period)
+    grid = first + period * rows  # [s], on A's clock
     x, x_there = a.sampler(period)(grid)
     sample_b = b.sampler(period)
     line = line.about(middle)
@@ -128,14 +129,16 @@ def _seen(grid: Array, x: Array, y: Array, there: Mask, taps: tuple[Array, Array
 
 def _far_from_gaps(there: Mask, reach: int) -> Mask:
     """Rows that a filter of such a reach can have without touching a gap."""
-    total = np.concatenate([np.zeros(reach + 1), np.cumsum(there), np.full(reach, there.sum())])
+    before, behind = np.zeros(reach + 1), np.full(reach, there.sum())
+    total = np.concatenate([before, np.cumsum(there), behind])  # rows that are there, so far
     return np.asarray(total[2 * reach + 1 :] - total[: there.size] == 2 * reach + 1)
 
 
 def _taps(weights: Array) -> tuple[Array, Array]:
     """A symmetric filter of such weights, shape (m / 2 + 1,), and the same with a derivative after the row."""
     size = 2 * (weights.size - 1)
-    even = np.roll(np.fft.irfft(weights, size), size // 2) * np.hanning(size + 1)[:size]
+    symmetric = np.roll(np.fft.irfft(weights, size), size // 2)
+    even = symmetric * np.hanning(size + 1)[:size]
     # The derivative rings beyond the filter's ends: it is taken in a wider room, and an eighth more is kept.
     padded = np.concatenate([np.zeros(size), even, np.zeros(size)])
     turn = 1j * np.linspace(0.0, np.pi, padded.size // 2 + 1)
@@ -172,7 +175,9 @@ def by_agreement(x: Array, y: Array, there: Mask) -> Array:
 
     fx, fy = spectra(x), spectra(y)
     cross = np.abs(np.mean(np.conj(fx) * fy, axis=0))
-    powers = np.mean(np.abs(fx) ** 2, axis=0) * np.mean(np.abs(fy) ** 2, axis=0)
+    x_power = np.mean(np.abs(fx) ** 2, axis=0)
+    y_power = np.mean(np.abs(fy) ** 2, axis=0)
+    powers = x_power * y_power
     coherence = np.minimum(cross**2 / np.maximum(powers, 1e-300), 0.9999)
     # Noise that agrees by chance would hold the line where it is: its coherence exceeds this once in ten thousand.
     coherence[coherence < 10.0 / starts.size] = 0.0
