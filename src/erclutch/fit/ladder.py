@@ -32,12 +32,19 @@ from erclutch.signals.recording import POSITION, TEMPERATURE
 WORTH = 0.01
 #: The same of a stage that sums up the slip: a sensor's zero makes its travel drift, so it must be worth that.
 DRIFTING_WORTH = 0.1
-_WINDOWS, _FEWEST_WINDOWS = 24, 4  # of a log
-_FEWEST_ROWS = 50  # of a window
-_MOST_ROWS, _STRETCHES, _FITTED_ROWS = 24_000, 4, 3000
+#: Windows of a log: many, so that either half has all of its fields, but each with so many rows.
+_WINDOWS = 24
+_FEWEST_WINDOWS = 4
+_FEWEST_ROWS = 50
+#: Rows over which states run through: that many, in so many long stretches; of them that many are fitted.
+_MOST_ROWS = 24_000
+_STRETCHES = 4
+_FITTED_ROWS = 3000
+#: Logs from which on each log is a window.
 _MANY_LOGS = 12
+#: Steps of a solver, and where in the usual range of a new constant its searches start.
 _STEPS = 15
-_PLACES = (0.15, 0.5, 0.85)  # of a new constant's usual range, where its search starts
+_PLACES = (0.15, 0.5, 0.85)
 
 
 @dataclass(frozen=True)
@@ -68,32 +75,41 @@ def grown(
     """
     folds = _folds(train)
     rungs = [_rung(folds, base, {})]
-    known = [name for family in families() for name in family] if among is None else among
-    stages = [name for name in known if _feels(base, name, extras)]
-    left = [*stages, *(f"={name}" for name in extras if name != TEMPERATURE)]
+    known = among
+    if known is None:
+        known = [name for family in families() for name in family]
+    # What may still be added: stages by their names, and further inputs as ``=NAME``.
+    left = [name for name in known if _feels(base, name, extras)]
+    left += [f"={name}" for name in extras if name != TEMPERATURE]
     while left:
         here = rungs[-1]
         left = [name for name in left if name.removeprefix("=") not in here.structure.extras]
-        tried = [(name, _rung(folds, _with(here.structure, name), here.numbers)) for name in left if _next(left, name)]
-        tried = [(name, rung) for name, rung in tried if rung.error < (1.0 - _worth(name)) * here.error]
-        if not tried:
+        worthy: dict[str, Rung] = {}
+        for name in left:
+            if not _next(left, name):
+                continue
+            rung = _rung(folds, _with(here.structure, name), here.numbers)
+            drifts = not name.startswith("=") and getattr(stage_named(name), "from_the_start", False)
+            worth = DRIFTING_WORTH if drifts else WORTH
+            if rung.error < (1.0 - worth) * here.error:
+                worthy[name] = rung
+        if not worthy:
             return rungs
-        least = min(rung.error for _, rung in tried)
+
         # Of those that take off as much, the one with the fewest numbers: a LuGre state is a Dahl state with two more.
-        alike = [pair for pair in tried if pair[1].error <= (1.0 + WORTH) * least]
-        name, best = min(alike, key=lambda pair: (_numbers(pair[1].structure), pair[1].error))
-        rungs.append(best)
-        left.remove(name)
+        least = min(rung.error for rung in worthy.values())
+        alike = [name for name, rung in worthy.items() if rung.error <= (1.0 + WORTH) * least]
+        taken = min(alike, key=lambda name: (_numbers(worthy[name].structure), worthy[name].error))
+        rungs.append(worthy[taken])
+        left.remove(taken)
     return rungs
 
 
-def _worth(name: str) -> float:
-    """Share of the error that a stage or an input must take off."""
-    return DRIFTING_WORTH if not name.startswith("=") and getattr(stage_named(name), "from_the_start", False) else WORTH
-
-
 def _numbers(structure: Structure) -> int:
-    return len(structure.shapes(1.0)) + len(structure.gains())
+    """How many numbers a fit of the structure has, nonlinear ones and gains."""
+    shapes = structure.shapes(1.0)
+    gains = structure.gains()
+    return len(shapes) + len(gains)
 
 
 def of_law(train: Dataset, rung: Rung, law: Structure) -> Rung:
@@ -107,17 +123,22 @@ def helpful(train: Dataset, rung: Rung) -> dict[str, float]:
     if not train.spare:
         return {}
     folds = _folds(replace(train, extras={**train.extras, **train.spare}))
-    tried = {
-        name: 1.0 - _rung(folds, _with(rung.structure, f"={name}"), rung.numbers).error / rung.error
-        for name in train.spare
-    }
-    return {name: gain for name, gain in sorted(tried.items(), key=lambda item: -item[1]) if gain >= WORTH}
+    gains: dict[str, float] = {}  # share of the error that each column takes off
+    for name in train.spare:
+        wider = _rung(folds, _with(rung.structure, f"={name}"), rung.numbers)
+        gains[name] = 1.0 - wider.error / rung.error
+    most_helpful_first = sorted(gains.items(), key=lambda item: -item[1])
+    return {name: gain for name, gain in most_helpful_first if gain >= WORTH}
 
 
 def families() -> list[tuple[str, ...]]:
     """Names of the stages that users can add, a family each, from the simplest to the richest."""
-    values = (plugin.value for plugin in registry.plugins(GROUP) if plugin.own)
-    return [value.ladder for value in values if isinstance(value, StageFamily) and value.ladder]
+    ladders: list[tuple[str, ...]] = []
+    for plugin in registry.plugins(GROUP):
+        # Installing a package changes no figure: another package's stages are asked for by name.
+        if plugin.own and isinstance(plugin.value, StageFamily) and plugin.value.ladder:
+            ladders.append(plugin.value.ladder)
+    return ladders
 
 
 def _feels(base: Structure, name: str, extras: Sequence[str]) -> bool:
@@ -131,9 +152,10 @@ def _feels(base: Structure, name: str, extras: Sequence[str]) -> bool:
 
 
 def _next(left: Sequence[str], name: str) -> bool:
-    """Whether no simpler stage of the same family is left."""
+    """Whether no simpler stage of the same family is left; a further input is a family of its own."""
     family = next((family for family in families() if name in family), (name,))
-    return next(each for each in family if each in left) == name
+    simplest = next(each for each in family if each in left)
+    return simplest == name
 
 
 def _with(structure: Structure, name: str) -> Structure:
@@ -155,9 +177,9 @@ class _Fold:
     """Rows to fit and rows to score, of stretches over which all states run through.
 
     Attributes:
-        data: the stretches.
+        data: the stretches, of n rows.
         fitted: places of the rows to fit, few.
-        scored: mask of the rows to score.
+        scored: mask of the rows to score, shape (n,).
     """
 
     data: Dataset
@@ -172,62 +194,76 @@ def _folds(train: Dataset) -> list[_Fold]:
     window, fields and motions like the squares of a chessboard: both folds have all of either, but no pair twice.
     """
     many = len(train.source_rows) >= _MANY_LOGS
-    data = train if many or train.rows <= _MOST_ROWS else train.take(_stretches(train))
-    window = np.zeros(data.rows, np.intp)
+    data = train
+    if not many and train.rows > _MOST_ROWS:
+        # A few long stretches, spread evenly over the rows.
+        length = _MOST_ROWS // _STRETCHES
+        kept = np.zeros(train.rows, np.bool_)
+        for start in np.linspace(0, train.rows - length, _STRETCHES).round().astype(int).tolist():
+            kept[start : start + length] = True
+        data = train.take(kept)
+
+    window = np.zeros(data.rows, np.intp)  # number of each row's window
     if many:
         logs = groups_of(data)
         for (start, stop), number in zip(logs.rows, chessboard(logs), strict=True):
             window[start:stop] = number
     else:
-        for number, (start, stop) in enumerate((a, b) for a, b in data.source_rows if b > a):
-            count = _windows(stop - start)
-            window[start:stop] = number + np.arange(stop - start) * count // (stop - start)
+        filled = [(start, stop) for start, stop in data.source_rows if stop > start]
+        for number, (start, stop) in enumerate(filled):
+            rows = stop - start
+            count = int(np.clip(rows // _FEWEST_ROWS, _FEWEST_WINDOWS, _WINDOWS))
+            window[start:stop] = number + np.arange(rows) * count // rows
+
     odd: Mask = window % 2 == 1
-    return [_Fold(data, _few(np.flatnonzero(fitted)), ~fitted) for fitted in (odd, ~odd)]
-
-
-def _few(rows: NDArray[np.intp]) -> NDArray[np.intp]:
-    return rows[:: max(1, -(-rows.size // _FITTED_ROWS))]
-
-
-def _stretches(train: Dataset) -> Mask:
-    """A few long stretches, spread evenly over the rows."""
-    length = _MOST_ROWS // _STRETCHES
-    mask = np.zeros(train.rows, np.bool_)
-    for start in np.linspace(0, train.rows - length, _STRETCHES).round().astype(int).tolist():
-        mask[start : start + length] = True
-    return mask
-
-
-def _windows(rows: int) -> int:
-    """Number of windows of a log: many, so that either half has all its fields; each has so many rows."""
-    return int(np.clip(rows // _FEWEST_ROWS, _FEWEST_WINDOWS, _WINDOWS))
+    folds: list[_Fold] = []
+    for fitted in (odd, ~odd):
+        places = np.flatnonzero(fitted)
+        every = max(1, -(-places.size // _FITTED_ROWS))  # rounded up
+        folds.append(_Fold(data, places[::every], ~fitted))
+    return folds
 
 
 def _rung(folds: Sequence[_Fold], structure: Structure, known: dict[str, float]) -> Rung:
-    squares, rows, numbers = 0.0, 0, known
+    """A structure fitted to each fold and scored on the rows between, from the numbers that are known on."""
+    squares = 0.0
+    rows = 0
+    numbers = known
     for fold in folds:
         data = fold.data
         reference = reference_of(data, structure.extras)
         shapes = shapes_told(data, structure, reference)
         problem = separable(data, structure, reference, shapes, fold.fitted)
-        starts = [coordinates(shapes, q) for q in _starts(shapes, numbers)]
-        minima = [minimise(outer_problem(problem), u, tolerance=1e-4, max_iterations=_STEPS) for u in starts]
-        q = parameters(shapes, min(minima, key=lambda minimum: minimum.cost).point)
+        minima = [
+            minimise(outer_problem(problem), coordinates(shapes, q), tolerance=1e-4, max_iterations=_STEPS)
+            for q in _starts(shapes, numbers)
+        ]
+        best = min(minima, key=lambda minimum: minimum.cost)
+        q = parameters(shapes, best.point)
+        gains = project(problem, q).gains
+
+        # Over all rows of the fold, so that states run through; then those that were not fitted.
         columns = structure.columns(data.elements, data.clock, reference, q, extras=data.extras)
-        residual = (data.effort - np.column_stack(columns) @ project(problem, q).gains)[fold.scored]
-        squares, rows = squares + float(residual @ residual), rows + residual.size
+        estimated = np.column_stack(columns) @ gains
+        residual = (data.effort - estimated)[fold.scored]
+        squares += float(residual @ residual)
+        rows += residual.size
+        # The next fold starts where this one ended.
         numbers = dict(zip((shape.name for shape in shapes), q, strict=True))
-    return Rung(structure, (squares / rows) ** 0.5, numbers)
+    error = (squares / rows) ** 0.5
+    return Rung(structure, error, numbers)
 
 
 def _starts(shapes: Sequence[ShapeParameter], known: dict[str, float]) -> list[list[float]]:
     """Where the search starts: the numbers that are known, and several places for the new ones."""
-    starts = [
-        [known.get(s.name, _between(*s.scanned, place, log=s.scale == "log")) for s in shapes] for place in _PLACES
-    ]
-    return starts if any(s.name not in known for s in shapes) else starts[:1]
-
-
-def _between(low: float, high: float, place: float, *, log: bool) -> float:
-    return float(low * (high / low) ** place) if log else low + place * (high - low)
+    starts: list[list[float]] = []
+    for place in _PLACES:
+        start: list[float] = []
+        for shape in shapes:
+            low, high = shape.scanned
+            # A constant that spans decades starts by its logarithm.
+            within = float(low * (high / low) ** place) if shape.scale == "log" else low + place * (high - low)
+            start.append(known.get(shape.name, within))
+        starts.append(start)
+    all_known = all(shape.name in known for shape in shapes)
+    return starts[:1] if all_known else starts

@@ -32,11 +32,14 @@ __all__ = ["AS_IT_IS", "GAIN", "OFFSET", "Recalibration", "recalibrate"]
 
 #: Name of the way in which nothing moves.
 AS_IT_IS = "as it is"
-_FEWEST_ROWS, _MOST_ROWS = 20, 20_000
-_FEWEST_BLOCKS, _MOST_BLOCKS = 4, 10
+_FEWEST_ROWS = 20
+_MOST_ROWS = 20_000
+_FEWEST_BLOCKS = 4
+_MOST_BLOCKS = 10
 _WIDTHS = (0.03, 0.1, 0.4, 2.0)  # of the ridge, in usual changes of each number
 #: Share of the error that unseen blocks must lose, and in how many standard errors over blocks, before a number moves.
-_WORTH, _SURE = 0.01, 1.5
+_WORTH = 0.01
+_SURE = 1.5
 
 
 @dataclass(frozen=True)
@@ -96,9 +99,10 @@ def recalibrate(model: Model, data: Dataset, seen: Mask | None = None) -> Recali
 
 def _blocks(error: Array) -> list[slice]:
     """Blocks of rows in time, as long as the error is correlated where there are rows enough."""
-    count = int(np.clip(error.size // correlated_over([error]), _FEWEST_BLOCKS, _MOST_BLOCKS))
+    independent = error.size // correlated_over([error])
+    count = int(np.clip(independent, _FEWEST_BLOCKS, _MOST_BLOCKS))
     edges = np.linspace(0, error.size, count + 1).round().astype(int).tolist()
-    return [slice(a, b) for a, b in itertools.pairwise(edges)]
+    return [slice(start, stop) for start, stop in itertools.pairwise(edges)]
 
 
 @dataclass(frozen=True)
@@ -149,7 +153,8 @@ class _Trial:
         slopes = way.slopes
         if slopes is None:
             return way
-        pull, k = self._pull(way, 1.0), len(way.numbers)
+        pull = self._pull(way, 1.0)
+        k = len(way.numbers)
 
         def left(c: Array) -> Array:
             """What is minimised: the error on the rows, and below it the pull of the ridge."""
@@ -159,11 +164,16 @@ class _Trial:
             missed = left(c)
             jacobian = np.vstack([slopes(c), np.diag(pull)])
             r = triangle_of(np.column_stack([jacobian, missed]))
-            return Linearisation(float(missed @ missed), r[:k, :k], r[:k, k])
+            cost = float(missed @ missed)
+            return Linearisation(cost, triangle=r[:k, :k], vector=r[:k, k])
+
+        def cost(c: Array) -> float:
+            missed = left(c)
+            return float(missed @ missed)
 
         lower = np.array([number.lower for number in way.numbers])
         upper = np.array([number.upper for number in way.numbers])
-        problem = Problem(lambda c: float(left(c) @ left(c)), linearise, lower, upper)
+        problem = Problem(cost, linearise, lower, upper)
         best = minimise(problem, way.start, tolerance=1e-4, max_iterations=10).point
         return replace(way, columns=slopes(best), at=best)
 
@@ -176,12 +186,16 @@ class _Trial:
 
     def _problem(self, way: Way) -> Array:
         """Columns and what they are to give, side by side, shape (n, k + 1)."""
-        missed = self.error if way.slopes is None else self._missed(way.model(way.at))
-        return np.column_stack([way.columns, missed + way.columns @ way.at])
+        missed = self.error
+        if way.slopes is not None:
+            missed = self._missed(way.model(way.at))
+        wanted = missed + way.columns @ way.at
+        return np.column_stack([way.columns, wanted])
 
     def _pull(self, way: Way, width: float) -> Array:
         """Of the ridge on each number, shape (k,)."""
-        return self.noise**0.5 / np.array([width * number.reach for number in way.numbers])
+        widths = np.array([width * number.reach for number in way.numbers])
+        return self.noise**0.5 / widths
 
     def _solved(self, way: Way, problem: Array, width: float) -> Array:
         """The best numbers for a problem (n, k + 1) and a ridge, shape (k,); those with a bound at zero keep to it."""
@@ -190,12 +204,14 @@ class _Trial:
         ridge = np.column_stack([np.diag(pull), pull * way.start])
         r = triangle_of(np.vstack([problem, ridge]))
         nonnegative = np.array([number.lower == 0.0 for number in way.numbers])
-        return solve_bounded(r[:k, :k], r[:k, k], nonnegative)[0]
+        best, _ = solve_bounded(r[:k, :k], r[:k, k], nonnegative)
+        return best
 
     def _missed(self, model: Model) -> Array:
         """Measured effort minus that of a model, shape (n,)."""
         data = self.data
-        return (data.effort - model.effort(data.elements, data.clock, data.extras, exactly=False))[self.rows]
+        estimated = model.effort(data.elements, data.clock, data.extras, exactly=False)
+        return (data.effort - estimated)[self.rows]
 
 
 @dataclass(frozen=True)
@@ -210,8 +226,10 @@ class _Tried:
 def _chosen(base: Model, trial: _Trial, ways: Sequence[Way]) -> Recalibration:
     """The simplest way that is as good as the best one, for all that the blocks can tell, if it is worth it."""
     tried: list[_Tried] = []
-    for way in map(trial.settled, ways):
-        tried.append(_Tried(way, *trial.validated(way)))
+    for way in ways:
+        settled = trial.settled(way)
+        width, squares = trial.validated(settled)
+        tried.append(_Tried(settled, width, squares))
     plain = _mean_squares(trial.error[block] for block in trial.blocks)
     squares_of = {AS_IT_IS: plain} | {each.way.name: each.squares for each in tried}
     folds = {name: tuple(np.sqrt(squares).tolist()) for name, squares in squares_of.items()}
@@ -227,10 +245,16 @@ def _chosen(base: Model, trial: _Trial, ways: Sequence[Way]) -> Recalibration:
     as_good = [each for each in better if each.squares is least or not _surely(each.squares - least)]
     taken = min(as_good, key=lambda each: len(each.way.numbers))
     way = taken.way
-    model, values, half = trial.adapted(way, taken.width)
-    ends = zip(*(way.said(end).tolist() for end in (values, values - half, values + half)), strict=True)
-    numbers = {number.name: each for number, each in zip(way.numbers, ends, strict=True)}  # value, low, high
-    gain = "gain {:.4g} ({:.4g} - {:.4g}), ".format(*numbers[GAIN]) if GAIN in numbers else ""
+    model, best, half = trial.adapted(way, taken.width)
+    names = [number.name for number in way.numbers]
+    values = way.said(best).tolist()
+    lows = way.said(best - half).tolist()
+    highs = way.said(best + half).tolist()
+    numbers = dict(zip(names, zip(values, lows, highs, strict=True), strict=True))
+    gain = ""
+    if GAIN in numbers:
+        value, low, high = numbers[GAIN]
+        gain = f"gain {value:.4g} ({low:.4g} - {high:.4g}), "
     less = f"{-_change(taken.squares, plain):.1%}"
     reason = f"{way.name}: {gain}on unseen blocks the error is {less} less than {AS_IT_IS}"
     return Recalibration(base, _noted(model, trial.data, way.name), way.name, folds, numbers, reason)
@@ -239,12 +263,14 @@ def _chosen(base: Model, trial: _Trial, ways: Sequence[Way]) -> Recalibration:
 def _mean_squares(errors: Iterable[Array]) -> Array:
     """Mean square of each block, shape (blocks,); infinite where one is not finite."""
     squares = np.array([float(np.mean(error**2)) for error in errors])
-    return np.where(np.isfinite(squares), squares, np.inf)
+    finite = np.isfinite(squares)
+    return np.where(finite, squares, np.inf)
 
 
 def _change(squares: Array, plain: Array) -> float:
     """How much larger an RMSE is than that of the base, as a share."""
-    return float((squares.sum() / (plain.sum() or 1.0)) ** 0.5) - 1.0
+    ratio = squares.sum() / (plain.sum() or 1.0)
+    return float(ratio**0.5) - 1.0
 
 
 def _surely(values: Array) -> bool:
@@ -258,5 +284,7 @@ def _noted(model: Any, data: Dataset, way: str) -> Any:
         return replace(model, law=_noted(model.law, data, way))
     low, high = model.trained_on.effort
     effort = min(low, float(data.effort.min())), max(high, float(data.effort.max()))
-    about = {**model.about, "recalibrated": printable(f"{way}, on {data.rows} rows of {data.where}")}
-    return replace(model, about=about, trained_on=replace(model.trained_on, effort=effort))
+    trained_on = replace(model.trained_on, effort=effort)
+    remark = printable(f"{way}, on {data.rows} rows of {data.where}")
+    about = {**model.about, "recalibrated": remark}
+    return replace(model, about=about, trained_on=trained_on)

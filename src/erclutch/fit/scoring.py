@@ -66,16 +66,20 @@ class Score:
 
 def block_rows(residuals: Sequence[Array]) -> int:
     """Length of a bootstrap block in rows, by the longest correlation of the squared residuals of any model."""
-    n = residuals[0].size
-    shortest = max(1, -(-n // _MOST_BLOCKS))
-    longest = max(1, n // 4)
+    rows = residuals[0].size
+    shortest = max(1, -(-rows // _MOST_BLOCKS))  # rounded up
+    longest = max(1, rows // 4)
     return int(np.clip(_LONGER * correlated_over(residuals), shortest, longest))
 
 
 def correlated_over(residuals: Sequence[Array]) -> int:
     """Rows over which the squared residuals of any model are correlated."""
-    squares = [residual * residual for residual in residuals]
-    return max(bandwidth_of((square - np.mean(square))[:, None]) for square in squares)
+    bandwidths: list[int] = []
+    for residual in residuals:
+        square = residual * residual
+        centred = square - np.mean(square)
+        bandwidths.append(bandwidth_of(centred[:, None]))
+    return max(bandwidths)
 
 
 def block_starts(rows: int, block: int, seed: int) -> NDArray[np.int64]:
@@ -97,26 +101,65 @@ def score(measured: Array, predicted: Array, *, block: int | None = None, seed: 
         seed: of the resampling.
     """
     error = measured - predicted
+    rows = error.size
     if not np.all(np.isfinite(error)):
-        nothing = BandedFigure(np.inf, np.inf, np.inf)
-        return Score(error.size, nothing, nothing, nothing, BandedFigure(-np.inf, -np.inf, -np.inf), nothing, np.inf)
+        return _not_finite(rows)
     length = block or block_rows([error])
-    starts = block_starts(error.size, length, seed)
+    starts = block_starts(rows, length, seed)
     # Around the mean: sums of squares of a far-off effort would cancel.
-    y: Array = measured - np.mean(measured)
-    squares, first, second = (_resampled(v, length, starts) for v in (error * error, y, y * y))
-    count = starts.shape[1]
-    variance = np.maximum(second - first * first, np.finfo(float).tiny)
-    mse, spread = float(np.mean(error * error)), float(np.mean(y * y)) or np.finfo(float).tiny
+    effort: Array = measured - np.mean(measured)
+    square = error * error
+    effort_square = effort * effort
+
+    # Mean square of the error and variance of the effort: over all rows, and in each resample.
+    mse = float(np.mean(square))
+    spread = float(np.mean(effort_square)) or np.finfo(float).tiny
+    mses = _resampled(square, length, starts)
+    means = _resampled(effort, length, starts)
+    mean_squares = _resampled(effort_square, length, starts)
+    spreads = np.maximum(mean_squares - means * means, np.finfo(float).tiny)
     largest = _block_maxima(np.abs(error), length)[starts].max(axis=1)
-    return Score(
-        rows=error.size,
-        mse=_figure(mse, squares, count, least=0.0),
-        rmse=_figure(mse**0.5, np.sqrt(squares), count, least=0.0),
-        share=_figure((mse / spread) ** 0.5, np.sqrt(squares / variance), count, least=0.0),
-        r2=_figure(1.0 - mse / spread, 1.0 - squares / variance, count, most=1.0),
+    return _banded(
+        rows,
+        mse,
+        spread,
+        mses,
+        spreads,
+        blocks=starts.shape[1],
         largest=BandedFigure(float(np.abs(error).max()), *_middle(largest)),
         bias=float(error.mean()),
+    )
+
+
+def _not_finite(rows: int) -> Score:
+    """The score of a model with an error that is not finite."""
+    worst = BandedFigure(np.inf, np.inf, np.inf)
+    worst_r2 = BandedFigure(-np.inf, -np.inf, -np.inf)
+    return Score(rows, mse=worst, rmse=worst, share=worst, r2=worst_r2, largest=worst, bias=np.inf)
+
+
+def _banded(
+    rows: int,
+    mse: float,
+    spread: float,
+    mses: Array,
+    spreads: Array,
+    *,
+    blocks: int,
+    largest: BandedFigure,
+    bias: float,
+) -> Score:
+    """A score of the mean square of the error and the variance of the effort, each with its resamples (resamples,)."""
+    ratio = mse / spread
+    ratios = mses / spreads
+    return Score(
+        rows=rows,
+        mse=_figure(mse, mses, blocks, least=0.0),
+        rmse=_figure(mse**0.5, np.sqrt(mses), blocks, least=0.0),
+        share=_figure(ratio**0.5, np.sqrt(ratios), blocks, least=0.0),
+        r2=_figure(1.0 - ratio, 1.0 - ratios, blocks, most=1.0),
+        largest=largest,
+        bias=bias,
     )
 
 
@@ -146,30 +189,31 @@ def score_of_bins(sums: BinSums, *, seed: int = 0) -> Score:
         sums: of at least one bin.
         seed: of the resampling.
     """
-    rows, bins = float(sums.rows.sum()), sums.rows.size
+    rows = float(sums.rows.sum())
     if not np.all(np.isfinite(sums.square)):
-        nothing = BandedFigure(np.inf, np.inf, np.inf)
-        worst = BandedFigure(-np.inf, -np.inf, -np.inf)
-        return Score(int(rows), nothing, nothing, nothing, worst, nothing, np.inf)
+        return _not_finite(int(rows))
     length = block_rows([np.sqrt(sums.square / sums.rows)])  # bins of a block
-    starts = block_starts(bins, length, seed)
-    blocks = starts.shape[1]
-    drawn = _resampled(sums.rows, length, starts)  # mean rows of a bin in each resample
-    squares, first, second = (
-        _resampled(each, length, starts) / drawn for each in (sums.square, sums.effort, sums.effort_square)
-    )
+    starts = block_starts(sums.rows.size, length, seed)
     tiny = np.finfo(float).tiny
-    variance = np.maximum(second - first * first, tiny)
+
+    # Over all rows.
     mse = float(sums.square.sum()) / rows
-    middle = float(sums.effort.sum()) / rows
-    spread = max(float(sums.effort_square.sum()) / rows - middle * middle, float(tiny))
+    mean = float(sums.effort.sum()) / rows
+    spread = max(float(sums.effort_square.sum()) / rows - mean * mean, float(tiny))
+    # In each resample.
+    rows_of_bin = _resampled(sums.rows, length, starts)
+    mses = _resampled(sums.square, length, starts) / rows_of_bin
+    means = _resampled(sums.effort, length, starts) / rows_of_bin
+    mean_squares = _resampled(sums.effort_square, length, starts) / rows_of_bin
+    spreads = np.maximum(mean_squares - means * means, tiny)
     largest = _block_maxima(sums.largest, length)[starts].max(axis=1)
-    return Score(
-        rows=int(rows),
-        mse=_figure(mse, squares, blocks, least=0.0),
-        rmse=_figure(mse**0.5, np.sqrt(squares), blocks, least=0.0),
-        share=_figure((mse / spread) ** 0.5, np.sqrt(squares / variance), blocks, least=0.0),
-        r2=_figure(1.0 - mse / spread, 1.0 - squares / variance, blocks, most=1.0),
+    return _banded(
+        int(rows),
+        mse,
+        spread,
+        mses,
+        spreads,
+        blocks=starts.shape[1],
         largest=BandedFigure(float(sums.largest.max()), *_middle(largest)),
         bias=float(sums.error.sum()) / rows,
     )
@@ -188,7 +232,8 @@ def excess(error: Array, best: Array, *, block: int | None = None, seed: int = 0
         return BandedFigure(np.inf, np.inf, np.inf)
     block = block or block_rows([error, best])
     starts = block_starts(error.size, block, seed)
-    mine, theirs = (np.sqrt(_resampled(e * e, block, starts)) for e in (error, best))
+    mine = np.sqrt(_resampled(error * error, block, starts))
+    theirs = np.sqrt(_resampled(best * best, block, starts))
     value = float(_over(np.sqrt(np.sum(error**2)), np.sqrt(np.sum(best**2))))
     return _figure(value, _over(mine, theirs), starts.shape[1], least=-1.0)
 
@@ -203,7 +248,8 @@ def difference(error: Array, other: Array, *, block: int, seed: int = 0) -> Band
         seed: of the resampling.
     """
     starts = block_starts(error.size, block, seed)
-    mine, theirs = (np.sqrt(_resampled(e * e, block, starts)) for e in (error, other))
+    mine = np.sqrt(_resampled(error * error, block, starts))
+    theirs = np.sqrt(_resampled(other * other, block, starts))
     value = float(np.sqrt(np.mean(error**2)) - np.sqrt(np.mean(other**2)))
     return _figure(value, mine - theirs, starts.shape[1])
 
@@ -221,9 +267,14 @@ def _figure(
     from scipy.special import ndtri, stdtrit
 
     freedom = max(blocks - 1, 1)
-    wider = float(stdtrit(freedom, 0.975) / ndtri(0.975)) * (blocks / freedom) ** 0.5
+    student_over_normal = float(stdtrit(freedom, 0.975) / ndtri(0.975))
+    wider = student_over_normal * (blocks / freedom) ** 0.5
     low, high = _middle(resampled)
-    return BandedFigure(value, _widened(value, low, wider, least), _widened(value, high, wider, most))
+    return BandedFigure(
+        value,
+        low=_widened(value, low, wider, least),
+        high=_widened(value, high, wider, most),
+    )
 
 
 def _widened(value: float, end: float, wider: float, limit: float) -> float:
@@ -231,7 +282,8 @@ def _widened(value: float, end: float, wider: float, limit: float) -> float:
     moved = value + wider * (end - value) if np.isfinite(end) else end
     if np.sign(moved - limit) == np.sign(value - limit):
         return moved
-    return limit + (value - limit) * ((end - limit) / (value - limit)) ** wider
+    nearer = (end - limit) / (value - limit)
+    return limit + (value - limit) * nearer**wider
 
 
 def _middle(resampled: Array) -> tuple[float, float]:
@@ -244,7 +296,8 @@ def _resampled(values: Array, block: int, starts: NDArray[np.int64]) -> Array:
     """Mean of the values (n,) in each resample, shape (resamples,); the sum of a block is a difference of two sums."""
     wrapped = np.concatenate([values, values[: block - 1]])
     total = np.concatenate([[0.0], np.cumsum(wrapped)])
-    return np.mean(total[starts + block] - total[starts], axis=1) / block
+    sums = total[starts + block] - total[starts]  # (resamples, blocks)
+    return np.mean(sums, axis=1) / block
 
 
 def _block_maxima(values: Array, block: int) -> Array:
@@ -272,12 +325,15 @@ def information_criteria(cost: float, rows: int, independent: float, parameters:
         aic, bic: with n rows; they prefer too many parameters wherever residuals are correlated. aic_independent,
         bic_independent: with the number of independent rows.
     """
-    log_mse = float(np.log(max(cost / rows, np.finfo(float).tiny)))
+    mse = max(cost / rows, np.finfo(float).tiny)
+    log_mse = float(np.log(mse))
+    log_rows = float(np.log(rows))
+    log_independent = float(np.log(max(independent, 2.0)))
     return {
         "aic": rows * log_mse + 2 * parameters,
-        "bic": rows * log_mse + parameters * float(np.log(rows)),
+        "bic": rows * log_mse + parameters * log_rows,
         "aic_independent": independent * log_mse + 2 * parameters,
-        "bic_independent": independent * log_mse + parameters * float(np.log(max(independent, 2.0))),
+        "bic_independent": independent * log_mse + parameters * log_independent,
     }
 
 
@@ -325,5 +381,8 @@ def recommend(
     # Where no sound model comes near the best one, the nearest of them is still the one to use.
     nearest = min(allowed, key=lambda name: scores[name].rmse.value)
     free = freedom or {}
-    order = {name: (free.get(name, 0), parameters[name], scores[name].rmse.value) for name in good or [nearest]}
-    return best, min(order, key=order.__getitem__)
+
+    def order(name: str) -> tuple[int, int, float]:
+        return free.get(name, 0), parameters[name], scores[name].rmse.value
+
+    return best, min(good or [nearest], key=order)

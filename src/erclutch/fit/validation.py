@@ -71,8 +71,9 @@ def cross_validated(train: Dataset, fitted: Fitted, blocks: int) -> tuple[float,
     """RMSE on each block of the training rows in time, fitted on the others; empty for no blocks."""
     errors: list[float] = []
     for block in time_folds(train, blocks) if blocks else ():
-        model = fitted.candidate.refit(train, train.with_neighbours(~block), fitted.outcome, ()).model
-        error: Array = train.effort - model.predict(train)
+        others = train.with_neighbours(~block)
+        outcome = fitted.candidate.refit(train, others, fitted.outcome, ())
+        error: Array = train.effort - outcome.model.predict(train)
         errors.append(float(np.sqrt(np.mean(error[block] ** 2))))
     return tuple(errors)
 
@@ -83,15 +84,19 @@ def parts_of_training(train: Dataset) -> LeftOut | None:
     masks: list[Mask] = []
     words: list[str] = []
     fields = 0
-    for name, numbers in (("field", logs.field), ("motion", logs.motion)):
-        if len(set(numbers)) >= FEWEST_GROUPS:
-            masks += _masks(train, logs.rows, numbers)
-            words.append(f"whole {name}s")
-            fields = len(masks) if name == "field" else fields
+    if len(set(logs.field)) >= FEWEST_GROUPS:
+        masks += _masks(train, logs.rows, logs.field)
+        words.append("whole fields")
+        fields = len(masks)
+    if len(set(logs.motion)) >= FEWEST_GROUPS:
+        masks += _masks(train, logs.rows, logs.motion)
+        words.append("whole motions")
     if masks:
         return LeftOut(" and ".join(words), masks, further=True, fields=fields)
-    if len(logs.rows) >= FEWEST_GROUPS:
-        return LeftOut("whole logs", list(_masks(train, logs.rows, range(len(logs.rows)))), further=False)
+    count = len(logs.rows)
+    if count >= FEWEST_GROUPS:
+        of_logs = _masks(train, logs.rows, range(count))
+        return LeftOut("whole logs", list(of_logs), further=False)
     if train.rows < _BLOCKS * _FEWEST_ROWS:
         return None
     return LeftOut(f"{_BLOCKS} blocks in time", time_folds(train, _BLOCKS), further=False)
@@ -100,7 +105,8 @@ def parts_of_training(train: Dataset) -> LeftOut | None:
 def _masks(train: Dataset, rows: Sequence[tuple[int, int]], numbers: Sequence[int]) -> Iterator[Mask]:
     """Masks of groups of logs by their numbers; neighbours share a mask where there are many."""
     order = sorted(set(numbers))
-    for group in np.array_split(np.array(order), min(len(order), _GROUPS)):
+    groups = np.array_split(np.array(order), min(len(order), _GROUPS))
+    for group in groups:
         mask = np.zeros(train.rows, np.bool_)
         for (start, stop), number in zip(rows, numbers, strict=True):
             mask[start:stop] |= number in group
@@ -135,45 +141,60 @@ def chosen(
     if parts is None or (len(allowed) < 2 and not parts.fields):
         return None
     contenders = list(_in_question(allowed, further=parts.further))
-    errors: dict[str, list[Array]] = {f.outcome.model.name: [] for f in contenders}
-    measured: list[Array] = []
+    outcomes = {f.outcome.model.name: f.outcome for f in contenders}
+
+    # Each part is left out of a refit of each contender, and predicted.
+    count = len(parts.masks)
+    measured = [train.effort[part] for part in parts.masks]
+    errors: dict[str, list[Array]] = {name: [] for name in outcomes}  # by model, one array a part
     with one_thread():
-        for number, part in enumerate(parts.masks, start=1):
-            told((number - 1) / len(parts.masks), f"choosing: part {number} of {len(parts.masks)} is left out")
-            measured.append(train.effort[part])
+        for number, part in enumerate(parts.masks):
+            told(number / count, f"choosing: part {number + 1} of {count} is left out")
             for name, predicted in _refitted(contenders, train, train.with_neighbours(~part)).items():
                 errors[name].append(train.effort[part] - predicted[part])
-    usable = {
-        name: own
-        for name, own in errors.items()
-        if len(own) == len(parts.masks) and all(np.all(np.isfinite(error)) for error in own)
-    }
+    usable: dict[str, list[Array]] = {}
+    for name, own in errors.items():
+        if len(own) == count and all(np.all(np.isfinite(error)) for error in own):
+            usable[name] = own
     if not usable:
         return None
-    outcomes = {f.outcome.model.name: f.outcome for f in contenders}
+
+    # Errors of all parts in a row, in the effort's unit: what people are told.
     effort = np.concatenate(measured)
-    scores = {name: score(effort, effort - np.concatenate(own), seed=seed) for name, own in usable.items()}
-    weights = part_weights(usable) if parts.further else [1.0] * len(parts.masks)
-    weighed = {name: [w * e for w, e in zip(weights, own, strict=True)] for name, own in usable.items()}
-    measure = np.concatenate([w * own for w, own in zip(weights, measured, strict=True)])
+    told_scores = {name: score(effort, effort - np.concatenate(own), seed=seed) for name, own in usable.items()}
+
+    # What is compared has each field and each motion count the same.
+    weights = part_weights(usable) if parts.further else [1.0] * count
+    weighed = {name: _times(weights, own) for name, own in usable.items()}
     whole = {name: np.concatenate(own) for name, own in weighed.items()}
-    compared = {name: score(measure, measure - error, seed=seed) for name, error in whole.items()}
-    worth = worth_their_freedom(weighed, {name: outcomes[name].freedom for name in usable}, seed)
-    least = whole[min(worth, key=lambda name: compared[name].rmse.value)]
-    _, name = recommend(
-        {name: compared[name] for name in worth},
-        {name: excess(whole[name], least, seed=seed) for name in worth},
-        {name: outcomes[name].parameters for name in worth},
-        freedom={name: outcomes[name].freedom for name in worth},
+    weighed_effort = np.concatenate(_times(weights, measured))
+    scores = {name: score(weighed_effort, weighed_effort - error, seed=seed) for name, error in whole.items()}
+    freedom = {name: outcomes[name].freedom for name in usable}
+    worth = worth_their_freedom(weighed, freedom, seed)
+    least = min(worth, key=lambda name: scores[name].rmse.value)
+    _, recommended = recommend(
+        scores={name: scores[name] for name in worth},
+        excesses={name: excess(whole[name], whole[least], seed=seed) for name in worth},
+        parameters={name: outcomes[name].parameters for name in worth},
+        freedom={name: freedom[name] for name in worth},
     )
-    rows = [np.flatnonzero(mask) for mask in parts.masks[: parts.fields]]
+
+    # The first parts are whole fields: together they are all rows, each predicted without its field.
     at_new_fields: dict[str, Array] = {}
-    for each in usable if rows else ():
-        at_new_fields[each] = np.empty(train.rows)
-        at_new_fields[each][np.concatenate(rows)] = np.concatenate(errors[each][: parts.fields])
+    if parts.fields:
+        rows = np.concatenate([np.flatnonzero(mask) for mask in parts.masks[: parts.fields]])
+        for name, own in usable.items():
+            at_new_fields[name] = np.empty(train.rows)
+            at_new_fields[name][rows] = np.concatenate(own[: parts.fields])
     if len(allowed) < 2:
-        return Choice(name, "", {}, at_new_fields)
-    return Choice(name, parts.words, {name: each.rmse for name, each in scores.items()}, at_new_fields)
+        return Choice(recommended, "", {}, at_new_fields)
+    rmse = {name: each.rmse for name, each in told_scores.items()}
+    return Choice(recommended, parts.words, rmse, at_new_fields)
+
+
+def _times(weights: Sequence[float], parts: Sequence[Array]) -> list[Array]:
+    """Each part times its weight."""
+    return [weight * part for weight, part in zip(weights, parts, strict=True)]
 
 
 def part_weights(errors: Mapping[str, Sequence[Array]]) -> list[float]:
@@ -186,8 +207,10 @@ def part_weights(errors: Mapping[str, Sequence[Array]]) -> list[float]:
     Args:
         errors: by model, measured less estimated effort on each part.
     """
-    each = np.array([[float(np.sqrt(np.mean(error**2))) for error in own] for own in errors.values()])
-    least = each.min(axis=0)
+    rmse: list[list[float]] = []
+    for of_model in errors.values():
+        rmse.append([float(np.sqrt(np.mean(error**2))) for error in of_model])
+    least = np.array(rmse).min(axis=0)  # (parts,)
     measure = np.maximum(least, _AT_REST * float(least.max()))
     if not measure.all():
         return [1.0] * measure.size

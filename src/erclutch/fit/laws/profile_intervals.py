@@ -62,28 +62,38 @@ def interval_ends(few: Separable, found: Optimum, spread: Uncertainty, *, ordere
         spread: of the free parameters.
         ordered: whether rows follow in time.
     """
-    widths = np.full(found.point.size, np.inf)
-    widths[found.free] = spread.quantile * spread.errors
+    # The ends of a parabola, and the parameters for which it says too little.
+    half = np.full(found.point.size, np.inf)
+    half[found.free] = spread.quantile * spread.errors
+    low = found.point - half
+    high = found.point + half
     lower, upper = _bounds(few)
-    low, high = found.point - widths, found.point + widths
     doubtful = (low < lower) | (high > upper)
-    doubtful[: len(few.shapes)] |= widths[: len(few.shapes)] > _WIDE
+    k = len(few.shapes)
+    doubtful[:k] |= half[:k] > _WIDE
     if not doubtful[found.live].any():
         return low, high
+
     search = _Search.at(few, found, ordered)
-    for j in np.flatnonzero(search.coupled(doubtful)):
-        low[j], high[j] = -np.inf, np.inf
-        ends = (search.end(int(j), -1.0), search.end(int(j), 1.0))
-        if ends[0] > lower[j] or ends[1] < upper[j]:
-            low[j], high[j] = ends
+    for j in np.flatnonzero(search.coupled(doubtful)).tolist():
+        from_end = search.end(j, -1.0)
+        to_end = search.end(j, 1.0)
+        if from_end > lower[j] or to_end < upper[j]:
+            low[j] = from_end
+            high[j] = to_end
+        else:
+            # From bound to bound: these rows do not identify the parameter.
+            low[j] = -np.inf
+            high[j] = np.inf
     return low, high
 
 
 def _bounds(problem: Separable) -> tuple[Array, Array]:
-    """Bounds of the coordinates and of the gains."""
+    """Bounds of the coordinates and of the gains, shape (p,) each."""
     low, high = problem.bounds
-    gains = np.where(problem.nonnegative, 0.0, -np.inf)
-    return np.concatenate([low, gains]), np.concatenate([high, np.full(gains.size, np.inf)])
+    least_gains = np.where(problem.nonnegative, 0.0, -np.inf)
+    most_gains = np.full(least_gains.size, np.inf)
+    return np.concatenate([low, least_gains]), np.concatenate([high, most_gains])
 
 
 @dataclass(frozen=True)
@@ -114,57 +124,84 @@ class _Search:
     @classmethod
     def at(cls, few: Separable, found: Optimum, ordered: bool) -> _Search:
         """The search around an optimum."""
-        k, share = len(few.shapes), few.target.size / found.residual.size
+        k = len(few.shapes)
+        share = few.target.size / found.residual.size  # of all rows, that the few are
+
+        # What the model predicts on the few rows, and its derivatives there by all parameters.
         q = parameters(few.shapes, found.point[:k])
         fitted = few.values(few.columns(q), q)[:, :-1] @ found.point[k:]
-        columns, slopes, _ = jacobian(replace(few, target=fitted), found.point[:k])
-        slopes = np.column_stack([slopes, columns])
-        pull = np.linalg.lstsq(slopes.T, share * found.slopes.T @ found.residual, rcond=1e-9)[0]
+        columns, by_shapes, _ = jacobian(replace(few, target=fitted), found.point[:k])
+        slopes = np.column_stack([by_shapes, columns])
+        # The smallest residual whose gradient is that of all rows.
+        gradient = share * found.slopes.T @ found.residual
+        pull = np.linalg.lstsq(slopes.T, gradient, rcond=1e-9)[0]
+
         norms = np.linalg.norm(slopes, axis=0)
         live = found.live & (norms > 0)
         norms[~live] = 1.0
         lower, upper = (np.where(live, ends, found.point) for ends in _bounds(few))
+
+        # Inverse of the curvature J'J by the singular values of J; those of a valley are kept off zero.
         _, s, right = np.linalg.svd(triangle_of(slopes / norms))
-        half = right.T / np.maximum(s, 1e-12 * max(s[0], 1e-150)) / norms[:, None]
+        solid = np.maximum(s, 1e-12 * max(s[0], 1e-150))
+        half = right.T / solid / norms[:, None]
         inverse = half @ half.T
-        limits = np.maximum(share * _limits(found, ordered), 1e-24 * float(fitted @ fitted) + 1e-200)
-        first = np.sqrt(limits * np.diag(inverse))
-        problem = replace(few, target=fitted + pull)
-        return cls(problem, found.point, live, lower, upper, inverse, limits, first, float(pull @ pull))
+
+        # A perfect fit leaves rounding alone, whose square is the least rise that a profile can show.
+        rounding = 1e-24 * float(fitted @ fitted) + 1e-200
+        limits = np.maximum(share * _limits(found, ordered), rounding)
+        return cls(
+            problem=replace(few, target=fitted + pull),
+            point=found.point,
+            live=live,
+            lower=lower,
+            upper=upper,
+            inverse=inverse,
+            limits=limits,
+            first=np.sqrt(limits * np.diag(inverse)),
+            least=float(pull @ pull),
+        )
 
     def coupled(self, doubtful: Mask) -> Mask:
-        """Which parameters are among these or trade off with some of them."""
+        """Which parameters are among these or trade off with some of them, shape (p,)."""
         errors = np.sqrt(np.diag(self.inverse))
-        together = np.abs(self.inverse / np.outer(errors, errors))[:, doubtful] > _COUPLED
+        correlation = self.inverse / np.outer(errors, errors)
+        together = np.abs(correlation)[:, doubtful] > _COUPLED
         return self.live & (together.any(axis=1) | doubtful)
 
     def end(self, j: int, side: float) -> float:
         """Where the profile of a parameter has risen to its limit, or the bound that it meets before."""
         bound = float(self.upper[j] if side > 0 else self.lower[j])
-        inner, inner_rise = float(self.point[j]), 0.0
-        outer, outer_rise = bound, np.inf
-        if inner == bound:
+        start = float(self.point[j])
+        if start == bound:
             return bound
-        rest: Array | None = None
-        trial = inner + side * float(self.first[j])
+
+        # The end lies between an inner value, where the profile is below its limit, and an outer one beyond.
+        inner, inner_rise = start, 0.0
+        outer, outer_rise = bound, np.inf
+        rest: Array | None = None  # the other coordinates at the inner value
+        trial = start + side * float(self.first[j])
         for _ in range(_TRIES):
             trial = min(trial, bound) if side > 0 else max(trial, bound)
-            rise, found = self._rise(j, trial, rest)
+            rise, others = self._rise(j, trial, rest)
             if abs(rise - 1.0) < _NEAR:
-                start = float(self.point[j])
-                return float(np.clip(start + (trial - start) / rise, self.lower[j], self.upper[j]))
+                end = start + (trial - start) / rise
+                return float(np.clip(end, self.lower[j], self.upper[j]))
+            if rise < 1.0 and trial == bound:
+                return bound
             if rise < 1.0:
-                if trial == bound:
-                    return bound
-                inner, inner_rise, rest = trial, rise, found  # beyond the end the others may lie in another basin
+                inner, inner_rise = trial, rise
+                rest = others  # not from beyond the end, where the others may lie in another basin
             else:
                 outer, outer_rise = trial, rise
-            trial = _next(inner, inner_rise, outer, outer_rise, float(self.point[j]))
+
+            trial = _next(inner, inner_rise, outer, outer_rise, start)
         return inner if np.isfinite(outer_rise) else side * np.inf
 
     def _rise(self, j: int, value: float, start: Array | None) -> tuple[float, Array]:
         """Root of the profile's rise as a share of its limit, and the other coordinates there."""
         k = len(self.problem.shapes)
+        # Where the others go along the valley of the parabola.
         guess = self.point + (value - self.point[j]) * self.inverse[:, j] / self.inverse[j, j]
         if j < k:
             pinned = _without(outer_problem(self.problem), j, value)
@@ -174,28 +211,35 @@ class _Search:
             guess = guess[:k]
         if start is None:
             start = np.clip(guess, pinned.lower, pinned.upper)
-        found = minimise(pinned, start, tolerance=1e-2, max_iterations=15)
-        return float(np.sqrt(max(found.cost - self.least, 0.0) / self.limits[j])), found.point
+        minimum = minimise(pinned, start, tolerance=1e-2, max_iterations=15)
+        rise = max(minimum.cost - self.least, 0.0)
+        return float(np.sqrt(rise / self.limits[j])), minimum.point
 
 
 def _limits(found: Optimum, ordered: bool) -> Array:
-    """Rise of the sum of squares over all rows at the ends of the interval of each parameter."""
-    robust, white = (uncertainty(found.slopes, found.residual, ordered=o) for o in (ordered, False))
+    """Rise of the sum of squares over all rows at the ends of the interval of each parameter, shape (p,)."""
+    robust = uncertainty(found.slopes, found.residual, ordered=ordered)
+    white = uncertainty(found.slopes, found.residual, ordered=False)
     known = np.isfinite(robust.errors) & (white.errors > 0)
+    # Rotnitzky and Jewell's ratio of variances.
     ratio = np.full(known.size, np.nan)
     ratio[known] = (robust.errors[known] / white.errors[known]) ** 2
     # Along a valley the ratio at the optimum is not that at the end: none counts for less than the middle one.
-    ratio = np.fmax(ratio, np.median(ratio[known]) if known.any() else 1.0)
-    variance = float(found.residual @ found.residual) / max(found.residual.size - known.size, 1)
+    middle = np.median(ratio[known]) if known.any() else 1.0
+    ratio = np.fmax(ratio, middle)
+    freedom = max(found.residual.size - known.size, 1)
+    variance = float(found.residual @ found.residual) / freedom
     return robust.quantile**2 * variance * ratio
 
 
 def _next(inner: float, inner_rise: float, outer: float, outer_rise: float, start: float) -> float:
     """The next value to try: between the two that enclose the end, else further out by what the rise asks for."""
     if np.isfinite(outer_rise):
+        # By a straight line between both; a steep rise beyond says little of where the end is.
         share = (1.0 - inner_rise) / (min(outer_rise, _STEEP) - inner_rise)
         return inner + min(max(share, 0.05), 0.95) * (outer - inner)
-    return start + (inner - start) * min(1.05 / max(inner_rise, 0.1), 4.0)
+    times_as_far = min(1.05 / max(inner_rise, 0.1), 4.0)
+    return start + (inner - start) * times_as_far
 
 
 def _without(problem: Problem, j: int, value: float) -> Problem:

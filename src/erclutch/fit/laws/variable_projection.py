@@ -57,14 +57,18 @@ class Separable:
         if self.behind is not None:
             values = [self.behind(value, q) for value in values]
         stacked = stack(values, self.target)
+        target = stacked[:, -1]
         for j, gain in self.pinned.items():
-            stacked[:, -1] -= gain * stacked[:, j]
+            target -= gain * stacked[:, j]
             stacked[:, j] = 0.0
         return stacked
 
     def with_pinned(self, gains: Array) -> Array:
         """All gains, those that are pinned among them."""
-        return np.array([self.pinned.get(j, gain) for j, gain in enumerate(gains.tolist())])
+        every = gains.copy()
+        for j, gain in self.pinned.items():
+            every[j] = gain
+        return every
 
     @property
     def nonnegative(self) -> Mask:
@@ -81,16 +85,18 @@ class Separable:
 
 def coordinates(shapes: Sequence[ShapeParameter], q: Sequence[float]) -> Array:
     """The solver's coordinates: logarithms where a parameter spans decades."""
-    u = [np.log(value) if shape.scale == "log" else value for shape, value in zip(shapes, q, strict=True)]
-    return np.array(u, np.float64)
+    u: Array = np.empty(len(shapes))
+    for k, (shape, value) in enumerate(zip(shapes, q, strict=True)):
+        u[k] = np.log(value) if shape.scale == "log" else value
+    return u
 
 
 def parameters(shapes: Sequence[ShapeParameter], u: Sequence[float] | Array) -> list[float]:
     """Back from coordinates; within the bounds, which rounding of the exponential may miss."""
     q: list[float] = []
     for shape, coordinate in zip(shapes, u, strict=True):
-        value = float(np.exp(coordinate)) if shape.scale == "log" else float(coordinate)
-        q.append(min(max(value, shape.lower), shape.upper))
+        value = np.exp(coordinate) if shape.scale == "log" else coordinate
+        q.append(min(max(float(value), shape.lower), shape.upper))
     return q
 
 
@@ -119,7 +125,8 @@ class Projection:
 def project(separable: Separable, q: Sequence[float]) -> Projection:
     """Best gains and their cost at nonlinear parameters ``q``."""
     with np.errstate(over="ignore", invalid="ignore", divide="ignore", under="ignore"):
-        return _gains(separable.values(separable.columns(q), q), separable.nonnegative)
+        stacked = separable.values(separable.columns(q), q)
+        return _gains(stacked, separable.nonnegative)
 
 
 def stack(columns: Sequence[Any], target: Array) -> Array:
@@ -147,14 +154,16 @@ def triangle_over(matrices: Iterable[Array]) -> Array:
     tops: list[Array] = []  # triangles of whole slices, and the rows that are left of each matrix
     for matrix in matrices:
         rows, wide = matrix.shape
-        whole = rows // _SLICE * _SLICE if tops or rows >= 2 * _SLICE else 0
+        in_slices = bool(tops) or rows >= 2 * _SLICE
+        whole = rows // _SLICE * _SLICE if in_slices else 0
         for at in range(0, whole, _SLICE):
             packed = dgeqrf(matrix[at : at + _SLICE])[0]  # R above the diagonal, reflectors below
             tops.append(np.triu(packed[:wide]))
         tops.append(np.array(matrix[whole:]))
-    matrix = tops[0] if len(tops) == 1 else np.vstack(tops)
-    wide = matrix.shape[1]
-    r: Array = np.triu(dgeqrf(matrix)[0][:wide])
+    last = tops[0] if len(tops) == 1 else np.vstack(tops)
+    wide = last.shape[1]
+    packed = dgeqrf(last)[0]
+    r: Array = np.triu(packed[:wide])
     missing = wide - r.shape[0]  # rows, where there are fewer than columns
     return r if not missing else np.vstack([r, np.zeros((missing, wide))])
 
@@ -165,20 +174,31 @@ _SLICE = 4096
 
 def _gains(matrix: Array, nonnegative: Mask) -> Projection:
     """Best gains from [columns | target], shape (n, p + 1); columns that are not finite have an infinite cost."""
+    if np.isfinite(matrix.sum()):
+        return gains_of(triangle_of(matrix), nonnegative)
     p = int(matrix.shape[1]) - 1
-    if not np.isfinite(matrix.sum()):
-        return Projection(np.zeros(p), np.ones(p, np.bool_), np.zeros(p, np.bool_), np.inf)
-    return gains_of(triangle_of(matrix), nonnegative)
+    return Projection(
+        gains=np.zeros(p),
+        held=np.ones(p, np.bool_),
+        dead=np.zeros(p, np.bool_),
+        cost=np.inf,
+    )
 
 
 def gains_of(r: Array, nonnegative: Mask) -> Projection:
     """Best gains from the triangle of [columns | target], shape (p + 1, p + 1)."""
     p = int(r.shape[1]) - 1
-    dead: Mask = np.sqrt(np.sum(r[:, :p] ** 2, axis=0)) < _UNEXCITED
+    columns = r[:p, :p]
+    target = r[:p, p]
+    norms = np.sqrt(np.sum(r[:, :p] ** 2, axis=0))
+    dead: Mask = norms < _UNEXCITED
+    live = ~dead
     gains: Array = np.zeros(p)
     held = dead.copy()
-    gains[~dead], held[~dead] = solve_bounded(r[:p, :p][:, ~dead], r[:p, p], nonnegative[~dead])
-    cost = float(r[p, p] ** 2 + np.sum((r[:p, p] - r[:p, :p] @ gains) ** 2))
+    gains[live], held[live] = solve_bounded(columns[:, live], target, nonnegative[live])
+    # The corner is what no gain can reach.
+    left = target - columns @ gains
+    cost = float(r[p, p] ** 2 + np.sum(left**2))
     return Projection(gains, held, dead, cost)
 
 
@@ -204,11 +224,14 @@ def linearised(separable: Separable, u: Array, known: Projection | None = None) 
         columns = separable.columns(q)
         stacked = separable.values(columns, [value_of(x) for x in q])
         projection = known or _gains(stacked, separable.nonnegative)
+
+        # The fitted effort as a sum of terms, each with its derivatives.
         gains = separable.with_pinned(projection.gains)
         pairs = zip(gains, columns, strict=True)
+        terms: list[Any] = []
         if separable.behind is None:
             # A column without derivatives adds nothing to the slopes.
-            terms: list[Any] = [gain * column for gain, column in pairs if isinstance(column, Dual)]
+            terms = [gain * column for gain, column in pairs if isinstance(column, Dual)]
         else:
             effort = reduce(add, [gain * column for gain, column in pairs])
             terms = [separable.behind(effort, q)]
@@ -235,14 +258,16 @@ def refined(columns: Array, target: Array, projection: Projection, triangle: Arr
     free = ~projection.held
     if not free.any() or not np.isfinite(projection.cost):
         return projection
-    left = target - columns @ projection.gains
+    before = target - columns @ projection.gains
     # NumPy adds in pairs: sums that are nearly nought keep digits that a product of matrices would lose.
-    slope = np.array([np.sum(column * left) for column in columns.T[free]])
+    slope = np.array([np.sum(column * before) for column in columns.T[free]])
     better = corrected(projection, triangle, slope)
     after = target - columns @ better.gains
+
     norms = np.linalg.norm(triangle, axis=0)[: int(free.sum())]  # of the free columns
     rounding = np.finfo(float).eps * (norms @ np.abs(better.gains[free]))
-    return projection if np.linalg.norm(after) > np.linalg.norm(left) + rounding else better
+    is_worse = np.linalg.norm(after) > np.linalg.norm(before) + rounding
+    return projection if is_worse else better
 
 
 def corrected(projection: Projection, triangle: Array, slope: Array) -> Projection:
@@ -250,12 +275,12 @@ def corrected(projection: Projection, triangle: Array, slope: Array) -> Projecti
 
     See Björck 1996, chapter 2.9, doi 10.1137/1.9781611971484. The triangle begins with that of the free columns.
     """
-    p = slope.size
     solve: Any = np.linalg.lstsq
+    eps = np.finfo(float).eps
+    p = slope.size
     r = triangle[:p, :p]
     scale = np.linalg.norm(r, axis=0)
     scaled = r / scale
-    eps = np.finfo(float).eps
     # R' R step = slope, by two solutions: R' first, then R.
     half = solve(scaled.T, slope / scale, rcond=eps)[0]
     step: Any = solve(scaled, half, rcond=eps)[0]
@@ -269,20 +294,27 @@ def outer_problem(separable: Separable) -> Problem:
     """The problem that `levenberg_marquardt.minimise` solves over the coordinates."""
     lower, upper = separable.bounds
 
+    def cost(u: Array) -> float:
+        return project(separable, parameters(separable.shapes, u)).cost
+
     def linearise(u: Array) -> Linearisation:
         stacked, slopes, projection = linearised(separable, u)
-        return local_model(triangle_of(beside(stacked, slopes, projection)), projection)
+        whole = beside(stacked, slopes, projection)
+        return local_model(triangle_of(whole), projection)
 
-    return Problem(lambda u: project(separable, parameters(separable.shapes, u)).cost, linearise, lower, upper)
+    return Problem(cost, linearise, lower, upper)
 
 
 def beside(stacked: Array, slopes: Array, projection: Projection) -> Array:
     """Free columns, derivatives and target side by side."""
-    return np.vstack([stacked.T[:-1][~projection.held], slopes.T, stacked.T[-1:]]).T
+    columns = stacked.T[:-1]
+    target = stacked.T[-1:]
+    return np.vstack([columns[~projection.held], slopes.T, target]).T
 
 
 def local_model(r: Array, projection: Projection) -> Linearisation:
     """The model over the coordinates alone, from the triangle of what is `beside` each other."""
+    # Below the free columns stands what their gains cannot follow: Kaufman's projection.
     p = int(np.count_nonzero(~projection.held))
     end = r.shape[0] - 1  # place of the target
-    return Linearisation(projection.cost, r[p:end, p:end], r[p:end, end])
+    return Linearisation(projection.cost, triangle=r[p:end, p:end], vector=r[p:end, end])
