@@ -30,14 +30,22 @@ UTFSM = (
 UTFSM_LOGS = ("5mm3Hz0A", "5mm3Hz0x25A", "5mm3Hz0x5A", "5mm3Hz0x75A", "5mm3Hz1A", "10mm1Hz1A")
 UTFSM_MODELS = ("bingham", "casson", "hem", "cho-choi-jhon", "bingham+dahl-2/field", "casson+effort-lag+inertia")
 
+MEMORY = "rise-fall+lugre/field+inertia+dahl/field"
+#: Models of the run on NEES that are exported as C: laws, networks, and a network on a law, with memory and without.
+EXPORTED = ("casson+lag", f"casson+{MEMORY}", "rbfn-10", f"fnn-16+{MEMORY}", f"casson+fnn-16+{MEMORY}")
 
-def commands(data: Path) -> dict[str, tuple[str, ...]]:
-    """What both trees run, by the name of the folder of its results."""
+
+def commands(data: Path, out: Path) -> dict[str, tuple[str, ...]]:
+    """What a tree runs, by the folder of its results in OUT; a later command may build on an earlier one."""
     nees = data / "mr_damper_nees" / "ranran_50_converted.csv"
     utfsm = [str(data / "mr_damper_utfsm" / "preprocessed" / f"{name}.txt") for name in UTFSM_LOGS]
     return {
         "nees": ("fit", str(nees), *NEES, "--out", "run"),
         "utfsm": ("fit", *utfsm, *UTFSM, "--test", "10mm*", "--models", *UTFSM_MODELS, "--out", "run"),
+        **{
+            f"c-{number}": ("export", str(out / "nees" / "run"), "--model", model, "--out", "c")
+            for number, model in enumerate(EXPORTED)
+        },
         "table2": ("reproduce", "table2", "--seconds", "60", "--out", "run"),
     }
 
@@ -116,12 +124,14 @@ def main() -> None:
     asked = parser.parse_args()
     shutil.rmtree(asked.out / "new", ignore_errors=True)
     differing = 0
-    for job, words in commands(asked.data.resolve()).items():
-        folders = []
-        for name, tree in (("old", asked.old), ("new", asked.new)):
-            out = asked.out / name
-            out.mkdir(parents=True, exist_ok=True)
-            folders.append(made(tree.resolve(), job, words, out))
+    places = {name: (asked.out / name).resolve() for name in ("old", "new")}
+    for place in places.values():
+        place.mkdir(parents=True, exist_ok=True)
+    data = asked.data.resolve()
+    for job in commands(data, places["old"]):
+        folders: list[Path] = []
+        for tree, out in zip((asked.old, asked.new), places.values(), strict=True):
+            folders.append(made(tree.resolve(), job, commands(data, out)[job], out))
         found = list(differences(*folders))
         files = sum(path.is_file() for path in folders[0].rglob("*"))
         print(f"{job}: {files} files, {len(found)} differ")

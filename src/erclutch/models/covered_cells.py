@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property, reduce
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -53,28 +53,22 @@ class CoveredCells:
     @cached_property
     def _corners(self) -> list[list[tuple[float, float]]]:
         """Corners in units of the reach."""
-        scaled = zip(self.low / self.reach, self.high / self.reach, strict=True)
-        return [list(zip(low.tolist(), high.tolist(), strict=True)) for low, high in scaled]
+        lows = (self.low / self.reach).tolist()
+        highs = (self.high / self.reach).tolist()
+        return [list(zip(low, high, strict=True)) for low, high in zip(lows, highs, strict=True)]
 
     def weight(self, inputs: Sequence[Any]) -> Any:
         """The weight from 0 to 1 for all inputs, elementwise on any operand."""
-        x = [value * (1.0 / float(reach)) for value, reach in zip(inputs, self.reach, strict=True)]
-        nearest = reduce(_smaller, (_beyond(x, box) for box in self._corners))
+        in_reaches = [value * (1.0 / float(reach)) for value, reach in zip(inputs, self.reach, strict=True)]
+        nearest: Any = None
+        for box in self._corners:
+            # The distance to a box is the largest one along an input; below zero inside.
+            distance: Any = None
+            for value, (low, high) in zip(in_reaches, box, strict=True):
+                for along in (low - value, value - high):
+                    distance = along if distance is None else less_select(distance, along, along, distance)
+            nearest = distance if nearest is None else less_select(nearest, distance, nearest, distance)
         return smooth(within(1.0 - nearest, 0.0, 1.0))
-
-
-def _beyond(x: Sequence[Any], box: Sequence[tuple[float, float]]) -> Any:
-    """How far a point lies outside a box: the largest distance along an input; below zero inside."""
-    distances = (d for value, (low, high) in zip(x, box, strict=True) for d in (low - value, value - high))
-    return reduce(_larger, distances)
-
-
-def _smaller(a: Any, b: Any) -> Any:
-    return less_select(a, b, a, b)
-
-
-def _larger(a: Any, b: Any) -> Any:
-    return less_select(a, b, b, a)
 
 
 #: Share of an input's whole range over which the weight falls to zero.
@@ -87,44 +81,45 @@ _PLACES = np.linspace(0.0, 1.0, 9)[1:-1]
 def cells_of(inputs: Array, boxes: int = 8) -> CoveredCells:
     """The boxes of some rows, shape (inputs, n): cut in two again and again, where most empty space is left out."""
     whole = np.ptp(inputs, axis=1)
-    reach = _REACH * np.where(whole > 0, whole, np.maximum(1.0, np.abs(inputs[:, 0])))
+    of_one_value = np.maximum(1.0, np.abs(inputs[:, 0]))  # instead of a range, for an input that does not vary
+    reach = _REACH * np.where(whole > 0, whole, of_one_value)
     cells: list[Array] = [inputs]
     while len(cells) < boxes:
         cuts = [_best_cut(cell, reach) for cell in cells]
-        gain, i, at = max(cuts)
+        best = max(cuts)
+        gain, i, at = best
         if gain == -np.inf:  # all rows of each box are the same
             break
-        k = cuts.index((gain, i, at))
-        cell = cells.pop(k)
-        cells += [cell[:, cell[i] <= at], cell[:, cell[i] > at]]
-    low, high = (np.array([end(cell) for cell in cells]) for end in (_low, _high))
+        cell = cells.pop(cuts.index(best))
+        before = cell[i] <= at
+        cells += [cell[:, before], cell[:, ~before]]
+    low = np.array([cell.min(axis=1) for cell in cells], np.float64)
+    high = np.array([cell.max(axis=1) for cell in cells], np.float64)
     return CoveredCells(low, high, reach)
-
-
-def _low(cell: Array) -> Array:
-    return np.asarray(np.min(cell, axis=1), np.float64)
-
-
-def _high(cell: Array) -> Array:
-    return np.asarray(np.max(cell, axis=1), np.float64)
 
 
 def _best_cut(cell: Array, reach: Array) -> tuple[float, int, float]:
     """The volume that the best cut leaves out, the input that it cuts, and where."""
-    rows = cell[:, :: max(1, cell.shape[1] // _FEW)]
-    low, wide = rows.min(axis=1), np.ptp(rows, axis=1)
+    every = max(1, cell.shape[1] // _FEW)
+    rows = cell[:, ::every]
+    low = rows.min(axis=1)
+    wide = np.ptp(rows, axis=1)
     whole = _volume(rows, reach)
     best = (-np.inf, 0, 0.0)
     for i in range(len(rows)):
-        places: list[float] = (low[i] + _PLACES * wide[i]).tolist() if wide[i] > 0 else []
-        for at in (at for at in places if at < rows[i].max()):  # a few last digits wide, the last place is the end
-            left = rows[i] <= at
-            gain = whole - _volume(rows[:, left], reach) - _volume(rows[:, ~left], reach)
+        if not wide[i] > 0:
+            continue
+        places: list[float] = (low[i] + _PLACES * wide[i]).tolist()
+        for at in places:
+            if not at < rows[i].max():  # of an input a few last digits wide, the last place is the end
+                continue
+            before = rows[i] <= at
+            gain = whole - _volume(rows[:, before], reach) - _volume(rows[:, ~before], reach)
             best = max(best, (gain, i, at))
     return best
 
 
 def _volume(rows: Array, reach: Array) -> float:
     """Volume of a box in units of the reach, an edge of which belongs to the box."""
-    wide: Array = np.asarray(_high(rows) - _low(rows)) if rows.size else -reach
+    wide: Array = np.ptp(rows, axis=1) if rows.size else -reach
     return float(np.prod(wide / reach + 1.0))

@@ -85,9 +85,11 @@ class TorqueModel(ModelBase):
     @property
     def times(self) -> Mapping[str, float]:
         """Parameters of the stages by name."""
-        stages = self.structure.stages
-        names = [number.name for stage in stages for number in stage.parameters(self.period)]
-        return {name: self.shape[name] for name in names}
+        times: dict[str, float] = {}
+        for stage in self.structure.stages:
+            for number in stage.parameters(self.period):
+                times[number.name] = self.shape[number.name]
+        return times
 
     @property
     def extras(self) -> Mapping[str, Pair]:
@@ -107,17 +109,24 @@ class TorqueModel(ModelBase):
     @property
     def numbers(self) -> Mapping[str, Any]:
         """Parameters and what normalises the inputs, by name."""
-        reference = {"reference field": self.reference.field, "reference slip": self.reference.slip}
-        return {**self.shape, **self.gains, **reference, "reference of further inputs": self.reference.extras}
+        return {
+            **self.shape,
+            **self.gains,
+            "reference field": self.reference.field,
+            "reference slip": self.reference.slip,
+            "reference of further inputs": self.reference.extras,
+        }
 
     def in_units(self) -> Iterator[tuple[str, float, str, str]]:
         """Name, value in the data's units, unit and meaning of each parameter."""
         for shape in self.structure.shapes(self.period):
             value = in_user_units(self.shape[shape.name], shape.dimension, self.reference)
-            yield shape.name, value, unit_text(shape.dimension, self.units), shape.meaning
+            unit = unit_text(shape.dimension, self.units)
+            yield shape.name, value, unit, shape.meaning
         for gain in self.structure.gains():
             value = gain_in_user_units(self.gains[gain.name], gain, self.reference)
-            yield gain.name, value, unit_of_gain(gain, self.structure.extras, self.units), gain.meaning
+            unit = unit_of_gain(gain, self.structure.extras, self.units)
+            yield gain.name, value, unit, gain.meaning
 
     @property
     def plugins(self) -> tuple[Plugin, ...]:
@@ -139,7 +148,8 @@ class TorqueModel(ModelBase):
             effort += np.asarray(term)
         if not exactly:  # the columns came from behind the stages on the effort
             return effort
-        return np.asarray(self.structure.behind(array_as_in_c(effort), clock, q))
+        behind = self.structure.behind(array_as_in_c(effort), clock, q)
+        return np.asarray(behind)
 
     def _terms(self, columns: Sequence[Any]) -> Iterator[Any]:
         """The columns times their gains; they are added from left to right as in the exported C."""
@@ -147,11 +157,13 @@ class TorqueModel(ModelBase):
 
     def steady(self, fields: Sequence[Array], slips: Sequence[Array], extras: Sequence[Array] = ()) -> Array:
         """Effort once the field has settled: no stages. One array (n,) an element, in the data's units."""
-        fluids = [self.command(array_as_in_c(np.atleast_1d(f))) for f in fields]
-        relative = [array_as_in_c(np.atleast_1d(w)) for w in slips]
-        remembered = settled_memory(self, self.moved(fluids, relative))
+        # A field that has settled is the command itself.
+        fluids = [self.command(array_as_in_c(np.atleast_1d(field))) for field in fields]
+        slips_as_in_c = [array_as_in_c(np.atleast_1d(slip)) for slip in slips]
+        remembered = settled_memory(self, self.moved(fluids, slips_as_in_c))
         further = dict(zip(self.structure.extras, extras, strict=True))
-        return np.asarray(self.from_fluid(FluidSignals(fluids, relative, remembered, further)), np.float64)
+        signals = FluidSignals(fluids, slips_as_in_c, remembered, further)
+        return np.asarray(self.from_fluid(signals), np.float64)
 
     def command(self, field: Any) -> Any:
         """What the stages work on: the normalised field after the law's stimulus; elementwise on any operand."""
@@ -176,7 +188,8 @@ class TorqueModel(ModelBase):
     def with_gains(self, gains: Mapping[str, float]) -> TorqueModel:
         """The same law with other gains, by name; a constant effort may be among them, though the law had none."""
         offset = self.structure.offset or OFFSET.name in gains
-        return replace(self, structure=replace(self.structure, offset=offset), gains={**self.gains, **gains})
+        structure = replace(self.structure, offset=offset)
+        return replace(self, structure=structure, gains={**self.gains, **gains})
 
     def equation(self) -> list[str]:
         """The equation and its numbers, as lines of a comment."""
@@ -184,11 +197,12 @@ class TorqueModel(ModelBase):
 
         structure = self.structure
         law = structure.law
+        effort = equation_text(law)
+        for stage in slip_stages(structure.dynamics):
+            for gain, column in memory_terms(stage):
+                effort += f" + {gain}*{column}"
         lines = [f"{self.title} ({law.source}). One element, for w > 0 (odd in w):", ""]
-        memory = [
-            f" + {gain}*{column}" for stage in slip_stages(structure.dynamics) for gain, column in memory_terms(stage)
-        ]
-        lines += [f"  effort = {equation_text(law)}{''.join(memory)}", ""]
+        lines += [f"  effort = {effort}", ""]
         lines += [f"with E = |field in the fluid| / {self.reference.field:.9g}, w = slip / {self.reference.slip:.9g}."]
         if slip_stages(structure.dynamics):
             lines += ["y(E) is the strength of the field: 1 at E = 1, of the form of the yield effort, else E^n_m."]
@@ -204,9 +218,10 @@ class TorqueModel(ModelBase):
             lines += [f"t is {TEMPERATURE} over {self.reference.temperature:.9g}."]
         if position_stages(structure.dynamics):
             lines += [f"x is {POSITION} over {self.reference.slip:.9g}."]
-        lines += stage_equations(structure.dynamics)
+        lines += [*stage_equations(structure.dynamics), ""]
         numbers = {**self.shape, **self.gains}
-        return [*lines, "", *(f"  {name:<10} = {value:.17g}" for name, value in numbers.items())]
+        lines += [f"  {name:<10} = {value:.17g}" for name, value in numbers.items()]
+        return lines
 
     def to_dict(self) -> dict[str, Any]:
         """As plain JSON values, with a schema version and a digest over all of them."""
@@ -226,17 +241,17 @@ class TorqueModel(ModelBase):
             },
             "shape": dict(self.shape),
             "gains": dict(self.gains),
-            **({"extras": self._extras_to_dict()} if self.structure.extras else {}),
-            "trained_on": self.trained_on.to_dict(),
-            "about": dict(self.about),
         }
+        extras: list[dict[str, Any]] = []
+        for name, scale, pair in zip(self.structure.extras, self.reference.extras, self.extra_ranges, strict=True):
+            extras.append({"name": name, "reference": scale, "trained_on": list(pair)})
+        if extras:
+            body["extras"] = extras
+        body["trained_on"] = self.trained_on.to_dict()
+        body["about"] = dict(self.about)
         if self.plugins:
             body["plugins"] = [plugin.to_dict() for plugin in self.plugins]
         return model_file.sealed(body, self.band)
-
-    def _extras_to_dict(self) -> list[dict[str, Any]]:
-        inputs = zip(self.structure.extras, self.reference.extras, self.extra_ranges, strict=True)
-        return [{"name": name, "reference": scale, "trained_on": list(pair)} for name, scale, pair in inputs]
 
 
 def model_from_dict(body: Mapping[str, Any], where: str = "model") -> TorqueModel:
@@ -263,8 +278,10 @@ def _model_from(body: Mapping[str, Any]) -> TorqueModel:
         extras=model_file.names_of([entry["name"] for entry in further], "further inputs"),
     )
 
-    keys = ("field", "slip", "period_s")
-    field_, slip, period = (model_file.number_of(body["reference"][key], key, positive=True) for key in keys)
+    references = body["reference"]
+    reference_field = model_file.number_of(references["field"], "field", positive=True)
+    slip = model_file.number_of(references["slip"], "slip", positive=True)
+    period = model_file.number_of(references["period_s"], "period_s", positive=True)
     scales = tuple(model_file.number_of(entry["reference"], "reference", positive=True) for entry in further)
     warmth = dict(zip(structure.extras, scales, strict=True)).get(TEMPERATURE, 1.0)
     if temperature_stages(structure.dynamics) and not LEAST_KELVIN <= warmth <= MOST_KELVIN:
@@ -278,13 +295,17 @@ def _model_from(body: Mapping[str, Any]) -> TorqueModel:
         if not number.lower <= shape[number.name] <= number.upper:
             limits = f"from {number.lower:g} to {number.upper:g}"
             raise ValueError(f"{number.name} is {shape[number.name]}, not {limits}")
+    gains: dict[str, float] = {}
+    for gain in structure.gains():
+        gains[gain.name] = model_file.number_of(body["gains"][gain.name], gain.name)
+    ranges = [model_file.pair_of(entry["trained_on"], "range of a further input") for entry in further]
     return TorqueModel(
         structure=structure,
-        reference=Reference(field_, slip, period, scales, warmth),
+        reference=Reference(reference_field, slip, period, scales, warmth),
         shape=shape,
-        gains={gain.name: model_file.number_of(body["gains"][gain.name], gain.name) for gain in structure.gains()},
+        gains=gains,
         units=model_file.units_of(body),
         trained_on=model_file.range_of(body),
         about=model_file.about_of(body),
-        extra_ranges=tuple(model_file.pair_of(entry["trained_on"], "range of a further input") for entry in further),
+        extra_ranges=tuple(ranges),
     )

@@ -47,47 +47,55 @@ class NearCells:
 
     def far(self, field: Any, slip: Any) -> Any:
         """Whether the cell of a row is not near; elementwise on any operand."""
-        return table_entry(self._far, *self._cell(field, slip))
+        row, column = self._cell(field, slip)
+        return table_entry(self._far, row, column)
 
     def amid(self, field: Any, slip: Any) -> Any:
         """Whether the cell of a row and all cells around are near: the share is one; elementwise on any operand."""
-        return table_entry(self._amid, *self._cell(field, slip))
+        row, column = self._cell(field, slip)
+        return table_entry(self._amid, row, column)
 
     def share(self, field: Any, slip: Any) -> Any:
         """One where training rows were near, zero where none was, elementwise on any operand.
 
         Bilinear between the centres of the cells, each of which counts one or zero.
         """
-        (row, down), (column, along) = (
-            _between_centres(x, covered) for x, covered in ((field, self.field), (slip, self.slip))
-        )
-        missed = [
-            [one_where(table_entry(self._far_or_beyond, i, k)) for k in (column, column + 1.0)]
-            for i in (row, row + 1.0)
-        ]
+        row, down = _between_centres(field, self.field)
+        column, along = _between_centres(slip, self.slip)
+        # How much is missed in the row of cells above the point, between its two columns; then in the row below.
+        missed: list[Any] = []
+        for i in (row, row + 1.0):
+            left, right = (one_where(table_entry(self._far_or_beyond, i, k)) for k in (column, column + 1.0))
+            missed.append((left, right))
         above, below = ((1.0 - along) * left + along * right for left, right in missed)
         return 1.0 - ((1.0 - down) * above + down * below)
 
     def _cell(self, field: Any, slip: Any) -> tuple[Any, Any]:
         """Numbers of the cells, the ring's own as the first and the last, with a fraction."""
-        ranges = (field, self.field), (slip, self.slip)
-        return tuple(within(_cells_along(x, covered) + 1.0, 0.0, CELLS + 1.5) for x, covered in ranges)
+        row = within(_cells_along(field, self.field) + 1.0, 0.0, CELLS + 1.5)
+        column = within(_cells_along(slip, self.slip) + 1.0, 0.0, CELLS + 1.5)
+        return row, column
 
     @cached_property
     def _near(self) -> Any:
         """The cells and the ring, shape (18, 18)."""
-        own = np.array([[bool(mask >> k & 1) for k in range(CELLS)] for mask in self.masks])
-        return np.pad(own, 1, mode="edge")
+        own: list[list[bool]] = []
+        for mask in self.masks:
+            own.append([bool(mask >> k & 1) for k in range(CELLS)])
+        return np.pad(np.array(own), 1, mode="edge")
 
     @cached_property
     def _far(self) -> Table:
+        """Which of the cells and the ring are not near, (18, 18)."""
         return _table(~self._near)
 
     @cached_property
     def _amid(self) -> Table:
+        """Which of the cells and the ring are near together with all eight around, (18, 18)."""
+        size = CELLS + 2
         around = np.pad(self._near, 1, constant_values=False)
-        whole = [around[i : i + CELLS + 2, k : k + CELLS + 2] for i in range(3) for k in range(3)]
-        return _table(np.logical_and.reduce(whole))
+        shifted = [around[i : i + size, k : k + size] for i in range(3) for k in range(3)]
+        return _table(np.logical_and.reduce(shifted))
 
     @cached_property
     def _far_or_beyond(self) -> Table:
@@ -109,25 +117,28 @@ class Nearness:
 
     def amid(self, fields: Sequence[Any], slips: Sequence[Any], extras: Sequence[Any]) -> Any:
         """Whether the share is one because the cells of all elements lie amid near ones; on any operand."""
-        own = [cells.amid(f, w) for cells, f, w in zip(self.elements, fields, slips, strict=True)]
-        further = [is_less(_beyond(x, of), 0.5) for x, of in zip(extras, self.extras, strict=True)]
-        return reduce(_both, [*own, *further])
+        amid = [cells.amid(field, slip) for cells, field, slip in zip(self.elements, fields, slips, strict=True)]
+        for value, covered in zip(extras, self.extras, strict=True):
+            amid.append(is_less(_beyond(value, covered), 0.5))
+        every = amid[0]
+        for each in amid[1:]:
+            every = every & each
+        return every
 
     def share(self, fields: Sequence[Any], slips: Sequence[Any], extras: Sequence[Any]) -> Any:
         """How much a network counts, one to zero, elementwise on any operand."""
-        own = [cells.share(f, w) for cells, f, w in zip(self.elements, fields, slips, strict=True)]
-        further = [within(1.5 - _beyond(x, of), 0.0, 1.0) for x, of in zip(extras, self.extras, strict=True)]
-        return smooth(reduce(mul, [*own, *further]))
-
-
-def _both(one: Any, other: Any) -> Any:
-    return one & other
+        shares = [cells.share(field, slip) for cells, field, slip in zip(self.elements, fields, slips, strict=True)]
+        for value, covered in zip(extras, self.extras, strict=True):
+            # One within half a cell beyond the range, zero from one and a half cells on.
+            shares.append(within(1.5 - _beyond(value, covered), 0.0, 1.0))
+        return smooth(reduce(mul, shares))
 
 
 def _cells_along(x: Any, covered: Pair) -> Any:
     """Where a value lies along a range, in cells; zero along a range of one value."""
     low, high = covered
-    return (x - low) * (min(CELLS / (high - low), 1e18) if high > low else 0.0)
+    cells_per_unit = min(CELLS / (high - low), 1e18) if high > low else 0.0
+    return (x - low) * cells_per_unit
 
 
 def _between_centres(x: Any, covered: Pair) -> tuple[Any, Any]:
@@ -140,10 +151,13 @@ def _between_centres(x: Any, covered: Pair) -> tuple[Any, Any]:
 def _beyond(x: Any, covered: Pair) -> Any:
     """How far a value lies beyond a range, in cells; below zero within."""
     low, high = covered
-    scale = min(CELLS / ((high - low) or abs(high) or 1.0), 1e18)
-    below, above = low - x, x - high
-    return less_select(below, above, above, below) * scale
+    width = (high - low) or abs(high) or 1.0
+    cells_per_unit = min(CELLS / width, 1e18)
+    below = low - x
+    above = x - high
+    return less_select(below, above, above, below) * cells_per_unit
 
 
 def _table(cells: Any) -> Table:
+    """An array of truths as tuples, which a record can look up."""
     return tuple(map(tuple, cells.tolist()))

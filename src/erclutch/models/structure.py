@@ -120,8 +120,10 @@ class Structure:
 
     def shapes(self, period: float) -> tuple[ShapeParameter, ...]:
         """All nonlinear parameters: of the stimulus, the law, the memory's strength, the stages."""
-        times = [number for stage in self.stages for number in stage.parameters(period)]
-        return (*self.law.stimulus_shape, *self.law.shape, *self._own_strength, *times)
+        shapes = [*self.law.stimulus_shape, *self.law.shape, *self._own_strength]
+        for stage in self.stages:
+            shapes += stage.parameters(period)
+        return tuple(shapes)
 
     @property
     def stages(self) -> tuple[Stage, ...]:
@@ -136,7 +138,8 @@ class Structure:
     @property
     def _own_strength(self) -> tuple[ShapeParameter, ...]:
         """The exponent of the field in the memory, for a law that has no yield form to share with it."""
-        return (_EXPONENT,) if self.law.yield_form is None and slip_stages(self.dynamics) else ()
+        needed = self.law.yield_form is None and slip_stages(self.dynamics)
+        return (_EXPONENT,) if needed else ()
 
     def numbers_of(self, stage: Stage, q: Sequence[Any]) -> list[Any]:
         """The parameters of one of the stages among all nonlinear ones."""
@@ -145,33 +148,34 @@ class Structure:
     @cached_property
     def _strength_places(self) -> tuple[int, ...]:
         """Where the parameters of the memory's strength stand among all nonlinear ones."""
-        names = [p.name for p in self.shapes(1.0)]
-        own = self.law.yield_form.shape if self.law.yield_form else (_EXPONENT,)
-        return tuple(names.index(p.name) for p in own)
+        names = [shape.name for shape in self.shapes(1.0)]
+        form = self.law.yield_form
+        strength = form.shape if form else (_EXPONENT,)
+        return tuple(names.index(shape.name) for shape in strength)
 
     @cached_property
     def _places(self) -> Mapping[str, slice]:
         """Where the parameters of each stage stand among all nonlinear ones."""
-        counts = [len(stage.parameters(1.0)) for stage in self.stages]
-        first = len(self.law.stimulus_shape) + len(self.law.shape) + len(self._own_strength)
-        ends = first + np.cumsum([0, *counts])
-        return {stage.name: slice(int(a), int(b)) for stage, a, b in zip(self.stages, ends, ends[1:], strict=False)}
+        places: dict[str, slice] = {}
+        start = len(self.law.stimulus_shape) + len(self.law.shape) + len(self._own_strength)
+        for stage in self.stages:
+            stop = start + len(stage.parameters(1.0))
+            places[stage.name] = slice(start, stop)
+            start = stop
+        return places
 
     def gains(self) -> tuple[Gain, ...]:
         """All linear parameters, elements one after another, then those of the whole device."""
-        of_one = self._gains_of_element
-        if self.elements == 1:
-            gains = list(of_one)
-        else:
-            gains = [
-                replace(gain, name=f"{gain.name}_{element}", meaning=f"{gain.meaning}, CH{element}")
-                for element in range(1, self.elements + 1)
-                for gain in of_one
-            ]
+        gains: list[Gain] = []
+        for element in range(1, self.elements + 1):
+            for gain in self._gains_of_element:
+                if self.elements > 1:
+                    gain = replace(gain, name=f"{gain.name}_{element}", meaning=f"{gain.meaning}, CH{element}")
+                gains.append(gain)
+        effort = _FRICTION.dimension
         for place, name in enumerate(self.extras):
             if place != self._temperature_place:  # the temperature changes gains and has none itself
-                meaning = f"effort per {name}"
-                gains.append(Gain(f"c_{place + 1}", meaning, _FRICTION.dimension, nonnegative=False, extra=place))
+                gains.append(Gain(f"c_{place + 1}", f"effort per {name}", effort, nonnegative=False, extra=place))
         for stage in position_stages(self.dynamics):
             gains.extend(stage.gains)
         if self.offset:
@@ -180,13 +184,20 @@ class Structure:
 
     @property
     def _gains_of_element(self) -> tuple[Gain, ...]:
-        memory = (gain for stage in slip_stages(self.dynamics) for gain in stage.gains)
-        return (*self.law.gains, *((_FRICTION,) if self.friction else ()), *memory)
+        """Gains of one element in the order of its columns: the law's, friction, memory."""
+        gains = list(self.law.gains)
+        if self.friction:
+            gains.append(_FRICTION)
+        for stage in slip_stages(self.dynamics):
+            gains += stage.gains
+        return tuple(gains)
 
     @cached_property
     def _temperature_place(self) -> int | None:
         """Which further input is the temperature; None for a law that does not feel it."""
-        return self.extras.index(TEMPERATURE) if temperature_stages(self.dynamics) else None
+        if not temperature_stages(self.dynamics):
+            return None
+        return self.extras.index(TEMPERATURE)
 
     def _factors(self, extras: Sequence[Any], reference: Reference, q: Sequence[Any]) -> dict[Part | None, Any]:
         """What the temperature makes of the parts of the fluid's effort, elementwise on any operand."""
@@ -229,12 +240,12 @@ class Structure:
         if listed or of_signals != of_memory:
             fluids = [pick(fluid, wanted) for fluid in fluids]
             slips = [slip[wanted] for slip in slips]
-            moved = [SlipAndStrength(m.slip[wanted], pick(m.strength, wanted)) for m in moved]
+            moved = [SlipAndStrength(of_one.slip[wanted], pick(of_one.strength, wanted)) for of_one in moved]
         if listed:
-            remembered = [
-                [[pick(output, wanted) for output in outputs] for outputs in of_element] for of_element in remembered
-            ]
-        further = {name: functions((extras or {})[name][wanted]) for name in self.extras}
+            for of_element in remembered:
+                of_element[:] = [[pick(output, wanted) for output in outputs] for outputs in of_element]
+        logged = extras or {}
+        further = {name: functions(logged[name][wanted]) for name in self.extras}
 
         signals = FluidSignals(fluids, slips, remembered, further)
         columns = self.from_fluid(signals, reference, q, moved)
@@ -264,8 +275,12 @@ class Structure:
             fluids.append(functions(self.in_fluid(command, clock, q, rows)))
             slips.append(functions(element.slip[rows]))
         moved = self.moved(fluids, slips, reference, q)
-        stages = [(stage, self.numbers_of(stage, q)) for stage in slip_stages(self.dynamics)]
-        remembered = [[stage.respond(m, clock, numbers, wanted) for stage, numbers in stages] for m in moved]
+        remembered: list[list[Sequence[Any]]] = []  # of each element, of each stage, its outputs
+        for of_one in moved:
+            outputs: list[Sequence[Any]] = []
+            for stage in slip_stages(self.dynamics):
+                outputs.append(stage.respond(of_one, clock, self.numbers_of(stage, q), wanted))
+            remembered.append(outputs)
         return fluids, slips, moved, remembered
 
     def behind(self, effort: Any, clock: Clock, q: Sequence[Any], rows: slice | NDArray[np.intp] = slice(None)) -> Any:
@@ -281,7 +296,8 @@ class Structure:
         stimulus = self.law.stimulus
         if stimulus is None:
             return command
-        return stimulus(command, *q[: len(self.law.stimulus_shape)])
+        shape = q[: len(self.law.stimulus_shape)]
+        return stimulus(command, *shape)
 
     def moved(
         self, fluids: Sequence[Any], slips: Sequence[Any], reference: Reference, q: Sequence[Any]
@@ -291,10 +307,12 @@ class Structure:
             return [SlipAndStrength(slip, 1.0) for slip in slips]
         form = self.law.yield_form or POWER
         shape = [q[place] for place in self._strength_places]
-        return [
-            SlipAndStrength(way * slip / reference.slip, form.factor(np.abs(fluid), *shape))
-            for way, fluid, slip in zip(self.ways, fluids, slips, strict=True)
-        ]
+        moved: list[SlipAndStrength] = []
+        for way, fluid, slip in zip(self.ways, fluids, slips, strict=True):
+            relative = way * slip / reference.slip
+            strength = form.factor(np.abs(fluid), *shape)
+            moved.append(SlipAndStrength(relative, strength))
+        return moved
 
     def from_fluid(
         self,
@@ -322,34 +340,35 @@ class Structure:
         if factors:
             # A viscosity that is a ratio to the yield effort feels the temperature inside of the law.
             ratio = factors.get("viscous", 1.0) / factors.get("yield", 1.0)
-            shape = [
-                number * ratio if of.viscous_over_yield else number
-                for of, number in zip(self.law.shape, shape, strict=True)
-            ]
+            warmed: list[Any] = []
+            for of, number in zip(self.law.shape, shape, strict=True):
+                warmed.append(number * ratio if of.viscous_over_yield else number)
+            shape = warmed
 
+        # Columns of each element, in the order of its gains.
         columns: list[Any] = []
-        for way, fluid, relative, m, outputs in zip(self.ways, fluids, slips, moved, signals.remembered, strict=True):
-            strength = np.abs(fluid)
-            slip = way * relative / reference.slip
-            own = [*self.law.columns(strength, slip, *shape)]
+        for element, way in enumerate(self.ways):
+            strength = np.abs(fluids[element])
+            slip = way * slips[element] / reference.slip
+            own = list(self.law.columns(strength, slip, *shape))
             if self.friction:
                 own.append(direction(slip, turn) * np.ones(slip.size))
-            for stage, values in zip(slip_stages(self.dynamics), outputs, strict=True):
-                own.extend(stage.columns(values, m.strength))
+            for stage, outputs in zip(slip_stages(self.dynamics), signals.remembered[element], strict=True):
+                own += stage.columns(outputs, moved[element].strength)
             if factors:
-                parts = [gain.part for gain in self._gains_of_element]
-                own = [
-                    column * factors[part] if part in factors else column
-                    for column, part in zip(own, parts, strict=True)
-                ]
-            columns.extend(own if way > 0 else [-column for column in own])
-        for place, (further, scale) in enumerate(zip(extras, reference.extras, strict=True)):
+                for place, gain in enumerate(self._gains_of_element):
+                    if gain.part in factors:
+                        own[place] = own[place] * factors[gain.part]
+            columns += own if way > 0 else [-column for column in own]
+
+        # Columns of the whole device.
+        for place, further in enumerate(extras):
             if place != self._temperature_place:
-                columns.append(further / scale)
+                columns.append(further / reference.extras[place])
         for stage in position_stages(self.dynamics):
             # The slip's own scale, so that the numbers of the stage are ways, in the position's unit.
             position = signals.extras[POSITION] / reference.slip
-            columns.extend(stage.outputs_at(position, *self.numbers_of(stage, q)))
+            columns += stage.outputs_at(position, *self.numbers_of(stage, q))
         if self.offset:
             columns.append(np.ones(slips[0].size))
         return columns
@@ -357,13 +376,13 @@ class Structure:
     def in_fluid(self, command: Any, clock: Clock, q: Sequence[Any], rows: slice) -> Any:
         """The field in one element's fluid at some of the rows: the command after the stages on it."""
         stages = stages_at(self.dynamics, "command")
-        for k, stage in enumerate(stages):
-            last = k == len(stages) - 1
-            wanted = rows if last else slice(None)  # the next stage remembers all rows
+        for place, stage in enumerate(stages, start=1):
+            wanted = rows if place == len(stages) else slice(None)  # the next stage remembers all rows
             behind = stage.respond(command, clock, self.numbers_of(stage, q), wanted)
             command = array_as_in_c(behind) if isinstance(command, ArrayAsInC) else behind
         return command if stages else pick(command, rows)
 
 
 def _structure(device: DeviceName, specification: str, *rest: Any) -> Structure:
+    """The structure from what `Structure.__reduce__` gives; a copy in another process calls this by name."""
     return Structure(device, specification, law_from_name(specification, device), *rest)

@@ -32,8 +32,10 @@ def last_hidden(tables: Mapping[str, Array], x: NDArray[Any], *, exactly: bool) 
     active = x
     layer = 1
     while f"W{layer}" in tables:
-        w, b = tables[f"W{layer}"], tables[f"b{layer}"]
-        active = tanh(_affine(w, active, b) if exactly else w @ active + b[:, None])
+        w = tables[f"W{layer}"]
+        b = tables[f"b{layer}"]
+        sums = _affine(w, active, b) if exactly else w @ active + b[:, None]
+        active = tanh(sums)
         layer += 1
     return active
 
@@ -55,8 +57,10 @@ def forward_rbfn(weights: Mapping[str, Array], x: NDArray[Any], *, exactly: bool
 def _functions(x: NDArray[Any]) -> Mapping[str, Callable[..., Any]]:
     """The exported C's functions in the precision of an array; NumPy's own for operands that record."""
     if x.dtype == object:
-        recorded: dict[str, Any] = {name: np.frompyfunc(getattr(np, name), 1, 1) for name in ("exp", "tanh")}
-        return recorded
+        # Elementwise, so that each operand answers by its own method.
+        exp: Any = np.frompyfunc(np.exp, 1, 1)
+        tanh: Any = np.frompyfunc(np.tanh, 1, 1)
+        return {"exp": exp, "tanh": tanh}
     if x.dtype == np.float32:
         return elementary(FLOAT32)
     return {"tanh": as_in_c.tanh, "exp": as_in_c.exp}
@@ -84,6 +88,10 @@ def _weighted(weights: Array, a: Array) -> Array:
 
 def gaussians(centres: Array, spreads: Array, x: Array) -> Array:
     """Activations of an RBFN's neurons, shape (neurons, n): by one matrix product, for fits."""
-    # |x - c|^2 = |c|^2 + |x|^2 - 2 c x; rounding may leave less than zero
-    square = np.sum(centres**2, axis=1)[:, None] + np.sum(x**2, axis=0)[None] - 2.0 * (centres @ x)
-    return np.exp(-0.5 * np.maximum(square, 0.0) / (spreads**2)[:, None])
+    # |x - c|^2 = |c|^2 + |x|^2 - 2 c x
+    of_centres = np.sum(centres**2, axis=1)[:, None]  # (neurons, 1)
+    of_rows = np.sum(x**2, axis=0)[None]  # (1, n)
+    distance_square = of_centres + of_rows - 2.0 * (centres @ x)
+    spread_square = (spreads**2)[:, None]
+    # Rounding may leave less than zero.
+    return np.exp(-0.5 * np.maximum(distance_square, 0.0) / spread_square)

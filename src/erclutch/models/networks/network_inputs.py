@@ -43,10 +43,17 @@ def inputs_of(
     Raises:
         MappingError: a further input is not there.
     """
-    fields = [field_in_fluid(e.field, structure, clock, dynamics) for e in elements]
-    slips = [e.slip for e in elements]
-    moved = moved_of(structure, [array_as_in_c(f) for f in fields], [array_as_in_c(w) for w in slips], dynamics)
-    remembered = [[_respond(stage, m, clock, dynamics) for stage in slip_stages(structure.dynamics)] for m in moved]
+    fields = [field_in_fluid(element.field, structure, clock, dynamics) for element in elements]
+    slips = [element.slip for element in elements]
+
+    # Memories run on the exported C's own functions, so that inputs have its bits.
+    fluids_as_in_c = [array_as_in_c(field) for field in fields]
+    slips_as_in_c = [array_as_in_c(slip) for slip in slips]
+    stages = slip_stages(structure.dynamics)
+    remembered: list[list[Sequence[Any]]] = []  # of each element, of each stage, its outputs
+    for moved in moved_of(structure, fluids_as_in_c, slips_as_in_c, dynamics):
+        remembered.append([_respond(stage, moved, clock, dynamics) for stage in stages])
+
     further = further_inputs(structure.extras, extras)
     signals = FluidSignals(fields, slips, remembered, further, lambda x, k: rows_before(x, clock, k))
     return np.array(inputs_from(structure, signals), np.float64)
@@ -54,15 +61,21 @@ def inputs_of(
 
 def inputs_from(structure: NetworkStructure, signals: FluidSignals) -> list[Any]:
     """All inputs in their order, elementwise on any operand."""
-    base = base_of(structure, signals.fluids, signals.slips)
+    inputs = base_of(structure, signals.fluids, signals.slips)
     extras = [signals.extras[name] for name in structure.extras]
-    memory = (x for element in signals.remembered for outputs in element for x in outputs)
-    recalled = recalled_of(structure, base, extras)
-    return [*base, *(signals.past(x, k) for k in structure.past for x in recalled), *memory, *extras]
+    recalled = recalled_of(structure, inputs, extras)
+    for rows in structure.past:
+        inputs += [signals.past(x, rows) for x in recalled]
+    for of_element in signals.remembered:
+        for outputs in of_element:
+            inputs += outputs
+    return inputs + extras
 
 
 def _respond(stage: Stage, signal: Any, clock: Clock, numbers: Mapping[str, float]) -> Any:
-    return stage.respond(signal, clock, [numbers[p.name] for p in stage.parameters(1.0)], slice(None))
+    """The output of a stage over all rows, its numbers by name."""
+    q = [numbers[number.name] for number in stage.parameters(1.0)]
+    return stage.respond(signal, clock, q, slice(None))
 
 
 def field_in_fluid(field: Array, structure: NetworkStructure, clock: Clock, numbers: Mapping[str, float]) -> Array:
@@ -83,42 +96,49 @@ def moved_of(
     if not slip_stages(structure.dynamics):
         return []
     ways = (1.0,) if structure.device == "single" else (1.0, -1.0)
-    if not structure.field:
+    moved: list[SlipAndStrength] = []
+    for way, fluid, slip in zip(ways, fluids, slips, strict=True):
         # One field in all rows, or none: its strength is a constant of the device, which the weights hold.
-        return [SlipAndStrength(way * slip, 1.0) for way, slip in zip(ways, slips, strict=True)]
-    exponent, reference = (numbers[name] for name in STRENGTH)
-    return [
-        SlipAndStrength(way * slip, power(np.abs(fluid) / reference, exponent))
-        for way, fluid, slip in zip(ways, fluids, slips, strict=True)
-    ]
+        strength: Any = 1.0
+        if structure.field:
+            exponent, reference = (numbers[name] for name in STRENGTH)
+            strength = power(np.abs(fluid) / reference, exponent)
+        moved.append(SlipAndStrength(way * slip, strength))
+    return moved
 
 
 def stage_numbers_in_user_units(model: TorqueModel, dynamics: str) -> dict[str, float]:
     """Numbers of a law's stages as a network with some of these stages has them: in s and in the unit of the slip."""
-    structure, reference = model.structure, model.reference
-    numbers = {
-        p.name: in_user_units(model.shape[p.name], p.dimension, reference)
-        for stage in stages_of(dynamics)
-        for p in stage.parameters(reference.period)
-    }
-    if not slip_stages(dynamics):
-        return numbers
-    form = structure.law.yield_form
-    exponent = 2.0 if form is SQUARE else model.shape.get("n", model.shape.get("n_m", 1.5))
-    return {**numbers, **dict(zip(STRENGTH, (exponent, reference.field), strict=True))}
+    reference = model.reference
+    numbers: dict[str, float] = {}
+    for stage in stages_of(dynamics):
+        for number in stage.parameters(reference.period):
+            normalised = model.shape[number.name]
+            numbers[number.name] = in_user_units(normalised, number.dimension, reference)
+    if slip_stages(dynamics):
+        # The exponent of the law's yield effort, or of its memory; 1.5 where the law has neither.
+        exponent = model.shape.get("n", model.shape.get("n_m", 1.5))
+        if model.structure.law.yield_form is SQUARE:
+            exponent = 2.0
+        numbers |= zip(STRENGTH, (exponent, reference.field), strict=True)
+    return numbers
 
 
 def base_of(structure: NetworkStructure, fields: Sequence[Any], slips: Sequence[Any]) -> list[Any]:
     """A network's inputs of the present row, in the order of `base_inputs`; elementwise on any operand."""
     if structure.device == "single":
         return [fields[0], slips[0]] if structure.field else [slips[0]]
+    # Equation (18) has the slips as inputs of an RBFN, equation (20) the speeds as inputs of an FNN.
     speeds = slips if structure.kind == "rbfn" else speeds_of(structure.device, slips)
-    return [fields[0] - fields[1], *speeds] if structure.field else [*speeds]
+    if not structure.field:
+        return list(speeds)
+    field = fields[0] - fields[1]
+    return [field, *speeds]
 
 
 def recalled_of(structure: NetworkStructure, base: Sequence[Any], extras: Sequence[Any]) -> list[Any]:
     """The present inputs whose past samples are inputs too."""
-    return [*base, *(extras if structure.past_extras else ())]
+    return [*base, *extras] if structure.past_extras else list(base)
 
 
 def rows_before(x: Array, clock: Clock, rows: int) -> Array:

@@ -48,9 +48,12 @@ class BoucWen(SlipMemory):
 
     def respond(self, signal: SlipAndStrength, clock: Clock, q: Sequence[Any], rows: slice) -> list[Any]:
         """The state over all rows; see `Stage`."""
-        moved = (signal.slip * steps_of(clock)) / q[0]
-        way = sign_of(signal.slip)
-        return [pick(follow(_advance(self.exponent), (way,), (moved, 2.0 * q[1] - 1.0), clock)[0], rows)]
+        r, beta = q
+        moved = (signal.slip * steps_of(clock)) / r
+        settled = (sign_of(signal.slip),)
+        given = (moved, 2.0 * beta - 1.0)
+        (z,) = follow(_advance(self.exponent), settled, given, clock)
+        return [pick(z, rows)]
 
     def initial(self, signal: SlipAndStrength, q: Mapping[str, float]) -> Mapping[str, Any]:
         """The settled state."""
@@ -60,7 +63,9 @@ class BoucWen(SlipMemory):
         """One row."""
         moved = (signal.slip * memory.number(period)) / memory.number(q["r_b"])
         given = (moved, memory.number(2.0 * q["beta_b"] - 1.0))
-        return (memory.keep("z", _advance(self.exponent)((memory.before("z"),), given)[0]),)
+        before = (memory.before("z"),)
+        (z,) = _advance(self.exponent)(before, given)
+        return (memory.keep("z", z),)
 
 
 @cache
@@ -68,7 +73,9 @@ def _advance(exponent: int) -> Advance:
     """The step for a travel over r, and for beta - gamma, which counts while the slip runs against the state."""
 
     def advance(before: tuple[Any, ...], given: tuple[Any, ...]) -> tuple[Any, ...]:
-        z, moved, against = before[0], given[0], given[1]
+        z = before[0]
+        moved = given[0]
+        against = given[1]
         size = less_select(moved, 0.0, -moved, moved)
         pull = less_select(z * moved, 0.0, against, 1.0)
         for _ in range(exponent - 1):

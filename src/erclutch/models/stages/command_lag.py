@@ -56,19 +56,22 @@ class CommandLag:
 
     def parameters(self, period: float) -> tuple[ShapeParameter, ...]:
         """The dead time, then one time constant or those of rise and fall."""
-        delay = ShapeParameter("delay", "dead time between command and field", 0.0, max(0.05, 5 * period), _TIME)
-        words = (
-            {"tau_rise": "the rising field", "tau_fall": "the falling field"} if self.switches else {"tau": "the field"}
-        )
-        return delay, *(
-            ShapeParameter(name, f"time constant of {what}", 0.2 * period, 1.0, _TIME, "log")
-            for name, what in words.items()
-        )
+        meant = {"tau": "the field"}
+        if self.switches:
+            meant = {"tau_rise": "the rising field", "tau_fall": "the falling field"}
+        longest = max(0.05, 5 * period)
+        numbers = [ShapeParameter("delay", "dead time between command and field", 0.0, longest, _TIME)]
+        for name, what in meant.items():
+            meaning = f"time constant of {what}"
+            numbers.append(ShapeParameter(name, meaning, 0.2 * period, 1.0, _TIME, "log"))
+        return tuple(numbers)
 
     def respond(self, signal: Any, clock: Clock, q: Sequence[Any], rows: slice) -> Any:
         """The field in the fluid that follows a command; see `Stage`. The lag runs over all rows regardless."""
-        x, tau = _lag(signal, clock, q[1], q[2] if self.switches else None)
-        return _delayed(x, (signal - x) / tau, clock, q[0], rows)
+        delay, rise, *fall = q
+        x, tau = _lag(signal, clock, rise, fall[0] if self.switches else None)
+        slope = (signal - x) / tau
+        return _delayed(x, slope, clock, delay, rows)
 
     def initial(self, signal: Any, q: Mapping[str, float]) -> Mapping[str, Any]:
         """The field has settled at the first command."""
@@ -81,24 +84,32 @@ class CommandLag:
             ExportError: the delay needs a history of too many rows.
         """
         delay, *times = q.values()
-        whole = int(delay / period)
+        whole = int(delay / period)  # rows
         if whole + 2 > _MOST_ROWS:
             raise ExportError(
                 f"a delay of {delay:g} s is {whole} rows at a period of {period:g} s",
                 remedy=f"Give a longer --period: at most {_MOST_ROWS} rows",
             )
         before = memory.before("lag")
-        share, tau = (memory.number(x) for x in (-float(np.expm1(-period / times[0])), times[0]))
+        share = memory.number(-float(np.expm1(-period / times[0])))
+        tau = memory.number(times[0])
         if self.switches:
             grown = (signal - before) * before
-            share = less_select(grown, 0.0, memory.number(-float(np.expm1(-period / times[1]))), share)
-            tau = less_select(grown, 0.0, memory.number(times[1]), tau)
+            share_fall = memory.number(-float(np.expm1(-period / times[1])))
+            share = less_select(grown, 0.0, share_fall, share)
+            tau_fall = memory.number(times[1])
+            tau = less_select(grown, 0.0, tau_fall, tau)
         x = memory.keep("lag", share * signal - (share - 1.0) * before)
         slope = (signal - x) / tau
+
+        # The two rows around the delay, and the cubic through their values and slopes at s, from 0 to 1.
+        old = memory.back("x", x, whole + 1)
+        new = memory.back("x", x, whole)
+        slope_old = memory.back("slope", slope, whole + 1)
+        slope_new = memory.back("slope", slope, whole)
         s = ((whole + 1) * period - delay) / period
-        square, cube = s * s, s * s * s
-        old, new = (memory.back("x", x, k) for k in (whole + 1, whole))
-        slope_old, slope_new = (memory.back("slope", slope, k) for k in (whole + 1, whole))
+        square = s * s
+        cube = s * s * s
         bend = slope_old * (cube - 2.0 * square + s) + slope_new * (cube - square)
         return (old + (new - old) * (3.0 * square - 2.0 * cube) + bend * period,)
 
@@ -108,47 +119,54 @@ def _delayed(x: Any, slope: Any, clock: Clock, delay: Any, rows: slice) -> Any:
     before, after, lead, step = _bracket(clock, float(value_of(delay)), rows)
     # Ahead of a span's first row there is no command to look back to: the two rows are the same one and it is held.
     reach = np.where(after > before, step, 0.0)
-    s = (lead - delay) / step
-    first, last = pick(x, before), pick(x, after)
-    square, cube = s * s, s * s * s
-    bend = pick(slope, before) * (cube - 2.0 * square + s) + pick(slope, after) * (cube - square)
+    s = (lead - delay) / step  # from 0 at the earlier row to 1 at the later one
+    square = s * s
+    cube = s * s * s
+    first = pick(x, before)
+    last = pick(x, after)
+    slope_first = pick(slope, before)
+    slope_last = pick(slope, after)
+    bend = slope_first * (cube - 2.0 * square + s) + slope_last * (cube - square)
     return first + (last - first) * (3.0 * square - 2.0 * cube) + bend * reach
 
 
 def _bracket(clock: Clock, delay: float, rows: slice) -> tuple[Rows, Rows, Array | float, Array | float]:
     """For t - delay at each of the rows: the rows around it, t less the earlier one's time, and their distance in s."""
-    chosen, period = np.arange(clock.time.size)[rows], step_of(clock)
+    chosen = np.arange(clock.time.size)[rows]
+    period = step_of(clock)
     if isinstance(period, float):
-        first = np.repeat([span.start for span in clock.spans], [span.stop - span.start for span in clock.spans])[rows]
-        low, lead = chosen - int(delay / period) - 1, (int(delay / period) + 1) * period
-        return np.maximum(low, first), np.maximum(low + 1, first), lead, period
-    before, after = np.empty_like(chosen), np.empty_like(chosen)
-    lead, step = np.empty(chosen.size), np.empty(chosen.size)
+        # One step in all spans: the delay reaches back by the same number of rows everywhere.
+        starts = [span.start for span in clock.spans]
+        lengths = [span.stop - span.start for span in clock.spans]
+        first = np.repeat(starts, lengths)[rows]
+        whole = int(delay / period)
+        low = chosen - whole - 1
+        return np.maximum(low, first), np.maximum(low + 1, first), (whole + 1) * period, period
+
+    before = np.empty_like(chosen)
+    after = np.empty_like(chosen)
+    lead = np.empty(chosen.size)
+    step = np.empty(chosen.size)
     for span in clock.spans:
         at = slice(*np.searchsorted(chosen, (span.start, span.stop)))
         k = chosen[at]
         if span.stop - span.start == 1:
-            low, lead[at], step[at] = k - 1, 1.0, 1.0
+            low = k - 1
+            lead[at] = step[at] = 1.0
         elif span.period is not None:
             whole = int(delay / span.period)
             low = k - whole - 1
-            lead[at], step[at] = (whole + 1) * span.period, span.period
+            lead[at] = (whole + 1) * span.period
+            step[at] = span.period
         else:
             t = clock.time[span.start : span.stop]
             low = np.searchsorted(t, clock.time[k] - delay, side="left") - 1 + span.start
             held = np.clip(low, span.start, span.stop - 2)
-            lead[at], step[at] = clock.time[k] - clock.time[held], clock.time[held + 1] - clock.time[held]
-        before[at], after[at] = np.maximum(low, span.start), np.maximum(low + 1, span.start)
+            lead[at] = clock.time[k] - clock.time[held]
+            step[at] = clock.time[held + 1] - clock.time[held]
+        before[at] = np.maximum(low, span.start)
+        after[at] = np.maximum(low + 1, span.start)
     return before, after, lead, step
-
-
-def _lag(command: Any, clock: Clock, rise: Any, fall: Any | None) -> tuple[Any, Any]:
-    """The lagged command, and the time constant at each row."""
-    tau, share = rise, _share(clock, rise)
-    if fall is not None:
-        rising = _rising(value_of(command), clock, float(value_of(rise)), float(value_of(fall)))
-        tau, share = chosen(rising, rise, fall), chosen(rising, share, _share(clock, fall))
-    return _filter(command, clock, share), tau
 
 
 def _share(clock: Clock, tau: Any) -> Any:
@@ -156,12 +174,17 @@ def _share(clock: Clock, tau: Any) -> Any:
     return -np.expm1(-step_of(clock) / tau)
 
 
-def _filter(u: Any, clock: Clock, share: Any) -> Any:
-    """x_k = x_{k-1} + share_k (u_k - x_{k-1}) over each span, from x = u."""
-    return recur(1.0 - share, share * u, u, clock)
-
-
-def _rising(u: Array, clock: Clock, rise: float, fall: float) -> NDArray[np.bool_]:
-    """Rows over which the field grows in magnitude."""
-    up, down = (np.zeros(u.size) + _share(clock, tau) for tau in (rise, fall))
-    return switched(u, up, down, clock)
+def _lag(command: Any, clock: Clock, rise: Any, fall: Any | None) -> tuple[Any, Any]:
+    """The lagged command, and the time constant at each row."""
+    tau = rise
+    share = _share(clock, rise)
+    if fall is not None:
+        # Which of the two holds follows from values alone; derivatives pass through the one that holds.
+        up = np.zeros(command.size) + _share(clock, float(value_of(rise)))
+        down = np.zeros(command.size) + _share(clock, float(value_of(fall)))
+        rising = switched(value_of(command), up, down, clock)
+        tau = chosen(rising, rise, fall)
+        share = chosen(rising, share, _share(clock, fall))
+    # x_k = x_{k-1} + share_k (u_k - x_{k-1}) over each span, from x = u.
+    x = recur(1.0 - share, share * command, command, clock)
+    return x, tau

@@ -36,10 +36,14 @@ class Dahl(SlipMemory):
     @property
     def gains(self) -> tuple[Gain, ...]:
         """Effort of each state, without field and with it."""
+        gains: list[Gain] = []
         places = range(1, len(self.outputs) + 1)
-        free = () if self.ahead else (Gain(f"T_s{i}", f"effort of memory {i} without field", EFFORT) for i in places)
-        meaning = "effort of memory {} at the reference field"
-        return (*free, *(Gain(f"T_z{i}", meaning.format(i), EFFORT, part="yield") for i in places))
+        if not self.ahead:
+            for i in places:
+                gains.append(Gain(f"T_s{i}", f"effort of memory {i} without field", EFFORT))
+        for i in places:
+            gains.append(Gain(f"T_z{i}", f"effort of memory {i} at the reference field", EFFORT, part="yield"))
+        return tuple(gains)
 
     def parameters(self, period: float) -> tuple[ShapeParameter, ...]:
         """The travel of each state; a scan looks for them in neighbouring parts of the usual range."""
@@ -47,9 +51,14 @@ class Dahl(SlipMemory):
 
     def respond(self, signal: SlipAndStrength, clock: Clock, q: Sequence[Any], rows: slice) -> list[Any]:
         """The states over all rows; see `Stage`."""
-        aim, moved = self.aim(signal), np.abs(signal.slip) * step_of(clock)
-        gone = [-np.expm1(-(moved / r)) for r in q]
-        return [pick(recur(1.0 - g, aim * g, aim, clock), rows) for g in gone]
+        aim = self.aim(signal)
+        moved = np.abs(signal.slip) * step_of(clock)
+        states: list[Any] = []
+        for r in q:
+            gone = -np.expm1(-(moved / r))
+            state = recur(1.0 - gone, aim * gone, aim, clock)
+            states.append(pick(state, rows))
+        return states
 
     def step(self, memory: Memory, signal: SlipAndStrength, q: Mapping[str, float], period: float) -> tuple[Any, ...]:
         """One row of each state."""
@@ -64,8 +73,8 @@ class Dahl(SlipMemory):
 
 def _dahl(count: int, forms: tuple[str, ...]) -> Dahl:
     ahead = "field" in forms
-    outputs = tuple(f"{'z' if ahead else 's'}{i + 1}" for i in range(count))
-    how, pull = (", the field ahead of the memory", "y(E) w") if ahead else ("", "w")
+    letter, pull, how = ("z", "y(E) w", ", the field ahead of the memory") if ahead else ("s", "w", "")
+    outputs = tuple(f"{letter}{i + 1}" for i in range(count))
     return Dahl(
         name=numbered("dahl", count, ahead=ahead),
         title=f"memory of the slip with {count} Dahl state{'s' if count > 1 else ''}{how}",

@@ -47,7 +47,8 @@ class LuGre(SlipMemory):
         """Deflection and its rate over all rows; see `Stage`."""
         aim, most, gone = self._row(signal, steps_of(clock), *q)
         s = recur(1.0 - gone, (aim * most) * gone, aim * most, clock)
-        return [pick(x, rows) for x in (s, self._rate(signal, aim, s, most))]
+        rate = self._rate(signal, aim, s, most)
+        return [pick(s, rows), pick(rate, rows)]
 
     def _row(self, signal: SlipAndStrength, step: Any, r: Any, h: Any, w_l: Any) -> tuple[Any, Any, Any]:
         """The way of the slip with the field's strength, g, and the share of the way that a row goes."""
@@ -55,16 +56,20 @@ class LuGre(SlipMemory):
         ratio = signal.slip / w_l
         most = (h - 1.0) * np.exp(-(ratio * ratio)) + 1.0
         aim = way * signal.strength if self.ahead else way
-        return aim, most, -np.expm1(-((np.abs(signal.slip) * step) / (r * most)))
+        travelled = (np.abs(signal.slip) * step) / (r * most)
+        gone = -np.expm1(-travelled)
+        return aim, most, gone
 
     @staticmethod
     def _rate(signal: SlipAndStrength, aim: Any, s: Any, most: Any) -> Any:
+        """The rate d of the deflection times the travel r: a slip."""
         return np.abs(signal.slip) * (aim - s / most)
 
     def settled(self, signal: SlipAndStrength, q: Mapping[str, float]) -> tuple[Any, ...]:
         """The bristles have yielded in the way of the slip, and bend no further."""
         aim, most, _ = self._row(signal, 0.0, *q.values())
-        return aim * most, self._rate(signal, aim, aim * most, most)
+        s = aim * most
+        return s, self._rate(signal, aim, s, most)
 
     def initial(self, signal: SlipAndStrength, q: Mapping[str, float]) -> Mapping[str, Any]:
         """The settled deflection."""

@@ -48,19 +48,31 @@ class Oscillator:
 
     def parameters(self, period: float) -> tuple[ShapeParameter, ...]:
         """The time constant and the damping; 1 / (2 pi tau) is the natural frequency."""
-        time, damping = f"tau_{self.letter}", f"zeta_{self.letter}"
-        usual = (0.5 * period, 50.0 * period)
-        return (
-            ShapeParameter(
-                time, "reciprocal of the natural angular frequency", 0.2 * period, 1.0, Dimension(time=1), "log", usual
-            ),
-            ShapeParameter(damping, "damping: below 1 it overshoots", 0.03, 5.0, scale="log", usual=(0.2, 2.0)),
+        tau = ShapeParameter(
+            f"tau_{self.letter}",
+            "reciprocal of the natural angular frequency",
+            lower=0.2 * period,
+            upper=1.0,
+            dimension=Dimension(time=1),
+            scale="log",
+            usual=(0.5 * period, 50.0 * period),
         )
+        zeta = ShapeParameter(
+            f"zeta_{self.letter}",
+            "damping: below 1 it overshoots",
+            lower=0.03,
+            upper=5.0,
+            scale="log",
+            usual=(0.2, 2.0),
+        )
+        return tau, zeta
 
     def respond(self, signal: Any, clock: Clock, q: Sequence[Any], rows: slice) -> Any:
         """What follows at some of the rows; see `Stage`."""
-        given = (signal, *coefficients(q[0], q[1], step_of(clock)))
-        return pick(follow(_advance, (signal, 0.0), given, clock, linear=True)[0], rows)
+        tau, zeta = q
+        given = (signal, *coefficients(tau, zeta, step_of(clock)))
+        x, _ = follow(_advance, (signal, 0.0), given, clock, linear=True)
+        return pick(x, rows)
 
     def initial(self, signal: Any, q: Mapping[str, float]) -> Mapping[str, Any]:
         """At rest at the signal."""
@@ -69,37 +81,50 @@ class Oscillator:
     def step(self, memory: Memory, signal: Any, q: Mapping[str, float], period: float) -> tuple[Any]:
         """One row."""
         tau, zeta = q.values()
-        numbers = (memory.number(float(a)) for a in coefficients(tau, zeta, period))
-        x, v = _advance((memory.before("x"), memory.before("v")), (signal, *numbers))
+        before = memory.before("x"), memory.before("v")
+        numbers = [memory.number(float(a)) for a in coefficients(tau, zeta, period)]
+        x, v = _advance(before, (signal, *numbers))
         memory.keep("v", v)
         return (memory.keep("x", x),)
 
 
 def _advance(before: tuple[Any, ...], given: tuple[Any, ...]) -> tuple[Any, ...]:
-    u, a11, a12, a21, a22 = given[0], given[1], given[2], given[3], given[4]
-    off, v = before[0] - u, before[1]
+    """State x and its speed times tau, v, after a row; exact for a signal u that is held over it."""
+    u = given[0]
+    a11 = given[1]
+    a12 = given[2]
+    a21 = given[3]
+    a22 = given[4]
+    off = before[0] - u
+    v = before[1]
     return u + (a11 * off + a12 * v), a21 * off + a22 * v
 
 
 def coefficients(tau: Any, zeta: Any, step: Any) -> tuple[Any, Any, Any, Any]:
     """The numbers a11, a12, a21, a22 for a sampling step, of numbers, arrays or duals."""
     h = step / tau
-    swing, turn = _swing(h * h * (zeta * zeta - 1.0), zeta * h)
+    x = h * h * (zeta * zeta - 1.0)
+    swing, turn = _swing(x, zeta * h)
     cross = h * turn
     return swing + zeta * cross, cross, -cross, swing - zeta * cross
 
 
 def _swing(x: Any, y: Any) -> tuple[Any, Any]:
     """exp(-y) cosh(sqrt x) and exp(-y) sinh(sqrt x) / sqrt x for y >= sqrt x; for x < 0 with a cosine and a sine."""
-    values, decay = value_of(x), np.exp(-y)
+    values = value_of(x)
+    decay = np.exp(-y)
     if np.max(np.abs(values)) < 0.01:
-        even, odd = 1.0, 1.0
+        # Near critical damping the root is nearly zero, and the series has derivatives there.
+        even = 1.0
+        odd = 1.0
         for k in range(6, 0, -1):
-            even, odd = 1.0 + even * x / (2 * k * (2 * k - 1)), 1.0 + odd * x / (2 * k * (2 * k + 1))
+            even = 1.0 + even * x / (2 * k * (2 * k - 1))
+            odd = 1.0 + odd * x / (2 * k * (2 * k + 1))
         return decay * even, decay * odd
     if np.max(values) < 0.0:
         root = np.sqrt(-x)
         return decay * np.cos(root), decay * (np.sin(root) / root)
     root = np.sqrt(x)
-    slow, fast = np.exp(root - y), np.exp(-(root + y))  # each at most 1, however long the step
+    slow = np.exp(root - y)  # at most 1, however long the step, and so the other one
+    fast = np.exp(-(root + y))
     return 0.5 * (slow + fast), 0.5 * (slow - fast) / root

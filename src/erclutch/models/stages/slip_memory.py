@@ -45,9 +45,14 @@ class SlipMemory:
     @property
     def gains(self) -> tuple[Gain, ...]:
         """Effort of each output, without field and with it."""
+        gains: list[Gain] = []
         named = list(zip(self.outputs, self.meanings, strict=True))
-        free = () if self.ahead else (self._gain(o, "", f"{m} without field") for o, m in named)
-        return (*free, *(self._gain(o, "y", f"{m} at the reference field", "yield") for o, m in named))
+        if not self.ahead:
+            for output, meaning in named:
+                gains.append(self._gain(output, "", f"{meaning} without field"))
+        for output, meaning in named:
+            gains.append(self._gain(output, "y", f"{meaning} at the reference field", "yield"))
+        return tuple(gains)
 
     def _gain(self, output: str, ending: str, meaning: str, part: Part | None = None) -> Gain:
         if output in self.damping:
@@ -56,7 +61,10 @@ class SlipMemory:
 
     def columns(self, outputs: Sequence[Any], strength: Any) -> tuple[Any, ...]:
         """The outputs, and the outputs times the strength of the field where that is not in them yet."""
-        return tuple(outputs) if self.ahead else (*outputs, *(strength * x for x in outputs))
+        if self.ahead:
+            return tuple(outputs)
+        with_field = [strength * output for output in outputs]
+        return (*outputs, *with_field)
 
     def aim(self, signal: SlipAndStrength) -> Any:
         """Where a state yields in the way of the slip."""
@@ -81,5 +89,8 @@ def travel(name: str, meaning: str, period: float) -> ShapeParameter:
 def travels(name: str, meaning: str, period: float, count: int) -> tuple[ShapeParameter, ...]:
     """Travels of equal parts of a memory; a scan looks for them in neighbouring parts of the usual range."""
     ends = np.geomspace(_USUAL[0] * period, _USUAL[1] * period, count + 1).tolist()
-    parts = enumerate(itertools.pairwise(ends), start=1)
-    return tuple(replace(travel(name.format(i), meaning.format(i), period), usual=part) for i, part in parts)
+    of_parts: list[ShapeParameter] = []
+    for i, part in enumerate(itertools.pairwise(ends), start=1):
+        whole = travel(name.format(i), meaning.format(i), period)
+        of_parts.append(replace(whole, usual=part))
+    return tuple(of_parts)

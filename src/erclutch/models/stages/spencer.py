@@ -55,18 +55,21 @@ class Spencer:
 
     def parameters(self, period: float) -> tuple[ShapeParameter, ...]:
         """All but the scale of the effort."""
-        share, small, slip = (0.03, 1.0), (1e-3, 1.0), (0.01, 3.0)
+        none = Dimension()
+        rate = Dimension(time=-1)
+        small = (1e-3, 1.0)
+        slip = (0.01, 3.0)
+        yields = "yield effort without field over c_1"
+        grows = "growth of the yield effort with the field over c_1"
         return (
-            ShapeParameter("e_y", "c_1 without field over c_1", 1e-3, 1.0, scale="log", usual=share),
-            ShapeParameter("p_y", "c_0 without field over c_1", 1e-4, 30.0, scale="log", usual=small),
-            ShapeParameter("p_yb", "growth of c_0 with the field over c_1", 1e-4, 30.0, scale="log", usual=small),
-            ShapeParameter("q_y", "yield effort without field over c_1", 1e-3, 30.0, SLIP, "log", slip),
-            ShapeParameter("q_yb", "growth of the yield effort with the field over c_1", 1e-3, 30.0, SLIP, "log", slip),
-            ShapeParameter(
-                "k_y", "spring beside the hysteresis over c_1", 1e-3, 1e3, Dimension(time=-1), "log", (0.03, 30.0)
-            ),
+            ShapeParameter("e_y", "c_1 without field over c_1", 1e-3, 1.0, none, "log", (0.03, 1.0)),
+            ShapeParameter("p_y", "c_0 without field over c_1", 1e-4, 30.0, none, "log", small),
+            ShapeParameter("p_yb", "growth of c_0 with the field over c_1", 1e-4, 30.0, none, "log", small),
+            ShapeParameter("q_y", yields, 1e-3, 30.0, SLIP, "log", slip),
+            ShapeParameter("q_yb", grows, 1e-3, 30.0, SLIP, "log", slip),
+            ShapeParameter("k_y", "spring beside the hysteresis over c_1", 1e-3, 1e3, rate, "log", (0.03, 30.0)),
             travel("r_y", "travel over which the hysteresis yields", period),
-            ShapeParameter("beta_y", "beta over beta + gamma", 0.5, 5.0, scale="log", usual=(0.55, 2.0)),
+            ShapeParameter("beta_y", "beta over beta + gamma", 0.5, 5.0, none, "log", (0.55, 2.0)),
         )
 
     def columns(self, outputs: Sequence[Any], strength: Any) -> tuple[Any, ...]:
@@ -90,44 +93,69 @@ class Spencer:
 
     def step(self, memory: Memory, signal: SlipAndStrength, q: Mapping[str, float], period: float) -> tuple[Any, ...]:
         """One row."""
-        given = _given(signal, [memory.number(x) for x in q.values()], memory.number(period))
-        z, d = _advance((memory.before("z"), memory.before("d")), given)
-        return (_effort(memory.keep("z", z), memory.keep("d", d), given),)
+        numbers = [memory.number(x) for x in q.values()]
+        given = _given(signal, numbers, memory.number(period))
+        before = memory.before("z"), memory.before("d")
+        z, d = _advance(before, given)
+        z = memory.keep("z", z)
+        d = memory.keep("d", d)
+        return (_effort(z, d, given),)
 
 
 def _given(signal: SlipAndStrength, q: Sequence[Any], step: Any) -> tuple[Any, ...]:
     """What a row brings: the slip, the step, c_0, c_1, alpha, k_0, r and beta - gamma."""
     e, p, p_b, q_0, q_b, k_0, r, beta = q
     s = signal.strength
-    return signal.slip, step, p + p_b * s, e + (1.0 - e) * s, q_0 + q_b * s, k_0, r, 2.0 * beta - 1.0
+    c_0 = p + p_b * s
+    c_1 = e + (1.0 - e) * s
+    alpha = q_0 + q_b * s
+    against = 2.0 * beta - 1.0
+    return signal.slip, step, c_0, c_1, alpha, k_0, r, against
 
 
 def _yielded(given: tuple[Any, ...]) -> Any:
     """The z at which the hysteresis carries the effort of the slip, at most 1."""
-    z = (given[3] * given[0]) / given[4]
+    w, _, _, c_1, alpha, _, _, _ = given
+    z = (c_1 * w) / alpha
     held = less_select(z, 1.0, z, 1.0)
     return less_select(-1.0, held, held, -1.0)
 
 
 def _effort(z: Any, d: Any, given: tuple[Any, ...]) -> Any:
+    """The effort c_1 (w - v) over c, by the equation of v."""
     w, _, c_0, c_1, alpha, k_0, _, _ = given
     return c_1 * (((alpha * z + c_0 * w) + k_0 * d) / (c_0 + c_1))
 
 
 def _advance(before: tuple[Any, ...], given: tuple[Any, ...]) -> tuple[Any, ...]:
     """Both states after a step: rates, their derivatives, and Cramer's rule for the implicit part."""
-    z, d = before[0], before[1]
-    w, step, c_0, c_1 = given[0], given[1], given[2], given[3]
-    alpha, k_0, r, against = given[4], given[5], given[6], given[7]
+    # By places and one a line: the step is also compiled, from this text, by Numba.
+    z = before[0]
+    d = before[1]
+    w = given[0]
+    step = given[1]
+    c_0 = given[2]
+    c_1 = given[3]
+    alpha = given[4]
+    k_0 = given[5]
+    r = given[6]
+    against = given[7]
+
+    # The rates: v = d', and left = z' / v, which loses by how far z has yielded.
     total = c_0 + c_1
-    a, k = alpha / total, k_0 / total
+    a = alpha / total
+    k = k_0 / total
     v = ((c_1 * w - alpha * z) - k_0 * d) / total
     pull = less_select(z * v, 0.0, -against, 1.0) * (z * z)
     left = (1.0 - pull) / r
     bend = less_select(z * v, 0.0, against, 1.0) * less_select(z, 0.0, -z, z) * less_select(v, 0.0, -v, v)
+
+    # The matrix 1 - (step / 2) times the derivatives of both rates by z and d.
     half = 0.5 * step
     m11 = 1.0 + half * (a * left + 2.0 * bend / r)
-    m12, m21, m22 = half * (k * left), half * a, 1.0 + half * k
+    m12 = half * (k * left)
+    m21 = half * a
+    m22 = 1.0 + half * k
     move = (step * v) / (m11 * m22 - m12 * m21)
     after = z + move * (left * m22 - m12)
     held = less_select(after, 1.0, after, 1.0)
