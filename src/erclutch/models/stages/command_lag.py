@@ -180,9 +180,10 @@ def _lag(command: Any, clock: Clock, rise: Any, fall: Any | None) -> tuple[Any, 
     share = _share(clock, rise)
     if fall is not None:
         # Which of the two holds follows from values alone; derivatives pass through the one that holds.
-        up = np.zeros(command.size) + _share(clock, float(value_of(rise)))
-        down = np.zeros(command.size) + _share(clock, float(value_of(fall)))
-        rising = switched(value_of(command), up, down, clock)
+        u = value_of(command)
+        up = np.zeros(u.size) + _share(clock, float(value_of(rise)))
+        down = np.zeros(u.size) + _share(clock, float(value_of(fall)))
+        rising = switched(u, up, down, clock)
         tau = chosen(rising, rise, fall)
         share = chosen(rising, share, _share(clock, fall))
     # x_k = x_{k-1} + share_k (u_k - x_{k-1}) over each span, from x = u.
