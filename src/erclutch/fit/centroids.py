@@ -65,9 +65,11 @@ class Grid:
     def place(self, values: Array) -> Places:
         """The cell of each row, shape (n,), for inputs (inputs, n) between the ends."""
         cell = np.zeros(values.shape[1], np.int64)
-        for row, low, high, cells in zip(values, self.low.tolist(), self.high.tolist(), self.cells, strict=True):
-            scale = cells / (high - low) if high > low else 0.0
-            place = ((row - low) * scale).astype(np.int64)
+        lows = self.low.tolist()
+        highs = self.high.tolist()
+        for row, low, high, cells in zip(values, lows, highs, self.cells, strict=True):
+            cells_per_unit = cells / (high - low) if high > low else 0.0
+            place = ((row - low) * cells_per_unit).astype(np.int64)
             cell *= cells
             cell += np.minimum(place, cells - 1, out=place)
         return cell
@@ -103,13 +105,17 @@ class Totals:
         used = np.flatnonzero(self._counts)
         count = self._counts[used].astype(np.float64)
         means = np.array([sums[used] / count for sums in self._sums])
-        mean = means[-1]
-        return Centroids(means[:-1], mean, count, max(self._power - float(count @ (mean * mean)), 0.0))
+        x = means[:-1]
+        y = means[-1]
+        scatter = self._power - float(count @ (y * y))
+        return Centroids(x, y, count, max(scatter, 0.0))
 
 
 def grid_of(inputs: int, level: int) -> tuple[int, ...]:
     """Cells along each input at a level, 0 (coarse) to 2 (fine)."""
-    return (_LEVELS.get(inputs) and _LEVELS[inputs][level]) or _MANY[level] * inputs
+    if inputs in _LEVELS:
+        return _LEVELS[inputs][level]
+    return _MANY[level] * inputs
 
 
 #: Inputs (inputs, n) and effort (n,) of some rows, and what the grid is over in place of the inputs, (inputs, n).
@@ -124,11 +130,13 @@ def centroids_of(rows: Gridded, levels: Collection[int]) -> dict[int, Centroids]
         levels: 0 (coarse) to 2 (fine).
     """
     x, y, by = rows
-    low, high = by.min(axis=1), by.max(axis=1)
+    low = by.min(axis=1)
+    high = by.max(axis=1)
     centroids: dict[int, Centroids] = {}
     for level in levels:
         grid = Grid(low, high, grid_of(low.size, level))
-        place, size = grid.place(by), grid.size
+        place = grid.place(by)
+        size = grid.size
         if size > 4 * y.size + 1_000_000:  # far more cells than rows: only those with rows are counted
             cells, place = np.unique(place, return_inverse=True)
             size = cells.size

@@ -43,17 +43,16 @@ class Uncertainty:
 
 def unknown(jacobian: Array, rows: int | None = None) -> Uncertainty:
     """Rank and condition alone; standard errors are nan. ``rows``: of the Jacobian that a triangle stands for."""
-    n, p = rows or int(jacobian.shape[0]), int(jacobian.shape[1])
+    n = rows or int(jacobian.shape[0])
+    p = int(jacobian.shape[1])
     norms = np.linalg.norm(jacobian, axis=0)
     scaled = jacobian / np.where(norms > 0, norms, 1.0)
     s: Any = np.linalg.svd(triangle_of(scaled), compute_uv=False)
     solid = _solid(s, max(n, p))
     rank = int(np.count_nonzero(solid))
-    errors: Array = np.full(p, np.nan)
-    covariance: Array = np.full((p, p), np.nan)
     return Uncertainty(
-        errors=errors,
-        covariance=covariance,
+        errors=np.full(p, np.nan),
+        covariance=np.full((p, p), np.nan),
         quantile=1.96,
         rank=rank,
         condition=_condition(s, rank, p),
@@ -76,10 +75,14 @@ def uncertainty(jacobian: Array, residual: Array, *, ordered: bool) -> Uncertain
     left, s, right = np.linalg.svd(r)
     solid = _solid(s, max(n, p))
     rank = int(np.count_nonzero(solid))
-    freedom = max(n - p, 1.0)
+
     # Pseudo-inverse over the identified directions; a parameter with a part outside of them is not identified.
     inverted = np.where(solid, 1.0 / np.where(solid, s, 1.0), 0.0)
     inverse = (right.T[:, : s.size] * inverted) @ left.T
+    nowhere = np.vstack([right[: s.size][~solid], right[s.size :]])
+    lost = (np.linalg.norm(nowhere, axis=0) > 1e-6) | (norms == 0)
+
+    freedom = max(n - p, 1.0)
     if ordered and n > 4 * p + 40:
         # What each row adds to the error of each parameter, scaled to one: sums of scores would cancel each other.
         added = (q @ inverse.T) * residual[:, None]
@@ -95,13 +98,14 @@ def uncertainty(jacobian: Array, residual: Array, *, ordered: bool) -> Uncertain
         covariance = inverse @ inverse.T * float(residual @ residual) / freedom
         bandwidth = 1
     covariance /= np.outer(usable, usable)
-    nowhere = np.vstack([right[: s.size][~solid], right[s.size :]])
-    lost = (np.linalg.norm(nowhere, axis=0) > 1e-6) | (norms == 0)
-    covariance[lost, :] = covariance[:, lost] = np.inf
+    covariance[lost, :] = np.inf
+    covariance[:, lost] = np.inf
+    variances = np.maximum(np.diag(covariance), 0.0)
+    share = bandwidth / n if bandwidth > 1 else 0.0  # of the rows
     return Uncertainty(
-        errors=np.sqrt(np.maximum(np.diag(covariance), 0.0)),
+        errors=np.sqrt(variances),
         covariance=covariance,
-        quantile=_quantile(freedom, bandwidth / n if bandwidth > 1 else 0.0),
+        quantile=_quantile(freedom, share),
         rank=rank,
         condition=_condition(s, rank, p),
         bandwidth=bandwidth,
@@ -112,24 +116,33 @@ def _solid(singular: Array, size: int) -> Mask:
     """Which directions stand out of rounding, by singular values (p,), the largest first, of a matrix of that size."""
     if not singular.size or not singular[0] > 0:
         return np.zeros(singular.size, np.bool_)
-    return singular > singular[0] * size * np.finfo(float).eps
+    rounding = singular[0] * size * np.finfo(float).eps
+    return singular > rounding
 
 
 def _condition(singular: Array, rank: int, columns: int) -> float:
+    """Ratio of the largest and the smallest singular value; infinite where a direction is lost in rounding."""
     if not columns:
         return 1.0
-    return float(singular[0] / singular[-1]) if rank == columns else np.inf
+    if rank < columns:
+        return np.inf
+    return float(singular[0] / singular[-1])
 
 
 def bandwidth_of(scores: Array) -> int:
     """Rows over which the columns of an array (n, p) are correlated: Andrews' plug-in for the Bartlett kernel."""
-    before, after = scores[:-1], scores[1:]
+    before = scores[:-1]
+    after = scores[1:]
     power = np.sum(before * before, axis=0)
     keep = power > 0
     if not keep.any():
         return 1
-    rho = np.clip(_autoregression(scores)[keep], -0.97, 0.9999)
-    weight = np.var(after[:, keep] - rho * before[:, keep], axis=0) ** 2
+    # Andrews (1991), equations 6.2 and 6.4: an autoregression of order one in each column.
+    products = np.sum(before * after, axis=0)
+    coefficients = products / np.where(power > 0, power, 1.0)
+    rho = np.clip(coefficients[keep], -0.97, 0.9999)
+    innovation = after[:, keep] - rho * before[:, keep]
+    weight = np.var(innovation, axis=0) ** 2
     whole = float(np.sum(weight / (1 - rho) ** 4))
     if not whole > 0.0:  # a perfect fit: what is left is rounding
         return 1
@@ -146,33 +159,33 @@ def long_run(scores: Array) -> tuple[Array, int]:
     Monahan 1992, doi 10.2307/2951574). Its order is chosen by Schwarz's criterion (den Haan and Levin 1997,
     doi 10.1016/S0169-7161(97)15014-0): a score that swings with its input needs two at least.
     """
-    weights = _autoregressions(scores)
-    order, n = weights.shape[0], scores.shape[0]
+    weights = _autoregressions(scores)  # (order, p)
+    order = weights.shape[0]
+    n = scores.shape[0]
     explained = sum(weight * scores[order - back : n - back] for back, weight in enumerate(weights, 1))
     white = scores[order:] - explained
     bandwidth = max(bandwidth_of(white), round(n ** (1 / 3)))  # an autoregression does not see bursts
     recolour = 1.0 / (1.0 - weights.sum(axis=0))
-    return _bartlett(white, bandwidth) * np.outer(recolour, recolour), bandwidth
-
-
-def _autoregression(scores: Array) -> Array:
-    """Coefficient of order one of each column."""
-    before, after = scores[:-1], scores[1:]
-    power = np.sum(before * before, axis=0)
-    return np.sum(before * after, axis=0) / np.where(power > 0, power, 1.0)
+    covariance = _bartlett(white, bandwidth) * np.outer(recolour, recolour)
+    return covariance, bandwidth
 
 
 def _autoregressions(scores: Array) -> Array:
     """Coefficients of the best autoregression of each column of (n, p), shape (orders, p), by Levinson's recursion."""
     n, p = scores.shape
-    shifted = [np.einsum("tj,tj->j", scores[: n - k], scores[k:]) for k in range(_ORDERS + 1)]
-    power = np.where(shifted[0] > 0, shifted[0], 1.0)
-    correlation = np.array(shifted) / power
-    weights, best = np.zeros((_ORDERS, p)), np.zeros((_ORDERS, p))
+    covariances: list[Array] = []  # of each shift, times n
+    for shift in range(_ORDERS + 1):
+        covariances.append(np.einsum("tj,tj->j", scores[: n - shift], scores[shift:]))
+    power = np.where(covariances[0] > 0, covariances[0], 1.0)
+    correlation = np.array(covariances) / power  # (orders + 1, p)
+
+    weights = np.zeros((_ORDERS, p))
+    best = np.zeros((_ORDERS, p))
     left = np.ones(p)  # share of the power that the autoregression does not explain
-    least = np.zeros(p)
+    least = np.zeros(p)  # Schwarz's criterion of the best one; that of order zero is zero
     for k in range(_ORDERS):
-        reflection = (correlation[k + 1] - np.sum(weights[:k] * correlation[k:0:-1], axis=0)) / left
+        explained = np.sum(weights[:k] * correlation[k:0:-1], axis=0)
+        reflection = (correlation[k + 1] - explained) / left
         weights[:k] -= reflection * weights[:k][::-1]
         weights[k] = reflection
         left = np.maximum(left * (1.0 - reflection**2), 1e-12)
@@ -188,7 +201,9 @@ def _autoregressions(scores: Array) -> Array:
 def _bartlett(scores: Array, bandwidth: int) -> Array:
     """Sum over lags |j| < bandwidth of (1 - |j| / bandwidth) autocovariances, by sums over windows."""
     columns = scores.shape[1]
-    padded = np.concatenate([np.zeros((bandwidth, columns)), scores, np.zeros((bandwidth - 1, columns))])
+    ahead = np.zeros((bandwidth, columns))
+    behind = np.zeros((bandwidth - 1, columns))
+    padded = np.concatenate([ahead, scores, behind])
     total = np.cumsum(padded, axis=0)
     windows = total[bandwidth:] - total[:-bandwidth]
     return windows.T @ windows / bandwidth

@@ -134,26 +134,34 @@ def _fresh(model: Linearisation, u: Array, reach: float) -> tuple[Array, float]:
 
 
 def _norms(matrix: Array) -> Array:
+    """Lengths of the columns of a matrix."""
     return np.sqrt(np.sum(matrix * matrix, axis=0))
 
 
 def _next_radius(radius: float, length: float, ratio: float) -> float:
     """Moré's rule: shrink after a poor step, grow after a good one that was not cut short by the radius' own slack."""
-    if ratio < 0.25:
-        return max(0.25 if np.isfinite(ratio) and ratio > -10.0 else 0.1, 0.1) * min(radius, 10.0 * length)
-    return max(radius, 2.0 * length) if ratio > 0.75 else radius
+    if ratio > 0.75:
+        return max(radius, 2.0 * length)
+    if not ratio < 0.25:
+        return radius
+    very_poor = not np.isfinite(ratio) or ratio <= -10.0
+    return (0.1 if very_poor else 0.25) * min(radius, 10.0 * length)
 
 
 def _edges(problem: Problem) -> tuple[Array, Array]:
     """Bounds, widened inward by a millionth of their distance: nearer than that counts as on the bound."""
     distance = problem.upper - problem.lower
-    edge = np.where(np.isfinite(distance), 1e-6 * np.where(np.isfinite(distance), distance, 0.0), 0.0)
+    finite = np.isfinite(distance)
+    edge = 1e-6 * np.where(finite, distance, 0.0)
     return problem.lower + edge, problem.upper - edge
 
 
 def _free(model: Linearisation, problem: Problem, u: Array) -> NDArray[np.bool_]:
+    """Which coordinates are on no bound, or would leave it with the descent, shape (k,)."""
     descent = model.triangle.T @ model.vector
-    return ~(((u <= problem.lower) & (descent <= 0)) | ((u >= problem.upper) & (descent >= 0)))
+    held_below = (u <= problem.lower) & (descent <= 0)
+    held_above = (u >= problem.upper) & (descent >= 0)
+    return ~(held_below | held_above)
 
 
 def _bounded_step(model: Linearisation, problem: Problem, u: Array, scale: Array, radius: float) -> Array:
@@ -163,10 +171,12 @@ def _bounded_step(model: Linearisation, problem: Problem, u: Array, scale: Array
     while free.any():
         vector = model.vector - model.triangle @ np.where(free, 0.0, step)
         step[free] = _trusted(model.triangle[:, free], vector, scale[free], radius)
-        out = free & ((u + step < problem.lower) | (u + step > problem.upper))
+        trial = u + step
+        out = free & ((trial < problem.lower) | (trial > problem.upper))
         if not out.any():
             break
-        step[out] = (np.clip(u + step, problem.lower, problem.upper) - u)[out]
+        to_bound = np.clip(trial, problem.lower, problem.upper) - u
+        step[out] = to_bound[out]
         free &= ~out
     return step
 
@@ -176,26 +186,27 @@ def _trusted(triangle: Array, vector: Array, scale: Array, radius: float) -> Arr
     left, s, right = np.linalg.svd(triangle / scale, full_matrices=False)
     z = left.T @ vector
     solid = s > s[0] * np.finfo(float).eps if s[0] > 0 else s > 0
-
-    def scaled(mu: float) -> Array:
-        return np.where(solid, s * z / np.where(solid, s * s + mu, 1.0), 0.0)
-
-    d = scaled(0.0)
+    # In the coordinates of the singular values, a damping mu gives the step d; the lost directions stay where they are.
+    mu = 0.0
+    damped = np.where(solid, s * s + mu, 1.0)
+    d = np.where(solid, s * z / damped, 0.0)
     if np.linalg.norm(d) <= 1.1 * radius:
         return (right.T @ d) / scale
-    mu = 0.0
     for _ in range(50):  # Newton on 1 / |D d|, monotone from the left
         length = float(np.linalg.norm(d))
         if abs(length - radius) <= 0.1 * radius:
             break
-        slope = -float(np.sum(np.where(solid, d * d / np.where(solid, s * s + mu, 1.0), 0.0))) / length
+        slope = -float(np.sum(np.where(solid, d * d / damped, 0.0))) / length
         mu = max(mu - (length - radius) / radius * length / slope, 0.0)
-        d = scaled(mu)
+        damped = np.where(solid, s * s + mu, 1.0)
+        d = np.where(solid, s * z / damped, 0.0)
     return (right.T @ d) / scale
 
 
 def _predicted(model: Linearisation, step: Array) -> float:
-    return float(model.vector @ model.vector - np.sum((model.vector - model.triangle @ step) ** 2))
+    """How much less the sum of squares is after a step, by the local model."""
+    left = model.vector - model.triangle @ step
+    return float(model.vector @ model.vector - np.sum(left**2))
 
 
 def _stationary(model: Linearisation, problem: Problem, u: Array, floor: float, tolerance: float) -> bool:
@@ -203,4 +214,5 @@ def _stationary(model: Linearisation, problem: Problem, u: Array, floor: float, 
     free = _free(model, problem, u)
     gradient = model.triangle.T @ model.vector
     norms = _norms(model.triangle) * max(model.cost**0.5, floor) + np.finfo(float).tiny
-    return bool(np.all(np.abs(gradient / norms)[free] < max(1e-6, tolerance**0.5)))
+    cosines = np.abs(gradient / norms)
+    return bool(np.all(cosines[free] < max(1e-6, tolerance**0.5)))

@@ -38,8 +38,9 @@ def groups_of(data: Dataset) -> LogGroups:
     """The logs of some rows by field and motion; logs without rows are left out."""
     logs = [(start, stop) for start, stop in data.source_rows if stop > start]
     if len(logs) == 1:
-        logs = constant_stretches(data, *logs[0]) or logs
-    return LogGroups(logs, _fields(data, logs), _motions(data, logs))
+        start, stop = logs[0]
+        logs = constant_stretches(data, start, stop) or logs
+    return LogGroups(logs, field=_fields(data, logs), motion=_motions(data, logs))
 
 
 def chessboard(logs: LogGroups) -> list[int]:
@@ -66,23 +67,33 @@ def quantile_over_logs(size: Array, log: NDArray[np.intp], share: float) -> floa
 
 
 def _fields(data: Dataset, logs: Sequence[tuple[int, int]]) -> list[int]:
-    reach = _STEADY * max(float(np.abs(e.field).max()) for e in data.elements)
-    if any(np.ptp(e.field[a:b]) > reach for e in data.elements for a, b in logs):
-        return [0] * len(logs)
-    levels = [tuple(round(float(np.mean(e.field[a:b])) / (reach or 1.0)) for e in data.elements) for a, b in logs]
-    order = sorted(set(levels))
-    return [order.index(level) for level in levels]
+    """Number of the field of each log, from the lowest; all 0 where a field changes within a log."""
+    fields = [element.field for element in data.elements]
+    steady = _STEADY * max(float(np.abs(field).max()) for field in fields)
+    levels: list[tuple[int, ...]] = []  # of each log, the mean field of each element in steps
+    for start, stop in logs:
+        if any(np.ptp(field[start:stop]) > steady for field in fields):
+            return [0] * len(logs)
+        means = [float(np.mean(field[start:stop])) for field in fields]
+        levels.append(tuple(round(mean / (steady or 1.0)) for mean in means))
+    ascending = sorted(set(levels))
+    return [ascending.index(level) for level in levels]
 
 
 def _motions(data: Dataset, logs: Sequence[tuple[int, int]]) -> list[int]:
+    """Number of the motion of each log, in the order in which motions come."""
     known: list[Array] = []
     numbers: list[int] = []
-    for a, b in logs:
-        own = np.array(motion_of(data, slice(a, b)))
-        same = [k for k, other in enumerate(known) if np.all(np.abs(other - own) < np.log(ALIKE))]
-        numbers.append(same[0] if same else len(known))
-        if not same:
+    for start, stop in logs:
+        own = np.array(motion_of(data, slice(start, stop)))
+        number = len(known)
+        for k, other in enumerate(known):
+            if np.all(np.abs(other - own) < np.log(ALIKE)):
+                number = k
+                break
+        else:
             known.append(own)
+        numbers.append(number)
     return numbers
 
 
@@ -92,6 +103,10 @@ def motion_of(data: Dataset, log: slice) -> list[float]:
     sizes: list[float] = []
     for element in data.elements:
         slip = element.slip[log]
-        rate = np.diff(slip)[steps > 0] / steps[steps > 0]
-        sizes += [float(np.log(np.sqrt(np.mean(x**2)) + 1e-150)) for x in (slip, rate) if x.size]
+        later = steps > 0
+        rate = np.diff(slip)[later] / steps[later]
+        for signal in (slip, rate):
+            if signal.size:
+                rms = np.sqrt(np.mean(signal**2))
+                sizes.append(float(np.log(rms + 1e-150)))  # of a signal that is zero throughout
     return sizes

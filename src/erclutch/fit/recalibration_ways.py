@@ -23,8 +23,11 @@ from erclutch.signals.array import Array
 Rows = NDArray[np.intp]
 
 #: Numbers of a whole model: what multiplies its effort, and what is added.
-GAIN, OFFSET = "gain", CONSTANT_EFFORT.name
-_ALL, _FREE = "all numbers", "gains and offset"
+GAIN = "gain"
+OFFSET = CONSTANT_EFFORT.name
+#: Ways of more than the whole model's gain.
+_ALL = "all numbers"
+_FREE = "gains and offset"
 _SMALL = 0.1  # a gain near zero may change by this share of the largest one
 _ONE_FIELD = 1e-6  # fields that differ by less than this share of the largest are one field
 
@@ -141,27 +144,32 @@ def _all_numbers(law: TorqueModel, data: Dataset, rows: Rows) -> Way:
     shapes = law.structure.shapes(law.period)
     gains = _gains(_FREE, law, data, rows)
     u = coordinates(shapes, list(law.shape.values()))
-    low = coordinates(shapes, [s.lower for s in shapes])
-    high = coordinates(shapes, [s.upper for s in shapes])
-    # A factor of e is usual where a number may span decades, half the range that is searched elsewhere.
-    reach = [1.0 if s.scale == "log" else 0.5 * (s.scanned[1] - s.scanned[0]) for s in shapes]
-    numbers = [Number(s.name, *each) for s, *each in zip(shapes, u, reach, low, high, strict=True)]
+    k = u.size
+    low = coordinates(shapes, [shape.lower for shape in shapes])
+    high = coordinates(shapes, [shape.upper for shape in shapes])
+    numbers: list[Number] = []
+    for place, shape in enumerate(shapes):
+        # A factor of e is usual where a number may span decades, half the range that is searched elsewhere.
+        least, most = shape.scanned
+        reach = 1.0 if shape.scale == "log" else 0.5 * (most - least)
+        numbers.append(Number(shape.name, u[place], reach, low[place], high[place]))
 
     def model(c: Array) -> TorqueModel:
-        shape = dict(zip(law.shape, parameters(shapes, c[: u.size]), strict=True))
-        return replace(gains.model(c[u.size :]).law_part, shape=shape)
+        q = parameters(shapes, c[:k])
+        shape = dict(zip(law.shape, q, strict=True))
+        return replace(gains.model(c[k:]).law_part, shape=shape)
 
     def slopes(c: Array) -> Array:
-        q = seeded(shapes, c[: u.size])
+        q = seeded(shapes, c[:k])
         structure = replace(law.structure, offset=True)
         columns = structure.columns(data.elements, data.clock, law.reference, q, extras=data.extras)
-        effort = sum(gain * column for gain, column in zip(c[u.size :], columns, strict=True))
-        by_shape = [np.broadcast_to(partial_of(effort, k), data.rows)[rows] for k in range(u.size)]
+        effort = sum(gain * column for gain, column in zip(c[k:], columns, strict=True))
+        by_shape = [np.broadcast_to(partial_of(effort, place), data.rows)[rows] for place in range(k)]
         by_gain = [value_of(column)[rows] for column in columns]
         return np.column_stack([*by_shape, *by_gain])
 
     def said(c: Array) -> Array:
-        return np.concatenate([parameters(shapes, c[: u.size]), c[u.size :]])
+        return np.concatenate([parameters(shapes, c[:k]), c[k:]])
 
     start = np.concatenate([u, gains.start])
     return Way(_ALL, [*numbers, *gains.numbers], gains.columns, model, start, slopes, said)
@@ -169,18 +177,20 @@ def _all_numbers(law: TorqueModel, data: Dataset, rows: Rows) -> Way:
 
 def _output_layer(network: NetworkModel, data: Dataset, rows: Rows) -> Way:
     """The weights of a network's output layer, in which its effort is linear."""
-    inputs = inputs_of(network.structure, data.elements, data.clock, data.extras, network.dynamics)[:, rows]
-    active = network.last_layer(network.scaling.inputs(inputs))  # (neurons, n)
+    inputs = inputs_of(network.structure, data.elements, data.clock, data.extras, network.dynamics)
+    active = network.last_layer(network.scaling.inputs(inputs[:, rows]))  # (neurons, n)
     ones = np.ones(active.shape[1])
     columns = network.scaling.effort_scale * np.column_stack([*active, ones])
-    names = list(network.weights)[-2:]
-    weights, bias = (network.weights[name] for name in names)
-    start = np.concatenate([weights.ravel(), bias])
+
+    # The output layer's tables are the last two.
+    of_weights, of_bias = list(network.weights)[-2:]
+    weights = network.weights[of_weights]
+    start = np.concatenate([weights.ravel(), network.weights[of_bias]])
     reach = np.maximum(np.abs(start), _SMALL * np.abs(start).max())
-    numbers = [Number(f"w_{k}", *each) for k, each in enumerate(zip(start.tolist(), reach.tolist(), strict=True))]
+    numbers = [Number(f"w_{place}", float(start[place]), float(reach[place])) for place in range(start.size)]
 
     def model(c: Array) -> NetworkModel:
-        last = {names[0]: c[:-1].reshape(weights.shape), names[1]: c[-1:]}
+        last = {of_weights: c[:-1].reshape(weights.shape), of_bias: c[-1:]}
         return replace(network, weights={**network.weights, **last})
 
     return _linear(_ALL, numbers, [columns], model)

@@ -30,22 +30,34 @@ def unit_of_gain(gain: Gain, extras: Sequence[str], units: Units) -> str:
         return unit
     # The position is the slip's integral. Other inputs come as they were logged.
     known = extras[gain.extra] == POSITION and units.slip.endswith("/s")
-    return f"{unit}/{units.slip.removesuffix('/s') if known else '?'}"
+    per = units.slip.removesuffix("/s") if known else "?"
+    return f"{unit}/{per}"
 
 
 def unit_text(dimension: Dimension, units: Units) -> str:
     """Unit of a parameter, such as ``N/(m/s)``; "1" for a pure number, "?" inside where the log gave no unit."""
+    motion = [(dimension.slip, units.slip), (dimension.time, "s")]
+    if dimension.slip and dimension.time and units.slip.endswith("/s"):
+        # A slip times s is a way, a slip over s an acceleration.
+        way = units.slip.removesuffix("/s")
+        unit = way if dimension.slip == dimension.time else f"{way}/s^2"
+        motion = [(dimension.slip, unit)]
+
     above: list[str] = []
     below: list[str] = []
-    motion = ((dimension.slip, units.slip), (dimension.time, "s"))
-    if dimension.slip and dimension.time and units.slip.endswith("/s"):
-        way = units.slip.removesuffix("/s")
-        motion = ((dimension.slip, way if dimension.slip == dimension.time else f"{way}/s^2"),)
-    powers = ((dimension.effort, units.effort), (dimension.field, units.field), *motion, (dimension.temperature, "K"))
-    for exponent, unit in powers:
-        if exponent and unit:
-            name = f"({unit})" if "/" in unit and (exponent < 0 or exponent > 1) else unit
-            power = f"^{abs(exponent)}" if abs(exponent) > 1 else ""
-            (above if exponent > 0 else below).append(name + power)
+    for exponent, unit in (
+        (dimension.effort, units.effort),
+        (dimension.field, units.field),
+        *motion,
+        (dimension.temperature, "K"),
+    ):
+        if not exponent or not unit:
+            continue
+        if "/" in unit and exponent != 1:
+            unit = f"({unit})"
+        if abs(exponent) > 1:
+            unit += f"^{abs(exponent)}"
+        side = above if exponent > 0 else below
+        side.append(unit)
     text = "*".join(above) or "1"
     return text + "".join(f"/{name}" for name in below)

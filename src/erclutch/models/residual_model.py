@@ -175,10 +175,15 @@ class ResidualModel(ModelBase):
     @property
     def numbers(self) -> Mapping[str, Any]:
         """Everything that was fitted or measured, by name."""
+        numbers = dict(self.law.numbers)
+        for name, value in self.correction.network.numbers.items():
+            numbers[f"network {name}"] = value
+        numbers["limit"] = self.correction.limit
         cells = self.correction.covered
-        network = {f"network {name}": value for name, value in self.correction.network.numbers.items()}
-        covered = {"covered from": cells.low, "covered to": cells.high, "reach": cells.reach}
-        return {**self.law.numbers, **network, "limit": self.correction.limit, **covered}
+        numbers["covered from"] = cells.low
+        numbers["covered to"] = cells.high
+        numbers["reach"] = cells.reach
+        return numbers
 
     def in_units(self) -> Iterator[tuple[str, float, str, str]]:
         """Parameters of the law."""
@@ -215,17 +220,20 @@ class ResidualModel(ModelBase):
         """The same network on other numbers of the law, its output and its limit times a share."""
         share = max(share, _LEAST_SHARE)
         network = self.correction.network.scaled(share)
-        return ResidualModel(law, replace(self.correction, network=network, limit=share * self.correction.limit))
+        correction = replace(self.correction, network=network, limit=share * self.correction.limit)
+        return ResidualModel(law, correction)
 
     def steady(self, fields: Sequence[Array], slips: Sequence[Array], extras: Sequence[Array] = ()) -> Array:
         """Effort at rest, shape (n,): the fluid settled, all past rows as the present one."""
-        law = self.law.steady(fields, slips, extras[: len(self.law.extras)])
-        fluids = [self.command(array_as_in_c(np.atleast_1d(f))) for f in fields]
-        relative = [array_as_in_c(np.atleast_1d(w)) for w in slips]
-        remembered = settled_memory(self, self.moved(fluids, relative))
+        of_law = extras[: len(self.law.extras)]  # the law's own come first
+        law = self.law.steady(fields, slips, of_law)
+        fluids = [self.command(array_as_in_c(np.atleast_1d(field))) for field in fields]
+        slips_as_in_c = [array_as_in_c(np.atleast_1d(slip)) for slip in slips]
+        remembered = settled_memory(self, self.moved(fluids, slips_as_in_c))
         further = dict(zip(self.extras, extras, strict=True))
-        inputs = self.correction.inputs(FluidSignals(fluids, relative, remembered, further))
-        return law + self.correction.of_inputs(np.array(np.broadcast_arrays(*inputs), np.float64))
+        inputs = self.correction.inputs(FluidSignals(fluids, slips_as_in_c, remembered, further))
+        rows = np.array(np.broadcast_arrays(*inputs), np.float64)
+        return law + self.correction.of_inputs(rows)
 
     def command(self, field: Any) -> Any:
         """What the stages on the command work on, as for the law."""
@@ -290,17 +298,21 @@ def residual_from_dict(body: Mapping[str, Any], where: str = "model") -> Residua
 
 
 def _residual_from(body: Mapping[str, Any], where: str) -> ResidualModel:
+    """The model of a file's content; `read_model` makes a RunError of what is raised here."""
     law = model_from_dict(body["law"], where)
     network = network_from_dict(body["network"], where, alone=False)
-    if (network.structure.device, network.structure.dynamics, network.units) != (
-        law.structure.device,
-        law.structure.dynamics,
-        law.units,
-    ):
+    of_network = (network.structure.device, network.structure.dynamics, network.units)
+    of_law = (law.structure.device, law.structure.dynamics, law.units)
+    if of_network != of_law:
         raise ValueError(f"a network of {network.name} on {law.name}")
-    count, covered = len(network.structure.inputs), body["covered"]
-    low, high = (table_of(covered[key], key, len(covered["low"]), count) for key in ("low", "high"))
+
+    covered = body["covered"]
+    inputs = len(network.structure.inputs)
+    boxes = len(covered["low"])
+    low = table_of(covered["low"], "low", boxes, inputs)
+    high = table_of(covered["high"], "high", boxes, inputs)
     if not low.size or np.any(low > high):
         raise ValueError("corners of the boxes")
-    cells = CoveredCells(low, high, table_of(covered["reach"], "reach", count, positive=True))
-    return ResidualModel(law, BoundedResidual(network, number_of(body["limit"], "limit", positive=True), cells))
+    reach = table_of(covered["reach"], "reach", inputs, positive=True)
+    limit = number_of(body["limit"], "limit", positive=True)
+    return ResidualModel(law, BoundedResidual(network, limit, CoveredCells(low, high, reach)))

@@ -200,13 +200,15 @@ def _second_time_constant(train: Dataset, laws: Sequence[FitOutcome[TorqueModel]
     one = min(lagged, key=lambda law: law.train_cost)
     with one_thread():
         two = fit_structure(train, replace(one.model.structure, dynamics="rise-fall"))
+
     # Rows of one log are alike, so the criterion counts those that are independent, as many for both laws.
     independent = min(independent_rows(train.effort - law.model.predict(train)) for law in (one, two))
-    of_one, of_two = (
-        information_criteria(law.train_cost, law.train_rows, independent, law.parameters)["bic_independent"]
-        for law in (one, two)
-    )
-    return [two] if of_two < of_one - _EVIDENCE else []
+
+    def criterion(law: FitOutcome[TorqueModel]) -> float:
+        criteria = information_criteria(law.train_cost, law.train_rows, independent, law.parameters)
+        return criteria["bic_independent"]
+
+    return [two] if criterion(two) < criterion(one) - _EVIDENCE else []
 
 
 def with_memory(
@@ -216,7 +218,11 @@ def with_memory(
 
     The findings name columns of the log that would take more of the error off.
     """
-    known = [law for law in laws if not law.model.structure.law.forward and not law.model.structure.law.stimulus]
+    known: list[FitOutcome[TorqueModel]] = []
+    for outcome in laws:
+        law = outcome.model.structure.law
+        if not law.forward and not law.stimulus:
+            known.append(outcome)
     if not known:
         return [], ()
 
@@ -229,21 +235,22 @@ def with_memory(
         rungs = grown(train, first_rung, tuple(train.extras))
         spare = helpful(train, rungs[-1])  # share of the error that a column would take off, by its name
 
-    # The first step up and the last: the smallest memory that helps, and all that helps.
-    wanted = dict.fromkeys(rung.structure for rung in (rungs[1], rungs[-1])) if len(rungs) > 1 else {}
-    findings = tuple(
-        Finding(
-            "note",
-            "spare column",
-            f"the column {name!r}, which no model has as an input, would take {gain:.0%} off the error of the best law",
-            f"Fit with --input {shell_word(name)}, unless it measures the effort once more",
+    findings: list[Finding] = []
+    for name, gain in spare.items():
+        seen = (
+            f"the column {name!r}, which no model has as an input, would take {gain:.0%} off the error of the best law"
         )
-        for name, gain in spare.items()
-    )
+        remedy = f"Fit with --input {shell_word(name)}, unless it measures the effort once more"
+        findings.append(Finding("note", "spare column", seen, remedy))
+
+    if len(rungs) < 2:
+        return [], tuple(findings)
+    # The first step up and the last: the smallest memory that helps, and all that helps. They may be the same.
+    wanted = dict.fromkeys([rungs[1].structure, rungs[-1].structure])
     candidates = [LawCandidate(structure, base.notes) for structure in wanted]
-    if wanted and len(set(groups_of(train).field)) >= FEWEST_GROUPS:
+    if len(set(groups_of(train).field)) >= FEWEST_GROUPS:
         candidates = [*_of_another_form(train, rungs[-1], known, base), *candidates]  # the last stays the richest
-    return candidates, findings
+    return candidates, tuple(findings)
 
 
 def _of_another_form(
@@ -254,16 +261,17 @@ def _of_another_form(
     Without a memory these laws are nearly as good as the base. Whole fields that are left out choose between both.
     """
     nearly = (1.0 + TOLERATED) ** 2 * base.train_cost
-    others = [
-        law
-        for law in laws
-        if law.train_cost <= nearly
-        and law.model.structure.law.yield_form is not None
-        and law.model.structure.specification != base.model.structure.specification
-        and not law.model.structure.remembers
-    ]
+    others: list[FitOutcome[TorqueModel]] = []
+    for law in laws:
+        structure = law.model.structure
+        has_form = structure.law.yield_form is not None
+        is_base = structure.specification == base.model.structure.specification
+        if law.train_cost <= nearly and has_form and not is_base and not structure.remembers:
+            others.append(law)
+    if not others:
+        return []
     few = sorted(others, key=lambda law: (law.parameters, law.train_cost))[:_MOST_FORMS]
     with one_thread():
-        pairs = [(of_law(train, rung, law.model.structure), law.notes) for law in few]
-    best = min(pairs, key=lambda pair: pair[0].error, default=None)
-    return [] if best is None else [LawCandidate(best[0].structure, best[1])]
+        rungs = [of_law(train, rung, law.model.structure) for law in few]
+    best = min(range(len(few)), key=lambda place: rungs[place].error)
+    return [LawCandidate(rungs[best].structure, few[best].notes)]

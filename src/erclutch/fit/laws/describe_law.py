@@ -62,25 +62,29 @@ def described(
         ends: of the intervals of all parameters, those of the coordinates first, (k + p,) each.
     """
     q = parameters(problem.shapes, found.point)
-    low, high = ends
+    shape_names = [shape.name for shape in problem.shapes]
+    gain_names = [gain.name for gain in problem.gains]
+    ranges = [(float(x.min()), float(x.max())) for x in seen.extras.values()]
     model = TorqueModel(
         structure=structure,
         reference=seen.reference,
-        shape=dict(zip((s.name for s in problem.shapes), q, strict=True)),
-        gains=dict(zip((g.name for g in problem.gains), projection.gains.tolist(), strict=True)),
+        shape=dict(zip(shape_names, q, strict=True)),
+        gains=dict(zip(gain_names, projection.gains.tolist(), strict=True)),
         units=seen.units,
         trained_on=seen.covered,
-        extra_ranges=tuple((float(x.min()), float(x.max())) for x in seen.extras.values()),
+        extra_ranges=tuple(ranges),
     )
-    estimates = (
-        *_shape_estimates(model, problem.shapes, found, (low[: len(q)], high[: len(q)])),
-        *_gain_estimates(model, problem, projection, (low[len(q) :], high[len(q) :])),
-    )
+    low, high = ends
+    k = len(q)
+    estimates = [
+        *_shape_estimates(model, problem.shapes, found, low[:k], high[:k]),
+        *_gain_estimates(model, problem, projection, low[k:], high[k:]),
+    ]
     return FitOutcome(
         model=model,
         stop=found.stop,
         iterations=found.iterations,
-        estimates=estimates,
+        estimates=tuple(estimates),
         paper_form=paper_form(model, estimates),
         rank=spread.rank,
         unknowns=spread.errors.size,
@@ -92,56 +96,62 @@ def described(
 
 
 def _shape_estimates(
-    model: TorqueModel, shapes: tuple[ShapeParameter, ...], found: Minimum, ends: tuple[Array, Array]
+    model: TorqueModel, shapes: tuple[ShapeParameter, ...], found: Minimum, low: Array, high: Array
 ) -> list[Estimate]:
+    """Nonlinear parameters with their intervals, whose ends (k,) are the solver's coordinates."""
     estimates: list[Estimate] = []
     for i, shape in enumerate(shapes):
-        reach = [float(end[i]) for end in ends]
-        if shape.scale == "log":
-            reach = [np.exp(u) if np.isfinite(u) else u for u in reach]
-        value, low, high = (
-            in_user_units(v, shape.dimension, model.reference) for v in (model.shape[shape.name], *reach)
-        )
-        bound = "lower" if found.at_lower[i] else "upper" if found.at_upper[i] else None
+        numbers = [model.shape[shape.name], float(low[i]), float(high[i])]
+        if shape.scale == "log":  # of the ends; an infinite one stays
+            numbers[1:] = [np.exp(u) if np.isfinite(u) else u for u in numbers[1:]]
+        value, from_, to = (in_user_units(number, shape.dimension, model.reference) for number in numbers)
         unit = unit_text(shape.dimension, model.units)
-        estimates.append(Estimate(shape.name, shape.meaning, unit, value, float(low), float(high), bound))
+        bound = None
+        if found.at_upper[i]:
+            bound = "upper"
+        if found.at_lower[i]:
+            bound = "lower"
+        estimates.append(Estimate(shape.name, shape.meaning, unit, value, float(from_), float(to), bound))
     return estimates
 
 
 def _gain_estimates(
-    model: TorqueModel, full: Separable, projection: Projection, ends: tuple[Array, Array]
+    model: TorqueModel, full: Separable, projection: Projection, low: Array, high: Array
 ) -> list[Estimate]:
+    """Gains with their intervals, whose ends are normalised, (p,) each."""
     estimates: list[Estimate] = []
     for i, gain in enumerate(full.gains):
-        reach = (projection.gains[i], ends[0][i], ends[1][i])
-        value, low, high = (gain_in_user_units(float(v), gain, model.reference) for v in reach)
+        numbers = (projection.gains[i], low[i], high[i])
+        value, from_, to = (gain_in_user_units(float(number), gain, model.reference) for number in numbers)
         unit = unit_of_gain(gain, model.structure.extras, model.units)
-        bound = "lower" if projection.held[i] and not projection.dead[i] else None
-        estimates.append(Estimate(gain.name, gain.meaning, unit, value, low, high, bound))
+        # A gain that nothing excites is zero for another reason than its bound.
+        at_bound = projection.held[i] and not projection.dead[i]
+        bound = "lower" if at_bound else None
+        estimates.append(Estimate(gain.name, gain.meaning, unit, value, from_, to, bound))
     return estimates
 
 
 def paper_form(model: TorqueModel, estimates: Sequence[Estimate]) -> dict[str, float]:
     """Published symbols in the data's units, an element at a time."""
-    if model.structure.law.paper_form is None:
+    law = model.structure.law
+    if law.paper_form is None:
         return {}
-    values = {e.name: e.value for e in estimates}
-    names = [gain.name for gain in model.structure.law.gains]
+    values = {estimate.name: estimate.value for estimate in estimates}
+    elements = model.structure.elements
     published: dict[str, float] = {}
-    for i in range(model.structure.elements):
-        tail = f"_{i + 1}" if model.structure.elements > 1 else ""
-        gains = {name: values[f"{name}{tail}"] for name in names}
-        for symbol, value in model.structure.law.paper_form(values, gains, model.reference.field).items():
+    for element in range(1, elements + 1):
+        tail = f"_{element}" if elements > 1 else ""
+        gains = {gain.name: values[f"{gain.name}{tail}"] for gain in law.gains}
+        for symbol, value in law.paper_form(values, gains, model.reference.field).items():
             published[f"{symbol}{tail}"] = value
-    return _shared_once(published, model.structure.elements)
+    if elements == 1:
+        return published
 
-
-def _shared_once(published: dict[str, float], elements: int) -> dict[str, float]:
-    """A symbol that is the same for all elements is shared: it goes without their numbers."""
-    shared = {
-        name.removesuffix("_1"): value
-        for name, value in published.items()
-        if elements > 1 and name.endswith("_1") and published.get(f"{name.removesuffix('_1')}_2") == value
-    }
+    # A symbol that is the same for all elements is shared: it goes without their numbers, behind the others.
+    shared: dict[str, float] = {}
+    for name, value in published.items():
+        symbol = name.removesuffix("_1")
+        if symbol != name and published.get(f"{symbol}_2") == value:
+            shared[symbol] = value
     own = {name: value for name, value in published.items() if name.rpartition("_")[0] not in shared}
-    return {**own, **shared}
+    return own | shared

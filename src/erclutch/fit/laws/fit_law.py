@@ -61,9 +61,17 @@ def reference_of(data: Dataset, extras: Sequence[str] = ()) -> Reference:
     field = max(float(np.max(np.abs(element.field))) for element in data.elements)
     squares = [float(np.mean(element.slip**2)) for element in data.elements]
     slip = float(np.sqrt(np.mean(squares)))
-    scales = tuple(float(np.sqrt(float(np.mean(further[name] ** 2)))) or 1.0 for name in extras)
-    warmth = dict(zip(extras, scales, strict=True)).get(TEMPERATURE, 1.0)
-    return Reference(field or 1.0, slip or 1.0, data.period, scales, warmth)
+    scales: dict[str, float] = {}  # root mean square of each further input
+    for name in extras:
+        square = float(np.mean(further[name] ** 2))
+        scales[name] = float(np.sqrt(square)) or 1.0
+    return Reference(
+        field=field or 1.0,
+        slip=slip or 1.0,
+        period=data.period,
+        extras=tuple(scales[name] for name in extras),
+        temperature=scales.get(TEMPERATURE, 1.0),
+    )
 
 
 def fit_structure(
@@ -100,9 +108,8 @@ def fit_structure(
         return _outcome(data, structure, reference, full, _LINEAR, ordered, intervals)
 
     # Of a long log, weighted centroids stand for rows, unless their order matters or the law steps.
-    under_both_fields = len(data.elements) > 1 and bool(
-        np.any(np.logical_and.reduce([element.field != 0 for element in data.elements]))
-    )
+    under_field = [element.field != 0 for element in data.elements]
+    under_both_fields = len(data.elements) > 1 and bool(np.any(np.logical_and.reduce(under_field)))
     steps = bool(structure.law.stimulus_shape)
     cells: Separable | None = None
     if memoryless and not steps and data.rows >= MANY_ROWS and not under_both_fields:
@@ -164,15 +171,25 @@ def _stiff(full: Separable, minimum: Minimum, data: Dataset) -> Minimum:
         return minimum
     k = names.index(TRANSITION_SLIP.name)
     lower, _ = full.bounds
-    point, at_lower = minimum.point.copy(), minimum.at_lower.copy()
-    point[k], at_lower[k] = lower[k], True
+    point = minimum.point.copy()
+    point[k] = lower[k]
+    at_lower = minimum.at_lower.copy()
+    at_lower[k] = True
     cost = project(full, parameters(full.shapes, point)).cost
     if cost > (1.0 + _ROUNDING) * minimum.cost:
         return minimum
     return replace(minimum, point=point, at_lower=at_lower)
 
 
-_LINEAR = Minimum(np.zeros(0), np.nan, "converged", 1, np.zeros(0, np.bool_), np.zeros(0, np.bool_))
+#: Of a law without nonlinear parameters: its gains are all that there is to find.
+_LINEAR = Minimum(
+    point=np.zeros(0),
+    cost=np.nan,
+    stop="converged",
+    iterations=1,
+    at_lower=np.zeros(0, np.bool_),
+    at_upper=np.zeros(0, np.bool_),
+)
 
 
 def _search(
@@ -182,17 +199,20 @@ def _search(
 
     Of a law that remembers, a smaller scan and fewer solvers, then a look for other basins from their best minimum.
     """
+    shapes = few.shapes
     lower, upper = few.bounds
-    given = [np.clip(coordinates(few.shapes, q), lower, upper) for q in starts]
-    low = coordinates(few.shapes, [shape.scanned[0] for shape in few.shapes])
-    high = coordinates(few.shapes, [shape.scanned[1] for shape in few.shapes])
+    given = [np.clip(coordinates(shapes, q), lower, upper) for q in starts]
+    low = coordinates(shapes, [shape.scanned[0] for shape in shapes])
+    high = coordinates(shapes, [shape.scanned[1] for shape in shapes])
     count = scan * max(1, lower.size - 1)
+    solvers = _ROUGH_STARTS
     if remembers:
         count //= 3
+        solvers -= 1
     points = [*given, *scan_points(low, high, count)]
-    costs = [project(few, parameters(few.shapes, u)).cost for u in points]
-    solvers = _ROUGH_STARTS - remembers
-    candidates = given + [points[i] for i in np.argsort(costs, kind="stable")[:solvers]]
+    costs = [project(few, parameters(shapes, u)).cost for u in points]
+    cheapest = np.argsort(costs, kind="stable")[:solvers]
+    candidates = given + [points[place] for place in cheapest]
     if remembers:
         return best_basin(few, rough, candidates).point
     minima = [minimise(outer_problem(rough), u, tolerance=1e-6, max_iterations=40) for u in candidates]
@@ -220,24 +240,29 @@ def _outcome(
 
     columns, slopes, projection = jacobian(full, minimum.point)  # (n, p), (n, k)
     moving = ~(minimum.at_lower | minimum.at_upper)
-    linear, nonlinear = columns.T[~projection.held], slopes.T[moving]
+    linear = columns.T[~projection.held]
+    nonlinear = slopes.T[moving]
     triangle = triangle_of(np.vstack([linear, nonlinear]).T)
     projection = refined(columns, full.target, projection, triangle)
     residual = full.target - columns @ projection.gains
-    spread, unseen = unknown(triangle, data.rows), None
+
+    spread = unknown(triangle, data.rows)
+    unseen = None
     if intervals:
         free = np.vstack([nonlinear, linear]).T
         spread = uncertainty(free, residual, ordered=ordered)
         unseen = unseen_errors(data, free.__getitem__, residual)
         # Profiles of the cost are made on a few rows that stand for all.
-        some = data if structure.dynamics == "none" else data.take(windows(data.rows, _ROUGH_ROWS, data.period))
+        some = data
+        if structure.dynamics != "none":
+            some = data.take(windows(data.rows, _ROUGH_ROWS, data.period))
         few = separable(some, structure, reference, full.shapes, thinned(some.rows, SCAN_ROWS))
         optimum = Optimum(
-            np.concatenate([minimum.point, projection.gains]),
-            np.vstack([slopes.T, columns.T]).T,
-            residual,
-            np.concatenate([moving, ~projection.held]),
-            np.concatenate([slopes.any(axis=0), ~projection.dead]),
+            point=np.concatenate([minimum.point, projection.gains]),
+            slopes=np.vstack([slopes.T, columns.T]).T,
+            residual=residual,
+            free=np.concatenate([moving, ~projection.held]),
+            live=np.concatenate([slopes.any(axis=0), ~projection.dead]),
         )
         ends = interval_ends(few, optimum, spread, ordered=ordered)
     seen = replace(seen, cost=float(residual @ residual))

@@ -62,8 +62,9 @@ def closed_in_slices(
         r = triangle_over(problem.values(problem.columns(q), q) for problem in problems)
         nonnegative: Mask = np.array([gain.nonnegative for gain in structure.gains()], np.bool_)
         p = nonnegative.size
-        unusable = Projection(np.zeros(p), np.ones(p, np.bool_), np.zeros(p, np.bool_), np.inf)
-        projection = gains_of(r, nonnegative) if np.isfinite(r).all() else unusable
+        projection = Projection(np.zeros(p), held=np.ones(p, np.bool_), dead=np.zeros(p, np.bool_), cost=np.inf)
+        if np.isfinite(r).all():
+            projection = gains_of(r, nonnegative)
         moving = ~(found.at_lower | found.at_upper)
         products: list[list[Array]] = []  # of each free column with the residual, slice by slice
         cost = 0.0
@@ -72,15 +73,20 @@ def closed_in_slices(
             nonlocal cost
             for problem in problems:
                 stacked, slopes, _ = linearised(problem, found.point, projection)
-                free = stacked.T[:-1][~projection.held]
-                residual = stacked[:, -1] - stacked[:, :-1] @ projection.gains
+                columns = stacked[:, :-1]
+                target = stacked[:, -1]
+                residual = target - columns @ projection.gains
+                free = columns.T[~projection.held]
                 products.append([column * residual for column in free])
                 cost += float(residual @ residual)
                 yield np.vstack([free, slopes.T[moving]]).T
 
         triangle = triangle_over(matrices())
-    slope = np.array([float(np.sum(np.concatenate(slices))) for slices in zip(*products, strict=True)])
+    of_columns = [np.concatenate(slices) for slices in zip(*products, strict=True)]
+    slope = np.array([float(np.sum(product)) for product in of_columns])
     better = corrected(projection, triangle, slope)
+    # The cost after a step d of the gains: cost + |R d|^2 - 2 d' slope, without another pass over the rows.
     step = (better.gains - projection.gains)[~projection.held]
-    cost += float(np.sum((triangle[:, : step.size] @ step) ** 2)) - 2.0 * float(step @ slope)
+    moved = triangle[:, : step.size] @ step
+    cost += float(np.sum(moved**2)) - 2.0 * float(step @ slope)
     return better, triangle, cost

@@ -34,30 +34,34 @@ def best_basin(few: Separable, rough: Separable, starts: Sequence[Array]) -> Min
         starts: coordinates where the search begins.
     """
     basins: list[Minimum] = []
-    for found in _minima(rough, starts):
-        if not any(_same(found, basin) for basin in basins):
-            basins.append(found)
-    return min((_followed(few, rough, found) for found in basins), key=lambda m: m.cost)
+    for minimum in _minima(rough, starts, 40):
+        if not any(_same(minimum, basin) for basin in basins):
+            basins.append(minimum)
 
-
-def _followed(few: Separable, rough: Separable, found: Minimum) -> Minimum:
-    """From one minimum to the next better one, until no look finds any."""
-    for _ in range(_LOOKS):
-        other = _minima(rough, _elsewhere(few, found.point))[0]
-        if other.cost > found.cost or _same(other, found):
-            break
-        found = other
-    return found
+    # From each minimum to the next better one, until no look finds any.
+    lowest: list[Minimum] = []
+    for minimum in basins:
+        for _ in range(_LOOKS):
+            other = _minima(rough, _elsewhere(few, minimum.point), 40)[0]
+            if other.cost > minimum.cost or _same(other, minimum):
+                break
+            minimum = other
+        lowest.append(minimum)
+    return min(lowest, key=lambda minimum: minimum.cost)
 
 
 def _same(one: Minimum, other: Minimum) -> bool:
+    """Whether two minima lie in one basin, as far as their costs tell."""
     return abs(one.cost - other.cost) <= _BETTER * other.cost
 
 
-def _minima(rough: Separable, starts: Sequence[Array]) -> list[Minimum]:
-    """The minima below some places, the best first."""
-    minima = [minimise(with_curvature(outer_problem(rough)), u, tolerance=1e-5, max_iterations=40) for u in starts]
-    return sorted(minima, key=lambda m: m.cost)
+def _minima(problem: Separable, starts: Sequence[Array], steps: int) -> list[Minimum]:
+    """Where so many steps down from some places end, the lowest first."""
+    minima: list[Minimum] = []
+    for start in starts:
+        bent = with_curvature(outer_problem(problem))
+        minima.append(minimise(bent, start, tolerance=1e-5, max_iterations=steps))
+    return sorted(minima, key=lambda minimum: minimum.cost)
 
 
 def _elsewhere(few: Separable, point: Array) -> list[Array]:
@@ -69,23 +73,32 @@ def _elsewhere(few: Separable, point: Array) -> list[Array]:
     """
     low, high = few.bounds
     apart = (high - low) / (_PLACES - 1)
-    places = low + np.arange(_PLACES)[:, None] * apart
-    ways = [[_moved(point, i, x) for x in places[:, i] if abs(x - point[i]) >= apart[i]] for i in range(point.size)]
-    little = (1.0 + _IDLE) * _cost(few, point)
-    idle = [i for i, points in enumerate(ways) if min(_cost(few, u) for u in points) < little]
+    places = low + np.arange(_PLACES)[:, None] * apart  # (places, parameters)
+
+    def cost(u: Array) -> float:
+        return project(few, parameters(few.shapes, u)).cost
+
+    # The point with each parameter in turn at all places that are far enough away.
+    moved: list[list[Array]] = []
+    for i in range(point.size):
+        far = [place for place in places[:, i] if abs(place - point[i]) >= apart[i]]
+        moved.append([_moved(point, i, place) for place in far])
+    little = (1.0 + _IDLE) * cost(point)
+    idle = [i for i, points in enumerate(moved) if min(cost(u) for u in points) < little]
+
     starts: list[Array] = []
-    for i, points in enumerate(ways):
-        both = [_moved(u, k, places[j, k]) for u in points for k in idle if k != i for j in _INNER]
-        starts.append(min([*points, *both], key=lambda u: _cost(few, u)))
-    down = [minimise(with_curvature(outer_problem(few)), u, tolerance=1e-5, max_iterations=_STEPS) for u in starts]
-    return [m.point for m in sorted(down, key=lambda m: m.cost)[:_STARTS]]
-
-
-def _cost(few: Separable, point: Array) -> float:
-    return project(few, parameters(few.shapes, point)).cost
+    for i, points in enumerate(moved):
+        tried = list(points)
+        for u in points:
+            for k in idle:
+                if k != i:
+                    tried += [_moved(u, k, places[inner, k]) for inner in _INNER]
+        starts.append(min(tried, key=cost))
+    return [minimum.point for minimum in _minima(few, starts, _STEPS)[:_STARTS]]
 
 
 def _moved(point: Array, i: int, place: float) -> Array:
+    """The point with one coordinate at another place."""
     moved = point.copy()
     moved[i] = place
     return moved

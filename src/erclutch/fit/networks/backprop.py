@@ -33,34 +33,47 @@ def weights_of(sizes: Sequence[int]) -> int:
 def unpacked(theta: Floats, sizes: Sequence[int]) -> list[tuple[Floats, Floats]]:
     """(W, b) of each layer."""
     layers: list[tuple[Floats, Floats]] = []
-    at = 0
+    start = 0
     for before, after in itertools.pairwise(sizes):
-        middle, end = at + after * before, at + after * (before + 1)
-        layers.append((theta[at:middle].reshape(after, before), theta[middle:end]))
-        at = end
+        middle = start + after * before
+        end = start + after * (before + 1)
+        w = theta[start:middle].reshape(after, before)
+        b = theta[middle:end]
+        layers.append((w, b))
+        start = end
     return layers
 
 
 def packed(layers: Layers) -> Array:
     """Back from (W, b) of each layer."""
-    return np.concatenate([part for w, b in layers for part in (w.ravel(), b)])
+    parts: list[Floats] = []
+    for w, b in layers:
+        parts += [w.ravel(), b]
+    return np.concatenate(parts)
 
 
 def tables_of(theta: Array, sizes: Sequence[int]) -> dict[str, Array]:
     """Weights as the tables of a NetworkModel."""
-    *hidden, (w, b) = unpacked(theta, sizes)
+    *hidden, last = unpacked(theta, sizes)
     tables: dict[str, Array] = {}
-    for i, (weight, bias) in enumerate(hidden, start=1):
-        tables |= {f"W{i}": weight.copy(), f"b{i}": bias.copy()}
-    return {**tables, "W_out": w.copy(), "b_out": b.copy()}
+    for number, (w, b) in enumerate(hidden, start=1):
+        tables[f"W{number}"] = w.copy()
+        tables[f"b{number}"] = b.copy()
+    w_out, b_out = last
+    tables["W_out"] = w_out.copy()
+    tables["b_out"] = b_out.copy()
+    return tables
 
 
 def slopes_of(tables: Mapping[str, Array], x: Array) -> Array:
     """Derivatives of an FNN's output for normalised inputs (inputs, n) by all weights, shape (weights, n)."""
-    names = [*(str(i) for i in range(1, len(tables) // 2)), "_out"]
+    hidden = len(tables) // 2 - 1
+    names = [*(str(number) for number in range(1, hidden + 1)), "_out"]
     layers = [(tables[f"W{name}"], tables[f"b{name}"]) for name in names]
-    slopes: Array = np.empty((sum(w.size + b.size for w, b in layers), x.shape[1]))
-    _slopes(layers, _activations(layers, x), np.ones_like(x[0]), slopes)
+    weights = sum(w.size + b.size for w, b in layers)
+    slopes: Array = np.empty((weights, x.shape[1]))
+    active = _activations(layers, x)
+    _slopes(layers, active, np.ones_like(x[0]), slopes)
     return slopes
 
 
@@ -86,20 +99,25 @@ class WeightedRows:
 
     def __init__(self, x: Floats, y: Floats, weight: Floats | None, sizes: Sequence[int], single: bool) -> None:
         kind: Any = np.float32 if single else np.float64
-        self.x, self.y = np.ascontiguousarray(x, kind), np.ascontiguousarray(y, kind)
-        root = np.ones(self.y.size) if weight is None else np.sqrt(weight / weight.mean())
-        self.root = root.astype(kind)
-        self.sizes, self.kind = tuple(sizes), kind
+        self.kind = kind
+        self.x = np.ascontiguousarray(x, kind)  # (inputs, n)
+        self.y = np.ascontiguousarray(y, kind)  # (n,)
+        rows = self.y.size
+        root = np.ones(rows) if weight is None else np.sqrt(weight / weight.mean())
+        self.root = root.astype(kind)  # of the weight of each row, (n,)
+        self.sizes = tuple(sizes)
         self.count = weights_of(sizes)
-        self._block = self.y.size if self.y.size * self.count <= _WHOLE else min(_BLOCK, self.y.size)
-        self._store = np.empty((self.count + 1, self._block), kind)
-        self._kept = self.y.size * sum(sizes[1:-1]) <= _KEPT
+        in_one = rows * self.count <= _WHOLE
+        self._block = rows if in_one else min(_BLOCK, rows)
+        self._store = np.empty((self.count + 1, self._block), kind)  # J and the residual of a block
+        self._kept = rows * sum(sizes[1:-1]) <= _KEPT
 
     def at(self, theta: Array) -> Point:
         """Residuals and cost at these weights; what is worked out on the way is kept for `gram` and `bend`."""
         layers = unpacked(theta.astype(self.kind), self.sizes)
         kept: list[Sequence[Floats]] = []
-        residual, cost = np.empty_like(self.y), 0.0
+        residual = np.empty_like(self.y)
+        cost = 0.0
         for block in self._blocks():
             active = _activations(layers, self.x[:, block])
             part = residual[block]
@@ -146,11 +164,11 @@ class WeightedRows:
         total: Array | float = 0.0
         for block, active in self._active(point):
             root = self.root[block]
-            functions = [active[-1]]
+            columns = [active[-1] * root]
             if more is not None:
                 w, b = (part.astype(self.kind) for part in more)
-                functions.append(_layer(w, b, active[-2]))
-            j = np.vstack([*(f * root for f in functions), root, self.y[block] * root])
+                columns.append(_layer(w, b, active[-2]) * root)
+            j = np.vstack([*columns, root, self.y[block] * root])
             total = total + (j @ j.T).astype(np.float64)
         return np.asarray(total)
 
@@ -159,8 +177,10 @@ class WeightedRows:
             yield slice(at, min(at + self._block, self.y.size))
 
     def _active(self, point: Point) -> Iterator[tuple[slice, Sequence[Floats]]]:
-        for i, block in enumerate(self._blocks()):
-            yield block, point.active[i] if point.active else _activations(point.layers, self.x[:, block])
+        """Each block with the activations of its rows: those that were kept, else anew."""
+        for number, block in enumerate(self._blocks()):
+            active = point.active[number] if point.active else _activations(point.layers, self.x[:, block])
+            yield block, active
 
 
 def _activations(layers: Layers, x: Floats) -> list[Floats]:
@@ -172,52 +192,63 @@ def _activations(layers: Layers, x: Floats) -> list[Floats]:
 
 
 def _layer(w: Floats, b: Floats, below: Floats) -> Floats:
+    """Outputs of a hidden layer, shape (neurons, m), from those of the layer below."""
     z = w @ below
     z += b[:, None]
     return np.tanh(z, out=z)
 
 
 def _output(last: tuple[Floats, Floats], active: Floats) -> Floats:
+    """The network's output, shape (m,)."""
     w, b = last
     return (w @ active)[0] + b[0]
 
 
 def _slopes(layers: Layers, active: Sequence[Floats], root: Floats, j: Floats) -> None:
     """Derivatives of the output by all weights, times the rows' root weights, into the rows of j, shape (p, m)."""
-    (last_w, _), end = layers[-1], j.shape[0]
-    j[end - 1] = root
-    np.multiply(active[-1], root, out=j[end - 1 - last_w.size : end - 1])
-    end -= 1 + last_w.size
-    delta: Floats = last_w[0][:, None] * root
+    # From the last layer back; of each layer the bias stands behind the weights.
+    w_out, _ = layers[-1]
+    end = j.shape[0] - 1
+    j[end] = root
+    np.multiply(active[-1], root, out=j[end - w_out.size : end])
+    end -= w_out.size
+    delta: Floats = w_out[0][:, None] * root  # of the output by the outputs of a layer, (neurons, m)
     for i in range(len(layers) - 2, -1, -1):
         w, _ = layers[i]
-        rows, columns = w.shape
-        delta = np.multiply(delta, _steep(active[i + 1]), out=j[end - rows : end])
-        outer = j[end - rows - w.size : end - rows].reshape(rows, columns, -1)
-        np.multiply(delta[:, None, :], active[i][None], out=outer)
-        end -= rows + w.size
+        neurons, inputs = w.shape
+        of_bias = j[end - neurons : end]
+        end -= neurons
+        of_weights = j[end - w.size : end].reshape(neurons, inputs, -1)
+        end -= w.size
+        delta = np.multiply(delta, _steep(active[i + 1]), out=of_bias)
+        np.multiply(delta[:, None, :], active[i][None], out=of_weights)
         if i:
             delta = w.T @ delta
 
 
 def _second(layers: Layers, along: Layers, active: Sequence[Floats]) -> Floats:
     """Second derivative of the output as all weights move along a direction, shape (m,)."""
-    first: Floats = np.zeros((0, 0))  # of the inputs, which do not move
+    # First and second derivative of a layer's outputs h = tanh(z) along the direction, (neurons, m).
+    first: Floats = np.zeros((0, 0))
     second: Floats = first
-    for i, ((w, _), (dw, db)) in enumerate(zip(layers[:-1], along[:-1], strict=True)):
-        z = dw @ active[i]
+    for i in range(len(layers) - 1):
+        w, _ = layers[i]
+        dw, db = along[i]
+        z = dw @ active[i]  # z', in place from here on
         z += db[:, None]
-        if i:
+        if i:  # the inputs do not move
             z += w @ first
         h = active[i + 1]
         steep = _steep(h)
-        moved = steep * z
+        moved = steep * z  # h' = (1 - h^2) z'
         z *= moved
         z *= h
-        z *= -2.0
+        z *= -2.0  # the part -2 h h' z' of h''; the other one is (1 - h^2) z''
         second = z + steep * (2.0 * (dw @ first) + w @ second) if i else z
         first = moved
-    return (2.0 * (along[-1][0] @ first) + layers[-1][0] @ second)[0]
+    w, _ = layers[-1]
+    dw, _ = along[-1]
+    return (2.0 * (dw @ first) + w @ second)[0]
 
 
 def _steep(h: Floats) -> Floats:

@@ -53,8 +53,10 @@ def candidates(cells: Centroids, seed: int) -> Array:
 def forward_selection(cells: Centroids, pool: Array, spread: float, neurons: int) -> tuple[list[int], Array]:
     """Indices of the chosen candidates in their order, and the cost left after each, in the cells' weighting."""
     root = np.sqrt(cells.count)
-    columns = (gaussians(pool, np.full(len(pool), spread), cells.x) * root).astype(np.float32)
+    spreads = np.full(len(pool), spread)
+    columns = (gaussians(pool, spreads, cells.x) * root).astype(np.float32)  # (candidates, cells)
     left = (cells.y * root).astype(np.float64)
+    # The constant of the output layer is there from the start.
     basis: list[Array] = [root / float(np.linalg.norm(root))]
     left -= basis[0] * (basis[0] @ left)
     first = np.sum(columns.astype(np.float64) ** 2, axis=1)
@@ -62,7 +64,9 @@ def forward_selection(cells: Centroids, pool: Array, spread: float, neurons: int
     chosen: list[int] = []
     costs: list[float] = []
     for _ in range(min(neurons, pool.shape[0])):
-        shares = np.where(norms > 1e-6 * first, (columns @ left) ** 2 / np.maximum(norms, 1e-30), -1.0)
+        # What each candidate would take off the cost; none that those before already make up.
+        taken = (columns @ left) ** 2 / np.maximum(norms, 1e-30)
+        shares = np.where(norms > 1e-6 * first, taken, -1.0)
         shares[chosen] = -1.0
         best = int(np.argmax(shares))
         direction = columns[best].astype(np.float64)
@@ -83,17 +87,20 @@ def by_forward_selection(cells: Centroids, neurons: int, seed: int, spreads: Seq
     pool = candidates(cells, seed)
     if pool.shape[0] < neurons:
         pool = np.resize(pool, (neurons, pool.shape[1]))
-    scans = [(forward_selection(cells, pool, spread, neurons), spread) for spread in spreads]
-    (chosen, _), spread = min(scans, key=lambda scan: float(scan[0][1][-1]))
-    return FoundCentres(pool[chosen], np.full(neurons, spread))
+    scans = [forward_selection(cells, pool, spread, neurons) for spread in spreads]
+    last_costs = [float(costs[-1]) for _, costs in scans]
+    best = min(range(len(scans)), key=last_costs.__getitem__)
+    chosen, _ = scans[best]
+    return FoundCentres(pool[chosen], np.full(neurons, spreads[best]))
 
 
 def by_k_means(cells: Centroids, neurons: int, seed: int, spreads: Sequence[float] = SPREADS) -> FoundCentres:
     """Centres by k-means on the weighted centroids, one spread: that of the scan with the lowest cost."""
     rng = np.random.default_rng([seed, 2])
+    count = cells.y.size
     share = cells.count / cells.count.sum()
-    first = cells.x[:, rng.choice(cells.y.size, neurons, replace=cells.y.size < neurons, p=share)].T
-    centres = _lloyd(cells, first)
+    drawn = rng.choice(count, neurons, replace=count < neurons, p=share)
+    centres = _lloyd(cells, cells.x[:, drawn].T)
     costs: list[float] = []
     for spread in spreads:
         _, left = weights_for(cells.x, cells.y, cells.count, centres, np.full(neurons, spread))
@@ -105,11 +112,13 @@ def by_k_means(cells: Centroids, neurons: int, seed: int, spreads: Sequence[floa
 def _lloyd(cells: Centroids, centres: Array, most: int = 50) -> Array:
     """Lloyd's iteration with weights; a centre without cells stays where it is."""
     for _ in range(most):
+        # Squared distances but for |x|^2, which is the same for all centres.
         distance = np.sum(centres**2, axis=1)[:, None] - 2.0 * centres @ cells.x
         nearest = np.argmin(distance, axis=0)
-        mass = np.bincount(nearest, cells.count, centres.shape[0])
-        moved = np.array([np.bincount(nearest, cells.count * x, centres.shape[0]) for x in cells.x]).T
-        fresh = np.where(mass[:, None] > 0, moved / np.maximum(mass, 1.0)[:, None], centres)
+        size = centres.shape[0]
+        mass = np.bincount(nearest, cells.count, size)[:, None]
+        sums = np.array([np.bincount(nearest, cells.count * x, size) for x in cells.x]).T
+        fresh = np.where(mass > 0, sums / np.maximum(mass, 1.0), centres)
         if np.array_equal(fresh, centres):
             break
         centres = fresh
@@ -124,15 +133,18 @@ def refined(cells: Centroids, start: FoundCentres, *, one_spread: bool) -> Found
 
     def parts(u: Array) -> tuple[Array, Array]:
         """Centres (n, k) and spreads (n,) of the solver's coordinates: centres, then logarithms of spreads."""
+        centres = u[: n * k].reshape(n, k)
         spreads = np.exp(u[n * k :])
-        return u[: n * k].reshape(n, k), spreads * np.ones(n) if one_spread else spreads
+        return centres, spreads * np.ones(n) if one_spread else spreads
 
     def solved(u: Array) -> tuple[Array, Array, Array, Array]:
         """Columns (n + 1, cells), their best weights, what they leave, and the spreads."""
         centres, spreads = parts(u)
-        columns = np.vstack([gaussians(centres, spreads, cells.x), np.ones(cells.y.size)]) * root
+        ones = np.ones(cells.y.size)
+        columns = np.vstack([gaussians(centres, spreads, cells.x), ones]) * root
         w = _least_squares(columns @ columns.T, columns @ target)
-        return columns, w, target - w @ columns, spreads
+        residual = target - w @ columns
+        return columns, w, residual, spreads
 
     def cost(u: Array) -> float:
         residual = solved(u)[2]
@@ -181,17 +193,22 @@ def weights_for(x: Array, y: Array, count: Array | None, centres: Array, spreads
         centres: of the neurons, shape (neurons, inputs).
         spreads: of the neurons, shape (neurons,).
     """
-    n = centres.shape[0]
-    square, right, power = np.zeros((n + 1, n + 1)), np.zeros(n + 1), 0.0  # the normal equations
+    # The normal equations and the sum of squares of the effort, over blocks of rows.
+    size = centres.shape[0] + 1
+    square = np.zeros((size, size))
+    right = np.zeros(size)
+    power = 0.0
     for at in range(0, y.size, _BLOCK):
         rows = slice(at, at + _BLOCK)
-        columns = np.vstack([gaussians(centres, spreads, x[:, rows]), np.ones(y[rows].size)])
         target = y[rows]
+        columns = np.vstack([gaussians(centres, spreads, x[:, rows]), np.ones(target.size)])
         if count is not None:
             root = np.sqrt(count[rows])
-            columns, target = columns * root, target * root
+            columns = columns * root
+            target = target * root
         square += columns @ columns.T
         right += columns @ target
         power += float(target @ target)
     w = _least_squares(square, right)
-    return w, max(power - 2.0 * float(w @ right) + float(w @ square @ w), 0.0)
+    left = power - 2.0 * float(w @ right) + float(w @ square @ w)
+    return w, max(left, 0.0)

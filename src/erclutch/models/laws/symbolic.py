@@ -66,15 +66,19 @@ def _rational(x: float) -> Any:
 
 def _terms(law: Law) -> list[tuple[Any, Any]]:
     """Each gain with its column."""
-    E, w = sympy.Symbol("E", positive=True), sympy.Symbol("w", positive=True)
-    shape = [sympy.Symbol(s.name, real=True, positive=(s.lower >= 0) or None) for s in law.shape]
-    stimulus = [sympy.Symbol(s.name, positive=True) for s in law.stimulus_shape]
-    field: Any = Symbolic(E)
+    field: Any = Symbolic(sympy.Symbol("E", positive=True))
+    slip = Symbolic(sympy.Symbol("w", positive=True))
+    shape: list[Symbolic] = []
+    for number in law.shape:
+        positive = True if number.lower >= 0 else None  # None: SymPy does not know
+        shape.append(Symbolic(sympy.Symbol(number.name, real=True, positive=positive)))
     if law.stimulus is not None:
-        field = law.stimulus(field, *(Symbolic(s) for s in stimulus))
-    columns = law.columns(field, Symbolic(w), *(Symbolic(s) for s in shape))
-    pairs = zip(law.gains, columns, strict=True)
-    return [(sympy.Symbol(gain.name), _tidy(_expression(column))) for gain, column in pairs]
+        of_stimulus = [Symbolic(sympy.Symbol(number.name, positive=True)) for number in law.stimulus_shape]
+        field = law.stimulus(field, *of_stimulus)
+    terms: list[tuple[Any, Any]] = []
+    for gain, column in zip(law.gains, law.columns(field, slip, *shape), strict=True):
+        terms.append((sympy.Symbol(gain.name), _tidy(_expression(column))))
+    return terms
 
 
 def equation(law: Law) -> Any:
@@ -129,7 +133,8 @@ def memory_terms(stage: SlipStage) -> list[tuple[Any, Any]]:
     """Gains and columns that a stage on the slip adds to a law; y is the strength of the field."""
     outputs = [Symbolic(sympy.Symbol(name)) for name in stage.outputs]
     columns = stage.columns(outputs, Symbolic(_STRENGTH))
-    return [(sympy.Symbol(gain.name), _expression(c)) for gain, c in zip(stage.gains, columns, strict=True)]
+    pairs = zip(stage.gains, columns, strict=True)
+    return [(sympy.Symbol(gain.name), _expression(column)) for gain, column in pairs]
 
 
 def equation_text(law: Law) -> str:
@@ -157,6 +162,8 @@ def equation_latex(law: Law) -> str:
     for gain, column in _terms(law):
         shown = _short(column.replace(sympy.exp, _gathered))
         names = {symbol: symbol_latex(symbol.name) for symbol in shown.free_symbols}
-        text = str(sympy.latex(shown, symbol_names=names))
-        written.append(f"{symbol_latex(gain.name)} " + (rf"\left({text}\right)" if shown.is_Add else text))
+        factor = str(sympy.latex(shown, symbol_names=names))
+        if shown.is_Add:
+            factor = rf"\left({factor}\right)"
+        written.append(f"{symbol_latex(gain.name)} {factor}")
     return " + ".join(written)

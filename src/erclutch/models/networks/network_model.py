@@ -123,17 +123,16 @@ class NetworkModel(ModelBase):
     @property
     def numbers(self) -> Mapping[str, Any]:
         """Weights, time constants and what normalises the inputs, by name."""
-        s = self.scaling
-        scaling = {"offset": s.offset, "scale": s.scale, "effort_offset": s.effort_offset}
-        law = {} if self.beyond is None else {f"beyond {name}": value for name, value in self.beyond.numbers.items()}
-        return {
-            **self.weights,
-            **self.dynamics,
-            **scaling,
-            **law,
-            "effort_scale": s.effort_scale,
-            "input range": self.input_range,
-        }
+        numbers: dict[str, Any] = {**self.weights, **self.dynamics}
+        numbers["offset"] = self.scaling.offset
+        numbers["scale"] = self.scaling.scale
+        numbers["effort_offset"] = self.scaling.effort_offset
+        if self.beyond is not None:
+            for name, value in self.beyond.numbers.items():
+                numbers[f"beyond {name}"] = value
+        numbers["effort_scale"] = self.scaling.effort_scale
+        numbers["input range"] = self.input_range
+        return numbers
 
     @property
     def parameters(self) -> int:
@@ -163,8 +162,9 @@ class NetworkModel(ModelBase):
     @cached_property
     def _nearness(self) -> Nearness:
         covered = replace(self.trained_on, near=self.near or self.trained_on.near)
-        elements = range(2 if self.structure.device == "coaxial" else 1)
-        return Nearness([covered.near_cells(i) for i in elements], list(self.extras.values()))
+        count = 2 if self.structure.device == "coaxial" else 1
+        elements = [covered.near_cells(element) for element in range(count)]
+        return Nearness(elements, list(self.extras.values()))
 
     def effort(
         self,
@@ -187,15 +187,18 @@ class NetworkModel(ModelBase):
         self, elements: Sequence[Element], clock: Clock, extras: Mapping[str, Array], *, exactly: bool
     ) -> Array:
         """Effort on the long road, shape (n,); see `ModelBase.effort`."""
-        inputs = inputs_of(self.structure, elements, clock, extras, self.dynamics)
+        structure = self.structure
+        inputs = inputs_of(structure, elements, clock, extras, self.dynamics)
         effort = self.of_inputs(inputs, exactly=exactly)
         if self.beyond is not None:
-            fluids = [field_in_fluid(e.field, self.structure, clock, self.dynamics) for e in elements]
-            further = further_inputs(self.structure.extras, extras).values()
-            effort = self._faded(effort, (fluids, [e.slip for e in elements], list(further)), exactly=exactly)
-        for stage in stages_at(self.structure.dynamics, "effort"):
-            q = [self.dynamics[p.name] for p in stage.parameters(1.0)]
-            effort = np.asarray(stage.respond(array_as_in_c(effort), clock, q, slice(None)))
+            fluids = [field_in_fluid(element.field, structure, clock, self.dynamics) for element in elements]
+            slips = [element.slip for element in elements]
+            further = list(further_inputs(structure.extras, extras).values())
+            effort = self._faded(effort, (fluids, slips, further), exactly=exactly)
+        for stage in stages_at(structure.dynamics, "effort"):
+            q = [self.dynamics[number.name] for number in stage.parameters(1.0)]
+            behind = stage.respond(array_as_in_c(effort), clock, q, slice(None))
+            effort = np.asarray(behind)
         return effort
 
     def _faded(self, effort: Array, given: Sequence[Sequence[Array]], *, exactly: bool) -> Array:
@@ -206,13 +209,16 @@ class NetworkModel(ModelBase):
             given: fields in the fluid, slips and further inputs.
             exactly: with the bits of the exported C.
         """
-        away = np.flatnonzero(~np.asarray(self.nearness.amid(*given)))
+        amid = np.asarray(self.nearness.amid(*given))
+        away = np.flatnonzero(~amid)
         if not away.size:
             return effort
         operands = array_as_in_c if exactly else np.asarray
-        rows = [[operands(x[away]) for x in group] for group in given]
-        share, law = (np.asarray(x) for x in (self.nearness.share(*rows), self.law_beyond(*rows)))
+        rows = [[operands(signal[away]) for signal in group] for group in given]
+        share = np.asarray(self.nearness.share(*rows))
+        law = np.asarray(self.law_beyond(*rows))
         mixed = effort.copy()
+        # Where the share is zero the network is not asked: its effort may be anything there.
         mixed[away] = np.where(share > 0.0, faded(effort[away], law, share), law)
         return mixed
 
@@ -243,20 +249,24 @@ class NetworkModel(ModelBase):
     @cached_property
     def folded(self) -> NetworkModel:
         """The same network as C and `predict` compute it: its scales, but for an RBFN's inputs, lie in its weights."""
-        scaling, weights = self.scaling, dict(self.weights)
+        scaling = self.scaling
         scale = scaling.scale
+        weights = dict(self.weights)
+        last, bias = "w", "b"
         if self.structure.kind == "fnn":
+            last, bias = "W_out", "b_out"
             weights["W1"] = weights["W1"] / scale
             scale = np.ones_like(scale)
-        last, bias = ("w", "b") if self.structure.kind == "rbfn" else ("W_out", "b_out")
         weights[last] = weights[last] * scaling.effort_scale
         weights[bias] = weights[bias] * scaling.effort_scale + scaling.effort_offset
-        return replace(self, scaling=Scaling(scaling.offset, scale, 0.0, 1.0), weights=weights)
+        folded = Scaling(scaling.offset, scale, effort_offset=0.0, effort_scale=1.0)
+        return replace(self, scaling=folded, weights=weights)
 
     def forward(self, x: Array) -> Array:
         """Effort from normalised inputs (inputs, n), shape (n,), through BLAS and NumPy's own functions."""
         forward = forward_fnn if self.structure.kind == "fnn" else forward_rbfn
-        return forward(self.weights, x, exactly=False) * self.scaling.effort_scale + self.scaling.effort_offset
+        y = forward(self.weights, x, exactly=False)
+        return y * self.scaling.effort_scale + self.scaling.effort_offset
 
     def last_layer(self, x: Array) -> Array:
         """What the neurons of the last layer say to normalised inputs (inputs, n), shape (neurons, n), for fits."""
@@ -267,16 +277,19 @@ class NetworkModel(ModelBase):
     def as_exported(self, inputs: NDArray[Any]) -> NDArray[Any]:
         """Effort from all inputs as they are (inputs, n), shape (n,), with the bits of the C in their precision."""
         folded = self.folded
-        x = inputs - folded.scaling.offset.astype(inputs.dtype)[:, None]
+        offset = folded.scaling.offset.astype(inputs.dtype)[:, None]
+        moved = inputs - offset
         if self.structure.kind == "fnn":
-            return forward_fnn(folded.weights, x)
-        return forward_rbfn(folded.weights, x / folded.scaling.scale.astype(inputs.dtype)[:, None])
+            return forward_fnn(folded.weights, moved)
+        scale = folded.scaling.scale.astype(inputs.dtype)[:, None]
+        return forward_rbfn(folded.weights, moved / scale)
 
     def steady(self, fields: Sequence[Array], slips: Sequence[Array], extras: Sequence[Array] = ()) -> Array:
         """Effort at rest, shape (n,): the fluid settled, all past rows as the present one."""
-        fluids = [array_as_in_c(field) for field in fields]
-        relative = [array_as_in_c(slip) for slip in slips]
-        remembered = settled_memory(self, self.moved(fluids, relative))
+        # Memories settle on the exported C's own functions.
+        fields_as_in_c = [array_as_in_c(field) for field in fields]
+        slips_as_in_c = [array_as_in_c(slip) for slip in slips]
+        remembered = settled_memory(self, self.moved(fields_as_in_c, slips_as_in_c))
         further = dict(zip(self.structure.extras, extras, strict=True))
         inputs = inputs_from(self.structure, FluidSignals(fields, slips, remembered, further))
         rows = np.array(np.broadcast_arrays(*inputs), np.float64)

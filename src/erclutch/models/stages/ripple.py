@@ -62,12 +62,11 @@ class Ripple:
     @property
     def gains(self) -> tuple[Gain, ...]:
         """Two a wave, of either sign."""
-        parts = (("c", "cosine"), ("s", "sine"))
-        return tuple(
-            Gain(f"T_{letter}{k}", f"ripple, {wave} of wave {k}", EFFORT, nonnegative=False)
-            for k in range(1, self.count + 1)
-            for letter, wave in parts
-        )
+        gains: list[Gain] = []
+        for k in range(1, self.count + 1):
+            gains.append(Gain(f"T_c{k}", f"ripple, cosine of wave {k}", EFFORT, nonnegative=False))
+            gains.append(Gain(f"T_s{k}", f"ripple, sine of wave {k}", EFFORT, nonnegative=False))
+        return tuple(gains)
 
     def parameters(self, period: float) -> tuple[ShapeParameter, ...]:
         """The period over the position, over the way in a second at the reference slip."""
@@ -76,16 +75,20 @@ class Ripple:
 
     def outputs_at(self, position: Any, *numbers: Any) -> tuple[Any, ...]:
         """Cosine and sine of each wave, elementwise on any operand; of the C's bits, for they are sums and products."""
-        z = position / numbers[0]
+        z = position / numbers[0]  # in periods
         z = z - whole_number_near(value_of(z))
         square = z * z
-        half_sine, half_cosine = z * _power_series(square, _SINE), _power_series(square, _COSINE)
-        cosine, sine = 1.0 - 2.0 * half_sine * half_sine, 2.0 * half_sine * half_cosine
-        found: list[Any] = [cosine, sine]
+        half_sine = z * _power_series(square, _SINE)
+        half_cosine = _power_series(square, _COSINE)
+        cosine = 1.0 - 2.0 * half_sine * half_sine
+        sine = 2.0 * half_sine * half_cosine
+        waves: list[Any] = [cosine, sine]
         for _ in range(1, self.count):
-            c, s = found[-2:]
-            found += [c * cosine - s * sine, s * cosine + c * sine]
-        return tuple(found)
+            # The next multiple of the angle by the sum of two angles.
+            c, s = waves[-2:]
+            waves.append(c * cosine - s * sine)
+            waves.append(s * cosine + c * sine)
+        return tuple(waves)
 
     def usual(self, position: Array, effort: Array) -> tuple[float, float] | None:
         """Where to look for the period: around the strongest wave over the position that an effort has.
@@ -97,16 +100,19 @@ class Ripple:
         Returns:
             None where the position does not move, or the effort has no wave.
         """
-        start, span = float(position.min()), float(np.ptp(position))
+        start = float(position.min())
+        span = float(np.ptp(position))
         bins = min(_BINS, position.size // 2)
         if span <= 0.0 or bins < 8:
             return None
+        # The mean effort over the position, in bins, and its spectrum; four times as fine as the bins would give.
         at = np.minimum(((position - start) / span * bins).astype(np.intp), bins - 1)
         rows = np.maximum(np.bincount(at, minlength=bins), 1)
         means = np.bincount(at, weights=effort, minlength=bins) / rows
         strength = np.abs(np.fft.rfft(means * np.hanning(bins), 4 * bins))
-        periods = np.arange(strength.size) / 4.0
-        strength[(periods < _FEWEST_PERIODS) | (periods > bins / 4.0)] = 0.0
+        periods = np.arange(strength.size) / 4.0  # within the span of the position
+        unlikely = (periods < _FEWEST_PERIODS) | (periods > bins / 4.0)
+        strength[unlikely] = 0.0
         if not strength.any():
             return None
         count = float(periods[np.argmax(strength)])

@@ -35,12 +35,19 @@ class Stops(SlipMemory):
     def respond(self, signal: SlipAndStrength, clock: Clock, q: Sequence[Any], rows: slice) -> list[Any]:
         """The states over all rows; see `Stage`."""
         moved, edge = self._given(signal, steps_of(clock))
-        return [pick(follow(_advance, (self.aim(signal),), (moved / r, edge), clock)[0], rows) for r in q]
+        settled = (self.aim(signal),)
+        states: list[Any] = []
+        for r in q:
+            (state,) = follow(_advance, settled, (moved / r, edge), clock)
+            states.append(pick(state, rows))
+        return states
 
     def _given(self, signal: SlipAndStrength, step: Any) -> tuple[Any, Any]:
         """Travel of a row, and where the states stop."""
         moved = signal.slip * step
-        return (moved * signal.strength, signal.strength) if self.ahead else (moved, 1.0)
+        if self.ahead:
+            return moved * signal.strength, signal.strength
+        return moved, 1.0
 
     def step(self, memory: Memory, signal: SlipAndStrength, q: Mapping[str, float], period: float) -> tuple[Any, ...]:
         """One row of each state."""
@@ -52,7 +59,9 @@ class Stops(SlipMemory):
 
 
 def _advance(before: tuple[Any, ...], given: tuple[Any, ...]) -> tuple[Any, ...]:
-    moved, edge = before[0] + given[0], given[1]
+    """The state after a row: it goes along with the slip until it stops at an edge."""
+    moved = before[0] + given[0]
+    edge = given[1]
     held = less_select(moved, edge, moved, edge)
     return (less_select(-edge, held, held, -edge),)
 
