@@ -73,25 +73,27 @@ def _stages(train: Dataset) -> str:
 
 def _as_in_the_paper(runs: Mapping[str, Dataset], models: Sequence[str], seed: int, polish: bool) -> dict[str, Figures]:
     """Figures of table II: its networks have no law beside them, as those of a comparison have."""
-    return {
-        row.name.removesuffix("/forward"): {
-            "parameters": row.parameters,
-            **{run: [row.errors[run], *row.bands[run]] for run in runs},
-        }
-        for row in table(runs, models=models, seed=seed, polish=polish)
-    }
+    by_model: dict[str, Figures] = {}
+    for row in table(runs, models=models, seed=seed, polish=polish):
+        figures: dict[str, Any] = {"parameters": row.parameters}
+        for run in runs:
+            figures[run] = [row.errors[run], *row.bands[run]]
+        by_model[row.name.removesuffix("/forward")] = figures
+    return by_model
 
 
 def _scored(data: Dataset, settings: Settings) -> dict[str, Figures]:
+    """Figures of all models that the settings ask for, of a comparison of both runs."""
     train, test = data.sources
-    return {
-        entry.outcome.model.structure.specification.removesuffix("/forward"): {
+    by_model: dict[str, Figures] = {}
+    for entry in compare(data, settings).entries:
+        specification = entry.outcome.model.structure.specification
+        by_model[specification.removesuffix("/forward")] = {
             "parameters": entry.outcome.parameters,
-            train: [entry.train.mse.value, entry.train.mse.low, entry.train.mse.high],
-            test: [entry.test.mse.value, entry.test.mse.low, entry.test.mse.high],
+            train: entry.train.mse.to_list(),
+            test: entry.test.mse.to_list(),
         }
-        for entry in compare(data, settings).entries
-    }
+    return by_model
 
 
 def noise_floor(rig: RigParameters) -> float:

@@ -81,7 +81,8 @@ class UnitRows:
         test_inputs = inputs_of(structure, test.elements, test.clock, test.extras, {})
         scaling = scaling_of(inputs, train.effort, structure.kind)
         self.scale = scaling.effort_scale
-        self.x, self.x_test = scaling.inputs(inputs), scaling.inputs(test_inputs)
+        self.x = scaling.inputs(inputs)
+        self.x_test = scaling.inputs(test_inputs)
         self.y = (train.effort - scaling.effort_offset) / self.scale
         self.y_test = (test.effort - scaling.effort_offset) / self.scale
         squares = mean_squares(structure, inputs)
@@ -94,20 +95,24 @@ class UnitRows:
 
     def errors(self, forward: Callable[[Array], Array]) -> list[float]:
         """Mean squared errors in the data's units, on the training and on the test rows."""
-        return [
-            float(np.mean((y - _in_blocks(forward, x)) ** 2)) * self.scale**2
-            for x, y in ((self.x, self.y), (self.x_test, self.y_test))
-        ]
+        errors: list[float] = []
+        for x, y in ((self.x, self.y), (self.x_test, self.y_test)):
+            off = y - _in_blocks(forward, x)
+            errors.append(float(np.mean(off**2)) * self.scale**2)
+        return errors
 
     def thinned_error(self, tables: dict[str, Array]) -> float:
         """Mean squared error of an FNN on every tenth training row."""
         estimate = _in_blocks(lambda x: forward_fnn(tables, x, exactly=False), self.x[:, ::10])
-        return float(np.mean((self.y[::10] - estimate) ** 2)) * self.scale**2
+        off = self.y[::10] - estimate
+        return float(np.mean(off**2)) * self.scale**2
 
 
 def _in_blocks(forward: Callable[[Array], Array], x: Array) -> Array:
     """Output for inputs (inputs, n), shape (n,), by blocks that stay in the cache."""
-    return np.concatenate([forward(x[:, at : at + 8192]) for at in range(0, x.shape[1], 8192)])
+    rows = 8192
+    parts = [forward(x[:, at : at + rows]) for at in range(0, x.shape[1], rows)]
+    return np.concatenate(parts)
 
 
 @lru_cache(maxsize=2)
@@ -157,11 +162,10 @@ def rbfn_sweep(runs: RunsRecipe, pool: TaskPool, points: Points, seed: int, repo
     total = len(SPREADS) + len(RBFN_NEURONS)
     scans = {f"spread {spread!r}": SweepTask(runs, seed, spread=spread) for spread in SPREADS}
     scan = np.array(points.fill(pool, _spread_scan, scans, lambda i, key: report(i, total, key)))
-    best = np.array(SPREADS)[np.argmin(scan, axis=0)]
-    sizes = {
-        f"neurons {n!r}": SweepTask(runs, seed, n, spread)
-        for n, spread in zip(RBFN_NEURONS, best.tolist(), strict=True)
-    }
+    best = np.array(SPREADS)[np.argmin(scan, axis=0)]  # spread of each size
+    sizes: dict[str, SweepTask] = {}
+    for neurons, spread in zip(RBFN_NEURONS, best.tolist(), strict=True):
+        sizes[f"neurons {neurons!r}"] = SweepTask(runs, seed, neurons, spread)
     errors = points.fill(pool, _rbfn_errors, sizes, lambda i, key: report(len(SPREADS) + i, total, key))
     train_errors, test_errors = np.array(errors).T
     return {
@@ -214,8 +218,9 @@ def _fnn_errors(task: SweepTask) -> dict[str, Any]:
         first = with_best_output(rows, first_weights(rng, sizes, unit.slips))
         tries.append(levenberg_marquardt(rows, first, _COARSE_STEPS))
     best = min(tries, key=lambda trained: trained.cost)
-    all_rows = WeightedRows(fine.x, fine.y, fine.count, sizes, single=True)
-    tables = tables_of(levenberg_marquardt(all_rows, best.theta, _FINE_STEPS).theta, sizes)
+    fine_rows = WeightedRows(fine.x, fine.y, fine.count, sizes, single=True)
+    refined = levenberg_marquardt(fine_rows, best.theta, _FINE_STEPS)
+    tables = tables_of(refined.theta, sizes)
     return {
         "best": unit.errors(lambda x: forward_fnn(tables, x, exactly=False)),
         "all": [unit.thinned_error(tables_of(trained.theta, sizes)) for trained in tries],
@@ -239,4 +244,8 @@ def _kernel_errors(task: SweepTask) -> list[float]:
     train, test = made(task.runs)
     form = "/forward" if train.device == "coaxial" else ""
     model = law_fit(train, f"rbfm-{task.neurons}{form}").model
-    return [float(np.mean((run.effort - model.predict(run)) ** 2)) for run in (train, test)]
+    errors: list[float] = []
+    for run in (train, test):
+        off = run.effort - model.predict(run)
+        errors.append(float(np.mean(off**2)))
+    return errors

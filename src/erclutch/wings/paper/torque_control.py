@@ -55,13 +55,19 @@ KNOWS: Mapping[str, Mapping[str, Any]] = {
     "stages, sensor": {**_STAGES, "observer": "sensor", "observer_bandwidth": 30.0, "torque_lag": 1e-3},
 }
 #: What a run is called -> what differs in the TWIN; the models do not know it.
-WITHHELD: Mapping[str, tuple[float, float]] = {"+20 K": (20.0, 1.0), "-20 K": (-20.0, 1.0)} | {
-    f"{100 * (share - 1):+.0f} % yield": (0.0, share) for share in (1.2, 0.8)
+WITHHELD: Mapping[str, tuple[float, float]] = {
+    # kelvin that the TWIN is warmer by, and what its yield torque is multiplied by
+    "+20 K": (20.0, 1.0),
+    "-20 K": (-20.0, 1.0),
+    "+20 % yield": (0.0, 1.2),
+    "-20 % yield": (0.0, 0.8),
 }
-_AMPLITUDE, _MOTOR = 0.08, 0.2  # N m
+_AMPLITUDE = 0.08  # N m, of a reference
+_MOTOR = 0.2  # N m, of the motor in a log
 _ROWS = 10_000
 _SETTLING = 1000  # rows: the motor runs up
-_LOG_ROWS, _FREE_ROWS = 120_000, 12_000
+_LOG_ROWS = 120_000
+_FREE_ROWS = 12_000
 _PARTS = 4  # of the log, each with a held and a free output, so that each fold of a fit has both
 _PUSH = 0.05, 0.4  # N m: the motor turns faster than in any run, so a network knows the speeds of a warm device
 _EACH = 500  # rows of one largest field
@@ -108,11 +114,17 @@ def kept_runs(
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise RunError(f"cannot be made: {error.strerror}", where=str(folder), remedy="Give another --out") from error
+    # A finished run counts only where all that it depends on is the same, the loop's C too.
     sources = [file.read_bytes() for file in sorted(SOURCES.glob("*.[ch]"))]
-    core = hashlib.sha256(b"\0".join(sources)).hexdigest()
-    runs = (_AMPLITUDE, _MOTOR, _ROWS, _SETTLING, _LOG_ROWS, _FREE_ROWS, _PARTS, *_PUSH, _EACH, _LOCK)
-    about = {"rig": rig.to_dict(), "inverses": INVERSES, "knows": KNOWS, "withheld": WITHHELD, "runs": runs}
-    about |= {"core": core, **(asked or {})}
+    about: dict[str, Any] = {
+        "rig": rig.to_dict(),
+        "inverses": INVERSES,
+        "knows": KNOWS,
+        "withheld": WITHHELD,
+        "runs": (_AMPLITUDE, _MOTOR, _ROWS, _SETTLING, _LOG_ROWS, _FREE_ROWS, _PARTS, *_PUSH, _EACH, _LOCK),
+        "core": hashlib.sha256(b"\0".join(sources)).hexdigest(),
+    }
+    about |= asked or {}
     return Points(folder / f"{name}.jsonl", about, f"file of {name} runs")
 
 
@@ -176,20 +188,25 @@ def fitted_models(rig: RigParameters, seed: int, folder: Path) -> tuple[dict[str
     """
     held = _log(rig, seed, _LOG_ROWS, held=True)
     free = _log(rig, seed, _FREE_ROWS, held=False)
+    # In turn, so that each fold of a fit has both.
+    parts_held = np.array_split(held, _PARTS)
+    parts_free = np.array_split(free, _PARTS)
     stretches: list[Dataset] = []
-    for part_held, part_free in zip(np.array_split(held, _PARTS), np.array_split(free, _PARTS), strict=True):
-        stretches += [frames_dataset(part_held), frames_dataset(part_free)]
-    data = joined(stretches)
-    return fitted_inverses(data, f"{seed}", folder), drive_numbers(held)
+    for part_held, part_free in zip(parts_held, parts_free, strict=True):
+        stretches.append(frames_dataset(part_held))
+        stretches.append(frames_dataset(part_free))
+    models = fitted_inverses(joined(stretches), f"{seed}", folder)
+    return models, drive_numbers(held)
 
 
 def fitted_inverses(data: Dataset, stem: str, folder: Path) -> dict[str, LiveModel]:
     """The models of `INVERSES` on a log, ready for the loop; their files begin with ``stem``."""
     models: dict[str, LiveModel] = {}
     for name, (specification, lag) in INVERSES.items():
-        outcome = compare(data, Settings(models=(specification,), lag=lag)).entries[0].outcome
+        comparison = compare(data, Settings(models=(specification,), lag=lag))
+        best = comparison.entries[0].outcome.model
         file = folder / f"{stem}-{specification}.json"
-        file.write_text(json.dumps(outcome.model.to_dict()), encoding="utf-8")
+        file.write_text(json.dumps(best.to_dict()), encoding="utf-8")
         models[name] = live_model(file, data.device)
     return models
 
@@ -197,26 +214,40 @@ def fitted_inverses(data: Dataset, stem: str, folder: Path) -> dict[str, LiveMod
 def _log(rig: RigParameters, seed: int, rows: int, *, held: bool) -> Any:
     """Frames of random fields and motor torques. A network needs an output that moves at times."""
     rng = np.random.default_rng([seed, held])
+    # Fields in the first two columns, the motor's torque in the third.
     table = field_table(rig, rows, seed + 10_000 * held, motor=_MOTOR, peakedness=1.0, lowest=0.5, highest=50.0)
     table[:, 2] = torque_sequence(rows, rng, *_PUSH, settings=FieldSettings(highest=20.0))
-    sizes = np.repeat(rng.uniform(0.2, 1.0, rows // _EACH + 1), _EACH)[:rows]
+    of_stretches = rng.uniform(0.2, 1.0, rows // _EACH + 1)
+    sizes = np.repeat(of_stretches, _EACH)[:rows]
     largest = 0.8 if held else 0.3  # field, as a share
     table[:, :2] *= largest * sizes[:, None]
+
     soft = 0.0 if held else shaft_angle(rig, SOFT)
     program = LoopProgram("log", Mode.FIELDS, Waveform.TABLE, soft=soft, table=table)
     settings = rig_settings(rig, [program])
-    return AcceleratedRun(settings, None, rig, seed=seed, speed=40.0, locked=held).frames(rows)[0]
+    run = AcceleratedRun(settings, None, rig, seed=seed, speed=40.0, locked=held)
+    frames, *_ = run.frames(rows)
+    return frames
 
 
 def frames_dataset(frames: Any, device: DeviceName = "coaxial") -> Dataset:
     """Rows of the fields and angles of a period, and of the torque at its end."""
-    names = {"E1": "field1", "E2": "field2", "theta": "theta", "alpha": "alpha"}
-    signals = {name: np.ascontiguousarray(frames[column][:-1]) for name, column in names.items()}
-    units = {"E1": "", "E2": "", "theta": "rad", "alpha": "rad", "T": "N*m"}
+    now = frames[:-1]
+    torque = np.ascontiguousarray(frames["torque"][1:])
+    field = np.ascontiguousarray(now["field1"])
     if device == "single":
-        signals = {"field": signals["E1"], "slip": np.ascontiguousarray(frames["theta_dot"])[:-1]}
+        slip = np.ascontiguousarray(frames["theta_dot"])[:-1]
+        signals = {"field": field, "slip": slip, "effort": torque}
         units = {"field": "", "slip": "rad/s", "effort": "N*m"}
-    signals["T" if device == "coaxial" else "effort"] = np.ascontiguousarray(frames["torque"][1:])
+    else:
+        signals = {
+            "E1": field,
+            "E2": np.ascontiguousarray(now["field2"]),
+            "theta": np.ascontiguousarray(now["theta"]),
+            "alpha": np.ascontiguousarray(now["alpha"]),
+            "T": torque,
+        }
+        units = {"E1": "", "E2": "", "theta": "rad", "alpha": "rad", "T": "N*m"}
     rows = len(frames) - 1
     recording = Recording(
         name="log",
@@ -238,10 +269,14 @@ def drive_numbers(frames: Any) -> dict[str, float]:
     Args:
         frames: dtype `erclutch.wings.live.layout.FRAME`, shape (n,).
     """
-    window, before = 50, 20  # rows; the clutch must have been the same one for some rows before a window
+    window = 50  # rows
+    before = 20  # rows ahead of a window, over which the clutch must have been the same one
     side = np.sign(frames["field1"] - frames["field2"])
-    starts = range(before, len(frames) - window - 1, window)
-    kept = [start for start in starts if side[start] and np.ptp(side[start - before : start + window]) == 0]
+    kept: list[int] = []
+    for start in range(before, len(frames) - window - 1, window):
+        sides = side[start - before : start + window]
+        if side[start] and np.ptp(sides) == 0:
+            kept.append(start)
 
     def mean(values: Array) -> Array:
         return np.array([values[start : start + window].mean() for start in kept])
@@ -249,8 +284,9 @@ def drive_numbers(frames: Any) -> dict[str, float]:
     # motor torque - clutch's torque = inertia acceleration + friction + drag speed, with a drag for each clutch
     first = np.array(kept)
     clutch = side[kept]
-    speed = mean(frames["theta_dot"])  # [rad/s]
-    acceleration = (frames["theta_dot"][first + window] - frames["theta_dot"][first]) / (window * PERIOD)  # [rad/s^2]
+    theta_dot = frames["theta_dot"]
+    speed = mean(theta_dot)  # [rad/s]
+    acceleration = (theta_dot[first + window] - theta_dot[first]) / (window * PERIOD)  # [rad/s^2]
     columns: Array = np.column_stack(
         [acceleration, np.ones(len(kept)), speed * (clutch > 0), speed * (clutch < 0)],
     )
@@ -266,9 +302,10 @@ def drive_numbers(frames: Any) -> dict[str, float]:
 
 def _chirp(low: float, high: float, rows: int = _ROWS) -> tuple[Array, Array]:
     """Phase and frequency of a chirp with as much time in each decade; in rad and rad/s."""
-    growth = math.log(high / low) / (rows * PERIOD)
+    growth = math.log(high / low) / (rows * PERIOD)  # [1/s]
     omega = 2.0 * math.pi * low * np.exp(growth * np.arange(rows) * PERIOD)
-    return (omega - omega[0]) / growth, omega
+    phase = (omega - omega[0]) / growth
+    return phase, omega
 
 
 def _table(torque: Array, rate: Array, motor: float) -> Array:
@@ -277,7 +314,10 @@ def _table(torque: Array, rate: Array, motor: float) -> Array:
 
 
 def _sine(phase: Array, omega: Array, motor: float) -> Array:
-    return _table(_AMPLITUDE * np.sin(phase), _AMPLITUDE * omega * np.cos(phase), motor)
+    """A program of torques along a chirp, see `_table`."""
+    torque = _AMPLITUDE * np.sin(phase)
+    rate = _AMPLITUDE * omega * np.cos(phase)
+    return _table(torque, rate, motor)
 
 
 def _figures(
@@ -299,21 +339,29 @@ def _figures(
         frames, *_ = twin.frames(len(table))
         return frames
 
-    slow, fast = _chirp(0.1, 10.0), _chirp(0.5, _FASTEST)
-    chirp = run(_sine(*slow, motor))
+    # A slow chirp: errors by frequency.
+    slow, slow_omega = _chirp(0.1, 10.0)
+    slow_table = _sine(slow, slow_omega, motor)
+    chirp = run(slow_table)
     off = chirp["torque"] - chirp["reference"]
-    hertz = slow[1] / (2.0 * math.pi)
+    hertz = slow_omega / (2.0 * math.pi)
     band = np.digitize(hertz, EDGES[1:-1])  # of each row
     settled = np.arange(_ROWS) >= _SETTLING
-    bandwidth, within = reaches(run(_sine(*fast, motor)), *fast)
+
+    # A fast chirp: how far the torque follows.
+    fast, fast_omega = _chirp(0.5, _FASTEST)
+    followed = run(_sine(fast, fast_omega, motor))
+    bandwidth, within = reaches(followed, fast, fast_omega)
 
     levels = np.repeat(rng.uniform(-_AMPLITUDE, _AMPLITUDE, _ROWS // 500), 250)
     steps = run(_table(levels, np.zeros(levels.size), motor))
 
     # A sum of sines up to 10 Hz with random phases.
     omega = 2.0 * math.pi * rng.uniform(0.1, 10.0, 24)
-    phase = np.outer(np.arange(_ROWS) * PERIOD, omega) + rng.uniform(0.0, 2.0 * math.pi, omega.size)
-    torque, rate = np.sin(phase).sum(axis=1), np.cos(phase) @ omega
+    first_phase = rng.uniform(0.0, 2.0 * math.pi, omega.size)
+    phase = np.outer(np.arange(_ROWS) * PERIOD, omega) + first_phase  # (rows, sines)
+    torque = np.sin(phase).sum(axis=1)
+    rate = np.cos(phase) @ omega
     scale = _AMPLITUDE / float(np.max(np.abs(torque)))
     random = run(_table(scale * torque, scale * rate, motor))
 
@@ -331,19 +379,24 @@ def _figures(
         "locked": stands_still(stalled),
     }
     for name, (warmer, share) in WITHHELD.items():
-        changes = {f"clutch.rated_torque_{n}": share * rig.value(f"clutch.rated_torque_{n}") for n in (1, 2)}
-        other = rig.changed({**changes, "thermal.room": warmer})
-        figures[name] = error_share(run(_sine(*slow, motor), other))
+        changes = {"thermal.room": warmer}
+        for rated in ("clutch.rated_torque_1", "clutch.rated_torque_2"):
+            changes[rated] = share * rig.value(rated)
+        figures[name] = error_share(run(slow_table, rig.changed(changes)))
     return figures
 
 
 def _rms(off: Array) -> float:
-    return math.sqrt(float(np.mean(off * off))) / (2.0 * _AMPLITUDE) if off.size else math.nan
+    """RMS of errors in N m, as a share of the range of all references."""
+    if not off.size:
+        return math.nan
+    return math.sqrt(float(np.mean(off * off))) / (2.0 * _AMPLITUDE)
 
 
 def error_share(frames: Any) -> float:
     """RMS of torque less reference, as a share of the range of all references; the first second does not count."""
-    return _rms((frames["torque"] - frames["reference"])[_SETTLING:])
+    off = frames["torque"] - frames["reference"]
+    return _rms(off[_SETTLING:])
 
 
 def reaches(frames: Any, phase: Array, omega: Array) -> tuple[float, float]:
@@ -366,11 +419,14 @@ def reaches(frames: Any, phase: Array, omega: Array) -> tuple[float, float]:
         signal: Array = frames[name]
         return np.array([complex(np.mean(signal[span] * turning[span])) for span in spans])
 
-    reached, wanted = amplitude("torque"), amplitude("reference")
+    reached = amplitude("torque")
+    wanted = amplitude("reference")
     hertz = np.array([omega[span.start] for span in spans]) / (2.0 * math.pi)
 
     def first(beyond: NDArray[np.bool_]) -> float:
-        return float(hertz[np.argmax(beyond)]) if beyond.any() else float(omega[-1] / (2.0 * math.pi))
+        if beyond.any():
+            return float(hertz[np.argmax(beyond)])
+        return float(omega[-1] / (2.0 * math.pi))
 
     too_small = abs(reached) < abs(wanted) * math.sqrt(0.5)
     too_far_off = abs(reached - wanted) > 0.1 * abs(wanted)
@@ -386,13 +442,15 @@ def describe_control(runs: Sequence[ControlRun]) -> Plot:
     names = ["frequency"]
     for model in INVERSES:
         marks: list[Line] = []
-        for style, knows in zip(("series3", "series1", "series2", "series0"), KNOWS, strict=True):
+        styles = ("series3", "series1", "series2", "series0")
+        for style, knows in zip(styles, KNOWS, strict=True):
             bands = [run.figures["bands"] for run in runs if (run.model, run.knows) == (model, knows)]
             mean: Array = 100.0 * np.mean(np.array(bands, np.float64), axis=0)[keep]
             marks.append(Line(middle[keep], mean, style, knows, marked=True))
             columns.append(mean)
             names.append(f"{model}, {knows}")
-        x, y = Axis("frequency", "Hz", 0.0, 10.0), Axis("RMS error", "% of range", 0.0, 4.0)
+        x = Axis("frequency", "Hz", 0.0, 10.0)
+        y = Axis("RMS error", "% of range", 0.0, 4.0)
         panels.append(Panel(x, y, marks, title=model))
     table = PlotTable(names, np.column_stack(columns).tolist())
     return Plot(panels, table, 2.6, PAGE, columns=3, badge="TWIN", legend="shared")

@@ -84,9 +84,12 @@ class PaperSummary:
     def residuals(self, rig: RigParameters) -> Array:
         """Logarithms of the twin's figures over the paper's, each over its tolerance."""
         pairs = summarise(rig, self.seeds, self.seconds, self.thin).against_paper()
-        weights = [self.held if is_held_ratio(figure) else 1.0 for figure in pairs]
-        apart = [np.log(max(ours, 1e-12) / theirs) / tolerance for ours, theirs, tolerance in pairs.values()]
-        return np.array(weights) * np.array(apart)
+        residuals: list[float] = []
+        for figure, (ours, theirs, tolerance) in pairs.items():
+            weight = self.held if is_held_ratio(figure) else 1.0
+            apart = np.log(max(ours, 1e-12) / theirs) / tolerance
+            residuals.append(weight * apart)
+        return np.array(residuals)
 
 
 def is_held_ratio(figure: str) -> bool:
@@ -96,25 +99,27 @@ def is_held_ratio(figure: str) -> bool:
 
 def summarise(rig: RigParameters, seeds: Sequence[int], seconds: float = 60.0, thin: int = 1) -> Summary:
     """Run the twin, fit the paper's laws to its training runs, and score them on all runs; means over the seeds."""
-    found = [_errors(rig, seed, seconds, thin) for seed in seeds]
-    errors = {
-        run: {law: float(np.mean([one[run][law] for one in found])) for law in laws} for run, laws in found[0].items()
-    }
-    return Summary(errors, warming(rig, seeds[0]))
+    of_seeds = [_errors(rig, seed, seconds, thin) for seed in seeds]
+    means: dict[str, dict[str, float]] = {}
+    for run, laws in of_seeds[0].items():
+        means[run] = {law: float(np.mean([errors[run][law] for errors in of_seeds])) for law in laws}
+    return Summary(means, warming(rig, seeds[0]))
 
 
 def _errors(rig: RigParameters, seed: int, seconds: float, thin: int) -> dict[str, dict[str, float]]:
     """Errors by run and law of one training run."""
-    lengths = {"training": seconds, "zero-field": seconds / 1.5, "zero-motion": seconds / 1.5}
-    rows = {
-        name: thinned(rows_of(prepare(name, rig=rig, seconds=length, seed=seed + 1000 * i)), thin if i == 0 else 2)
-        for i, (name, length) in enumerate(lengths.items())
-    }
-    errors: dict[str, dict[str, float]] = {name: {} for name in rows}
+    runs: dict[str, Dataset] = {}
+    for number, name in enumerate(("training", "zero-field", "zero-motion")):
+        is_training = name == "training"
+        length = seconds if is_training else seconds / 1.5
+        run = prepare(name, rig=rig, seconds=length, seed=seed + 1000 * number)
+        runs[name] = thinned(rows_of(run), thin if is_training else 2)
+    errors: dict[str, dict[str, float]] = {name: {} for name in runs}
     for law in PAPER:
-        model = law_fit(rows["training"], law).model
-        for name, data in rows.items():
-            errors[name][law] = float(np.mean((data.effort - model.predict(data)) ** 2))
+        model = law_fit(runs["training"], law).model
+        for name, data in runs.items():
+            off = data.effort - model.predict(data)
+            errors[name][law] = float(np.mean(off**2))
     return errors
 
 
@@ -127,7 +132,10 @@ def thinned(data: Dataset, step: int) -> Dataset:
 
 def warming(rig: RigParameters, seed: int, seconds: float = 10.0) -> float:
     """Warming over 20 minutes of tracking in K, from the heat of a short run of it."""
-    warm = prepare("temperature", rig=rig, seconds=seconds, seed=seed).columns()["true_warming"][1]
-    capacity, loss = rig.value("thermal.capacity"), rig.value("thermal.loss")
-    heat = capacity * (warm[-1] - warm[0]) / seconds + loss * float(warm.mean())
+    run = prepare("temperature", rig=rig, seconds=seconds, seed=seed)
+    _, warm = run.columns()["true_warming"]  # [K]
+    capacity = rig.value("thermal.capacity")  # [J/K]
+    loss = rig.value("thermal.loss")  # [W/K]
+    # The heat of the short run warms a body of that capacity and loss for 1200 s.
+    heat = capacity * (warm[-1] - warm[0]) / seconds + loss * float(warm.mean())  # [W]
     return float(heat / loss * -np.expm1(-1200.0 * loss / capacity))
