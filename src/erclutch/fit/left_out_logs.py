@@ -37,8 +37,11 @@ def unseen_errors(data: Dataset, slopes: Callable[[slice], Array], error: Array)
     logs = [slice(start, stop) for start, stop in data.source_rows if stop > start]
     if len(logs) < _FEWEST:
         return None
-    beside = (np.column_stack([slopes(log), error[log]]) for log in logs)
-    grams = np.array([rows.T @ rows for rows in beside])
+    products: list[Array] = []  # of each log, [J e]'[J e]
+    for log in logs:
+        beside = np.column_stack([slopes(log), error[log]])
+        products.append(beside.T @ beside)
+    grams = np.array(products)
     whole = grams.sum(axis=0)
     if not np.isfinite(whole).all():
         return None
@@ -46,10 +49,13 @@ def unseen_errors(data: Dataset, slopes: Callable[[slice], Array], error: Array)
     scale[scale == 0.0] = 1.0
     unseen = error.copy()
     for log, out in zip(logs, _left_out(data, logs), strict=True):
-        if out.any():
-            gone = grams[out].sum(axis=0)
-            left = (whole - gone)[:-1, :-1] / np.outer(scale, scale) + _UNSAID * np.eye(scale.size)
-            unseen[log] += slopes(log) @ (np.linalg.solve(left, gone[:-1, -1] / scale) / scale)
+        if not out.any():
+            continue
+        gone = grams[out].sum(axis=0)
+        left = (whole - gone)[:-1, :-1] / np.outer(scale, scale) + _UNSAID * np.eye(scale.size)
+        pull = gone[:-1, -1] / scale  # K'e
+        step = np.linalg.solve(left, pull) / scale
+        unseen[log] += slopes(log) @ step
     return unseen
 
 
@@ -60,5 +66,8 @@ def _left_out(data: Dataset, logs: Sequence[slice]) -> Iterator[Mask]:
     for k in range(len(logs)):
         alike = np.all(np.abs(motions - motions[k]) < np.log(ALIKE), axis=1)
         alone = np.arange(len(logs)) == k
-        few = (out for out in (alike, alone) if 2 * rows[out].sum() <= rows.sum())
-        yield next(few, np.zeros(len(logs), np.bool_))
+        out = np.zeros(len(logs), np.bool_)
+        for some in (alone, alike):  # the larger set last: it is preferred
+            if 2 * rows[some].sum() <= rows.sum():
+                out = some
+        yield out

@@ -16,7 +16,11 @@ from erclutch.signals.device import Element
 
 def range_of(data: Dataset) -> Range:
     """Smallest and largest field, slip and effort of all rows, and the cells of field and slip near them."""
-    whole = Range(_span([e.field for e in data.elements]), _span([e.slip for e in data.elements]), _span([data.effort]))
+    whole = Range(
+        field=_span([element.field for element in data.elements]),
+        slip=_span([element.slip for element in data.elements]),
+        effort=_span([data.effort]),
+    )
     return replace(whole, near=near_cells(whole, data.elements))
 
 
@@ -26,10 +30,17 @@ def near_cells(whole: Range, elements: Sequence[Element]) -> tuple[tuple[int, ..
     for i, element in enumerate(elements):
         row, column = (cell.astype(np.intp) for cell in whole.cell(element.field, element.slip))
         seen[i, row, column] = True
-    near = sliding_window_view(np.pad(seen, ((0, 0), (1, 1), (1, 1))), (3, 3), axis=(1, 2)).any(axis=(3, 4))
-    masks = near.astype(np.int64) @ (1 << np.arange(CELLS))
+    # A cell is near where one of the nine around it, itself among them, holds a row.
+    with_edge = np.pad(seen, ((0, 0), (1, 1), (1, 1)))
+    around = sliding_window_view(with_edge, (3, 3), axis=(1, 2))
+    near = around.any(axis=(3, 4))
+    bits = 1 << np.arange(CELLS)
+    masks = near.astype(np.int64) @ bits
     return tuple(tuple(element) for element in masks.tolist())
 
 
 def _span(signals: list[Array]) -> tuple[float, float]:
-    return min(float(signal.min()) for signal in signals), max(float(signal.max()) for signal in signals)
+    """Smallest and largest value of some signals."""
+    low = min(float(signal.min()) for signal in signals)
+    high = max(float(signal.max()) for signal in signals)
+    return low, high

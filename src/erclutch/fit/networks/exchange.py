@@ -20,7 +20,8 @@ from erclutch.fit.networks.pruning import AFTER_LOSS, smaller, without_one
 from erclutch.signals.array import Array
 
 _CANDIDATES = 60
-_STEPS_AFTER_LOSS, _STEPS = 6, 20
+_STEPS_AFTER_LOSS = 6
+_STEPS = 20  # after a neuron has come
 _RIDGE = 1e-3  # of a candidate's square, over the number of rows: none comes that is a copy of what is there
 _ROUNDING = 1e-7  # of the largest square, which single precision hides
 _LOWER = 0.9995  # of the cost: a smaller fall ends the search
@@ -48,14 +49,17 @@ def exchanged(
     """
     if sizes[-2] == 1:
         return replace(found, steps=0)
-    rows, fewer = rows_of(sizes), rows_of(smaller(sizes))
-    best, steps = found, 0
+    rows = rows_of(sizes)
+    fewer = rows_of(smaller(sizes))
+    best = found
+    steps = 0
     for _ in range(most):
         before = best
         for theta in islice(without_one(rows, before.theta), tries):
-            left = levenberg_marquardt(fewer, with_best_output(fewer, theta), _STEPS_AFTER_LOSS, AFTER_LOSS)
-            more = with_best_output(rows, _with_new(fewer, left.theta, rng, slips))
-            after = levenberg_marquardt(rows, more, _STEPS, FIRST_DAMPING)
+            without = with_best_output(fewer, theta)
+            left = levenberg_marquardt(fewer, without, _STEPS_AFTER_LOSS, AFTER_LOSS)
+            grown = with_best_output(rows, _with_new(fewer, left.theta, rng, slips))
+            after = levenberg_marquardt(rows, grown, _STEPS, FIRST_DAMPING)
             steps += left.steps + after.steps
             best = min(best, after, key=lambda t: t.cost)
         if best.cost >= _LOWER * before.cost:
@@ -66,23 +70,24 @@ def exchanged(
 def _with_new(rows: WeightedRows, theta: Array, rng: np.random.Generator, slips: Slips | None) -> Array:
     """Weights with one more neuron in the last hidden layer, which has no say in the output yet."""
     w_new, b_new = new_neurons(rng, rows.sizes, _CANDIDATES, slips)
-    best = int(np.argmax(_gains(rows, theta, (w_new, b_new))))
-    layers = unpacked(theta, rows.sizes)
-    (w, b), (w_out, b_out) = layers[-2:]
-    grown = [
-        *layers[:-2],
-        (np.vstack([w, w_new[best]]), np.append(b, b_new[best])),
-        (np.append(w_out, [[0.0]], axis=1), b_out),
-    ]
-    return packed(grown)
+    gains = _gains(rows, theta, (w_new, b_new))
+    best = int(np.argmax(gains))
+    *others, (w, b), (w_out, b_out) = unpacked(theta, rows.sizes)
+    last = np.vstack([w, w_new[best]]), np.append(b, b_new[best])
+    output = np.append(w_out, [[0.0]], axis=1), b_out
+    return packed([*others, last, output])
 
 
 def _gains(rows: WeightedRows, theta: Array, new: tuple[Array, Array]) -> Array:
     """How much each new neuron would take from the cost with the output layer at its least squares."""
+    # Products of neurons, new neurons, bias and effort, in this order.
     total = rows.output_gram(rows.at(theta), new)
-    size = len(total)
-    there = np.array([*range(rows.sizes[-2]), size - 2])  # neurons and bias
-    come = np.arange(rows.sizes[-2], size - 2)
+    neurons = rows.sizes[-2]
+    bias = len(total) - 2
+    there = np.array([*range(neurons), bias])
+    come = np.arange(neurons, bias)
+
+    # Of each new neuron the part that those that are there cannot make up: its square, and its product with the effort.
     square = total[np.ix_(there, there)]
     square[np.diag_indices_from(square)] += _ROUNDING * square.diagonal().max()
     across = total[np.ix_(there, come)]

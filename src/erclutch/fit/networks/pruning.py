@@ -15,7 +15,8 @@ from erclutch.fit.networks.backprop import WeightedRows, packed, unpacked
 from erclutch.signals.array import Array
 
 AFTER_LOSS = 1e-4  # damping of the first step after a neuron has gone
-_DAMPING, _FLOOR = 1e-5, 1e-2  # over each diagonal element of J'J, over the largest of them
+_DAMPING = 1e-5  # over each diagonal element of J'J
+_FLOOR = 1e-2  # of such an element, over the largest of them
 
 
 def without_least(rows: WeightedRows, theta: Array) -> Array:
@@ -25,15 +26,17 @@ def without_least(rows: WeightedRows, theta: Array) -> Array:
 
 def without_one(rows: WeightedRows, theta: Array) -> Iterator[Array]:
     """Weights of the network without one neuron of its last hidden layer, for each, the least missed first."""
-    square = rows.gram(rows.at(theta))[:-1, :-1]
+    square = rows.gram(rows.at(theta))[:-1, :-1]  # J'J
     diagonal = square.diagonal()
     square[np.diag_indices_from(square)] += _DAMPING * (diagonal + _FLOOR * diagonal.max())
     inverse = np.linalg.inv(square)
+    # The output weights stand last, ahead of the bias.
     outputs = np.arange(-1 - rows.sizes[-2], -1) + theta.size
     cost = theta[outputs] ** 2 / inverse.diagonal()[outputs]
     for neuron in np.argsort(cost).tolist():
         gone = outputs[neuron]
-        yield _without(theta - inverse[:, gone] * (theta[gone] / inverse[gone, gone]), rows.sizes, neuron)
+        followed = theta - inverse[:, gone] * (theta[gone] / inverse[gone, gone])
+        yield _without(followed, rows.sizes, neuron)
 
 
 def smaller(sizes: Sequence[int]) -> tuple[int, ...]:
@@ -43,6 +46,7 @@ def smaller(sizes: Sequence[int]) -> tuple[int, ...]:
 
 def _without(theta: Array, sizes: Sequence[int], neuron: int) -> Array:
     """The same weights without those into and out of a neuron of the last hidden layer."""
-    layers = unpacked(theta, sizes)
-    (w, b), (w_out, b_out) = layers[-2:]
-    return packed([*layers[:-2], (np.delete(w, neuron, 0), np.delete(b, neuron)), (np.delete(w_out, neuron, 1), b_out)])
+    *others, (w, b), (w_out, b_out) = unpacked(theta, sizes)
+    last = np.delete(w, neuron, 0), np.delete(b, neuron)
+    output = np.delete(w_out, neuron, 1), b_out
+    return packed([*others, last, output])

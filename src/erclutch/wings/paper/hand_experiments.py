@@ -53,7 +53,10 @@ _TORQUE, _PUSH = 0.06, 0.15  # N m: largest torque of the spring; the hand's pus
 _SWING = 2000  # rows of a push and a pull
 _AHEAD = 0.1  # rad, where the wall stands
 _OUT = 0.02  # rad back from the deepest point: the hand comes out
-_LOW, _HIGH, _EACH, _STEPS = 0.04, 0.12, 100, 12
+_LOW = 0.04  # N m, of a step
+_HIGH = 0.12
+_EACH = 100  # rows of a level
+_STEPS = 12
 _FRICTION = 0.015  # N m, with which the motor keeps its speed on average
 _SPEED = 40.0  # rad/s, at which the drag is read
 #: Speed in rad/s that a hand may have from the middle of its push on: three of the encoder's counts in 10 ms.
@@ -62,8 +65,8 @@ CALM = 0.25
 
 def hand_points(folder: Path, rig: RigParameters, name: HandName) -> Points:
     """Runs that are finished already; see `kept_runs`."""
-    asked = {"asked": [STIFFNESS, DAMPING, FREQUENCIES, WALLS, _FELT, _PUSH, _OBSERVER, _LOW, _HIGH], "known": KNOWN}
-    return kept_runs(folder, rig, name, asked)
+    numbers = [STIFFNESS, DAMPING, FREQUENCIES, WALLS, _FELT, _PUSH, _OBSERVER, _LOW, _HIGH]
+    return kept_runs(folder, rig, name, {"asked": numbers, "known": KNOWN})
 
 
 def hand_runs(
@@ -83,11 +86,14 @@ def hand_runs(
 
 
 def _models(name: HandName, rig: RigParameters, seed: int, folder: Path) -> dict[str, LiveModel]:
+    """The models of a log of the device of an experiment: the clutch pair, or a brake for the wall."""
     if name == "impedance":
-        return fitted_models(rig, seed, folder)[0]
-    programs = starting_with(standard_programs(rig, model=False, seed=seed, device="single"), "sine")
-    settings = rig_settings(rig, programs, **_SINGLE)
-    frames = AcceleratedRun(settings, None, rig, seed=seed, locked=True, single=True).frames(_LOG_ROWS)[0]
+        models, _ = fitted_models(rig, seed, folder)
+        return models
+    programs = standard_programs(rig, model=False, seed=seed, device="single")
+    settings = rig_settings(rig, starting_with(programs, "sine"), **_SINGLE)
+    run = AcceleratedRun(settings, None, rig, seed=seed, locked=True, single=True)
+    frames, *_ = run.frames(_LOG_ROWS)
     return fitted_inverses(frames_dataset(frames, "single"), f"{seed}", folder)
 
 
@@ -109,7 +115,8 @@ def impedance_figures(rig: RigParameters, model: LiveModel, knows: str, seed: in
         time: Array = PERIOD * np.arange(_SETTLING + rows, dtype=np.float64)
         hand: Array = height * omega * np.cos(omega * time)
         run = AcceleratedRun(settings, model.library, rig, seed=seed + 100, speed=80.0, hand=hand)
-        torque: Array = run.frames(time.size)[0]["torque"][_SETTLING:]
+        frames, *_ = run.frames(time.size)
+        torque: Array = frames["torque"][_SETTLING:]
         later: Array = time[_SETTLING:]
         turning: NDArray[np.complex128] = np.exp(-1j * omega * later)
         moved: Array = height * np.sin(omega * later)
@@ -185,16 +192,20 @@ def _steps(rig: RigParameters, model: LiveModel, knows: str, seed: int) -> dict[
 
     wanted = np.tile(np.repeat([_LOW, _HIGH], _EACH), _STEPS)
     frames = run(wanted, 0.5 * (_LOW + _HIGH) + _FRICTION, 2.0 * _SPEED)
-    up: Array = frames["torque"].reshape(_STEPS, 2 * _EACH)[2:].mean(axis=0)  # the mean step, without the first two
+    steps = frames["torque"].reshape(_STEPS, 2 * _EACH)
+    up: Array = steps[2:].mean(axis=0)  # the mean step, without the first two
     before = float(up[_EACH // 2 : _EACH - 1].mean())
     after = float(up[3 * _EACH // 2 :].mean())
     share: Array = (up[_EACH:] - before) / (after - before)
-    running_up = run(np.zeros(_SETTLING), 3.0 * _FRICTION, 0.0)
-    drag: Array = running_up["torque"][np.abs(running_up["theta_dot"] - _SPEED) < 0.1 * _SPEED]
     # The rising part alone, as shares and rows for interpolation.
     end = int(np.argmax(share >= 0.9)) + 1
-    risen, at = np.maximum.accumulate(share[:end]), np.arange(end, dtype=np.float64)
+    risen = np.maximum.accumulate(share[:end])
+    at = np.arange(end, dtype=np.float64)
     rise = float(np.interp(0.9, risen, at) - np.interp(0.1, risen, at))  # rows
+
+    running_up = run(np.zeros(_SETTLING), 3.0 * _FRICTION, 0.0)
+    near_speed = np.abs(running_up["theta_dot"] - _SPEED) < 0.1 * _SPEED
+    drag: Array = running_up["torque"][near_speed]
     return {
         "rise": PERIOD * rise,
         "overshoot": max(0.0, float(share.max()) - 1.0),
@@ -216,6 +227,7 @@ def describe_wall(runs: Sequence[ControlRun]) -> Plot:
         columns.append(mean)
     asked: Array = 1e3 * _PUSH / at
     marks.append(Line(at, asked, "ref", "push over stiffness", dashed=True))
-    x, y = Axis("stiffness", "N m/rad", log=True), Axis("deepest", "mrad", log=True)
+    x = Axis("stiffness", "N m/rad", log=True)
+    y = Axis("deepest", "mrad", log=True)
     table = PlotTable([*names, "push over stiffness"], np.column_stack([*columns, asked]).tolist())
     return Plot([Panel(x, y, marks)], table, 2.8, badge="TWIN", legend="above")

@@ -63,13 +63,14 @@ def twin_runs(
         seed: of the first run; the others follow.
         seconds: of the training run; the others keep their own length, at most this.
     """
-    found: dict[str, Dataset] = {}
-    for i, name in enumerate(names):
-        run = prepare(name, rig=rig, seed=seed + 1000 * i)
+    rows: dict[str, Dataset] = {}
+    for number, name in enumerate(names):
+        own_seed = seed + 1000 * number
+        run = prepare(name, rig=rig, seed=own_seed)
         if seconds is not None and (name == "training" or run.scenario.seconds > seconds):
-            run = prepare(name, rig=rig, seed=seed + 1000 * i, seconds=seconds)
-        found[name] = rows_of(run)
-    return found
+            run = prepare(name, rig=rig, seed=own_seed, seconds=seconds)
+        rows[name] = rows_of(run)
+    return rows
 
 
 def rows_of(run: TwinRun) -> Dataset:
@@ -113,21 +114,27 @@ def table(
 
 
 def _fitted(train: Dataset, name: str, seed: int, polish: bool) -> tuple[Model, int]:
+    """The model of a name, fitted to rows, and its number of parameters."""
     if is_network(name):
-        found = fit_network(train, network_from_name(name, train.device), seed=seed, polish=polish)
-        return found.model, found.parameters
+        structure = network_from_name(name, train.device)
+        network = fit_network(train, structure, seed=seed, polish=polish)
+        return network.model, network.parameters
     law = law_fit(train, name)
     return law.model, law.parameters
 
 
 def law_fit(train: Dataset, name: str) -> FitOutcome[TorqueModel]:
     """A law without dynamics, fitted to rows; no intervals."""
-    return fit_structure(train, Structure(train.device, name, law_from_name(name, train.device)), intervals=False)
+    law = law_from_name(name, train.device)
+    structure = Structure(train.device, name, law)
+    return fit_structure(train, structure, intervals=False)
 
 
 def _score(data: Dataset, model: Model, seed: int) -> BandedFigure:
+    """Mean squared error of a model on some rows, with its band."""
     predicted = model.predict(data)
-    return score(data.effort, predicted, block=block_rows([data.effort - predicted]), seed=seed).mse
+    block = block_rows([data.effort - predicted])
+    return score(data.effort, predicted, block=block, seed=seed).mse
 
 
 def printed(name: str) -> dict[str, float | None]:

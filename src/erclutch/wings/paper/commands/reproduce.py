@@ -33,8 +33,13 @@ _TRAINING = 290.0  # s: the paper's training run
 _FIGURES = ("mse", "low", "high", "paper")
 #: Figures of the live loop, and the experiment that each shows.
 _ONLINE = {
-    **{"fig7": "sine", "fig8": "square", "fig9": "tracking", "fig10": "tracking"},
-    **{"fig11": "zero-field", "fig12": "zero-motion", "fig13": "encoders"},
+    "fig7": "sine",
+    "fig8": "square",
+    "fig9": "tracking",
+    "fig10": "tracking",
+    "fig11": "zero-field",
+    "fig12": "zero-motion",
+    "fig13": "encoders",
 }
 _Table = Literal["table2", "table3", "memory"]
 _Figure = Literal["fig3", "fig4", "fig5", "fig6", "fig7", "fig8", "fig9", "fig10", "fig11", "fig12", "fig13", "kernels"]
@@ -104,7 +109,8 @@ def reproduce(
         if log:
             recording = reading.read(log)[0]
         else:
-            recording = prepare("training", rig=load_rig(rig_file), seed=seed, seconds=min(seconds, 20.0)).recording()
+            run = prepare("training", rig=load_rig(rig_file), seed=seed, seconds=min(seconds, 20.0))
+            recording = run.recording()
         terminal.say(*draw_training_section(recording, out))
         return
 
@@ -170,10 +176,14 @@ def _table(what: What, runs: dict[str, Dataset], origin: str, out: Path, seed: i
     from erclutch.report.plots.paper_style import placed, save_numbers
     from erclutch.wings.paper.tables import table
 
-    names = [n for n, a in APPROACHES.items() if what == "table2" or a.zero_field is not None]
+    # Table III has figures of some approaches alone.
+    names: list[str] = []
+    for name, approach in APPROACHES.items():
+        if what == "table2" or approach.zero_field is not None:
+            names.append(name)
     device = next(iter(runs.values())).device
-    if device == "single":
-        names = [n.removesuffix("/forward") for n in names]
+    if device == "single":  # the slip turns, so no law keeps the sign in which the device drives
+        names = [name.removesuffix("/forward") for name in names]
     with terminal.progress("fitting") as bar:
         rows = table(runs, models=names, seed=seed, polish=polish, progress=bar)
     screen = terminal.console()
@@ -184,8 +194,9 @@ def _table(what: What, runs: dict[str, Dataset], origin: str, out: Path, seed: i
     terminal.tell(f"{len(rows)} models in {seconds:.1f} CPU s")
     header, lines = _numbers(rows, list(runs))
     terminal.say(save_numbers(out / f"{what}.csv", header, lines))
+    shown = list(runs) if what == "table2" else list(runs)[1:]
     with placed(out / f"{what}.tex") as partial:
-        partial.write_text(_latex(rows, list(runs) if what == "table2" else list(runs)[1:], origin), encoding="utf-8")
+        partial.write_text(_latex(rows, shown, origin), encoding="utf-8")
     terminal.say(out / f"{what}.tex")
 
 
@@ -218,9 +229,18 @@ def _to_bingham(rows: list[Row], run: str) -> tuple[list[float], list[float | No
     """Errors on a run over that of the first model, which is Bingham's: ours, and the paper's."""
     from erclutch.wings.paper.tables import printed
 
-    paper = [printed(row.name).get(run) for row in rows]
-    ours = [row.errors[run] / rows[0].errors[run] for row in rows]
-    return ours, [None if error is None or not paper[0] else error / paper[0] for error in paper]
+    bingham = rows[0]
+    bingham_of_paper = printed(bingham.name).get(run)
+    ours: list[float] = []
+    theirs: list[float | None] = []
+    for row in rows:
+        ours.append(row.errors[run] / bingham.errors[run])
+        error = printed(row.name).get(run)
+        ratio = None
+        if error is not None and bingham_of_paper:
+            ratio = error / bingham_of_paper
+        theirs.append(ratio)
+    return ours, theirs
 
 
 def _latex(rows: list[Row], runs: list[str], origin: str) -> str:
@@ -242,13 +262,17 @@ def _latex(rows: list[Row], runs: list[str], origin: str) -> str:
 
 
 def _or_dash(value: float | None, form: str) -> str:
+    """A number in a form such as ``{:.3f}``; a dash where there is none."""
     return "-" if value is None else form.format(value)
 
 
 def _numbers(rows: list[Row], runs: list[str]) -> tuple[list[str], list[tuple[object, ...]]]:
+    """Header and lines of the table's CSV."""
     from erclutch.wings.paper.tables import printed
 
-    header = ["model", "parameters", "cpu_s", *(f"{run}_{figure}" for run in runs for figure in _FIGURES)]
+    header = ["model", "parameters", "cpu_s"]
+    for run in runs:
+        header += [f"{run}_{figure}" for figure in _FIGURES]
     lines: list[tuple[object, ...]] = []
     for row in rows:
         line: list[object] = [row.name, row.parameters, row.seconds]
@@ -279,12 +303,16 @@ def _memory(
         screen.print(terminal.narrowed(f"{origin}, {run}", cells, (), screen.width))
     if rig is not None:
         terminal.tell(f"Noise of the TWIN's torque meter: {noise_floor(rig):.1e}. No model can come below.")
-    header = ["variant", "model", "parameters", *(f"{run}_{figure}" for run in runs for figure in _FIGURES[:3])]
-    lines = [
-        (variant, name, figures["parameters"], *(value for run in runs for value in figures[run]))
-        for variant, models in variants.items()
-        for name, figures in models.items()
-    ]
+    header = ["variant", "model", "parameters"]
+    for run in runs:
+        header += [f"{run}_{figure}" for figure in _FIGURES[:3]]
+    lines: list[tuple[object, ...]] = []
+    for variant, models in variants.items():
+        for name, figures in models.items():
+            line: list[object] = [variant, name, figures["parameters"]]
+            for run in runs:
+                line += figures[run]
+            lines.append(tuple(line))
     terminal.say(f"{save_numbers(out / 'memory.csv', header, lines)}")
 
 
@@ -310,7 +338,9 @@ def _sweep(what: What, recipe: RunsRecipe, pool: TaskPool, out: Path, seed: int)
         errors = sweep(recipe, pool, points, seed, bar)
     if what == "fig5":
         # The paper's own errors stand beside those of its device alone.
-        of_paper = {neurons: APPROACHES[f"fnn-{neurons}"].train for neurons in (6, 16)} if origin == "TWIN" else {}
+        of_paper: dict[int, float] = {}
+        if origin == "TWIN":
+            of_paper = {neurons: APPROACHES[f"fnn-{neurons}"].train for neurons in (6, 16)}
         paths = draw_fnn_sweep(errors, out, origin, of_paper)
     else:
         paths = {"fig4": draw_rbfn_sweep, "kernels": draw_kernel_sweep}[what](errors, out, origin)
