@@ -137,18 +137,24 @@ def asked(settings: Settings, train: Dataset, kind: Kind) -> list[tuple[str, str
 
     Memoryless ones come first.
     """
-    own: list[tuple[str, str]] = []
+    own: list[tuple[str, str]] = []  # models that name their stages
     without: list[str] = []
     for model in names(settings):
         if not _is_of(kind, model):
             continue
         words = model.replace(" ", "").split("+")
-        specification, stages = "+".join(words[: kind.words]), "+".join(words[kind.words :])
+        specification = "+".join(words[: kind.words])
+        stages = "+".join(words[kind.words :])
         if stages:
             own.append((specification, stages))
         else:
             without.append(specification)
-    pairs = [(specification, form) for form in _forms(settings, train) for specification in without]
+
+    # A model that names none is fitted with the stages of the settings, or as far as a lag can be told.
+    forms = (settings.lag,)
+    if settings.lag == AUTO:
+        forms = ("none",) if steady_command(train) else ("none", "lag")
+    pairs = [(specification, form) for form in forms for specification in without]
     return [(specification, canonical(form)) for specification, form in (*pairs, *own)]
 
 
@@ -156,8 +162,14 @@ def names(settings: Settings) -> list[str]:
     """All models that are asked for, sets of them spelled out."""
     # Installing a package changes no figure: a set has our own models, and another package's are asked for by name.
     ours = [kind for plugin, kind in kinds() if plugin.own]
-    spelled = {name: tuple(model for kind in ours for model in kind.members(name)) for name in SETS}
-    return [model for name in settings.models for model in spelled.get(name, (name,))]
+    every: list[str] = []
+    for name in settings.models:
+        if name not in SETS:
+            every.append(name)
+            continue
+        for kind in ours:
+            every += kind.members(name)
+    return every
 
 
 def _is_of(kind: Kind, model: str) -> bool:
@@ -166,10 +178,3 @@ def _is_of(kind: Kind, model: str) -> bool:
     if kind is not first:
         return kind.means(model)
     return not any(each.means(model) for each in further)
-
-
-def _forms(settings: Settings, train: Dataset) -> tuple[str, ...]:
-    """The stages with which a model is fitted that names none."""
-    if settings.lag != AUTO:
-        return (settings.lag,)
-    return ("none",) if steady_command(train) else ("none", "lag")

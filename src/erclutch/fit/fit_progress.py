@@ -58,23 +58,23 @@ class Course:
         """Tell that a model was fitted, or could not be (None), with which this share of the phase is done."""
         if outcome is None:
             self._tell(FitStep(self._done(share), f"left out {name}"))
-        else:
-            self._tell(FitStep(self._done(share), f"fitted {name}", name, _train_share(outcome, train)))
+            return
+        spread = float(np.std(train.effort))
+        rmse = float(np.sqrt(outcome.train_cost / outcome.train_rows))
+        error = rmse / spread if spread > 0.0 else np.inf
+        known = error if np.isfinite(error) else None
+        self._tell(FitStep(self._done(share), f"fitted {name}", name, known))
 
     def told(self, share: float, doing: str) -> None:
         """Tell another step, with which this share of the phase is done."""
         self._tell(FitStep(self._done(share), doing))
 
     def _done(self, share: float) -> float:
+        """Share of the whole work that is done, with this share of the phase."""
         before = sum(self._weights[: self._phase])
-        return min(1.0, (before + share * self._weights[self._phase]) / sum(self._weights))
+        now = share * self._weights[self._phase]
+        return min(1.0, (before + now) / sum(self._weights))
 
     def _tell(self, step: FitStep) -> None:
         if self._report is not None:
             self._report(step)
-
-
-def _train_share(outcome: AnyOutcome, train: Dataset) -> float | None:
-    spread = float(np.std(train.effort))
-    share = float(np.sqrt(outcome.train_cost / outcome.train_rows)) / spread if spread > 0.0 else np.inf
-    return share if np.isfinite(share) else None

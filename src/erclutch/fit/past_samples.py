@@ -36,13 +36,16 @@ def past_finding(asked: Sequence[int | str], data: Dataset) -> tuple[Finding, ..
     rows = past_rows(asked, data)
     if not rows:
         return ()
-    listed = f"{', '.join(map(str, rows))} rows back, {', '.join(f'{1e3 * k * data.period:.4g}' for k in rows)} ms"
     given = ", ".join(str(word) for word in asked)
-    message = f"past samples (--past {given}) lie {listed}, at the {1 / data.period:.6g} Hz of these rows"
+    back = ", ".join(str(count) for count in rows)
+    times = ", ".join(f"{1e3 * count * data.period:.4g}" for count in rows)
+    rate = 1 / data.period
+    message = f"past samples (--past {given}) lie {back} rows back, {times} ms, at the {rate:.6g} Hz of these rows"
     return (Finding("note", "past", message, "An export must be called at this rate"),)
 
 
 def _rows(word: int | str, data: Dataset) -> int:
+    """How many rows back a word of ``--past`` says."""
     if isinstance(word, int) or word.strip().isdecimal():
         return _allowed(int(word), f"past samples {word}")
     try:
@@ -59,6 +62,7 @@ def _rows(word: int | str, data: Dataset) -> int:
 
 
 def _allowed(rows: int, problem: str) -> int:
+    """A number of rows back, if there may be so many."""
     if not 1 <= rows <= _MOST:
         raise SettingError(problem, remedy=f"Give what lies 1 to {_MOST} rows back")
     return rows

@@ -369,7 +369,11 @@ def require_same_signals(model: Model, data: Rows) -> None:
         ErclutchError: they are.
     """
     device = model.structure.device
-    if data.device != device or not _same_units(data.units, model.units):
+    units = model.units
+    if units.field == UNKNOWN and data.units.field == "":
+        # A model of a field without a stated unit also takes a field that has no dimension.
+        units = replace(units, field="")
+    if data.device != device or data.units != units:
         raise ErclutchError(
             f"data of device {data.device} ({data.units.text()}) for a model of {device} ({model.units.text()})",
             where=model.name,
@@ -383,12 +387,6 @@ def require_same_signals(model: Model, data: Rows) -> None:
             where=model.name,
             remedy=f"Read the log with --resample {1 / own:.6g}",
         )
-
-
-def _same_units(found: Units, own: Units) -> bool:
-    """Whether units are the same; a model of a field without a stated unit also takes a field that has no dimension."""
-    plain = own.field == UNKNOWN and found.field == ""
-    return found == (replace(own, field="") if plain else own)
 
 
 def stage_numbers(model: Model) -> list[tuple[Stage, dict[str, float]]]:

@@ -71,23 +71,23 @@ def _shared(titles: dict[str, str]) -> list[list[str]]:
 
 
 def _parts_of(name: str) -> _Parts:
+    """What the title of a model is made of, from its specification."""
     specification, _, label = name.partition("@")
     first, *further = specification.split("+")
-    found: dict[str, list[str]] = {}
+    by_kind: dict[str, list[str]] = {}
     for part in further:
-        found.setdefault(_kind(part), []).append(part)
-    order = ("a network", "lags", "memory", "temperature", "ripple", *found)
-    kinds = {kind: tuple(found[kind]) for kind in dict.fromkeys(order) if kind in found}
-    return _Parts(_network(first) if is_network(first) else _law(first), kinds, label)
-
-
-def _kind(part: str) -> str:
-    if is_network(part):
-        return "a network"
-    try:
-        return _KINDS[stage_named(part).place]
-    except ErclutchError:  # its package is not here
-        return part
+        if is_network(part):
+            kind = "a network"
+        else:
+            try:
+                kind = _KINDS[stage_named(part).place]
+            except ErclutchError:  # its package is not here
+                kind = part
+        by_kind.setdefault(kind, []).append(part)
+    order = ("a network", "lags", "memory", "temperature", "ripple", *by_kind)
+    kinds = {kind: tuple(by_kind[kind]) for kind in dict.fromkeys(order) if kind in by_kind}
+    head = _network(first) if is_network(first) else _law(first)
+    return _Parts(head, kinds, label)
 
 
 def _network(specification: str) -> str:
@@ -95,8 +95,9 @@ def _network(specification: str) -> str:
     sizes, _, form = specification.partition("/")
     kind, *layers = sizes.split("-")
     what = "Network" if kind == "fnn" else "Radial network"
+    neurons = "neuron" if layers == ["1"] else "neurons"
     how = f", {form}" if form else ""
-    return f"{what} of {' and '.join(layers)} neuron{'' if layers == ['1'] else 's'}{how}"
+    return f"{what} of {' and '.join(layers)} {neurons}{how}"
 
 
 @cache
@@ -122,9 +123,11 @@ def _written(parts: _Parts, in_full: Sequence[str], *, forms: bool = False) -> s
         word = "a lag" if names in (("lag",), ("effort-lag",)) else kind
         stems = [name if forms else name.partition("/")[0] for name in names]
         said.append(f"{word} ({', '.join(stems)})" if kind in in_full else word)
-    with_ = f" with {_listed(said)}" if said else ""
-    return f"{parts.head}{with_}{f', {parts.label}' if parts.label else ''}"
-
-
-def _listed(words: Sequence[str]) -> str:
-    return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} and {words[-1]}"
+    title = parts.head
+    if said:
+        *others, last = said
+        listed = f"{', '.join(others)} and {last}" if others else last
+        title += f" with {listed}"
+    if parts.label:
+        title += f", {parts.label}"
+    return title

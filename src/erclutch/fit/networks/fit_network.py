@@ -8,13 +8,13 @@ from dataclasses import replace
 import numpy as np
 
 from erclutch.errors import CheckError
-from erclutch.fit.centroids import Centroids, centroids_of
+from erclutch.fit.centroids import centroids_of
 from erclutch.fit.left_out_logs import unseen_errors
 from erclutch.fit.levenberg_marquardt import Stop
 from erclutch.fit.networks.backprop import slopes_of, tables_of
 from erclutch.fit.networks.first_weights import Slips
 from erclutch.fit.networks.fit_fnn import schedule_for, train
-from erclutch.fit.networks.fit_rbfn import FoundCentres, by_forward_selection, by_k_means, refined, weights_for
+from erclutch.fit.networks.fit_rbfn import by_forward_selection, by_k_means, refined, weights_for
 from erclutch.fit.one_thread import one_thread
 from erclutch.fit.outcome import FitOutcome
 from erclutch.fit.training_range import near_cells, range_of
@@ -86,7 +86,6 @@ def fit_rows(
         CheckError: as for `fit_network`.
     """
     x, y = rows
-    _require_rows(data.rows, structure, data.where)
     _require_usable(x, y, structure, data.where)
     scaling = scaling_of(x, y, structure.kind)
     with one_thread():
@@ -207,7 +206,11 @@ def learn(
     gridded = unit, target, unit if squares is None else spaced_by(structure, rows[0], squares)
     if structure.kind == "rbfn":
         cells = centroids_of(gridded, (1, 2) if structure.centres in ("refined", "spreads") else (1,))
-        centres = _centres_on(cells, structure, seed)
+        # Found on the coarsest grid, refined on the finest.
+        search = by_k_means if structure.centres == "kmeans" else by_forward_selection
+        centres = search(cells[min(cells)], structure.hidden[0], seed)
+        if len(cells) > 1:
+            centres = refined(cells[max(cells)], centres, one_spread=structure.centres == "refined")
         w, _ = weights_for(unit, target, None, centres.centres, centres.spreads)
         tables = {"centres": centres.centres, "spreads": centres.spreads, "w": w[:-1], "b": w[-1:]}
         return tables, centres.stop, centres.steps
@@ -218,35 +221,24 @@ def learn(
     return tables_of(trained.theta, sizes), trained.stop, trained.steps
 
 
-def _centres_on(cells: Mapping[int, Centroids], structure: NetworkStructure, seed: int) -> FoundCentres:
-    """Centres and spreads of an RBFN on centroids by level: found on the coarsest, refined on the finest."""
-    neurons, how = structure.hidden[0], structure.centres
-    search = by_k_means if how == "kmeans" else by_forward_selection
-    found = search(cells[min(cells)], neurons, seed)
-    return refined(cells[max(cells)], found, one_spread=how == "refined") if len(cells) > 1 else found
-
-
 def supports(rows: int, structure: NetworkStructure) -> bool:
     """Whether there are at least as many training rows as weights."""
     return rows >= _weights_of(structure)
 
 
 def _weights_of(structure: NetworkStructure) -> int:
+    """Number of weights of a network."""
     return sum(int(np.prod(shape)) for shape in table_shapes(structure).values())
 
 
-def _require_rows(rows: int, structure: NetworkStructure, where: str) -> None:
-    """Raise a CheckError for fewer rows than weights."""
-    if not supports(rows, structure):
+def _require_usable(x: Array, y: Array, structure: NetworkStructure, where: str) -> None:
+    """Raise a CheckError for fewer rows than weights, or an input or effort that is not finite or does not vary."""
+    if not supports(y.size, structure):
         raise CheckError(
-            f"{rows} training rows for the {_weights_of(structure)} weights of {structure.specification}",
+            f"{y.size} training rows for the {_weights_of(structure)} weights of {structure.specification}",
             remedy="Log more, or choose a smaller network",
             where=where,
         )
-
-
-def _require_usable(x: Array, y: Array, structure: NetworkStructure, where: str) -> None:
-    """Raise a CheckError for an input or effort that is not finite, or does not vary."""
     for name, values in zip(structure.inputs, x, strict=True):
         low, high = float(values.min()), float(values.max())
         if not np.isfinite(high - low):

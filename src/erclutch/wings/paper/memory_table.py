@@ -43,32 +43,37 @@ def memory_table(
     """
     train, test = runs
     data = joined([replace(rows, sources=(name,)) for name, rows in runs.items()])
-    stages = str(points.get("stages", partial(_stages, runs[train])))
-    laws = tuple(name.removesuffix("/forward") for name in PAPER)
     alone = data.device == "single"
+    stages = str(points.get("stages", partial(_stages, runs[train])))
+
+    # The variants besides the paper's own.
+    laws = tuple(name.removesuffix("/forward") for name in PAPER)
     plain = Settings((*laws, *PAPER_NETWORKS), lag="none", test=(test,), seed=seed, polish=polish)
-    papers = (*(laws if alone else PAPER), *PAPER_NETWORKS)
-    found = {"as in the paper": points.get("as in the paper", partial(_as_in_the_paper, runs, papers, seed, polish))}
-    asked = {
-        "sign of the slip": replace(plain, models=laws),
-        "memory": replace(plain, lag=stages),
-        "past samples": replace(plain, models=PAPER_NETWORKS, past=PAST),
-        "memory and past": replace(plain, models=PAPER_NETWORKS, lag=stages, past=PAST),
-    }
-    if alone:
-        del asked["sign of the slip"]
-    report(1, 1 + len(asked), "as in the paper")
+    asked: dict[str, Settings] = {}
+    if not alone:
+        asked["sign of the slip"] = replace(plain, models=laws)
+    asked["memory"] = replace(plain, lag=stages)
+    asked["past samples"] = replace(plain, models=PAPER_NETWORKS, past=PAST)
+    asked["memory and past"] = replace(plain, models=PAPER_NETWORKS, lag=stages, past=PAST)
+
+    total = 1 + len(asked)
+    own = "as in the paper"
+    papers = (*laws, *PAPER_NETWORKS) if alone else (*PAPER, *PAPER_NETWORKS)
+    variants = {own: points.get(own, partial(_as_in_the_paper, runs, papers, seed, polish))}
+    report(1, total, own)
     for done, (variant, settings) in enumerate(asked.items(), start=2):
-        found[variant] = points.get(variant, partial(_scored, data, settings))
-        report(done, 1 + len(asked), variant)
-    return stages, found
+        variants[variant] = points.get(variant, partial(_scored, data, settings))
+        report(done, total, variant)
+    return stages, variants
 
 
 def _stages(train: Dataset) -> str:
     """The memory that the ladder gives to Bingham's law on the training rows."""
-    base = structures_for(train, Settings(models=("bingham",), lag="none" if steady_command(train) else "lag"))
+    lag = "none" if steady_command(train) else "lag"
+    bingham, *_ = structures_for(train, Settings(models=("bingham",), lag=lag))
     with one_thread():
-        return grown(train, base[0])[-1].structure.dynamics
+        rungs = grown(train, bingham)
+    return rungs[-1].structure.dynamics
 
 
 def _as_in_the_paper(runs: Mapping[str, Dataset], models: Sequence[str], seed: int, polish: bool) -> dict[str, Figures]:
