@@ -54,8 +54,7 @@ def unseen_errors(data: Dataset, slopes: Callable[[slice], Array], error: Array)
         gone = grams[out].sum(axis=0)
         left = (whole - gone)[:-1, :-1] / np.outer(scale, scale) + _UNSAID * np.eye(scale.size)
         pull = gone[:-1, -1] / scale  # K'e
-        step: Array = np.linalg.solve(left, pull) / scale
-        unseen[log] += slopes(log) @ step
+        unseen[log] += slopes(log) @ (np.linalg.solve(left, pull) / scale)
     return unseen
 
 

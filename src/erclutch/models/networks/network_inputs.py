@@ -98,12 +98,13 @@ def moved_of(
     ways = (1.0,) if structure.device == "single" else (1.0, -1.0)
     moved: list[SlipAndStrength] = []
     for way, fluid, slip in zip(ways, fluids, slips, strict=True):
+        driven = way * slip
         # One field in all rows, or none: its strength is a constant of the device, which the weights hold.
         strength: Any = 1.0
         if structure.field:
             exponent, reference = (numbers[name] for name in STRENGTH)
             strength = power(np.abs(fluid) / reference, exponent)
-        moved.append(SlipAndStrength(way * slip, strength))
+        moved.append(SlipAndStrength(driven, strength))
     return moved
 
 
