@@ -156,18 +156,28 @@ class ErrorLine:
 def lines(trace: OnlineTrace, rows: slice = slice(None)) -> list[ErrorLine]:
     """Figures of each estimate of a trace."""
     frames = trace.frames[rows]
-    good = np.isfinite(frames["torque"]) & ((frames["events"] & (EVENT_BITS["trip"] | EVENT_BITS["stopping"])) == 0)
+    # A loop that has tripped or stops controls nothing.
+    ended = EVENT_BITS["trip"] | EVENT_BITS["stopping"]
+    good = np.isfinite(frames["torque"]) & ((frames["events"] & ended) == 0)
     flagged: NDArray[np.uint32] = frames["flags"][good] & 1
-    outside = float(flagged.mean())
     torque: Array = frames["torque"][good]
     spread = float(torque.std())
-    out: list[ErrorLine] = []
+    errors: list[ErrorLine] = []
     for model, estimate in trace.estimates.items():
         error: Array = (estimate[rows] - frames["torque"])[good]
         mse = float((error * error).mean())
         rmse = math.sqrt(mse)
-        out.append(ErrorLine(model, mse, rmse, float(np.abs(error).max()), rmse / spread, outside, int(good.sum())))
-    return out
+        line = ErrorLine(
+            model,
+            mse=mse,
+            rmse=rmse,
+            largest=float(np.abs(error).max()),
+            share=rmse / spread,
+            outside=float(flagged.mean()),
+            rows=int(good.sum()),
+        )
+        errors.append(line)
+    return errors
 
 
 def run(
@@ -207,13 +217,16 @@ def run(
         )
     rows = round(length / PERIOD)
     programs = experiment.programs(rig, rows, seed)
-    settings, each = rig_settings(rig, programs), rows // len(programs)
+    each = rows // len(programs)  # rows of a program
+    settings = rig_settings(rig, programs)
     start: dict[str, Any] = {"seed": seed, "speed": experiment.speed, "locked": experiment.locked}
     if real_time:
-        parts = _in_real_time(settings, model, {"kind": "twin", "rig_file": rig_file, **start}, each)
+        spec = {"kind": "twin", "rig_file": rig_file, **start}
+        parts = list(_in_real_time(settings, model, spec, each))
     else:
-        parts = _accelerated(settings, AcceleratedRun(settings, model.library, rig, **start), each)
-    return [_traced(*part, model, saved, experiment) for part in list(parts)]
+        twin = AcceleratedRun(settings, model.library, rig, **start)
+        parts = list(_accelerated(settings, twin, each))
+    return [_traced(*part, model, saved, experiment) for part in parts]
 
 
 def experiment_of(name: str) -> Experiment:
@@ -233,6 +246,7 @@ _Part = tuple[str, Any, Array | None, float]
 
 
 def _accelerated(settings: LoopSettings, run: AcceleratedRun, rows: int) -> Iterator[_Part]:
+    """The programs one after another in one process with the TWIN, so many rows each, as fast as they go."""
     for number, program in enumerate(settings.programs):
         if number:
             run.core.order(Order.PROGRAM, float(number))
@@ -240,6 +254,7 @@ def _accelerated(settings: LoopSettings, run: AcceleratedRun, rows: int) -> Iter
 
 
 def _in_real_time(settings: LoopSettings, model: LiveModel, spec: dict[str, Any], rows: int) -> Iterator[_Part]:
+    """The programs one after another on the loop's own process and the TWIN's, so many rows each."""
     with Session(ServedRig("twin", "TWIN", spec), settings, model, SessionOptions()) as session:
         reader = session.reader()
         for number, program in enumerate(settings.programs):
@@ -253,10 +268,16 @@ def _in_real_time(settings: LoopSettings, model: LiveModel, spec: dict[str, Any]
 
 
 def _offline(model: Model, frames: Any, alpha_dot: Array) -> Array:
-    clock = Clock(np.arange(len(frames), dtype=np.float64) * PERIOD, (Span(0, len(frames), PERIOD),))
-    names = {"E1": "field1", "E2": "field2", "theta_dot": "theta_dot"}
-    signals = {name: np.ascontiguousarray(frames[column]) for name, column in names.items()}
-    elements = elements_of("coaxial", {**signals, "alpha_dot": alpha_dot})
+    """What a model in NumPy makes of a run's frames and a speed of the output, shape (n,)."""
+    rows = len(frames)
+    clock = Clock(np.arange(rows, dtype=np.float64) * PERIOD, (Span(0, rows, PERIOD),))
+    signals = {
+        "E1": np.ascontiguousarray(frames["field1"]),
+        "E2": np.ascontiguousarray(frames["field2"]),
+        "theta_dot": np.ascontiguousarray(frames["theta_dot"]),
+        "alpha_dot": alpha_dot,
+    }
+    elements = elements_of("coaxial", signals)
     return np.asarray(model.effort(elements, clock), np.float64)
 
 
@@ -272,9 +293,12 @@ def _traced(
     """Offline estimates beside the online one."""
     alpha_dot = np.ascontiguousarray(frames["alpha_dot"])
     online = np.ascontiguousarray(frames["estimate"])
-    measured = () if saved[0].band is None else ("torque",)  # the model of a loop watches its own residual
-    inputs = np.column_stack([frames[n] for n in ("field1", "field2", "theta_dot", "alpha_dot", *measured)])
-    again = np.asarray(CompiledModel(model.library).run(np.ascontiguousarray(inputs))[0])
+    names = ["field1", "field2", "theta_dot", "alpha_dot"]
+    if saved[0].band is not None:  # the model of a loop watches its own residual
+        names.append("torque")
+    inputs = np.column_stack([frames[name] for name in names])
+    effort, *_ = CompiledModel(model.library).run(np.ascontiguousarray(inputs))
+    again = np.asarray(effort)
     estimates = {saved[0].name: online}
     for rival in saved[1:] if experiment.rivals else ():
         estimates[rival.name] = _offline(rival, frames, alpha_dot)
@@ -282,12 +306,22 @@ def _traced(
     # A shaft that is held shows no angle worth comparing.
     if other is not None and experiment.encoders:
         speed = live(Derivative("kalman"), PERIOD)  # the loop's own filter
-        compared = other, _offline(saved[0], frames, np.array([speed.step(x) for x in other.tolist()]))
+        other_dot = np.array([speed.step(angle) for angle in other.tolist()])
+        compared = other, _offline(saved[0], frames, other_dot)
+
     known = np.isfinite(online)
-    off = float(np.max(np.abs(again - online)[known]))
+    compiled_apart = np.abs(again - online)[known]
     inside = known & (frames["flags"] & (OUTSIDE | LIMITED) == 0)
-    numpy_off = float(np.max(np.abs(_offline(saved[0], frames, alpha_dot) - online)[inside], initial=0.0))
-    return OnlineTrace(name, frames, estimates, compared, warming, off, numpy_off)
+    numpy_apart = np.abs(_offline(saved[0], frames, alpha_dot) - online)[inside]
+    return OnlineTrace(
+        name,
+        frames,
+        estimates,
+        other_alpha=compared,
+        warming=warming,
+        compiled_off=float(np.max(compiled_apart)),
+        numpy_off=float(np.max(numpy_apart, initial=0.0)),
+    )
 
 
 def tracking_error(trace: OnlineTrace) -> float:

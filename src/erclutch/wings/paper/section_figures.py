@@ -35,10 +35,12 @@ def draw_estimates(test: Dataset, rows: Sequence[Row], folder: Path, label: str)
     first = lively(test.effort, width)
     at = slice(first, first + width)
     time = test.clock.time[at] - test.clock.time[first]
-    x = Axis("time", "s", 0.0, float(time[-1]))
+    measured = test.effort[at]
     estimates = {row.name: row.model.predict(test)[at] for row in rows}
-    panels = compared(x, Axis("torque", unit_text(test.units.effort)), time, test.effort[at], estimates)
-    columns = {"time_s": time, "measured": test.effort[at], **estimates}
+    x = Axis("time", "s", 0.0, float(time[-1]))
+    y = Axis("torque", unit_text(test.units.effort))
+    panels = compared(x, y, time, measured, estimates)
+    columns = {"time_s": time, "measured": measured, **estimates}
     for what, unit in (("field", test.units.field), ("slip", test.units.slip)):
         lines: list[Line] = []
         for number, (element, style) in enumerate(zip(test.elements, _STYLES, strict=False), start=1):
@@ -47,8 +49,10 @@ def draw_estimates(test: Dataset, rows: Sequence[Row], folder: Path, label: str)
             columns[f"{what} {channel}"] = signal
             lines.append(Line(time, signal, style, channel))
         panels.append(Panel(x, Axis(what, unit_text(unit)), lines))
-    table = PlotTable(list(columns), np.column_stack(list(columns.values())).tolist())
-    return kept(Plot(panels, table, 6.4, PAGE, 2, title=label, legend="above"), folder, "fig6")
+    numbers = np.column_stack(list(columns.values()))
+    table = PlotTable(list(columns), numbers.tolist())
+    plot = Plot(panels, table, 6.4, PAGE, 2, title=label, legend="above")
+    return kept(plot, folder, "fig6")
 
 
 def compared(x: Axis, y: Axis, time: Array, measured: Array, estimates: Mapping[str, Array]) -> list[Panel]:
@@ -57,17 +61,20 @@ def compared(x: Axis, y: Axis, time: Array, measured: Array, estimates: Mapping[
     slack = 0.05 * float(np.ptp(torques))
     y = replace(y, low=float(torques.min()) - slack, high=float(torques.max()) + slack)
     known = Line(time, measured, "measured", "measured")
-    titles = {name: APPROACHES[name].title if name in APPROACHES else name for name in estimates}
-    return [Panel(x, y, [known, Line(time, values, "recommended", titles[name])]) for name, values in estimates.items()]
+    panels: list[Panel] = []
+    for name, estimate in estimates.items():
+        title = APPROACHES[name].title if name in APPROACHES else name
+        panels.append(Panel(x, y, [known, Line(time, estimate, "recommended", title)]))
+    return panels
 
 
 def lively(effort: Array, width: int) -> int:
     """The first row of a section of so many rows in which the effort varies as the upper quarter of all sections."""
     starts = range(0, effort.size - width + 1, max(1, width // 2))
-    order = sorted(starts, key=lambda start: float(effort[start : start + width].std()))
-    return order[(3 * len(order)) // 4]
+    calm_first = sorted(starts, key=lambda start: float(effort[start : start + width].std()))
+    return calm_first[(3 * len(calm_first)) // 4]
 
 
 def kept(plot: Plot, folder: Path, name: str) -> list[Path]:
     """Write a figure as PDF and PNG, with its numbers; returns the files."""
-    return save_plot(plot, *(folder / f"{name}.{kind}" for kind in ("pdf", "png")))
+    return save_plot(plot, folder / f"{name}.pdf", folder / f"{name}.png")

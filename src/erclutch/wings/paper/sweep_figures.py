@@ -18,9 +18,12 @@ _ERROR = Axis("MSE", "N² m²", log=True)
 
 def draw_rbfn_sweep(sweep: Mapping[str, Any], folder: Path, label: str) -> list[Path]:
     """Figure 4: (a) error against spread for some sizes, (b) error against neurons at the best spread of each."""
-    spreads, neurons, scan, train, test, best = (
-        np.asarray(sweep[name]) for name in ("spreads", "neurons", "scan", "train", "test", "best_spread")
-    )
+    spreads = np.asarray(sweep["spreads"])
+    neurons = np.asarray(sweep["neurons"])
+    scan = np.asarray(sweep["scan"])
+    train = np.asarray(sweep["train"])
+    test = np.asarray(sweep["test"])
+    best = np.asarray(sweep["best_spread"])
     sizes: list[Line] = []
     for number, size in enumerate(_SHOWN):
         errors = scan[:, list(neurons).index(size)]
@@ -43,33 +46,41 @@ def draw_rbfn_sweep(sweep: Mapping[str, Any], folder: Path, label: str) -> list[
 
 def draw_fnn_sweep(sweep: Mapping[str, Any], folder: Path, label: str, printed: Mapping[int, float]) -> list[Path]:
     """Figure 5: error against neurons, every restart as a dot; the paper's printed training errors where it has any."""
-    neurons, train, test, restarts = (np.asarray(sweep[name]) for name in ("neurons", "train", "test", "restarts"))
-    dots = np.repeat(neurons, restarts.shape[1])
-    marks: list[Mark] = [Dots(dots, restarts.ravel(), "series7", "each restart, training", 1.3)]
+    neurons = np.asarray(sweep["neurons"])
+    train = np.asarray(sweep["train"])
+    test = np.asarray(sweep["test"])
+    restarts = np.asarray(sweep["restarts"])  # (neurons, restarts)
+    each = np.repeat(neurons, restarts.shape[1])
+    marks: list[Mark] = [Dots(each, restarts.ravel(), "series7", "each restart, training", 1.3)]
     marks += _errors(neurons, train, test, "best, ")
     if printed:
         paper = np.array(list(printed.items()), np.float64)
         marks.append(Dots(paper[:, 0], paper[:, 1], "series6", "paper, training", 4.5))
-    header = ["neurons", "train_mse", "test_mse", *(f"restart_{k + 1}" for k in range(restarts.shape[1]))]
-    rows = np.column_stack([train, test, restarts]).tolist()
-    table = PlotTable(header, [(int(n), *row) for n, row in zip(neurons, rows, strict=True)])
+    header = ["neurons", "train_mse", "test_mse"]
+    header += [f"restart_{number}" for number in range(1, restarts.shape[1] + 1)]
+    errors = np.column_stack([train, test, restarts]).tolist()
+    rows = [(int(size), *row) for size, row in zip(neurons, errors, strict=True)]
+    table = PlotTable(header, rows)
     panel = Panel(Axis("neurons of the hidden layer", whole=True), _ERROR, marks, title=f"FNN, {label}")
     return kept(Plot([panel], table, 2.6), folder, "fig5")
 
 
 def draw_kernel_sweep(sweep: Mapping[str, Any], folder: Path, label: str) -> list[Path]:
     """RBFM: error against kernels."""
-    kernels, train, test = (np.asarray(sweep[name]) for name in ("kernels", "train", "test"))
-    rows = [
-        (int(count), float(train_error), float(test_error))
-        for count, train_error, test_error in zip(kernels, train, test, strict=True)
-    ]
+    kernels = np.asarray(sweep["kernels"])
+    train = np.asarray(sweep["train"])
+    test = np.asarray(sweep["test"])
+    rows: list[tuple[object, ...]] = []
+    for count, train_error, test_error in zip(kernels, train, test, strict=True):
+        rows.append((int(count), float(train_error), float(test_error)))
+    table = PlotTable(("kernels", "train_mse", "test_mse"), rows)
     error = Axis(_ERROR.label, _ERROR.unit)
     panel = Panel(Axis("kernels", whole=True), error, _errors(kernels, train, test), title=f"RBFM, {label}")
-    return kept(Plot([panel], PlotTable(("kernels", "train_mse", "test_mse"), rows), 2.2), folder, "kernels")
+    return kept(Plot([panel], table, 2.2), folder, "kernels")
 
 
 def _errors(x: Array, train: Array, test: Array, prefix: str = "") -> list[Line]:
+    """Lines of the training and of the test errors."""
     return [
         Line(x, train, "series0", f"{prefix}training", marked=True),
         Line(x, test, "series1", f"{prefix}test", dashed=True, marked=True),
