@@ -28,7 +28,7 @@ class Guess(NamedTuple):
 
 def guess_what_is_needed(draft: Draft) -> None:
     """Guess each signal that the device needs; ask where nothing or too much would do."""
-    taken = draft.taken
+    taken = [*draft.taken, *draft.table.truths]
     unlogged_field = False
     for group in NEEDS[draft.device]:
         settled = any(

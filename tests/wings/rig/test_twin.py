@@ -56,6 +56,15 @@ def _named(cells: Iterable[str]) -> Iterator[tuple[str, str]]:
                 yield from ((section, name) for name in re.findall(r"`(\w+)`", names))
 
 
+def test_what_only_the_twin_knows_is_no_signal_of_a_log(tmp_path: Path) -> None:
+    """The speed of a brake is that of its encoder; `true_theta_dot` says slip too, but no sensor gives it."""
+    brake = prepare("brake", seconds=0.5)
+    path = write_log(tmp_path / "a.csv", brake.names, brake.chunks(), brake.about(), rows=brake.rows)
+    signals = erclutch.read(path).signals
+    assert {"field", "position", "effort"} <= {*signals}
+    assert "slip" not in signals
+
+
 def test_a_rig_file_changes_what_it_names(tmp_path: Path) -> None:
     path = tmp_path / "my.toml"
     path.write_text('[drive]\ninertia = 1e-3\n[screw]\nlead = { value = 0.005, unit = "m" }\n')
