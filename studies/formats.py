@@ -26,6 +26,8 @@ import time
 import zlib
 from collections import Counter
 from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
 from unittest import mock
@@ -54,8 +56,13 @@ def finder(reader: str) -> Callable[[str], Table]:
     own = next(getattr(module, name) for name in ("_read", f"read_{reader}") if hasattr(module, name))
 
     def read(path: str) -> Table:
+        source = LogSource(Path(path), Path(path).read_bytes(), "")
         try:
-            return own(LogSource(Path(path), Path(path).read_bytes(), ""))
+            if module.READER.windows is not None:  # as a file larger than memory
+                with suppress(LogError):
+                    for _ in module.READER.windows(replace(source, data=b""), 50, 10, 0, None):
+                        pass
+            return own(source)
         except (LogError, MemoryError):
             raise
         except Exception as error:  # here no `child_process.serve` makes an error of it

@@ -116,6 +116,7 @@ def broken_plug_ins(folder: Path) -> Outcome:
     texts = {
         "raises": "1 / 0\n",
         "ends": "raise SystemExit(0)\n",
+        "interrupts": "raise KeyboardInterrupt\n",
         "needs": "import no_such_module_at_all\n",
         "nothing": "THING = None\n",
         "odd": "class THING:\n    name = 5\n    def __getattr__(self, name):\n        raise RuntimeError('odd')\n",
