@@ -17,6 +17,7 @@ from erclutch.wings.live.c_core import Core
 from erclutch.wings.live.layout import SAMPLE
 from erclutch.wings.live.live_model import live_model
 from erclutch.wings.live.settings import LoopProgram, LoopSettings, Mode, Waveform
+from erclutch.wings.paper.control_figure import describe_control
 from erclutch.wings.paper.hand_experiments import (
     CALM,
     STIFFNESS,
@@ -28,7 +29,7 @@ from erclutch.wings.paper.hand_experiments import (
 )
 from erclutch.wings.paper.online import EXPERIMENTS, lines, run, tracking_error, trial
 from erclutch.wings.paper.online_figures import FIGURE_OF, describe_online
-from erclutch.wings.paper.torque_control import INVERSES, KNOWS, WITHHELD, control_runs, describe_control, kept_runs
+from erclutch.wings.paper.torque_control import INVERSES, KNOWS, WITHHELD, control_runs, kept_runs
 from erclutch.wings.rig.interface import RigCommand
 from erclutch.wings.rig.twin.parameters import default_rig
 from erclutch.wings.rig.twin.twin import Twin

@@ -10,7 +10,7 @@ import hashlib
 import json
 import math
 import tempfile
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 from functools import cache, partial
 from itertools import pairwise, product
@@ -23,7 +23,6 @@ from numpy.typing import NDArray
 from erclutch.errors import RunError, SettingError
 from erclutch.fit.comparison import Settings, compare
 from erclutch.logs.dataset import Dataset, build_dataset, joined
-from erclutch.report.plots.plot_description import PAGE, Axis, Line, Panel, Plot, PlotTable
 from erclutch.signals.array import Array
 from erclutch.signals.device import DeviceName
 from erclutch.signals.recording import Recording
@@ -431,29 +430,6 @@ def reaches(frames: Any, phase: Array, omega: Array) -> tuple[float, float]:
     too_small = abs(reached) < abs(wanted) * math.sqrt(0.5)
     too_far_off = abs(reached - wanted) > 0.1 * abs(wanted)
     return first(too_small), first(too_far_off)
-
-
-def describe_control(runs: Sequence[ControlRun]) -> Plot:
-    """RMS error of the chirp by frequency: a panel for each model, a line for each controller, means over the seeds."""
-    middle: Array = np.sqrt(EDGES[1:] * EDGES[:-1])
-    keep = slice(2, None)  # the motor runs up in the first second
-    panels: list[Panel] = []
-    columns: list[Array] = [middle[keep]]
-    names = ["frequency"]
-    for model in INVERSES:
-        marks: list[Line] = []
-        styles = ("series3", "series1", "series2", "series0")
-        for style, knows in zip(styles, KNOWS, strict=True):
-            bands = [run.figures["bands"] for run in runs if (run.model, run.knows) == (model, knows)]
-            mean: Array = 100.0 * np.mean(np.array(bands, np.float64), axis=0)[keep]
-            marks.append(Line(middle[keep], mean, style, knows, marked=True))
-            columns.append(mean)
-            names.append(f"{model}, {knows}")
-        x = Axis("frequency", "Hz", 0.0, 10.0)
-        y = Axis("RMS error", "% of range", 0.0, 4.0)
-        panels.append(Panel(x, y, marks, title=model))
-    table = PlotTable(names, np.column_stack(columns).tolist())
-    return Plot(panels, table, 2.6, PAGE, columns=3, badge="TWIN", legend="shared")
 
 
 def stands_still(frames: Any) -> bool:

@@ -84,8 +84,9 @@ def experiment(
 
 def _over_seeds(name: Literal["control"] | HandName, seeds: int, rig_file: Path | None, out: Path) -> None:
     from erclutch.report.plots.matplotlib_painter import save_plot
+    from erclutch.wings.paper.control_figure import describe_control
     from erclutch.wings.paper.hand_experiments import describe_impedance, describe_wall, hand_points, hand_runs
-    from erclutch.wings.paper.torque_control import control_runs, describe_control, kept_runs
+    from erclutch.wings.paper.torque_control import control_runs, kept_runs
 
     rig = load_rig(rig_file)
     out.mkdir(parents=True, exist_ok=True)
