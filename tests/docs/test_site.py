@@ -10,9 +10,10 @@ from collections.abc import Generator
 from importlib import import_module
 from pathlib import Path
 from typing import Any
-from urllib.parse import quote, urlsplit
 
 import pytest
+
+from tests.support.said_words import SAID, first_pages
 
 ROOT = Path(__file__).resolve().parents[2]
 SITE = ROOT / "build" / "docs"
@@ -75,62 +76,11 @@ def test_search_answers_without_a_server(browser: Any) -> None:
     assert said == []
 
 
-#: What users say, as in titles of issues of kindred projects, and the page that has to be among the first three.
-SAID = {
-    "hysteresis": ("hysteresis",),
-    "hysteresis loop": ("hysteresis",),
-    "backlash": ("hysteresis",),
-    "stiction": ("hysteresis",),
-    "friction": ("hysteresis",),
-    "current": ("your-log",),
-    "voltage": ("your-log",),
-    "torque": ("control",),
-    "force control": ("control",),
-    "haptic": ("control",),
-    "stm32": ("stm32",),
-    "Arduino": ("stm32",),
-    "microcontroller": ("stm32",),
-    "interrupt": ("stm32",),
-    "dSPACE": ("export-targets",),
-    "simulink": ("export-targets",),
-    "ROS": ("export-targets",),
-    "FMU": ("export-targets",),
-    "matlab file": ("formats",),
-    "csv": ("formats",),
-    "labview": ("formats",),
-    "bingham": ("laws",),
-    "yield stress": ("laws",),
-    "magnetorheological": ("laws",),
-    "bouc-wen": ("memory",),
-    "temperature": ("memory",),
-    "delay": ("lag",),
-    "neural network": ("networks",),
-    "confidence interval": ("bands",),
-    "accuracy": ("trust",),
-    "validation": ("trust",),
-    "drift": ("recalibrate",),
-    "real time": ("live",),
-    "hardware in the loop": ("rig-udp",),
-    "simulation": ("twin",),
-    "sampling rate": ("your-log",),
-    "damper": ("damper",),
-    "gui": ("app",),
-    "pdf": ("report",),
-    "windows": ("install",),
-}
-
-
 def test_the_search_knows_what_users_say(browser: Any) -> None:
     assert len(SAID) >= 30
     page, said = opened(browser, (SITE / "search.html").as_uri(), 1440, "light")
-    missed: dict[str, list[str]] = {}
-    for word, pages in SAID.items():
-        page.goto((SITE / "search.html").as_uri() + f"?q={quote(word)}")
-        page.wait_for_selector("#search-results li a", timeout=20_000)
-        links = [link.get_attribute("href") for link in page.locator("#search-results li a").all()[:3]]
-        found = [Path(urlsplit(link).path).stem for link in links]
-        if not set(found) & set(pages):
-            missed[word] = found
+    found = {word: first_pages(page, SITE, word) for word in SAID}
+    missed = {word: pages for word, pages in found.items() if not set(pages) & set(SAID[word])}
     assert missed == {}
     assert said == []
 

@@ -29,6 +29,8 @@ from erclutch.report.plots.paper_style import placed
 from erclutch.report.plots.svg_painter import svg
 
 _STYLES = ("uplot/uPlot.min", "report", "print")
+#: In this order: each uses what stands in those before it.
+_SCRIPTS = ("page", "error_maps", "packed_rows", "traces")
 #: Sections in the order of the page.
 SECTIONS: tuple[Section, ...] = (
     *(VERDICT, MODEL, RANKING, TRACES, ERROR_MAP, PARITY, LOOPS, DYNAMICS, BAND),
@@ -120,7 +122,7 @@ def _document(
     titles: tuple[str, str, str], badge: tuple[str, str], sections: list[dict[str, Any]], shared: Any, *, plots: bool
 ) -> str:
     scripts = [_asset("report/assets/uplot/uPlot.iife.min.js")] if plots else []
-    scripts.append(_asset("report/assets/report.js"))
+    scripts += [_asset(f"report/assets/{name}.js") for name in _SCRIPTS]
     title, heading, line = titles
     return (
         templates()

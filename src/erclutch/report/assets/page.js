@@ -1,0 +1,80 @@
+"use strict";
+// What every script of the page uses; then its theme, copying, a frame around it, and the order of the ranking.
+// Nothing here fetches anything.
+const $ = (id) => document.getElementById(id);
+const DATA = JSON.parse($("data").textContent);
+const css = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
+const element = (tag, className = "", textContent = "") => Object.assign(document.createElement(tag), { className, textContent });
+const redrawn = [];
+
+const minus = (text) => text.replace(/-/g, "−");
+const digits = (value, step) => {
+  const places = Math.max(0, Math.min(7, Math.ceil(-Math.log10(step) - 0.01)));
+  return minus(value.toFixed(places)).replace(/^−(0(\.0*)?)$/, "$1");
+};
+
+// --- theme and copying ---------------------------------------------------------------------------------------------
+
+const THEMES = ["", "dark", "light"];
+let theme = 0;
+$("theme").addEventListener("click", () => {
+  theme = (theme + 1) % THEMES.length;
+  const name = THEMES[theme], said = `Colours: ${name || "as the system has them"}`;
+  if (name) document.documentElement.dataset.theme = name;
+  else delete document.documentElement.dataset.theme;
+  $("theme").setAttribute("aria-label", said);
+  $("theme").title = said;
+  redrawn.forEach((draw) => draw());
+});
+matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => redrawn.forEach((draw) => draw()));
+
+for (const button of document.querySelectorAll("[data-copy]"))
+  button.addEventListener("click", async () => {
+    const source = $(button.dataset.copy);
+    try {
+      await navigator.clipboard.writeText(source.textContent);
+      button.textContent = "Copied";
+    } catch {
+      getSelection().selectAllChildren(source);
+      button.textContent = "Press Ctrl-C";
+    }
+    setTimeout(() => (button.textContent = "Copy"), 2000);
+  });
+
+// --- inside another page: it learns how high this page is, and where a link leads to ---------------------------------
+
+if (parent !== window) {
+  const tell = () => parent.postMessage({ height: document.body.scrollHeight }, "*");
+  new ResizeObserver(tell).observe(document.body);
+  addEventListener("load", tell); // an observer waits until the frame is seen
+  for (const link of document.querySelectorAll("nav a, a.skip"))
+    link.addEventListener("click", (event) => {
+      event.preventDefault();
+      parent.postMessage({ top: $(link.hash.slice(1)).getBoundingClientRect().top + scrollY }, "*");
+    });
+}
+
+// --- ranking -------------------------------------------------------------------------------------------------------
+
+// A click on a heading sorts by its column, a second click turns the order; print and PDF keep that of the report.
+for (const table of document.querySelectorAll("table.ranking")) {
+  const heads = [...table.querySelectorAll("thead th:first-child, thead th.n")];
+  const value = (row, k) => {
+    const cell = row.cells[k], text = (cell.querySelector(".rank, b") ?? cell.firstChild)?.textContent ?? "";
+    const number = parseFloat(text.replace(/^m/, "").replace("−", "-").replace(/\s/g, ""));
+    return Number.isNaN(number) ? Infinity : number;
+  };
+  for (const head of heads) {
+    const button = element("button", "sort", head.textContent);
+    button.type = "button";
+    head.replaceChildren(button);
+    button.addEventListener("click", () => {
+      const way = head.ariaSort === "ascending" ? -1 : 1, k = head.cellIndex;
+      for (const other of heads) other.ariaSort = null;
+      head.ariaSort = way > 0 ? "ascending" : "descending";
+      const rows = [...table.tBodies[0].rows].map((row) => [value(row, k), row]);
+      const order = ([a], [b]) => (a === b ? 0 : a === Infinity ? 1 : b === Infinity ? -1 : way * (a - b));
+      table.tBodies[0].append(...rows.sort(order).map(([, row]) => row));
+    });
+  }
+}
