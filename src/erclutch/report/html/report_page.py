@@ -122,7 +122,7 @@ def _document(
     titles: tuple[str, str, str], badge: tuple[str, str], sections: list[dict[str, Any]], shared: Any, *, plots: bool
 ) -> str:
     scripts = [_asset("report/assets/uplot/uPlot.iife.min.js")] if plots else []
-    scripts += [_asset(f"report/assets/{name}.js") for name in _SCRIPTS]
+    scripts.append("".join(_asset(f"report/assets/{name}.js") for name in _SCRIPTS))
     title, heading, line = titles
     return (
         templates()
