@@ -7,6 +7,7 @@ import pytest
 
 from erclutch.errors import MappingError, UnitError
 from erclutch.logs import ColumnMap, Plan, Table, apply, plan_of
+from erclutch.logs.labels import name_columns
 from erclutch.signals.array import Array
 
 ROWS = np.arange(200.0)
@@ -144,3 +145,22 @@ def test_a_slip_beside_its_own_position_is_not_asked_about() -> None:
     time = ROWS / 100
     columns = {**without("speed [rad/s]"), "speed [rad/s]": 7 * np.cos(7 * time), "angle [rad]": np.sin(7 * time)}
     assert not planned(columns).questions
+
+
+@pytest.mark.parametrize(
+    ("slip", "effort"), [("Belt Velocity [m/s]", "Pitch Moment [Nm]"), ("Rotary.Velocity [rpm]", "Friction Force [N]")]
+)
+def test_a_guess_that_makes_no_power_is_in_doubt_and_believed_where_it_is_given(slip: str, effort: str) -> None:
+    names = [name_columns([label])[0][0] for label in (slip, effort)]
+    given = dict(zip(names, (name_columns([label])[1][0] for label in (slip, effort)), strict=True))
+    columns = {"time": np.arange(200) / 100, **{name: np.sin(np.arange(200) / 9 + k) for k, name in enumerate(names)}}
+    table = Table("a", columns, {"time": "s", **given}, "0" * 64)
+    plan = plan_of(table, ColumnMap())
+    assert "makes no power" in plan.doubts[0]
+    assert plan_of(table, ColumnMap.from_options({"effort": effort, "slip": slip})).doubts == ()
+
+
+def test_horsepower_is_no_field() -> None:
+    columns = {"time": np.arange(200) / 100, "speed": np.sin(np.arange(200) / 9), "torque": np.cos(np.arange(200) / 9)}
+    plan = plan_of(Table("a", {**columns, "Horsepower": np.sin(np.arange(200) / 5)}, {}, "0" * 64), ColumnMap())
+    assert plan.questions == ()

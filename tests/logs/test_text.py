@@ -481,3 +481,11 @@ def test_a_blank_line_between_rows_without_a_clock_begins_a_stretch(tmp_path: Pa
 def test_blank_lines_between_few_rows_are_spaces(tmp_path: Path, blocks: list[int]) -> None:
     (tmp_path / "a.csv").write_text(_in_blocks(blocks), encoding="utf-8")
     assert len(read(tmp_path / "a.csv", rate="10 Hz").segments) == 1
+
+
+@pytest.mark.parametrize("line", ["Radius, Type, Rate, Load,\nDisc B,Rotary,100,3,", "Disc B,Rotary,100,3,"])
+def test_settings_with_numbers_above_the_names_are_no_row(tmp_path: Path, line: str) -> None:
+    rows = "".join(f"{row / 10:.1f},{np.sin(row / 3):.4f},{np.cos(row / 5):.4f},4,\n" for row in range(30))
+    (tmp_path / "a.csv").write_text(f"{line}\ntime [s],v [m/s],F [N],step,\n{rows}", encoding="utf-8")
+    table = read_table(tmp_path / "a.csv")
+    assert (table.rows, [*table.columns]) == (30, ["time", "v", "F", "step"])

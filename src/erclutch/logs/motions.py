@@ -11,6 +11,7 @@ from erclutch.logs.shapes import is_usual_ratio, over_rate
 
 _SAME = 0.5  # of one: a ratio that no mixed units make
 _RATES = (("m/s", "m"), ("rad/s", "rad"))
+_NO_POWER = (("N", "rad/s"), ("N*m", "m/s"))
 
 
 def turn_screw(draft: Draft) -> None:
@@ -54,3 +55,19 @@ def hold_slip_against_position(draft: Draft) -> None:
     else:
         remedy = f"Say which is right, such as --slip {shell_word(draft.table.label(slip.column))}"
         draft.ask("slip", MappingError(odd, remedy=remedy))
+
+
+def hold_effort_against_slip(draft: Draft) -> None:
+    """Doubt a guess where effort and slip make no power together: a force beside turns is of some arm or another axis.
+
+    Whoever names both is believed.
+    """
+    effort, slip = draft.signals.get("effort"), draft.signals.get("slip")
+    if effort is None or slip is None or (effort.si, slip.si) not in _NO_POWER:
+        return
+    guessed = next((each for each in (effort, slip) if each.column and each.sureness != "given"), None)
+    if guessed is None or guessed.sureness == "doubtful":
+        return
+    other = slip if guessed is effort else effort
+    why = f"in {guessed.si}, which makes no power with the {other.signal} in {other.si}"
+    draft.signals[guessed.signal] = replace(guessed, sureness="doubtful", doubt=why)

@@ -56,6 +56,7 @@ class SignalPlan:
         lead: of the screw in m, where the column is the position on a screw and the signal an angle; else None.
         reason: who chose it, or what it was guessed from.
         sureness: how sure the choice is.
+        doubt: why it is doubtful; "" where its unit alone speaks for it, and its numbers do not.
         alternatives: other columns that would do.
     """
 
@@ -69,6 +70,7 @@ class SignalPlan:
     lead: float | None = None
     reason: str = field(default="given", compare=False)
     sureness: Sureness = field(default="given", compare=False)
+    doubt: str = field(default="", compare=False)
     alternatives: tuple[str, ...] = field(default=(), compare=False)
 
 
@@ -204,7 +206,7 @@ class Plan:
         for each in self.signals:
             if each.sureness == "doubtful":
                 others = f"; {', '.join(each.alternatives)} may be it too" if each.alternatives else ""
-                why = "by its unit alone, and its numbers do not look like that"
+                why = each.doubt or "by its unit alone, and its numbers do not look like that"
                 doubts.append(f"{each.signal} is column {each.column} {why}{others}")
         if self.clock is not None and self.clock.doubt:
             doubts.append(self.clock.doubt)

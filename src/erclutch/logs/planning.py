@@ -15,7 +15,7 @@ from erclutch.logs.further_columns import take_further_columns
 from erclutch.logs.given_numbers import take_given_numbers
 from erclutch.logs.guesses import guess_what_is_needed
 from erclutch.logs.mapping import ColumnMap
-from erclutch.logs.motions import hold_slip_against_position, turn_screw
+from erclutch.logs.motions import hold_effort_against_slip, hold_slip_against_position, turn_screw
 from erclutch.logs.named_columns import refuse_unreadable_signals, take_named
 from erclutch.logs.plan import NEEDS, OPTIONAL, Invalid, Plan, SignalPlan
 from erclutch.logs.proposals import proposals
@@ -68,6 +68,7 @@ def plan_of(table: Table, told: ColumnMap, *, device: DeviceName | None = None, 
         take_further_columns(draft)
         turn_screw(draft)
         hold_slip_against_position(draft)
+        hold_effort_against_slip(draft)
 
         # A model that is given its effort as another signal would find just that.
         effort = draft.signals.get("T" if device == "coaxial" else "effort", SignalPlan(""))

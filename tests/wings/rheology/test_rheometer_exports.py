@@ -112,11 +112,11 @@ def test_a_row_with_a_cell_too_many_is_refused(tmp_path: Path) -> None:
 # --- RheoWin ----------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("link", ["in", "/"])
-def test_names_of_rheowin(tmp_path: Path, link: str) -> None:
-    head = (
-        f"C:\\job.rwd\nDate / Time / Version: - / - / HAAKE RheoWin 4.30\n\n;GP {link} 1/s;Tau {link} Pa;t {link} s;\n"
-    )
+@pytest.mark.parametrize("first", ["", "Nr-Seg"])
+@pytest.mark.parametrize("link", ["in", "en", "/"])
+def test_names_of_rheowin(tmp_path: Path, link: str, first: str) -> None:
+    head = "C:\\job.rwd\nDate / Time / Version: - / - / HAAKE RheoWin 4.30\n\n"
+    head += f"{first};GP {link} 1/s;Tau {link} Pa;t {link} s;\n"
     rows = [f"1|{i};{r:.9g};{s:.9g};{i},5;" for i, (r, s) in enumerate(zip(RATES, STRESSES, strict=True), 1)]
     text = head + "\n".join(rows).replace(".", ",") + "\n"
     assert holds_the_curve(read_flow_curves(file_of(tmp_path, text, "job.txt", "latin-1")))

@@ -105,12 +105,25 @@ def sniff(text: str, asked: str | None = None) -> Dialect:
         kinds = _kinds(rows, decimal)
         for first, line in enumerate(lines):
             if line.strip() and not is_comment(line) and _is_data(cells_of(line, delimiter), decimal, kinds):
+                if _is_above_names(lines[first:], delimiter, decimal, kinds):
+                    continue
                 rows = [row for row in rows if _is_data(row, decimal, kinds)]
                 return _with_header(lines, first, delimiter, decimal, rows)
     shown = f" (it begins with {full[0].strip()[:60]!r})" if full else ""
     remedy = "Give a table of numbers with one row a sample, or check the file's format"
     many = len(lines) - (not lines[-1])  # a line end closes the last line and begins no other
     raise LogError(f"no row of numbers in {many} line{'' if many == 1 else 's'}{shown}", remedy=remedy)
+
+
+def _is_above_names(lines: Sequence[str], delimiter: str | None, decimal: str, kinds: Sequence[bool]) -> bool:
+    """Whether a line with a word in a column of numbers stands right above names: settings of the test, and no row."""
+    cells = cells_of(lines[0], delimiter)
+    number_cells = [cell for cell, kind in zip(cells, kinds, strict=False) if kind]
+    if all(is_number(cell, decimal) or cell.lower() in WORDS for cell in number_cells):
+        return False
+    below = cells_of(next((line for line in lines[1:] if line.strip()), ""), delimiter)
+    named = [cell for cell in below if cell]
+    return 2 * len(named) > len(kinds) and not any(is_number(cell, decimal) for cell in named)
 
 
 def _separators(tail: Sequence[str], asked: str | None = None) -> tuple[str | None, str]:

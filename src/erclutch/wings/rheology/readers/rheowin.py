@@ -15,9 +15,10 @@ from erclutch.logs.readers.text_bytes import DAMAGE, decode
 from erclutch.logs.table import Table
 from erclutch.wings.rheology.rheometer_blocks import Block, cells, chosen_table
 
-_NAMES = re.compile(r"^;.*\b(?:GP|Tau|Eta|Gamma|f|T|t) (?:in|/) [^;]+;", re.MULTILINE)
+# The column of segments and points has no name, or "Nr-Seg".
+_NAMES = re.compile(r"^(?:N[^;|\n]{0,15})?;.*\b(?:GP|Tau|Eta|Gamma|f|T|t) (?:in|en|/) [^;]+;", re.MULTILINE)
 _POINT = re.compile(r"(\d+)\|\d+")
-_NAMED = re.compile(r"(.+?) (?:in|/) (.+)")
+_NAMED = re.compile(r"(.+?) (?:in|en|/) (.+)")
 
 
 def _blocks(content: str) -> list[Block]:
@@ -29,7 +30,11 @@ def _blocks(content: str) -> list[Block]:
     for number, line in enumerate([*lines, ""], start=1):
         row = cells(line, ";")
         point = _POINT.fullmatch(row[0]) if row else None
-        if point is None and names and ("|" in line or sum(is_number(cell, ",") for cell in row) > 1):
+        if (
+            point is None
+            and names
+            and ("|" in line or sum(is_number(cell, ",") or is_number(cell, ".") for cell in row) > 1)
+        ):
             raise LogError(f"line {number} is no row of a segment", remedy="Correct or delete that line")
         if point is None or point.group(1) != segment:
             if rows:
