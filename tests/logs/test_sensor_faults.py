@@ -94,3 +94,43 @@ def test_an_effort_that_stays_while_nothing_moves_is_not_stuck() -> None:
     resting = np.where((TIME > 1) & (TIME < 1.5), 0.0, SLIP)
     assert not stuck(changed(EFFORT, slice(1000, 1500), 0.123), resting).any()
     assert not stuck(np.full(4000, 0.5), SLIP).any()
+
+
+def of_three(field: Array, slip: Array, effort: Array) -> Recording:
+    columns = {"time": TIME, "current": field, "slip": slip, "torque": effort}
+    units = {"time": "s", "current": "A", "slip": "rad/s", "torque": "N*m"}
+    table = Table("a.csv", columns, units, "0" * 64)
+    return apply(plan_of(table, ColumnMap()), table)
+
+
+LEVELS = np.repeat([0.5, 1.0, 0.2, 0.8], 1000)
+
+
+@pytest.mark.parametrize("value", [0.0, -1.0, 5.0])
+@pytest.mark.parametrize("rows", [slice(560, 561), slice(2560, 2572)])
+def test_one_number_in_all_columns_at_once_is_no_measurement(value: float, rows: slice) -> None:
+    log = of_three(*(changed(each, rows, value) for each in (LEVELS, SLIP, EFFORT)))
+    assert log.rows == 4000 - (rows.stop - rows.start)
+    (note,) = told(log)
+    assert note.startswith(f"columns current, slip, torque all hold {value:g} and jump there and back in")
+
+
+@pytest.mark.parametrize("many", [30, 200])
+def test_rows_that_the_logger_repeats_are_left_out(many: int) -> None:
+    stuck_at = slice(560, 560 + many)
+    log = of_three(*(changed(each, stuck_at, each[559]) for each in (LEVELS, SLIP, EFFORT)))
+    assert log.rows == 4000 - many
+    (note,) = told(log)
+    assert "stand still together and then jump" in note
+
+
+def test_a_device_that_rests_and_starts_again_loses_no_row() -> None:
+    rests = np.where((TIME > 1.0) & (TIME < 1.5), 0.0, np.sin(9 * TIME))
+    slip = np.round(np.cumsum(rests) / 100, 3)
+    effort = np.round(2 * np.tanh(rests), 2)
+    assert told(of_three(LEVELS, slip, effort)) == []
+
+
+def test_channels_that_repeat_every_sample_ten_times_lose_no_row() -> None:
+    slip, effort = (np.repeat(each[::10], 10) for each in (SLIP, EFFORT))
+    assert told(of_three(LEVELS, slip, effort)) == []

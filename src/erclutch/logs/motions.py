@@ -60,13 +60,15 @@ def hold_slip_against_position(draft: Draft) -> None:
 def hold_effort_against_slip(draft: Draft) -> None:
     """Doubt a guess where effort and slip make no power together: a force beside turns is of some arm or another axis.
 
-    Whoever names both is believed.
+    Whoever names both is believed, and so is a whole name: the check before a fit warns of it.
     """
     effort, slip = draft.signals.get("effort"), draft.signals.get("slip")
     if effort is None or slip is None or (effort.si, slip.si) not in _NO_POWER:
         return
-    guessed = next((each for each in (effort, slip) if each.column and each.sureness != "given"), None)
-    if guessed is None or guessed.sureness == "doubtful":
+    guesses = [each for each in (effort, slip) if each.column and each.sureness in ("sure", "likely")]
+    partly_named = (each for each in guesses if not draft.seen.columns[each.column].spoken.forms[each.signal])
+    guessed = next(partly_named, None)
+    if guessed is None:
         return
     other = slip if guessed is effort else effort
     why = f"in {guessed.si}, which makes no power with the {other.signal} in {other.si}"

@@ -61,8 +61,8 @@ TOLD = _set(
 )
 OTHER = _set(
     "pressure druck pression presion presiones pressione pressao temperature temp esc vibration gap diameter thickness "
-    "noise error normal accuracy resolution power horsepower viscosity strain crack radius size length width mass weight h fn "
-    "count counts cycle cycles index sample samples no nr number frame packet seq row rows point points "
+    "noise error normal accuracy resolution power viscosity strain crack radius size length width mass weight h fn "
+    "horsepower count counts cycle cycles index sample samples no nr number frame packet seq row rows point points "
     "acceleration accelerazione accel acc accx accy accz beschleunigung aceleracion jerk humidity energy efficiency "
     "wirkungsgrad leistung puissance potencia temperatur temperatura stiffness coefficient coeff mu density inertia "
     "wear film area volume latitude longitude altitude date datum fecha err fehler latency delay dt"

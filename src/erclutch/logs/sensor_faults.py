@@ -5,14 +5,22 @@ a blow rings. A saturated effort is the same to the last digit whenever it is la
 at any level beside it (the peak of a coarse sine is no end of a range), and comes near that end by many other values:
 dry friction jumps there. A stuck effort keeps one value, met nowhere else, while the motion goes
 on. Codes such as -999 are found by `erclutch.logs.sentinels`.
+
+Faults of the logger show in several columns at once: a row that holds one number in all of them, far from the rows
+beside it in two or more, and a stretch in which all of them stand still and then jump.
 """
 
 from __future__ import annotations
+
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from erclutch.signals.array import Array, Mask
+
+_JUMPS = 8.0  # times the 99 % quantile of a column's steps, by which two columns jump at once
+_SHORT_DROP, _FROZEN = 20, 5  # rows of one number at most; rows that stand still at least
 
 _FEWEST = 100  # rows, below which nothing is known of what is usual
 _FEW = 0.0025  # share of the rows that may be spikes on either side
@@ -100,6 +108,56 @@ def stuck(effort: Array, motion: Array) -> Mask:
     moves = float(high - low) > _MOVES * float(np.ptp(known)) > 0.0
     held[start:stop] = moves and 10 * elsewhere < stop - start
     return held
+
+
+def dropped(columns: Sequence[Array]) -> Mask:
+    """Rows that hold one and the same number in all columns, where two or more jump there and back, shape (n,)."""
+    rows = np.zeros(columns[0].size if columns else 0, dtype=np.bool_)
+    if len(columns) < 2 or rows.size < _FEWEST:
+        return rows
+    alike = np.logical_and.reduce([np.equal(each, columns[0]) for each in columns[1:]])
+    for start, stop in _runs(alike):
+        inside = start > 0 and stop < rows.size and stop - start <= _SHORT_DROP
+        if inside and min(_jumps(columns, start), _jumps(columns, stop)) >= 2:
+            rows[start:stop] = True
+    return rows
+
+
+def frozen(columns: Sequence[Array]) -> Mask:
+    """Rows that repeat the row before in all columns, in stretches that two enter in motion and one leaves by a jump.
+
+    A device at rest stands still too; it comes to rest slowly and starts without a jump. The first row of a stretch was
+    measured. Shape (n,).
+    """
+    rows = np.zeros(columns[0].size if columns else 0, dtype=np.bool_)
+    if len(columns) < 2 or rows.size < _FEWEST:
+        return rows
+    still = np.zeros(rows.size, dtype=np.bool_)
+    still[1:] = np.logical_and.reduce([np.equal(each[1:], each[:-1]) for each in columns])
+    for start, stop in _runs(still):
+        inside = start > 1 and stop < rows.size and stop - start >= _FROZEN
+        arrived = inside and _moving(columns, start - 1) >= 2 and not _jumps(columns, start - 1)
+        if arrived and _jumps(columns, stop):
+            rows[start:stop] = True
+    return rows
+
+
+def _jumps(columns: Sequence[Array], row: int) -> int:
+    """How many columns come to a row by far more than their usual step."""
+    return sum(abs(each[row] - each[row - 1]) > _JUMPS * _usual_step(each) for each in columns)
+
+
+def _moving(columns: Sequence[Array], row: int) -> int:
+    """How many columns come to a row by no less than a tenth of their largest usual step, within ten rows."""
+    before = slice(max(0, row - 10), row + 1)
+    return sum(bool(np.ptp(each[before]) >= 0.1 * _usual_step(each)) for each in columns)
+
+
+def _usual_step(values: Array) -> float:
+    """The step that 1 % of all steps exceed, of those that are none; infinite for a column that keeps levels."""
+    steps = np.abs(np.diff(values))
+    moving = steps[steps > 0.0]
+    return float(np.quantile(moving, 0.99)) if moving.size > 0.1 * steps.size else np.inf
 
 
 def _runs(rows: Mask) -> list[tuple[int, int]]:

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from erclutch.logs.plan import Plan
-from erclutch.logs.sensor_faults import saturated, spikes, stuck
+from erclutch.logs.sensor_faults import dropped, frozen, saturated, spikes, stuck
 from erclutch.logs.sentinels import sentinels
 from erclutch.logs.table import Table
 from erclutch.signals.array import Mask
@@ -34,7 +34,7 @@ def unmeasured_rows(plan: Plan, table: Table, notes: list[str]) -> Mask:
     for name, fault, rows in _sensor_faults(plan, table, unmeasured):
         first = table.first_row + int(np.argmax(rows)) + 1
         done = "kept, as asked" if keep else "left out and the log cut there (--keep-values keeps them)"
-        notes.append(f"column {name} {fault} in {_counted(rows)}, the first in data row {first}: {done}")
+        notes.append(f"{name} {fault} in {_counted(rows)}, the first in data row {first}: {done}")
         if not keep:
             unmeasured |= rows
     return unmeasured
@@ -46,8 +46,17 @@ def _counted(rows: Mask) -> str:
 
 
 def _sensor_faults(plan: Plan, table: Table, unmeasured: Mask) -> Iterator[tuple[str, str, Mask]]:
-    """The column, what is wrong there, and the rows, for each fault of a sensor; rows without measurement are none."""
+    """The columns, what is wrong there, and the rows, for each fault of a sensor; rows without measurement are none."""
     columns = {each.signal: each.column for each in plan.signals if each.column}
+    measured = [np.where(unmeasured, np.nan, table.planned(name)) for name in dict.fromkeys(columns.values())]
+    together = f"columns {', '.join(dict.fromkeys(columns.values()))}"
+    lost = dropped(measured)
+    if lost.any():
+        yield together, f"all hold {measured[0][np.argmax(lost)]:.6g} and jump there and back", lost
+    held = frozen([np.where(lost, np.nan, values) for values in measured])
+    if held.any():
+        yield together, "stand still together and then jump, as where the logger repeats a row", held
+    unmeasured = unmeasured | lost | held
     motion = columns.get("slip") or columns.get("position")
     for signal in ("slip", "effort", "T"):
         if signal not in columns:
@@ -56,15 +65,15 @@ def _sensor_faults(plan: Plan, table: Table, unmeasured: Mask) -> Iterator[tuple
         values = np.where(unmeasured, np.nan, table.planned(name))
         spiked = spikes(values)
         if spiked.any():
-            yield name, f"has spikes (up to {np.abs(values[spiked]).max():.4g})", spiked
+            yield f"column {name}", f"has spikes (up to {np.abs(values[spiked]).max():.4g})", spiked
             values = np.where(spiked, np.nan, values)
         if signal == "slip":
             continue
 
         ends = saturated(values)
         for end, rows in ends.items():
-            yield name, f"sits at an end of its sensor's range ({end:.6g})", rows
+            yield f"column {name}", f"sits at an end of its sensor's range ({end:.6g})", rows
         if motion and not ends:
             held = stuck(values, table.planned(motion))
             if held.any():
-                yield name, f"is stuck at {values[np.argmax(held)]:.6g} while column {motion} moves", held
+                yield f"column {name}", f"is stuck at {values[np.argmax(held)]:.6g} while column {motion} moves", held
