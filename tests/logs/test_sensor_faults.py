@@ -126,8 +126,8 @@ def test_rows_that_the_logger_repeats_are_left_out(many: int) -> None:
 
 def test_a_device_that_rests_and_starts_again_loses_no_row() -> None:
     rests = np.where((TIME > 1.0) & (TIME < 1.5), 0.0, np.sin(9 * TIME))
-    slip = np.round(np.cumsum(rests) / 100, 3)
-    effort = np.round(2 * np.tanh(rests), 2)
+    slip = np.asarray(np.round(np.cumsum(rests) / 100, 3), dtype=np.float64)
+    effort = np.asarray(np.round(2 * np.tanh(rests), 2), dtype=np.float64)
     assert told(of_three(LEVELS, slip, effort)) == []
 
 

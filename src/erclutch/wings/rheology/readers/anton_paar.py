@@ -55,6 +55,8 @@ def _blocks(content: str) -> list[Block]:
                 bracketed = any(cell.startswith("[") for cell in below)
                 if not bracketed and any(is_number(cell, mark) for cell in below for mark in ".,"):
                     break  # a table without units
+                if bracketed and any(_is_numeric(cell) for cell in below):
+                    raise LogError(f"line {at + 1} holds units and a row", remedy="Break the line before the row")
                 units = (
                     _behind(margin, below) if bracketed else []
                 )  # a line of words, such as "Constant component", is passed
