@@ -65,6 +65,17 @@ SAID: dict[str, tuple[str, ...]] = {
     "batch": ("fleets",),
     "jupyter": ("damper",),
     "docker": ("install",),
+    "encoder": ("your-log",),
+    "decimal comma": ("your-log", "formats"),
+    "torque sensor": ("your-log", "control"),
+    "flash": ("stm32",),
+    "float32": ("export",),
+    "ageing": ("recalibrate",),
+    "noise": ("good-log", "your-log"),
+    "eddy current": ("lag",),
+    "phase lag": ("lag",),
+    "gearbox": ("hysteresis", "memory"),
+    "rheometer": ("report",),
 }
 
 
