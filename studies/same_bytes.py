@@ -107,7 +107,7 @@ def _short(lines: Sequence[bytes], number: int) -> str:
 
 
 #: Lines that hold a date, a version, or the time that a machine took.
-MOVES = re.compile(rb'"(date|made|version|seconds)"|models in [\d.]+ s')
+MOVES = re.compile(rb'"(date|made|version|seconds)"|models in [\d.]+ (CPU )?s')
 #: The last column of a table of models: the CPU time of a fit.
 CPU_SECONDS = re.compile(rb"\s[\d.]+\s*$")
 
