@@ -83,9 +83,9 @@ def _label_of_parquet(path: Path) -> str:
 
 
 def _label_of_mat(path: Path) -> str:
-    from scipy.io import loadmat
+    from erclutch.logs.log_file import read_table  # reads it in a child, within a budget
 
-    return json.loads(str(loadmat(path, variable_names=["erclutch_about"])["erclutch_about"][0]))["label"]
+    return read_table(path).origin
 
 
 def _room(path: Path, needed: float) -> None:
