@@ -131,6 +131,7 @@ def test_other_shells_know_commands_and_choices(shell: str, ask: str, tmp_path: 
 
 def test_inspect(log: Path) -> None:
     said = good("inspect", log, cwd=log.parent)
+    assert said.splitlines()[-1] == f"Understood. Fit it: erclutch fit {log} --out RUN"
     assert "log.csv: 2,000 rows, 4 columns" in said
     assert "effort <- column torque [N*m] (guessed from its name)" in said
     body = json.loads(good("inspect", log, "--json", cwd=log.parent))
@@ -172,7 +173,9 @@ def test_inspect_asks_about_a_guess_that_rests_on_little_and_names_the_command(t
     last = good("inspect", "log.csv", cwd=tmp_path, code=1).splitlines()[-1]
     assert last.startswith("In doubt: field is column q7 by its unit alone")
     command = shlex.split(last.partition("say so: erclutch ")[2])
-    assert "field <- column q7 [V] (given)" in good(*command, cwd=tmp_path)
+    settled = good(*command, cwd=tmp_path)
+    assert "field <- column q7 [V] (given)" in settled
+    assert settled.splitlines()[-1] == "Understood. Fit it with the same options: erclutch fit log.csv --out RUN"
 
 
 @pytest.mark.slow

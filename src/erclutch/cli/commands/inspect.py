@@ -6,7 +6,7 @@ import re
 import shlex
 import tomllib
 from collections.abc import Sequence
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 from json import dumps
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -68,60 +68,107 @@ def inspect(
     raw = _table(log, reading) if json else _table_or_question(log, reading)
     if raw is None:
         return 1
+    look = _look(log, others, raw, reading)
+    drawn: list[Path] = []
+    if plots is not None:
+        if look.problem is not None:
+            raise look.problem
+        drawn = _draw(plots, log, look.read[0], start, seconds, reading)
+    if write_mapping is not None:
+        look.plan.save(write_mapping)
+    if json:
+        _print_json(look, courses)
+    else:
+        _tell(look, write_mapping, drawn)
+        _tell_what_is_next(look, reading)
+    return int(look.doubtful)
+
+
+@dataclass(frozen=True)
+class _Look:
+    """What a look at logs found.
+
+    Attributes:
+        log: the first of them; its columns are shown.
+        raw: its table.
+        plan: how it is read.
+        missing: what the user must say of it, a phrase each.
+        read: its recordings; none where something stands against them.
+        problem: what stands against them.
+        further: the recordings of further logs.
+        refused: why a log is not read beside the others, by its name.
+        rows: the first recording.
+        covered: all recordings, as far as they fit together.
+        advice: what logs teach nothing new, and what no log has.
+    """
+
+    log: Path
+    raw: Table
+    plan: Plan
+    missing: tuple[str, ...]
+    read: list[Recording]
+    problem: ErclutchError | None
+    further: list[Recording]
+    refused: dict[str, str]
+    rows: Dataset | None
+    covered: Dataset | None
+    advice: list[str]
+
+    @property
+    def every(self) -> list[Recording]:
+        """All recordings; none where the first log is not understood."""
+        return [*self.read, *self.further] if self.read else []
+
+    @property
+    def doubtful(self) -> bool:
+        """Whether anything is missing, in doubt or not understood."""
+        return self.problem is not None or bool(self.refused or self.plan.doubts)
+
+
+def _look(log: Path, others: Sequence[Path], raw: Table, reading: LogOptions) -> _Look:
     plan = reading.plan(raw, log)
     missing = () if reading.each else tuple(question.short for question in plan.questions)  # each has its own effort
     read, problem = _read(log, raw, plan, reading)
-    if problem is not None and plots is not None:
-        raise problem
     further, refused = _further(others, reading)
-    every = [*read, *further] if read else []
     rows = reading.dataset(read[:1]) if read else None
     covered = rows
-    if len(every) > 1:
+    if read and len(read) + len(further) > 1:
         try:
-            covered = reading.dataset(every)
+            covered = reading.dataset([*read, *further])
         except ErclutchError as error:  # such as logs in different units
             refused[error.where] = str(error)
-    drawn = _draw(plots, log, read[0], start, seconds, reading) if plots is not None and read else []
-    if write_mapping is not None:
-        plan.save(write_mapping)
     advice = advice_on(covered) if covered is not None and len(covered.sources) > 1 else []
-    doubtful = problem is not None or bool(refused or plan.doubts)
-    if json:
-        said = {
-            name: dict(asdict(each), file_unit=raw.units.get(str(each.column))) for name, each in plan.choices.items()
-        }
-        more = {
-            "missing": list(missing),
-            "doubts": list(plan.doubts),
-            "refused": refused,
-            "mapping": tomllib.loads(plan.to_toml()),
-            "choices": said,
-            **({"advice": advice} if advice else {}),
-            **({"over_time": _courses(read[0], courses)} if courses and read else {}),
-        }
-        _print_json(raw, every, problem, _findings(covered) if covered else [], more)
-        return int(doubtful)
-    _print_columns(log, raw)
-    _offer_mapping(log, write_mapping, missing)
-    if rows is not None and covered is not None:
-        _print_recordings(every, rows, covered)
-        terminal.tell(*advice)
+    return _Look(log, raw, plan, missing, read, problem, further, refused, rows, covered, advice)
+
+
+def _tell(look: _Look, mapping: Path | None, drawn: Sequence[Path]) -> None:
+    """Columns, signals, coverage and advice."""
+    _print_columns(look.log, look.raw)
+    _offer_mapping(look.log, mapping, look.missing)
+    if look.rows is not None and look.covered is not None:
+        _print_recordings(look.every, look.rows, look.covered)
+        terminal.tell(*look.advice)
     else:
-        terminal.tell(*(f"  {note}" for note in raw.notes))
-        if further:
-            terminal.tell(_several(further))
+        terminal.tell(*(f"  {note}" for note in look.raw.notes))
+        if look.further:
+            terminal.tell(_several(look.further))
     for path in drawn:
         terminal.say(f"drawn: {path}")
-    for name, why in refused.items():
+
+
+def _tell_what_is_next(look: _Look, reading: LogOptions) -> None:
+    """What stands against the logs and the command that settles it; where nothing does, the command that fits them."""
+    for name, why in look.refused.items():
         terminal.say(f"Not understood yet: {why}" if why.startswith(name) else f"Not understood yet: {name}: {why}")
-    if problem is not None:
-        terminal.say(f"Not understood yet: {problem}")  # one line: it holds a command to copy
-        if settled := _settling(plan, problem):
+    if look.problem is not None:
+        terminal.say(f"Not understood yet: {look.problem}")  # one line: it holds a command to copy
+        if settled := _settling(look.plan, look.problem):
             terminal.say(f"What settles it: {settled}")
-    elif plan.doubts:
-        terminal.say(f"In doubt: {'; '.join(plan.doubts)}. If that is right, say so: {plan.command()}")
-    return int(doubtful)
+    elif look.plan.doubts:
+        terminal.say(f"In doubt: {'; '.join(look.plan.doubts)}. If that is right, say so: {look.plan.command()}")
+    elif not look.refused and not look.further:
+        options = "" if reading == DEFAULT_READING else " with the same options"
+        terminal.say(f"Understood. Fit it{options}: {shlex.join(['erclutch', 'fit', str(look.log)])} --out RUN")
 
 
 def _read(log: Path, raw: Table, plan: Plan, reading: LogOptions) -> tuple[list[Recording], ErclutchError | None]:
@@ -351,18 +398,34 @@ def _courses(recording: Recording, stretches: int) -> dict[str, Any]:
     }
 
 
-def _print_json(
-    raw: Table, read: list[Recording], problem: ErclutchError | None, findings: list[str], more: dict[str, Any]
-) -> None:
+def _print_json(look: _Look, courses: int) -> None:
     columns: dict[str, object] = {}
-    for name, values in raw.columns.items():
+    for name, values in look.raw.columns.items():
         figures = (None if figure != figure else figure for figure in _figures(values))
         shown = dict(zip(_FIGURES, figures, strict=True))
-        columns[name] = {"unit": raw.units.get(name), **shown, "sketch": _sketch(values)}
-    body: dict[str, Any] = {"columns": columns, "damage": raw.damage, "notes": list(raw.notes)}
-    body |= {"problem": str(problem) if problem else None, "findings": findings, **more}
-    if read:
-        recording, *further = read
+        columns[name] = {"unit": look.raw.units.get(name), **shown, "sketch": _sketch(values)}
+    choices = {
+        name: dict(asdict(choice), file_unit=look.raw.units.get(str(choice.column)))
+        for name, choice in look.plan.choices.items()
+    }
+    body: dict[str, Any] = {
+        "columns": columns,
+        "damage": look.raw.damage,
+        "notes": list(look.raw.notes),
+        "problem": str(look.problem) if look.problem else None,
+        "findings": _findings(look.covered) if look.covered else [],
+        "missing": list(look.missing),
+        "doubts": list(look.plan.doubts),
+        "refused": look.refused,
+        "mapping": tomllib.loads(look.plan.to_toml()),
+        "choices": choices,
+    }
+    if look.advice:
+        body["advice"] = look.advice
+    if courses and look.read:
+        body["over_time"] = _courses(look.read[0], courses)
+    if look.read:
+        recording, *further = look.every
         body |= {
             "further": [{"name": each.name, "rows": each.rows, "sha256": each.digest} for each in further],
             "signals": dict(recording.units),
