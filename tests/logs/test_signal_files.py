@@ -156,7 +156,17 @@ def test_words_beside_logs_are_left_out_with_a_word(tmp_path: Path, capsys: pyte
         (tmp_path / name).write_text(f"time [s],speed [rad/s],torque [N*m]\n{rows}", encoding="utf-8")
     (tmp_path / "README.txt").write_text(WORDS, encoding="utf-8")
     assert [path.name for path in expand([tmp_path])] == ["one.csv", "two.csv"]
-    assert "README.txt left out" in "".join(capsys.readouterr())
+    said, noted = capsys.readouterr()
+    assert (said, noted) == ("", "note: README.txt left out: words and no rows of numbers\n")
+
+
+@pytest.mark.parametrize("gap", [" ", "   ", "\t", ",", ";", " ; ", "|"])
+def test_small_logs_without_names_are_no_words_whatever_divides_their_cells(tmp_path: Path, gap: str) -> None:
+    for number in (1, 2):
+        rows = [gap.join(f"{v:.7e}" for v in (0.005 * k, 1e-3 * k, -1.2 * k)) for k in range(40)]
+        (tmp_path / f"run{number}.txt").write_text("\n".join(["", *rows, ""]), encoding="utf-8")
+    (tmp_path / "LICENSE.txt").write_text("Taken on a rig. All rights of version 3 are kept.\n", encoding="utf-8")
+    assert [path.name for path in expand([tmp_path])] == ["run1.txt", "run2.txt"]
 
 
 def test_a_folder_of_logs_stays_a_folder_of_logs(tmp_path: Path) -> None:

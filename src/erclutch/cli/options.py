@@ -216,7 +216,8 @@ def expand(paths: Sequence[Path]) -> list[Path]:
         named = [p for p in path.iterdir() if p.suffix.lower() in suffixes and p.is_file()]
         words = sorted(p.name for p in named if is_prose(p))
         if words and len(words) < len(named):
-            terminal.tell(f"  {', '.join(words)} left out: words and no rows of numbers")
+            note = f"note: {', '.join(words)} left out: words and no rows of numbers"
+            terminal.console(stderr=True).print(note, soft_wrap=True)  # what is asked for as JSON stays JSON
             named = [p for p in named if p.name not in words]
         inside = sorted([*named, *(p for p in path.iterdir() if p.is_dir() and folder_reader(p))])
         if not inside:

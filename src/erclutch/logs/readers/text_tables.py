@@ -5,6 +5,7 @@ They are looked for only where the text is no single table, so that a long log i
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from dataclasses import replace
 from itertools import pairwise
@@ -20,6 +21,7 @@ from erclutch.logs.table import Table
 _LARGEST = 1 << 25  # bytes of a text that is searched
 _FEWEST_ROWS = 2
 _TEXTS, _LONGEST_PROSE = (".txt", ".log"), 1 << 16  # suffixes and bytes of what may be words about logs
+_ANY_DELIMITER, _WORD = re.compile(r"[\s,;|]+"), re.compile(r"[^\W\d_]{3}")
 _DELIMITERS = ("\t", ";", ",", "|", None)
 
 
@@ -116,16 +118,24 @@ def _is_row(line: str) -> bool:
 
 
 def is_prose(path: Path) -> bool:
-    """Whether a small text holds words and no two rows of numbers in a row: a README beside logs."""
+    """Whether a small text holds words and no two rows of numbers in a row: a README beside logs.
+
+    Any delimiter counts, spaces too, so that no log is taken for words: half of the cells of a row are numbers.
+    """
     if path.suffix.lower() not in _TEXTS or path.stat().st_size > _LONGEST_PROSE:
         return False
     try:
         lines = [line for line in LINE_END.split(decode(path.read_bytes())) if line.strip()]
     except (LogError, OSError):
         return False  # whoever reads the file says what is wrong with it
-    rows = [_is_row(line) or is_number(line.strip(), ".") for line in lines]
-    words = any(character.isalpha() for line in lines for character in line)
+    rows = [_has_numbers(line) for line in lines]
+    words = any(_WORD.search(line) for line in lines)  # the e of an exponent is none
     return words and not any(first and second for first, second in pairwise(rows))
+
+
+def _has_numbers(line: str) -> bool:
+    cells = _ANY_DELIMITER.split(line.strip())
+    return 2 * sum(is_number(cell, ".") for cell in cells) >= len(cells)
 
 
 def _title(lines: list[str], head: int, before: int) -> str:
