@@ -23,6 +23,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from erclutch.cli import main
 from erclutch.logs.synthetic import write_synthetic_log
 from erclutch.report.html.printed_page import browser
 from tests.support.command import good, refused
@@ -503,11 +504,25 @@ def test_an_interrupt_during_a_fit_leaves_nothing(after: float, tmp_path: Path) 
     out, said = command.communicate(timeout=60)
     assert time.perf_counter() - began < 20
     # Python ends itself by the signal where it came amid code that a library makes; a shell sees 130 then, too.
-    assert command.returncode in (130, -signal.SIGINT)
+    assert command.returncode in (130, -signal.SIGINT), said
     assert "Traceback" not in said
     assert said.count("\n") <= 1
     assert out == ""
     assert sorted(p.name for p in tmp_path.iterdir()) == ["log.csv"]
+
+
+def test_an_error_that_a_library_makes_of_an_interrupt_is_told_as_one(
+    log: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def interrupted(*_: object, **__: object) -> None:
+        try:
+            raise KeyboardInterrupt
+        except KeyboardInterrupt:
+            raise SystemError("returned a result with an exception set")  # noqa: B904
+
+    monkeypatch.setattr("pandas.read_csv", interrupted)
+    assert main(["inspect", str(log)]) == 130
+    assert capsys.readouterr().err == "error: interrupted; nothing was left half-written\n"
 
 
 def test_an_interrupt_while_modules_are_imported_is_told_in_one_line(tmp_path: Path) -> None:

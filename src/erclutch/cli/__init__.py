@@ -13,7 +13,7 @@ from erclutch._version import __version__
 from erclutch.cli.command_list import Command, commands
 from erclutch.cli.folded_help import HELP_ALL, whole_help
 from erclutch.cli.standard_output import standard_output
-from erclutch.errors import ErclutchError, for_a_shell, of_missing_wing
+from erclutch.errors import ErclutchError, PluginError, for_a_shell, of_missing_wing
 from erclutch.files.places import release_all
 
 #: The software and the paper whose models it implements, as in CITATION.cff.
@@ -120,6 +120,7 @@ def first(*words: Annotated[str, Parameter(show=False)]) -> int:
     return 0
 
 
+_INTERRUPTED = "interrupted; nothing was left half-written"
 _LEAST_MEMORY = 512 << 20  # bytes of address space
 _MORE_MEMORY = "Give the command more memory, fewer --workers or --models, or a shorter log"
 
@@ -154,6 +155,8 @@ def _code_of(words: Sequence[str]) -> int:
     except CycloptsError:
         return 1
     except ErclutchError as error:
+        if not isinstance(error, PluginError) and _made_of_an_interrupt(error):
+            return _failed(_INTERRUPTED, 130)
         return _failed(str(error), error.exit_code)
     except ModuleNotFoundError as error:
         missing = of_missing_wing(error, f"the command {words[0]!r}")
@@ -161,7 +164,7 @@ def _code_of(words: Sequence[str]) -> int:
             raise
         return _failed(str(missing), missing.exit_code)
     except KeyboardInterrupt:
-        return _failed("interrupted; nothing was left half-written", 130)
+        return _failed(_INTERRUPTED, 130)
     except MemoryError:
         return _failed(f"memory ran out. {_MORE_MEMORY}", 2)
     except (OSError, ImportError) as error:
@@ -174,6 +177,15 @@ def _code_of(words: Sequence[str]) -> int:
     finally:
         release_all()
     return result if isinstance(result, int) else 0
+
+
+def _made_of_an_interrupt(error: BaseException | None) -> bool:
+    """Whether Control-C is behind an error: a library in which it came may make an error of its own of it."""
+    while error is not None:
+        if isinstance(error, KeyboardInterrupt):
+            return True
+        error = error.__cause__ or error.__context__
+    return False
 
 
 def _address_space() -> int:
