@@ -30,6 +30,15 @@ BAND = Band(0.95, 0.01, 5.0, (0.0, 100.0), (-1.0, 1.0), (10.0, 60.0), (0.3,), WI
 NUMBERS = st.floats(-1e4, 1e4)
 
 
+def refused_as_unfit(body: dict[str, Any], path: Path) -> None:
+    """A model file with this body, and a digest that fits it, is refused in one line."""
+    body["digest"] = digest_of({key: v for key, v in body.items() if key != "digest"})
+    path.write_text(json.dumps(body), encoding="utf-8")
+    with pytest.raises(RunError, match="unfit entry") as error:
+        load_model(path)
+    assert "\n" not in str(error.value)
+
+
 def some_model() -> TorqueModel:
     structure = Structure("single", "bingham", law_from_name("bingham", "single"))
     shape, gains = {"w_s": 0.01, "n": 1.3}, {"T_y": 0.2, "eta": 0.01}
@@ -131,9 +140,4 @@ def test_a_model_keeps_its_band(tmp_path: Path) -> None:
 def test_a_band_that_makes_no_sense_is_refused_in_one_line(entry: str, value: Any, tmp_path: Path) -> None:
     body = replace(some_model(), band=BAND).to_dict()
     body["band"][entry] = value
-    body["digest"] = digest_of({key: v for key, v in body.items() if key != "digest"})
-    path = tmp_path / "m.json"
-    path.write_text(json.dumps(body), encoding="utf-8")
-    with pytest.raises(RunError, match="unfit entry") as error:
-        load_model(path)
-    assert "\n" not in str(error.value)
+    refused_as_unfit(body, tmp_path / "m.json")
