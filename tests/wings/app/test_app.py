@@ -507,6 +507,16 @@ def german(path: Path) -> Path:
     return path
 
 
+def follow(page: Any, what: str, to: str = "**/log/**") -> None:
+    """Click on what leads to another page, and wait until that page is whole.
+
+    A browser shows a page while it still arrives, and a menu whose lines are not all there has none of them chosen.
+    A look at a log that takes long leads to the page of its progress first: hence the address.
+    """
+    with page.expect_navigation(url=to, timeout=60_000):
+        page.click(what)
+
+
 def accessible(page: Any) -> None:
     axe: Any = import_module("axe_playwright_python.sync_playwright")
     found = axe.Axe().run(page).response["violations"]
@@ -526,8 +536,7 @@ def test_from_a_dropped_file_to_exported_c(
     if log == "german":
         assert page.locator("[name='column.effort']").input_value() == "Drehmoment"
         page.select_option("[name='column.temperature']", "Temperatur")
-        page.click("text=Read it so")
-        page.wait_for_load_state()
+        follow(page, "text=Read it so")
         assert "--temperature Temperatur" in page.locator("code").first.inner_text()
         page.wait_for_selector("main:has-text('the file says 1/min')")  # a Drehzahl in 1/min is certain
         assert page.locator(".check").count() == 0
@@ -540,8 +549,7 @@ def test_from_a_dropped_file_to_exported_c(
             page.select_option(f"[name='column.{signal_}']", column)
             page.fill(f"[name='unit.{signal_}']", unit)
         assert "--effort 'F [N]'" in page.locator("#read:has-text('--effort')").inner_text()  # it follows the form
-        page.click("text=Read it so")
-        page.wait_for_load_state()
+        follow(page, "text=Read it so")
         assert "understood" in page.locator(".good").inner_text()
         assert "-48.04 to 59.22 cm/s" in page.locator("tr:has([name='column.slip'])").inner_text()
     page.check("[name='model.bingham']")
@@ -559,8 +567,8 @@ def test_from_a_dropped_file_to_exported_c(
     assert download.value.suggested_filename.endswith(".zip")
     made = next(path for path in served.folder.iterdir() if path.name.startswith(f"run-{log}-m1-c"))
     assert json.loads((made / "export.json").read_text())["options"]["precision"] == "float32"  # as usual in C
-    page.click("text=Back to the run")
-    page.click(f"a:has-text('{NEES.name if log == 'NEES' else 'Prüfstand 1.csv'}')")
+    follow(page, "text=Back to the run", "**/run/**")
+    follow(page, f"a:has-text('{NEES.name if log == 'NEES' else 'Prüfstand 1.csv'}')")
     assert page.locator("[name='column.effort']").input_value() in ("F", "Drehmoment")
     run = json.loads((served.folder / f"run-{log}" / "run.json").read_text())
     assert run["recommended"] == "bingham"
@@ -574,8 +582,7 @@ def test_a_log_is_remembered_fitted_again_and_nothing_is_offered_that_cannot_wor
     page.set_input_files("#file", str(german(tmp_path / "again.csv")))
     page.wait_for_url("**/log/**")
     page.select_option("[name='column.temperature']", "Temperatur")
-    page.click("text=Read it so")
-    page.wait_for_load_state()
+    follow(page, "text=Read it so")
     for _ in range(2):  # the second time on the page as it stood before the first fit
         page.check("[name='model.quadratic']")
         page.fill("[name=lag]", "none")
@@ -598,8 +605,7 @@ def test_a_log_is_remembered_fitted_again_and_nothing_is_offered_that_cannot_wor
         page.get_by_text("Download the report").click(timeout=60_000)
     assert download.value.suggested_filename == f"{made[0]}-report.html"
     page.select_option("form[action$='/predict'] [name=log]", "again.csv")
-    page.click("text=Look at it first")
-    page.wait_for_url("**/log/again.csv?**")
+    follow(page, "text=Look at it first", "**/log/again.csv?**")
     assert page.locator("[name='column.temperature']").input_value() == "Temperatur"
 
 
@@ -626,7 +632,7 @@ def test_a_broken_log_a_cancelled_fit_and_two_tabs(
     assert (status, "there is such a run already" in text) == (400, True)
     page.click("text=Cancel")
     page.locator("#state.cancelled").wait_for(timeout=20_000)
-    page.click("text=Back to the log")
+    follow(page, "text=Back to the log")
     assert page.locator("[name=run]").input_value() == "run-one.csv"
     assert not (served.folder / "run-one.csv").exists()
     other.click("text=Cancel")

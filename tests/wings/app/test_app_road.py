@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from tests.wings.app.test_app import NEES, Served, german, open_page, served
+from tests.wings.app.test_app import NEES, Served, follow, german, open_page, served
 
 __all__ = ["open_page", "served"]
 
@@ -22,8 +22,7 @@ def columns(page: Any) -> None:
     for signal, column, unit in (("time", "t", "s"), ("field", "Y", "V"), ("slip", "V", "cm/s"), ("effort", "F", "N")):
         page.select_option(f"[name='column.{signal}']", column)
         page.fill(f"[name='unit.{signal}']", unit)
-    page.click("text=Read it so")
-    page.wait_for_load_state()
+    follow(page, "text=Read it so")
 
 
 def drag(page: Any, start: float, stop: float) -> None:
@@ -74,12 +73,10 @@ def test_the_whole_road(log: str, served: Served, open_page: Callable[..., Any],
     page.focus("#courses")
     page.keyboard.press("Home")
     drag(page, 0.1, 0.8)
-    page.click("text=Trim the log to what is seen")
-    page.wait_for_url("**from=**")
+    follow(page, "text=Trim the log to what is seen", "**from=**")
     page.fill("[name='about.device']", "Damper 3")
     page.fill("[name='about.note']", "trimmed by hand")
-    page.click("text=Keep it with the log")
-    page.wait_for_load_state()
+    follow(page, "text=Keep it with the log")
 
     # Fit, and again with another model: the page of the log remembers how it was read.
     one = fit(page, "bingham")
@@ -104,8 +101,7 @@ def test_the_whole_road(log: str, served: Served, open_page: Callable[..., Any],
     other.write_bytes(path.read_bytes())
     page.goto(f"{place}/run/{one}")
     page.select_option("form[action$='/predict'] [name=log]", other.name)
-    page.click("text=Look at it first")
-    page.wait_for_url(f"**/log/{other.name}?**")
+    follow(page, "text=Look at it first", f"**/log/{other.name}?**")
     page.check("[name='turn.effort']")
     page.click("button:has-text('Score')")
     page.wait_for_selector("text=of the std", timeout=60_000)
@@ -129,8 +125,7 @@ def test_the_whole_road(log: str, served: Served, open_page: Callable[..., Any],
     page.click("text=Verify it")
     page.wait_for_selector("text=The export gives what the model gives", timeout=120_000)
     assert page.get_by_text("Download").count() == 1
-    page.click("text=Back to the run")
-    page.wait_for_url(f"**/run/{one}")
+    follow(page, "text=Back to the run", f"**/run/{one}")
     page.goto(f"{place}/run/{one}")
     with page.expect_download(timeout=60_000) as download:
         page.get_by_text("Download the report").click()
