@@ -34,6 +34,7 @@ TOGETHER = {
     "tests/fit/test_centroids.py": "centroids",
     "tests/fit/test_hard_logs.py": "hard logs",
     "tests/fit/test_one_field.py": "one field",
+    "tests/fit/test_real_recordings.py": "real recordings",
     "tests/wings/live/": "live",
     "tests/models/networks/test_residual.py": "residual",
     "tests/wings/paper/test_online.py": "online",

@@ -114,6 +114,10 @@ def evaluate(
     return [run.all_rows(node) for node in wanted]
 
 
+#: A node, its place in a row, and the places of its arguments.
+_Step = tuple[Node, int, list[int]]
+
+
 @dataclass
 class _Run:
     """A record on its way through some rows; `known` holds the nodes that have a value over all rows."""
@@ -198,24 +202,61 @@ class _Run:
 
     def row_by_row(self, part: Sequence[Node]) -> None:
         """The nodes of a cycle."""
-        values: dict[Node, list[Any]] = {node: [] for node in part}  # a value a row
-        outer = {a for node in part for a in node.arguments if a not in values}
-        values |= {node: self._cut(node) for node in outer}
+        outer = {a for node in part for a in node.arguments if a not in part}
+        values = {node: self._cut(node) for node in outer} | {node: list[Any]() for node in part}  # a value a row
+        states = [node for node in part if node.operation == "state"]
+        after = [self.record.after[str(node.value)] for node in states]
         delayed = {node: self._rows_back(node).tolist() for node in part if node.operation == "delay"}
-        # Looked up once, not in each row.
-        steps = [(node, values[node], [values[a] for a in node.arguments]) for node in part]
+
+        # Calls are taken apart once, not in each row.
+        places = {node: place for place, node in enumerate([*outer, *states])}
+        steps: list[_Step] = []
+        now: list[Any] = [None] * len(places)  # the values of the row, by place
+        self._in_line(self.record, part, places, now, steps)
+
+        outer_values = [(places[node], values[node]) for node in outer]
+        state_places, after_places = [places[node] for node in states], [places[node] for node in after]
+        kept = [(places[node], values[node]) for node in part]
         for row in range(self.rows):
-            for node, so_far, arguments in steps:
-                if node.operation == "state":
-                    later = values[self.record.after[str(node.value)]]
-                    value = later[row - 1] if row else self.arithmetic.zero(node)
-                elif node.operation == "delay":
-                    value = arguments[0][delayed[node][row]]
+            for place, cut in outer_values:
+                now[place] = cut[row]
+            before = [now[place] for place in after_places] if row else map(self.arithmetic.zero, states)
+            for place, value in zip(state_places, before, strict=True):
+                now[place] = value
+            for node, place, arguments in steps:
+                if node.operation == "delay":
+                    back = delayed[node][row]
+                    now[place] = now[arguments[0]] if back == row else values[node.arguments[0]][back]
                 else:
-                    value = self._applied(node, [argument[row] for argument in arguments])
-                so_far.append(value)
+                    now[place] = self.arithmetic.apply(node, [now[a] for a in arguments])
+            for place, so_far in kept:
+                so_far.append(now[place])
         for node in part:
             self.known[node] = np.concatenate(values[node], axis=-1)
+
+    def _in_line(
+        self, record: Record, nodes: Sequence[Node], places: dict[Node, int], now: list[Any], steps: list[_Step]
+    ) -> None:
+        """Give each node its place in a row, and append how it is computed there; of a call, how its inner nodes are.
+
+        A called record has no state, so its constants are the same in all rows.
+        """
+        for node in nodes:
+            if node in places:
+                continue
+            arguments = [places[a] for a in node.arguments]
+            if node.operation == "call":
+                called = record.calls[str(node.value)]
+                inputs = [inner for inner in called.nodes if inner.operation == "input"]
+                inside = dict(zip(inputs, arguments, strict=True))
+                self._in_line(called, called.needed(), inside, now, steps)
+                places[node] = inside[called.outputs[0]]
+                continue
+            places[node] = len(now)
+            constant = node.operation == "constant"
+            now.append(self.arithmetic.apply(node, ()) if constant else None)
+            if not constant:
+                steps.append((node, places[node], arguments))
 
     def _cut(self, node: Node) -> list[Any]:
         """The known value of a node in each row, shape (..., 1)."""

@@ -141,7 +141,10 @@ class Errors:
             return table_entry(node.value, *(place[0] for place in arguments))
         if node.operation in _ON_TRUTHS:
             return _ON_TRUTHS[node.operation](*arguments)
-        return np.stack(np.broadcast_arrays(*_with_error(node, arguments, self.precision)))
+        value, error = _with_error(node, arguments, self.precision)
+        if value.shape == error.shape:  # for a row alone, `stack` takes longer than the operation
+            return np.array((value, error))
+        return np.stack(np.broadcast_arrays(value, error))
 
 
 _np: Any = np
