@@ -202,10 +202,10 @@ def parameters(comparison: Comparison) -> list[Table | str]:
     outcome = comparison.entry(name).outcome
     shown: list[Table | str] = []
     if outcome.estimates:
-        made = estimates(f"Parameters of {comparison.called(name)}", outcome.estimates)
-        for name, value in outcome.paper_form.items():
-            made.add_row(name, "as published", number(value), "", "")
-        shown.append(made)
+        shown.append(estimates(f"Parameters of {comparison.called(name)}", outcome.estimates))
+        published = [f"{symbol} = {number(value)}" for symbol, value in outcome.paper_form.items()]
+        if published:
+            shown.append(f"In the symbols as published, and the units above: {', '.join(published)}.")
     if outcome.weights:
         shown.append(f"{outcome.weights} weights of a network, which mean nothing one by one.")
     return shown

@@ -217,6 +217,7 @@ def progress(title: str) -> Generator[Bar]:
         print(PROGRESS + json.dumps(line), file=sys.stderr, flush=True)
 
     if os.environ.get("ERCLUTCH_PROGRESS") == "lines":
+        print_line(0.0, None, title)  # at once: the first step may take seconds
         yield print_line
         return
     from rich.progress import Progress

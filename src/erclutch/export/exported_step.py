@@ -17,6 +17,7 @@ from erclutch.export.monotone import monotone_share, sides
 from erclutch.models.alarms import Alarms, alarms_of
 from erclutch.models.gain_tracking import GainTracking, tracking_of
 from erclutch.models.model import Model, held_window, margins, stage_numbers
+from erclutch.models.model_titles import title_of
 from erclutch.models.networks.network_model import NetworkModel
 from erclutch.models.shared_answers import ModelBase
 from erclutch.models.stages.stage import Stage
@@ -198,8 +199,8 @@ class ExportedStep:
 
     @property
     def headline(self) -> str:
-        """Title and name of the model, for a comment."""
-        return comment(f"{self.model.title} ({self.model.name})")
+        """Title of the model in plain words, for a comment."""
+        return comment(title_of(self.model.name))
 
     @property
     def network(self) -> NetworkModel | None:

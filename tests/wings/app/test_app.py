@@ -56,6 +56,8 @@ def test_a_form_becomes_the_choices_that_somebody_made() -> None:
     run = {"device": "single", "reading": {"slip": "V [cm/s]", "constant": ["field=1 A"], "begin": "2s", "lead": None}}
     again = actions.chosen_of(dict(parse_qsl(actions.query_of(run)))).words()
     assert again == ["--slip", "V [cm/s]", "--constant", "field=1 A", "--from", "2s"]
+    elsewhere = actions.chosen_of(dict(parse_qsl(actions.query_of(run, of_another_log=True)))).words()
+    assert elsewhere == ["--slip", "V [cm/s]", "--constant", "field=1 A"]  # a window is of its own log
 
 
 @pytest.mark.parametrize(

@@ -112,7 +112,9 @@ def test_the_whole_road(log: str, served: Served, open_page: Callable[..., Any],
     page.check(f"[name='run.{one}']")
     page.check(f"[name='run.{two}']")
     page.click("text=Compare the ticked runs")
-    page.wait_for_selector("text=Show it", timeout=60_000)
+    page.wait_for_url("**/shown/**", timeout=60_000)  # the comparison, not the terminal
+    page.frame_locator("iframe").locator("h1").wait_for(timeout=60_000)
+    assert page.get_by_text("What the command printed").count() == 1
 
     # Export, verify, download.
     page.goto(f"{place}/run/{one}")

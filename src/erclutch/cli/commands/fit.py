@@ -107,7 +107,7 @@ def fit(
     settings = Settings(names, lag, held_out, blocks, friction, offset, seed, workers, ago, polish)
     how, read_options = reading.how(), reading.to_dict()
     with tasks_on(cluster, workers) as tasks:  # a cluster that does not answer is told before the fit
-        with terminal.progress("reading") as bar:
+        with terminal.progress("reading the log") as bar:
 
             def show(what: str, done: int, total: int) -> None:
                 bar(done, total, what)
@@ -162,7 +162,7 @@ def _print_all(rows: RowsOfLogs, comparison: Comparison, seconds: float, *, whol
 def _compared(data: Dataset, settings: Settings) -> Comparison:
     from erclutch.fit.comparison import compare
 
-    with terminal.progress("fitting") as bar:
+    with terminal.progress("looking at the rows, before the first fit") as bar:
 
         def show(step: FitStep) -> None:
             bar(step.done, 1.0, step.doing, fitted=step.fitted, train_share=step.train_share)

@@ -369,7 +369,8 @@ def _header_comment(step: ExportedStep) -> str:
         if step.filter.turn:
             angles += ["Angles may wrap at a turn, and should: a float32 angle of many turns has few digits left."]
     lines = [
-        f"{model.title}: {model.name}, device {model.structure.device}. Written by erclutch {__version__}.",
+        f"{step.headline}, device {model.structure.device}. Written by erclutch {__version__}.",
+        f"Its specification is {model.name}",
         f"Model {step.digest}",
         *map(str.strip, LICENCE.splitlines()),
         "",

@@ -152,13 +152,17 @@ def chosen_of(form: Mapping[str, str]) -> Chosen:
     return Chosen(device, columns, texts)
 
 
-def query_of(run: Mapping[str, Any]) -> str:
-    """How a run read its logs, as the query of a log's page; `chosen_of` reads it."""
+#: A window in time belongs to the log that it was given for.
+_OF_ONE_LOG = ("from", "until", "skip")
+
+
+def query_of(run: Mapping[str, Any], *, of_another_log: bool = False) -> str:
+    """How a run read its logs, as the query of a log's page; `chosen_of` reads it. Another log is taken whole."""
     reading: Mapping[str, Any] = run.get("reading") or {}
     device = str(run["device"])
     form = {f"given.{signal}": reading.get(signal.lower()) for signal in ASKED.get(device, ())}
     for option, _, _ in READING:
-        if option == "map":  # the file may have changed since
+        if option == "map" or (of_another_log and option in _OF_ONE_LOG):  # the mapping may have changed since
             continue
         value = reading.get({"from": "begin", "until": "end"}.get(option, option), "")
         form[option] = value[0] if isinstance(value, list | tuple) and value else value

@@ -59,6 +59,7 @@ class Desk:
             lstrip_blocks=True,
         )
         self._pages.filters["quoted"] = quoted
+        self._pages.filters["unit"] = in_short
         self._pages.filters["alone"] = self._alone_address
         self._pages.globals.update(
             base=access.base,
@@ -156,6 +157,13 @@ def _communicate(process: Any) -> tuple[bytes, bytes]:
         process.stdin = kept
         timer.cancel()
     return b"", b""
+
+
+def in_short(unit: str) -> str:
+    """A unit as the report prints it."""
+    from erclutch.report.numbers.number_text import brief, unit_text
+
+    return brief(unit_text(unit))
 
 
 def quoted(text: str) -> str:

@@ -70,7 +70,7 @@ class Job:
         self.output = b""
         self.lines: deque[str] = deque(maxlen=_MOST_LINES)
         self.share: float | None = None
-        self.doing = ""
+        self.doing = "starting"
         self.fitted: dict[str, float | None] = {}
         self.cancelled = False
         self._began = time.monotonic()

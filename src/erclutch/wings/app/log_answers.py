@@ -140,7 +140,7 @@ class LogAnswers(Desk):
         alike = None
         if older != name and set(form) <= {"known"}:
             beside = f"{older}.toml"
-            alike = f"map={quote(beside)}" if beside in mappings else self._last_reading(older)
+            alike = f"map={quote(beside)}" if beside in mappings else self._last_reading(older, of_another_log=True)
 
         return {
             "models": (*shown_laws(), *PAPER_NETWORKS),
@@ -151,11 +151,13 @@ class LogAnswers(Desk):
             "alike": alike,
         }
 
-    def _last_reading(self, log: str) -> str | None:
-        """How the newest run of a log read it, as the query of a page."""
+    def _last_reading(self, log: str, *, of_another_log: bool = False) -> str | None:
+        """How the newest run of a log read it, as the query of a page, which may be the page of another log."""
         bodies = (self._space.body(entry.name) for entry in self._space.runs())
         found = (body for body in bodies if body and any(each["name"] == log for each in body["logs"]))
-        return next((actions.query_of(body) for body in found if body.get("reading")), None)
+        return next(
+            (actions.query_of(body, of_another_log=of_another_log) for body in found if body.get("reading")), None
+        )
 
     async def _words(self, request: Request) -> Response:
         """The commands of a form while it is filled in."""

@@ -13,7 +13,7 @@ from starlette.responses import FileResponse, RedirectResponse, Response
 
 from erclutch.runs.run_about import RunAbout, about_with, kept_about, write_about
 from erclutch.wings.app import actions
-from erclutch.wings.app.desk import ALONE, Desk, Form, quoted
+from erclutch.wings.app.desk import ALONE, Desk, Form, in_short, quoted
 from erclutch.wings.app.workspace import Entry, WorkspaceError
 
 
@@ -123,7 +123,9 @@ class RunAnswers(Desk):
             from erclutch.runs.run_folder import read_run
 
             run = await run_in_threadpool(read_run, self._space.folder / name)
-            return RedirectResponse(f"/log/{quoted(log)}?{actions.query_of(run.body)}&score={quoted(name)}", 303)
+            own = log in [each["name"] for each in run.body["logs"]]
+            query = actions.query_of(run.body, of_another_log=not own)
+            return RedirectResponse(f"/log/{quoted(log)}?{query}&score={quoted(name)}", 303)
         if what == "score":
             return self._begin(request, f"Score the models of {name} on {log}", ["score", log, "--run", name, "--json"])
         out = self._space.free(f"{actions.safe_stem(f'{Path(log).stem}-{name}')}-estimate.csv")
@@ -188,5 +190,5 @@ def run_row(entry: Entry, body: Mapping[str, Any] | None) -> dict[str, Any]:
     row["model"] = f"none; nearest: {chosen['title']}" if standing_of_run(body).why_none else chosen["title"]
     error, share = chosen["test"]["rmse"][0], chosen["test"]["share"][0]
     if error is not None and share is not None:
-        row["error"] = f"{error:.3g} {body['units']['effort']} ({share:.1%})"
+        row["error"] = f"{error:.3g} {in_short(body['units']['effort'])} ({share:.1%})"
     return row

@@ -122,8 +122,11 @@ class Workbench(LogAnswers, RunAnswers):
             return RedirectResponse(job.back, 303)
         made = job.result if job.state == "done" and job.result else None
         kind = None if made is None else self._kind(made)
-        if kind == "run" and job.words[0] == "fit" and "lines" not in request.query_params:
-            return RedirectResponse(f"/run/{quote(str(made))}?job={job.number}", 303)  # the verdict, not the terminal
+        if "lines" not in request.query_params:  # the verdict, not the terminal
+            if kind == "run" and job.words[0] == "fit":
+                return RedirectResponse(f"/run/{quote(str(made))}?job={job.number}", 303)
+            if kind == "page" and job.words[0] == "compare":
+                return RedirectResponse(f"/shown/{quote(str(made))}?job={job.number}", 303)
         return self._page(
             "job",
             title=job.title,
@@ -163,7 +166,7 @@ class Workbench(LogAnswers, RunAnswers):
 
     async def _shown(self, request: Request) -> Response:
         name = self._space.path(request.path_params["name"]).name
-        return self._page("shown", title=name, name=name)
+        return self._page("shown", title=name, name=name, job=request.query_params.get("job", ""))
 
     async def _alone(self, request: Request) -> Response:
         path = self._space.path(request.path_params["name"])

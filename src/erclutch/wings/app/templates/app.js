@@ -77,6 +77,7 @@ if (job && job.dataset.state === "running") {
     if (told.share === null) part("share").removeAttribute("value");
     else part("share").value = told.share;
     part("lines").textContent = told.lines;
+    part("printed").hidden = !told.lines;
     part("so-far").hidden = !told.fitted.length;
     part("fitted").replaceChildren(...told.fitted.map(([title, error]) => {
       const row = document.createElement("tr");
@@ -122,6 +123,8 @@ if (courses) {
   const back = [];
   let view = [...ends], plots = [], dragged = null, finer = 0, drawn = whole;
   const digits = value => +value.toPrecision(6);
+  const cuts = () => ["from", "until", "skip"].map(name => reading.elements[name]);
+  const trimmed = () => cuts().some(field => field.defaultValue);
   const rows = name => { const s = drawn.signals[name]; return s ? [drawn.time, s.low, s.high] : [[0], [null], [null]]; };
   const show = () => {
     for (const [name, plot] of plots) plot.batch(() => {
@@ -131,7 +134,8 @@ if (courses) {
     courses.dataset.view = view.map(digits).join(",");
     const unzoomed = view[0] === ends[0] && view[1] === ends[1];
     const shown = `${digits(view[0])} s to ${digits(view[1])} s`;
-    seen.textContent = unzoomed ? `${shown}, the whole log` : `${shown} of ${digits(ends[0])} s to ${digits(ends[1])} s`;
+    const all = trimmed() ? "all that the trimming leaves" : "the whole log";
+    seen.textContent = unzoomed ? `${shown}, ${all}` : `${shown} of ${digits(ends[0])} s to ${digits(ends[1])} s`;
   };
   const go = async (a, b, keep = true) => {
     if (keep) back.push([...view]);
@@ -162,7 +166,7 @@ if (courses) {
     cursor: { sync: { key: "courses", setSeries: false }, drag: { x: true, y: false, setScale: false }, points: { show: false } },
     axes: [
       { size: 22, stroke: () => css("--soft"), grid: { show: false }, ticks: { size: 4, stroke: () => css("--line") } },
-      { size: 62, stroke: () => css("--soft"), space: 22, label: name + (/[^?]/.test(whole.signals[name].unit) ? ` [${whole.signals[name].unit}]` : ""), labelSize: 16, labelFont: "11px system-ui", font: "11px system-ui", grid: { stroke: () => css("--line"), width: 0.6 }, ticks: { show: false } },
+      { size: 62, stroke: () => css("--soft"), space: 22, label: name + (/[^?]/.test(whole.signals[name].unit) ? ` [${whole.signals[name].unit.replace("*", "·")}]` : ""), labelSize: 16, labelFont: "11px system-ui", font: "11px system-ui", grid: { stroke: () => css("--line"), width: 0.6 }, ticks: { show: false } },
     ],
     series: [{}, { stroke: colour, width: 1, points: { show: false } }, { stroke: colour, width: 1, points: { show: false } }],
     bands: [{ series: [2, 1], fill: () => css("--ink") }],
@@ -191,7 +195,8 @@ if (courses) {
     if (view[1] < ends[1]) field("until").value = `${digits(view[1])}s`;
     reading.requestSubmit();
   };
-  const acts = { out: () => zoom(2), whole: () => go(...ends), trim };
+  const untrim = () => { cuts().forEach(field => { field.value = ""; }); reading.requestSubmit(); };
+  const acts = { out: () => zoom(2), whole: () => go(...ends), trim, untrim };
   for (const button of courses.querySelectorAll("[data-do]")) button.addEventListener("click", () => acts[button.dataset.do]());
   courses.addEventListener("keydown", event => {
     if (event.target !== courses) return;

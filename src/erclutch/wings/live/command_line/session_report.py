@@ -125,8 +125,11 @@ def _show(session: Session, watch: SessionFigures, notes: Sequence[str], output:
             output.print(f"  {name}: {meaning}", style="dim", markup=False, soft_wrap=True)
     if watch.follower is not None and watch.followed is not None:
         off, wanted = watch.followed
-        said = f"{watch.follower.label} off the reference by {off:.3g} rms; the reference has {wanted:.3g}"
-        output.print(f"{said} {watch.follower.unit}", markup=False)
+        unit = watch.follower.unit
+        said = (
+            f"{watch.follower.label} off the reference by {off:.3g} {unit} rms; the reference has {wanted:.3g} {unit}"
+        )
+        output.print(said, markup=False)
         if off > 0.5 * wanted and watch.role == "effort":
             output.print(_ASTRAY, style="yellow", markup=False, soft_wrap=True)
     for note in notes:
