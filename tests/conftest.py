@@ -198,7 +198,7 @@ def read_here(monkeypatch: pytest.MonkeyPatch) -> None:
     """Files of sound bytes are read in this process: a child costs a start of Python, and has tests of its own."""
     from erclutch.logs.readers import child_process, found_recordings
 
-    def run(module: str, path: Path, *arguments: str) -> child_process.Answer:
+    def run(module: str, path: Path, *arguments: str, memory: int | None = None) -> child_process.Answer:
         with tempfile.TemporaryDirectory() as folder, warnings.catch_warnings():
             warnings.simplefilter("ignore")
             monkeypatch.setattr(sys, "argv", [module, str(path), folder, "0", "0", *arguments])

@@ -1,34 +1,39 @@
 """Native code reads a file in a child process, so that a damaged file can kill or hang only the child.
 
-The child is this package's own module, started with ``python -m``. It writes ``columns.npz`` (no pickles) and
-``table.json`` into a temporary folder that the parent always removes.
+The child is this package's own module, started with ``python -m``. It writes ``columns.f64``, the bytes of all vectors,
+and ``table.json`` into a temporary folder that the parent always removes. A long file comes in pieces (`stream`).
 """
 
 from __future__ import annotations
 
+import itertools
 import json
 import os
 import signal
 import subprocess
 import sys
 import tempfile
-from collections.abc import Callable
-from contextlib import suppress
+import threading
+from collections.abc import Callable, Generator, Iterator
+from contextlib import contextmanager, suppress
 from math import ceil
 from pathlib import Path
-from typing import Any, cast
+from typing import IO, Any, cast
 
 import numpy as np
 
 from erclutch.errors import LogError
-from erclutch.logs.readers.budget import MORE, budget_of
+from erclutch.logs.readers.budget import MORE, Budget, budget_of
 from erclutch.signals.array import Array
 
 WALL = 5.0  # times that by the clock: a busy machine is slow, and nothing was seen to wait without using the processor
 _PDEATHSIG = 1  # of prctl: which signal comes when the parent dies
-_ARRAYS, _TEXTS = "columns.npz", "table.json"
+_ARRAYS, _TEXTS = "columns.f64", "table.json"
 _NO_MEMORY = (b"memory allocation of", b"MemoryError", b"bad_alloc")  # last words of Rust, Python and C++
 _DAMAGED = "The file may be damaged: copy it again or export it as CSV"
+_READY = b"."  # a piece is there; a piece was fetched
+_SINGLE = {"OPENBLAS_NUM_THREADS": "1", "PYTHONDONTWRITEBYTECODE": "1"}
+_SINGLE |= {"ARROW_DEFAULT_MEMORY_POOL": "system"}  # Arrow's own reserves a GiB of address space at once
 
 
 #: What a child reads: float64 vectors, and everything else as JSON.
@@ -44,25 +49,98 @@ def run(module: str, path: Path, *arguments: str, memory: int | None = None, sec
     Raises:
         LogError: the child reports one, crashes, hangs, or runs out of memory.
     """
-    budget = budget_of(path)
-    memory, seconds = memory or budget.memory, seconds or budget.seconds
-    root = str(Path(__file__).resolve().parents[3])
-    paths = os.pathsep.join([root, *(entry for entry in sys.path if entry)])
+    memory, seconds = _limits(path, memory, seconds)
     with tempfile.TemporaryDirectory(prefix="erclutch-") as folder:
-        settings = {"PYTHONPATH": paths, "OPENBLAS_NUM_THREADS": "1", "PYTHONDONTWRITEBYTECODE": "1", "TMPDIR": folder}
-        environment = {**os.environ, **settings}
-        limits = str(memory), str(ceil(seconds))
-        command = [sys.executable, "-P", "-W", "ignore", "-m", module, str(path), folder, *limits, *arguments]
+        command, environment = _started(module, path, folder, memory, seconds, arguments)
         try:
             done = subprocess.run(
                 command, env=environment, stdin=subprocess.DEVNULL, capture_output=True, timeout=WALL * seconds
             )
         except subprocess.TimeoutExpired:
-            done = None
-        if done is None or done.returncode == -getattr(signal, "SIGXCPU", -1):
-            problem = f"reading the file takes longer than the {seconds:.3g} s that its size allows"
-            raise LogError(problem, remedy=_DAMAGED)
+            raise _too_long(seconds) from None
+        if done.returncode == _OUT_OF_TIME:
+            raise _too_long(seconds)
         return _answer(Path(folder), done.returncode, done.stderr, memory)
+
+
+def stream(
+    module: str, path: Path, *arguments: str, memory: int | None = None, seconds: float | None = None
+) -> Iterator[Answer]:
+    """As `run`, of a module that answers in pieces (`serve_pieces`): the child is one piece ahead, and two are on disk.
+
+    Raises:
+        LogError: see `run`; the pieces before have come.
+    """
+    memory, seconds = _limits(path, memory, seconds)
+    with tempfile.TemporaryDirectory(prefix="erclutch-") as folder, (Path(folder) / "said").open("w+b") as said:
+        command, environment = _started(module, path, folder, memory, seconds, arguments)
+        pipe = subprocess.PIPE
+        with subprocess.Popen(command, env=environment, stdin=pipe, stdout=pipe, stderr=said) as child:
+            assert child.stdin is not None
+            assert child.stdout is not None
+            try:
+                for number in itertools.count():
+                    with _killed_after(WALL * seconds, child) as late:
+                        ready = child.stdout.read(1)
+                    if ready != _READY:
+                        break
+                    place = Path(folder) / str(number)
+                    piece = _answer(place, 0, b"", memory)
+                    (place / _ARRAYS).unlink()
+                    yield piece
+                    with suppress(BrokenPipeError):  # it has ended
+                        child.stdin.write(_READY)
+                        child.stdin.flush()
+                code = child.wait()
+            finally:
+                child.kill()
+                with suppress(BrokenPipeError):
+                    child.stdin.close()
+        if late.is_set() or code == _OUT_OF_TIME:
+            raise _too_long(seconds)
+        said.seek(0)
+        _answer(Path(folder), code, said.read(), memory)
+
+
+_OUT_OF_TIME = -getattr(signal, "SIGXCPU", 0) or None  # what a child's end says
+
+
+@contextmanager
+def _killed_after(seconds: float, child: subprocess.Popen[bytes]) -> Generator[threading.Event]:
+    """A child that takes longer is killed, and the event is set."""
+    late = threading.Event()
+
+    def kill() -> None:
+        late.set()
+        child.kill()
+
+    timer = threading.Timer(seconds, kill)
+    timer.daemon = True
+    timer.start()
+    try:
+        yield late
+    finally:
+        timer.cancel()
+
+
+def _limits(path: Path, memory: int | None, seconds: float | None) -> tuple[int, float]:
+    budget = budget_of(path)
+    return memory or budget.memory, seconds or budget.seconds
+
+
+def _started(
+    module: str, path: Path, folder: str, memory: int, seconds: float, arguments: tuple[str, ...]
+) -> tuple[list[str], dict[str, str]]:
+    """Words and environment of a child."""
+    root = str(Path(__file__).resolve().parents[3])
+    paths = os.pathsep.join([root, *(entry for entry in sys.path if entry)])
+    limits = str(memory), str(ceil(seconds))
+    command = [sys.executable, "-P", "-W", "ignore", "-m", module, str(path), folder, *limits, *arguments]
+    return command, {**os.environ, **_SINGLE, "PYTHONPATH": paths, "TMPDIR": folder}
+
+
+def _too_long(seconds: float) -> LogError:
+    return LogError(f"reading the file takes longer than the {seconds:.3g} s that its size allows", remedy=_DAMAGED)
 
 
 def _answer(folder: Path, code: int, stderr: bytes, memory: int) -> Answer:
@@ -70,8 +148,8 @@ def _answer(folder: Path, code: int, stderr: bytes, memory: int) -> Answer:
         texts = cast("dict[str, Any]", json.loads((folder / _TEXTS).read_text(encoding="utf-8")))
         if code == 0 and "problem" in texts:
             raise LogError(str(texts["problem"]), remedy=str(texts["remedy"]))
-        with np.load(folder / _ARRAYS, allow_pickle=False) as file:
-            arrays = [np.asarray(file[f"a{index}"], dtype=np.float64) for index in range(int(texts["count"]))]
+        with (folder / _ARRAYS).open("rb") as file:
+            arrays = [_vector(file, int(size)) for size in texts["sizes"]]
     except (OSError, ValueError, KeyError):
         if any(words in stderr for words in _NO_MEMORY):
             raise _too_little(memory) from None
@@ -83,6 +161,13 @@ def _answer(folder: Path, code: int, stderr: bytes, memory: int) -> Answer:
     return arrays, texts
 
 
+def _vector(file: IO[bytes], size: int) -> Array:
+    values: Array = np.fromfile(file, np.float64, size)
+    if values.size < size:
+        raise ValueError("the answer is cut off")
+    return values
+
+
 def _too_little(memory: int) -> LogError:
     return LogError(f"reading the file needs more than {memory >> 20} MiB", remedy=MORE)
 
@@ -92,28 +177,73 @@ def serve(read: Callable[..., Answer]) -> int:
 
     Every error becomes a report; running out of memory too. Returns the exit code.
     """
+    path, folder, memory, *arguments = _begun()
+    with _told(folder, memory):
+        arrays, texts = read(path, *arguments)
+        _keep(folder, arrays, texts, budget_of(Path(path)))
+    return 0
+
+
+def serve_pieces(read: Callable[..., Iterator[Answer]]) -> int:
+    """As `serve`, for `stream`: ``read`` yields answers."""
+    path, folder, memory, *arguments = _begun()
+    with _told(folder, memory):
+        for number, (arrays, texts) in enumerate(read(path, *arguments)):
+            place = folder / str(number)
+            place.mkdir()
+            _keep(place, arrays, texts, budget_of(Path(path)))
+            sys.stdout.buffer.write(_READY)
+            sys.stdout.buffer.flush()
+            if number and not sys.stdin.buffer.read(1):
+                return 0  # nobody wants more
+        _keep(folder, [], {}, budget_of(Path(path)))
+    return 0
+
+
+def _begun() -> tuple[Any, ...]:
+    """Path, folder, bytes of memory and further words of a child that has limited itself."""
     path, folder, memory, seconds, *arguments = sys.argv[1:]
     _end_with_parent()
     _limit(int(memory), int(seconds))
+    return path, Path(folder), int(memory), *arguments
+
+
+@contextmanager
+def _told(folder: Path, memory: int) -> Generator[None]:
+    """Every error becomes a report in the folder."""
     try:
-        arrays, texts = read(path, *arguments)
-        budget = budget_of(Path(path))
-        budget.take_names(len(arrays))
-        budget.take_cells(sum(np.size(values) for values in arrays))
-        columns: dict[str, Any] = {f"a{index}": np.asarray(values, np.float64) for index, values in enumerate(arrays)}
-        np.savez(Path(folder) / _ARRAYS, **columns)
-        report: dict[str, Any] = {**texts, "count": len(arrays)}
-    except LogError as error:
-        report = {"problem": error.problem, "remedy": error.remedy}
+        yield
+        return
+    except LogError as raised:
+        error = raised
     except MemoryError:
-        error = _too_little(int(memory))
-        report = {"problem": error.problem, "remedy": error.remedy}
-    except Exception as error:  # libraries raise anything on damaged files
-        cause = f"{type(error).__name__}: {str(error).strip()[:120]}"
+        error = _too_little(memory)
+    except Exception as raised:  # libraries raise anything on damaged files
+        cause = f"{type(raised).__name__}: {str(raised).strip()[:120]}"
         problem = f"the file is damaged or of a kind that cannot be read ({cause})"
-        report = {"problem": problem, "remedy": "Copy the file again, or export it as CSV"}
-    (Path(folder) / _TEXTS).write_text(json.dumps(report), encoding="utf-8")
-    return 0
+        error = LogError(problem, remedy="Copy the file again, or export it as CSV")
+    report = {"problem": error.problem, "remedy": error.remedy}
+    (folder / _TEXTS).write_text(json.dumps(report), encoding="utf-8")
+
+
+def _keep(folder: Path, arrays: list[Array], texts: dict[str, Any], budget: Budget) -> None:
+    """Write an answer.
+
+    Raises:
+        LogError: it is beyond the budget of the file, or there is no room for it.
+    """
+    vectors = [np.ascontiguousarray(values, np.float64) for values in arrays]
+    budget.take_names(len(vectors))
+    budget.take_cells(sum(values.size for values in vectors))
+    try:
+        with (folder / _ARRAYS).open("wb") as file:
+            for values in vectors:
+                values.tofile(file)
+    except OSError as error:
+        problem = f"the numbers of the file cannot be kept among the temporary files ({error.strerror or error})"
+        raise LogError(problem, remedy="Make room there, or name another folder by the environment: TMPDIR") from error
+    report = {**texts, "sizes": [values.size for values in vectors]}
+    (folder / _TEXTS).write_text(json.dumps(report), encoding="utf-8")
 
 
 def _end_with_parent() -> None:

@@ -14,6 +14,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from importlib import import_module
 from importlib.util import find_spec
+from pathlib import Path
 from typing import Any, TypedDict, TypeVar, cast
 
 import numpy as np
@@ -22,13 +23,14 @@ from erclutch.errors import LogError
 from erclutch.logs.labels import name_columns, split_label
 from erclutch.logs.log_reader import LogSource
 from erclutch.logs.readers import child_process
+from erclutch.logs.readers.budget import budget_of
 from erclutch.logs.table import Table
 from erclutch.signals.array import Array
 
 _TIME = re.compile(r"t|time|zeit|tout|timestamps?|time_?s", re.I)
 #: Names that say nothing of a signal: its file or its recording says it.
 NO_NAME = re.compile(r"c\d+|y|x|val|values?|data|signal|samples?|reading|measurements?|wert|valeur|valor", re.I)
-_TEXTS = ("units", "numbers", "sample_period", "clock_name", "constants", "metadata", "notes")
+_TEXTS = ("units", "numbers", "sample_period", "clock_name", "constants", "metadata", "notes", "first_row")
 _T = TypeVar("_T")
 _KEEPS = 0.2  # share of the rows from which on a column keeps its levels
 #: In place of a name: the names of all recordings are wanted. No recording is called so.
@@ -212,12 +214,15 @@ class InChild(TypedDict):
     recordings: Callable[[LogSource], Sequence[str]]
 
 
-def in_child(reader: str, library: str | None = None) -> InChild:
+def in_child(
+    reader: str, library: str | None = None, memory: Callable[[Path], int] = lambda path: budget_of(path).memory
+) -> InChild:
     """A reader's functions: a child with limits runs ``find(path, variable) -> Table`` of its module.
 
     Args:
         reader: the module, beside this module.
         library: the package of the extra ``formats`` that the child imports; None: it needs none.
+        memory: bytes of address space of the child for a file.
     """
 
     def answer(source: LogSource, variable: str | None) -> child_process.Answer:
@@ -225,19 +230,31 @@ def in_child(reader: str, library: str | None = None) -> InChild:
             problem = f"a file of this format is read by the package {library}, which is not installed"
             raise LogError(problem, remedy='Install it: pip install "erclutch[formats]"')
         module, path = "erclutch.logs.readers.found_recordings", source.path.resolve()
-        return child_process.run(module, path, reader, variable or "")
+        return child_process.run(module, path, reader, variable or "", memory=memory(path))
 
     def read(source: LogSource) -> Table:
-        arrays, texts = answer(source, source.variable)
-        columns = dict(zip(texts["labels"], arrays, strict=False))
-        clock = arrays[-1] if len(arrays) > len(columns) else None
-        more: dict[str, Any] = {**{key: texts[key] for key in _TEXTS}, "notes": tuple(texts["notes"])}
-        return Table(source.name, columns, digest=source.digest, clock=clock, **more)
+        return table_of_answer(source, answer(source, source.variable))
 
     def recordings(source: LogSource) -> list[str]:
         return [str(name) for name in answer(source, ALL)[1]["recordings"]]
 
     return {"read": read, "recordings": recordings}
+
+
+def table_of_answer(source: LogSource, answer: child_process.Answer) -> Table:
+    """What `answer_of_table` made of a table, as that table, with name and digest of the file."""
+    arrays, texts = answer
+    columns = dict(zip(texts["labels"], arrays, strict=False))
+    clock = arrays[-1] if len(arrays) > len(columns) else None
+    more: dict[str, Any] = {**{key: texts[key] for key in _TEXTS}, "notes": tuple(texts["notes"])}
+    return Table(source.name, columns, digest=source.digest, clock=clock, **more)
+
+
+def answer_of_table(table: Table) -> child_process.Answer:
+    """A table as a child sends it: vectors, the clock last, and texts."""
+    clock = [] if table.clock is None else [table.clock]
+    texts: dict[str, Any] = {"labels": list(table.columns), **{key: getattr(table, key) for key in _TEXTS}}
+    return [*table.columns.values(), *clock], texts
 
 
 def answer_of(path: str, reader: str, variable: str) -> child_process.Answer:
@@ -246,9 +263,7 @@ def answer_of(path: str, reader: str, variable: str) -> child_process.Answer:
         table: Table = import_module(f"erclutch.logs.readers.{reader}").find(path, variable or None)
     except RecordingNames as found:
         return [], {"recordings": found.names}
-    clock = [] if table.clock is None else [table.clock]
-    texts: dict[str, Any] = {"labels": list(table.columns), **{key: getattr(table, key) for key in _TEXTS}}
-    return [*table.columns.values(), *clock], texts
+    return answer_of_table(table)
 
 
 def of_vectors(nodes: Mapping[str, Any]) -> Found | None:

@@ -1,9 +1,13 @@
-"""Parquet logs give their numeric columns. Units come from a field's metadata ``unit`` or from a label ``V [cm/s]``."""
+"""Parquet logs give their numeric columns. Units come from a field's metadata ``unit`` or from a label ``V [cm/s]``.
+
+The library decodes in a child process: a damaged file once ended the whole process.
+"""
 
 from __future__ import annotations
 
 import io
 import re
+import sys
 from collections.abc import Generator, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
@@ -16,7 +20,8 @@ import numpy as np
 from erclutch.errors import LogError
 from erclutch.logs.labels import name_columns
 from erclutch.logs.log_reader import LogReader, LogSource
-from erclutch.logs.readers.budget import RAISED, Budget
+from erclutch.logs.readers import child_process, found_recordings
+from erclutch.logs.readers.budget import MEMORY, RAISED, Budget, budget_of
 from erclutch.logs.table import Table, of_arrow
 from erclutch.signals.array import Array
 
@@ -226,7 +231,14 @@ def _numbers(values: Any) -> Array | None:
         return None
     if types.is_boolean(kind):
         values = values.cast(pyarrow.uint8())
-    return of_arrow(values.cast(pyarrow.float64(), safe=False).fill_null(float("nan")))
+    values = values.cast(pyarrow.float64(), safe=False)
+    if not values.null_count:
+        return of_arrow(values)
+    # Not fill_null, whose number imports pandas: half a second for each child.
+    whole, missing = values.combine_chunks(), of_arrow(values.is_null().cast(pyarrow.uint8()))
+    held = whole.buffers()[1]
+    numbers = np.zeros(len(whole)) if held is None else np.frombuffer(held, np.float64, len(whole), 8 * whole.offset)
+    return np.where(missing == 1, np.nan, numbers)
 
 
 def _stamps(values: Any, origin: int | None) -> Array | None:
@@ -258,5 +270,58 @@ def _claims(head: bytes) -> bool:
     return head.startswith(MAGIC)
 
 
+def find(path: str, variable: str | None) -> Table:
+    """The child's work where a file is read whole."""
+    return read_parquet(LogSource(Path(path), Path(path).read_bytes(), ""))
+
+
+def _asked(path: str, *asked: str) -> Iterator[child_process.Answer]:
+    """The child's work where a file is read in windows, or where its extent alone is wanted."""
+    if not asked:
+        rows, columns = parquet_extent(Path(path))
+        yield [], {"extent": [rows, columns]}
+        return
+    rows, margin, first, last = (int(word) if word else None for word in asked)
+    source = LogSource(Path(path), b"", "")
+    for start, stop, table in parquet_windows(source, rows or 0, margin or 0, first or 0, last):
+        arrays, texts = found_recordings.answer_of_table(table)
+        yield arrays, {**texts, "rows": [start, stop]}
+
+
+def _windows(
+    source: LogSource, rows: int, margin: int, first: int = 0, last: int | None = None
+) -> Iterator[tuple[int, int, Table]]:
+    """`parquet_windows` in a child."""
+    words = [str(number) for number in (rows, margin, first)] + ["" if last is None else str(last)]
+    for arrays, texts in _pieces(source.path, *words):
+        start, stop = texts["rows"]
+        yield start, stop, found_recordings.table_of_answer(source, (arrays, texts))
+
+
+def _extent(path: Path) -> tuple[int, int]:
+    """`parquet_extent` in a child."""
+    rows, columns = next(iter(_pieces(path)))[1]["extent"]
+    return rows, columns
+
+
+def _pieces(path: Path, *words: str) -> Iterator[child_process.Answer]:
+    return child_process.stream("erclutch.logs.readers.parquet", path.resolve(), *words, memory=_memory(path))
+
+
+def _memory(path: Path) -> int:
+    """Bytes of address space of a child: thrice the numbers that a file may hold, beside the library."""
+    return MEMORY + 3 * 8 * budget_of(path).cells
+
+
 _DAMAGE = "seen where the writer added checksums to the pages; a note says where not"
-READER = LogReader((".parquet", ".pq"), _claims, read_parquet, parquet_windows, parquet_extent, tells_damage=_DAMAGE)
+READER = LogReader(
+    (".parquet", ".pq"),
+    _claims,
+    found_recordings.in_child("parquet", memory=_memory)["read"],
+    _windows,
+    _extent,
+    tells_damage=_DAMAGE,
+)
+
+if __name__ == "__main__":
+    sys.exit(child_process.serve_pieces(_asked))
