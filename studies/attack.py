@@ -53,7 +53,7 @@ TESTS = {
 #: Where damage to the numbers is seen, as `LogReader.tells_damage` says: there no other number may come in silence.
 SEEN = ("xlsx", "ods", "csv gz", "mat 5", "hdf5 checked", "parquet checked", "mcap")
 #: Readers in a process of their own, whose crash is one line for the user.
-IN_CHILD = ("mdf", "tdms", "spreadsheet", "hdf5", "ros2", "mat")
+IN_CHILD = ("mdf", "tdms", "spreadsheet", "hdf5", "ros2", "mat", "parquet")
 MOST_MIB = 954  # 1 GB
 #: Weights by which the parts share the time: what each costs on two processors, in seconds.
 WEIGHTS = {"bombs": 50, "races": 380, "formats": 380, "settings": 20, "sensors": 80, "compilers": 100, "hostile": 60}

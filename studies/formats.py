@@ -50,17 +50,18 @@ SECONDS, CHUNK = 60, 250  # by the clock; `child_process` limits processor time
 def finder(reader: str) -> Callable[[str], Table]:
     """What the child of a reader runs; readers of text run in the process itself."""
     module = import_module(f"erclutch.logs.readers.{reader}")
-    if hasattr(module, "find"):
+    if hasattr(module, "find") and module.READER.windows is None:
         return lambda path: module.find(path, None)
 
     own = next(getattr(module, name) for name in ("_read", f"read_{reader}") if hasattr(module, name))
+    windows = getattr(module, f"{reader}_windows", module.READER.windows)  # not those that start a child
 
     def read(path: str) -> Table:
         source = LogSource(Path(path), Path(path).read_bytes(), "")
         try:
-            if module.READER.windows is not None:  # as a file larger than memory
+            if windows is not None:  # as a file larger than memory
                 with suppress(LogError):
-                    for _ in module.READER.windows(replace(source, data=b""), 50, 10, 0, None):
+                    for _ in windows(replace(source, data=b""), 50, 10, 0, None):
                         pass
             return own(source)
         except (LogError, MemoryError):

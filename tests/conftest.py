@@ -13,7 +13,8 @@ import re
 import sys
 import tempfile
 import warnings
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Generator, Iterator
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -205,5 +206,9 @@ def read_here(monkeypatch: pytest.MonkeyPatch) -> None:
             code = child_process.serve(found_recordings.answer_of)
             return child_process._answer(Path(folder), code, b"", 1 << 30)
 
+    def stream(module: str, path: Path, *arguments: str, memory: int | None = None) -> Iterator[child_process.Answer]:
+        yield from import_module(module)._asked(str(path), *arguments)
+
     monkeypatch.setattr(child_process, "_limit", lambda memory, seconds: None)
     monkeypatch.setattr(child_process, "run", run)
+    monkeypatch.setattr(child_process, "stream", stream)

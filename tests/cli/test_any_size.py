@@ -18,6 +18,8 @@ from erclutch.runs import every_row
 from erclutch.runs.every_row_folder import FILE, FOLDER, read_every_row
 from erclutch.runs.run_folder import read_run
 
+pytestmark = pytest.mark.usefixtures("read_here")
+
 ROWS = 40_000
 OPTIONS = ("--models", "bingham", "fnn-4", "--lag", "lag", "--memory", "0.05")
 

@@ -16,6 +16,8 @@ from erclutch.logs.dataset import build_dataset
 from erclutch.logs.reading import Reading
 from erclutch.logs.stretch_choice import STRETCH
 
+pytestmark = pytest.mark.usefixtures("read_here")
+
 N = 60_000
 
 

@@ -17,6 +17,8 @@ from erclutch.logs.batches import MARGIN, RowRange, blocks_of, chained, neighbou
 from erclutch.logs.dataset import build_dataset
 from erclutch.signals.speed import Derivative
 
+pytestmark = pytest.mark.usefixtures("read_here")
+
 N = 26_000
 
 

@@ -6,6 +6,7 @@ import subprocess
 import sys
 import time
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -48,9 +49,28 @@ sys.exit(4 if sys.argv[-1] == "code" else code)
 """
 
 
+PIECES = """
+import os, sys
+import numpy as np
+from erclutch.errors import LogError
+from erclutch.logs.readers.child_process import serve_pieces
+
+def read(path, how):
+    for number in range(5):
+        if number == 3 and how == "said":
+            raise LogError("no such thing", remedy="Look again")
+        if number == 3 and how == "signal":
+            os.abort()
+        yield [np.arange(number), np.ones(2)], {"number": number, "pid": os.getpid()}
+
+sys.exit(serve_pieces(read))
+"""
+
+
 @pytest.fixture
 def reader(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
     (tmp_path / "own_reader.py").write_text(OWN, encoding="utf-8")
+    (tmp_path / "own_pieces.py").write_text(PIECES, encoding="utf-8")
     monkeypatch.syspath_prepend(str(tmp_path))
     return "own_reader"
 
@@ -92,6 +112,49 @@ def test_larger_files_have_more_time_and_memory(tmp_path: Path, reader: str) -> 
 def test_each_failure_is_a_line(reader: str, tmp_path: Path, how: str, said: str) -> None:
     with pytest.raises(LogError, match=said):
         child_process.run(reader, tmp_path / "a.mat", how, memory=2 << 30, seconds=0.5 if how == "loop" else None)
+
+
+@pytest.mark.slow
+@pytest.mark.usefixtures("reader")
+def test_pieces_come_one_after_another_and_the_child_ends_with_who_asked(tmp_path: Path) -> None:
+    pieces = list(child_process.stream("own_pieces", tmp_path / "a", "all"))
+    assert [texts["number"] for _, texts in pieces] == [0, 1, 2, 3, 4]
+    assert [[values.tolist() for values in arrays] for arrays, _ in pieces[:3]] == [
+        *([[], [1.0, 1.0]], [[0.0], [1.0, 1.0]], [[0.0, 1.0], [1.0, 1.0]])
+    ]
+    wanted = child_process.stream("own_pieces", tmp_path / "a", "all")
+    child = next(wanted)[1]["pid"]
+    del wanted  # whoever wants no more says nothing
+    assert not _runs(child)
+
+
+@pytest.mark.slow
+@pytest.mark.usefixtures("reader")
+@pytest.mark.parametrize(("how", "said"), [("said", "no such thing"), ("signal", r"reader broke .*\(signal 6\)")])
+def test_a_child_that_breaks_among_its_pieces_is_a_line(tmp_path: Path, how: str, said: str) -> None:
+    pieces = child_process.stream("own_pieces", tmp_path / "a", how)
+    assert [next(pieces)[1]["number"] for _ in range(3)] == [0, 1, 2]
+    with pytest.raises(LogError, match=said):
+        next(pieces)
+
+
+@pytest.mark.parametrize("pieces", [True, False])
+def test_no_room_for_what_was_read_is_no_damage(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, pieces: bool) -> None:
+    class Full(np.ndarray[Any, Any]):
+        def tofile(self, *_: object) -> None:
+            raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(np, "ascontiguousarray", lambda values, kind: np.asarray(values, kind).view(Full))
+    monkeypatch.setattr(child_process, "_limit", lambda memory, seconds: None)
+    monkeypatch.setattr(child_process, "_end_with_parent", lambda: None)
+    monkeypatch.setattr(sys, "argv", ["reader", str(tmp_path / "a"), str(tmp_path), "1", "1"])
+    answer = [np.ones(2)], {"labels": []}
+    if pieces:
+        child_process.serve_pieces(lambda path: iter([answer]))
+    else:
+        child_process.serve(lambda path: answer)
+    with pytest.raises(LogError, match="temporary files .No space left on device.* Make room there"):
+        child_process._answer(tmp_path, 0, b"", 1)
 
 
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="only Linux ends a child with its parent")

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import io
+import os
 import subprocess
 import sys
 from contextlib import suppress
@@ -17,7 +18,7 @@ from erclutch.errors import ErclutchError, LogError
 from erclutch.logs import read, read_table
 from erclutch.logs.log_reader import LogSource
 from erclutch.logs.log_writer import write_log
-from erclutch.logs.readers.parquet import parquet_windows, read_parquet
+from erclutch.logs.readers.parquet import READER, parquet_windows, read_parquet
 from tests.support.examples import examples
 
 
@@ -54,6 +55,51 @@ def test_units_and_settings_come_from_the_metadata(tmp_path: Path) -> None:
     assert recording.period == pytest.approx(1e-3)
     assert recording.units == {"field": "V", "slip": "rad/s", "effort": "N*m"}
     assert np.array_equal(recording.signals["effort"], np.arange(50) / 7)
+
+
+@pytest.mark.slow
+def test_a_file_that_ends_the_process_ends_a_child_alone(tmp_path: Path) -> None:
+    """Read whole, in windows, or asked for its extent: each is a line."""
+    (tmp_path / "pyarrow").mkdir()
+    (tmp_path / "pyarrow" / "__init__.py").write_text("import os; os.abort()")
+    path = tmp_path / "log.parquet"
+    path.write_bytes(whole())
+    code = (
+        "import sys, erclutch\nfrom erclutch.logs import extent_of, read_batches\n"
+        "for ask in (erclutch.read, extent_of, lambda path: list(read_batches(path))):\n"
+        "    try:\n        ask(sys.argv[1])\n"
+        "    except erclutch.ErclutchError as error:\n        print(error)\n"
+    )
+    paths = os.pathsep.join([str(tmp_path), *sys.path])
+    done = subprocess.run(
+        [sys.executable, "-c", code, str(path)], env={**os.environ, "PYTHONPATH": paths}, capture_output=True, text=True
+    )
+    assert done.stdout.count("log.parquet: the reader broke on this file (signal 6)") == 3, done.stderr
+
+
+@pytest.mark.slow
+def test_windows_of_a_child_are_those_of_the_process(tmp_path: Path) -> None:
+    path, stamps = tmp_path / "log.parquet", pa.array(np.arange(900) * 2_000, pa.timestamp("us"))
+    columns = {"when": stamps, "F": pa.array([None, *range(899)], pa.int64())}
+    pq.write_table(pa.table(columns), path, row_group_size=250)
+    source = LogSource(path, b"", "")
+    assert READER.windows is not None
+    assert READER.extent is not None
+    there, here = (list(windows(source, 200, 10, 100, 800)) for windows in (READER.windows, parquet_windows))
+    assert [each[:2] for each in there] == [each[:2] for each in here] == [(100, 300), (300, 500), (500, 800)]
+    for (_, _, one), (_, _, other) in zip(there, here, strict=True):
+        assert (one.first_row, one.clock_name, one.notes) == (other.first_row, other.clock_name, other.notes)
+        np.testing.assert_array_equal(one.columns["F"], other.columns["F"])
+        np.testing.assert_array_equal(one.clock, other.clock)
+    assert READER.extent(path) == (900, 2)
+
+
+def test_a_missing_number_of_a_slice_is_nan() -> None:
+    sink = io.BytesIO()
+    pq.write_table(pa.table({"a": pa.array([1, None, 3, None], pa.int32()), "b": pa.nulls(4, pa.float64())}), sink)
+    table = read_parquet(LogSource(Path("a.parquet"), sink.getvalue(), ""))
+    assert str(table.columns["a"]) == "[ 1. nan  3. nan]"
+    assert np.isnan(table.columns["b"]).all()
 
 
 def test_date_columns_become_the_clock_and_missing_becomes_nan() -> None:

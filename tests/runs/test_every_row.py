@@ -27,7 +27,7 @@ from erclutch.runs.every_row_folder import FILE, FOLDER, KeptParts, read_every_r
 from erclutch.runs.run_folder import read_run, write_run
 from erclutch.runs.tasks import Tasks, tasks_on
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("read_here")]
 
 ROWS = 60_000
 MODELS = ("bingham+lag", "bingham+lag+dahl/field+effort-lag", "fnn-4", "bingham+fnn-4+lag")

@@ -75,11 +75,11 @@ def _label_of_csv(path: Path) -> str:
 
 
 def _label_of_parquet(path: Path) -> str:
-    import pyarrow.parquet as pq
+    from erclutch.logs.log_reader import LogSource
+    from erclutch.logs.readers.parquet import windows_in_child
 
-    with path.open("rb") as file:
-        about: dict[bytes, bytes] = pq.read_schema(file).metadata or {}
-    return json.loads(about[b"erclutch"])["label"]
+    _, _, first_row = next(windows_in_child(LogSource(path, b"", ""), 1, 0, 0, 1))
+    return first_row.origin
 
 
 def _label_of_mat(path: Path) -> str:

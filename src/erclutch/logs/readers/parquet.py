@@ -288,7 +288,7 @@ def _asked(path: str, *asked: str) -> Iterator[child_process.Answer]:
         yield arrays, {**texts, "rows": [start, stop]}
 
 
-def _windows(
+def windows_in_child(
     source: LogSource, rows: int, margin: int, first: int = 0, last: int | None = None
 ) -> Iterator[tuple[int, int, Table]]:
     """`parquet_windows` in a child."""
@@ -318,7 +318,7 @@ READER = LogReader(
     (".parquet", ".pq"),
     _claims,
     found_recordings.in_child("parquet", memory=_memory)["read"],
-    _windows,
+    windows_in_child,
     _extent,
     tells_damage=_DAMAGE,
 )
