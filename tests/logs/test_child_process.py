@@ -153,7 +153,7 @@ def test_no_room_for_what_was_read_is_no_damage(tmp_path: Path, monkeypatch: pyt
         child_process.serve_pieces(lambda path: iter([answer]))
     else:
         child_process.serve(lambda path: answer)
-    with pytest.raises(LogError, match="temporary files .No space left on device.* Make room there"):
+    with pytest.raises(LogError, match=r"temporary files .No space left on device.* Make room there"):
         child_process._answer(tmp_path, 0, b"", 1)
 
 
