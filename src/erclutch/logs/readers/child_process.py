@@ -32,8 +32,11 @@ _ARRAYS, _TEXTS = "columns.f64", "table.json"
 _NO_MEMORY = (b"memory allocation of", b"MemoryError", b"bad_alloc")  # last words of Rust, Python and C++
 _DAMAGED = "The file may be damaged: copy it again or export it as CSV"
 _READY = b"."  # a piece is there; a piece was fetched
-_SINGLE = {"OPENBLAS_NUM_THREADS": "1", "PYTHONDONTWRITEBYTECODE": "1"}
-_SINGLE |= {"ARROW_DEFAULT_MEMORY_POOL": "system"}  # Arrow's own reserves a GiB of address space at once
+_SINGLE = {
+    "OPENBLAS_NUM_THREADS": "1",
+    "PYTHONDONTWRITEBYTECODE": "1",
+    "ARROW_DEFAULT_MEMORY_POOL": "system",  # Arrow's own reserves a GiB of address space at once
+}
 
 
 #: What a child reads: float64 vectors, and everything else as JSON.
@@ -78,9 +81,10 @@ def stream(
         with subprocess.Popen(command, env=environment, stdin=pipe, stdout=pipe, stderr=said) as child:
             assert child.stdin is not None
             assert child.stdout is not None
+            late = threading.Event()
             try:
                 for number in itertools.count():
-                    with _killed_after(WALL * seconds, child) as late:
+                    with _killed_after(WALL * seconds, child, late):
                         ready = child.stdout.read(1)
                     if ready != _READY:
                         break
@@ -106,9 +110,8 @@ _OUT_OF_TIME = -getattr(signal, "SIGXCPU", 0) or None  # what a child's end says
 
 
 @contextmanager
-def _killed_after(seconds: float, child: subprocess.Popen[bytes]) -> Generator[threading.Event]:
+def _killed_after(seconds: float, child: subprocess.Popen[bytes], late: threading.Event) -> Generator[None]:
     """A child that takes longer is killed, and the event is set."""
-    late = threading.Event()
 
     def kill() -> None:
         late.set()
@@ -118,7 +121,7 @@ def _killed_after(seconds: float, child: subprocess.Popen[bytes]) -> Generator[t
     timer.daemon = True
     timer.start()
     try:
-        yield late
+        yield
     finally:
         timer.cancel()
 
