@@ -5,9 +5,9 @@ Each model is a curve, the data beside it are dots.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,10 +20,15 @@ from erclutch.signals.array import Array
 
 Rows = NDArray[np.intp]
 
-_LEVELS, _CURVE, _DOTS = 5, 81, 160
-_RARE = 0.005  # of all rows
-_PARTS, _SHOWN = 12, 8  # of the range of slips; parts that have dots of a curve
-_BINS, _DWELT, _WHOLE = 40, 0.01, 0.95  # of the range of fields; shares of all rows
+_LEVELS = 5  # curves, where a log has many fields
+_CURVE = 81  # points of a curve
+_DOTS = 160  # dots near a curve, at most
+_RARE = 0.005  # share of all rows below which a field is rare
+_PARTS = 12  # into which the range of slips is parted
+_SHOWN = 8  # of these parts, that have dots of a curve
+_BINS = 40  # into which the range of fields is parted
+_DWELT = 0.01  # share of all rows from which a log dwells in a bin
+_WHOLE = 0.95  # share of all rows that must lie in such bins
 
 
 @dataclass(frozen=True)
@@ -48,6 +53,15 @@ class FlowCurves:
     effort: Array
     dots: tuple[Array, ...]
     alike: tuple[FlowCurves, ...] = ()
+
+    #: Names of the columns of `rows`.
+    HEADER: ClassVar = ("model", "element", "field", "slip", "effort")
+
+    def rows(self) -> Iterator[tuple[object, ...]]:
+        """A row of a table for each point of each curve; elements are numbered from 1."""
+        for field, efforts in zip(self.fields, self.effort, strict=True):
+            for slip, effort in zip(self.slip, efforts, strict=True):
+                yield self.model, self.element + 1, float(field), float(slip), float(effort)
 
 
 @dataclass(frozen=True)
@@ -93,15 +107,11 @@ def flow_curves(rows: RunRows, models: Sequence[Model], element: int = 0, wait: 
     strength = np.abs(own.field)
     levels = _levels(strength) if wait is None else _met(strength)
     fields: list[float] = levels.tolist()
-    first, last = (float(end) for end in np.quantile(own.slip, (0.0005, 0.9995)))
-
-    # Slips of the curves lie closer together near zero, where laws turn.
-    reach = max(abs(first), abs(last)) or 1.0
-    from_, to = (float(np.arcsinh(end / reach * np.sinh(3.0))) for end in (first, last))
-    even: Array = np.linspace(from_, to, _CURVE)
-    slip: Array = reach * np.sinh(even) / np.sinh(3.0)
-
+    first = float(np.quantile(own.slip, 0.0005))
+    last = float(np.quantile(own.slip, 0.9995))
     inside = (own.slip >= first) & (own.slip <= last)
+    slip = _slips(first, last)
+
     dots_after: dict[int, list[Rows]] = {}  # rows of the dots at each level, by the rows in which a field settles
     curves: list[FlowCurves] = []
     for model in models:
@@ -116,6 +126,15 @@ def flow_curves(rows: RunRows, models: Sequence[Model], element: int = 0, wait: 
             dots.append(np.column_stack([own.slip[at], measured]))
         curves.append(FlowCurves(model.name, element, levels, slip, effort, tuple(dots)))
     return curves
+
+
+def _slips(first: float, last: float) -> Array:
+    """Slips of a curve's points, shape (n,): they lie closer together near zero, where laws turn."""
+    reach = max(abs(first), abs(last)) or 1.0
+    start = float(np.arcsinh(first / reach * np.sinh(3.0)))
+    end = float(np.arcsinh(last / reach * np.sinh(3.0)))
+    even: Array = np.linspace(start, end, _CURVE)
+    return reach * np.sinh(even) / np.sinh(3.0)
 
 
 def waited(rows: RunRows, model: Model, element: int = 0) -> int:
@@ -194,18 +213,20 @@ def grouped(curves: Sequence[Sequence[FlowCurves]], apart: float) -> tuple[tuple
     def alike(one: int, other: int) -> bool:
         return all(np.max(np.abs(laws[one].effort - laws[other].effort)) <= apart for laws in curves)
 
-    groups: dict[int, list[int]] = {}  # places of laws, by the place of the first
+    alike_to: dict[int, list[int]] = {}  # places of further laws, by the place of the first
     for law in range(len(curves[0])):
-        first = next((known for known in groups if alike(known, law)), law)
-        groups.setdefault(first, []).append(law)
+        first = next((known for known in alike_to if alike(known, law)), None)
+        if first is None:
+            alike_to[law] = []
+        else:
+            alike_to[first].append(law)
+
     of_elements: list[tuple[FlowCurves, ...]] = []
     for laws in curves:
-        of_elements.append(
-            tuple(
-                replace(laws[first], alike=tuple(laws[place] for place in group if place != first))
-                for first, group in groups.items()
-            )
-        )
+        drawn: list[FlowCurves] = []
+        for first, further in alike_to.items():
+            drawn.append(replace(laws[first], alike=tuple(laws[place] for place in further)))
+        of_elements.append(tuple(drawn))
     return tuple(of_elements)
 
 
@@ -272,7 +293,9 @@ def _settled(
 def _settling(rows: RunRows, model: Model) -> int:
     """Rows after which the model's field has settled."""
     response = step_response({"name": model.name, "dynamics": model.times})
-    return 1 if response is None else int(np.clip(response.settled / period_of(rows), 1, rows.data.rows // 4))
+    if response is None:
+        return 1
+    return int(np.clip(response.settled / period_of(rows), 1, rows.data.rows // 4))
 
 
 def _still(field: Array, back: int, reach: float) -> NDArray[np.bool_]:

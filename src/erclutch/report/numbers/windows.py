@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from erclutch.report.numbers.correlation import held_out_spans
 from erclutch.runs.run_rows import RunRows
@@ -35,40 +37,67 @@ class Windows:
 def windows(rows: RunRows, model: str) -> Windows:
     """Sections of a tenth of the rows held out, 300 to 2500 rows, that do not cross a gap."""
     spans = held_out_spans(rows)
-    width = int(np.clip(np.count_nonzero(rows.test) // 10, 300, 2500))
-    width = min(width, max(span.stop - span.start for span in spans))
-    long_enough = [span for span in spans if span.stop - span.start >= width]
-    step = max(1, width // 4)
-    starts = np.concatenate([np.arange(span.start, span.stop - width + 1, step) for span in long_enough])
+    longest = max(span.stop - span.start for span in spans)
+    tenth = int(np.clip(np.count_nonzero(rows.test) // 10, 300, 2500))
+    width = min(tenth, longest)
+    starts = _starts(spans, width)
 
-    # Sums over a section are differences of sums from the first row on.
-    squares = np.concatenate([[0.0], np.cumsum(rows.residual(model) ** 2)])
-    power = np.concatenate([[0.0], np.cumsum(sum(element.slip**2 for element in rows.data.elements))])
-    errors = squares[starts + width] - squares[starts]
-    motion = np.sqrt(power[starts + width] - power[starts])
-    order = np.argsort(errors, kind="stable")
+    squared_residual = rows.residual(model) ** 2
+    squared_slip = sum(element.slip**2 for element in rows.data.elements)
+    errors = _sums(squared_residual, starts, width)
+    motion = np.sqrt(_sums(squared_slip, starts, width))
+
+    by_error = np.argsort(errors, kind="stable")
+    worst = starts[by_error[-1]]
+
+    # A log may rest for most of its time. A section at rest is no typical one.
     moves = motion >= np.quantile(motion, 0.75) / 2.0
-    moving = order[moves[order]]
-    typical, worst = int(starts[moving[moving.size // 2]]), int(starts[order[-1]])
+    moving_by_error = by_error[moves[by_error]]
+    typical = starts[moving_by_error[moving_by_error.size // 2]]
 
-    happens = np.array([_happens(rows, start, width) for start in starts])  # (sections, 2)
-    shares = happens / np.maximum(happens.max(axis=0), 1e-300)
-    lively = int(starts[np.argmax(shares.sum(axis=1))])
-    return Windows((typical, typical + width), (worst, worst + width), (lively, lively + width))
+    events = np.array([_events(rows, start, width) for start in starts])  # (sections, 2)
+    shares = events / np.maximum(events.max(axis=0), 1e-300)
+    lively = starts[np.argmax(shares.sum(axis=1))]
+
+    return Windows(_window(typical, width), _window(worst, width), _window(lively, width))
 
 
-def _happens(rows: RunRows, start: int, width: int) -> tuple[float, float]:
-    """Change of field and reversals of slip, in means of a fiftieth; below a twentieth of the range is noise."""
+def _window(start: np.int64, width: int) -> tuple[int, int]:
+    return int(start), int(start) + width
+
+
+def _starts(spans: Sequence[slice], width: int) -> NDArray[np.int64]:
+    """First rows of all sections: they overlap by three quarters, and each lies inside one span."""
+    step = max(1, width // 4)
+    long_enough = [span for span in spans if span.stop - span.start >= width]
+    return np.concatenate([np.arange(span.start, span.stop - width + 1, step) for span in long_enough])
+
+
+def _sums(values: Array, starts: NDArray[np.int64], width: int) -> Array:
+    """The sum of each section: a difference of sums from the first row on."""
+    from_first = np.concatenate([[0.0], np.cumsum(values)])
+    return from_first[starts + width] - from_first[starts]
+
+
+def _events(rows: RunRows, start: int, width: int) -> tuple[float, float]:
+    """Change of field and reversals of slip in a section.
+
+    Both are counted in means of a fiftieth of the section. What is below a twentieth of the log's range is noise.
+    """
     edges = np.linspace(start, start + width, _PARTS + 1).astype(np.int64)[:-1]
 
     def means(signal: Array) -> Array:
         return np.add.reduceat(signal[: start + width], edges) / (width / _PARTS)
 
-    changes, reversals = 0.0, 0.0
+    change = 0.0
+    reversals = 0.0
     for element in rows.data.elements:
         steps = np.abs(np.diff(means(element.field)))
-        changes += float(steps[steps > _LEAST * float(np.ptp(element.field))].sum())
+        least_step = _LEAST * float(np.ptp(element.field))
+        change += float(steps[steps > least_step].sum())
+
         slip = means(element.slip)
-        signs = np.sign(slip[np.abs(slip) > _LEAST * float(np.abs(element.slip).max())])
+        least_slip = _LEAST * float(np.abs(element.slip).max())
+        signs = np.sign(slip[np.abs(slip) > least_slip])
         reversals += float(np.count_nonzero(np.diff(signs)))
-    return changes, reversals
+    return change, reversals

@@ -8,6 +8,7 @@ from erclutch.report.numbers.error_map import ErrorMap
 from erclutch.report.numbers.number_text import count, percent
 from erclutch.report.numbers.run_material import Material
 from erclutch.report.plots.plot_description import Axis, Cells, Panel, Plot, PlotTable
+from erclutch.signals.array import Array
 
 _HEADER = ("element", "field_from", "field_to", "slip_from", "slip_to", "train_rows", "test_rows", "test_rmse")
 
@@ -25,34 +26,33 @@ def describe_error_map(material: Material) -> Plot:
 
 def _top(maps: tuple[ErrorMap, ...]) -> float:
     """Error of the last colour: the 97th percentile of the rows, so that one cell does not take all contrast."""
-    errors = np.concatenate([np.repeat(m.rmse[m.test > 0], np.minimum(m.test[m.test > 0], 50)) for m in maps])
-    return float(np.quantile(errors, 0.97)) or 1.0
+    errors: list[Array] = []
+    for cells in maps:
+        met = cells.test > 0
+        rows = np.minimum(cells.test[met], 50)  # so that a few crowded cells are not all that counts
+        errors.append(np.repeat(cells.rmse[met], rows))
+    return float(np.quantile(np.concatenate(errors), 0.97)) or 1.0
 
 
 def _panels(material: Material, found: ErrorMap, top: float, most: int) -> tuple[Panel, Panel]:
-    field, slip, effort = material.field, material.slip, material.effort
     name = material.element_name(found.element)
-    fx, sy = found.field_edges * field.factor, found.slip_edges * slip.factor
-    x = Axis(f"field {name}".strip(), field.unit, float(fx[0]), float(fx[-1]))
-    y = Axis(f"slip {name}".strip(), slip.unit, float(sy[0]), float(sy[-1]))
-    error = Cells(fx, sy, found.rmse * effort.factor, top, "heat", effort.titled("RMSE"), crossed=found.blind)
-    rows = np.where(found.train > 0, found.train, np.nan)
     tail = f", {name}" if name else ""
+    field = found.field_edges * material.field.factor
+    slip = found.slip_edges * material.slip.factor
+    x = Axis(f"field {name}".strip(), material.field.unit, float(field[0]), float(field[-1]))
+    y = Axis(f"slip {name}".strip(), material.slip.unit, float(slip[0]), float(slip[-1]))
+
+    error = found.rmse * material.effort.factor
+    errors = Cells(field, slip, error, top, "heat", material.effort.titled("RMSE"), crossed=found.blind)
+    about_errors = f"RMSE on the rows held out over field and slip {name}. {worst_cell(material, found)}"
+
+    rows = np.where(found.train > 0, found.train, np.nan)
+    training = Cells(field, slip, rows, float(most), "mass", "training rows", log=True)
+    empty = percent(found.empty_share, 2)
+    about_training = f"Training rows over field and slip {name}; {empty} of the cells hold none."
     return (
-        Panel(
-            x,
-            y,
-            [error],
-            f"RMSE on the rows held out over field and slip {name}. {worst_cell(material, found)}",
-            caption=f"Error{tail}",
-        ),
-        Panel(
-            x,
-            y,
-            [Cells(fx, sy, rows, float(most), "mass", "training rows", log=True)],
-            f"Training rows over field and slip {name}; {percent(found.empty_share, 2)} of the cells hold none.",
-            caption=f"Training rows{tail}",
-        ),
+        Panel(x, y, [errors], about_errors, caption=f"Error{tail}"),
+        Panel(x, y, [training], about_training, caption=f"Training rows{tail}"),
     )
 
 
@@ -71,13 +71,11 @@ def worst_cell(material: Material, found: ErrorMap) -> str:
 
 
 def _rows(found: ErrorMap) -> list[tuple[object, ...]]:
-    return [
-        (
-            found.element + 1,
-            *(float(v) for v in (*found.field_edges[i : i + 2], *found.slip_edges[j : j + 2])),
-            int(found.train[i, j]),
-            int(found.test[i, j]),
-            float(found.rmse[i, j]),
-        )
-        for i, j in np.argwhere((found.train > 0) | (found.test > 0))
-    ]
+    """A row for each cell that has rows of the log, under `_HEADER`."""
+    rows: list[tuple[object, ...]] = []
+    for i, j in np.argwhere((found.train > 0) | (found.test > 0)):
+        field_ends = found.field_edges[i : i + 2].tolist()
+        slip_ends = found.slip_edges[j : j + 2].tolist()
+        figures = int(found.train[i, j]), int(found.test[i, j]), float(found.rmse[i, j])
+        rows.append((found.element + 1, *field_ends, *slip_ends, *figures))
+    return rows

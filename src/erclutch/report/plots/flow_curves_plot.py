@@ -28,16 +28,23 @@ def describe_flow_curves(material: Material) -> Plot:
     groups = [group[: _MOST // len(material.flow_curves)] for group in material.flow_curves]
     if not groups[0]:
         raise CheckError("the run holds no law", where=str(material.run.folder), remedy="Fit laws too: --models all")
-    found = [curves for law in zip(*groups, strict=True) for curves in law]
-    drawn = [panel for law in zip(*(flow_panels(material, g) for g in groups), strict=True) for panel in law]
-    columns = min(2 if len(groups) > 1 else 3, len(drawn))
+
+    # Laws follow one another; both clutches of a law stand side by side.
+    panels: list[Panel] = []
+    for of_elements in zip(*(flow_panels(material, group) for group in groups), strict=True):
+        panels += of_elements
+    rows: list[tuple[object, ...]] = []
+    for of_elements in zip(*groups, strict=True):
+        for curves in of_elements:
+            for law in (curves, *curves.alike):
+                rows += law.rows()
+
+    columns = min(2 if len(groups) > 1 else 3, len(panels))
+    height = 0.35 + 2.1 * math.ceil(len(panels) / columns)
     return Plot(
-        drawn,
-        PlotTable(
-            ("model", "element", "field", "slip", "effort"),
-            [row for c in found for law in (c, *c.alike) for row in _rows(law)],
-        ),
-        min(0.35 + 2.1 * math.ceil(len(drawn) / columns), _TALLEST),
+        panels,
+        PlotTable(FlowCurves.HEADER, rows),
+        min(height, _TALLEST),
         PAGE,
         columns,
         badge=material.print_badge,
@@ -49,41 +56,38 @@ def describe_flow_curves(material: Material) -> Plot:
 
 def flow_panels(material: Material, found: Sequence[FlowCurves]) -> list[Panel]:
     """A small panel a law, all of one element with the same axes."""
-    dots = np.concatenate([d[:, 1] for c in found for d in c.dots if d.size] or [np.array([0.0])])
-    first = next((c for c in found if c.model == material.recommended), found[0])
-    # The range of the data where there are enough, else that of the best law.
-    low, high = np.quantile(dots if dots.size > 50 else first.effort, (0.002, 0.998)) * material.effort.factor
+    dots = np.concatenate([d[:, 1] for curves in found for d in curves.dots if d.size] or [np.array([0.0])])
+    recommended = [curves for curves in found if curves.model == material.recommended]
+    best = [*recommended, *found][0]
+    # The axis reaches around the data where there are enough, else around the best law.
+    efforts = dots if dots.size > 50 else best.effort
+    low, high = np.quantile(efforts, (0.002, 0.998)) * material.effort.factor
     slack = 0.15 * (high - low)
     y = Axis(material.word, material.effort.unit, float(low - slack), float(high + slack))
     return [_panel(material, curves, y) for curves in found]
 
 
 def _panel(material: Material, found: FlowCurves, y: Axis) -> Panel:
-    x = found.slip * material.slip.factor
-    factors = np.array([material.slip.factor, material.effort.factor])
-    styles = [f"level{round(_SHADES * i / max(found.fields.size - 1, 1))}" for i in range(found.fields.size)]
+    slip = found.slip * material.slip.factor
+    last = max(found.fields.size - 1, 1)
+    styles = [f"level{round(_SHADES * k / last)}" for k in range(found.fields.size)]
     marks: list[Mark] = [ReferenceLine(0.0)]
     for style, dots in zip(styles, found.dots, strict=True):
-        x_dots, y_dots = (dots * factors).T
-        marks.append(Dots(x_dots, y_dots, style, size=1.1))
+        marks.append(Dots(dots[:, 0] * material.slip.factor, dots[:, 1] * material.effort.factor, style, size=1.1))
     for style, level, effort in zip(styles, found.fields, found.effort, strict=True):
-        marks.append(Line(x, effort * material.effort.factor, style, material.field.of(float(level), 2)))
+        label = material.field.of(float(level), 2)
+        marks.append(Line(slip, effort * material.effort.factor, style, label))
+
+    model = material.titles[found.model]
+    title = f"{model} {material.element_name(found.element)}".strip()
+    if found.alike:
+        title += f" (and {len(found.alike)} alike)"
     return Panel(
-        Axis("slip", material.slip.unit, float(x[0]), float(x[-1])),
+        Axis("slip", material.slip.unit, float(slip[0]), float(slip[-1])),
         y,
         marks,
-        f"{material.word} over slip of {material.titles[found.model]} at {found.fields.size} fields, "
-        "with measured rows as dots.",
-        f"{material.titles[found.model]} {material.element_name(found.element)}".strip()
-        + (f" (and {len(found.alike)} alike)" if found.alike else ""),
+        f"{material.word} over slip of {model} at {found.fields.size} fields, with measured rows as dots.",
+        title,
         chosen=found.model == material.recommended,
         size=(330, 230),
     )
-
-
-def _rows(found: FlowCurves) -> list[tuple[object, ...]]:
-    return [
-        (found.model, found.element + 1, float(f), float(w), float(t))
-        for f, line in zip(found.fields, found.effort, strict=True)
-        for w, t in zip(found.slip, line, strict=True)
-    ]

@@ -18,7 +18,8 @@ def describe_lag(material: Material) -> Plot:
     Raises:
         CheckError: the run has neither.
     """
-    panels, rows = list[Panel](), _Rows()
+    panels: list[Panel] = []
+    rows: _Rows = []
     if material.after_switch is not None:
         panels.append(_after(material, material.after_switch, rows))
     if material.step_responses:
@@ -34,14 +35,16 @@ def describe_lag(material: Material) -> Plot:
 
 
 def _after(material: Material, found: AfterSwitch, rows: _Rows) -> Panel:
-    x = np.maximum(found.since * 1e3, 0.5e3 * material.period)
-    curves = {name: rmse * material.effort.factor for name, rmse in found.rmse.items()}
     for name, rmse in found.rmse.items():
-        rows += [("rmse", name, float(t), float(v)) for t, v in zip(found.since, rmse, strict=True)]
+        rows += [("rmse", name, float(since), float(error)) for since, error in zip(found.since, rmse, strict=True)]
+    # The axis is logarithmic: the row of the switch itself stands half a period after it.
+    since = np.maximum(found.since * 1e3, 0.5e3 * material.period)  # [ms]
+    curves = {name: rmse * material.effort.factor for name, rmse in found.rmse.items()}
+    largest = max(float(curve.max()) for curve in curves.values())
     return Panel(
-        Axis("time since the command switched", "ms", float(x[0]), float(x[-1]), log=True),
-        Axis("RMSE", material.effort.unit, 0.0, 1.08 * max(float(v.max()) for v in curves.values())),
-        [Line(x, curves[name], role, material.titles[name]) for name, role in reversed(material.shown.items())],
+        Axis("time since the command switched", "ms", float(since[0]), float(since[-1]), log=True),
+        Axis("RMSE", material.effort.unit, 0.0, 1.08 * largest),
+        [Line(since, curves[name], role, material.titles[name]) for name, role in reversed(material.shown.items())],
         "RMSE over the time since the command last switched, of "
         f"{', '.join(material.titles[name] for name in found.rmse)}.",
         caption="Error over the time since the command last switched, rows held out. A hump on the left is a lag that "
@@ -51,26 +54,31 @@ def _after(material: Material, found: AfterSwitch, rows: _Rows) -> Panel:
 
 
 def _steps(material: Material, found: tuple[StepResponse, ...], rows: _Rows) -> Panel:
-    t = np.linspace(0.0, 1.15 * max(step.settled for step in found), 241)
+    time = np.linspace(0.0, 1.15 * max(step.settled for step in found), 241)  # [s]
     lines: list[Line] = []
     for step in found:
-        up, down = step.up(t), step.down(t)
-        ways = {"step": up} if np.allclose(down, 1.0 - up, atol=1e-3) else {"step": up, "fall": down}
-        for name, share in ways.items():
-            way = "" if len(ways) == 1 else ", rise" if name == "step" else ", fall"
-            lines.append(
-                Line(
-                    t * 1e3, share, material.shown[step.model], material.titles[step.model] + way, dashed=name == "fall"
-                )
-            )
-            rows += [(name, step.model, float(a), float(b)) for a, b in zip(t, share, strict=True)]
+        style = material.shown[step.model]
+        title = material.titles[step.model]
+        up = step.up(time)
+        down = step.down(time)
+        rows += [("step", step.model, float(at), float(share)) for at, share in zip(time, up, strict=True)]
+        if np.allclose(down, 1.0 - up, atol=1e-3):
+            lines.append(Line(time * 1e3, up, style, title))
+            continue
+        # Up and down differ: both are drawn.
+        rows += [("fall", step.model, float(at), float(share)) for at, share in zip(time, down, strict=True)]
+        lines.append(Line(time * 1e3, up, style, f"{title}, rise"))
+        lines.append(Line(time * 1e3, down, style, f"{title}, fall", dashed=True))
+
+    lowest = min(0.0, *(float(line.y.min()) for line in lines))
     highest = max(1.05, *(1.03 * float(line.y.max()) for line in lines))
+    caption = "How the field in the fluid follows a step, as the models with a lag have it"
+    caption += "; dashed: a step down." if any(line.dashed for line in lines) else "."
     return Panel(
-        Axis("time since the command stepped", "ms", 0.0, float(t[-1]) * 1e3),
-        Axis("field in the fluid, share of the step", "", min(0.0, *(float(line.y.min()) for line in lines)), highest),
+        Axis("time since the command stepped", "ms", 0.0, float(time[-1]) * 1e3),
+        Axis("field in the fluid, share of the step", "", lowest, highest),
         lines,
-        f"Step responses of {', '.join(material.titles[s.model] for s in found)}.",
-        caption="How the field in the fluid follows a step, as the models with a lag have it"
-        + ("; dashed: a step down." if any(line.dashed for line in lines) else "."),
+        f"Step responses of {', '.join(material.titles[step.model] for step in found)}.",
+        caption=caption,
         size=(430, 250),
     )

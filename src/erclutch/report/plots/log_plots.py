@@ -9,6 +9,7 @@ from erclutch.logs.dataset import Dataset
 from erclutch.report.numbers.error_map import even_edges
 from erclutch.report.numbers.number_text import unit_text
 from erclutch.report.plots.plot_description import Axis, Cells, Line, Panel, Plot, PlotTable
+from erclutch.signals.array import Array
 from erclutch.signals.recording import Recording
 
 _BINS = 40
@@ -31,27 +32,29 @@ def describe_section(recording: Recording, *, start: float | None = None, second
             section).
         seconds: length.
     """
-    signals = recording.signals
     at = _rows(recording, start, seconds)
+    begin = recording.time[at.start]
+    time = recording.time[at] - begin
+    x = Axis(f"time from {begin:.2f} s", "s", 0.0, float(time[-1]))
+
     effort = _effort(recording)
     word = {"N": "force", "N*m": "torque"}.get(recording.units[effort], "effort")
-    time = recording.time[at] - recording.time[at.start]
-    x = Axis(f"time from {recording.time[at.start]:.2f} s", "s", 0.0, float(time[-1]))
-    panels: list[Panel] = []
     columns = {"time": time}
+    panels: list[Panel] = []
     for title, names in {**_INPUTS, word: (effort,)}.items():
-        logged = [name for name in names if name in signals]
+        logged = [name for name in names if name in recording.signals]
         if not logged:
             continue
-        columns |= {name: signals[name][at] for name in logged}
         styles = ("measured",) if title == word else ("series0", "series1", "series3")
-        lines = [
-            Line(time, columns[name], style, name, steps=True) for name, style in zip(logged, styles, strict=False)
-        ]
+        lines: list[Line] = []
+        for name, style in zip(logged, styles, strict=False):
+            lines.append(Line(time, recording.signals[name][at], style, name, steps=True))
         y = Axis(title, unit_text(recording.units[logged[0]]))
         panels.append(Panel(x, y, lines, f"{title} over time."))
+        columns |= {name: recording.signals[name][at] for name in logged}
     table = PlotTable(list(columns), np.column_stack(list(columns.values())).tolist())
-    return Plot(panels, table, 0.45 + 0.95 * len(panels), title=titled(recording), legend="above")
+    height = 0.45 + 0.95 * len(panels)
+    return Plot(panels, table, height, title=titled(recording), legend="above")
 
 
 def _effort(recording: Recording) -> str:
@@ -79,18 +82,15 @@ def _rows(recording: Recording, start: float | None, seconds: float) -> slice:
 
 def describe_coverage(data: Dataset, name: str = "") -> Plot:
     """Rows a cell, a panel an element, under the name of the log."""
-    maps = [(even_edges(element.field, _BINS), even_edges(element.slip, _BINS)) for element in data.elements]
-    counts = [
-        np.histogram2d(element.field, element.slip, bins=edges)[0]
-        for element, edges in zip(data.elements, maps, strict=True)
-    ]
-    most = max(float(count.max()) for count in counts)  # one scale of colours for all panels
+    maps = [_rows_a_cell(element.field, element.slip) for element in data.elements]
+    most = max(float(count.max()) for _, _, count in maps)  # one scale of colours for all panels
     panels: list[Panel] = []
     rows: list[tuple[object, ...]] = []
-    for number, ((field, slip), count) in enumerate(zip(maps, counts, strict=True), start=1):
+    for number, (field, slip, count) in enumerate(maps, start=1):
         cells = Cells(field, slip, np.where(count > 0, count, np.nan), most, "mass", "rows a cell", log=True)
         label = f"CH{number}: " if len(maps) > 1 else ""
-        title = f"{label}{np.count_nonzero(count == 0) / count.size:.0%} empty"
+        empty = np.count_nonzero(count == 0) / count.size
+        title = f"{label}{empty:.0%} empty"
         x = Axis("field", unit_text(data.units.field), float(field[0]), float(field[-1]))
         y = Axis("slip", unit_text(data.units.slip), float(slip[0]), float(slip[-1]))
         panels.append(Panel(x, y, [cells], f"Rows over field and slip, {title}.", title))
@@ -98,4 +98,13 @@ def describe_coverage(data: Dataset, name: str = "") -> Plot:
         slip_middles = 0.5 * (slip[1:] + slip[:-1])
         for i, j in np.argwhere(count > 0):
             rows.append((number, float(field_middles[i]), float(slip_middles[j]), int(count[i, j])))
-    return Plot(panels, PlotTable(("element", "field", "slip", "rows"), rows), 2.9, columns=len(panels), title=name)
+    table = PlotTable(("element", "field", "slip", "rows"), rows)
+    return Plot(panels, table, 2.9, columns=len(panels), title=name)
+
+
+def _rows_a_cell(field: Array, slip: Array) -> tuple[Array, Array, Array]:
+    """Edges of the cells in field and in slip, shapes (n + 1,), and rows in each cell, shape (n, n)."""
+    field_edges = even_edges(field, _BINS)
+    slip_edges = even_edges(slip, _BINS)
+    count, _, _ = np.histogram2d(field, slip, bins=(field_edges, slip_edges))
+    return field_edges, slip_edges, count

@@ -12,6 +12,7 @@ from erclutch.report.plots.plot_description import PAGE, Axis, Dots, Line, Mark,
 from erclutch.signals.array import Array
 
 _SHADES = 6  # the last shade of the ramp
+_SIZE = (380, 290)
 
 
 def describe_model(material: Material) -> Plot:
@@ -19,92 +20,101 @@ def describe_model(material: Material) -> Plot:
     panels: list[Panel] = []
     rows: list[tuple[object, ...]] = []
     for over_slip, over_field in material.recommended_curves:
-        y = _effort_axis(material, [*over_slip, over_field])
-        name = material.element_name(over_field.element)
         own, *rivals = over_slip
+        y = _effort_axis(material, own, over_field, rivals)
+        name = material.element_name(over_field.element)
         panels.append(_over_slip(material, own, y, f"{name} recommended, over slip".strip()))
         panels.append(_over_field(material, over_field, y, f"{name} recommended, over the field".strip()))
-        panels += [_over_slip(material, rival, y, f"{name} rival, over slip".strip()) for rival in rivals]
-        rows += [row for found in over_slip for row in _rows_over_slip(found)]
+        for rival in rivals:
+            panels.append(_over_slip(material, rival, y, f"{name} rival, over slip".strip()))
+        for curves in over_slip:
+            rows += curves.rows()
         rows += _rows_over_field(material, over_field)
+
     columns = 3 if material.rival else 2
+    height = 0.35 + 2.1 * (len(panels) // columns)
+    title = f"Recommended: {material.title}."
+    if material.rival:
+        title += f" Rival: {material.titles[material.rival]}."
     return Plot(
         panels,
-        PlotTable(("model", "element", "field", "slip", "effort"), rows),
-        0.35 + 2.1 * (len(panels) // columns),
+        PlotTable(FlowCurves.HEADER, rows),
+        height,
         PAGE,
         columns,
         badge=material.print_badge,
         legend="above",
-        title=f"Recommended: {material.title}."
-        + (f" Rival: {material.titles[material.rival]}." if material.rival else ""),
+        title=title,
     )
 
 
-def _effort_axis(material: Material, found: Sequence[FlowCurves | FieldCurves]) -> Axis:
-    """One axis for all panels of an element, so that they can be compared: around curves and dots."""
-    factor = material.effort.factor
-    drawn = [found[0].effort.ravel(), *(curves.effort.ravel() for curves in found if isinstance(curves, FieldCurves))]
-    dots = [d[:, 1] for curves in found for d in curves.dots if d.size]
-    low, high = (
-        float(end(np.concatenate([*drawn, *dots]), share)) * factor
-        for end, share in ((np.quantile, 0.001), (np.quantile, 0.999))
-    )
+def _effort_axis(material: Material, own: FlowCurves, over_field: FieldCurves, rivals: Sequence[FlowCurves]) -> Axis:
+    """One axis for all panels of an element, so that they can be compared.
+
+    It reaches around the recommended model's curves and all dots. A rival that leaves it is cut off.
+    """
+    dots = [d[:, 1] for curves in (own, *rivals, over_field) for d in curves.dots if d.size]
+    efforts = np.concatenate([own.effort.ravel(), over_field.effort.ravel(), *dots])
+    low = float(np.quantile(efforts, 0.001)) * material.effort.factor
+    high = float(np.quantile(efforts, 0.999)) * material.effort.factor
     slack = 0.06 * ((high - low) or 1.0)
     return Axis(material.word, material.effort.unit, low - slack, high + slack)
 
 
 def _over_slip(material: Material, found: FlowCurves, y: Axis, title: str) -> Panel:
-    x = found.slip * material.slip.factor
-    axis = Axis("slip", material.slip.unit, float(x[0]), float(x[-1]))
+    slip = found.slip * material.slip.factor
     labels = [material.field.of(float(level), 2) for level in found.fields]
-    dots = [d * [material.slip.factor, 1.0] for d in found.dots]
-    return _panel(material, (x, found.effort, labels, dots), axis, y, (title, material.titles[found.model]))
+    return Panel(
+        Axis("slip", material.slip.unit, float(slip[0]), float(slip[-1])),
+        y,
+        _marks(material, slip, found.effort, labels, [d * [material.slip.factor, 1.0] for d in found.dots]),
+        _sentence(material, material.titles[found.model], "slip", len(labels)),
+        title,
+        size=_SIZE,
+    )
 
 
 def _over_field(material: Material, found: FieldCurves, y: Axis, title: str) -> Panel:
-    x = found.field * material.field.factor
-    axis = Axis("field", material.field.unit, float(x[0]), float(x[-1]) if x[-1] > x[0] else None)
+    field = found.field * material.field.factor
+    first = float(field[0])
+    last = float(field[-1])
     labels = [material.slip.of(float(level), 2) for level in found.slips]
-    dots = [d * [material.field.factor, 1.0] for d in found.dots]
-    return _panel(material, (x, found.effort, labels, dots), axis, y, (title, material.title))
+    return Panel(
+        # A log may have one field alone. The axis is then left to the marks.
+        Axis("field", material.field.unit, first, last if last > first else None),
+        y,
+        _marks(material, field, found.effort, labels, [d * [material.field.factor, 1.0] for d in found.dots]),
+        _sentence(material, material.title, "field", len(labels)),
+        title,
+        size=_SIZE,
+    )
 
 
-def _panel(
-    material: Material,
-    curves: tuple[Array, Array, list[str], list[Array]],
-    x: Axis,
-    y: Axis,
-    titles: tuple[str, str],
-) -> Panel:
-    """Curves with the dots near them.
+def _marks(
+    material: Material, at: Array, efforts: Array, labels: Sequence[str], dots: Sequence[Array]
+) -> Sequence[Mark]:
+    """Curves with the measured rows near them as dots.
 
     Args:
         material: of the scales.
-        curves: places on the axis, efforts (curves, n), labels, and dots (m, 2) of each curve.
-        x: axis of the places.
-        y: axis of the efforts.
-        titles: of the panel, and of the model.
+        at: places on the axis, as drawn, shape (n,).
+        efforts: as the run has them, shape (curves, n).
+        labels: of the curves.
+        dots: place as drawn and effort of the rows near each curve, shapes (m, 2).
     """
-    at, efforts, labels, dots = curves
-    factor, last = material.effort.factor, max(len(labels) - 1, 1)
+    factor = material.effort.factor
+    last = max(len(labels) - 1, 1)
     styles = [f"level{round(_SHADES * k / last)}" for k in range(len(labels))]
     marks: list[Mark] = [ReferenceLine(0.0)]
-    marks += [Dots(d[:, 0], d[:, 1] * factor, style, size=1.6) for style, d in zip(styles, dots, strict=True)]
-    marks += [
-        Line(at, effort * factor, style, label) for style, effort, label in zip(styles, efforts, labels, strict=True)
-    ]
-    title, model = titles
-    says = f"{material.word} of {model} over {x.label} in settled fields, {len(labels)} curves, measured rows as dots."
-    return Panel(x, y, marks, says, title, size=(380, 290))
+    for style, near in zip(styles, dots, strict=True):
+        marks.append(Dots(near[:, 0], near[:, 1] * factor, style, size=1.6))
+    for style, effort, label in zip(styles, efforts, labels, strict=True):
+        marks.append(Line(at, effort * factor, style, label))
+    return marks
 
 
-def _rows_over_slip(found: FlowCurves) -> list[tuple[object, ...]]:
-    return [
-        (found.model, found.element + 1, float(field), float(slip), float(effort))
-        for field, line in zip(found.fields, found.effort, strict=True)
-        for slip, effort in zip(found.slip, line, strict=True)
-    ]
+def _sentence(material: Material, model: str, axis: str, curves: int) -> str:
+    return f"{material.word} of {model} over {axis} in settled fields, {curves} curves, measured rows as dots."
 
 
 def _rows_over_field(material: Material, found: FieldCurves) -> list[tuple[object, ...]]:

@@ -13,29 +13,28 @@ from erclutch.signals.array import Array
 
 def describe_parity(material: Material) -> Plot:
     """Two panels: density of the rows held out around the diagonal; histograms of the residual."""
-    spread = material.distributions
-    edges = spread[0].edges
-    rows = [
-        (float(edges[k]), float(edges[k + 1]), *(float(d.density[k]) for d in spread)) for k in range(edges.size - 1)
-    ]
-    table = PlotTable(["residual_from", "residual_to", *(f"density:{d.model}" for d in spread)], rows)
+    residuals = material.distributions
+    edges = residuals[0].edges
+    columns = {"residual_from": edges[:-1], "residual_to": edges[1:]}
+    columns |= {f"density:{residual.model}": residual.density for residual in residuals}
+    table = PlotTable(list(columns), np.column_stack(list(columns.values())).tolist())
     return Plot([_parity(material), _distribution(material)], table, 4.7, badge=material.print_badge, legend="above")
 
 
 def _parity(material: Material) -> Panel:
-    found, effort = parity(material.rows, material.recommended), material.effort
-    edges = found.edges * effort.factor
-    low, high = float(edges[0]), float(edges[-1])
+    found = parity(material.rows, material.recommended)
+    edges = found.edges * material.effort.factor
+    low = float(edges[0])
+    high = float(edges[-1])
     counts = np.where(found.counts > 0, found.counts, np.nan)
+    cells = Cells(edges, edges, counts, float(found.counts.max()), "mass", "", log=True)
+    diagonal = Line(np.array([low, high]), np.array([low, high]), "ref")
     beyond = f" {count(found.beyond)} rows lie outside." if found.beyond else ""
     r2 = material.run.entry(material.recommended)["test"]["r2"][0]
     return Panel(
-        Axis("measured", effort.unit, low, high),
-        Axis("estimated", effort.unit, low, high),
-        [
-            Cells(edges, edges, counts, float(found.counts.max()), "mass", "", log=True),
-            Line(np.array([low, high]), np.array([low, high]), "ref"),
-        ],
+        Axis("measured", material.effort.unit, low, high),
+        Axis("estimated", material.effort.unit, low, high),
+        [cells, diagonal],
         f"Estimated over measured {material.word} of {material.title}, rows held out; on the diagonal they "
         f"agree. R² {number(r2, 4)}.",
         material.title,
@@ -47,21 +46,22 @@ def _parity(material: Material) -> Panel:
 
 
 def _distribution(material: Material) -> Panel:
-    spread, effort = material.distributions, material.effort
-    first, edges = spread[0], spread[0].edges * effort.factor
+    effort = material.effort
+    first, *others = material.distributions
+    edges = first.edges * effort.factor
     marks: list[Mark] = [Bars(edges, first.density / effort.factor, "recommended", first.model)]
-    for d in spread[1:]:
-        marks.append(Line(edges, d.density / effort.factor, material.shown[d.model], d.model, steps=True))
-    marks += [
-        _normal(edges, first.bias * effort.factor, (first.spread or 1.0) * effort.factor),
-        ReferenceLine(0.0, "x"),
-    ]
-    tallest = max(float(d.density.max()) for d in spread) / effort.factor
+    for other in others:
+        density = other.density / effort.factor
+        marks.append(Line(edges, density, material.shown[other.model], other.model, steps=True))
+    marks.append(_normal(edges, first.bias * effort.factor, (first.spread or 1.0) * effort.factor))
+    marks.append(ReferenceLine(0.0, "x"))
+
+    tallest = max(float(residual.density.max()) for residual in material.distributions) / effort.factor
     return Panel(
         Axis("measured less estimated", effort.unit, float(edges[0]), float(edges[-1])),
         Axis(f"share of rows per {effort.unit or 'unit'}", "", 0.0, 1.06 * tallest),
         marks,
-        f"Distribution of the residual of {', '.join(d.model for d in spread)}. Half of the errors of {first.model} "
+        f"Distribution of the residual of {', '.join(d.model for d in material.distributions)}. Half of the errors of {first.model} "
         f"are below {effort.of(first.quantiles[0])}, 99 % below {effort.of(first.quantiles[2])}.",
         caption=f"Filled: {material.title}. Thin line: a normal distribution of the same width.",
         size=(430, 350),

@@ -14,26 +14,31 @@ _HEADER = ("model", "parameters", "rmse", "low", "high", "share", "r2", "effort_
 
 def describe_ranking(material: Material) -> Plot:
     """Bars of the test RMSE with 95 % bands, best on top; of many the first 24, which the title says."""
-    entries = [e for e in material.body["ranking"] if e["test"]["rmse"][0] is not None]
-    shown = entries[:_MOST]
-    value, low, high = (np.array([e["test"]["rmse"][k] for e in shown]) * material.effort.factor for k in range(3))
-    styles = [material.shown.get(e["name"], "other") for e in shown]
-    left = len(material.body["ranking"]) - len(shown)
+    ranking = material.body["ranking"]
+    finite = [entry for entry in ranking if entry["test"]["rmse"][0] is not None]
+    shown = finite[:_MOST]
+    left_out = len(ranking) - len(shown)
+
+    titles = [material.titles[entry["name"]] for entry in shown]
+    styles = [material.shown.get(entry["name"], "other") for entry in shown]
+    errors = np.array([entry["test"]["rmse"] for entry in shown]) * material.effort.factor
+    value, low, high = errors.T
     panel = Panel(
         Axis("RMSE, rows held out", material.effort.unit, 0.0, 1.04 * float(high.max())),
         Axis("", low=-0.6, high=len(shown) - 0.4),
-        [NamedBars([material.titles[e["name"]] for e in shown], value, low, high, styles)],
+        [NamedBars(titles, value, low, high, styles)],
         "RMSE of each model on the rows held out, with its 95 % band.",
-        f"the first {len(shown)} of {left + len(shown)} models" if left else "",
+        f"the first {len(shown)} of {len(ranking)} models" if left_out else "",
     )
+
     unit = material.body["units"]["effort"]
-    rows = [
-        (e["name"], e["parameters_count"], *e["test"]["rmse"], e["test"]["share"][0], e["test"]["r2"][0], unit)
-        for e in entries
-    ]
-    return Plot(
-        [panel],
-        PlotTable(_HEADER, rows),
-        0.55 + _HEIGHT * len(shown) + (0.15 if left else 0.0),
-        badge=material.print_badge,
-    )
+    rows: list[tuple[object, ...]] = []
+    for entry in finite:
+        test = entry["test"]
+        rows.append(
+            (entry["name"], entry["parameters_count"], *test["rmse"], test["share"][0], test["r2"][0], unit)
+        )
+    height = 0.55 + _HEIGHT * len(shown)
+    if left_out:
+        height += 0.15  # for the title
+    return Plot([panel], PlotTable(_HEADER, rows), height, badge=material.print_badge)

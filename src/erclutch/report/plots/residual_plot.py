@@ -32,15 +32,21 @@ def describe_residual(material: Material) -> Plot:
 
 
 def _spectrum(material: Material, found: Spectrum) -> Panel:
-    x = found.frequency
+    frequency = found.frequency
+    # A logarithmic axis has no place for zero.
     curves = {name: np.maximum(d * material.effort.factor, 1e-300) for name, d in found.density.items()}
+    lines = [Line(frequency, curves["measured"], "measured", "measured")]
+    for name, role in reversed(material.shown.items()):
+        lines.append(Line(frequency, curves[name], role, material.titles[name]))
+
+    # A few densities near zero shall not stretch the axis over decades.
     positive = np.concatenate([d[d > 1e-300] for d in curves.values()])
-    lines = [Line(x, curves["measured"], "measured", "measured")]
-    lines += [Line(x, curves[name], role, material.titles[name]) for name, role in reversed(material.shown.items())]
-    low, high = float(np.quantile(positive, 0.002)) / 1.5, 1.6 * float(positive.max())
+    low = float(np.quantile(positive, 0.002)) / 1.5
+    high = 1.6 * float(positive.max())
+    unit = f"{material.effort.unit or '1'}/√Hz"
     return Panel(
-        Axis("frequency", "Hz", float(x[0]), float(x[-1]), log=True),
-        Axis("amplitude density", f"{material.effort.unit or '1'}/√Hz", low, high, log=True),
+        Axis("frequency", "Hz", float(frequency[0]), float(frequency[-1]), log=True),
+        Axis("amplitude density", unit, low, high, log=True),
         lines,
         f"Spectra of the measured {material.word} and of the residuals of {', '.join(material.shown)}.",
         caption="A residual that keeps to the measured line at some frequency is not explained there; flat and low is "
@@ -50,13 +56,14 @@ def _spectrum(material: Material, found: Spectrum) -> Panel:
 
 def _correlation(material: Material, found: Autocorrelation) -> Panel:
     scale, unit = (1e3, "ms") if found.lag[-1] < 1.0 else (1.0, "s")
-    x = found.lag * scale
-    thin = slice(None, None, max(1, x.size // _POINTS))
+    lag = found.lag * scale
+    thin = slice(None, None, max(1, lag.size // _POINTS))
+    lines = [Line(lag[thin], found.values[name][thin], role) for name, role in reversed(material.shown.items())]
+
     lowest = min(-0.1, *(float(v.min()) for v in found.values.values()))
     slack = 0.04 * (1.0 - lowest)
-    lines = [Line(x[thin], found.values[name][thin], role) for name, role in reversed(material.shown.items())]
     return Panel(
-        Axis("lag", unit, 0.0, float(x[-1])),
+        Axis("lag", unit, 0.0, float(lag[-1])),
         Axis("autocorrelation", "", lowest - slack, 1.0 + slack),
         [Shade(-found.white, found.white), ReferenceLine(0.0), *lines],
         f"Autocorrelation of the residuals of {', '.join(material.shown)} over the lag.",
@@ -66,8 +73,13 @@ def _correlation(material: Material, found: Autocorrelation) -> Panel:
 
 def _table(power: Spectrum, memory: Autocorrelation) -> PlotTable:
     """Both tables side by side, the shorter one filled up with nothing."""
-    one = np.column_stack([power.frequency, *power.density.values()]).tolist()
-    two = np.column_stack([memory.lag, *memory.values.values()]).tolist()
-    empty = ([""] * len(one[0]), [""] * len(two[0]))
-    header = ["frequency_Hz", *(f"density:{n}" for n in power.density), "lag_s", *(f"acf:{n}" for n in memory.values)]
-    return PlotTable(header, [[*(a or empty[0]), *(b or empty[1])] for a, b in itertools.zip_longest(one, two)])
+    left_header = ["frequency_Hz", *(f"density:{name}" for name in power.density)]
+    right_header = ["lag_s", *(f"acf:{name}" for name in memory.values)]
+    left = np.column_stack([power.frequency, *power.density.values()]).tolist()
+    right = np.column_stack([memory.lag, *memory.values.values()]).tolist()
+    rows: list[list[object]] = []
+    for left_cells, right_cells in itertools.zip_longest(left, right):
+        left_row = left_cells or [""] * len(left_header)
+        right_row = right_cells or [""] * len(right_header)
+        rows.append([*left_row, *right_row])
+    return PlotTable([*left_header, *right_header], rows)

@@ -24,31 +24,35 @@ def describe_trace(
         SettingError: no row lies there.
     """
     at = _rows(material, start, seconds)
-    rows, effort, field = material.rows, material.effort, material.field
-    data, time = rows.data, rows.data.clock.time[at]
-    models = {n: role for n, role in reversed(material.shown.items()) if role != "best"} or material.shown
-    measured = Line(time, data.effort[at] * effort.factor, "measured", "measured")
-    estimates = [
-        Line(time, rows.predicted[n][at] * effort.factor, role, material.titles[n]) for n, role in models.items()
-    ]
-    residuals = [Line(time, rows.residual(n)[at] * effort.factor, role) for n, role in models.items()]
-    commands = [
-        Line(time, e.field[at] * field.factor, style, material.element_name(i), dashed=i > 0)
-        for i, (e, style) in enumerate(zip(data.elements, ("series0", "series6"), strict=False))
-    ]
+    rows = material.rows
+    time = rows.data.clock.time[at]
+    factor = material.effort.factor
+    # A paper's column has room for two estimates, so the best model stays out.
+    models = {name: role for name, role in reversed(material.shown.items()) if role != "best"} or material.shown
+
+    efforts: list[Mark] = []
     ends = material.band_ends if band else None
-    shade: list[Mark] = []
     if ends is not None:
-        shade.append(Shade(ends[0][at] * effort.factor, ends[1][at] * effort.factor, x=time))
+        low, high = ends
+        efforts.append(Shade(low[at] * factor, high[at] * factor, x=time))
+    efforts.append(Line(time, rows.data.effort[at] * factor, "measured", "measured"))
+    residuals: list[Mark] = [ReferenceLine(0.0)]
+    for name, role in models.items():
+        efforts.append(Line(time, rows.predicted[name][at] * factor, role, material.titles[name]))
+        residuals.append(Line(time, rows.residual(name)[at] * factor, role))
+
+    commands: list[Mark] = []
+    for place, (element, style) in enumerate(zip(rows.data.elements, ("series0", "series6"), strict=False)):
+        field = element.field[at] * material.field.factor
+        commands.append(Line(time, field, style, material.element_name(place), dashed=place > 0))
+
     x = Axis("time", "s", float(time[0]), float(time[-1]))
-    word = material.word
+    y = Axis(material.word, material.effort.unit)
     return Plot(
         [
-            Panel(
-                x, Axis(word, effort.unit), [*shade, measured, *estimates], f"Measured and estimated {word}.", share=2.2
-            ),
-            Panel(x, Axis("residual", effort.unit), [ReferenceLine(0.0), *residuals], "Measured less estimated."),
-            Panel(x, Axis("field", field.unit), commands, "The command.", share=1.2),
+            Panel(x, y, efforts, f"Measured and estimated {material.word}.", share=2.2),
+            Panel(x, Axis("residual", material.effort.unit), residuals, "Measured less estimated."),
+            Panel(x, Axis("field", material.field.unit), commands, "The command.", share=1.2),
         ],
         _table(material, at),
         3.3,
@@ -60,24 +64,26 @@ def describe_trace(
 def _table(material: Material, at: slice) -> PlotTable:
     """All models of the run, not only those that are drawn."""
     data = material.rows.data
-    names = [material.element_name(i) for i in range(len(data.elements))]
+    elements = {material.element_name(place): element for place, element in enumerate(data.elements)}
     columns = {"time": data.clock.time}
-    columns |= {f"field {n}".strip(): e.field for n, e in zip(names, data.elements, strict=True)}
-    columns |= {f"slip {n}".strip(): e.slip for n, e in zip(names, data.elements, strict=True)}
-    columns |= {"effort": data.effort, **{f"effort:{n}": material.rows.predicted[n] for n in material.run.names}}
-    return PlotTable(list(columns), np.column_stack([c[at] for c in columns.values()]).tolist())
+    columns |= {f"field {name}".strip(): element.field for name, element in elements.items()}
+    columns |= {f"slip {name}".strip(): element.slip for name, element in elements.items()}
+    columns["effort"] = data.effort
+    columns |= {f"effort:{name}": material.rows.predicted[name] for name in material.run.names}
+    section = np.column_stack([column[at] for column in columns.values()])
+    return PlotTable(list(columns), section.tolist())
 
 
 def _rows(material: Material, start: float | None, seconds: float | None) -> slice:
+    usual_first, usual_stop = material.windows.lively
     if start is None and seconds is None:
-        return slice(*material.windows.lively)
+        return slice(usual_first, usual_stop)
     time = material.rows.data.clock.time
-    usual = material.windows.lively
-    first = float(time[usual[0]]) if start is None else start
-    length = (usual[1] - usual[0]) * material.period if seconds is None else seconds
+    first = float(time[usual_first]) if start is None else start
+    length = (usual_stop - usual_first) * material.period if seconds is None else seconds
     if not length > 0.0:
         raise SettingError(f"a section of {length:g} s", remedy="Give --seconds above 0")
-    # The first log's rows where several have such times: time restarts with each.
+    # Time restarts with each log. Where several logs have such times, the rows of the first are taken.
     inside = np.flatnonzero((time >= first) & (time <= first + length))
     if inside.size < 2:
         raise SettingError(
