@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -11,18 +11,21 @@ import numpy as np
 
 from erclutch.models.band import Band
 from erclutch.report.html.section import Section
-from erclutch.report.numbers.number_text import brief, count, percent
+from erclutch.report.numbers.number_text import Scale, brief, count, percent
 from erclutch.report.numbers.run_material import Material
 from erclutch.report.plots.trace_plot import describe_trace
 
 
 def _fill(material: Material) -> dict[str, Any] | None:
     """A plot, and a table of coverage by class."""
-    band, figures = material.models[material.recommended].band, material.run.entry(material.recommended).get("band")
+    band = material.models[material.recommended].band
+    figures = material.run.entry(material.recommended).get("band")
     if band is None or figures is None:
         return None
-    tried = (("without a sensor", figures["held"]), ("with a torque sensor", figures["with_sensor"]))
-    held = [(name, f, f["width"] / (figures["plain"] or 1.0)) for name, f in tried if f is not None]
+    held: list[tuple[str, Any, float]] = []  # what was tried, its figures, its width over that of one width for all
+    for name, key in (("without a sensor", "held"), ("with a torque sensor", "with_sensor")):
+        if figures[key] is not None:
+            held.append((name, figures[key], figures[key]["width"] / (figures["plain"] or 1.0)))
     return {
         "level": percent(band.level),
         "figure": replace(describe_trace(material).panels[0], size=(880, 300)),
@@ -37,25 +40,35 @@ BAND = Section("band", "Prediction band", "Band", _fill)
 
 def _classes(material: Material, band: Band) -> Iterator[tuple[str, str, str, str]]:
     """Class, rows held out, share of them inside, mean width."""
-    test, data, ends = material.rows.test, material.rows.data, material.band_ends
-    assert ends is not None
-    inside = ((ends[0] <= data.effort) & (data.effort <= ends[1]))[test]
-    width = (ends[1] - ends[0])[test]
-    places = np.unravel_index(band.cells(data.elements, data.clock)[test], band.shape)
-    names = (
+    data = material.rows.data
+    test = material.rows.test
+    assert material.band_ends is not None
+    low, high = material.band_ends
+    inside = ((low <= data.effort) & (data.effort <= high))[test]
+    width = (high - low)[test]
+
+    ways = (
         ["field has settled", "field is switching"],
-        _ranges("field", [edge * material.field.factor for edge in band.field_edges], material.field.unit),
-        _ranges("slip", [edge * material.slip.factor for edge in band.slip_edges], material.slip.unit),
+        _ranges("field", band.field_edges, material.field),
+        _ranges("slip", band.slip_edges, material.slip),
     )
-    for place, labels in zip(places, names, strict=True):
-        for k, label in enumerate(labels):
-            rows = place == k
-            if rows.any() and len(labels) > 1:
-                said = percent(float(inside[rows].mean())), material.effort.bare(float(width[rows].mean()))
-                yield label, count(int(rows.sum())), *said
+    cells = band.cells(data.elements, data.clock)[test]
+    classes = np.unravel_index(cells, band.shape)  # of each row held out, each way of parting them
+    for class_of_row, labels in zip(classes, ways, strict=True):
+        if len(labels) == 1:  # the band does not part the rows this way
+            continue
+        for number, label in enumerate(labels):
+            rows = class_of_row == number
+            if rows.any():
+                share = float(inside[rows].mean())
+                mean_width = float(width[rows].mean())
+                yield label, count(int(rows.sum())), percent(share), material.effort.bare(mean_width)
 
 
-def _ranges(name: str, edges: list[float], unit: str) -> list[str]:
-    words = [f"{edge:.3g} {brief(unit)}".strip() for edge in edges]
+def _ranges(name: str, edges: Sequence[float], scale: Scale) -> list[str]:
+    """Names of the ranges between edges, one more than there are edges."""
+    if not edges:
+        return [name]
+    words = [f"{edge * scale.factor:.3g} {brief(scale.unit)}".strip() for edge in edges]
     between = [f"{name} {low} to {high}" for low, high in itertools.pairwise(words)]
-    return [f"{name} up to {words[0]}", *between, f"{name} above {words[-1]}"] if words else [name]
+    return [f"{name} up to {words[0]}", *between, f"{name} above {words[-1]}"]

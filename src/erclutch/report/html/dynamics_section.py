@@ -37,32 +37,46 @@ DYNAMICS = Section("dynamics", "Lag and memory", "Lag and memory", _fill)
 
 
 def _model(entry: Mapping[str, Any], units: Units) -> dict[str, Any]:
-    found = [(capital(s.title), list(_constants(entry, s, units))) for s in stages_in(entry)]
-    return {"title": entry["title"], "stages": [{"title": title, "rows": rows} for title, rows in found if rows]}
+    """A model's stages with their constants; a stage without any is left out."""
+    stages: list[dict[str, Any]] = []
+    for stage in stages_in(entry):
+        rows = [_constant(known) for known in _constants(entry, stage, units)]
+        if rows:
+            stages.append({"title": capital(stage.title), "rows": rows})
+    return {"title": entry["title"], "stages": stages}
 
 
-def _constants(entry: Mapping[str, Any], stage: Stage, units: Units) -> Iterator[dict[str, Any]]:
-    """The constants of a stage and its gains, in the units of the log."""
+def _constants(entry: Mapping[str, Any], stage: Stage, units: Units) -> Iterator[Mapping[str, Any]]:
+    """The constants of a stage and its gains, in the units of the log, as run.json has them."""
+    constants = stage.parameters(1.0)
     known = {p["name"]: p for p in entry["fit"]["parameters"]}
-    for p in stage.parameters(1.0):
-        if p.name not in known:  # of a network
-            value = stage_values(entry, stage)[p.name]
-            known[p.name] = {"name": p.name, "value": value, "unit": unit_of(p.dimension, units), "meaning": p.meaning}
-    names = [p.name for p in stage.parameters(1.0)]
-    gains = [g.name for s in slip_stages(stage.name) for g in s.gains]
-    for name, p in known.items():
-        if name in names or any(name in (g, *(f"{g}_{k}" for k in (1, 2))) for g in gains):
-            yield _constant(p)
+    for constant in constants:
+        if constant.name not in known:  # of a network, which has its stages from the best law
+            known[constant.name] = {
+                "name": constant.name,
+                "value": stage_values(entry, stage)[constant.name],
+                "unit": unit_of(constant.dimension, units),
+                "meaning": constant.meaning,
+            }
+
+    names = {constant.name for constant in constants}
+    for part in slip_stages(stage.name):
+        for gain in part.gains:
+            names |= {gain.name, f"{gain.name}_1", f"{gain.name}_2"}  # of the device, or of each clutch
+    for name, parameter in known.items():
+        if name in names:
+            yield parameter
 
 
-def _constant(p: Mapping[str, Any]) -> dict[str, Any]:
-    unit = "" if p["unit"] == "1" else p["unit"]
-    scale = scale_for(unit, abs(p["value"])) if unit != "s" else Scale(1e3, "ms")
-    band, identified = interval(p, scale.factor) if "low" in p else ("from the best law", True)
+def _constant(known: Mapping[str, Any]) -> dict[str, Any]:
+    """A line of the table: a constant or gain as it is shown."""
+    unit = "" if known["unit"] == "1" else known["unit"]
+    scale = Scale(1e3, "ms") if unit == "s" else scale_for(unit, abs(known["value"]))
+    band, identified = interval(known, scale.factor) if "low" in known else ("from the best law", True)
     return {
-        "symbol": symbol(p["name"]),
-        "meaning": p["meaning"],
-        "value": scale.bare(p["value"], 3),
+        "symbol": symbol(known["name"]),
+        "meaning": known["meaning"],
+        "value": scale.bare(known["value"], 3),
         "unit": scale.unit,
         "band": band,
         "identified": identified,
@@ -70,37 +84,43 @@ def _constant(p: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _lead(material: Material, after: AfterSwitch | None, *, staged: bool) -> str:
-    parts = [_none(material)] if not staged else [_gain(material)]
-    if after is not None:
-        curve = after.rmse[material.recommended]
-        parts.append(
-            f"Over {count(after.switches)} switches held out, the RMSE of the recommended model is largest "
-            f"{_worst_time(float(after.since[int(curve.argmax())]))}: {material.effort.of(float(curve.max()))}."
-        )
+    """What stages gain, and where after a switch the recommended model errs most."""
+    if staged:
+        of_stages = _gain(material)
+    elif material.body["settings"]["lag"] == "none":
+        of_stages = "No model has a lag or a memory: none was asked for (--lag none)."
     else:
-        parts.append("The command hardly ever switches in the rows held out, so these rows tell little of a lag.")
-    return " ".join(part for part in parts if part)
+        of_stages = "No model has a lag or a memory: the field never changes within a stretch of rows."
 
-
-def _none(material: Material) -> str:
-    asked = material.body["settings"]["lag"]
-    why = "none was asked for (--lag none)" if asked == "none" else "the field never changes within a stretch of rows"
-    return f"No model has a lag or a memory: {why}."
+    if after is None:
+        of_switches = "The command hardly ever switches in the rows held out, so these rows tell little of a lag."
+        return f"{of_stages} {of_switches}"
+    curve = after.rmse[material.recommended]
+    worst = int(curve.argmax())
+    since = float(after.since[worst])
+    when = "in the very row of a switch" if since == 0.0 else f"{number(1e3 * since, 2)} ms after a switch"
+    return (
+        f"{of_stages} Over {count(after.switches)} switches held out, the RMSE of the recommended model is largest "
+        f"{when}: {material.effort.of(float(curve[worst]))}."
+    )
 
 
 def _gain(material: Material) -> str:
     """What stages alone take off the error: of two models that differ in nothing else."""
+    nothing = "No two models differ in their stages alone, so nothing tells what the stages gain."
     found = stage_gain(material.body["ranking"])
-    a, b = (None, None) if found is None else (e["test"]["rmse"][0] for e in (found.richer, found.plainer))
-    if found is None or not a or not b:
-        return "No two models differ in their stages alone, so nothing tells what the stages gain."
-    change = f"take {percent(1 - a / b, 2)} off" if a < b else f"add {percent(a / b - 1, 2)} to"
+    if found is None:
+        return nothing
+    with_stages = found.richer["test"]["rmse"][0]
+    without = found.plainer["test"]["rmse"][0]
+    if not with_stages or not without:
+        return nothing
+    if with_stages < without:
+        change = f"take {percent(1 - with_stages / without, 2)} off"
+    else:
+        change = f"add {percent(with_stages / without - 1, 2)} to"
     return (
         f"The stages alone ({', '.join(found.added)}) {change} the error: "
-        f"{found.plainer['title']} errs by {material.effort.of(b)}, "
-        f"{found.richer['title']} by {material.effort.of(a)}."
+        f"{found.plainer['title']} errs by {material.effort.of(without)}, "
+        f"{found.richer['title']} by {material.effort.of(with_stages)}."
     )
-
-
-def _worst_time(since: float) -> str:
-    return "in the very row of a switch" if since == 0.0 else f"{number(1e3 * since, 2)} ms after a switch"

@@ -62,8 +62,10 @@ class Channel:
 
 def channel(values: Array, resolution: float) -> Channel:
     """A channel whose rounding is the resolution, or coarser where the values' range asks for it."""
-    low, high = float(values.min()), float(values.max())
-    return Channel(max(resolution, (high - low) / (2 * _MOST), 1e-300), 0.5 * (low + high))
+    low = float(values.min())
+    high = float(values.max())
+    coarsest = (high - low) / (2 * _MOST)
+    return Channel(step=max(resolution, coarsest, 1e-300), middle=0.5 * (low + high))
 
 
 def rounded(values: Array, made: Channel) -> NDArray[np.int64]:
@@ -73,24 +75,28 @@ def rounded(values: Array, made: Channel) -> NDArray[np.int64]:
 
 def coarse(values: NDArray[np.int64], start: int, stop: int, bucket: int) -> NDArray[np.int64]:
     """Smallest and largest of each bucket of rows, interleaved, shape (2 * buckets,)."""
-    at = np.arange(start, stop, bucket)
-    part = values[:stop]
-    return np.column_stack([np.minimum.reduceat(part, at), np.maximum.reduceat(part, at)]).ravel()
+    first_rows = np.arange(start, stop, bucket)
+    smallest = np.minimum.reduceat(values[:stop], first_rows)
+    largest = np.maximum.reduceat(values[:stop], first_rows)
+    return np.column_stack([smallest, largest]).ravel()
 
 
 def packed(values: NDArray[np.int64]) -> str:
     """Integers as base64 of deflated bytes."""
     step = np.diff(values, prepend=0).astype(np.int16).astype(np.int32)
+    # Zigzag: 0, -1, 1, -2 become 0, 1, 2, 3, so that small steps of both signs have a high byte of zero.
     zigzag = ((step << 1) ^ (step >> 31)).astype("<u2")
-    planes = zigzag.view(np.uint8).reshape(-1, 2).T.tobytes()
+    planes = zigzag.view(np.uint8).reshape(-1, 2).T.tobytes()  # all low bytes, then all high ones
     squeeze = zlib.compressobj(6, zlib.DEFLATED, -15)
-    return base64.b64encode(squeeze.compress(planes) + squeeze.flush()).decode()
+    deflated = squeeze.compress(planes) + squeeze.flush()
+    return base64.b64encode(deflated).decode()
 
 
 def unpacked(data: str) -> NDArray[np.int64]:
     """What `packed` packed; the page does the same."""
     planes = zlib.decompress(base64.b64decode(data), -15)
-    zigzag = np.frombuffer(planes, np.uint8).reshape(2, -1).T.copy().view("<u2").ravel().astype(np.int32)
+    pairs = np.frombuffer(planes, np.uint8).reshape(2, -1).T.copy()  # low and high byte of each value
+    zigzag = pairs.view("<u2").ravel().astype(np.int32)
     step = (zigzag >> 1) ^ -(zigzag & 1)
     whole = np.cumsum(step, dtype=np.int64)
     return ((whole + 32768) % 65536) - 32768
@@ -114,12 +120,12 @@ class Packer:
         data = packed(body)
         made.layers.append(Layer(0, self.rows, bucket, data))
         self.left -= len(data)
-        self.channels[name], self._rounded[name] = made, integers
+        self.channels[name] = made
+        self._rounded[name] = integers
 
     def whole(self, name: str, start: int, stop: int) -> bool:
         """Each of rows [start, stop) of a channel, if they fit; whether they are there."""
-        made = self.channels[name]
-        if any(x.bucket == 1 and x.start <= start and x.stop >= stop for x in made.layers):
+        if self.has(name, start, stop):
             return True
         # Nothing packs to less than a sixteenth: do not try what cannot fit.
         if (stop - start) // 12 > self.left:
@@ -127,12 +133,19 @@ class Packer:
         data = packed(self._rounded[name][start:stop])
         if len(data) > self.left:
             return False
-        # A part that the new layer holds is not needed twice.
-        kept = [x for x in made.layers if not (x.bucket == 1 and start <= x.start and x.stop <= stop)]
-        self.left += sum(len(x.data) for x in made.layers) - sum(len(x.data) for x in kept) - len(data)
-        made.layers = [*kept, Layer(start, stop, 1, data)]
+
+        kept: list[Layer] = []
+        for layer in self.channels[name].layers:
+            held_by_new = layer.bucket == 1 and start <= layer.start and layer.stop <= stop
+            if held_by_new:  # its rows are not needed twice
+                self.left += len(layer.data)
+            else:
+                kept.append(layer)
+        self.left -= len(data)
+        self.channels[name].layers = [*kept, Layer(start, stop, 1, data)]
         return True
 
     def has(self, name: str, start: int, stop: int) -> bool:
         """Whether each of rows [start, stop) of a channel is there."""
-        return any(x.bucket == 1 and x.start <= start and x.stop >= stop for x in self.channels[name].layers)
+        whole = [layer for layer in self.channels[name].layers if layer.bucket == 1]
+        return any(layer.start <= start and layer.stop >= stop for layer in whole)

@@ -76,21 +76,25 @@ def _remains(material: Material, power: Spectrum, memory: Autocorrelation) -> st
     name = material.recommended
     rows = material.body["test_rows"]
     free = min(memory.independent[name], float(rows))
-    mine, whole = power.density[name] ** 2, power.density["measured"] ** 2
     width = np.gradient(power.frequency)
-    total = float(np.sum(mine * width))
-    running = np.cumsum(mine * width) / (total or 1.0)
-    half = float(power.frequency[int(np.searchsorted(running, 0.5))])
-    # What lies above a frequency as a whole: a single valley of the measured power says nothing.
-    above, of = (np.cumsum((part * width)[::-1])[::-1] for part in (mine, whole))
-    explained = np.flatnonzero(above <= 0.5 * of)
-    bad = power.frequency[int(explained[-1]) + 1 :] if explained.size else power.frequency
+    residual = power.density[name] ** 2 * width  # power in each group of frequencies
+    measured = power.density["measured"] ** 2 * width
+    total = float(np.sum(residual)) or 1.0
+    below = np.cumsum(residual) / total
+    half = float(power.frequency[int(np.searchsorted(below, 0.5))])
+
+    # All that lies above a frequency is compared: a single valley of the measured power says nothing.
+    residual_above = np.cumsum(residual[::-1])[::-1]
+    measured_above = np.cumsum(measured[::-1])[::-1]
+    explained = np.flatnonzero(residual_above <= 0.5 * measured_above)
+    unexplained = power.frequency[int(explained[-1]) + 1 :] if explained.size else power.frequency
     text = (
         f"Half of the residual's power lies below {number(half, 2)} Hz. Errors come in bouts: {count(rows)} rows held "
         f"out tell as much of their size as {count(max(1, round(free)))} independent ones."
     )
-    if bad.size and bad.size < mine.size:
-        text += f" From about {number(float(bad[0]), 2)} Hz on, the model explains less than half of what is measured."
+    if 0 < unexplained.size < residual.size:
+        first = number(float(unexplained[0]), 2)
+        text += f" From about {first} Hz on, the model explains less than half of what is measured."
     return text
 
 
@@ -99,19 +103,18 @@ def _flow_curves(material: Material) -> dict[str, Any] | None:
     curves = material.flow_curves
     if not curves[0]:
         return None
-    groups = [flow_panels(material, group) for group in curves]
-    return {
-        "groups": [
-            {
-                "element": material.element_name(k),
-                "plots": [{"name": material.titles[c.model], "panel": p} for c, p in zip(*both, strict=True)],
-            }
-            for k, both in enumerate(zip(curves, groups, strict=True))
-        ],
-        "levels": [(style, label if material.field.unit else f"E = {label}") for style, label in groups[0][0].legend()],
-        "about": material.about_flow_curves,
-        "dots": any(d.size for group in curves for c in group for d in c.dots),
-    }
+    groups: list[dict[str, Any]] = []
+    levels: list[tuple[str, str]] = []  # style and label of each field, the same in all panels
+    dots = False
+    for place, laws in enumerate(curves):
+        panels = flow_panels(material, laws)
+        plots = [{"name": material.titles[law.model], "panel": panel} for law, panel in zip(laws, panels, strict=True)]
+        groups.append({"element": material.element_name(place), "plots": plots})
+        levels = levels or panels[0].legend()
+        dots = dots or any(near.size for law in laws for near in law.dots)
+    if not material.field.unit:
+        levels = [(style, f"E = {label}") for style, label in levels]
+    return {"groups": groups, "levels": levels, "about": material.about_flow_curves, "dots": dots}
 
 
 def _loops(material: Material) -> dict[str, Any] | None:

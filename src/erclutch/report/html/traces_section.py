@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import replace
 from typing import Any
 
@@ -17,30 +18,30 @@ from erclutch.report.plots.trace_plot import describe_trace
 from erclutch.signals.array import Array
 from erclutch.signals.clock import stretches
 
-#: Resolution of efforts, as a share of the recommended model's RMSE; of fields and slips, of their range; of each at
-#: most this share of its noise, so that rounding is not seen as steps.
-_FINE, _RANGE, _NOISE = 1 / 20, 1 / 2000, 1 / 2
-_BUCKETS = 3000
-_KNOT = 64
+_FINE = 1 / 20  # resolution of efforts, as a share of the recommended model's RMSE
+_RANGE = 1 / 2000  # resolution of fields and slips, as a share of their range
+_NOISE = 1 / 2  # largest resolution as a share of a signal's noise, so that rounding is not seen as steps
+_BUCKETS = 3000  # of a coarse layer; half of them where there are many models
+_MANY = 12  # models
+_KNOT = 64  # rows between two knots of an uneven clock
 _DRAWN = 1000  # rows on paper
-_WIDE, _HIGH = 920, 105  # of a plot on paper, in the units of its drawing; of a panel with a share of 1
+_WIDE = 920  # width of a plot on paper, in the units of its drawing
+_HIGH = 105  # height of a panel with a share of 1, in the same units
 
 
 def _fill(material: Material) -> dict[str, Any]:
     """The interactive plot."""
     packer, inputs = _packed(material)
-    models = [
-        {
-            "name": name,
-            "title": material.titles[name],
-            "role": material.shown.get(name, ""),
-            "detail": _detail(packer, material, name),
-        }
-        for name in material.run.names
-        if f"estimate:{name}" in packer.channels
-    ]
-    data, windows = material.rows.data, material.windows
+    models: list[dict[str, Any]] = []
+    for name in material.run.names:
+        if f"estimate:{name}" in packer.channels:
+            role = material.shown.get(name, "")
+            detail = _detail(packer, material, name)
+            models.append({"name": name, "title": material.titles[name], "role": role, "detail": detail})
+    data = material.rows.data
+    windows = material.windows
     drawn, drawn_rows = _on_paper(material)
+    coarsest = max(layer.bucket for channel in packer.channels.values() for layer in channel.layers)
     return {
         "data": {
             "rows": data.rows,
@@ -57,7 +58,7 @@ def _fill(material: Material) -> dict[str, Any]:
         },
         "detail": _said(packer, material, models),
         "step": material.effort.of(packer.channels["measured"].step, 2),
-        "bucket": count(max(layer.bucket for c in packer.channels.values() for layer in c.layers)),
+        "bucket": count(coarsest),
         "word": material.word,
         "drawn": drawn,
         "drawn_rows": drawn_rows,
@@ -71,35 +72,45 @@ def _on_paper(material: Material) -> tuple[list[Panel], str]:
     """The same for paper, under one another over the whole width, and which rows these are."""
     first, stop = material.windows.lively
     time = material.rows.data.clock.time[first : min(stop, first + _DRAWN)]
-    start, seconds = float(time[0]), float(time[-1] - time[0])
+    start = float(time[0])
+    seconds = float(time[-1] - time[0])
     panels = describe_trace(material, start=start, seconds=seconds, band=False).panels
-    said = f"Held-out rows from {number(start, 4)} to {number(start + seconds, 4)} s, in which much happens."
-    return [replace(panel, size=(_WIDE, round(_HIGH * panel.share))) for panel in panels], said
+    wide = [replace(panel, size=(_WIDE, round(_HIGH * panel.share))) for panel in panels]
+    return wide, f"Held-out rows from {number(start, 4)} to {number(start + seconds, 4)} s, in which much happens."
 
 
 def _packed(material: Material) -> tuple[Packer, list[dict[str, Any]]]:
     """Channels with as many whole rows as fit: rows held out first, recommended before the others."""
-    rows, data = material.rows, material.rows.data
+    rows = material.rows
+    data = rows.data
     packer = Packer(data.rows, BUDGET)
-    finite = [n for n in material.run.names if np.all(np.isfinite(rows.predicted[n]))]
-    buckets = _BUCKETS if len(finite) <= 12 else _BUCKETS // 2
+    finite = [name for name in material.run.names if np.all(np.isfinite(rows.predicted[name]))]
+
+    # All of each signal, coarse.
+    buckets = _BUCKETS if len(finite) <= _MANY else _BUCKETS // 2
     rmse = material.run.entry(material.recommended)["test"]["rmse"][0] or float(np.std(data.effort))
     fine = _resolution(data.effort, _FINE * rmse)
     packer.add("measured", data.effort, fine, buckets)
     inputs = _inputs(material, packer, buckets)
-    limit = 3.0 * float(np.abs(data.effort).max())
+    limit = 3.0 * float(np.abs(data.effort).max())  # a model that runs away shall not take the resolution
     for name in finite:
         estimate = np.clip(rows.predicted[name], -limit, limit)
         packer.add(f"estimate:{name}", estimate, fine, buckets)
         packer.add(f"residual:{name}", data.effort - estimate, fine, buckets)
-    names = list(dict.fromkeys([*(n for n in material.shown if n in finite), *finite]))
-    whole = (0, data.rows)
+
+    # Whole rows, the most wanted first.
+    shown = [name for name in material.shown if name in finite]
+    estimates = [f"estimate:{name}" for name in dict.fromkeys([*shown, *finite])]
+    main = ["measured", *estimates[:1], *(signal["channel"] for signal in inputs)]
+    others = estimates[1:]
+    whole = [(0, data.rows)]
     held = stretches(rows.test)
-    first = ["measured", *(f"estimate:{n}" for n in names[:1]), *(i["channel"] for i in inputs)]
-    wanted = [(c, part) for c in first for part in held]
-    wanted += [(f"estimate:{n}", part) for n in names[1:3] for part in held]
-    wanted += [(c, whole) for c in first]
-    wanted += [(f"estimate:{n}", part) for n in names[1:] for part in (*held, whole)]
+    wanted = [
+        *itertools.product(main, held),
+        *itertools.product(others[:2], held),
+        *itertools.product(main, whole),
+        *itertools.product(others, [*held, *whole]),
+    ]
     for channel, (start, stop) in wanted:
         packer.whole(channel, start, stop)
     return packer, inputs
@@ -114,19 +125,14 @@ def _inputs(material: Material, packer: Packer, buckets: int) -> list[dict[str, 
     made: list[dict[str, Any]] = []
     kinds: tuple[tuple[str, Scale], ...] = (("field", material.field), ("slip", material.slip))
     for kind, scale in kinds:
-        for i, element in enumerate(material.rows.data.elements):
+        for place, element in enumerate(material.rows.data.elements):
+            channel = f"{kind}{place}"
             values = element.field if kind == "field" else element.slip
-            packer.add(f"{kind}{i}", values, _resolution(values, _RANGE * (float(np.ptp(values)) or 1.0)), buckets)
-            label = f"{kind} {material.element_name(i)}".strip()
-            made.append(
-                {
-                    "channel": f"{kind}{i}",
-                    "kind": kind,
-                    "label": label,
-                    "unit": brief(scale.unit),
-                    "factor": scale.factor,
-                }
-            )
+            reach = float(np.ptp(values)) or 1.0
+            packer.add(channel, values, _resolution(values, _RANGE * reach), buckets)
+            label = f"{kind} {material.element_name(place)}".strip()
+            shown_as = {"label": label, "unit": brief(scale.unit), "factor": scale.factor}
+            made.append({"channel": channel, "kind": kind, **shown_as})
     return made
 
 
@@ -134,24 +140,28 @@ def _detail(packer: Packer, material: Material, model: str) -> str:
     name = f"estimate:{model}"
     if packer.has(name, 0, material.rows.data.rows):
         return "all"
-    return "test" if all(packer.has(name, a, b) for a, b in stretches(material.rows.test)) else "coarse"
+    held = stretches(material.rows.test)
+    return "test" if all(packer.has(name, start, stop) for start, stop in held) else "coarse"
 
 
 def _said(packer: Packer, material: Material, models: list[dict[str, Any]]) -> str:
     """Which rows are whole, in a sentence."""
-    by = {kind: [m["title"] for m in models if m["detail"] == kind] for kind in ("all", "test", "coarse")}
+    whole = [model["title"] for model in models if model["detail"] == "all"]
+    held_out = [model["title"] for model in models if model["detail"] == "test"]
     rows = material.rows.data.rows
-    if packer.has("measured", 0, rows) and not by["test"] and not by["coarse"]:
+    all_measured = packer.has("measured", 0, rows)
+    if all_measured and len(whole) == len(models):
         return f"Each of the {count(rows)} rows is in this page."
-    parts = ["No row is in this page by itself"]
-    if packer.has("measured", 0, rows):
+    if all_measured:
         parts = ["Each measured row is in this page"]
-    elif by["test"] or by["all"]:
+    elif whole or held_out:
         parts = ["Of the measured rows each one held out is in this page"]
-    if by["all"]:
-        parts.append(f"each row of {_named(by['all'])}")
-    if by["test"]:
-        parts.append(f"each row held out of {_named(by['test'])}")
+    else:
+        parts = ["No row is in this page by itself"]
+    if whole:
+        parts.append(f"each row of {_named(whole)}")
+    if held_out:
+        parts.append(f"each row held out of {_named(held_out)}")
     return ", ".join(parts) + "; the rest is"
 
 
@@ -165,17 +175,17 @@ def _clock(material: Material) -> list[list[float]]:
     """Knots [row, s] between which time is a straight line; logs follow one another with a second between."""
     data = material.rows.data
     knots: list[list[float]] = []
-    shift, last = 0.0, None
-    starts = {a for a, _ in data.source_rows}
+    first_rows = {start for start, _ in data.source_rows}
+    shift = 0.0
+    last: float | None = None  # shown time of the row before
     for span in data.clock.spans:
         time = data.clock.time[span.start : span.stop]
-        if span.start in starts and last is not None:
+        if span.start in first_rows and last is not None:
             shift = last + 1.0 - float(time[0])
-        at = (
-            np.array([0, time.size - 1])
-            if span.period is not None
-            else np.unique([*range(0, time.size, _KNOT), time.size - 1])
-        )
-        knots += [[int(span.start + k), round(float(time[k]) + shift, 7)] for k in at]
+        end = time.size - 1
+        even = span.period is not None
+        places = np.array([0, end]) if even else np.unique([*range(0, time.size, _KNOT), end])
+        for place in places:
+            knots.append([int(span.start + place), round(float(time[place]) + shift, 7)])
         last = float(time[-1]) + shift
     return knots

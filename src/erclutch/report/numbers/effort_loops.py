@@ -100,12 +100,15 @@ def loop_areas(rows: RunRows, models: Sequence[str]) -> LoopAreas | None:
     """
     efforts = [rows.data.effort, *(rows.predicted[name] for name in models)]
     largest = max(float(np.abs(e.field).max()) for e in rows.data.elements)
-    areas, boxes, periods = np.zeros(len(efforts)), 0.0, 0
+    areas = np.zeros(len(efforts))  # of the measured loops, then of each model's
+    boxes = 0.0
+    periods = 0
     for element, own in enumerate(rows.data.elements):
         windows = _windows(rows, element, 1)
         moves = _reach(np.abs(own.field), windows.starts, windows.stops)
         usable = windows.held & (moves <= _RESTLESS * largest)
-        starts, stops = windows.starts[usable], windows.stops[usable]
+        starts = windows.starts[usable]
+        stops = windows.stops[usable]
         if not starts.size:
             continue
         box = _reach(own.slip, starts, stops) * _reach(rows.data.effort, starts, stops)
@@ -123,7 +126,9 @@ def _windows(rows: RunRows, element: int, periods: int) -> _Periods:
     elements = rows.data.elements
     slip = elements[element].slip
     dead = _DEAD * float(np.sqrt(np.mean(slip**2)))
-    starts, stops, held = list[Rows](), list[Rows](), list[NDArray[np.bool_]]()
+    starts: list[Rows] = []
+    stops: list[Rows] = []
+    held: list[NDArray[np.bool_]] = []
     for is_held in (True, False):
         for span in spans_inside(rows, rows.test == is_held):
             turns = _turns(slip, span, dead)
@@ -134,7 +139,8 @@ def _windows(rows: RunRows, element: int, periods: int) -> _Periods:
     if not starts:
         return _Periods(np.zeros(0, np.intp), np.zeros(0, np.intp), np.zeros(0, np.bool_))
 
-    first, last = np.concatenate(starts), np.concatenate(stops)
+    first = np.concatenate(starts)
+    last = np.concatenate(stops)
     keep = last - first >= periods * _FEWEST_ROWS
     largest = max(float(np.abs(e.field).max()) for e in elements)
     for place, other in enumerate(elements):
@@ -149,8 +155,8 @@ def _turns(slip: Array, span: Span, dead: float) -> Rows:
     own = slip[span.start : span.stop]
     own = own - own.mean()
     beyond = np.flatnonzero(np.abs(own) > dead)
-    before, after = own[beyond][:-1], own[beyond][1:]
-    up = np.flatnonzero((before < 0.0) & (after > 0.0))
+    large = own[beyond]
+    up = np.flatnonzero((large[:-1] < 0.0) & (large[1:] > 0.0))
     return beyond[up + 1] + span.start
 
 
@@ -179,9 +185,12 @@ def _chosen(rows: RunRows, element: int, windows: _Periods, largest: float) -> l
 
 def _loop(rows: RunRows, models: Sequence[str], element: int, windows: _Periods, place: int) -> EffortLoop:
     """The window at a place, with few enough points to be drawn."""
-    start, stop = int(windows.starts[place]), int(windows.stops[place]) + 1
-    own, time = rows.data.elements[element], rows.data.clock.time[start:stop]
-    slip, field = own.slip[start:stop], np.abs(own.field[start:stop])
+    start = int(windows.starts[place])
+    stop = int(windows.stops[place]) + 1
+    own = rows.data.elements[element]
+    time = rows.data.clock.time[start:stop]
+    field = np.abs(own.field[start:stop])
+    slip = own.slip[start:stop]
     steps = 0.5 * (slip[1:] + slip[:-1]) * np.diff(time)
     travel = np.concatenate([[0.0], np.cumsum(steps)])
     travel -= 0.5 * (travel.min() + travel.max())
@@ -214,6 +223,7 @@ def _reach(values: Array, starts: Rows, stops: Rows) -> Array:
 
 def _area(slip: Array, effort: Array, starts: Rows, stops: Rows) -> Array:
     """Signed area around which effort runs over slip in each window, the last row joined to the first."""
-    sums = np.concatenate([[0.0], np.cumsum(0.5 * (effort[1:] + effort[:-1]) * np.diff(slip))])
+    strips = 0.5 * (effort[1:] + effort[:-1]) * np.diff(slip)
+    sums = np.concatenate([[0.0], np.cumsum(strips)])
     closing = 0.5 * (effort[starts] + effort[stops]) * (slip[starts] - slip[stops])
     return sums[stops] - sums[starts] + closing

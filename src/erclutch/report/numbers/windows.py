@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from erclutch.report.numbers.correlation import held_out_spans
 from erclutch.runs.run_rows import RunRows
 from erclutch.signals.array import Array
+from erclutch.signals.clock import Span
 
 _PARTS = 50  # of a section, of which means are taken
 _LEAST = 0.05  # share of the range below which a change is noise
@@ -43,30 +44,26 @@ def windows(rows: RunRows, model: str) -> Windows:
     starts = _starts(spans, width)
 
     squared_residual = rows.residual(model) ** 2
-    squared_slip = sum(element.slip**2 for element in rows.data.elements)
+    squared_slip: Array = np.sum([element.slip**2 for element in rows.data.elements], axis=0)
     errors = _sums(squared_residual, starts, width)
     motion = np.sqrt(_sums(squared_slip, starts, width))
 
     by_error = np.argsort(errors, kind="stable")
-    worst = starts[by_error[-1]]
+    worst = int(starts[by_error[-1]])
 
     # A log may rest for most of its time. A section at rest is no typical one.
     moves = motion >= np.quantile(motion, 0.75) / 2.0
     moving_by_error = by_error[moves[by_error]]
-    typical = starts[moving_by_error[moving_by_error.size // 2]]
+    typical = int(starts[moving_by_error[moving_by_error.size // 2]])
 
     events = np.array([_events(rows, start, width) for start in starts])  # (sections, 2)
     shares = events / np.maximum(events.max(axis=0), 1e-300)
-    lively = starts[np.argmax(shares.sum(axis=1))]
+    lively = int(starts[np.argmax(shares.sum(axis=1))])
 
-    return Windows(_window(typical, width), _window(worst, width), _window(lively, width))
-
-
-def _window(start: np.int64, width: int) -> tuple[int, int]:
-    return int(start), int(start) + width
+    return Windows((typical, typical + width), (worst, worst + width), (lively, lively + width))
 
 
-def _starts(spans: Sequence[slice], width: int) -> NDArray[np.int64]:
+def _starts(spans: Sequence[Span], width: int) -> NDArray[np.int64]:
     """First rows of all sections: they overlap by three quarters, and each lies inside one span."""
     step = max(1, width // 4)
     long_enough = [span for span in spans if span.stop - span.start >= width]

@@ -56,12 +56,13 @@ def _distribution(material: Material) -> Panel:
     marks.append(_normal(edges, first.bias * effort.factor, (first.spread or 1.0) * effort.factor))
     marks.append(ReferenceLine(0.0, "x"))
 
+    names = ", ".join(residual.model for residual in material.distributions)
     tallest = max(float(residual.density.max()) for residual in material.distributions) / effort.factor
     return Panel(
         Axis("measured less estimated", effort.unit, float(edges[0]), float(edges[-1])),
         Axis(f"share of rows per {effort.unit or 'unit'}", "", 0.0, 1.06 * tallest),
         marks,
-        f"Distribution of the residual of {', '.join(d.model for d in material.distributions)}. Half of the errors of {first.model} "
+        f"Distribution of the residual of {names}. Half of the errors of {first.model} "
         f"are below {effort.of(first.quantiles[0])}, 99 % below {effort.of(first.quantiles[2])}.",
         caption=f"Filled: {material.title}. Thin line: a normal distribution of the same width.",
         size=(430, 350),
