@@ -24,9 +24,10 @@ from erclutch.report.plots.plot_description import (
     Shade,
 )
 
-_CHARACTER = 0.073  # inches of a panel's height for each character of a title beside the panel
 LONGEST_NAME = 36  # letters of a bar's name in a line
-_KEY, _LETTER = 0.5, 0.055  # inches of a legend's line with its margins, and of a letter beside it
+_CHARACTER = 0.073  # inches of a panel's height for each character of a title beside the panel
+_KEY = 0.5  # inches of a legend's line with its margins
+_LETTER = 0.055  # inches of a letter beside the line
 _MARGIN = 9  # letters that the ticks beside a panel take
 _TIGHT = "\u00a0"
 #: Which meanings a legend names first.
@@ -52,24 +53,17 @@ def save_plot(plot: Plot, *paths: Path) -> list[Path]:
 def paint(figure: Any, plot: Plot) -> None:
     """Draw a plot in a figure, or in a part of one; call inside `style`."""
     rows = [plot.panels[k : k + plot.columns] for k in range(0, len(plot.panels), plot.columns)]
-    ratios = [max(panel.share for panel in row) for row in rows]
-    room = int(plot.width / plot.columns / _LETTER) - _MARGIN
-    axes = figure.subplots(len(rows), plot.columns, squeeze=False, height_ratios=ratios)
+    shares = [max(panel.share for panel in row) for row in rows]
+    axes = figure.subplots(len(rows), plot.columns, squeeze=False, height_ratios=shares)
     for axis in list(axes.flat)[len(plot.panels) :]:
         axis.set_visible(False)
-    maps: dict[str, list[tuple[Any, Any, bool]]] = {}
+
+    letters = int(plot.width / plot.columns / _LETTER) - _MARGIN  # that fit into a panel's width
     for panel, axis in zip(plot.panels, axes.flat, strict=False):
-        _panel(axis, panel, room)
-        for cells in panel.cells():
-            maps.setdefault(cells.label, []).append((_cells(axis, cells), axis, cells.log))
-    for label, drawn in maps.items():
-        if label:
-            at = [axis for _, axis, _ in drawn]
-            bar = figure.colorbar(drawn[0][0], ax=at, location="top", shrink=0.9, aspect=28, pad=0.03, label=label)
-            if drawn[0][2]:
-                _plain_decades(bar.ax.xaxis, *bar.ax.get_xlim())
-    _titles(axes, plot, room)
-    _legends(figure, axes, plot, room)
+        _panel(axis, panel, letters)
+    _maps(figure, axes, plot)
+    _titles(axes, plot, letters)
+    _legends(figure, axes, plot, letters)
     if plot.title:  # below, where a shared legend is above
         place = figure.supxlabel if plot.legend == "shared" else figure.suptitle
         place(plot.title, x=0.02, ha="left", fontsize=8.0)
@@ -77,12 +71,14 @@ def paint(figure: Any, plot: Plot) -> None:
         figure.align_ylabels(list(axes.flat))
 
 
-def _panel(axis: Any, panel: Panel, room: int) -> None:
-    x, y = panel.limits()
-    axis.set(xscale="log" if panel.x.log else "linear", yscale="log" if panel.y.log else "linear", xlim=x, ylim=y)
-    for one, log, ends in ((axis.xaxis, panel.x.log, x), (axis.yaxis, panel.y.log, y)):
-        if log:
-            _plain_decades(one, *ends)
+def _panel(axis: Any, panel: Panel, letters: int) -> None:
+    """Scales, marks and title of a panel; its maps follow in `_maps`."""
+    x_ends, y_ends = panel.limits()
+    axis.set(xscale=_scale(panel.x), yscale=_scale(panel.y), xlim=x_ends, ylim=y_ends)
+    if panel.x.log:
+        _plain_decades(axis.xaxis, *x_ends)
+    if panel.y.log:
+        _plain_decades(axis.yaxis, *y_ends)
     if panel.x.whole:
         axis.xaxis.get_major_locator().set_params(integer=True)
     for layer, mark in enumerate(panel.marks):
@@ -90,20 +86,44 @@ def _panel(axis: Any, panel: Panel, room: int) -> None:
     if panel.square:
         axis.set_aspect("equal")
     if panel.title:
-        side = "right" if any(isinstance(mark, NamedBars) for mark in panel.marks) else "left"  # names take the left
-        axis.set_title(
-            _parted(panel.title, room), loc=side, fontweight="bold" if panel.chosen else "normal", fontsize=7.0
-        )
+        title = _parted(panel.title, letters)
+        side = "right" if _names_bars(panel) else "left"
+        axis.set_title(title, loc=side, fontweight="bold" if panel.chosen else "normal", fontsize=7.0)
 
 
-def _parted(name: str, room: int) -> str:
+def _scale(axis: Axis) -> str:
+    return "log" if axis.log else "linear"
+
+
+def _names_bars(panel: Panel) -> bool:
+    """Whether names of bars take the room to the left of a panel."""
+    return any(isinstance(mark, NamedBars) for mark in panel.marks)
+
+
+def _parted(name: str, letters: int) -> str:
     """A name that is too long for its panel in several lines, parted at a word or at a stage of the model."""
     lines: list[str] = []
-    while len(name) > room:
-        at = max(name.rfind("+", 1, room), name.rfind(" ", 1, room)) + 1 or room
+    while len(name) > letters:
+        at = max(name.rfind("+", 1, letters), name.rfind(" ", 1, letters)) + 1 or letters
         lines.append(name[:at].rstrip())
         name = name[at:]
     return "\n".join([*lines, name])
+
+
+def _maps(figure: Any, axes: Any, plot: Plot) -> None:
+    """Maps of coloured cells; those with the same label share one colour bar."""
+    drawn: dict[str, list[tuple[Any, Any, Cells]]] = {}  # image, axis and cells, by label
+    for panel, axis in zip(plot.panels, axes.flat, strict=False):
+        for cells in panel.cells():
+            drawn.setdefault(cells.label, []).append((_cells(axis, cells), axis, cells))
+    for label, maps in drawn.items():
+        if not label:
+            continue
+        image, _, cells = maps[0]
+        beside = [axis for _, axis, _ in maps]
+        bar = figure.colorbar(image, ax=beside, location="top", shrink=0.9, aspect=28, pad=0.03, label=label)
+        if cells.log:
+            _plain_decades(bar.ax.xaxis, *bar.ax.get_xlim())
 
 
 def _plain_decades(axis: Any, low: float, high: float) -> None:
@@ -121,14 +141,19 @@ def _decade(value: float, _: int) -> str:
 def _draw(axis: Any, mark: Mark, layer: float) -> None:
     match mark:
         case Line():
-            look = STYLES[mark.style] | ({"linestyle": (0, (3, 1.5))} if mark.dashed else {})
-            look |= {"marker": "o", "markersize": 2.5} if mark.marked else {}
-            layer += 0.5 if "linestyle" in look else 0.0  # dashes over a solid line leave both to be seen
+            look = {**STYLES[mark.style]}
+            if mark.dashed:
+                look["linestyle"] = (0, (3, 1.5))
+            if mark.marked:
+                look |= {"marker": "o", "markersize": 2.5}
+            if "linestyle" in look:
+                layer += 0.5  # dashes over a solid line leave both to be seen
             axis.plot(*mark.corners(), label=mark.label or None, zorder=layer, **look)
         case Dots():
-            colour, size = STYLES[mark.style]["color"], 1.8 * mark.size
-            alpha, label = (0.6, None) if not mark.label else (1.0, mark.label)
-            axis.plot(mark.x, mark.y, ".", ms=size, mew=0, color=colour, alpha=alpha, label=label, zorder=layer)
+            look = {"ms": 1.8 * mark.size, "mew": 0, "color": STYLES[mark.style]["color"]}
+            # Rows beside a curve stay pale; dots that the legend names do not.
+            alpha = 1.0 if mark.label else 0.6
+            axis.plot(mark.x, mark.y, ".", alpha=alpha, label=mark.label or None, zorder=layer, **look)
         case Bars():
             look = {"color": STYLES[mark.style]["color"], "label": mark.label or None}
             axis.stairs(mark.heights, mark.edges, fill=True, alpha=0.5, zorder=layer, **look)
@@ -147,12 +172,14 @@ def _draw(axis: Any, mark: Mark, layer: float) -> None:
 
 
 def _named_bars(axis: Any, bars: NamedBars) -> None:
-    at = np.arange(len(bars.names))
-    axis.barh(at, bars.values, 0.62, color=[STYLES[name]["color"] for name in bars.styles])
+    rows = np.arange(len(bars.names))
+    colours = [STYLES[name]["color"] for name in bars.styles]
+    axis.barh(rows, bars.values, 0.62, color=colours)
     whiskers = [bars.values - bars.low, bars.high - bars.values]
-    axis.errorbar(bars.values, at, xerr=whiskers, fmt="none", ecolor=BLACK, elinewidth=0.7, capsize=1.5)
-    axis.set_yticks(at, [_parted(name, LONGEST_NAME) for name in bars.names], fontsize=6.0)
-    axis.invert_yaxis()
+    axis.errorbar(bars.values, rows, xerr=whiskers, fmt="none", ecolor=BLACK, elinewidth=0.7, capsize=1.5)
+    names = [_parted(name, LONGEST_NAME) for name in bars.names]
+    axis.set_yticks(rows, names, fontsize=6.0)
+    axis.invert_yaxis()  # the first bar is on top
     axis.grid(False, axis="y")
 
 
@@ -161,58 +188,76 @@ def _cells(axis: Any, cells: Cells) -> Any:
 
     colours: Any = LinearSegmentedColormap.from_list(cells.style, RAMPS[cells.style])
     norm = LogNorm(1.0, max(2.0, cells.top)) if cells.log else Normalize(0.0, cells.top)
-    x, y = cells.x_edges, cells.y_edges
+    x = cells.x_edges
+    y = cells.y_edges
     image = axis.pcolormesh(x, y, cells.values.T, cmap=colours, norm=norm, rasterized=True)
     if cells.crossed is not None:
         i, j = np.nonzero(cells.crossed)
-        axis.plot(0.5 * (x[i] + x[i + 1]), 0.5 * (y[j] + y[j + 1]), "x", color=BLACK, ms=2.0, mew=0.4)
+        x_middles = 0.5 * (x[i] + x[i + 1])
+        y_middles = 0.5 * (y[j] + y[j + 1])
+        axis.plot(x_middles, y_middles, "x", color=BLACK, ms=2.0, mew=0.4)
     return image
 
 
-def _titles(axes: Any, plot: Plot, room: int) -> None:
+def _titles(axes: Any, plot: Plot, letters: int) -> None:
     """Titles of the axes; panels under one another or side by side name a common axis once."""
-    columns, panels = plot.columns, plot.panels
-    for k, (panel, axis) in enumerate(zip(panels, axes.flat, strict=False)):
-        row = range(k - k % columns, min(k - k % columns + columns, len(panels)))
-        below = {j: panels[j + columns].x if j + columns < len(panels) else None for j in row}
-        if all(_same(panels[j].x, under) for j, under in below.items()):
+    columns = plot.columns
+    panels = plot.panels
+    height_shares = sum(panel.share for panel in panels[::columns])
+    for place, (panel, axis) in enumerate(zip(panels, axes.flat, strict=False)):
+        first = place - place % columns  # of the row of panels
+        row = panels[first : first + columns]
+        row_below = panels[first + columns : first + columns + len(row)]
+        x_named_below = len(row_below) == len(row) and all(map(_same_x, row, row_below))
+        if x_named_below:
             axis.tick_params(labelbottom=False)
         else:
             badge = f" ({plot.badge})" if plot.badge and panel is panels[-1] else ""
-            narrow = any(isinstance(mark, NamedBars) for mark in panel.marks)  # names beside it have taken the room
-            axis.set_xlabel(_wrapped(capital(panel.x.title) + badge, room), loc="right" if narrow else "center")
-        if k % columns and _same(panel.y, panels[k - 1].y):
+            title = _wrapped(capital(panel.x.title) + badge, letters)
+            axis.set_xlabel(title, loc="right" if _names_bars(panel) else "center")
+
+        y_named_before = place > first and _same(panel.y, panels[place - 1].y)
+        if y_named_before:
             axis.tick_params(labelleft=False)
         else:
-            inches = plot.height * panel.share / sum(p.share for p in panels[::columns])
+            inches = plot.height * panel.share / height_shares
             axis.set_ylabel(_wrapped(capital(panel.y.title), int(inches / _CHARACTER)))
 
 
-def _wrapped(title: str, room: int) -> str:
-    """A title in lines of so many letters; a unit stays whole."""
-    label, mark, unit = title.partition(" [")
-    unit, end, badge = unit.partition("]")
-    lines = f"{label}{mark}{unit.replace(' ', _TIGHT)}{end}{badge}"
-    return textwrap.fill(lines, max(6, room), break_long_words=False, break_on_hyphens=False)
+def _same_x(panel: Panel, below: Panel) -> bool:
+    return _same(panel.x, below.x)
 
 
-def _same(one: Axis, other: Axis | None) -> bool:
+def _same(one: Axis, other: Axis) -> bool:
+    """Whether two axes show the same, between the same ends; ends that follow from the marks may differ."""
     return one == other and one.low is not None
 
 
-def _legends(figure: Any, axes: Any, plot: Plot, room: int) -> None:
+def _wrapped(title: str, letters: int) -> str:
+    """A title in lines of so many letters; a unit stays whole."""
+    label, mark, unit = title.partition(" [")
+    unit, end, badge = unit.partition("]")
+    text = f"{label}{mark}{unit.replace(' ', _TIGHT)}{end}{badge}"
+    return textwrap.fill(text, max(6, letters), break_long_words=False, break_on_hyphens=False)
+
+
+def _legends(figure: Any, axes: Any, plot: Plot, letters: int) -> None:
     """Names of the marks; a panel with one name has no legend."""
-    above = {"loc": "lower left", "bbox_to_anchor": (0.0, 1.0), "borderaxespad": 0.2}
     for panel, axis in zip(plot.panels, axes.flat, strict=False):
-        named = {handle.get_label(): handle for handle in axis.get_legend_handles_labels()[0]}
-        labels = [label for _, label in sorted(panel.legend(), key=lambda key: _RANKS.get(key[0], len(_RANKS)))]
-        handles = [named[label] for label in labels]
+        by_label = {handle.get_label(): handle for handle in axis.get_legend_handles_labels()[0]}
+        named = sorted(panel.legend(), key=lambda mark: _RANKS.get(mark[0], len(_RANKS)))
+        labels = [label for _, label in named]
+        handles = [by_label[label] for label in labels]
         if plot.legend == "shared":
-            ncols = len(labels)
-            figure.legend(handles, labels, loc="outside upper center", ncols=ncols, title=plot.legend_title)
+            columns = len(labels)
+            figure.legend(handles, labels, loc="outside upper center", ncols=columns, title=plot.legend_title)
             return
-        if len(labels) > 1:
-            columns = max(1, int(plot.width / plot.columns / (_KEY + _LETTER * max(map(len, labels)))))
-            place: dict[str, Any] = above | {"ncols": columns} if plot.legend == "above" else {}
-            beside_key = max(8, room - int(_KEY / _LETTER))
-            axis.legend(handles, [_parted(label, beside_key) for label in labels], handlelength=1.6, **place)
+        if len(labels) < 2:
+            continue
+        place: dict[str, Any] = {}
+        if plot.legend == "above":
+            longest = max(map(len, labels))
+            columns = int(plot.width / plot.columns / (_KEY + _LETTER * longest))
+            place = {"loc": "lower left", "bbox_to_anchor": (0.0, 1.0), "borderaxespad": 0.2, "ncols": max(1, columns)}
+        beside_key = max(8, letters - int(_KEY / _LETTER))
+        axis.legend(handles, [_parted(label, beside_key) for label in labels], handlelength=1.6, **place)

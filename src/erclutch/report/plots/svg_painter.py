@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from dataclasses import dataclass
 
@@ -23,6 +24,7 @@ from erclutch.report.plots.plot_description import (
 )
 from erclutch.signals.array import Array
 
+#: Margins around the axes.
 _LEFT, _RIGHT, _TOP, _BOTTOM = 46.0, 10.0, 24.0, 36.0
 #: Steps of the colour ramps in the style sheet.
 RAMP = 8
@@ -60,10 +62,14 @@ class _Ruler:
     last: float
 
     def at(self, values: Array) -> Array:
-        a, b, v = self.low, self.high, values
+        low = self.low
+        high = self.high
         if self.log:
-            a, b, v = math.log(a), math.log(b), np.log(np.maximum(v, 1e-300))
-        return self.first + (v - a) / ((b - a) or 1.0) * (self.last - self.first)
+            low = math.log(low)
+            high = math.log(high)
+            values = np.log(np.maximum(values, 1e-300))
+        share = (values - low) / ((high - low) or 1.0)
+        return self.first + share * (self.last - self.first)
 
     def one(self, value: float) -> float:
         return float(self.at(np.array([value]))[0])
@@ -76,22 +82,27 @@ def ticks(low: float, high: float, most: int, *, log: bool = False) -> list[floa
     """Round values inside a range; about as many as asked for."""
     if log:
         return _decades(low, high, most)
-    rough = (high - low) / max(most, 1)
-    if not rough > 0:
+    wanted = (high - low) / max(most, 1)
+    if not wanted > 0:
         return [low]
-    base = 10.0 ** math.floor(math.log10(rough))
-    step = next(m * base for m in (1, 2, 5, 10) if m * base >= rough * 0.999)
+    decade = 10.0 ** math.floor(math.log10(wanted))
+    step = next(digit * decade for digit in (1, 2, 5, 10) if digit * decade >= wanted * 0.999)
+    # The slack keeps a tick that rounding puts just outside.
     first = math.ceil(low / step - 1e-9)
-    return [k * step for k in range(first, math.floor(high / step + 1e-9) + 1)]
+    last = math.floor(high / step + 1e-9)
+    return [k * step for k in range(first, last + 1)]
 
 
 def _decades(low: float, high: float, most: int) -> list[float]:
-    powers = range(math.ceil(math.log10(low) - 1e-9), math.floor(math.log10(high) + 1e-9) + 1)
-    marks = [10.0**p for p in powers]
+    """Powers of ten; where two at most lie inside, their doubles and halves too."""
+    first = math.ceil(math.log10(low) - 1e-9)
+    last = math.floor(math.log10(high) + 1e-9)
+    marks = [10.0**power for power in range(first, last + 1)]
     if len(marks) <= 2:
-        marks = [m * 10.0**p for p in range(powers.start - 1, powers.stop + 1) for m in (1, 2, 5)]
-        marks = [m for m in marks if low <= m <= high]
-    return marks[:: max(1, math.ceil(len(marks) / most))]
+        finer = [digit * 10.0**power for power in range(first - 1, last + 2) for digit in (1, 2, 5)]
+        marks = [mark for mark in finer if low <= mark <= high]
+    every = max(1, math.ceil(len(marks) / most))
+    return marks[::every]
 
 
 def _drawn(mark: Mark, x: _Ruler, y: _Ruler) -> str:
@@ -107,9 +118,10 @@ def _drawn(mark: Mark, x: _Ruler, y: _Ruler) -> str:
         case Cells():
             return _cells(mark, x, y)
         case Shade() if mark.x is not None:
-            across, ends = x.at(mark.x), (y.at(np.asarray(end, np.float64)) for end in (mark.high, mark.low))
-            there, back = (np.column_stack([across, end]).tolist() for end in ends)
-            path = "L".join(f"{a:.1f} {b:.1f}" for a, b in [*there, *back[::-1]])
+            across = x.at(mark.x)
+            there = np.column_stack([across, y.at(np.asarray(mark.high, np.float64))])
+            back = np.column_stack([across, y.at(np.asarray(mark.low, np.float64))])[::-1]
+            path = "L".join(f"{a:.1f} {b:.1f}" for a, b in [*there.tolist(), *back.tolist()])
             return f'<path class="{mark.style}" d="M{path}Z"/>'
         case Shade():
             top, bottom = y.at(np.array([mark.high, mark.low], np.float64))
@@ -122,48 +134,66 @@ def _drawn(mark: Mark, x: _Ruler, y: _Ruler) -> str:
 
 
 def _line(line: Line, x: _Ruler, y: _Ruler) -> str:
-    px, py = x.at(line.corners()[0]), np.clip(y.at(line.corners()[1]), -50, y.first + 86)
-    pen, words = False, list[str]()
+    across, up = line.corners()
+    px = x.at(across)
+    py = np.clip(y.at(up), -50, y.first + 86)  # beyond, the line is cut off all the same
+    words: list[str] = []
+    pen_down = False
     for a, b in zip(px.tolist(), py.tolist(), strict=True):
         if math.isfinite(b):
-            words.append(f"{'L' if pen else 'M'}{a:.1f} {b:.1f}")
-        pen = math.isfinite(b)
+            words.append(f"{'L' if pen_down else 'M'}{a:.1f} {b:.1f}")
+        pen_down = math.isfinite(b)
     css = f"line {line.style} dashed" if line.dashed else f"line {line.style}"
     drawn = f'<path class="{css}" d="{"".join(words)}"/>'
-    if np.any(py < y.last - 1.0) or np.any(py > y.first + 1.0):
+    leaves_axes = np.any(py < y.last - 1.0) or np.any(py > y.first + 1.0)
+    if leaves_axes:
         drawn = _cut(drawn, x, y)
-    return drawn + (_dots(Dots(line.x, line.y, line.style), x, y) if line.marked else "")
+    if line.marked:
+        drawn += _dots(Dots(line.x, line.y, line.style), x, y)
+    return drawn
 
 
 def _cut(drawn: str, x: _Ruler, y: _Ruler) -> str:
-    """What leaves the axes, cut off there: an inner drawing hides what is outside of it."""
-    left, top, width, height = x.first - 1, y.last - 1, x.last - x.first + 2, y.first - y.last + 2
-    box = f"{left:.0f} {top:.0f} {width:.0f} {height:.0f}"
-    place = f'x="{left:.0f}" y="{top:.0f}" width="{width:.0f}" height="{height:.0f}"'
-    return f'<svg {place} viewBox="{box}">{drawn}</svg>'
+    """A drawing that is cut off at the axes: an inner drawing hides what is outside of it."""
+    left = f"{x.first - 1:.0f}"
+    top = f"{y.last - 1:.0f}"
+    width = f"{x.last - x.first + 2:.0f}"
+    height = f"{y.first - y.last + 2:.0f}"
+    place = f'x="{left}" y="{top}" width="{width}" height="{height}"'
+    return f'<svg {place} viewBox="{left} {top} {width} {height}">{drawn}</svg>'
 
 
 def _dots(dots: Dots, x: _Ruler, y: _Ruler) -> str:
-    px, py = x.at(dots.x), y.at(dots.y)
-    keep = x.holds(px) & y.holds(py)
-    marks = "".join(f"M{a:.1f} {b:.1f}h0" for a, b in zip(px[keep].tolist(), py[keep].tolist(), strict=True))
-    return f'<path class="dots {dots.style}" stroke-width="{2 * dots.size:.1f}" d="{marks}"/>' if marks else ""
+    px = x.at(dots.x)
+    py = y.at(dots.y)
+    inside = x.holds(px) & y.holds(py)
+    places = zip(px[inside].tolist(), py[inside].tolist(), strict=True)
+    path = "".join(f"M{a:.1f} {b:.1f}h0" for a, b in places)
+    if not path:
+        return ""
+    return f'<path class="dots {dots.style}" stroke-width="{2 * dots.size:.1f}" d="{path}"/>'
 
 
 def _bars(bars: Bars, x: _Ruler, y: _Ruler) -> str:
-    px, py = x.at(bars.edges).tolist(), y.at(bars.heights).tolist()
-    words = [f"L{a:.1f} {h:.1f}L{b:.1f} {h:.1f}" for a, b, h in zip(px[:-1], px[1:], py, strict=True)]
-    path = f"M{px[0]:.1f} {y.first:.1f}{''.join(words)}L{px[-1]:.1f} {y.first:.1f}Z"
-    return f'<path class="bars {bars.style}" d="{path}"/>'
+    edges = x.at(bars.edges).tolist()
+    tops = y.at(bars.heights).tolist()
+    words = [f"M{edges[0]:.1f} {y.first:.1f}"]
+    for (left, right), top in zip(itertools.pairwise(edges), tops, strict=True):
+        words.append(f"L{left:.1f} {top:.1f}L{right:.1f} {top:.1f}")
+    words.append(f"L{edges[-1]:.1f} {y.first:.1f}Z")
+    return f'<path class="bars {bars.style}" d="{"".join(words)}"/>'
 
 
 def _named_bars(bars: NamedBars, x: _Ruler, y: _Ruler) -> str:
     """The first bar is on top, so row k lies where an axis that points up has the number of the rows below it."""
     rows = y.at(np.arange(len(bars.names), dtype=np.float64)[::-1]).tolist()
     half = 0.31 * abs(y.one(1.0) - y.one(0.0))
-    spans = np.column_stack([x.at(v) for v in (bars.values, bars.low, bars.high)]).tolist()
-    zero, out = x.one(0.0), list[str]()
-    for name, style, at, (end, low, high) in zip(bars.names, bars.styles, rows, spans, strict=True):
+    ends = x.at(bars.values).tolist()
+    lows = x.at(bars.low).tolist()
+    highs = x.at(bars.high).tolist()
+    zero = x.one(0.0)
+    out: list[str] = []
+    for name, style, at, end, low, high in zip(bars.names, bars.styles, rows, ends, lows, highs, strict=True):
         place = f'x="{min(zero, end):.1f}" y="{at - half:.1f}" width="{abs(end - zero):.1f}" height="{2 * half:.1f}"'
         whisker = f"M{low:.1f} {at:.1f}H{high:.1f}M{low:.1f} {at - 3:.1f}v6M{high:.1f} {at - 3:.1f}v6"
         out.append(f'<rect class="bars {style}" {place}/><path class="whisker" d="{whisker}"/>')
@@ -172,29 +202,36 @@ def _named_bars(bars: NamedBars, x: _Ruler, y: _Ruler) -> str:
 
 
 def _cells(cells: Cells, x: _Ruler, y: _Ruler) -> str:
-    px, py = x.at(cells.x_edges).tolist(), y.at(cells.y_edges).tolist()
-    steps, drawn = cells.steps(RAMP), list[str]()
-    for colour in range(RAMP):
-        words = [
-            f"M{px[i]:.1f} {py[j + 1]:.1f}H{px[i + 1]:.1f}V{py[j]:.1f}H{px[i]:.1f}Z"
-            for i, j in np.argwhere(steps == colour).tolist()
-        ]
+    px = x.at(cells.x_edges).tolist()
+    py = y.at(cells.y_edges).tolist()
+    colours = cells.steps(RAMP)
+    drawn: list[str] = []
+    for colour in range(RAMP):  # one path a colour keeps the page small
+        words: list[str] = []
+        for i, j in np.argwhere(colours == colour).tolist():
+            words.append(f"M{px[i]:.1f} {py[j + 1]:.1f}H{px[i + 1]:.1f}V{py[j]:.1f}H{px[i]:.1f}Z")
         if words:
             drawn.append(f'<path class="cell {cells.style}{colour}" d="{"".join(words)}"/>')
-    crossed = [] if cells.crossed is None else np.argwhere(cells.crossed).tolist()
-    words = [
-        f"M{px[i]:.1f} {py[a]:.1f}L{px[i + 1]:.1f} {py[b]:.1f}" for i, j in crossed for a, b in ((j, j + 1), (j + 1, j))
-    ]
-    return "".join(drawn) + (f'<path class="blind" d="{"".join(words)}"/>' if words else "")
+
+    crosses: list[str] = []
+    if cells.crossed is not None:
+        for i, j in np.argwhere(cells.crossed).tolist():
+            crosses.append(f"M{px[i]:.1f} {py[j]:.1f}L{px[i + 1]:.1f} {py[j + 1]:.1f}")
+            crosses.append(f"M{px[i]:.1f} {py[j + 1]:.1f}L{px[i + 1]:.1f} {py[j]:.1f}")
+    if crosses:
+        drawn.append(f'<path class="blind" d="{"".join(crosses)}"/>')
+    return "".join(drawn)
 
 
 def _frame(panel: Panel, x: _Ruler, y: _Ruler) -> str:
     """Grid, ticks and titles. A small drawing has fewer ticks."""
     out: list[str] = []
-    left, right, bottom = x.first, x.last, y.first
+    left = x.first
+    right = x.last
+    bottom = y.first
     across, up = (6, 5) if panel.size[0] > 400 else (5, 4)
-    named = any(isinstance(mark, NamedBars) for mark in panel.marks)
-    for value in [] if named else ticks(y.low, y.high, up, log=y.log):
+    bars_are_named = any(isinstance(mark, NamedBars) for mark in panel.marks)  # their names stand in place of ticks
+    for value in [] if bars_are_named else ticks(y.low, y.high, up, log=y.log):
         at = y.one(value)
         out.append(f'<path class="grid" d="M{left} {at:.1f}H{right:.1f}"/>')
         out.append(f'<text x="{left - 6:.0f}" y="{at + 3.5:.1f}" text-anchor="end">{_mark(value)}</text>')
