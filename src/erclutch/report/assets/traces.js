@@ -1,325 +1,599 @@
 "use strict";
 // Measured against estimated: plots that can be zoomed, with cursor, legend and the whole log as a strip.
-function traces(T) {
-  const box = $("traces-plot"), KNOTS = T.time, LAST = T.rows - 1;
-  const channels = Object.fromEntries(Object.entries(T.channels).map(([name, body]) => [name, new Channel(body)]));
-  const COLOURS = { recommended: "--recommended", best: "--best", baseline: "--baseline" };
-  const DASHES = { recommended: [], best: [7, 4], baseline: [2, 3] };
-  const models = new Map(T.models.map((m) => [m.name, m]));
-  const first = ["recommended", "baseline", "best"];
-  let chosen = T.models.filter((m) => m.role).sort((a, b) => first.indexOf(a.role) - first.indexOf(b.role)).map((m) => m.name).slice(0, 2);
-  const spare = ["--other1", "--other2", "--other3"];
-  const style = (name) => {
-    const role = models.get(name).role;
-    if (role) return [COLOURS[role], DASHES[role]];
-    const k = chosen.filter((n) => !models.get(n).role).indexOf(name);
-    return [spare[Math.max(k, 0) % spare.length], [10, 3, 2, 3]];
-  };
+//
+// Three values say what is on screen: the rows in view, the chosen models, and the row under the cursor. Whoever changes
+// one asks for a new drawing. `sample` then takes as much of the rows as the width can show, and each plot draws it.
 
-  // Rows and time: straight lines between knots.
-  const between = (x, from, to) => {
-    let a = 0, b = KNOTS.length - 1;
-    while (b - a > 1) {
-      const middle = (a + b) >> 1;
-      if (KNOTS[middle][from] <= x) a = middle;
-      else b = middle;
+const AXIS = 58; // pixels of the vertical axis, and left of the strip
+const MARGIN = 6; // pixels right of the plots
+const MOST_MODELS = 4;
+const FEWEST_ROWS = 20; // in view
+const COLOURS = { recommended: "--recommended", best: "--best", baseline: "--baseline" };
+const DASHES = { recommended: [], best: [7, 4], baseline: [2, 3] };
+const OTHERS = ["--other1", "--other2", "--other3"];
+const INPUT_COLOURS = ["--measured", "--mut"]; // of both clutches of a pair
+const FONT = "11px system-ui, sans-serif";
+
+const between = (low, value, high) => Math.max(low, Math.min(high, value));
+const inBrackets = (unit) => (unit ? ` [${unit}]` : "");
+
+/** Rows and time of the log: straight lines between knots [row, s]. */
+class LogClock {
+  constructor(knots, rows) {
+    this.knots = knots;
+    this.last = rows - 1;
+  }
+  timeOf(row) { return this.along(row, 0, 1); }
+  rowOf(time) { return between(0, this.along(time, 1, 0), this.last); }
+  along(value, from, to) {
+    const [before, after] = this.around(value, from);
+    const width = after[from] - before[from];
+    if (!width) return before[to];
+    return before[to] + ((value - before[from]) / width) * (after[to] - before[to]);
+  }
+  around(value, from) {
+    let low = 0;
+    let high = this.knots.length - 1;
+    while (high - low > 1) {
+      const middle = (low + high) >> 1;
+      if (this.knots[middle][from] <= value) low = middle;
+      else high = middle;
     }
-    const [p, q] = [KNOTS[a], KNOTS[Math.min(a + 1, KNOTS.length - 1)]];
-    const width = q[from] - p[from];
-    return width ? p[to] + ((x - p[from]) / width) * (q[to] - p[to]) : p[to];
-  };
-  const timeOf = (row) => between(row, 0, 1);
-  const rowOf = (time) => Math.max(0, Math.min(LAST, between(time, 1, 0)));
-  const held = (row) => T.test.some(([a, b]) => row >= a && row < b);
+    return [this.knots[low], this.knots[Math.min(low + 1, this.knots.length - 1)]];
+  }
+}
 
-  let view = [...T.windows.typical], cursor = null, frame = null, drawn = null;
-  const inputs = (kind) => T.inputs.filter((i) => i.kind === kind);
+class Traces {
+  /** T: what `traces_section.py` says of the log, its models and its channels. */
+  constructor(T) {
+    this.T = T;
+    this.box = $("traces-plot");
+    this.strip = $("overview");
+    this.list = $("add-model");
+    this.clock = new LogClock(T.time, T.rows);
+    this.channels = Object.fromEntries(Object.entries(T.channels).map(([name, body]) => [name, new Channel(body)]));
+    this.models = new Map(T.models.map((model) => [model.name, model]));
+    this.places = {
+      typical: () => T.windows.typical,
+      worst: () => T.windows.worst,
+      test: () => [T.test[0][0], T.test[T.test.length - 1][1]],
+      all: () => [0, T.rows],
+    };
 
-  // What is on screen: each step is two points, the smallest and the largest value of its rows.
-  async function sample() {
-    const [r0, r1] = view;
-    const names = ["measured", ...chosen.flatMap((m) => [`estimate:${m}`, `residual:${m}`]), ...T.inputs.map((i) => i.channel)];
-    await Promise.all(names.map((n) => channels[n].ready(r0, r1)).filter(Boolean));
-    if (view[0] !== r0 || view[1] !== r1) return null;
-    const most = Math.max(60, Math.floor(box.clientWidth * 0.9)), single = r1 - r0 <= 2 * most;
-    const steps = single ? r1 - r0 : most;
-    const edges = Array.from({ length: steps + 1 }, (_, k) => Math.round(r0 + ((r1 - r0) * k) / steps));
-    const each = (range) => edges.slice(1).map((stop, k) => range(edges[k], stop));
-    const breaks = T.breaks.filter((b) => b > r0 && b < r1);
-    const x = [], at = [];
-    for (let k = 0; k < steps; k++) {
-      const [a, b] = [timeOf(edges[k]), timeOf(edges[k + 1] - 1)];
-      if (k && breaks.some((row) => row > edges[k - 1] && row <= edges[k])) {
-        x.push(a - 1e-9);
-        at.push(null);
-      }
-      x.push(a, a + 0.5 * Math.max(b - a, 1e-9));
-      at.push([k, 0], [k, 1]);
-    }
-    const layers = Object.fromEntries(names.map((name) => [name, channels[name].pick(r0, r1)]));
-    const values = Object.fromEntries(names.map((name) => [name, each((a, b) => channels[name].range(layers[name], a, b))]));
-    // Where both are there row by row, the residual follows from them to the last row.
-    for (const m of chosen)
-      if (layers.measured.bucket === 1 && layers[`estimate:${m}`].bucket === 1)
-        values[`residual:${m}`] = each((a, b) => difference(layers, `estimate:${m}`, a, b));
-    const series = (name, factor) => at.map((place) => place && factor * values[name][place[0]][place[1]]);
-    return { r0, r1, x, edges, whole: single && layers.measured.bucket === 1, values, series };
+    this.view = [...T.windows.typical]; // rows [first, stop)
+    this.chosen = this.modelsAtFirst();
+    this.cursor = null; // a row
+    this.back = []; // earlier views
+    this.drawn = null; // what `sample` last gave
+    this.panels = [];
+    this.frame = null; // asked for, not yet drawn
+    this.dragged = null; // the plot in which the mouse went down
+    this.margin = AXIS;
+
+    this.listenToButtons();
+    this.listenToWheel();
+    this.listenToKeys();
+    this.listenToList();
+    this.listenToStrip();
+    this.listenToPage();
+    this.offerModels();
+    this.build();
+    this.render();
   }
 
-  function difference(layers, name, a, b) {
-    const value = (of, row) => channels[of].value(layers[of].values[row - layers[of].start]);
-    let low = Infinity, high = -Infinity;
-    for (let row = a; row < b; row++) {
-      const d = value("measured", row) - value(name, row);
-      low = Math.min(low, d);
-      high = Math.max(high, d);
+  // --- models
+
+  /** Two of the models that have a role. */
+  modelsAtFirst() {
+    const order = ["recommended", "baseline", "best"];
+    const named = this.T.models.filter((model) => model.role);
+    named.sort((a, b) => order.indexOf(a.role) - order.indexOf(b.role));
+    return named.map((model) => model.name).slice(0, 2);
+  }
+
+  /** Colour and dashes of a chosen model. */
+  style(name) {
+    const { role } = this.models.get(name);
+    if (role) return [COLOURS[role], DASHES[role]];
+    const withoutRole = this.chosen.filter((other) => !this.models.get(other).role);
+    const place = Math.max(withoutRole.indexOf(name), 0);
+    return [OTHERS[place % OTHERS.length], [10, 3, 2, 3]];
+  }
+
+  offerModels() {
+    const full = this.chosen.length >= MOST_MODELS;
+    this.list.replaceChildren(new Option(full ? "four at most" : "…", ""));
+    for (const model of this.T.models)
+      if (!full && !this.chosen.includes(model.name)) this.list.append(new Option(model.title, model.name));
+    this.list.disabled = this.list.options.length < 2;
+  }
+
+  choose(names) {
+    this.chosen = names;
+    this.offerModels();
+    this.build();
+    this.later();
+  }
+
+  listenToList() {
+    this.list.addEventListener("change", () => {
+      if (this.list.value) this.choose([...this.chosen, this.list.value]);
+    });
+  }
+
+  // --- what is on screen: each step is two points, the smallest and the largest value of its rows
+
+  /** What the rows in view look like at this width; null where the view has moved on meanwhile. */
+  async sample() {
+    const [first, stop] = this.view;
+    const ofModels = this.chosen.flatMap((model) => [`estimate:${model}`, `residual:${model}`]);
+    const names = ["measured", ...ofModels, ...this.T.inputs.map((input) => input.channel)];
+    await Promise.all(names.map((name) => this.channels[name].ready(first, stop)).filter(Boolean));
+    if (this.view[0] !== first || this.view[1] !== stop) return null;
+
+    const most = Math.max(60, Math.floor(this.box.clientWidth * 0.9));
+    const single = stop - first <= 2 * most; // each row is a step
+    const steps = single ? stop - first : most;
+    const edges = Array.from({ length: steps + 1 }, (_, k) => Math.round(first + ((stop - first) * k) / steps));
+    const { times, places } = this.points(edges);
+    const layers = Object.fromEntries(names.map((name) => [name, this.channels[name].pick(first, stop)]));
+    const values = this.valuesOfSteps(names, layers, edges);
+    const series = (name, factor) => places.map((place) => place && factor * values[name][place.step][place.end]);
+    return { first, stop, times, edges, whole: single && layers.measured.bucket === 1, values, series };
+  }
+
+  /** Time of each point, and the step and end that it shows; null is a gap, at which lines break. */
+  points(edges) {
+    const breaks = this.T.breaks.filter((row) => row > edges[0] && row < edges[edges.length - 1]);
+    const times = [];
+    const places = [];
+    for (let step = 0; step < edges.length - 1; step++) {
+      const begin = this.clock.timeOf(edges[step]);
+      const end = this.clock.timeOf(edges[step + 1] - 1);
+      if (step && breaks.some((row) => row > edges[step - 1] && row <= edges[step])) {
+        times.push(begin - 1e-9);
+        places.push(null);
+      }
+      times.push(begin, begin + 0.5 * Math.max(end - begin, 1e-9));
+      places.push({ step, end: 0 }, { step, end: 1 });
+    }
+    return { times, places };
+  }
+
+  /** Smallest and largest value of each step, by channel. */
+  valuesOfSteps(names, layers, edges) {
+    const each = (range) => edges.slice(1).map((stop, step) => range(edges[step], stop));
+    const values = {};
+    for (const name of names) values[name] = each((a, b) => this.channels[name].range(layers[name], a, b));
+    // Where both are there row by row, the residual follows from them to the last row.
+    for (const model of this.chosen) {
+      const estimate = `estimate:${model}`;
+      if (layers.measured.bucket === 1 && layers[estimate].bucket === 1)
+        values[`residual:${model}`] = each((a, b) => this.difference(layers, estimate, a, b));
+    }
+    return values;
+  }
+
+  /** Smallest and largest of measured less estimated over rows [first, stop). */
+  difference(layers, estimate, first, stop) {
+    const value = (name, row) => this.channels[name].value(layers[name].values[row - layers[name].start]);
+    let low = Infinity;
+    let high = -Infinity;
+    for (let row = first; row < stop; row++) {
+      const residual = value("measured", row) - value(estimate, row);
+      low = Math.min(low, residual);
+      high = Math.max(high, residual);
     }
     return [low, high];
   }
 
   // --- plots
-  const plots = [];
-  const AXIS = 58;
-  const marks = (u, splits, axis, space, step) => splits.map((v) => (v === null ? "" : digits(v, step)));
-  const axes = (title, height) => {
-    const font = "11px system-ui, sans-serif", colour = () => css("--mut");
-    const grid = { stroke: () => css("--line"), width: 1 };
-    return [
-      { stroke: colour, font, grid: { show: false }, ticks: { stroke: () => css("--line"), size: 4 }, size: 26, values: marks },
-      { stroke: colour, font, grid, ticks: { show: false }, size: AXIS, space: height < 130 ? 17 : 30, values: marks, label: title, labelSize: 14, labelFont: font, labelGap: 0 },
-    ];
-  };
-  function tint(u) {
-    const ctx = u.ctx, { left, top, width, height } = u.bbox;
-    ctx.save();
-    ctx.fillStyle = css("--held");
-    for (const [a, b] of T.test) {
-      const [x0, x1] = [timeOf(a), timeOf(b - 1)].map((t) => Math.max(left, Math.min(left + width, u.valToPos(t, "x", true))));
-      if (x1 > x0) ctx.fillRect(x0, top, x1 - x0, height);
-    }
-    ctx.restore();
-  }
-  function plot(id, height, title, lines, last) {
-    const options = {
-      width: $(id).clientWidth, height: Math.max(height, 6 * title.length + (last ? 34 : 16)), padding: [6, 6, 0, 0], pxAlign: 1,
-      scales: { x: { time: false }, y: { range: (u, low, high) => { const s = 0.06 * (high - low) || Math.abs(high) * 0.1 || 1; return [low - s, high + s]; } } },
-      cursor: { sync: { key: "traces", setSeries: false }, drag: { x: true, y: false, setScale: false }, points: { size: 5 }, focus: { prox: -1 } },
-      legend: { show: false },
-      axes: axes(title, height),
-      series: [{}, ...lines.map(([colour, dash, width]) => ({ stroke: () => css(colour), dash, width, spanGaps: false, points: { show: false } }))],
-      hooks: {
-        drawClear: [tint],
-        setSelect: [(u) => {
-          // The others follow this one's drag: they only let go of it.
-          if (u !== dragged || u.select.width < 4) return void u.setSelect({ left: 0, width: 0, top: 0, height: 0 }, false);
-          const [a, b] = [u.posToVal(u.select.left, "x"), u.posToVal(u.select.left + u.select.width, "x")];
-          u.setSelect({ left: 0, width: 0, top: 0, height: 0 }, false);
-          back.push([...view]);
-          go(Math.floor(rowOf(a)), Math.ceil(rowOf(b)) + 1);
-        }],
-        setCursor: [(u) => { if (u.cursor.left >= 0 && drawn) point(u.posToVal(u.cursor.left, "x")); else if (u.cursor.left < 0) point(null); }],
-      },
-    };
-    if (!last) options.axes[0].values = (u, s) => s.map(() => ""), (options.axes[0].size = 8);
-    const made = new uPlot(options, [[0, 1], ...lines.map(() => [0, 0])], $(id));
-    made.over.addEventListener("mousedown", () => (dragged = made), true);
-    made.over.addEventListener("dblclick", () => { const to = back.pop(); if (to) go(...to); else named("typical"); });
-    plots.push(made);
-    return made;
-  }
-  const back = [];
-  let dragged = null;
-  let panels = [];
-  function build() {
-    for (const p of plots.splice(0)) p.destroy();
-    $("readout").style.minHeight = "";
-    const narrow = box.clientWidth < 560;
-    const E = T.effort, unit = (u) => (u ? ` [${u}]` : "");
-    // The first one is drawn last, over the others.
-    const order = [...chosen].reverse(), shown = order.map((m) => [m, ...style(m)]);
-    const input = (kind) => inputs(kind).map((i, k) => [["--measured", "--mut"][k], k ? [6, 3] : [], 1.2]);
-    panels = [
-      { u: plot("panel-effort", narrow ? 210 : 270, E.name + unit(E.unit), [["--measured", [], 1.4], ...shown.map(([, c, d]) => [c, d, 1.5])]), names: ["measured", ...order.map((m) => `estimate:${m}`)], factor: E.factor },
-      { u: plot("panel-residual", narrow ? 100 : 120, "residual" + unit(E.unit), shown.map(([, c]) => [c, [], 1.1])), names: order.map((m) => `residual:${m}`), factor: E.factor },
-    ];
-    for (const kind of ["field", "slip"]) {
-      const list = inputs(kind), last = kind === "slip";
-      panels.push({ u: plot(`panel-${kind}`, last ? 108 : 84, kind + unit(list[0].unit), input(kind), last), names: list.map((i) => i.channel), factor: list[0].factor });
-    }
-  }
 
-  async function render() {
-    const made = await sample();
-    if (!made) return;
-    drawn = made;
-    const span = [timeOf(made.r0), timeOf(made.r1 - 1)];
-    for (const p of panels) {
-      p.u.batch(() => {
-        p.u.setData([made.x, ...p.names.map((n) => made.series(n, p.factor))], false);
-        p.u.setScale("x", { min: span[0], max: span[1] });
+  /** New plots for the chosen models and this width: effort, residual, field, slip. */
+  build() {
+    for (const panel of this.panels.splice(0)) panel.plot.destroy();
+    $("readout").style.minHeight = "";
+    const narrow = this.box.clientWidth < 560;
+    const { effort } = this.T;
+    const order = [...this.chosen].reverse(); // the first model is drawn last, over the others
+    const styles = order.map((model) => this.style(model));
+
+    this.panels.push({
+      plot: this.plot("panel-effort", narrow ? 210 : 270, effort.name + inBrackets(effort.unit), [
+        ["--measured", [], 1.4],
+        ...styles.map(([colour, dash]) => [colour, dash, 1.5]),
+      ]),
+      names: ["measured", ...order.map((model) => `estimate:${model}`)],
+      factor: effort.factor,
+    });
+    this.panels.push({
+      plot: this.plot("panel-residual", narrow ? 100 : 120, "residual" + inBrackets(effort.unit), styles.map(([colour]) => [colour, [], 1.1])),
+      names: order.map((model) => `residual:${model}`),
+      factor: effort.factor,
+    });
+    for (const kind of ["field", "slip"]) {
+      const inputs = this.inputs(kind);
+      const last = kind === "slip";
+      const lines = inputs.map((_, place) => [INPUT_COLOURS[place], place ? [6, 3] : [], 1.2]);
+      this.panels.push({
+        plot: this.plot(`panel-${kind}`, last ? 108 : 84, kind + inBrackets(inputs[0].unit), lines, last),
+        names: inputs.map((input) => input.channel),
+        factor: inputs[0].factor,
       });
     }
-    overview();
-    readout(cursor);
-    for (const b of box.querySelectorAll("[data-go]")) if (places[b.dataset.go]) b.setAttribute("aria-pressed", String(same(places[b.dataset.go]())));
-    box.dataset.ready = "yes";
-    box.dataset.rows = `${made.r0},${made.r1}`;
-    box.dataset.whole = String(made.whole);
   }
-  const later = () => { if (!frame) frame = requestAnimationFrame(() => { frame = null; render(); }); };
+
+  inputs(kind) { return this.T.inputs.filter((input) => input.kind === kind); }
+
+  /** One plot; lines are [colour, dash, width]. Only the last one names the time. */
+  plot(id, height, title, lines, last = false) {
+    const series = lines.map(([colour, dash, width]) => ({ stroke: () => css(colour), dash, width, spanGaps: false, points: { show: false } }));
+    const options = {
+      width: $(id).clientWidth,
+      height: Math.max(height, 6 * title.length + (last ? 34 : 16)),
+      padding: [6, MARGIN, 0, 0],
+      pxAlign: 1,
+      scales: { x: { time: false }, y: { range: (_, low, high) => this.widened(low, high) } },
+      cursor: { sync: { key: "traces", setSeries: false }, drag: { x: true, y: false, setScale: false }, points: { size: 5 }, focus: { prox: -1 } },
+      legend: { show: false },
+      axes: this.axes(title, height),
+      series: [{}, ...series],
+      hooks: {
+        drawClear: [(plot) => this.tint(plot)],
+        setSelect: [(plot) => this.selected(plot)],
+        setCursor: [(plot) => this.pointed(plot)],
+      },
+    };
+    if (!last) {
+      options.axes[0].values = (_, splits) => splits.map(() => "");
+      options.axes[0].size = 8;
+    }
+    const made = new uPlot(options, [[0, 1], ...lines.map(() => [0, 0])], $(id));
+    made.over.addEventListener("mousedown", () => { this.dragged = made; }, true);
+    made.over.addEventListener("dblclick", () => this.goBack());
+    return made;
+  }
+
+  widened(low, high) {
+    const slack = 0.06 * (high - low) || Math.abs(high) * 0.1 || 1;
+    return [low - slack, high + slack];
+  }
+
+  axes(title, height) {
+    const stroke = () => css("--mut");
+    const line = () => css("--line");
+    const values = (_, splits, axis, space, step) => splits.map((value) => (value === null ? "" : digits(value, step)));
+    return [
+      { stroke, font: FONT, grid: { show: false }, ticks: { stroke: line, size: 4 }, size: 26, values },
+      {
+        stroke, font: FONT, grid: { stroke: line, width: 1 }, ticks: { show: false }, size: AXIS, space: height < 130 ? 17 : 30, values,
+        label: title, labelSize: 14, labelFont: FONT, labelGap: 0,
+      },
+    ];
+  }
+
+  /** Rows that were held out have a ground of their own. */
+  tint(plot) {
+    const { left, top, width, height } = plot.bbox;
+    const across = (row) => between(left, plot.valToPos(this.clock.timeOf(row), "x", true), left + width);
+    plot.ctx.save();
+    plot.ctx.fillStyle = css("--held");
+    for (const [first, stop] of this.T.test) {
+      const begin = across(first);
+      const end = across(stop - 1);
+      if (end > begin) plot.ctx.fillRect(begin, top, end - begin, height);
+    }
+    plot.ctx.restore();
+  }
+
+  /** A drag has ended: its times come into view. The other plots follow this one's drag, and only let go of it. */
+  selected(plot) {
+    const { left, width } = plot.select;
+    const own = plot === this.dragged && width >= 4;
+    const [begin, end] = [plot.posToVal(left, "x"), plot.posToVal(left + width, "x")];
+    plot.setSelect({ left: 0, width: 0, top: 0, height: 0 }, false);
+    if (!own) return;
+    this.remember();
+    this.go(Math.floor(this.clock.rowOf(begin)), Math.ceil(this.clock.rowOf(end)) + 1);
+  }
+
+  pointed(plot) {
+    if (plot.cursor.left < 0) this.point(null);
+    else if (plot.cursor.left >= 0 && this.drawn) this.point(plot.posToVal(plot.cursor.left, "x"));
+  }
+
+  async render() {
+    const sampled = await this.sample();
+    if (!sampled) return;
+    this.drawn = sampled;
+    const { first, stop, times, whole, series } = sampled;
+    const ends = { min: this.clock.timeOf(first), max: this.clock.timeOf(stop - 1) };
+    for (const { plot, names, factor } of this.panels)
+      plot.batch(() => {
+        plot.setData([times, ...names.map((name) => series(name, factor))], false);
+        plot.setScale("x", ends);
+      });
+    this.drawStrip();
+    this.readOut(this.cursor);
+    for (const button of this.box.querySelectorAll("[data-go]")) {
+      const place = this.places[button.dataset.go];
+      if (place) button.setAttribute("aria-pressed", String(this.isInView(place())));
+    }
+    this.box.dataset.ready = "yes";
+    this.box.dataset.rows = `${first},${stop}`;
+    this.box.dataset.whole = String(whole);
+  }
+
+  /** Draws before the next picture of the screen, once for all that asked. */
+  later() {
+    this.frame ??= requestAnimationFrame(() => {
+      this.frame = null;
+      this.render();
+    });
+  }
 
   // --- where to look
-  const places = {
-    typical: () => T.windows.typical,
-    worst: () => T.windows.worst,
-    test: () => [T.test[0][0], T.test[T.test.length - 1][1]],
-    all: () => [0, T.rows],
-  };
-  const same = (rows) => rows[0] === view[0] && rows[1] === view[1];
-  function go(r0, r1) {
-    const width = Math.max(20, Math.min(T.rows, Math.round(r1 - r0)));
-    const start = Math.max(0, Math.min(T.rows - width, Math.round(r0)));
-    view = [start, start + width];
-    later();
+
+  isInView([first, stop]) { return first === this.view[0] && stop === this.view[1]; }
+
+  go(first, stop) {
+    const { rows } = this.T;
+    const width = between(FEWEST_ROWS, Math.round(stop - first), rows);
+    const start = between(0, Math.round(first), rows - width);
+    this.view = [start, start + width];
+    this.later();
   }
-  const named = (name) => go(...places[name]());
-  const zoom = (factor, middle = (view[0] + view[1]) / 2) => {
-    const width = (view[1] - view[0]) * factor, share = (middle - view[0]) / (view[1] - view[0]);
-    go(middle - share * width, middle + (1 - share) * width);
-  };
-  const pan = (share) => { const d = share * (view[1] - view[0]); go(view[0] + d, view[1] + d); };
-  const moves = { left: () => pan(-0.5), right: () => pan(0.5), in: () => zoom(0.5), out: () => zoom(2) };
-  for (const button of box.querySelectorAll("[data-go]")) {
-    const name = button.dataset.go;
-    button.addEventListener("click", () => { back.push([...view]); places[name] ? named(name) : moves[name](); });
+
+  goTo(place) { this.go(...this.places[place]()); }
+
+  remember() { this.back.push([...this.view]); }
+
+  goBack() {
+    const earlier = this.back.pop();
+    if (earlier) this.go(...earlier);
+    else this.goTo("typical");
   }
-  box.addEventListener("wheel", (event) => {
-    if (!event.ctrlKey && !event.metaKey) return;
-    event.preventDefault();
-    const u = panels[0].u, x = event.clientX - u.over.getBoundingClientRect().left;
-    zoom(event.deltaY > 0 ? 1.25 : 0.8, rowOf(u.posToVal(x, "x")));
-  }, { passive: false });
-  box.addEventListener("keydown", (event) => {
-    if (event.target.tagName === "SELECT" || event.ctrlKey || event.metaKey || event.altKey) return;
-    const step = (k) => {
-      const row = Math.max(view[0], Math.min(view[1] - 1, (cursor ?? Math.round((view[0] + view[1]) / 2)) + k));
-      const u = panels[0].u;
-      u.setCursor({ left: u.valToPos(timeOf(row), "x"), top: 10 });
-      point(timeOf(row));
-      $("said").textContent = $("readout").innerText.replace(/\s+/g, " ");
+
+  zoom(factor, middle = (this.view[0] + this.view[1]) / 2) {
+    const [first, stop] = this.view;
+    const width = (stop - first) * factor;
+    const share = (middle - first) / (stop - first);
+    this.go(middle - share * width, middle + (1 - share) * width);
+  }
+
+  pan(share) {
+    const [first, stop] = this.view;
+    const rows = share * (stop - first);
+    this.go(first + rows, stop + rows);
+  }
+
+  listenToButtons() {
+    const moves = { left: () => this.pan(-0.5), right: () => this.pan(0.5), in: () => this.zoom(0.5), out: () => this.zoom(2) };
+    for (const button of this.box.querySelectorAll("[data-go]")) {
+      const name = button.dataset.go;
+      button.addEventListener("click", () => {
+        this.remember();
+        if (this.places[name]) this.goTo(name);
+        else moves[name]();
+      });
+    }
+  }
+
+  listenToWheel() {
+    const turned = (event) => {
+      if (!event.ctrlKey && !event.metaKey) return;
+      event.preventDefault();
+      const { plot } = this.panels[0];
+      const x = event.clientX - plot.over.getBoundingClientRect().left;
+      this.zoom(event.deltaY > 0 ? 1.25 : 0.8, this.clock.rowOf(plot.posToVal(x, "x")));
     };
-    const fine = Math.max(1, Math.round((view[1] - view[0]) / 200));
-    const keys = { ArrowLeft: () => pan(-0.25), ArrowRight: () => pan(0.25), "+": () => zoom(0.5), "=": () => zoom(0.5), "-": () => zoom(2), Home: () => named("all"), End: () => named("test"), Escape: () => named("typical"), ",": () => step(-fine), ".": () => step(fine) };
-    if (!keys[event.key]) return;
-    event.preventDefault();
-    keys[event.key]();
-  });
+    this.box.addEventListener("wheel", turned, { passive: false });
+  }
+
+  listenToKeys() {
+    const fine = () => Math.max(1, Math.round((this.view[1] - this.view[0]) / 200));
+    const keys = {
+      ArrowLeft: () => this.pan(-0.25),
+      ArrowRight: () => this.pan(0.25),
+      "+": () => this.zoom(0.5),
+      "=": () => this.zoom(0.5),
+      "-": () => this.zoom(2),
+      Home: () => this.goTo("all"),
+      End: () => this.goTo("test"),
+      Escape: () => this.goTo("typical"),
+      ",": () => this.step(-fine()),
+      ".": () => this.step(fine()),
+    };
+    this.box.addEventListener("keydown", (event) => {
+      if (event.target.tagName === "SELECT" || event.ctrlKey || event.metaKey || event.altKey) return;
+      if (!keys[event.key]) return;
+      event.preventDefault();
+      keys[event.key]();
+    });
+  }
+
+  listenToPage() {
+    redrawn.push(() => {
+      for (const { plot } of this.panels) plot.redraw(false, true);
+      this.drawStrip();
+      this.readOut(this.cursor);
+    });
+    let width = this.box.clientWidth;
+    addEventListener("resize", () => {
+      if (this.box.clientWidth === width) return;
+      width = this.box.clientWidth;
+      this.build();
+      this.later();
+    });
+  }
 
   // --- cursor and legend in one line
-  const point = (time) => { cursor = time === null ? null : Math.round(rowOf(time)); readout(cursor); };
-  function readout(row) {
-    if (!drawn) return;
-    const E = T.effort, items = [];
-    const k = row !== null && row >= drawn.r0 && row < drawn.r1 ? drawn.edges.slice(0, -1).findLastIndex((edge) => edge <= row) : -1;
-    const show = (name, factor, unit) => {
-      if (k < 0) return "";
-      const [a, b] = drawn.values[name][k].map((v) => v * factor), step = channels[name].step * factor;
-      return (a === b ? digits(a, step) : `${digits(a, step)} … ${digits(b, step)}`) + (unit ? ` ${unit}` : "");
-    };
-    const dash = (d) => (d.length ? (d[0] < 4 ? "dotted" : "dashed") : "solid");
-    items.push(["measured", "--measured", "solid", show("measured", E.factor, E.unit), null]);
-    for (const m of chosen) {
-      const [colour, d] = style(m);
-      const rest = show(`residual:${m}`, E.factor, "");
-      items.push([models.get(m).title, colour, dash(d), show(`estimate:${m}`, E.factor, E.unit) + (rest ? `, off by ${rest}` : ""), chosen.length > 1 ? m : null]);
-    }
-    T.inputs.forEach((i) => {
-      const n = inputs(i.kind).indexOf(i);
-      if (k >= 0 || inputs(i.kind).length > 1) items.push([i.label, ["--measured", "--mut"][n], n ? "dashed" : "solid", show(i.channel, i.factor, i.unit), null]);
-    });
+
+  point(time) {
+    this.cursor = time === null ? null : Math.round(this.clock.rowOf(time));
+    this.readOut(this.cursor);
+  }
+
+  /** Moves the cursor by keys, and says aloud what it reads. */
+  step(rows) {
+    const [first, stop] = this.view;
+    const from = this.cursor ?? Math.round((first + stop) / 2);
+    const time = this.clock.timeOf(between(first, from + rows, stop - 1));
+    const { plot } = this.panels[0];
+    plot.setCursor({ left: plot.valToPos(time, "x"), top: 10 });
+    this.point(time);
+    $("said").textContent = $("readout").innerText.replace(/\s+/g, " ");
+  }
+
+  /** The legend, with the values at a row of the view; null or another row: without values. */
+  readOut(row) {
+    if (!this.drawn) return;
+    const { first, stop, edges } = this.drawn;
+    const inside = row !== null && row >= first && row < stop;
+    const step = inside ? edges.slice(0, -1).findLastIndex((edge) => edge <= row) : -1;
     const out = $("readout");
     out.replaceChildren();
-    const log = row === null ? null : T.logs.find(([, a, b]) => row >= a && row < b);
-    if (k >= 0) out.append(element("span", "item", `${digits(timeOf(row), 1e-4)} s${held(row) ? ", held out" : ", training"}${T.logs.length > 1 && log ? `, ${log[0]}` : ""}`));
-    for (const [name, colour, line, value, gone] of items) {
-      const item = element("span", "item"), mark = element("i");
-      mark.style.borderTopColor = css(colour);
-      mark.style.borderTopStyle = line;
-      item.append(mark, element("span", "", name));
-      if (value) item.append(element("span", "value", value));
-      if (gone && k < 0) {
-        const b = element("button", "", "×");
-        b.type = "button";
-        b.setAttribute("aria-label", `Leave out ${models.get(gone).title}`);
-        b.addEventListener("click", () => { chosen = chosen.filter((n) => n !== gone); select(); build(); later(); });
-        item.append(b);
-      }
-      out.append(item);
-    }
+    if (step >= 0) out.append(element("span", "item", this.whereIs(row)));
+    for (const entry of this.entries(step)) out.append(this.legendItem(entry));
     // Lines of the readout may come with the pointer, but the plots must not move under it each time.
-    if (k >= 0) out.style.minHeight = `${out.offsetHeight}px`;
-    box.dataset.cursor = k >= 0 ? String(row) : "";
+    if (step >= 0) out.style.minHeight = `${out.offsetHeight}px`;
+    this.box.dataset.cursor = step >= 0 ? String(row) : "";
   }
 
-  // --- models to add
-  const list = $("add-model");
-  function select() {
-    list.replaceChildren(new Option(chosen.length >= 4 ? "four at most" : "…", ""));
-    for (const m of T.models) if (!chosen.includes(m.name) && chosen.length < 4) list.append(new Option(m.title, m.name));
-    list.disabled = list.options.length < 2;
+  whereIs(row) {
+    const held = this.T.test.some(([first, stop]) => row >= first && row < stop);
+    const log = this.T.logs.find(([, first, stop]) => row >= first && row < stop);
+    const ofLog = this.T.logs.length > 1 && log ? `, ${log[0]}` : "";
+    return `${digits(this.clock.timeOf(row), 1e-4)} s${held ? ", held out" : ", training"}${ofLog}`;
   }
-  list.addEventListener("change", () => {
-    if (!list.value) return;
-    chosen.push(list.value);
-    select(); build(); later();
-  });
+
+  /** What the legend names: measured, the chosen models, inputs. At a step (not -1) each has its value. */
+  entries(step) {
+    const { effort, inputs } = this.T;
+    const dashes = (dash) => (dash.length ? (dash[0] < 4 ? "dotted" : "dashed") : "solid");
+    const entries = [{ name: "measured", colour: "--measured", line: "solid", value: this.valueAt(step, "measured", effort) }];
+    for (const model of this.chosen) {
+      const [colour, dash] = this.style(model);
+      const residual = this.valueAt(step, `residual:${model}`, { factor: effort.factor });
+      const value = this.valueAt(step, `estimate:${model}`, effort) + (residual ? `, off by ${residual}` : "");
+      const canGo = step < 0 && this.chosen.length > 1;
+      entries.push({ name: this.models.get(model).title, colour, line: dashes(dash), value, leaveOut: canGo ? model : null });
+    }
+    for (const input of inputs) {
+      const ofKind = this.inputs(input.kind);
+      if (step < 0 && ofKind.length < 2) continue; // its plot has its name
+      const place = ofKind.indexOf(input);
+      const value = this.valueAt(step, input.channel, input);
+      entries.push({ name: input.label, colour: INPUT_COLOURS[place], line: place ? "dashed" : "solid", value });
+    }
+    return entries;
+  }
+
+  /** The value of a step, or its range, as text; empty without a step. */
+  valueAt(step, name, { factor, unit }) {
+    if (step < 0) return "";
+    const resolution = this.channels[name].step * factor;
+    const [low, high] = this.drawn.values[name][step].map((value) => value * factor);
+    const text = low === high ? digits(low, resolution) : `${digits(low, resolution)} … ${digits(high, resolution)}`;
+    return text + (unit ? ` ${unit}` : "");
+  }
+
+  legendItem({ name, colour, line, value, leaveOut = null }) {
+    const item = element("span", "item");
+    const mark = element("i");
+    mark.style.borderTopColor = css(colour);
+    mark.style.borderTopStyle = line;
+    item.append(mark, element("span", "", name));
+    if (value) item.append(element("span", "value", value));
+    if (leaveOut) {
+      const button = element("button", "", "×");
+      button.type = "button";
+      button.setAttribute("aria-label", `Leave out ${this.models.get(leaveOut).title}`);
+      button.addEventListener("click", () => this.choose(this.chosen.filter((model) => model !== leaveOut)));
+      item.append(button);
+    }
+    return item;
+  }
 
   // --- the whole log as a strip
-  const strip = $("overview");
-  let margin = AXIS;
-  function overview() {
-    const ratio = devicePixelRatio || 1, width = strip.clientWidth, height = strip.clientHeight;
-    margin = panels[0].u.over.offsetLeft;
-    strip.width = width * ratio;
+
+  stripWidth() { return this.strip.clientWidth - this.margin - MARGIN; }
+
+  drawStrip() {
+    const { strip, T } = this;
+    const height = strip.clientHeight;
+    const ratio = devicePixelRatio || 1;
+    this.margin = this.panels[0].plot.over.offsetLeft;
+    strip.width = strip.clientWidth * ratio;
     strip.height = height * ratio;
-    const ctx = strip.getContext("2d"), c = channels.measured, inner = width - margin - 6;
+    const ctx = strip.getContext("2d");
     ctx.scale(ratio, ratio);
-    const x = (row) => margin + (row / T.rows) * inner;
+    const across = (row) => this.margin + (row / T.rows) * this.stripWidth();
     ctx.fillStyle = css("--held");
-    for (const [a, b] of T.test) ctx.fillRect(x(a), 0, x(b) - x(a), height);
-    const waiting = c.ready(0, T.rows), layer = c.pick(0, T.rows);
-    if (waiting) return void waiting.then(overview);
-    const n = Math.floor(inner), lows = [], highs = [];
-    for (let k = 0; k < n; k++) {
-      const a = Math.floor((k * T.rows) / n), [lo, hi] = c.range(layer, a, Math.max(a + 1, Math.floor(((k + 1) * T.rows) / n)));
-      lows.push(lo); highs.push(hi);
+    for (const [first, stop] of T.test) ctx.fillRect(across(first), 0, across(stop) - across(first), height);
+
+    const waiting = this.channels.measured.ready(0, T.rows);
+    if (waiting) {
+      waiting.then(() => this.drawStrip());
+      return;
     }
-    const low = Math.min(...lows), scale = (height - 6) / (Math.max(...highs) - low || 1);
+    const ranges = this.stripRanges();
+    const low = Math.min(...ranges.map(([least]) => least));
+    const high = Math.max(...ranges.map(([, most]) => most));
+    const scale = (height - 6) / (high - low || 1);
     ctx.fillStyle = css("--mut");
-    for (let k = 0; k < n; k++) ctx.fillRect(margin + k, height - 3 - (highs[k] - low) * scale, 1, Math.max(1, (highs[k] - lows[k]) * scale));
+    ranges.forEach(([least, most], pixel) => {
+      ctx.fillRect(this.margin + pixel, height - 3 - (most - low) * scale, 1, Math.max(1, (most - least) * scale));
+    });
+
+    const [first, stop] = this.view;
     ctx.strokeStyle = css("--link");
     ctx.lineWidth = 2;
-    ctx.strokeRect(x(view[0]), 1, Math.max(3, x(view[1]) - x(view[0])), height - 2);
+    ctx.strokeRect(across(first), 1, Math.max(3, across(stop) - across(first)), height - 2);
   }
-  let from = null;
-  const rowAt = (event) => Math.max(0, Math.min(T.rows, ((event.clientX - strip.getBoundingClientRect().left - margin) / (strip.clientWidth - margin - 6)) * T.rows));
-  strip.addEventListener("pointerdown", (event) => { from = rowAt(event); back.push([...view]); strip.setPointerCapture(event.pointerId); });
-  strip.addEventListener("pointermove", (event) => { if (from === null) return; const to = rowAt(event); if (Math.abs(to - from) > T.rows / 200) go(Math.min(from, to), Math.max(from, to)); });
-  strip.addEventListener("pointerup", (event) => {
-    const to = rowAt(event), width = view[1] - view[0];
-    if (from !== null && Math.abs(to - from) <= T.rows / 200) go(to - width / 2, to + width / 2);
-    from = null;
-  });
 
-  select();
-  build();
-  render();
-  redrawn.push(() => { for (const p of panels) p.u.redraw(false, true); overview(); readout(cursor); });
-  let wide = box.clientWidth;
-  addEventListener("resize", () => { if (box.clientWidth !== wide) { wide = box.clientWidth; build(); later(); } });
+  /** Smallest and largest measured value of the rows of each pixel. */
+  stripRanges() {
+    const { measured } = this.channels;
+    const { rows } = this.T;
+    const layer = measured.pick(0, rows);
+    const pixels = Math.floor(this.stripWidth());
+    return Array.from({ length: pixels }, (_, pixel) => {
+      const first = Math.floor((pixel * rows) / pixels);
+      const stop = Math.floor(((pixel + 1) * rows) / pixels);
+      return measured.range(layer, first, Math.max(first + 1, stop));
+    });
+  }
+
+  /** A drag over the strip shows the rows under it; a click brings the view to where it is. */
+  listenToStrip() {
+    const { strip, T } = this;
+    const least = T.rows / 200; // a shorter drag is a click
+    const rowAt = (event) => {
+      const pixels = event.clientX - strip.getBoundingClientRect().left - this.margin;
+      return between(0, (pixels / this.stripWidth()) * T.rows, T.rows);
+    };
+    let from = null;
+    strip.addEventListener("pointerdown", (event) => {
+      from = rowAt(event);
+      this.remember();
+      strip.setPointerCapture(event.pointerId);
+    });
+    strip.addEventListener("pointermove", (event) => {
+      if (from === null) return;
+      const to = rowAt(event);
+      if (Math.abs(to - from) > least) this.go(Math.min(from, to), Math.max(from, to));
+    });
+    strip.addEventListener("pointerup", (event) => {
+      const to = rowAt(event);
+      const width = this.view[1] - this.view[0];
+      if (from !== null && Math.abs(to - from) <= least) this.go(to - width / 2, to + width / 2);
+      from = null;
+    });
+  }
 }
 
 if (DATA.traces) {
   if (typeof DecompressionStream === "undefined") $("readout").textContent = "This browser is too old for this plot; all others are here.";
-  else traces(DATA.traces);
+  else new Traces(DATA.traces);
 }
