@@ -10,6 +10,7 @@ import pytest
 
 from erclutch.errors import LogError
 from erclutch.logs import ColumnMap, read, table_of_log
+from erclutch.logs.reading import Reading
 from tests.support.command import good
 
 ROWS: list[dict[str, Any]] = [
@@ -57,7 +58,7 @@ def test_a_file_without_any_log_is_refused_as_before(tmp_path: Path) -> None:
     ("header", "command"),
     [
         ("t [s],speed [rad/s],torque [N*m],q17", "erclutch inspect log.csv --field none"),
-        ("speed [rad/s],torque [N*m],acc,T [°C]", 'erclutch inspect log.csv --rate "1 Hz"'),
+        ("torque [N*m],speed [rad/s],acc,T [°C]", 'erclutch inspect log.csv --rate "1 Hz"'),
         ("Shear rate [1/s],Shear stress [Pa],acc,T [°C]", "erclutch flowcurve log.csv"),
         ("t [s],speed [rad/s],acc,T [°C]", 'erclutch inspect log.csv --effort "COLUMN [N]"'),
     ],
@@ -67,3 +68,26 @@ def test_the_last_line_of_inspect_is_the_command_that_settles_it(tmp_path: Path,
     (tmp_path / "log.csv").write_text(f"{header}\n{rows}", encoding="utf-8")
     said = good("inspect", "log.csv", cwd=tmp_path, code=1)
     assert said.splitlines()[-1] == f"What settles it: {command}"
+
+
+def test_recordings_of_the_same_columns_are_several_logs_at_once(tmp_path: Path) -> None:
+    other = [{**row, "speed [rad/s]": (k % 11) - 5.0} for k, row in enumerate(ROWS)]
+    path = written(tmp_path, run1=ROWS, run2=other, fits=RESULTS)
+    said = good("inspect", "log.json", cwd=tmp_path)
+    assert "log.json: run2" in said
+    assert said.splitlines()[-1].startswith("Understood. Fit it: erclutch fit log.json --out")
+    assert [log.name for log in Reading().read(path, None)] == ["log.json: run1", "log.json: run2"]
+    with pytest.raises(LogError, match="--variable all"):  # a single recording is wanted
+        read(path)
+
+
+@pytest.mark.parametrize(
+    "other",
+    [
+        [{"t [s]": row["t [s]"], "speed [rpm]": k % 11 - 5.0, "torque [N*m]": 1.0 * k} for k, row in enumerate(ROWS)],
+        [{**row, "torque [N*m]": row["torque [N*m]"] / 2} for row in ROWS],  # one motion twice: filtered, say
+    ],
+)
+def test_recordings_in_other_units_and_copies_of_one_motion_are_asked_about(tmp_path: Path, other: Any) -> None:
+    with pytest.raises(LogError, match="2 of 2 recordings of the file are logs"):
+        Reading().read(written(tmp_path, run1=ROWS, run2=other), None)

@@ -164,3 +164,26 @@ def test_horsepower_is_no_field() -> None:
     columns = {"time": np.arange(200) / 100, "speed": np.sin(np.arange(200) / 9), "torque": np.cos(np.arange(200) / 9)}
     plan = plan_of(Table("a", {**columns, "Horsepower": np.sin(np.arange(200) / 5)}, {}, "0" * 64), ColumnMap())
     assert plan.questions == ()
+
+
+def asked_field(columns: dict[str, Array]) -> bool:
+    return any(question.signal == "field" for question in planned(columns).questions)
+
+
+SWING = {"t [s]": ROWS / 100, "x [mm]": 30.0 * TURN, "F [N]": 500.0 * np.sin(ROWS / 9 + 1.0)}
+
+
+@pytest.mark.parametrize("ahead", [0.15, 0.3, 0.6])
+def test_the_set_point_of_a_motion_is_no_field(ahead: float) -> None:
+    assert not asked_field({**SWING, "control": 30.5 * np.sin(ROWS / 9 + ahead)})
+    assert asked_field({**SWING, "control": 2.0 * np.sin(ROWS / 9 + ahead)})  # between ends of its own
+    assert asked_field({**SWING, "control": 30.0 * np.sin(ROWS / 31)})  # at a time of its own
+
+
+def test_the_rate_of_a_position_and_a_quotient_are_no_field() -> None:
+    assert not asked_field({**SWING, "c5": np.gradient(SWING["x [mm]"], 0.01)})
+    rolling, sliding = 200.0 + ROWS % 7, 180.0 + ROWS % 11
+    speeds = {"rolling [mm/s]": rolling, "sliding speed [mm/s]": sliding}
+    columns = {"t [s]": ROWS / 100, "F [N]": ROWS % 13, **speeds}
+    assert not asked_field({**columns, "SRR": np.round(100.0 * sliding / rolling, 3)})
+    assert asked_field({**columns, "SRR": 100.0 * sliding / rolling + ROWS % 5})

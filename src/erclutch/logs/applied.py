@@ -135,6 +135,9 @@ def clock_of(plan: ClockPlan, table: Table, rows: NDArray[np.int64], notes: list
         assert period is not None
         breaks = np.unique(np.searchsorted(rows, table.breaks))
         return timing.from_rate(rows.size, period, breaks[(breaks > 0) & (breaks < rows.size)].tolist())
+    if plan.kind == "points":
+        assert period is not None
+        return timing.of_points(rows.size, period)
     if plan.kind == "dates":
         assert table.clock is not None
         stamps = table.clock[rows]

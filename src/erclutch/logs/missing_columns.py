@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Container, Iterable, Sequence
+from itertools import permutations
 from re import findall
 
 from erclutch.errors import MappingError, shell_word
+from erclutch.logs.clock_planning import stamps_of
 from erclutch.logs.columns import candidates
 from erclutch.logs.mapping import COUNTS
 from erclutch.logs.names import NAMES, NEED_UNIT, spoken_name
 from erclutch.logs.seen_columns import SeenColumn, SeenColumns
-from erclutch.logs.shapes import are_estimates, same_course
+from erclutch.logs.shapes import are_estimates, is_quotient, is_rate_of, is_set_point_of, same_course
 from erclutch.signals.recording import SIGNALS
 
 _EXAMPLES = {"field": "I [A]", "slip": "V [cm/s]", "position": "D [mm]", "effort": "F [N]", "T": "torque [N*m]"}
+_MOST_PARTS = 12  # columns with a unit, among whose quotients none is by chance a column
 _NO_UNITS = ("", "-", "1", "%")
 
 
@@ -135,7 +138,28 @@ def why_no_field(seen: SeenColumns, column: SeenColumn, taken: Iterable[str]) ->
         return "is what a model says of the effort"
     measured = [seen.columns[name] for name in sorted(taken) if name in seen.columns]
     twins = [other.name for other in measured if same_course(column.values, other.values)]
-    return f"is {twins[0]} in other numbers" if twins else ""
+    if twins:
+        return f"is {twins[0]} in other numbers"
+    followers = [other.name for other in measured if is_set_point_of(column.values, other.values)]
+    if followers:
+        return f"is the set point that {followers[0]} follows"
+    stamps = stamps_of(seen)
+    moved = [other.name for other in measured if is_rate_of(column.values, other.values, stamps)]
+    if moved:
+        return f"is the rate of {moved[0]}"
+    parts = quotient_of(seen, column)
+    return f"is {parts[0]} over {parts[1]}" if parts else ""
+
+
+def quotient_of(seen: SeenColumns, column: SeenColumn) -> tuple[str, str] | None:
+    """The two columns of one kind that a column is the quotient of, as a coefficient of friction is; None: it is none."""
+    others = [other for other in seen.without([column.name]) if other.written_unit and not other.shape.constant]
+    if len(others) > _MOST_PARTS:
+        return None
+    for top, bottom in permutations(others, 2):
+        if top.written_unit == bottom.written_unit and is_quotient(column.values, top.values, bottom.values):
+            return top.name, bottom.name
+    return None
 
 
 def _is_of_models(seen: SeenColumns, column: SeenColumn) -> bool:

@@ -80,7 +80,7 @@ class ClockPlan:
 
     Attributes:
         kind: "rate" counts rows; "column" reads stamps; "dates" takes the table's dates; "counter" counts samples by a
-            column; "header" counts rows by the period that the file states.
+            column; "header" counts rows by the period that the file states; "points" are rows in no time.
         column: of stamps, dates or a counter.
         unit: of the stamps as written; None where nobody says it.
         scale: before the unit is converted.
@@ -93,7 +93,7 @@ class ClockPlan:
         doubt: why stamps without a unit may be no seconds, one sentence; "" for no doubt.
     """
 
-    kind: Literal["rate", "column", "dates", "counter", "header"]
+    kind: Literal["rate", "column", "dates", "counter", "header", "points"]
     column: str = ""
     unit: str | None = None
     scale: float = 1.0

@@ -18,6 +18,7 @@ from erclutch.logs.mapping import ColumnMap
 from erclutch.logs.motions import hold_effort_against_slip, hold_slip_against_position, turn_screw
 from erclutch.logs.named_columns import refuse_unreadable_signals, take_named
 from erclutch.logs.plan import NEEDS, OPTIONAL, Invalid, Plan, SignalPlan
+from erclutch.logs.points import take_points
 from erclutch.logs.proposals import proposals
 from erclutch.logs.seen_columns import seen_columns
 from erclutch.logs.table import Table
@@ -65,6 +66,7 @@ def plan_of(table: Table, told: ColumnMap, *, device: DeviceName | None = None, 
             draft.ask("time", error)
         take_given_numbers(draft)
         guess_what_is_needed(draft)
+        take_points(draft)
         take_further_columns(draft)
         turn_screw(draft)
         hold_slip_against_position(draft)

@@ -5,16 +5,26 @@ from __future__ import annotations
 import shlex
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from itertools import combinations
 from pathlib import Path
+
+import numpy as np
 
 from erclutch.errors import LogError
 from erclutch.logs.log_file import read_table, recordings_in
 from erclutch.logs.mapping import ColumnMap
+from erclutch.logs.plan import Plan
 from erclutch.logs.planning import plan_of
 from erclutch.logs.readers.found_recordings import JOINT
 from erclutch.logs.recognition import is_log, signals_of
 from erclutch.logs.table import Table, listed
+from erclutch.signals.array import Array
 from erclutch.signals.device import DeviceName
+
+
+class AlikeRecordings(LogError):
+    """Recordings of a file have the same columns, and nothing is open about any: together they are several logs."""
+
 
 _MOST = 40  # recordings that are looked into
 _MOST_JOINED = 12  # recordings, since a device has few signals
@@ -37,6 +47,7 @@ def table_of_log(
         progress: see `read_table`.
 
     Raises:
+        AlikeRecordings: several recordings are logs that are read in one way.
         LogError: the file cannot be read; several recordings are logs, or none is, and the remedy names those that are.
     """
     try:
@@ -66,7 +77,8 @@ def table_of_log(
             options = " ".join(["--variable all", *answers.pop()])
             remedy = f"Take each as a log: {options}; or choose one: --variable {first}"
         problem = f"{len(logs)} of {len(names)} recordings of the file are logs: {listed(logs)}"
-        raise LogError(problem, remedy=remedy, where=unchosen.where)
+        kind = AlikeRecordings if _are_alike(plans, list(logs.values())) else LogError
+        raise kind(problem, remedy=remedy, where=unchosen.where)
 
     # No recording is a log alone. Joined by time they may be one; the rows are those of the effort, since no effort is
     # made up between two samples.
@@ -79,6 +91,22 @@ def table_of_log(
         raise unchosen
     problem = f"no recording of the file is a log alone, and together they are one: {listed(names)}"
     raise LogError(problem, remedy=f"Join them by time: --variable {shlex.quote(together)}", where=unchosen.where)
+
+
+def _are_alike(plans: Sequence[Plan], tables: Sequence[Table]) -> bool:
+    """Whether recordings are read in one way without a question, and none holds the rows of another one."""
+    ways = {tuple((each.signal, each.column, each.unit) for each in plan.signals) for plan in plans}
+    if len(ways) > 1 or any(plan.questions or plan.doubts for plan in plans):
+        return False
+    motions = {each.column for each in plans[0].signals if each.signal in ("slip", "position") and each.column}
+    courses = [table.columns[name] for table in tables for name in sorted(motions)[:1]]
+    return not any(_holds(one, other) for one, other in combinations(courses, 2))
+
+
+def _holds(one: Array, other: Array) -> bool:
+    """Whether two motions run alike as far as the shorter goes, as in a filtered copy beside raw rows."""
+    rows = min(one.size, other.size)
+    return bool(np.array_equal(one[:rows], other[:rows], equal_nan=True))
 
 
 def logs_among(path: str | Path, names: Sequence[str], told: ColumnMap, device: DeviceName | None) -> dict[str, Table]:

@@ -25,6 +25,10 @@ _RATIOS = (1.0, 10.0, 100.0, 1000.0, 180 / pi, 30 / pi, 2 * pi, 6.0, 360.0, 60.0
 _CLOSE = 0.05
 _RETURNS = 0.1  # of the range, by which a column comes back that does not only rise or only fall
 _SAME_COURSE = 2e-3  # of the range, within which two columns are one course
+_SET_ENDS = 0.1  # of the range, by which the ends of a set point and of what follows it differ at most
+_FOLLOWS_CLOSELY = 0.997  # correlation of a set point with what follows it some rows later
+_DIGITS = 0.05  # of its spread, by which a quotient that was written with some digits is off
+_PER_CENT = (1.0, 100.0)
 _ESTIMATES = 0.7  # correlation of the signs of two estimates of one thing
 
 
@@ -98,6 +102,35 @@ def same_course(first: Array, second: Array) -> bool:
     scaled = np.column_stack([np.ones_like(b), (b - b.min()) / np.ptp(b)])
     left = a - scaled @ np.linalg.lstsq(scaled, a, rcond=None)[0]
     return bool(np.ptp(left) <= _SAME_COURSE * np.ptp(a))
+
+
+def is_set_point_of(column: Array, measured: Array) -> bool:
+    """Whether a column swings between the same two ends as a measured one, which follows it some rows later."""
+    known = np.isfinite(column) & np.isfinite(measured)
+    a, b = column[known][:_ROWS], measured[known][:_ROWS]
+    if a.size < _FEW or not _comes_back(a) or not _comes_back(b):
+        return False
+    off = max(abs(a.min() - b.min()), abs(a.max() - b.max()))
+    if off > _SET_ENDS * np.ptp(b):
+        return False
+    a, b = (a - a.mean()) / np.std(a), (b - b.mean()) / np.std(b)
+    size = 2 * a.size
+    by_lag = np.fft.irfft(np.conj(np.fft.rfft(a, size)) * np.fft.rfft(b, size), size)[: a.size // 2] / a.size
+    return bool(by_lag.max() > _FOLLOWS_CLOSELY and by_lag.argmax() > 0)
+
+
+def is_quotient(column: Array, top: Array, bottom: Array) -> bool:
+    """Whether a column is one column over another, as a share or in percent, in each row up to its digits.
+
+    Signs are passed over: a coefficient of friction has none.
+    """
+    known = np.isfinite(column) & np.isfinite(top) & np.isfinite(bottom) & (bottom != 0.0)
+    share, above, below = (np.abs(each[known][:_ROWS]) for each in (column, top, bottom))
+    if share.size < _FEW or np.std(share) == 0.0:
+        return False
+    with np.errstate(over="ignore"):
+        off = (float(np.median(np.abs(share - scale * above / below))) for scale in _PER_CENT)
+        return bool(min(off) <= _DIGITS * np.std(share))
 
 
 def _comes_back(values: Array) -> bool:

@@ -75,6 +75,22 @@ def from_rate(rows: int, period: float, breaks: Sequence[int] = ()) -> LogClock:
     return LogClock(places * period, period, (0, *breaks), True, np.ones(rows, dtype=np.bool_), tuple(notes))
 
 
+def of_points(rows: int, period: float) -> LogClock:
+    """A clock for rows that are points of a table, which do not follow each other in time.
+
+    Args:
+        rows: how many there are.
+        period: in s, which the table does not say.
+
+    Raises:
+        TimingError: too few rows.
+    """
+    require_rows(rows)
+    stamps = np.arange(rows, dtype=np.float64) * period
+    note = f"the rows are written {period:g} s apart; a lag or a rate of change means nothing (--rate HZ if they are a log)"
+    return LogClock(stamps, period, (0,), True, np.ones(rows, dtype=np.bool_), (note,))
+
+
 def from_stamps(stamps: Array, same: Mask, *, column: str, hint: float | None = None) -> LogClock:
     """A clock from time stamps.
 

@@ -6,7 +6,7 @@ import re
 import shlex
 import tomllib
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from json import dumps
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -18,6 +18,7 @@ from erclutch.cli.log_advice import advice_on
 from erclutch.cli.options import DEFAULT_READING, LogOptions, expand
 from erclutch.cli.quantities import SECONDS
 from erclutch.errors import ErclutchError, LogError, SettingError, require
+from erclutch.logs.recording_choice import AlikeRecordings
 
 if TYPE_CHECKING:
     from rich.table import Table as RichTable
@@ -65,7 +66,13 @@ def inspect(
     require(0, 10_000, courses=courses)
     require(0, unit=" s", start=start or 0.0)
     log, *others = expand(logs)
-    raw = _table(log, reading) if json else _table_or_question(log, reading)
+    look_at = _table if json else _table_or_question
+    asked = reading
+    try:
+        raw = look_at(log, reading)
+    except AlikeRecordings:
+        reading = replace(reading, variable="all")
+        raw = look_at(log, reading)
     if raw is None:
         return 1
     look = _look(log, others, raw, reading)
@@ -80,7 +87,7 @@ def inspect(
         _print_json(look, courses)
     else:
         _tell(look, write_mapping, drawn)
-        _tell_what_is_next(look, reading)
+        _tell_what_is_next(look, asked)
     return int(look.doubtful)
 
 
@@ -222,6 +229,8 @@ def _table_or_question(log: Path, reading: LogOptions) -> Table | None:
     """The log as it is; None where an option must say how it is read, and that option is printed as a command."""
     try:
         return _table(log, reading)
+    except AlikeRecordings:
+        raise
     except LogError as error:
         option = re.search(r"--variable (?:'[^']*'|[^\s,;]+)[^;,.]*|--decimal [.,]", error.remedy)
         if option is None:

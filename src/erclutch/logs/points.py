@@ -1,0 +1,54 @@
+"""A table of points, such as a motor's curve of torque over speed, has no time and needs none."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from erclutch.logs.draft import Draft
+from erclutch.logs.plan import ClockPlan
+from erclutch.logs.seen_columns import SeenColumn
+from erclutch.signals.array import Array
+
+_SPEEDS = ("rad/s", "m/s")
+_FEWEST = 10  # rows: fewer may be in order by chance
+_APART = 1.0  # s: no row of a table of points tells what comes before it
+
+
+def take_points(draft: Draft) -> None:
+    """Take the rows as points in no time where the speed goes one way through the table, and no column may be a time.
+
+    A log of a motion turns back or rests, and its rate matters: there the user is asked for it.
+    """
+    question = draft.questions.get("time")
+    slip, effort = draft.signals.get("slip"), draft.signals.get("effort")
+    untimed = question is not None and draft.told.time is None and question.problem.startswith("no time column")
+    of_file = bool(draft.table.path)  # arrays in memory have a rate that their owner knows
+    if not (untimed and of_file) or slip is None or effort is None or not slip.column or not effort.column:
+        return
+
+    if draft.seen.columns[slip.column].kind == "Pa":
+        return  # points of a rheometer are for `erclutch flowcurve`
+    columns = draft.seen.columns.values()
+    speeds = [column for column in columns if "slip" in column.spoken.may_be or column.fits(_SPEEDS)]
+    swept = [column.name for column in speeds if _goes_one_way(column.values)]
+    if not swept or any(_may_be_time(column) for column in draft.seen.without(draft.taken)):
+        return
+
+    del draft.questions["time"]
+    sentence = f"no time: column {swept[0]} goes one way through the table, so its rows are points, none after another"
+    draft.clock = ClockPlan("points", period=_APART, not_signals=draft.seen.counters, sentence=sentence)
+
+
+def _goes_one_way(speed: Array) -> bool:
+    """Whether a speed of one sign only grows, or only falls."""
+    if speed.size < _FEWEST or not np.isfinite(speed).all() or speed.min() == speed.max():
+        return False
+    steps = np.diff(speed)
+    one_sign = speed.min() >= 0.0 or speed.max() <= 0.0
+    return bool(one_sign and (np.all(steps >= 0.0) or np.all(steps <= 0.0)))
+
+
+def _may_be_time(column: SeenColumn) -> bool:
+    """Whether a column rises as a time does, and neither its name nor its unit says what else it is."""
+    known = column.unit or column.spoken.is_accounted or column.spoken.may_be - {"position"}
+    return column.shape.rises and not column.shape.counts_rows and not known

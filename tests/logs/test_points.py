@@ -1,0 +1,60 @@
+"""A table of speeds and torques without a time is read as points; a log of a motion is asked for its rate."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from erclutch.errors import MappingError
+from erclutch.logs import read
+from tests.support.command import good
+
+SPEED = np.arange(40) * 100.0 + 1000.0
+
+
+def written(folder: Path, header: str, *columns: np.ndarray) -> Path:
+    path = folder / "points.csv"
+    rows = "\n".join(",".join(f"{number:g}" for number in row) for row in zip(*columns, strict=True))
+    path.write_text(f"{header}\n{rows}\n", encoding="utf-8")
+    return path
+
+
+@pytest.mark.parametrize("speed", [SPEED, SPEED[::-1], -SPEED, np.repeat(SPEED[::4], 4)])
+def test_a_speed_that_goes_one_way_makes_points(tmp_path: Path, speed: np.ndarray) -> None:
+    log = read(written(tmp_path, "Current [A],Speed [rpm],Torque [N*m]", SPEED % 7, speed, SPEED % 9))
+    np.testing.assert_allclose(log.signals["slip"], speed * np.pi / 30)
+    assert any("column Speed goes one way through the table, so its rows are points" in note for note in log.notes)
+    assert any("a lag or a rate of change means nothing" in note for note in log.notes)
+
+
+def test_a_set_speed_that_goes_one_way_makes_points_of_the_measured_one(tmp_path: Path) -> None:
+    header = "input_speed [rpm],output_speed [rpm],output_torque [N*m]"
+    path = written(tmp_path, header, np.repeat(SPEED[::4], 4), SPEED + SPEED % 7, SPEED % 9)
+    log = read(path, slip="output_speed [rpm]")
+    assert any("column input_speed goes one way" in note for note in log.notes)
+
+
+@pytest.mark.parametrize(
+    ("header", "speed", "further"),
+    [
+        ("q", SPEED % 7 - 3.0, SPEED % 11),  # it turns back
+        ("q", SPEED - 2000.0, SPEED % 11),  # through rest, as in a swing
+        ("q", SPEED, np.cumsum(1.0 + SPEED % 3)),  # another column may be the time
+    ],
+)
+def test_a_motion_is_asked_for_its_rate(tmp_path: Path, header: str, speed: np.ndarray, further: np.ndarray) -> None:
+    path = written(tmp_path, f"Speed [rpm],Torque [N*m],{header}", speed, SPEED % 9, further)
+    with pytest.raises(MappingError, match="no time column and no sampling rate"):
+        read(path, field="none")
+
+
+def test_a_rate_that_is_given_counts_for_points_too(tmp_path: Path) -> None:
+    log = read(written(tmp_path, "Speed [rpm],Torque [N*m]", SPEED, SPEED % 9), rate=50)
+    assert log.period == pytest.approx(0.02)
+
+
+def test_inspect_understands_points(tmp_path: Path) -> None:
+    written(tmp_path, "RPM,Torque (ft-lbs)", SPEED, 30.0 + SPEED % 9)
+    assert good("inspect", "points.csv", cwd=tmp_path).splitlines()[-1].startswith("Understood.")
