@@ -26,7 +26,7 @@ _CLOSE = 0.05
 _RETURNS = 0.1  # of the range, by which a column comes back that does not only rise or only fall
 _SAME_COURSE = 2e-3  # of the range, within which two columns are one course
 _SET_ENDS = 0.1  # of the range, by which the ends of a set point and of what follows it differ at most
-_FOLLOWS_CLOSELY = 0.997  # correlation of a set point with what follows it some rows later
+_FOLLOWS_CLOSELY = 0.996  # correlation of a set point with what follows it some rows later
 _DIGITS = 0.05  # of its spread, by which a quotient that was written with some digits is off
 _PER_CENT = (1.0, 100.0)
 _ESTIMATES = 0.7  # correlation of the signs of two estimates of one thing
@@ -113,10 +113,10 @@ def is_set_point_of(column: Array, measured: Array) -> bool:
     off = max(abs(a.min() - b.min()), abs(a.max() - b.max()))
     if off > _SET_ENDS * np.ptp(b):
         return False
-    a, b = (a - a.mean()) / np.std(a), (b - b.mean()) / np.std(b)
     size = 2 * a.size
-    by_lag = np.fft.irfft(np.conj(np.fft.rfft(a, size)) * np.fft.rfft(b, size), size)[: a.size // 2] / a.size
-    return bool(by_lag.max() > _FOLLOWS_CLOSELY and by_lag.argmax() > 0)
+    spectrum = np.conj(np.fft.rfft(a - a.mean(), size)) * np.fft.rfft(b - b.mean(), size)
+    lag = int(np.fft.irfft(spectrum, size)[: a.size // 2].argmax())
+    return lag > 0 and bool(np.corrcoef(a[:-lag], b[lag:])[0, 1] > _FOLLOWS_CLOSELY)
 
 
 def is_quotient(column: Array, top: Array, bottom: Array) -> bool:
