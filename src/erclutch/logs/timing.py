@@ -87,7 +87,9 @@ def of_points(rows: int, period: float) -> LogClock:
     """
     require_rows(rows)
     stamps = np.arange(rows, dtype=np.float64) * period
-    note = f"the rows are written {period:g} s apart; a lag or a rate of change means nothing (--rate HZ if they are a log)"
+    note = (
+        f"the rows are written {period:g} s apart: a lag or a rate of change means nothing (--rate if they are a log)"
+    )
     return LogClock(stamps, period, (0,), True, np.ones(rows, dtype=np.bool_), (note,))
 
 
