@@ -30,7 +30,7 @@ import numpy as np
 from erclutch.errors import ErclutchError
 from erclutch.logs import ColumnMap, Plan, Table, apply, plan_of, read_table, recordings_in, table_of_log
 from erclutch.logs.labels import name_columns
-from erclutch.logs.recording_choice import AlikeRecordings
+from erclutch.logs.recording_choice import AlikeRecordingsError
 from erclutch.wings.rheology.flow_curve_file import read_flow_curves
 
 MANIFEST = Path(__file__).with_name("strangers.toml")
@@ -141,7 +141,7 @@ def judged(path: Path, truth: dict[str, Any]) -> tuple[str, str]:
     try:
         table = table_of_log(path, ColumnMap(), None)
         plan = plan_of(table, ColumnMap())
-    except AlikeRecordings:
+    except AlikeRecordingsError:
         fault = _is_right(["inspect", str(path), "--variable", "all"], path, truth)
         return (MISREAD, fault) if fault else (UNDERSTOOD, "several logs of the same columns")
     except ErclutchError as error:

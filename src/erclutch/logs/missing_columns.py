@@ -152,7 +152,7 @@ def why_no_field(seen: SeenColumns, column: SeenColumn, taken: Iterable[str]) ->
 
 
 def quotient_of(seen: SeenColumns, column: SeenColumn) -> tuple[str, str] | None:
-    """The two columns of one kind that a column is the quotient of, as a coefficient of friction is; None: it is none."""
+    """The two columns of one kind whose quotient a column is, as a coefficient of friction is; None: it is none."""
     others = [other for other in seen.without([column.name]) if other.written_unit and not other.shape.constant]
     if len(others) > _MOST_PARTS:
         return None

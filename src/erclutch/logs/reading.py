@@ -12,7 +12,7 @@ from erclutch.logs import Batch, ColumnMap, RowRange, map_over, read, read_all, 
 from erclutch.logs.batches import WHOLE_FILE
 from erclutch.logs.keywords import Window, new_rate, window_of
 from erclutch.logs.plan import Invalid
-from erclutch.logs.recording_choice import AlikeRecordings
+from erclutch.logs.recording_choice import AlikeRecordingsError
 from erclutch.logs.resample import resampled
 from erclutch.logs.table import Table
 from erclutch.logs.time_window import batches_within, within
@@ -74,7 +74,7 @@ class Reading:
         if self.variable != "all":
             try:
                 return [self.finished(read(path, self.mapping, variable=self.variable, table=table, **how))]
-            except AlikeRecordings:
+            except AlikeRecordingsError:
                 pass  # each of them is a log
         return [self.finished(log) for log in read_all(path, map_over(self.mapping, None), **how)]
 

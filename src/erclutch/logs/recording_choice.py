@@ -22,7 +22,7 @@ from erclutch.signals.array import Array
 from erclutch.signals.device import DeviceName
 
 
-class AlikeRecordings(LogError):
+class AlikeRecordingsError(LogError):
     """Recordings of a file have the same columns, and nothing is open about any: together they are several logs."""
 
 
@@ -47,7 +47,7 @@ def table_of_log(
         progress: see `read_table`.
 
     Raises:
-        AlikeRecordings: several recordings are logs that are read in one way.
+        AlikeRecordingsError: several recordings are logs that are read in one way.
         LogError: the file cannot be read; several recordings are logs, or none is, and the remedy names those that are.
     """
     try:
@@ -77,7 +77,7 @@ def table_of_log(
             options = " ".join(["--variable all", *answers.pop()])
             remedy = f"Take each as a log: {options}; or choose one: --variable {first}"
         problem = f"{len(logs)} of {len(names)} recordings of the file are logs: {listed(logs)}"
-        kind = AlikeRecordings if _are_alike(plans, list(logs.values())) else LogError
+        kind = AlikeRecordingsError if _are_alike(plans, list(logs.values())) else LogError
         raise kind(problem, remedy=remedy, where=unchosen.where)
 
     # No recording is a log alone. Joined by time they may be one; the rows are those of the effort, since no effort is

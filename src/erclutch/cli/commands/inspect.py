@@ -18,7 +18,7 @@ from erclutch.cli.log_advice import advice_on
 from erclutch.cli.options import DEFAULT_READING, LogOptions, expand
 from erclutch.cli.quantities import SECONDS
 from erclutch.errors import ErclutchError, LogError, SettingError, require
-from erclutch.logs.recording_choice import AlikeRecordings
+from erclutch.logs.recording_choice import AlikeRecordingsError
 
 if TYPE_CHECKING:
     from rich.table import Table as RichTable
@@ -70,7 +70,7 @@ def inspect(
     asked = reading
     try:
         raw = look_at(log, reading)
-    except AlikeRecordings:
+    except AlikeRecordingsError:
         reading = replace(reading, variable="all")
         raw = look_at(log, reading)
     if raw is None:
@@ -229,7 +229,7 @@ def _table_or_question(log: Path, reading: LogOptions) -> Table | None:
     """The log as it is; None where an option must say how it is read, and that option is printed as a command."""
     try:
         return _table(log, reading)
-    except AlikeRecordings:
+    except AlikeRecordingsError:
         raise
     except LogError as error:
         option = re.search(r"--variable (?:'[^']*'|[^\s,;]+)[^;,.]*|--decimal [.,]", error.remedy)
