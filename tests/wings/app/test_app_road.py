@@ -74,6 +74,8 @@ def test_the_whole_road(log: str, served: Served, open_page: Callable[..., Any],
     page.keyboard.press("Home")
     drag(page, 0.1, 0.8)
     follow(page, "text=Trim the log to what is seen", "**from=**")
+    page.get_by_text("Take the whole log again").wait_for()
+    assert "all that the trimming leaves" in page.locator("#seen").inner_text()
     page.fill("[name='about.device']", "Damper 3")
     page.fill("[name='about.note']", "trimmed by hand")
     follow(page, "text=Keep it with the log")
