@@ -240,3 +240,14 @@ def test_what_cannot_be_is_one_line_and_leaves_no_file(place: Path, arguments: t
     assert (code, out, error.count("\n")) == (2, "", 1), error
     assert said in error
     assert {path: path.stat().st_mtime_ns for path in place.iterdir()} == before
+
+
+def test_in_python_columns_are_said_to_predict_and_score_as_to_read(place: Path) -> None:
+    log, model = place / "two.csv", erclutch.read_run(place / "run").model()
+    named = {"field": "u [V]", "slip": "w [rad/s]", "effort": "M [N*m]"}
+    alone = erclutch.predict(model, log, **named)
+    pd.testing.assert_frame_equal(alone, erclutch.predict(model, log, named))
+    part = erclutch.score(place / "run", log, begin="1s", end="2s")
+    assert not np.isclose(part["rmse"][0], erclutch.score(place / "run", log)["rmse"][0], rtol=1e-6)
+    with pytest.raises(erclutch.ErclutchError, match=r"Did you mean field\?"):
+        erclutch.predict(model, log, feild="u [V]")

@@ -17,6 +17,7 @@ from erclutch.fit.scoring import score as scored
 from erclutch.logs import map_over, read_all, table_of
 from erclutch.logs.applied import apply_rows
 from erclutch.logs.dataset import Dataset, dataset_of, joined
+from erclutch.logs.keywords import new_rate, options_of, window_of
 from erclutch.logs.mapping import ColumnMap, beside
 from erclutch.logs.planning import plan_of
 from erclutch.logs.reading import Reading
@@ -42,6 +43,7 @@ def predict(
     name: str | None = None,
     band: bool = False,
     sensor: bool = False,
+    **options: Any,
 ) -> DataFrame:
     """The effort that a kept model estimates for each row of a log.
 
@@ -53,6 +55,7 @@ def predict(
         name: which model of a run; None is the recommended one.
         band: whether to give the band too, which holds 95 % of rows like those of the run.
         sensor: the band learns from the log's measured effort, row by row, from past rows alone.
+        **options: as for `erclutch.read`, such as ``field="Y [V]"``; they win over the mapping.
 
     Returns:
         Columns effort, with a band low and high, in the model's unit, and outside, which is true where the model
@@ -65,7 +68,7 @@ def predict(
     from pandas import DataFrame
 
     run, chosen = opened(model, name)
-    data, rows, index = _read(log, mapping, run, chosen, needs_effort=sensor)
+    data, rows, index = _read(log, mapping, options_of(options), run, chosen, needs_effort=sensor)
     effort = chosen.predict(data)
     columns = {"effort": effort}
     if band or sensor:
@@ -84,6 +87,7 @@ def score(
     mapping: ColumnMap | Mapping[str, Any] | None = None,
     *,
     name: str | None = None,
+    **options: Any,
 ) -> DataFrame:
     """How good kept models are on logs that were not there when they were fitted, best first.
 
@@ -92,6 +96,7 @@ def score(
         log: one file or DataFrame or several, of one device; see `predict`.
         mapping: see `predict`.
         name: of runs, this model alone.
+        **options: see `predict`.
 
     Returns:
         A row for each model: model, run, rmse with low and high end of its 95 % band, share of the standard deviation,
@@ -105,10 +110,11 @@ def score(
 
     several = cast("list[Model | Run | str | Path]", models if isinstance(models, list | tuple) else [models])
     logs = cast("list[_Log]", log if isinstance(log, list | tuple) else [log])
+    said = options_of(options)
     rows: list[dict[str, Any]] = []
     for each in several:
         run, chosen = opened(each, name)
-        data = joined([_read(one, mapping, run, chosen, needs_effort=True)[0] for one in logs])
+        data = joined([_read(one, mapping, said, run, chosen, needs_effort=True)[0] for one in logs])
         for called, model in models_of(run, chosen, name):
             rows.append(score_model(model, data, called).row("" if run is None else str(run.folder)))
     return DataFrame(rows).sort_values("rmse", ignore_index=True)
@@ -262,12 +268,22 @@ def opened(what: Model | Run | str | Path, name: str | None) -> tuple[Run | None
 
 
 def _read(
-    log: _Log, mapping: ColumnMap | Mapping[str, Any] | None, run: Run | None, model: Model, *, needs_effort: bool
+    log: _Log,
+    mapping: ColumnMap | Mapping[str, Any] | None,
+    said: Mapping[str, Any],
+    run: Run | None,
+    model: Model,
+    *,
+    needs_effort: bool,
 ) -> tuple[Dataset, NDArray[np.int64], Any]:
     """The rows of a log, their places in it, and the index of all of it."""
     # What was said now goes first, then how the run read its own logs, then the mapping file of the run or of the log.
-    options: Mapping[str, Any] = (run.body.get("reading") or {}) if run is not None else {}
-    how = Reading.from_options({key: option for key, option in options.items() if key not in _OF_A_LOG}, "as the run")
+    as_before: Mapping[str, Any] = (run.body.get("reading") or {}) if run is not None else {}
+    kept = {key: option for key, option in as_before.items() if key not in _OF_A_LOG}
+    how = Reading.from_options(kept, "as the run")
+    if said:
+        mapping = ColumnMap.from_options(said).over(map_over(mapping, None))
+        how = replace(how, window=window_of(said), rate=new_rate(said) or how.rate)
     of_file: ColumnMap | None = None
     if how.mapping_file is not None:
         of_file = ColumnMap.from_toml(how.mapping_file)
