@@ -103,7 +103,7 @@ def _curve_words(material: Material) -> Iterator[str]:
     if abs(turn.farthest) > _FAR * measured:
         yield (
             f"Inside the ranges of field and slip the settled model reaches {material.effort.of(turn.farthest)}; the "
-            f"largest {word} of the log is {material.effort.of(measured)}. There it guesses."
+            f"largest {word} of the log is {material.effort.of(measured)}. Beyond what was measured the model guesses."
         )
     dwelled = dwelled_fields(np.abs(material.rows.data.elements[0].field))
     if 1 < dwelled.size < _FIELDS_FOR_A_CURVE:

@@ -62,7 +62,7 @@ def _fill(material: Material) -> dict[str, Any]:
             *([in_motion] if matters else []),
             over_all,
             (
-                "of the standard deviation",
+                f"of the standard deviation{', all rows' if matters else ''}",
                 percent(test["share"][0]),
                 f"{span(100 * _or_nan(test['share'][1]), 100 * _or_nan(test['share'][2]))} %",
             ),
