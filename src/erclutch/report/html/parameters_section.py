@@ -49,9 +49,12 @@ def _law(material: Material, entry: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def negative_gains(model: TorqueModel) -> list[str]:
-    """A sentence or two on each gain below zero that is usually above; the same gain of two elements has its own."""
-    odd = [gain for gain in model.structure.gains() if gain.negative and model.gains[gain.name] < 0]
-    return [f"{plain_symbol(gain.name)}, {gain.meaning}, is negative. {gain.negative}" for gain in odd]
+    """A sentence or two on each gain below zero that is usually above; the same gain of two elements is told once."""
+    odd: dict[str, list[str]] = {}
+    for gain in model.structure.gains():
+        if gain.negative and model.gains[gain.name] < 0:
+            odd.setdefault(gain.negative, []).append(f"{plain_symbol(gain.name)}, {gain.meaning},")
+    return [f"{' and '.join(told)} {'are' if len(told) > 1 else 'is'} negative. {why}" for why, told in odd.items()]
 
 
 def parameter_row(p: Mapping[str, Any]) -> dict[str, Any]:
