@@ -38,7 +38,7 @@ def _parity(material: Material) -> Panel:
         f"Estimated over measured {material.word} of {material.title}, rows held out; on the diagonal they "
         f"agree. R² {number(r2, 4)}.",
         material.title,
-        f"{material.title}, rows held out. Stronger colour: more rows (logarithmic). On the line the two agree.{beyond}",
+        f"{material.title}, rows held out. Strong colour: many rows (logarithmic). On the line the two agree.{beyond}",
         square=True,
         size=(430, 350),
         share=1.6,
