@@ -6,6 +6,7 @@ import json
 import re
 import shutil
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -244,7 +245,7 @@ def test_what_cannot_be_is_one_line_and_leaves_no_file(place: Path, arguments: t
 
 def test_in_python_columns_are_said_to_predict_and_score_as_to_read(place: Path) -> None:
     log, model = place / "two.csv", erclutch.read_run(place / "run").model()
-    named = {"field": "u [V]", "slip": "w [rad/s]", "effort": "M [N*m]"}
+    named: dict[str, Any] = {"field": "u [V]", "slip": "w [rad/s]", "effort": "M [N*m]"}
     alone = erclutch.predict(model, log, **named)
     pd.testing.assert_frame_equal(alone, erclutch.predict(model, log, named))
     part = erclutch.score(place / "run", log, begin="1s", end="2s")
