@@ -14,13 +14,13 @@ from numpy.typing import NDArray
 from erclutch.errors import CheckError, SettingError
 from erclutch.fit.outcome import Estimate
 from erclutch.wings.rheology.flow_curve import (
-    FLOW_LAWS,
     FlowCurve,
     FlowFit,
     fit_flow_curve,
     ranked,
     yield_text,
 )
+from erclutch.wings.rheology.flow_law import FLOW_LAWS
 from erclutch.wings.rheology.flow_plateau import plateau_of
 from tests.support.examples import examples
 

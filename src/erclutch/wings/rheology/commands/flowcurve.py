@@ -48,8 +48,9 @@ def flowcurve(
     """
     from collections import Counter
 
-    from erclutch.wings.rheology.flow_curve import FLOW_LAWS, FlowCurve, FlowFit, ranked, yield_text
+    from erclutch.wings.rheology.flow_curve import FlowCurve, FlowFit, ranked, yield_text
     from erclutch.wings.rheology.flow_curve_file import read_flow_curves
+    from erclutch.wings.rheology.flow_law import FLOW_LAWS
 
     chosen = laws or FLOW_LAWS
     read = [(path.name, read_flow_curves(path, shear_rate=shear_rate, stress=stress, sheet=sheet)) for path in files]

@@ -1,0 +1,249 @@
+"""A law of shear stress on the points of a flow curve: where its fit starts, what is minimised, what comes out.
+
+Shear stress spans decades, so what is minimised is the residual of its logarithm. The laws are those of the clutches
+at a constant field, so one definition serves both. Rates are divided by the smallest of the curve.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from erclutch.arithmetic.dual import Dual, partial_of, value_of
+from erclutch.errors import SettingError
+from erclutch.fit.intervals import uncertainty
+from erclutch.fit.laws.law_starts import scan_points
+from erclutch.fit.laws.variable_projection import Separable, coordinates, parameters, project, triangle_of
+from erclutch.fit.levenberg_marquardt import Linearisation, Minimum, Problem, minimise
+from erclutch.fit.outcome import Estimate
+from erclutch.models.laws import Dimension, Gain, Law, ShapeParameter, law_from_name
+from erclutch.signals.array import Array
+
+#: Laws of shear stress that have a meaning at one field, from the simplest to the richest.
+FLOW_LAWS = ("bingham", "casson", "herschel-bulkley", "seo-seo", "cho-choi-jhon")
+_STIFF = 1e-9  # width of the sign, in normalised rates: all rates are positive, so the sign is no parameter
+_FAINTEST = 1e-6  # of the smallest stress: the least that a gain may add
+_LEAST_INDEX = 0.02  # a gel's stress may hardly grow with the rate: lower than the flow index of a clutch
+
+
+@dataclass(frozen=True)
+class Effort:
+    """How much work a fit is.
+
+    Attributes:
+        points: shapes at which the relative residual is looked at.
+        solves: how many of the best of them start a local solve.
+        tolerance, iterations: where a local solve ends.
+    """
+
+    points: int
+    solves: int
+    tolerance: float
+    iterations: int
+
+    @classmethod
+    def whole(cls, shapes: int) -> Effort:
+        """For the fit to a whole curve. On eight files of curves four times as much found nothing better."""
+        points, solves = (1500, 24) if shapes > 2 else (120, 4)
+        return cls(points, solves, tolerance=1e-12, iterations=300)
+
+    @classmethod
+    def of_validation(cls, shapes: int) -> Effort:
+        """For the fits without a stretch of rates, whose minimum lies near the minimum of all points."""
+        whole = cls.whole(shapes)
+        return cls(max(whole.points // 10, 20), max(whole.solves // 6, 2), tolerance=1e-10, iterations=200)
+
+
+@dataclass(frozen=True)
+class FlowLaw:
+    """A law of shear stress on the rates of a flow curve.
+
+    A point of a search holds the coordinates of the shape parameters, then the logarithms of the gains.
+
+    Attributes:
+        law: effort stands for stress, slip for rate over ``reference``; the field is 1.
+        shapes: its shape parameters without the width of the sign, with bounds as wide as the rates.
+        reference: smallest rate of the curve in 1/s.
+    """
+
+    law: Law
+    shapes: tuple[ShapeParameter, ...]
+    reference: float
+
+    @classmethod
+    def of(cls, name: str, rate: Array) -> FlowLaw:
+        """The law of a name on rates in 1/s.
+
+        Raises:
+            SettingError: not a law of shear stress.
+        """
+        named = law_from_name(name)
+        if named.name not in FLOW_LAWS:
+            raise SettingError(
+                f"{name} is no law of shear stress at one field", remedy=f"Choose from {', '.join(FLOW_LAWS)}"
+            )
+        law = law_from_name(f"{named.name}/square")
+        reference = float(rate.min())
+        shapes = _within(law, float((rate / reference).max()))
+        return cls(law, shapes, reference)
+
+    @property
+    def unknowns(self) -> int:
+        """Number of parameters."""
+        return len(self.shapes) + len(self.law.gains)
+
+    def stress(self, rate: Array, point: Array) -> Array:
+        """Shear stress in Pa at rates in 1/s, by a point of the search."""
+        return np.asarray(self._stress(rate / self.reference, *self._numbers(point)))
+
+    def problem(self, rate: Array, stress: Array) -> Problem:
+        """The sum of squared residuals of ln(stress) at rates in 1/s, with the bounds of its coordinates."""
+        x = rate / self.reference
+        measured = np.log(stress)
+
+        def cost(point: Array) -> float:
+            with np.errstate(all="ignore"):
+                residual = measured - np.log(self._stress(x, *self._numbers(point)))
+            total = float(residual @ residual)
+            return total if np.isfinite(total) else np.inf
+
+        def linearise(point: Array) -> Linearisation:
+            with np.errstate(all="ignore"):
+                model = np.log(self._stress(x, *self._dual_numbers(point)))
+            residual = measured - value_of(model)
+            slopes = [np.broadcast_to(partial_of(model, i), x.shape) for i in range(point.size)]
+            triangle = triangle_of(np.column_stack([*slopes, residual]))
+            return Linearisation(float(residual @ residual), triangle[:-1, :-1], triangle[:-1, -1])
+
+        least_gain = float(measured.min()) + np.log(_FAINTEST) - np.log(x.max())
+        largest_gain = float(measured.max()) + 3.0
+        gains = len(self.law.gains)
+        lowest_shape = coordinates(self.shapes, [shape.lower for shape in self.shapes])
+        highest_shape = coordinates(self.shapes, [shape.upper for shape in self.shapes])
+        lower = np.concatenate([lowest_shape, np.full(gains, least_gain)])
+        upper = np.concatenate([highest_shape, np.full(gains, largest_gain)])
+        return Problem(cost, linearise, lower, upper)
+
+    def fit(self, rate: Array, stress: Array, effort: Effort) -> Minimum:
+        """The best of several local solves, each from a good point of a scan."""
+        problem = self.problem(rate, stress)
+        minima = [
+            minimise(problem, start, tolerance=effort.tolerance, max_iterations=effort.iterations)
+            for start in self._starts(rate, stress, effort)
+        ]
+        return min(minima, key=lambda minimum: minimum.cost)
+
+    def _starts(self, rate: Array, stress: Array, effort: Effort) -> list[Array]:
+        """The best points of a scan of the shape, with the gains that minimise the relative residual there."""
+        x = rate / self.reference
+        field = np.ones_like(x)
+
+        def relative_columns(shape: Sequence[Any]) -> list[Any]:
+            return [column / stress for column in self.law.columns(field, x, _STIFF, *shape)]
+
+        relative = Separable(relative_columns, np.ones_like(x), self.shapes, self.law.gains)
+        scanned = list(scan_points(*relative.bounds, effort.points)) if self.shapes else [np.zeros(0)]
+        projected = [(project(relative, parameters(self.shapes, shape)), tuple(shape)) for shape in scanned]
+        best_first = sorted(projected, key=lambda pair: pair[0].cost)
+
+        # A gain of zero has no logarithm.
+        faintest = 10.0 * _FAINTEST * float(stress.min()) / float(x.max())
+        return [
+            np.concatenate([shape, np.log(np.maximum(projection.gains, faintest))])
+            for projection, shape in best_first[: effort.solves]
+        ]
+
+    def _stress(self, x: Array, shape: Sequence[Any], gains: Sequence[Any]) -> Any:
+        """Stress at normalised rates: numbers, or dual numbers where the parameters are dual."""
+        first, *others = self.law.columns(np.ones_like(x), x, _STIFF, *shape)
+        total = gains[0] * first
+        for gain, column in zip(gains[1:], others, strict=True):
+            total = total + gain * column
+        return total
+
+    def _numbers(self, point: Array) -> tuple[list[float], list[float]]:
+        """The shape parameters and the gains of a point."""
+        shapes = len(self.shapes)
+        return list(parameters(self.shapes, point[:shapes])), np.exp(point[shapes:]).tolist()
+
+    def _dual_numbers(self, point: Array) -> tuple[list[Dual], list[Dual]]:
+        """The same numbers, each with its derivative by its own coordinate."""
+        shape, gains = self._numbers(point)
+        # The coordinate of a linear parameter is the parameter, of each other number its logarithm.
+        slopes = [1.0 if about.scale == "linear" else value for about, value in zip(self.shapes, shape, strict=True)]
+        duals = [Dual(value, {i: slope}) for i, (value, slope) in enumerate(zip(shape, slopes, strict=True))]
+        duals += [Dual(gain, {i: gain}) for i, gain in enumerate(gains, start=len(shape))]
+        return duals[: len(shape)], duals[len(shape) :]
+
+    def estimates(self, problem: Problem, minimum: Minimum, points: int) -> tuple[Estimate, ...]:
+        """Parameters in units of the curve, with 95 % intervals of their logarithms.
+
+        Args:
+            problem: that was solved.
+            minimum: its solution.
+            points: of the curve.
+        """
+        about_all = (*self.shapes, *self.law.gains)
+        moving = ~(minimum.at_lower | minimum.at_upper)
+
+        # The triangle has the Jacobian's column space; a residual of the right length gives the right variance.
+        rows = problem.linearise(minimum.point).triangle[:, moving]
+        padding = np.zeros((max(points - rows.shape[0], 0), rows.shape[1]))
+        jacobian: Array = np.vstack([rows, padding])
+        size = int(jacobian.shape[0])
+        spread = uncertainty(jacobian, np.full(size, (minimum.cost / size) ** 0.5), ordered=False)
+        half_widths = np.full(len(about_all), np.nan)
+        half_widths[moving] = spread.quantile * spread.errors
+        covariance = np.zeros((len(about_all), len(about_all)))
+        covariance[np.ix_(moving, moving)] = spread.covariance
+
+        estimates: list[Estimate] = []
+        for i, about in enumerate(about_all):
+            middle, half_width = float(minimum.point[i]), float(half_widths[i])
+            unit, factor = _unit(about.dimension, self.reference)
+            if about.name == "K":
+                # The consistency at 1 1/s in place of the reference rate: ln K_1 = ln K - m ln(reference).
+                index = next(j for j, shape in enumerate(self.shapes) if shape.name == "m")
+                shift = -float(np.log(self.reference))
+                variance = covariance[i, i] + shift**2 * covariance[index, index] + 2 * shift * covariance[i, index]
+                middle += float(minimum.point[index]) * shift
+                half_width = spread.quantile * float(np.sqrt(variance))
+                unit = "Pa*s^m"
+
+            logarithmic = isinstance(about, Gain) or about.scale == "log"
+            ends = np.array([middle, middle - half_width, middle + half_width])
+            with np.errstate(over="ignore"):
+                value, low, high = (np.exp(ends) if logarithmic else ends) * factor
+            bound = "lower" if minimum.at_lower[i] else "upper" if minimum.at_upper[i] else None
+            meaning = _meaning(about)
+            estimates.append(Estimate(about.name, meaning, unit, float(value), float(low), float(high), bound))
+        return tuple(estimates)
+
+
+def _within(law: Law, highest: float) -> tuple[ShapeParameter, ...]:
+    """A law's own shape parameters, the times among them as wide as the normalised rates, 1 to ``highest``."""
+    own: list[ShapeParameter] = []
+    for shape in law.shape[1:]:
+        if shape.dimension == Dimension(slip=-1):
+            own.append(replace(shape, lower=1e-3 / highest, upper=1e3))
+        elif shape.name == "m":
+            own.append(replace(shape, lower=_LEAST_INDEX))
+        else:
+            own.append(shape)
+    return tuple(own)
+
+
+def _meaning(about: ShapeParameter | Gain) -> str:
+    """A law's words for a clutch in words for a fluid."""
+    if about.name == "K":
+        return "consistency: viscous stress at 1 1/s"
+    return about.meaning.replace("effort", "stress").replace("slip", "rate").removesuffix(" at the reference field")
+
+
+def _unit(dimension: Dimension, reference: float) -> tuple[str, float]:
+    """Unit of a parameter of shear stress, and the factor from normalised rates."""
+    units = {(1, 0): "Pa", (1, -1): "Pa*s", (0, -1): "s", (0, 0): "1", (0, 1): "1/s"}
+    return units[dimension.effort, dimension.slip], reference**dimension.slip
