@@ -103,23 +103,36 @@ def _best_cut(cell: Array, reach: Array) -> tuple[float, int, float]:
     every = max(1, cell.shape[1] // _FEW)
     rows = cell[:, ::every]
     low = rows.min(axis=1)
-    wide = np.ptp(rows, axis=1)
-    whole = _volume(rows, reach)
+    high = rows.max(axis=1)
+    whole = _volume(low, high, reach)
     best = (-np.inf, 0, 0.0)
-    for i in range(len(rows)):
-        if not wide[i] > 0:
+    for i, row in enumerate(rows):
+        wide = high[i] - low[i]
+        if not wide > 0:
             continue
-        places: list[float] = (low[i] + _PLACES * wide[i]).tolist()
-        for at in places:
-            if not at < rows[i].max():  # of an input a few last digits wide, the last place is the end
+        places: Array = low[i] + _PLACES * wide
+        # Rows in the order of the stretches between the places, of which some may be empty.
+        stretch = np.asarray(np.searchsorted(places, row), np.intp)
+        count = np.bincount(stretch, minlength=_PLACES.size + 1)
+        in_order = rows[:, np.argsort(stretch, kind="stable")]
+        filled = np.flatnonzero(count)
+        begin = np.cumsum(count)[filled] - count[filled]
+        lows = np.minimum.reduceat(in_order, begin, axis=1)  # (inputs, filled stretches)
+        highs = np.maximum.reduceat(in_order, begin, axis=1)
+        low_before = np.minimum.accumulate(lows, axis=1)
+        high_before = np.maximum.accumulate(highs, axis=1)
+        low_behind = np.minimum.accumulate(lows[:, ::-1], axis=1)[:, ::-1]
+        high_behind = np.maximum.accumulate(highs[:, ::-1], axis=1)[:, ::-1]
+        for place, at in enumerate(places.tolist()):
+            parts = int(np.searchsorted(filled, place, side="right"))  # stretches with rows up to the place
+            if parts == filled.size:  # of an input a few last digits wide, the last place is the end
                 continue
-            before = rows[i] <= at
-            gain = whole - _volume(rows[:, before], reach) - _volume(rows[:, ~before], reach)
-            best = max(best, (gain, i, at))
+            before = _volume(low_before[:, parts - 1], high_before[:, parts - 1], reach)
+            behind = _volume(low_behind[:, parts], high_behind[:, parts], reach)
+            best = max(best, (whole - before - behind, i, at))
     return best
 
 
-def _volume(rows: Array, reach: Array) -> float:
+def _volume(low: Array, high: Array, reach: Array) -> float:
     """Volume of a box in units of the reach, an edge of which belongs to the box."""
-    wide: Array = np.ptp(rows, axis=1) if rows.size else -reach
-    return float(np.prod(wide / reach + 1.0))
+    return float(np.prod((high - low) / reach + 1.0))

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from erclutch.fit.networks.backprop import WeightedRows, tables_of, unpacked, weights_of
 from erclutch.fit.networks.fit_fnn import Round, Schedule, schedule_for, train
+from erclutch.fit.networks.geodesic import levenberg_marquardt
 from erclutch.fit.networks.pruning import smaller, without_least
 from erclutch.models.networks.forward import forward_fnn
 from tests.support.examples import examples
@@ -55,6 +56,28 @@ def test_what_is_left_has_the_size_asked_for_even_with_few_rows(hidden: tuple[in
     found = train((x, np.tanh(3.0 * x[0]) * x[1], x), hidden, 0, schedule_for(hidden, 2))
     assert found.theta.size == weights_of((2, *hidden, 1))
     assert np.all(np.isfinite(found.theta))
+
+
+def test_weights_that_decay_end_where_the_cost_pulls_as_much_as_their_squares() -> None:
+    rng = np.random.default_rng(1)
+    sizes = (2, 3, 1)
+    x = rng.uniform(-1.0, 1.0, (2, 200))
+    rows = WeightedRows(x, np.tanh(2.0 * x[0]) + 0.1 * rng.normal(size=200), None, sizes, single=False)
+    start = rng.normal(size=weights_of(sizes))
+    decay = 1e-3
+    ended = levenberg_marquardt(rows, start, 300, decay=decay).theta
+    pull = decay * rows.at(start).cost
+    slope = rows.gram(rows.at(ended))[:-1, -1]
+    assert slope == pytest.approx(pull * ended, abs=1e-2 * pull)
+    free = levenberg_marquardt(rows, start, 300)
+    assert float(ended @ ended) < float(free.theta @ free.theta)
+    assert rows.at(ended).cost > free.cost
+
+
+def test_only_networks_of_many_inputs_decay_and_one_start_judges() -> None:
+    assert schedule_for((16,), 3).decay == 0.0
+    assert schedule_for((16,), 4).decay > 0.0
+    assert schedule_for((16,), 4, judges=True).starts == 1
 
 
 @pytest.mark.slow

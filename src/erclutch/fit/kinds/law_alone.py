@@ -193,11 +193,11 @@ def _more_numbers_than_fields(train: Dataset, structure: Structure) -> bool:
 
 
 def _second_time_constant(train: Dataset, laws: Sequence[FitOutcome[TorqueModel]]) -> list[FitOutcome[TorqueModel]]:
-    """The best lagged law with separate time constants, if the training data ask for them."""
+    """The plainest of the best lagged laws with separate time constants, if the training data ask for them."""
     lagged = [law for law in laws if law.model.structure.dynamics == "lag"]
     if not lagged:
         return []
-    one = min(lagged, key=lambda law: law.train_cost)
+    one = _plainest_of_the_best(lagged)
     with one_thread():
         two = fit_structure(train, replace(one.model.structure, dynamics="rise-fall"))
 
@@ -209,6 +209,13 @@ def _second_time_constant(train: Dataset, laws: Sequence[FitOutcome[TorqueModel]
         return criteria["bic_independent"]
 
     return [two] if criterion(two) < criterion(one) - _EVIDENCE else []
+
+
+def _plainest_of_the_best(laws: Sequence[FitOutcome[TorqueModel]]) -> FitOutcome[TorqueModel]:
+    """The law with the fewest numbers that is nearly the best on the training rows."""
+    best = min(laws, key=lambda law: law.train_cost)
+    near = [law for law in laws if law.train_cost <= (1.0 + TOLERATED) * best.train_cost]
+    return min(near, key=lambda law: (law.parameters, law.train_cost))
 
 
 def with_memory(
@@ -226,10 +233,9 @@ def with_memory(
     if not known:
         return [], ()
 
-    # The law with the fewest numbers that is nearly the best, behind the stages of the best.
+    # Behind the stages of the best.
     best = min(known, key=lambda law: law.train_cost)
-    near = [law for law in known if law.train_cost <= (1.0 + TOLERATED) * best.train_cost]
-    base = min(near, key=lambda law: (law.parameters, law.train_cost))
+    base = _plainest_of_the_best(known)
     first_rung = replace(base.model.structure, dynamics=best.model.structure.dynamics)
     with one_thread():
         rungs = grown(train, first_rung, tuple(train.extras))

@@ -24,6 +24,8 @@ from erclutch.fit.networks.pruning import AFTER_LOSS, smaller, without_least
 
 _HARDER = 3.0  # damping on the next level of compression over that on the last
 _SMALL, _FEW = 8, 3  # neurons, inputs
+#: Share of the cost that the square of a weight costs; docs/decisions/0025-weights-that-decay.md.
+_DECAY = 7e-4
 _MANY = 50_000  # rows above which the last steps on all of them are in single precision too
 
 
@@ -58,6 +60,7 @@ class Schedule:
         spare: neurons of the last hidden layer beyond the final number that the starts have.
         between: most steps after a neuron has gone.
         polish: most steps on all rows; 0 for none.
+        decay: what the square of a weight costs, see `levenberg_marquardt`.
     """
 
     starts: int
@@ -65,6 +68,7 @@ class Schedule:
     spare: int = 0
     between: int = 15
     polish: int = 0
+    decay: float = 0.0
 
     @property
     def levels(self) -> set[int]:
@@ -72,18 +76,28 @@ class Schedule:
         return {round.level for round in self.rounds}
 
 
-def schedule_for(hidden: Sequence[int], inputs: int, polish: bool = False) -> Schedule:
+def schedule_for(hidden: Sequence[int], inputs: int, polish: bool = False, judges: bool = False) -> Schedule:
     """Small networks have more bad minima and cost less a start, so they get more starts and more exchanges.
 
-    With many inputs the coarsest grid has too few cells along each to prune on, and exchanges bring nothing.
+    With many inputs the coarsest grid has too few cells along each to prune on, and exchanges bring nothing. The rows
+    leave much of the space of many inputs empty, and there a start would decide: weights that the rows do not ask for
+    decay. One start of such a network is then nearly as good as four, and enough where it only judges.
+
+    Args:
+        hidden: neurons of each hidden layer.
+        inputs: number of inputs.
+        polish: whether the last steps are on all rows.
+        judges: whether the network only says how well such networks estimate rows that they have not seen.
     """
     spare = 3 if sum(hidden) <= _SMALL else max(3, round(0.375 * hidden[-1]))
     few = min(spare, 2)
     if inputs > _FEW:
         starts, kept, polished = (16, 6, 10) if polish else (4, 2, 0)
+        if judges:
+            starts, kept = 1, 1
         last = Round(1, 10, 2), Round(2, 0, 1), Round(2, 60 if polish else 30, 1)
         first = Round(0, 30, starts, spare), Round(1, 0, kept, few)
-        return Schedule(starts, (*first, *last), spare, 15, polished)
+        return Schedule(starts, (*first, *last), spare, 15, polished, _DECAY)
     if sum(hidden) <= _SMALL:
         starts = 16 if polish else 10
         first = Round(0, 15, starts, spare), Round(0, 8, 4, tries=2, exchanges=6)
@@ -125,21 +139,21 @@ def train(
     steps = 0
     for k, part in enumerate(schedule.rounds):
         neurons, harder = hidden[-1] + part.spare, 1.0 if part.level == level else _HARDER
-        stage = _Stage(part, cells[part.level], sizes, neurons, schedule.between, harder, slips)
+        stage = _Stage(part, cells[part.level], sizes, neurons, schedule.between, harder, slips, schedule.decay)
         random = [np.random.default_rng([seed, k, rank]) for rank in range(len(found))]
         with ThreadPoolExecutor(max_workers=max(1, min(workers, len(found)))) as pool:
             found = sorted(pool.map(stage.through, found, random), key=lambda t: t.cost)
         steps += sum(t.steps for t in found)
         found, sizes, level = found[: part.kept], (*sizes[:-2], neurons, 1), part.level
     best = replace(found[0], steps=steps)
-    return _polished(rows, best, sizes, schedule.polish) if schedule.polish else best
+    return _polished(rows, best, sizes, schedule.polish, schedule.decay) if schedule.polish else best
 
 
-def _polished(gridded: Gridded, best: Trained, sizes: tuple[int, ...], steps: int) -> Trained:
+def _polished(gridded: Gridded, best: Trained, sizes: tuple[int, ...], steps: int, decay: float) -> Trained:
     """The last steps, on all rows at once."""
     x, y, _ = gridded
     rows = WeightedRows(x, y, None, sizes, single=y.size > _MANY)
-    polished = levenberg_marquardt(rows, best.theta, steps, _HARDER * best.damping)
+    polished = levenberg_marquardt(rows, best.theta, steps, _HARDER * best.damping, decay)
     return replace(polished, steps=best.steps + polished.steps)
 
 
@@ -155,6 +169,7 @@ class _Stage:
         between: most steps after a neuron has gone.
         harder: damping over that of the last round.
         slips: see `train`.
+        decay: of the schedule.
     """
 
     part: Round
@@ -164,6 +179,7 @@ class _Stage:
     between: int
     harder: float
     slips: Slips | None
+    decay: float
 
     def through(self, start: Trained, rng: np.random.Generator) -> Trained:
         """A start after the round: neurons go one by one, steps follow, then exchanges."""
@@ -171,9 +187,10 @@ class _Stage:
         while rows.sizes[-2] > self.neurons:
             theta = without_least(rows, found.theta)
             rows = _rows(self.cells, smaller(rows.sizes))
-            found = levenberg_marquardt(rows, with_best_output(rows, theta), self.between, AFTER_LOSS)
+            best = with_best_output(rows, theta)
+            found = levenberg_marquardt(rows, best, self.between, AFTER_LOSS, self.decay)
             steps += found.steps
-        found = levenberg_marquardt(rows, found.theta, self.part.steps, found.damping * self.harder)
+        found = levenberg_marquardt(rows, found.theta, self.part.steps, found.damping * self.harder, self.decay)
         steps += found.steps
         if self.part.exchanges:
             rows_of = partial(_rows, self.cells)

@@ -51,7 +51,7 @@ def fit_network(
         polish: whether the last round runs over all rows instead of a fine grid's centroids.
         workers: starts side by side.
         dynamics: delay and time constants of the command in s, for a structure with dynamics.
-        kept: rows whose effort is known, shape (n,); None: all.
+        kept: rows whose effort is known, shape (n,); None: all. A fit to some of them only judges, see `schedule_for`.
 
     Raises:
         CheckError: fewer rows than weights, an input that does not vary, or values that are not finite.
@@ -64,7 +64,9 @@ def fit_network(
     if kept is not None:
         data, inputs, effort = data.take(kept), inputs[:, kept], effort[kept]
         elements = [Element(e.field[kept], e.slip[kept]) for e in elements]
-    outcome = fit_rows(data, (inputs, effort), structure, times, seed=seed, polish=polish, workers=workers)
+    rows = inputs, effort
+    judges = kept is not None and not kept.all()
+    outcome = fit_rows(data, rows, structure, times, seed=seed, polish=polish, workers=workers, judges=judges)
     if not stages_at(structure.dynamics, "command"):
         return outcome
     return replace(outcome, model=replace(outcome.model, near=near_cells(outcome.model.trained_on, elements)))
@@ -79,6 +81,7 @@ def fit_rows(
     seed: int = 0,
     polish: bool = False,
     workers: int = 1,
+    judges: bool = False,
 ) -> FitOutcome[NetworkModel]:
     """The same from inputs and effort of all rows; the data give units, ranges and the period.
 
@@ -88,9 +91,10 @@ def fit_rows(
     x, y = rows
     _require_usable(x, y, structure, data.where)
     scaling = scaling_of(x, y, structure.kind)
+    squares = mean_squares(structure, x)
     with one_thread():
         weights, stop, steps = learn(
-            rows, scaling, structure, seed=seed, polish=polish, workers=workers, squares=mean_squares(structure, x)
+            rows, scaling, structure, seed=seed, polish=polish, workers=workers, squares=squares, judges=judges
         )
         span = np.column_stack([x.min(axis=1), x.max(axis=1)])
         about = {"seed": str(seed)}
@@ -196,10 +200,12 @@ def learn(
     polish: bool = False,
     workers: int = 1,
     squares: Mapping[int, float] | None = None,
+    judges: bool = False,
 ) -> tuple[dict[str, Array], Stop, int]:
     """Tables of weights for inputs and effort, how the solver ended, and its steps.
 
     ``squares`` holds the mean square of each slip, by input, see `spaced_by`; None where inputs are only columns.
+    With ``judges`` the schedule is that of a network that only judges.
     """
     unit = scaling.inputs(rows[0])
     target = (rows[1] - scaling.effort_offset) / scaling.effort_scale
@@ -214,7 +220,7 @@ def learn(
         w, _ = weights_for(unit, target, None, centres.centres, centres.spreads)
         tables = {"centres": centres.centres, "spreads": centres.spreads, "w": w[:-1], "b": w[-1:]}
         return tables, centres.stop, centres.steps
-    schedule = schedule_for(structure.hidden, len(structure.inputs), polish)
+    schedule = schedule_for(structure.hidden, len(structure.inputs), polish, judges)
     slips = None if squares is None else slips_for(structure, scaling, squares)
     trained = train(gridded, structure.hidden, seed, schedule, workers, slips)
     sizes = scaling.offset.size, *structure.hidden, 1

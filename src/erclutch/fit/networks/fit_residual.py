@@ -69,7 +69,7 @@ def fit_residual(
         )
     inputs = residual_inputs(law.model, structure.network, data.elements, data.clock, data.extras)
     target = _Target(replace(data, effort=missed), structure.network, law.model.times, inputs, limit, seed, workers)
-    found = target.network(rows)
+    found = target.network(rows, judges=not rows.all())
     share = _share(target) if share is None else share
     shared = replace(found.model.scaled(share), about={**found.model.about, "share": f"{share:.6g}"})
     whole = target.bounded(shared, inputs[:, rows])
@@ -113,11 +113,11 @@ class _Target:
     seed: int
     workers: int
 
-    def network(self, rows: NDArray[np.bool_]) -> FitOutcome[NetworkModel]:
+    def network(self, rows: NDArray[np.bool_], judges: bool) -> FitOutcome[NetworkModel]:
         """A network fitted to some of the rows."""
         pair = self.inputs[:, rows], self.data.effort[rows]
         data = self.data if np.all(rows) else self.data.take(rows)
-        return fit_rows(data, pair, self.structure, self.times, seed=self.seed, workers=self.workers)
+        return fit_rows(data, pair, self.structure, self.times, seed=self.seed, workers=self.workers, judges=judges)
 
     def bounded(self, network: NetworkModel, inputs: Array) -> BoundedResidual:
         """A network, limited, where rows with these inputs were."""
@@ -133,7 +133,7 @@ def _share(target: _Target) -> float:
     missed, seen = target.data.effort, np.zeros(target.data.rows)
     for block in time_folds(target.data, _BLOCKS):
         with contextlib.suppress(CheckError):
-            others = target.bounded(target.network(~block).model, target.inputs[:, ~block])
+            others = target.bounded(target.network(~block, judges=True).model, target.inputs[:, ~block])
             seen[block] = others.of_inputs(target.inputs[:, block], exactly=False)
     size = float(seen @ seen)
     return float(np.clip(missed @ seen / size, 0.0, 1.0)) if size > 0 else 0.0

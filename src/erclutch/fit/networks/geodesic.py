@@ -46,26 +46,48 @@ class Trained:
     damping: float = FIRST_DAMPING
 
 
-def levenberg_marquardt(rows: WeightedRows, theta: Array, most: int, damping: float = FIRST_DAMPING) -> Trained:
-    """Accelerated steps until the cost falls no more, or ``most`` are done."""
+def levenberg_marquardt(
+    rows: WeightedRows, theta: Array, most: int, damping: float = FIRST_DAMPING, decay: float = 0.0
+) -> Trained:
+    """Accelerated steps until the cost falls no more, or ``most`` are done.
+
+    Args:
+        rows: weighted rows.
+        theta: the weights to begin with.
+        most: steps.
+        damping: of the first step.
+        decay: what the square of a weight costs, as a share of the cost at the beginning. The share says how noisy the
+            rows are, so rows without noise pull no weight to zero.
+    """
     mu, idle, now = damping, 0, rows.at(theta)
+    pull = decay * now.cost
     for step in range(1, most + 1):
-        found = _step(rows, theta, now, mu)
+        found = _step(rows, theta, now, mu, pull)
         if found is None:
             return Trained(theta, now.cost, step, "converged", mu)
-        before = now.cost
+        before = _with_decay(now, theta, pull)
         theta, now, mu = found
-        idle = idle + 1 if before - now.cost < _FALLING * before else 0
+        after = _with_decay(now, theta, pull)
+        idle = idle + 1 if before - after < _FALLING * before else 0
         if idle >= _PATIENCE:
             return Trained(theta, now.cost, step, "converged", mu)
     return Trained(theta, now.cost, most, "iterations", mu)
 
 
-def _step(rows: WeightedRows, theta: Array, now: Point, mu: float) -> tuple[Array, Point, float] | None:
+def _with_decay(point: Point, theta: Array, pull: float) -> float:
+    """The cost of a point, that of its weights included."""
+    return point.cost + pull * float(theta @ theta)
+
+
+def _step(rows: WeightedRows, theta: Array, now: Point, mu: float, pull: float) -> tuple[Array, Point, float] | None:
     """Weights after a step that lowers the cost, what they give, the next damping; None if rounding leaves none."""
     p = rows.count
     total = rows.gram(now)
     square, slope, growth = total[:p, :p], total[:p, p], 2.0
+    cost = _with_decay(now, theta, pull)
+    if pull:
+        square[np.diag_indices(p)] += pull
+        slope -= pull * theta
     scale = square.diagonal() + _FLOOR * square.diagonal().max()
     for _ in range(_MOST_TRIES):
         damped = square.copy(order="F")
@@ -75,12 +97,12 @@ def _step(rows: WeightedRows, theta: Array, now: Point, mu: float) -> tuple[Arra
             mu, growth = mu * growth, 4.0 * growth
             continue
         d = dpotrs(root, slope)[0]
-        if float(d @ slope) <= _PRECISION[rows.kind] * now.cost:
+        if float(d @ slope) <= _PRECISION[rows.kind] * cost:
             return None
         bent = dpotrs(root, -0.5 * rows.bend(now, d))[0]
         after = theta + _curved(d, bent, scale)
         there = rows.at(after)
-        fall = now.cost - there.cost
+        fall = cost - _with_decay(there, after, pull)
         if fall > 0.0:
             predicted = 2.0 * float(d @ slope) - float(d @ square @ d)
             # In single precision a tiny predicted fall may come out as anything.
