@@ -1,0 +1,121 @@
+"""The words of the command line are taken apart by Cyclopts, which takes longer to import than some commands run."""
+
+from __future__ import annotations
+
+import itertools
+import sys
+from collections.abc import Callable, Sequence
+from typing import Annotated, Any
+
+from cyclopts import App, CycloptsError, Group, Parameter
+
+from erclutch._version import __version__
+from erclutch.cli.command_list import Command, commands
+from erclutch.cli.failed import failed
+from erclutch.cli.overview import TITLE, first_steps
+
+#: The software and the paper whose models it implements, as in CITATION.cff.
+_CITATION = (
+    f"The erclutch authors. erclutch, version {__version__}. Software, Apache-2.0.\n"
+    "Huang and Ishikawa. "
+    "Torque Transmission Modeling of Two Coaxial Electrorheological Clutches for Reciprocating Actuation."
+)
+
+
+def _versions() -> str:
+    """The version alone on the first line; below it what a report of a bug needs, and how to cite."""
+    import os
+    import platform
+    import shutil
+    from importlib.metadata import version
+    from importlib.util import find_spec
+
+    zig = "zig" if find_spec("ziglang") else "none"
+    compiler = os.environ.get("CC") or next(filter(None, map(shutil.which, ("gcc", "clang", "cc"))), zig)
+    packages = ", ".join(f"{name} {version(name)}" for name in ("numpy", "scipy", "numba", "pandas", "matplotlib"))
+    python = f"{platform.python_implementation()} {platform.python_version()}"
+    return (
+        f"{__version__}\n{python} on {platform.platform()}\n{packages}\nC compiler: {compiler}\nTo cite:\n{_CITATION}"
+    )
+
+
+def _misused(error: CycloptsError) -> object:
+    """What is wrong with the words of a command, framed; some may be names of files that the shell put there."""
+    from cyclopts import CycloptsPanel, MissingArgumentError
+
+    from erclutch.cli.terminal import shown
+
+    hint = _taken_by_a_list(error.root_input_tokens or ()) if isinstance(error, MissingArgumentError) else ""
+    return CycloptsPanel(shown(f"{error}{hint}"))
+
+
+def _taken_by_a_list(words: Sequence[str]) -> str:
+    """Where an option that takes several values stands before a file, it takes the file too: which, and the way out."""
+    from pathlib import Path
+
+    options = [(at, word) for at, word in enumerate(words) if word.startswith("--")]
+    for (at, option), (end, _) in itertools.pairwise([*options, (len(words), "")]):
+        taken = next((word for word in words[at + 2 : end] if Path(word).exists()), None)
+        if taken is not None:
+            return f"\n{option} takes all words up to the next option, {taken} too. Write {taken} before {option}."
+    return ""
+
+
+app = App(
+    name="erclutch",
+    help=TITLE,
+    version=_versions,
+    help_format="plaintext",
+    result_action="return_value",
+    suppress_keyboard_interrupt=False,
+    error_formatter=_misused,
+)
+_COMMANDS = {command.name: command for command in commands()}
+_HEADINGS = {
+    panel: Group(panel, sort_key=order)
+    for order, panel in enumerate(dict.fromkeys(command.panel for command in _COMMANDS.values()))
+}
+
+
+def _offer(command: Command, function: str | Callable[..., Any]) -> None:
+    """Put a function, or the name by which Cyclopts imports it when it is called for, under the command's heading."""
+    heading, place = _HEADINGS[command.panel], command.place
+    app.command(function, name=command.name, help=command.help, group=heading, sort_key=place)
+
+
+for _command in _COMMANDS.values():
+    _offer(_command, _command.plugin.source)
+app.register_install_completion_command(  # pyright: ignore[reportUnknownMemberType]
+    help="Let bash, zsh, fish or PowerShell complete commands and options with Tab."
+)
+
+
+@app.default
+def first(*words: Annotated[str, Parameter(show=False)]) -> int:
+    """Say what to do first."""
+    if words:
+        import difflib
+
+        near = difflib.get_close_matches(words[0], _COMMANDS, n=1)
+        hint = f"Did you mean {near[0]}?" if near else f"Commands are {', '.join(_COMMANDS)}."
+        return failed(f"there is no command {words[0]!r}. {hint}", 1)
+    sys.stdout.write(first_steps(_COMMANDS))
+    return 0
+
+
+def load_command(words: Sequence[str]) -> None:
+    """Import the function of the command that is asked for.
+
+    The function of another package is put in its place with a guard: whatever it raises is told with its package.
+
+    Raises:
+        PluginError: it cannot be imported, is no function, or needs a wing whose folder is not there.
+    """
+    command = _COMMANDS.get(words[0]) if words else None
+    if command is None:
+        return
+    function = command.plugin.of_type(Callable)  # pyright: ignore[reportArgumentType]
+    if command.plugin.own:
+        return
+    del app[command.name]
+    _offer(command, command.plugin.guarded(function))
