@@ -19,6 +19,7 @@ COMMAND = {
 def figure(
     name: Annotated[str | None, Parameter(name="NAME")] = None,
     run: Annotated[Path | None, Parameter(name="RUN")] = None,
+    /,
     *,
     out: Path = Path("figures"),
     start: Annotated[float | None, SECONDS] = None,

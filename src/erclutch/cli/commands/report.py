@@ -16,6 +16,7 @@ COMMAND = {
 
 def report(
     run: Annotated[Path, Parameter(name="RUN")],
+    /,
     *,
     title: str | None = None,
     device_name: str | None = None,

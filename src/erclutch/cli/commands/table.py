@@ -16,6 +16,7 @@ COMMAND = {
 
 def table(
     run: Annotated[Path, Parameter(name="RUN")],
+    /,
     *,
     as_: Annotated[Literal["latex", "markdown", "html", "csv"], Parameter(name="--as")] = "markdown",
     what: Literal["ranking", "parameters"] = "ranking",

@@ -26,6 +26,7 @@ _Names = Annotated[tuple[str, ...], Parameter(consume_multiple=True, negative=()
 def align(
     a: Annotated[Path, Parameter(name="A")],
     b: Annotated[Path, Parameter(name="B")],
+    /,
     *,
     out: Path,
     on: _Names = (),

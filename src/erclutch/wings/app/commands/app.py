@@ -19,6 +19,7 @@ COMMAND = {
 
 def app(
     folder: Annotated[Path, Parameter(name="FOLDER")] = Path(),
+    /,
     *,
     port: int = 0,
     open_: Annotated[bool, Parameter(name="--open", negative=())] = False,

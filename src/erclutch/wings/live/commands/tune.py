@@ -73,6 +73,7 @@ class TunedLoop:
 
 def tune(
     run: Annotated[Path, Parameter(name="RUN")],
+    /,
     *,
     model: str | None = None,
     bandwidth: Annotated[float, HERTZ] = 10.0,

@@ -38,6 +38,7 @@ ALSO_OPEN = (
 
 def calibrate_twin(
     log: Annotated[Path | None, Parameter(name="LOG")] = None,
+    /,
     *,
     out: Path = Path("rig.toml"),
     vary: Annotated[tuple[str, ...], Parameter(consume_multiple=True, negative=(), show_default=False)] = (),

@@ -35,6 +35,7 @@ _RIVALS = ("rbfn-50", "rbfm-10/forward", "hem/forward", "seo-seo/forward", "bing
 
 def experiment(
     name: Annotated[str | None, Parameter(name="NAME")] = None,
+    /,
     *,
     run: Path | None = None,
     out: Path = Path("experiments"),

@@ -48,6 +48,7 @@ What = Literal[_Table, _Figure]
 
 def reproduce(
     what: Annotated[What, Parameter(name="WHAT")],
+    /,
     *,
     log: tuple[Path, ...] = (),
     test_log: Path | None = None,

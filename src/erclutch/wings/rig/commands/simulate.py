@@ -24,6 +24,7 @@ COMMAND = {
 
 def simulate(
     scenario: Annotated[str | None, Parameter(name="SCENARIO")] = None,
+    /,
     *,
     out: Path | None = None,
     seconds: Annotated[float | None, SECONDS] = None,
