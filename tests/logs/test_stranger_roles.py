@@ -187,3 +187,46 @@ def test_the_rate_of_a_position_and_a_quotient_are_no_field() -> None:
     columns = {"t [s]": ROWS / 100, "F [N]": ROWS % 13, **speeds}
     assert not asked_field({**columns, "SRR": np.round(100.0 * sliding / rolling, 3)})
     assert asked_field({**columns, "SRR": 100.0 * sliding / rolling + ROWS % 5})
+
+
+NOTHING = np.full(200, np.nan)
+
+
+def test_a_column_without_a_number_is_no_signal() -> None:
+    plan = planned({**without("speed [rad/s]"), "motor speed [rad/s]": NOTHING, "disk speed [rad/s]": TURN})
+    assert plan.choices["slip"].column == "disk speed"
+    assert "no number in any row: column motor speed: left out" in plan.notes
+
+
+@pytest.mark.parametrize(("label", "signal"), [("speed [rad/s]", "slip"), ("torque [N*m]", "effort")])
+def test_a_signal_without_a_number_is_told_from_one_that_is_not_there(label: str, signal: str) -> None:
+    (question,) = planned({**PLAIN, label: NOTHING}).questions
+    assert question.signal == signal
+    assert f"column {label.partition(' ')[0]} is called so, but holds no number in any row" in question.problem
+
+
+LOADED = {**PLAIN, "speed [rad/s]": 5.0 + TURN, "torque [N*m]": 2.0 + TURN**2}
+POWER = LOADED["speed [rad/s]"] * LOADED["torque [N*m]"]
+
+
+@pytest.mark.parametrize(
+    ("ratio", "label"), [(100.0, "P [W]"), (1000.0, "power [W]"), (100.0, "power [kW]"), (60, "P [W]")]
+)
+def test_a_slip_that_makes_another_power_than_is_logged_is_asked_about(ratio: float, label: str) -> None:
+    watt = POWER / ratio
+    columns = {**LOADED, label: watt / (1000.0 if "kW" in label else 1.0)}
+    (question,) = planned(columns).questions
+    assert question.signal == "slip"
+    assert "times the power, column" in question.problem
+    plan = planned(columns, slip="speed [rad/s]")
+    assert not plan.questions
+    assert any("times the power, column" in note for note in plan.notes)
+
+
+@pytest.mark.parametrize(
+    "power",
+    [POWER, 1.02 * POWER, POWER / 0.8, POWER / 100.0 * (1.0 + 0.2 * TURN), np.zeros(200), 24.0 * LEVELS],
+    ids=["its own", "a scale off", "behind losses", "of something else", "none", "electric"],
+)
+def test_a_power_that_tells_nothing_of_the_slip_asks_nothing(power: Array) -> None:
+    assert not planned({**LOADED, "P [W]": power}).questions

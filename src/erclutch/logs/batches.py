@@ -78,7 +78,7 @@ def windowed_batches(
     plan: Plan | None = None
     if part.first:  # what its columns are is said by the file's first rows, whichever rows are read
         _, _, beginning = next(windows(source, rows, MARGIN, 0, None))
-        plan = plan_of(replace(beginning, path=str(source.path)), chosen, device=device, invalid=invalid)
+        plan = plan_of(replace(beginning, path=str(source.path)), chosen, device=device, invalid=invalid, whole=False)
     period = part.period
     short: ShortLogError | None = None
     some = False
@@ -86,7 +86,7 @@ def windowed_batches(
         table = replace(table, digest=source.digest, sample_period=period, path=str(source.path))
         try:
             if plan is None:
-                plan = plan_of(table, chosen, device=device, invalid=invalid)
+                plan = plan_of(table, chosen, device=device, invalid=invalid, whole=False)
                 plan.require_sureness()
             recording, kept = apply_rows(plan, table)
         except ShortLogError as error:

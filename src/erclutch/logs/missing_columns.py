@@ -52,9 +52,12 @@ def missing(seen: SeenColumns, signal: str, taken: Iterable[str], alternatives: 
     if volts:
         remedy = f"Give what a volt of its sensor is, such as {volts}"
 
-    refused = next((column for column in free if column.unit and _is_called(column, signal, fitting=False)), None)
+    misfits = (column for column in free if column.unit and column.fits(si_units) is False)
+    refused = next((column for column in misfits if _is_called(column, signal)), None)
     if refused is not None:
         doubt += f"; column {refused.name} is called so, but its unit {refused.unit} does not fit"
+    hollow = [name for name in seen.empty if _is_called(seen.columns[name], signal)]
+    doubt += f"; column {hollow[0]} is called so, but holds no number in any row" if hollow else ""
     problem = f"no column for {alternatives or signal}{doubt}; the file has: {seen.table.listed}"
     return MappingError(problem, remedy=remedy)
 
@@ -178,17 +181,17 @@ def _is_short(column: SeenColumn, signal: str) -> bool:
     return column.spoken.plain in NEED_UNIT and column.spoken.plain in NAMES[signal].split()
 
 
-def _is_called(column: SeenColumn, signal: str, *, fitting: bool) -> bool:
-    """Whether the whole name speaks for the signal, and the unit is of the signal or of another kind."""
-    called = len(column.spoken.forms[signal] or "") > 2
-    return called and column.fits(SIGNALS[signal].si_units) is fitting
+def _is_called(column: SeenColumn, signal: str) -> bool:
+    """Whether the whole name speaks for the signal."""
+    return len(column.spoken.forms[signal] or "") > 2
 
 
 def _in_volts(free: Iterable[SeenColumn], signal: str) -> str:
     """Options for a column that has the signal's name and the unit of a sensor's output; "" where there is none."""
     for column in free:
         from_sensor = column.unit in ("V", "mV") or column.unit in COUNTS
-        if from_sensor and _is_called(column, signal, fitting=False):
+        misfits = column.fits(SIGNALS[signal].si_units) is False
+        if from_sensor and misfits and _is_called(column, signal):
             scale = shell_word(f"{signal}=2.5 {SIGNALS[signal].si_units[0] or '1'}/{column.unit}")
             return f"--{signal} {shell_word(column.name)} --scale {scale}"
     return ""

@@ -4,13 +4,22 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
+
 from erclutch.errors import MappingError, shell_word
 from erclutch.logs.clock_planning import stamps_of
 from erclutch.logs.draft import Draft
 from erclutch.logs.shapes import is_usual_ratio, over_rate
+from erclutch.signals import units
+from erclutch.signals.array import Array
+from erclutch.signals.recording import SignalKind
 
 _SAME = 0.5  # of one: a ratio that no mixed units make
 _RATES = (("m/s", "m"), ("rad/s", "rad"))
+_POWERS = (("rad/s", "N*m"), ("m/s", "N"))
+_STEADY = 0.02  # share by which slip times effort over a power varies at most, or it is a power of something else
+_LARGE = 0.1  # share of the largest power from which on its digits tell
+_FEWEST = 20  # rows with such a power
 _NO_POWER = (("N", "rad/s"), ("N*m", "m/s"))
 
 
@@ -55,6 +64,45 @@ def hold_slip_against_position(draft: Draft) -> None:
     else:
         remedy = f"Say which is right, such as --slip {shell_word(draft.table.label(slip.column))}"
         draft.ask("slip", MappingError(odd, remedy=remedy))
+
+
+def hold_power(draft: Draft) -> None:
+    """Ask where slip times effort is some times a logged power, all through the log: a unit is another than it says.
+
+    An electric power, or a power behind a gear with losses, has no steady ratio and tells nothing.
+    """
+    slip, effort = draft.signals.get("slip"), draft.signals.get("effort")
+    if slip is None or effort is None or not slip.column or not effort.column or (slip.si, effort.si) not in _POWERS:
+        return
+    made = draft.table.columns[slip.column] * slip.factor * draft.table.columns[effort.column] * effort.factor
+    for column in draft.seen.without(draft.taken):
+        if not column.unit or not units.is_unit(column.unit) or not column.fits(("W",)):
+            continue
+        to_watt, _ = units.conversion(column.unit, SignalKind("power", "power of the device", ("W",)), column.name)
+        power = column.values * to_watt
+        ratio = _steady_ratio(made, power)
+        if ratio is None or not is_usual_ratio(ratio) or abs(abs(ratio) - 1.0) < _SAME:
+            continue
+        odd = (
+            f"slip times effort is {abs(ratio):.3g} times the power, column {column.name}: the unit of one of the "
+            f"columns {slip.column}, {effort.column} and {column.name} is another"
+        )
+        if slip.sureness == "given" or "slip" in draft.questions:
+            draft.notes.append(odd)
+        else:
+            remedy = f"Say which is right, such as --slip {shell_word(draft.table.label(slip.column))}"
+            draft.ask("slip", MappingError(odd, remedy=remedy))
+        return
+
+
+def _steady_ratio(made: Array, power: Array) -> float | None:
+    """What one power is of another in nearly all rows where it is large; None where that varies."""
+    known = np.isfinite(made) & np.isfinite(power)
+    large = known & (np.abs(power) >= _LARGE * np.abs(power[known]).max(initial=0.0)) & (power != 0.0)
+    if np.count_nonzero(large) < _FEWEST:
+        return None
+    low, ratio, high = np.quantile(made[large] / power[large], (0.1, 0.5, 0.9))
+    return float(ratio) if high - low <= _STEADY * abs(ratio) else None
 
 
 def hold_effort_against_slip(draft: Draft) -> None:

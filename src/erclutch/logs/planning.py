@@ -15,7 +15,7 @@ from erclutch.logs.further_columns import take_further_columns
 from erclutch.logs.given_numbers import take_given_numbers
 from erclutch.logs.guesses import guess_what_is_needed
 from erclutch.logs.mapping import ColumnMap
-from erclutch.logs.motions import hold_effort_against_slip, hold_slip_against_position, turn_screw
+from erclutch.logs.motions import hold_effort_against_slip, hold_power, hold_slip_against_position, turn_screw
 from erclutch.logs.named_columns import refuse_unreadable_signals, take_named
 from erclutch.logs.plan import NEEDS, OPTIONAL, Invalid, Plan, SignalPlan
 from erclutch.logs.points import take_points
@@ -30,7 +30,14 @@ _OPTIONAL = (signal for signals in OPTIONAL.values() for signal in signals)
 _ORDER = [*dict.fromkeys((*_NEEDED, *_OPTIONAL)), "temperature"]
 
 
-def plan_of(table: Table, told: ColumnMap, *, device: DeviceName | None = None, invalid: Invalid | None = None) -> Plan:
+def plan_of(
+    table: Table,
+    told: ColumnMap,
+    *,
+    device: DeviceName | None = None,
+    invalid: Invalid | None = None,
+    whole: bool = True,
+) -> Plan:
     """The plan of a table.
 
     Args:
@@ -39,6 +46,7 @@ def plan_of(table: Table, told: ColumnMap, *, device: DeviceName | None = None, 
         device: "single" or "coaxial"; decides which signals are needed. None: what a recording of the live loop says,
             and "single" for all other logs.
         invalid: "error" refuses values that are not finite, "drop" cuts the log there; None is what the mapping says.
+        whole: whether the table is the whole log; a column without a number in some rows may have numbers in others.
 
     Raises:
         MappingError: a signal that the device does not have, a column that is two signals, a constant that is none.
@@ -56,7 +64,10 @@ def plan_of(table: Table, told: ColumnMap, *, device: DeviceName | None = None, 
     if invalid not in ("error", "drop"):
         raise SettingError(f"invalid is '{invalid}'", remedy="Use error or drop")
 
-    draft = Draft(seen_columns(table), told, device, notes, constants=dict(table.constants))
+    seen = seen_columns(table, whole=whole)
+    if seen.empty:
+        notes.append(f"no number in any row: column {', '.join(seen.empty)}: left out")
+    draft = Draft(seen, told, device, notes, constants=dict(table.constants))
     with placed(table.name):
         refuse_unreadable_signals(draft)
         take_named(draft)
@@ -66,10 +77,12 @@ def plan_of(table: Table, told: ColumnMap, *, device: DeviceName | None = None, 
             draft.ask("time", error)
         take_given_numbers(draft)
         guess_what_is_needed(draft)
-        take_points(draft)
+        if whole:
+            take_points(draft)
         take_further_columns(draft)
         turn_screw(draft)
         hold_slip_against_position(draft)
+        hold_power(draft)
         hold_effort_against_slip(draft)
 
         # A model that is given its effort as another signal would find just that.

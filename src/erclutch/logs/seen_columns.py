@@ -10,6 +10,8 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 
+import numpy as np
+
 from erclutch.errors import UnitError
 from erclutch.logs.labels import own_unit, split_end
 from erclutch.logs.names import SpokenName, spoken_name
@@ -86,25 +88,28 @@ class SeenColumns:
         columns: in the table's order, by name.
         shared_words: words in the names of at least half of the columns, and of three: the name of a joint or a topic.
         counters: names of the columns that count samples.
+        empty: names of the columns that hold no number in any row: they are no signal, whatever they are called.
     """
 
     table: Table
     columns: Mapping[str, SeenColumn]
     shared_words: frozenset[str]
     counters: tuple[str, ...]
+    empty: tuple[str, ...]
 
     def without(self, taken: Iterable[str]) -> list[SeenColumn]:
-        """All columns but some."""
-        left_out = set(taken)
+        """All columns that hold a number, but some."""
+        left_out = {*taken, *self.empty}
         return [column for column in self.columns.values() if column.name not in left_out]
 
 
-def seen_columns(table: Table) -> SeenColumns:
-    """What is seen of each column of a table."""
+def seen_columns(table: Table, *, whole: bool = True) -> SeenColumns:
+    """What is seen of each column of a table, which may be some rows of a log."""
     columns: dict[str, SeenColumn] = {}
     for name, values in table.columns.items():
         columns[name] = SeenColumn(name, spoken_name(name), table.units.get(name), values, shape_of(values))
 
+    columns_of_log = table.columns.items() if whole else ()
     counted = Counter(word for column in columns.values() for word in {*column.spoken.stem_words})
     fewest = max(_FEWEST_SHARING, len(columns) / 2)
     return SeenColumns(
@@ -112,6 +117,7 @@ def seen_columns(table: Table) -> SeenColumns:
         columns,
         shared_words=frozenset(word for word, count in counted.items() if count >= fewest),
         counters=tuple(name for name in columns if name.replace(" ", "").lower() == _SAMPLE_NUMBER),
+        empty=tuple(name for name, values in columns_of_log if values.size and not np.isfinite(values).any()),
     )
 
 
