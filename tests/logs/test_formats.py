@@ -8,8 +8,6 @@ from __future__ import annotations
 import datetime
 import json
 import sqlite3
-import subprocess
-import sys
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
@@ -21,6 +19,7 @@ import pytest
 from erclutch.errors import ErclutchError, LogError, MappingError
 from erclutch.logs import ColumnMap, Table, log_reader, read, read_all, read_table, recordings_in
 from erclutch.logs.readers import found_recordings
+from tests.support.command import good
 from tests.support.log_formats import FORMATS, choices, mutated, small_log
 
 ROOT = Path(__file__).parents[2]
@@ -65,17 +64,9 @@ def test_a_log_of_each_format_has_the_numbers_that_were_written(tmp_path: Path, 
         assert recording.units == {name: unit for name, (unit, _) in COLUMNS.items() if name != "time"}
 
 
-def printed(*words: object) -> str:
-    """What a command prints; it must succeed."""
-    command = [sys.executable, "-m", "erclutch", *map(str, words)]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=300, check=False)
-    assert done.returncode == 0, done.stderr
-    return done.stdout
-
-
 def fitted(path: Path) -> list[Any]:
     """Parameters and scores as `erclutch fit` prints them; 0.001 * n and n / 1000 differ, so the band may by a bit."""
-    said = printed("fit", path, *UNITS, "--models", "bingham", "fnn-2", "--lag", "none", "--json")
+    said = good("fit", path, *UNITS, "--models", "bingham", "fnn-2", "--lag", "none", "--json")
     return [
         (each["name"], each["fit"]["parameters"], each["train"], each["test"]) for each in json.loads(said)["ranking"]
     ]
@@ -214,7 +205,7 @@ def test_a_bag_is_one_log_in_a_folder_and_its_names_are_no_program(tmp_path: Pat
     bag = written(tmp_path, "bag sqlite")
     inside = read_table(bag / "bag1.db3")
     assert inside.labels == read_table(bag).labels == ("header.stamp [s]", "field", "slip", "effort")
-    said = printed("inspect", bag, *UNITS)
+    said = good("inspect", bag, *UNITS)
     assert "recording read from topic /rig" in said
     assert "damage to the file is not seen in the numbers" in said
     assert fitted(tmp_path)  # the folder above holds one log: the bag

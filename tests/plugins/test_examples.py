@@ -60,6 +60,18 @@ class Environment:
         assert done.returncode == 0, done.stdout + done.stderr
         return done.stdout
 
+    def one_after_another(self, *commands: tuple[object, ...]) -> list[str]:
+        """What each command prints; one Python runs them, which spares its start and the imports."""
+        code = (
+            "import contextlib, io, json, sys\nfrom erclutch.cli import main\nprinted = []\n"
+            "for words in json.loads(sys.argv[1]):\n    with contextlib.redirect_stdout(io.StringIO()) as out:\n"
+            "        assert main(words) == 0, words\n    printed.append(out.getvalue())\n"
+            "print(json.dumps(printed))"
+        )
+        done = self.run("-c", code, json.dumps([[str(word) for word in words] for words in commands]))
+        assert done.returncode == 0, done.stdout + done.stderr
+        return json.loads(done.stdout)
+
     def fails(self, *words: object, cwd: Path | None = None) -> str:
         """What a command says on standard error; it must fail in one line, never with a traceback."""
         done = self.run("-m", "erclutch", *words, cwd=cwd)
@@ -118,18 +130,18 @@ def test_each_example_passes_its_own_tests(environment: Environment) -> None:
 
 
 def test_lists_name_package_and_version(environment: Environment) -> None:
-    listed = json.loads(environment.erclutch("laws", "--plugins", "--json"))
+    words = (("laws", "--plugins", "--json"), ("--help",), ("laws", "--json"), ("export", "--help"))
+    plugins, page, laws, export_help = environment.one_after_another(*words)
+    listed = json.loads(plugins)
     outside = {entry["package"]: entry for entry in listed if entry["package"] != "erclutch"}
     assert set(outside) == PACKAGES
     shown = {entry["group"] for entry in outside.values()}
     assert shown == {entry["group"] for entry in listed} - WITHOUT_EXAMPLE
-    page = environment.erclutch("--help")
     assert "effort-table" in page.partition("Of other packages")[2]
     assert "effort-table" not in page.partition("Of other packages")[0]
     assert all(entry["version"] == "0.1.0" and not entry["problem"] for entry in outside.values())
-    laws = environment.erclutch("laws", "--json")
     assert json.loads(laws)[6]["name"] == "robertson-stiff"  # in its place on the ladder
-    assert "arduino" in environment.erclutch("export", "--help")
+    assert "arduino" in export_help
 
 
 def test_a_run_and_its_report_name_them(environment: Environment, run: Path) -> None:
@@ -149,10 +161,12 @@ def test_a_run_and_its_report_name_them(environment: Environment, run: Path) -> 
 @pytest.mark.parametrize("target", TARGETS)
 def test_export_gives_the_bits(environment: Environment, run: Path, target: str, tmp_path: Path) -> None:
     folder = tmp_path / target
-    environment.erclutch("export", run, "--to", target, "--out", folder)
+    _, said = environment.one_after_another(
+        ("export", run, "--to", target, "--out", folder), ("verify", folder, "--json")
+    )
     body = json.loads((folder / "export.json").read_text("utf-8"))
     assert len(body["plugins"]) == (3 if target == "arduino" else 2)
-    checks = json.loads(environment.erclutch("verify", folder, "--json"))
+    checks = json.loads(said)
     assert checks
     for check in checks:
         assert check["passed"], check
@@ -281,5 +295,6 @@ def test_a_command_that_fails_is_told_with_its_package(hasty: Environment, case:
     assert said in line
     assert "effort-table" in line
     assert "erclutch-command-effort-table 0.2.0" in line
-    assert "effort-table" in hasty.erclutch("--help").partition("Of other packages")[2]
-    assert "hem" in hasty.erclutch("laws")
+    page, laws = hasty.one_after_another(("--help",), ("laws",))
+    assert "effort-table" in page.partition("Of other packages")[2]
+    assert "hem" in laws
