@@ -2,9 +2,10 @@
 
     python studies/attack.py [PART ...] [--minutes 19]
 
-Each part has its share of the time that is left, and all processors of the machine; what a part does not need goes to
-those behind it. The table says how many tries each came to. A failure is printed as it is seen. The program ends with 1
-if anything failed, or if a row had no try.
+The parts come in the order of what they cost, the cheapest first. Each has its share of the time that is left, and all
+processors of the machine; what a part does not need goes to those behind it. Within a part each row has its share, and
+on a machine that is too slow for it one try at least. The table says how many tries each came to. A failure is printed
+as it is seen. The program ends with 1 if anything failed, or if a row had no try.
 
 - races: two processes write to one place at one moment, for each command that writes, ``--count`` / 10 pairs each; of
   `demo`, which takes seconds, a tenth.
@@ -27,6 +28,7 @@ import multiprocessing
 import os
 import re
 import shutil
+import signal
 import subprocess
 import sys
 import tempfile
@@ -55,9 +57,21 @@ SEEN = ("xlsx", "ods", "csv gz", "mat 5", "hdf5 checked", "parquet checked", "mc
 #: Readers in a process of their own, whose crash is one line for the user.
 IN_CHILD = ("mdf", "tdms", "spreadsheet", "hdf5", "ros2", "mat", "parquet")
 MOST_MIB = 954  # 1 GB
-#: Weights by which the parts share the time: what each costs on two processors, in seconds.
-WEIGHTS = {"bombs": 50, "races": 380, "formats": 380, "settings": 20, "sensors": 80, "compilers": 100, "hostile": 60}
-WEIGHTS |= {"runs": 20, "mujoco": 10, "app": 40, "places": 30}
+#: Part -> what it costs on two processors in seconds: the weights by which the parts share the time, and their order.
+WEIGHTS = {
+    "mujoco": 15,
+    "settings": 25,
+    "runs": 35,
+    "places": 40,
+    "bombs": 60,
+    "sensors": 70,
+    "app": 80,
+    "hostile": 100,
+    "compilers": 110,
+    "races": 280,
+    "formats": 320,
+}
+MOST_TO_END = 60.0  # s for tests to end in when their time is over
 _COUNTS = re.compile(r"(\d+) (passed|failed|error|errors)")
 
 
@@ -203,9 +217,9 @@ def _faults(control: str, seed: int, *, until: float) -> Row:
     from tests.support.sensor_faults import NOT_HELD, ZERO_WITHIN, sessions
 
     row = Row(control)
-    if time.monotonic() > until:
-        return row
     for sensor, kind, run in sessions(control, seed):
+        if row.tries and time.monotonic() > until:
+            break
         row.tries += 1
         row.counts["too high for more than 5 ms"] += not run.never_above
         row.counts[f"not zero within {ZERO_WITHIN} ms"] += not run.zero_in_time
@@ -250,7 +264,7 @@ def _one_language(place: int, language: str, guarded: bool, *, until: float) -> 
             row.fail("wrong without any option")
         # All options with one file, then all of them with the next: where time is short, each was tried with some.
         for number, (turn, options) in product(range(len(files)), enumerate(OPTIONS)):
-            if time.monotonic() > until:
+            if row.tries and time.monotonic() > until:
                 break
             said = answer(compiler, files[(number + turn) % len(files)], options.split(), flags)
             row.tries += 1
@@ -280,18 +294,27 @@ def _one_case(name: str, *, until: float) -> Row:
 
 
 def tested(name: str, until: float) -> Iterator[Row]:
-    """A part that is tests: each is a try."""
+    """A part that is tests: each is a try. When the time is over, those that have ended count."""
     row = Row(name)
     words = [sys.executable, "-m", "pytest", "-q", "-n", str(CORES), "-p", "no:cacheprovider", "-rfE", *TESTS[name]]
-    done = subprocess.run(
-        words, cwd=ROOT, capture_output=True, text=True, check=False, timeout=max(until - time.monotonic(), 1.0) + 120.0
-    )
-    counts = {what: int(number) for number, what in _COUNTS.findall(done.stdout.splitlines()[-1])}
-    row.tries = sum(counts.values())
-    for line in done.stdout.splitlines():
+    with subprocess.Popen(words, cwd=ROOT, stdout=subprocess.PIPE, text=True) as tests:
+        try:
+            said = tests.communicate(timeout=max(until - time.monotonic(), 1.0))[0]
+        except subprocess.TimeoutExpired:
+            row.note = "the time was over: "
+            tests.send_signal(signal.SIGINT)  # pytest tells what came of those that have ended
+            try:
+                said = tests.communicate(timeout=MOST_TO_END)[0]
+            except subprocess.TimeoutExpired:
+                tests.kill()
+                said = tests.communicate()[0]
+    lines = said.splitlines() or [""]
+    summed = next((line for line in reversed(lines) if _COUNTS.search(line)), lines[-1])
+    row.tries = sum(int(number) for number, _ in _COUNTS.findall(summed))
+    for line in lines:
         if line.startswith(("FAILED", "ERROR")):
             row.fail(line[:200])
-    row.note = done.stdout.splitlines()[-1]
+    row.note += summed
     yield row
 
 
@@ -302,31 +325,27 @@ PARTS: dict[str, Callable[[float, int], Iterator[Row]]] = {
     "compilers": compilers,
     "hostile": hostile,
 }
-#: What stands last takes what is left.
-ORDER = (*PARTS, *TESTS, "races", "formats")
 PARTS |= {"races": races, "formats": formats}
 
 
 def main() -> int:
     """Run the parts and print the table."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("parts", nargs="*", metavar="PART", help=f"of {', '.join(ORDER)}; none: all")
+    parser.add_argument("parts", nargs="*", metavar="PART", help=f"of {', '.join(WEIGHTS)}; none: all")
     parser.add_argument("--minutes", type=float, default=19.0, help="for all parts together")
     parser.add_argument("--count", type=int, default=1000, help="damaged files of a format")
     asked = parser.parse_args()
-    if wrong := set(asked.parts) - set(ORDER):
+    if wrong := set(asked.parts) - set(WEIGHTS):
         parser.error(f"there is no part {', '.join(sorted(wrong))}")
-    parts = asked.parts or list(ORDER)
+    parts = [part for part in WEIGHTS if part in asked.parts or not asked.parts]
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background job ignores it, and tests would too
     end = time.monotonic() + 60.0 * asked.minutes
     rows: list[Row] = []
     for place, part in enumerate(parts):
         began = time.monotonic()
         share = WEIGHTS[part] / sum(WEIGHTS[later] for later in parts[place:])
         until = began + max(end - began, 0.0) * share
-        try:
-            rows += PARTS[part](until, asked.count) if part in PARTS else tested(part, until)
-        except subprocess.TimeoutExpired:
-            rows.append(Row(part, note="the time was over"))
+        rows += PARTS[part](until, asked.count) if part in PARTS else tested(part, until)
         print(f"{part}: {time.monotonic() - began:.0f} s", file=sys.stderr, flush=True)
     print("| row | tries | failures | |\n| --- | --- | --- | --- |")
     for row in rows:
