@@ -12,7 +12,7 @@ as it is seen. The program ends with 1 if anything failed, or if a row had no tr
 - bombs: small files that unpack to gigabytes.
 - formats: damaged logs of each format, ``--count`` each: a crash, a hang, more than 1 GB, or other numbers in silence
   where the reader says that it sees damage.
-- settings: damaged TOML of rigs and mappings, ``--count`` each.
+- settings: damaged files of rigs, mappings, plans, mappings beside their log, and models, ``--count`` each.
 - sensors: a fault in each sensor of the loop under each control, on the TWIN. The note tells the strict figures, too.
 - compilers: options that change arithmetic, in C and C++, with every compiler of this machine: the right bits or a
   refusal.
@@ -176,7 +176,7 @@ def _one_format(name: str, count: int, *, until: float) -> Row:
 
 
 def settings(until: float, count: int) -> Iterator[Row]:
-    """Damaged TOML of rigs and mappings."""
+    """Damaged files of rigs, mappings, plans and models."""
     from tests.support.damaged_settings import KINDS
 
     yield from at_once(_one_kind_of_settings, [(kind, count) for kind in KINDS], until)
