@@ -35,8 +35,9 @@ if TYPE_CHECKING:
 
 _MOST = 8  # rows of a table in a notebook
 _SECTION = 600  # rows of a log in a plot that nobody gave a length
-_WORRIES = 3
-_CURVES, _POINTS = 5, 81
+_WORRIES = 3  # sentences of worry that a card has room for
+_CURVES = 5  # of a model's plot
+_POINTS = 81  # of a curve
 #: The column of a ranking that only a program or a command needs.
 _IN_FULL = "specification"
 #: Of an equation's lines those that only give a number, which the table has.
@@ -86,13 +87,11 @@ def html(value: Any) -> str:
 
     card = card_of(value)
     rows = card.table()
-    shown = (
-        rows.head(_MOST)
-        .drop(columns=_IN_FULL, errors="ignore")
-        .to_html(index=False, border=0, na_rep="–", float_format=partial(number, digits=4))
-    )
+    shown = rows.head(_MOST).drop(columns=_IN_FULL, errors="ignore")
+    as_html = shown.to_html(index=False, border=0, na_rep="–", float_format=partial(number, digits=4))
+    left_out = max(0, len(rows) - _MOST)
     template = templates().get_template("notebook.html.j2")
-    return template.render(line=repr(value), card=card, table=Markup(shown), left=max(0, len(rows) - _MOST))
+    return template.render(line=repr(value), card=card, table=Markup(as_html), left=left_out)
 
 
 def table(value: Any) -> DataFrame:
@@ -125,7 +124,9 @@ def plot(value: Any, name: str | None = None, **options: Any) -> Any:
     with style():
         figure: Any = cast(Any, pyplot).figure(figsize=(described.width, described.height), layout="constrained")
         paint(figure, described)
-    axes = [axis for axis in figure.axes if axis.get_subplotspec() is not None][: len(described.panels)]
+    # Colour bars are axes too, and behind them all; they have no place in the grid of panels.
+    in_grid = [axis for axis in figure.axes if axis.get_subplotspec() is not None]
+    axes = in_grid[: len(described.panels)]
     return axes[0] if len(axes) == 1 else np.array(axes, dtype=object)
 
 
@@ -153,7 +154,9 @@ def report(value: Run) -> InlineReport:
 
 def titled_column(name: str, unit: str | None) -> str:
     """A column's name with its unit, as readers of logs understand it."""
-    return f"{'temperature' if name == TEMPERATURE else name} [{unit}]" if unit and unit != "?" else name
+    if not unit or unit == "?":
+        return name
+    return f"{'temperature' if name == TEMPERATURE else name} [{unit}]"
 
 
 def as_frame(columns: Mapping[str, Any], index: str | None = None) -> DataFrame:
@@ -179,13 +182,17 @@ def estimates_as_frame(estimates: Sequence[Estimate]) -> DataFrame:
 
 def badge_of_origins(origins: Sequence[str]) -> str:
     """The word that all logs say of themselves, such as TWIN; MIXED where they differ, "" for measurements."""
-    words = {*origins} - {""}
-    return "MIXED" if words and len({*origins}) > 1 else next(iter(words), "")
+    different = set(origins)
+    if len(different) > 1:
+        return "MIXED"
+    return next(iter(different), "")
 
 
 def _extent(columns: Mapping[str, tuple[Array, str]]) -> DataFrame:
     """Lowest, mean and highest value of each signal."""
-    rows = [(name, unit, float(x.min()), float(x.mean()), float(x.max())) for name, (x, unit) in columns.items()]
+    rows: list[tuple[str, str, float, float, float]] = []
+    for name, (values, unit) in columns.items():
+        rows.append((name, unit, float(values.min()), float(values.mean()), float(values.max())))
     return rows_as_frame(("signal", "unit", "lowest", "mean", "highest"), rows)
 
 
@@ -195,37 +202,43 @@ def _extent(columns: Mapping[str, tuple[Array, str]]) -> DataFrame:
 def _recording(log: Recording) -> Card:
     from erclutch.report.plots.log_plots import describe_section
 
-    columns = {name: (x, log.units.get(name, "")) for name, x in log.signals.items()}
-    columns |= {n: (x, "") if n != TEMPERATURE else (x, "K") for n, x in {**log.extras, **log.spare}.items()}
+    columns = {name: (values, log.units.get(name, "")) for name, values in log.signals.items()}
+    for name, values in {**log.extras, **log.spare}.items():
+        columns[name] = (values, "K" if name == TEMPERATURE else "")
 
     def section(*, start: float | None = None, seconds: float | None = None) -> Plot:
-        width = min(log.duration, _SECTION * log.period) if seconds is None else seconds
-        return describe_section(log, start=start, seconds=width)
+        length = min(log.duration, _SECTION * log.period) if seconds is None else seconds
+        return describe_section(log, start=start, seconds=length)
 
     def rows() -> DataFrame:
-        named = {titled_column(name, unit): x for name, (x, unit) in columns.items()}
-        return as_frame({"time [s]": log.time, **named}, "time [s]")
+        titled = {titled_column(name, unit): values for name, (values, unit) in columns.items()}
+        return as_frame({"time [s]": log.time, **titled}, "time [s]")
 
+    has_effort = "effort" in log.signals or "T" in log.signals
     return Card(
         log.name,
         lambda: _extent(columns),
         badge=log.origin,
         frame=rows,
-        plots={"section": section} if {"effort", "T"} & set(log.signals) else {},
+        plots={"section": section} if has_effort else {},
     )
 
 
 def _signals_of(data: Dataset) -> dict[str, tuple[Array, str]]:
-    extras = {name: (x, "") for name, x in data.extras.items()}
+    """Values and unit of each signal."""
+    extras = {name: (values, "") for name, values in data.extras.items()}
     return {**data.named_signals, "effort": (data.effort, data.units.effort), **extras}
 
 
 def _rows_of(data: Dataset, more: Mapping[str, Any] | None = None) -> DataFrame:
+    """All rows with their time, the log's name where there are several, and further columns."""
     columns: dict[str, Any] = {"time [s]": data.clock.time}
     if len(data.sources) > 1:
-        columns["log"] = np.repeat(data.sources, [b - a for a, b in data.source_rows])
-    columns |= {titled_column(name, unit): x for name, (x, unit) in _signals_of(data).items()}
-    return as_frame({**columns, **(more or {})}, "time [s]")
+        rows_a_log = [stop - start for start, stop in data.source_rows]
+        columns["log"] = np.repeat(data.sources, rows_a_log)
+    columns |= {titled_column(name, unit): values for name, (values, unit) in _signals_of(data).items()}
+    columns |= more or {}
+    return as_frame(columns, "time [s]")
 
 
 def _dataset(data: Dataset) -> Card:
@@ -245,13 +258,16 @@ def _dataset(data: Dataset) -> Card:
 
 def _model(model: Any) -> Card:
     """A law has its numbers in the data's units; every model has the range that it was trained on."""
-    header = ("parameter", "value", "unit", "meaning")
-    return Card(
-        title_of(model.name),
-        lambda: rows_as_frame(header, [*model.in_units(), *_trained(model)]),
-        lines=[line.replace(" + -", " - ") for line in model.equation() if not _NUMBER.match(line)],
-        plots={"flow-curves": lambda: Plot([_curves(model)], PlotTable((), ()), 2.6)},
-    )
+
+    def numbers() -> DataFrame:
+        header = ("parameter", "value", "unit", "meaning")
+        return rows_as_frame(header, [*model.in_units(), *_trained(model)])
+
+    def flow_curves() -> Plot:
+        return Plot([_curves(model)], PlotTable((), ()), 2.6)
+
+    equation = [line.replace(" + -", " - ") for line in model.equation() if not _NUMBER.match(line)]
+    return Card(title_of(model.name), numbers, lines=equation, plots={"flow-curves": flow_curves})
 
 
 def _trained(model: Model) -> Iterator[tuple[str, float, str, str]]:
@@ -269,31 +285,39 @@ def _curves(model: Model) -> Panel:
     strongest = max(map(abs, covered.field))
     weakest = min(map(abs, covered.field)) if min(covered.field) > 0 else 0.0
     slip = np.linspace(*covered.slip, _POINTS)
-    rest = [np.zeros(_POINTS)] * (elements - 1)
+    at_rest = [np.zeros(_POINTS)] * (elements - 1)
     extras = [np.full(_POINTS, 0.5 * (low + high)) for low, high in model.extras.values()]
     unit = unit_text(model.units.field) if model.units.field != "?" else ""
     lines: list[Mark] = []
-    for k, level in enumerate(np.unique(np.linspace(weakest, strongest, _CURVES))):
-        effort = np.asarray(model.steady([np.full(_POINTS, level), *rest], [slip, *rest], extras))
-        colour = f"level{round(6 * k / (_CURVES - 1))}"
-        lines.append(Line(slip, effort, colour, f"{number(float(level), 3)} {unit}".strip()))
-    x = Axis("slip", unit_text(model.units.slip))
-    y = Axis("effort", unit_text(model.units.effort))
+    for place, level in enumerate(np.unique(np.linspace(weakest, strongest, _CURVES))):
+        field = np.full(_POINTS, level)
+        effort = np.asarray(model.steady([field, *at_rest], [slip, *at_rest], extras))
+        style = f"level{round(6 * place / (_CURVES - 1))}"
+        label = f"{number(float(level), 3)} {unit}".strip()
+        lines.append(Line(slip, effort, style, label))
     return Panel(
-        x, y, lines, f"Effort over slip of the {title_of(model.name)} in settled fields.", "effort in settled fields"
+        Axis("slip", unit_text(model.units.slip)),
+        Axis("effort", unit_text(model.units.effort)),
+        lines,
+        f"Effort over slip of the {title_of(model.name)} in settled fields.",
+        "effort in settled fields",
     )
 
 
 def _outcome(outcome: FitOutcome[Any]) -> Card:
-    card = _model(outcome.model)
+    """The model's card, with intervals where the fit has them."""
+    card = replace(_model(outcome.model), lines=())
     estimates = outcome.estimates
-    return replace(card, table=lambda: estimates_as_frame(estimates) if estimates else card.table(), lines=())
+    if not estimates:
+        return card
+    return replace(card, table=lambda: estimates_as_frame(estimates))
 
 
 def _entry(entry: RankedModel) -> Card:
-    return replace(
-        _outcome(entry.outcome), name=title_of(entry.name), says=lambda: [f"{capital(n)}." for n in entry.notes]
-    )
+    def notes() -> list[str]:
+        return [f"{capital(note)}." for note in entry.notes]
+
+    return replace(_outcome(entry.outcome), name=title_of(entry.name), says=notes)
 
 
 # --- comparisons and runs ---------------------------------------------------------------------------------------------
@@ -303,13 +327,11 @@ def _ranking(body: Mapping[str, Any]) -> DataFrame:
     """Every model of a run: parameters, RMSE on the rows held out with its band, share of the spread, R², its name."""
     unit = body["units"]["effort"]
     errors = [titled_column(name, unit) for name in ("rmse", "low", "high")]
-    rows = [
-        (
-            *(id_of(place), e["title"], e["parameters_count"], *e["test"]["rmse"]),
-            *(e["test"]["share"][0], e["test"]["r2"][0], e["name"]),
-        )
-        for place, e in enumerate(body["ranking"])
-    ]
+    rows: list[list[Any]] = []
+    for place, entry in enumerate(body["ranking"]):
+        test = entry["test"]
+        who = [id_of(place), entry["title"], entry["parameters_count"]]
+        rows.append([*who, *test["rmse"], test["share"][0], test["r2"][0], entry["name"]])
     return rows_as_frame(("id", "model", "parameters", *errors, "share", "r2", _IN_FULL), rows)
 
 
@@ -319,8 +341,11 @@ def _judged(material: Callable[[], Material], name: str, body: Mapping[str, Any]
 
     def predicted() -> DataFrame:
         rows = material().rows
-        more = {f"effort:{name}": x for name, x in rows.predicted.items()}
-        return _rows_of(rows.data, {"test": rows.test, **more})
+        estimates = {f"effort:{name}": values for name, values in rows.predicted.items()}
+        return _rows_of(rows.data, {"test": rows.test, **estimates})
+
+    def drawn(describe: Callable[..., Plot], **options: Any) -> Plot:
+        return describe(material(), **options)
 
     return Card(
         name,
@@ -328,22 +353,22 @@ def _judged(material: Callable[[], Material], name: str, body: Mapping[str, Any]
         badge=badge_of_origins(origins),
         says=lambda: _verdict(material()),
         frame=predicted,
-        plots={key: partial(_drawn, describe, material) for key, (_, describe) in FIGURES.items()},
+        plots={figure: partial(drawn, describe) for figure, (_, describe) in FIGURES.items()},
     )
-
-
-def _drawn(describe: Callable[..., Plot], material: Callable[[], Material], **options: Any) -> Plot:
-    return describe(material(), **options)
 
 
 def _verdict(material: Material) -> list[str]:
     from erclutch.fit.standing import standing_of_run
     from erclutch.report.html.verdict_section import choice, worries
 
-    told = worries(material)
-    more = [f"{len(told) - _WORRIES} more worries are in the report."] if len(told) > _WORRIES else []
     word = capital(standing_of_run(material.body).word)
-    return [f"{word}: {material.title}. {choice(material)}", *told[:_WORRIES], *more]
+    sentences = [f"{word}: {material.title}. {choice(material)}"]
+    all_worries = worries(material)
+    sentences += all_worries[:_WORRIES]
+    left_out = len(all_worries) - _WORRIES
+    if left_out > 0:
+        sentences.append(f"{left_out} more worries are in the report.")
+    return sentences
 
 
 def _comparison(comparison: Comparison) -> Card:
@@ -356,9 +381,11 @@ def _comparison(comparison: Comparison) -> Card:
 def _run(run: Run) -> Card:
     from erclutch.report.numbers.run_material import material_of
 
-    return _judged(lambda: material_of(run), run.folder.name, run.body, [log["origin"] for log in run.body["logs"]])
+    origins = [log["origin"] for log in run.body["logs"]]
+    return _judged(lambda: material_of(run), run.folder.name, run.body, origins)
 
 
+#: The card of a value of the core, by the name of its class, so that this module imports none of them.
 _CARDS: Mapping[str, Callable[[Any], Card]] = {
     "Recording": _recording,
     "Dataset": _dataset,

@@ -6,7 +6,7 @@ import math
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 from erclutch.errors import SettingError
 from erclutch.export.encode import latex, markdown, markup
@@ -19,7 +19,8 @@ Interval: TypeAlias = tuple[float | None, float | None, float | None]
 _PLAIN = 4  # digits of a figure without an interval
 _WIDTH_DIGITS = 2  # digits of an interval's half-width
 _LONG = 26  # letters from which a column of texts is broken into lines in LaTeX
-_PARAGRAPH, _BREAK = r">{\raggedright\arraybackslash}p{0.3\linewidth}", r"\allowbreak{}"
+_PARAGRAPH = r">{\raggedright\arraybackslash}p{0.3\linewidth}"  # such a column
+_BREAK = r"\allowbreak{}"
 _NUMBER = re.compile(r"-?\d+(\.\d*)?(e[+-]?\d+)?")
 _SMALL, _LARGE = -3, 6  # powers of ten beyond which an exponent is read more easily
 
@@ -40,22 +41,30 @@ class PaperTable:
 
     def cells(self) -> list[list[str]]:
         """Rows as text, rounded."""
-        return [
-            [text for cell in row for text in (rounded(cell) if isinstance(cell, tuple) else [str(cell)])]
-            for row in self.rows
-        ]
+        lines: list[list[str]] = []
+        for row in self.rows:
+            line: list[str] = []
+            for cell in row:
+                line += rounded(cell) if isinstance(cell, tuple) else [str(cell)]
+            lines.append(line)
+        return lines
 
 
 def rounded(figure: Interval) -> list[str]:
     """Value, low and high to the digit that the interval's width allows; empty where there is none."""
-    known = [abs(v) for v in figure if v is not None and math.isfinite(v) and v != 0.0]
-    if not known:
-        return ["0" if v == 0.0 else "" for v in figure]
-    power = math.floor(math.log10(max(known)))
-    half = 0.5 * (figure[2] - figure[1]) if figure[1] is not None and figure[2] is not None else 0.0
-    last = math.floor(math.log10(half)) - _WIDTH_DIGITS + 1 if 0.0 < half < math.inf else power - _PLAIN + 1
-    shown = power if power < _SMALL or power >= _LARGE else 0
-    return [_fixed(v, shown, max(0, shown - last)) for v in figure]
+    sizes = [abs(number) for number in figure if number is not None and math.isfinite(number) and number != 0.0]
+    if not sizes:
+        return ["0" if number == 0.0 else "" for number in figure]
+    power = math.floor(math.log10(max(sizes)))  # of ten, of the first digit
+
+    _, low, high = figure
+    half_width = 0.0 if low is None or high is None else 0.5 * (high - low)
+    last = power - _PLAIN + 1  # power of ten of the last digit
+    if 0.0 < half_width < math.inf:
+        last = math.floor(math.log10(half_width)) - _WIDTH_DIGITS + 1
+    exponent = power if power < _SMALL or power >= _LARGE else 0
+    places = max(0, exponent - last)
+    return [_fixed(number, exponent, places) for number in figure]
 
 
 def _fixed(value: float | None, power: int, places: int) -> str:
@@ -71,19 +80,24 @@ def _fixed(value: float | None, power: int, places: int) -> str:
 
 def ranking_table(run: Run, most: int | None = None) -> PaperTable:
     """Models of a run, best first: parameters, RMSE on the rows held out, share of the standard deviation."""
-    body, unit = run.body, unit_text(run.body["units"]["effort"])
-    rows = [
-        (e["title"], e["parameters_count"], tuple(e["test"]["rmse"]), _per_cent(e["test"]["share"]))
-        for e in body["ranking"][:most]
-    ]
+    body = run.body
+    rows: list[tuple[str, int, Interval, Interval]] = []
+    for entry in body["ranking"][:most]:
+        rmse: Interval = tuple(entry["test"]["rmse"])
+        share = _per_cent(entry["test"]["share"])
+        rows.append((entry["title"], entry["parameters_count"], rmse, share))
+    unit = unit_text(body["units"]["effort"])
     error = f"RMSE [{unit}]" if unit else "RMSE"
     header = ("Model", "Parameters", error, "low", "high", "Of the std [%]", "low [%]", "high [%]")
-    left = len(body["ranking"]) - len(rows)
-    more = f" {left} more models are left out." if left > 0 else ""
-    origins = {log["origin"] for log in body["logs"]} - {""}
-    made = f" Data: {', '.join(sorted(origins))}." if origins else ""
+
     caption = f"Errors on {body['test_rows']} rows held out with 95 % bands; {_standing_of(run)}."
-    return PaperTable(header, rows, f"{caption}{more}{made}")
+    left_out = len(body["ranking"]) - len(rows)
+    if left_out > 0:
+        caption += f" {left_out} more models are left out."
+    origins = {log["origin"] for log in body["logs"]} - {""}
+    if origins:
+        caption += f" Data: {', '.join(sorted(origins))}."
+    return PaperTable(header, rows, caption)
 
 
 def _standing_of(run: Run) -> str:
@@ -110,28 +124,25 @@ def parameter_table(run: Run, model: str | None = None) -> PaperTable:
         names = ", ".join(e["name"] for e in run.body["ranking"] if e["fit"]["parameters"]) or "none here"
         problem = f"{entry['name']} is a network: its weights mean nothing one by one"
         raise SettingError(problem, where=str(run.folder), remedy=f"Give --model a law: {names}")
-    rows = [
-        (str(p["name"]), (p["value"], p["low"], p["high"]), unit_text(str(p["unit"])), str(p["meaning"]))
-        for p in numbers
-    ]
+    rows: list[tuple[str, Interval, str, str]] = []
+    for p in numbers:
+        value: Any = (p["value"], p["low"], p["high"])
+        rows.append((str(p["name"]), value, unit_text(str(p["unit"])), str(p["meaning"])))
     header = ("Parameter", "Value", "low", "high", "Unit", "Meaning")
-    return PaperTable(header, rows, f"Parameters of the {entry['title']} with 95 % intervals.")  # pyright: ignore[reportArgumentType]
+    return PaperTable(header, rows, f"Parameters of the {entry['title']} with 95 % intervals.")
 
 
 def _latex(table: PaperTable) -> str:
     """With booktabs and siunitx, over both columns: numbers are aligned at their points, long texts are broken."""
-    cells = table.cells()
-    columns = list(zip(*cells, strict=True)) or [() for _ in table.header]
+    columns = _columns(table)
+    kinds = " ".join(map(_latex_kind, columns))
     numeric = [_numeric(column) for column in columns]
-    kinds = " ".join(
-        f"S[table-format={_format(c)}]" if n else _PARAGRAPH if max(map(len, c), default=0) > _LONG else "l"
-        for c, n in zip(columns, numeric, strict=True)
-    )
     head = " & ".join(f"{{{latex(name)}}}" for name in table.header)
-    lines = [
-        " & ".join(c if n and c else f"{{{_broken(c)}}}" for c, n in zip(row, numeric, strict=True)) for row in cells
-    ]
-    body = "".join(f"  {line} \\\\\n" for line in lines)
+    body = ""
+    for row in table.cells():
+        # Braces keep siunitx from reading a text as a number.
+        shown = [cell if number and cell else f"{{{_broken(cell)}}}" for cell, number in zip(row, numeric, strict=True)]
+        body += f"  {' & '.join(shown)} \\\\\n"
     return (
         "% \\usepackage{booktabs,siunitx}\n\\begin{table*}\n\\centering\\footnotesize\\setlength{\\tabcolsep}{3pt}\n"
         f"\\caption{{{_broken(table.caption)}}}\n\\begin{{tabular}}{{{kinds}}}\n  \\toprule\n"
@@ -139,43 +150,68 @@ def _latex(table: PaperTable) -> str:
     )
 
 
+def _columns(table: PaperTable) -> list[tuple[str, ...]]:
+    """The cells by column; a table without rows has empty columns."""
+    return list(zip(*table.cells(), strict=True)) or [() for _ in table.header]
+
+
+def _latex_kind(column: Sequence[str]) -> str:
+    if _numeric(column):
+        return f"S[table-format={_format(column)}]"
+    longest = max(map(len, column), default=0)
+    return _PARAGRAPH if longest > _LONG else "l"
+
+
 def _broken(text: str) -> str:
     """A text in which a line may end between the parts of a model's long name."""
-    shown = ((word, latex(word)) for word in text.split(" "))
-    return " ".join(
-        found.replace("+", "+" + _BREAK).replace("/", "/" + _BREAK) if len(word) > _LONG else found
-        for word, found in shown
-    )
+    words: list[str] = []
+    for word in text.split(" "):
+        shown = latex(word)
+        if len(word) > _LONG:
+            shown = shown.replace("+", "+" + _BREAK).replace("/", "/" + _BREAK)
+        words.append(shown)
+    return " ".join(words)
 
 
 def _numeric(column: Iterable[str]) -> bool:
-    found = [cell for cell in column if cell]
-    return bool(found) and all(_NUMBER.fullmatch(cell) for cell in found)
+    filled = [cell for cell in column if cell]
+    return bool(filled) and all(map(_NUMBER.fullmatch, filled))
 
 
 def _format(column: Iterable[str]) -> str:
     """The table-format of siunitx: digits before and after the point, and of the exponent."""
-    mantissas, powers = zip(*(cell.partition("e")[::2] for cell in column), strict=True)
-    whole = max(len(m.lstrip("-").partition(".")[0]) for m in mantissas)
-    places = max(len(m.partition(".")[2]) for m in mantissas)
-    power = max(powers, key=len)
-    sign = "-" if any(m.startswith("-") for m in mantissas) else ""
-    mark = "e-" if any(p.startswith("-") for p in powers) else "e"
-    return f"{sign}{whole}.{places}" + (f"{mark}{len(power.lstrip('-'))}" if power else "")
+    sign = ""
+    mark = "e"
+    whole = places = 0
+    longest_power = ""
+    for cell in column:
+        mantissa, _, power = cell.partition("e")
+        before, _, behind = mantissa.partition(".")
+        whole = max(whole, len(before.lstrip("-")))
+        places = max(places, len(behind))
+        longest_power = max(longest_power, power, key=len)
+        if mantissa.startswith("-"):
+            sign = "-"
+        if power.startswith("-"):
+            mark = "e-"
+    exponent = f"{mark}{len(longest_power.lstrip('-'))}" if longest_power else ""
+    return f"{sign}{whole}.{places}{exponent}"
 
 
 def _markdown(table: PaperTable) -> str:
-    cells = table.cells()
-    columns = list(zip(*cells, strict=True)) or [() for _ in table.header]
-    sides = ["---:" if _numeric(column) else "---" for column in columns]
-    rows = [[markdown(c) for c in row] for row in (table.header, *cells)]
-    lines = [rows[0], sides, *rows[1:]]
-    return "".join(f"| {' | '.join(line)} |\n" for line in lines) + f"\n{markdown(table.caption)}\n"
+    head = [markdown(name) for name in table.header]
+    sides = ["---:" if _numeric(column) else "---" for column in _columns(table)]
+    rows = [[markdown(cell) for cell in row] for row in table.cells()]
+    lines = [f"| {' | '.join(line)} |\n" for line in (head, sides, *rows)]
+    return f"{''.join(lines)}\n{markdown(table.caption)}\n"
 
 
 def _html(table: PaperTable) -> str:
     head = "".join(f"<th>{markup(name)}</th>" for name in table.header)
-    rows = "".join("<tr>" + "".join(f"<td>{markup(c)}</td>" for c in row) + "</tr>\n" for row in table.cells())
+    rows = ""
+    for row in table.cells():
+        cells = "".join(f"<td>{markup(cell)}</td>" for cell in row)
+        rows += f"<tr>{cells}</tr>\n"
     caption = f"<caption>{markup(table.caption)}</caption>"
     return f"<table>\n{caption}\n<thead><tr>{head}</tr></thead>\n<tbody>\n{rows}</tbody>\n</table>\n"
 
@@ -189,7 +225,13 @@ def _csv(table: PaperTable) -> str:
     writer = csv.writer(out, lineterminator="\n")
     writer.writerow(table.header)
     for row in table.rows:
-        writer.writerow([value for cell in row for value in (cell if isinstance(cell, tuple) else (cell,))])
+        line: list[object] = []
+        for cell in row:
+            if isinstance(cell, tuple):
+                line += cell
+            else:
+                line.append(cell)
+        writer.writerow(line)
     return out.getvalue()
 
 
