@@ -6,6 +6,7 @@ A table is read on as a text log is, so that decimal commas, dates and texts are
 from __future__ import annotations
 
 import csv
+import itertools
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -34,6 +35,20 @@ class Block:
     rows: Sequence[Sequence[str]]
     line: int
 
+    def is_filled(self, column: int) -> bool:
+        """Whether a row has something in a column."""
+        return any(column < len(row) and row[column] for row in self.rows)
+
+    def with_columns(self, kept: Sequence[int]) -> Block:
+        """The table with these columns alone. Cells beyond the last name stay: a row with too many is refused later."""
+        rows: list[list[str]] = []
+        for row in self.rows:
+            cells_kept = [row[column] if column < len(row) else "" for column in kept]
+            rows.append([*cells_kept, *row[len(self.names) :]])
+        names = [self.names[column] for column in kept]
+        units = [self.units[column] for column in kept] if self.units else []
+        return replace(self, names=names, units=units, rows=rows)
+
 
 def cells(line: str, delimiter: str) -> list[str]:
     """Cells of a line without blanks around them; a quoted cell may hold the delimiter."""
@@ -58,30 +73,33 @@ def chosen_table(source: LogSource, blocks: Sequence[Block], what: str) -> Table
     """
     if not blocks:
         raise LogError("the export holds no table of numbers", remedy="Export the table of measured points")
-    by_name = {_unique(block.name, index, blocks): block for index, block in enumerate(blocks)}
+    by_name: dict[str, Block] = {}
+    seen: Counter[str] = Counter()
+    for block in blocks:
+        seen[block.name] += 1
+        repeated = seen[block.name] > 1
+        by_name[f"{block.name} ({seen[block.name]})" if repeated else block.name] = block
     name, block = found_recordings.choose(by_name, source.variable, what, "the export holds no test")
     note = (f"recording read from {what} {name}, 1 of {len(blocks)}",) if len(blocks) > 1 else ()
     table = _table(source, block)
     return replace(table, notes=(*note, *table.notes))
 
 
-def _unique(name: str, index: int, blocks: Sequence[Block]) -> str:
-    """The name of a block, with its place where an earlier block has the same name."""
-    earlier = sum(block.name == name for block in blocks[:index])
-    return f"{name} ({earlier + 1})" if earlier else name
-
-
 def _table(source: LogSource, block: Block) -> Table:
+    """A block read as a text log of its own, with tabs between its cells."""
     width = len(block.names)
     usual = Counter(map(len, block.rows)).most_common(1)[0][0]  # a lost delimiter makes a row short
     for number, row in enumerate(block.rows, start=block.line):
         if any(row[width:]) or len(row) < min(usual, width):
             problem = f"line {number} has {len(row)} cells where {width} are expected"
             raise LogError(problem, remedy="Correct or delete that line")
-    bare = [unit.strip("[]() ") for unit in (*block.units, *[""] * width)][:width]
-    labels = [f"{name} [{unit}]" if unit else name for name, unit in zip(block.names, bare, strict=True)]
-    rows = [[*row, *[""] * width][:width] for row in block.rows]
-    lines = ["\t".join(_plain(cell) for cell in row) for row in (labels, *rows)]
+    labels: list[str] = []
+    for name, unit in itertools.zip_longest(block.names, block.units[:width], fillvalue=""):
+        bare = unit.strip("[]() ")
+        labels.append(f"{name} [{bare}]" if bare else name)
+    missing = [""] * width
+    rows = [[*row, *missing][:width] for row in block.rows]
+    lines = ["\t".join(map(_plain, row)) for row in (labels, *rows)]
     with placed(f"{source.name}, table from line {block.line} on"):
         return text.read_text(replace(source, data="\n".join(lines).encode("utf-8"), variable=None))
 

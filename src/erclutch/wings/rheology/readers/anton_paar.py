@@ -28,8 +28,9 @@ def _blocks(content: str) -> list[Block]:
     delimiter = delimiter_of(head)
     blocks: list[Block] = []
     heads: dict[str, str] = {}  # of the test, its result and its sample
-    interval, marks = "", 0
-    results: list[str] = []
+    interval = ""
+    marks = 0  # of RheoCompass, one a table
+    results: list[str] = []  # test, result and sample of each block
     at = 0
     while at < len(lines):
         row = cells(lines[at], delimiter)
@@ -49,18 +50,7 @@ def _blocks(content: str) -> list[Block]:
             names = row[margin:]
             while names and not names[-1]:
                 names.pop()
-            units: list[str] = []
-            while at < len(lines) and not units:
-                below = cells(lines[at], delimiter)
-                bracketed = any(cell.startswith("[") for cell in below)
-                if not bracketed and any(is_number(cell, mark) for cell in below for mark in ".,"):
-                    break  # a table without units
-                if bracketed and any(_is_numeric(cell) for cell in below):
-                    raise LogError(f"line {at + 1} holds units and a row", remedy="Break the line before the row")
-                units = (
-                    _behind(margin, below) if bracketed else []
-                )  # a line of words, such as "Constant component", is passed
-                at += 1
+            units, at = _units_from(lines, at, delimiter, margin)
             start = at
             rows: list[list[str]] = []
             while at < len(lines):
@@ -78,12 +68,31 @@ def _blocks(content: str) -> list[Block]:
         problem = f"{announced} intervals are announced, and {marks} have a line {_COMPASS!r} above their points"
         raise LogError(problem, remedy="Correct the line above the names of each interval")
     repeated = len({block.name for block in blocks}) < len(blocks)
-    if repeated:  # results of one name: their tests tell them apart
-        named = zip(blocks, results, strict=True)
-        blocks = [
-            replace(block, name=_called(test, block.name.rpartition(", interval ")[2], 0)) for block, test in named
-        ]
-    return blocks
+    if not repeated:
+        return blocks
+    # Results of one name: their tests tell them apart.
+    told_apart: list[Block] = []
+    for block, result in zip(blocks, results, strict=True):
+        of_interval = block.name.rpartition(", interval ")[2]
+        told_apart.append(replace(block, name=_called(result, of_interval, 0)))
+    return told_apart
+
+
+def _units_from(lines: list[str], at: int, delimiter: str, margin: int) -> tuple[list[str], int]:
+    """The units of a table from a line below its names on, and the line of its first row; a table may have no units."""
+    while at < len(lines):
+        below = cells(lines[at], delimiter)
+        bracketed = any(cell.startswith("[") for cell in below)
+        numeric = any(map(_is_numeric, below))
+        if numeric and not bracketed:
+            break
+        if numeric:
+            raise LogError(f"line {at + 1} holds units and a row", remedy="Break the line before the row")
+        at += 1
+        units = _behind(margin, below) if bracketed else []
+        if units:  # else the line has words, such as "Constant component", and is passed
+            return units, at
+    return [], at
 
 
 def _is_numeric(cell: str) -> bool:

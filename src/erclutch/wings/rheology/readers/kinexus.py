@@ -37,14 +37,13 @@ def _blocks(content: str) -> list[Block]:
             raise LogError(problem, remedy="Correct or delete that line")
     blocks: list[Block] = []
     for name, group in groupby(points, key=lambda point: point[1][action]):
-        rows = list(group)
-        filled = [i for i in range(len(names)) if any(i < len(row) and row[i] for _, row in rows)]
-        kept = [i for i in filled if names[i] not in (_ACTION, *_TEXTS)]
-        beyond = [row[len(names) :] for _, row in rows]  # a row with too many cells is refused later
-        table = [
-            [row[i] if i < len(row) else "" for i in kept] + more for (_, row), more in zip(rows, beyond, strict=True)
-        ]
-        blocks.append(Block(name or f"action {len(blocks) + 1}", [names[i] for i in kept], [], table, rows[0][0]))
+        numbers, rows = zip(*group, strict=True)
+        whole = Block(name or f"action {len(blocks) + 1}", names, [], rows, numbers[0])
+        kept: list[int] = []
+        for column, label in enumerate(names):
+            if label not in (_ACTION, *_TEXTS) and whole.is_filled(column):
+                kept.append(column)
+        blocks.append(whole.with_columns(kept))
     return blocks
 
 

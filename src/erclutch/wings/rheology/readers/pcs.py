@@ -21,29 +21,33 @@ _FEWEST = 3  # columns of a table; lines about the step have a word and a number
 def _blocks(content: str) -> list[Block]:
     lines = content.splitlines()
     blocks: list[Block] = []
-    step, names, rows, start = "", list[str](), list[list[str]](), 0
-    for at, line in enumerate([*lines, ""]):
+    step = ""
+    names: list[str] = []  # cells of the line above
+    rows: list[list[str]] = []
+    for number, line in enumerate([*lines, ""], start=1):
         row = cells(line, "\t")
         if len(row) >= _FEWEST and is_number(row[0], ".") and len(names) >= _FEWEST:
-            start = start or at + 1
-            rows.append(row)
+            rows.append(row[: len(names)])
             continue
-        if rows:
-            blocks.append(_with_named_columns(Block(step, names, [], rows, start)))
-            rows, start = [], 0
+        if rows:  # the table ends here
+            blocks.append(_with_named_columns(Block(step, names, [], rows, number - len(rows))))
+            rows = []
         names = row
-        if found := _STEP.match(line):
-            step, names = found.group(1), []
+        begins = _STEP.match(line)
+        if begins:
+            step = begins.group(1)
+            names = []
     return blocks
 
 
 def _with_named_columns(block: Block) -> Block:
     """A table without columns that have no name or hold nothing, and without a second column of the same name."""
-    names = list(block.names)
-    filled = [any(i < len(row) and row[i] for row in block.rows) for i in range(len(names))]
-    kept = [i for i, name in enumerate(names) if name and filled[i] and name not in names[:i]]
-    rows = [[row[i] if i < len(row) else "" for i in kept] for row in block.rows]
-    return Block(block.name, [names[i] for i in kept], [], rows, block.line)
+    kept: list[int] = []
+    for column, name in enumerate(block.names):
+        repeated = name in block.names[:column]
+        if name and block.is_filled(column) and not repeated:
+            kept.append(column)
+    return block.with_columns(kept)
 
 
 def _read(source: LogSource) -> Table:

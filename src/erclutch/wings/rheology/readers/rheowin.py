@@ -26,20 +26,22 @@ def _blocks(content: str) -> list[Block]:
     blocks: list[Block] = []
     names: list[str] = []
     units: list[str] = []
-    segment, rows, start = "", list[list[str]](), 0
+    segment = ""
+    rows: list[list[str]] = []
+    start = 0  # number of the segment's first row
     for number, line in enumerate([*lines, ""], start=1):
         row = cells(line, ";")
         point = _POINT.fullmatch(row[0]) if row else None
-        if (
-            point is None
-            and names
-            and ("|" in line or sum(is_number(cell, ",") or is_number(cell, ".") for cell in row) > 1)
-        ):
+        if point is None and names and ("|" in line or _holds_numbers(row)):
             raise LogError(f"line {number} is no row of a segment", remedy="Correct or delete that line")
-        if point is None or point.group(1) != segment:
+
+        segment_here = point.group(1) if point else ""
+        if point is None or segment_here != segment:
             if rows:
                 blocks.append(Block(f"segment {segment}", names, units, rows, start))
-            segment, rows, start = (point.group(1) if point else ""), [], number
+            segment = segment_here
+            rows = []
+            start = number
         if point is not None:
             rows.append(row[1:-1] if row[-1] == "" else row[1:])
         elif _NAMES.match(line):
@@ -51,12 +53,15 @@ def _blocks(content: str) -> list[Block]:
     return [_without_empty_columns(block) for block in blocks]
 
 
+def _holds_numbers(row: list[str]) -> bool:
+    """Whether a line looks like measured values: two numbers at least, with either decimal mark."""
+    numbers = [cell for cell in row if is_number(cell, ",") or is_number(cell, ".")]
+    return len(numbers) > 1
+
+
 def _without_empty_columns(block: Block) -> Block:
     """A segment's table without the columns that hold nothing in it."""
-    kept = [i for i in range(len(block.names)) if any(i < len(row) and row[i] for row in block.rows)]
-    beyond = len(block.names)  # a row with too many cells is refused later
-    rows = [[row[i] if i < len(row) else "" for i in kept] + list(row[beyond:]) for row in block.rows]
-    return Block(block.name, [block.names[i] for i in kept], [block.units[i] for i in kept], rows, block.line)
+    return block.with_columns([column for column in range(len(block.names)) if block.is_filled(column)])
 
 
 def _read(source: LogSource) -> Table:

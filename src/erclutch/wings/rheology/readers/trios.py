@@ -24,8 +24,9 @@ _HEAD = re.compile(rb"\s*(?:\xef\xbb\xbf)?filename[\t,;][^\n]*\n(?:instrument|op
 def _blocks(content: str) -> list[Block]:
     lines = content.splitlines()
     for number, line in enumerate(lines, start=1):
+        bare = line.strip().lower()
         # A damaged mark, or a lost line end ahead of it, hides the step that begins here.
-        if line.strip().lower().endswith(_STEP[1:]) and line.strip().lower() != _STEP:
+        if bare.endswith(_STEP[1:]) and bare != _STEP:
             problem = f"line {number} ends in {_STEP[1:]!r}, and the mark of a step is a line {_STEP}"
             raise LogError(problem, remedy="Correct that line")
     # A section with rows of numbers is a step, also where its mark is damaged.
@@ -39,10 +40,12 @@ def _blocks(content: str) -> list[Block]:
             continue  # a step without points
         named, *table = body
         delimiter = delimiter_of(lines[table[0]])
-        names, units = cells(lines[table[0]], delimiter), cells(lines[table[1]], delimiter)
+        names = cells(lines[table[0]], delimiter)
+        units = cells(lines[table[1]], delimiter)
         points = table[2:]
-        if any(is_number(cell, mark) for cell in units for mark in ".,"):
-            units, points = [], table[1:]  # a table without units
+        if any(map(_is_numeric, units)):  # a table without units
+            units = []
+            points = table[1:]
         rows: list[list[str]] = []
         for at in points:
             if lines[at].lstrip().startswith("["):
@@ -54,11 +57,17 @@ def _blocks(content: str) -> list[Block]:
 
 
 def _begins_a_step(lines: list[str], at: int) -> bool:
+    """Whether a line is a section's mark with a row of numbers soon after it."""
     line = lines[at].strip()
-    if not (line.lower().endswith(_STEP) or ("\t" not in line and line.startswith("["))):
+    is_mark = line.lower().endswith(_STEP) or ("\t" not in line and line.startswith("["))
+    if not is_mark:
         return False
-    rows = [cells(each, delimiter_of(each)) for each in lines[at + 1 : at + 1 + _NEAR]]
-    return any(len(row) > 1 and all(is_number(cell, ".") or is_number(cell, ",") for cell in row) for row in rows)
+    rows = [cells(below, delimiter_of(below)) for below in lines[at + 1 : at + 1 + _NEAR]]
+    return any(len(row) > 1 and all(map(_is_numeric, row)) for row in rows)
+
+
+def _is_numeric(cell: str) -> bool:
+    return is_number(cell, ".") or is_number(cell, ",")
 
 
 def _points(lines: list[str]) -> list[Block]:
@@ -67,11 +76,20 @@ def _points(lines: list[str]) -> list[Block]:
     if named is None:
         return []
     delimiter = delimiter_of(lines[named])
-    table = [(at + 1, cells(line, delimiter)) for at, line in enumerate(lines) if at > named and line.strip()]
-    rows = [(number, row[1:]) for number, row in table if row[0].lower() == _POINT]
-    units = next((row[1:] for _, row in table if not row[0]), list[str]())
     names = cells(lines[named], delimiter)[1:]
-    return [Block("points", names, units, [row for _, row in rows], rows[0][0])] if rows else []
+    units: list[str] | None = None
+    rows: list[list[str]] = []
+    first = 0  # number of the first row
+    for at in range(named + 1, len(lines)):
+        if not lines[at].strip():
+            continue
+        mark, *row = cells(lines[at], delimiter)
+        if mark.lower() == _POINT:
+            first = first or at + 1
+            rows.append(row)
+        elif not mark and units is None:
+            units = row
+    return [Block("points", names, units or [], rows, first)] if rows else []
 
 
 def _read(source: LogSource) -> Table:
