@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from erclutch.arithmetic.evaluation import Numbers, evaluate
 from erclutch.arithmetic.precision import FLOAT64, Precision
+from erclutch.arithmetic.record import Node
 from erclutch.export.exported_step import LARGEST_ANGLE, NON_FINITE, OUT_OF_REACH, OUTSIDE, ExportedStep
 from erclutch.export.step_record import feels_state, next_record, search_record, settled_record, step_record
 from erclutch.export.step_recording import StepRecord
@@ -142,15 +143,21 @@ def inverse_now(step: ExportedStep, rows: AnyArray, wanted: AnyArray) -> tuple[A
     """
     if not feels_state(step):
         return inverse(step, rows, wanted)
-    elements, inputs = step.elements, step.model_inputs
-    values, target = _as_held(step, rows), _as_held(step, wanted)
+    elements = step.elements
+    inputs = step.model_inputs
+    values = _as_held(step, rows)
+    target = _as_held(step, wanted)
     bad = ~(np.all(np.isfinite(values[:, elements:inputs]), axis=1) & np.isfinite(target))
     if step.filter is not None:
         angles = values[:, elements : 2 * elements]
         bad |= np.any(~(np.abs(angles) < LARGEST_ANGLE), axis=1)
     ahead = next_record(step)
     before = _state_before(step, values)
-    state_of = {node: before[key] for node in ahead.needed() if (key := (node.operation, node.value)) in before}
+    state_of: dict[Node, AnyArray] = {}
+    for node in ahead.needed():
+        held = before.get((node.operation, node.value))
+        if held is not None:
+            state_of[node] = held
 
     def effort(field: AnyArray, at: NDArray[np.int64]) -> AnyArray:
         others = {f"u{i}": values[at, i] for i in range(elements, inputs)}
@@ -196,12 +203,14 @@ class _Bracketing:
 
     def find(self) -> tuple[AnyArray, NDArray[np.bool_]]:
         """The field of each row, and whether its effort is within reach."""
-        search, count = self.step.search, self.wanted.size
+        search = self.step.search
+        count = self.wanted.size
         number = self.step.precision.dtype.type
         rows = np.arange(count)
         origin = np.full(count, number(search.origin))
         miss = self.effort(origin, rows) - self.wanted
-        best, best_miss = origin.copy(), np.abs(miss)
+        best = origin.copy()
+        best_miss = np.abs(miss)
         done = best_miss <= number(search.tolerance)
         # The inner end of the bracket on each side.
         inner = [origin, origin.copy()]
@@ -216,37 +225,43 @@ class _Bracketing:
                 falls = (inner_miss[side] >= 0) & (miss <= 0)
                 take = (rises | falls) & ~done
                 if np.any(take):
-                    best[take] = self._close(
-                        rows[take], inner[side][take], inner_miss[side][take], outer[take], miss[take]
-                    )
+                    inner_end = inner[side][take], inner_miss[side][take]
+                    outer_end = outer[take], miss[take]
+                    best[take] = self._close(rows[take], *inner_end, *outer_end)
                     done |= take
                 nearer = ~done & (np.abs(miss) < best_miss)
                 best[nearer] = outer[nearer]
                 best_miss[nearer] = np.abs(miss)[nearer]
-                inner[side], inner_miss[side] = outer, miss
+                inner[side] = outer
+                inner_miss[side] = miss
         return best, done
 
     def _close(self, rows: NDArray[np.int64], a: AnyArray, miss_a: AnyArray, b: AnyArray, miss_b: AnyArray) -> AnyArray:
         """The fields between a and b where the miss crosses zero."""
         search = self.step.search
         number = self.step.precision.dtype.type
-        half, tolerance, width = number(0.5), number(search.tolerance), number(search.width)
-        a, b, miss_a, miss_b = a.copy(), b.copy(), miss_a.copy(), miss_b.copy()
+        half = number(0.5)
+        tolerance = number(search.tolerance)
+        width = number(search.width)
         x = half * (a + b)
         going = np.ones(rows.size, np.bool_)
         for i in range(search.most):
             next_x = half * (a + b)
             if i % 2 == 0:
                 secant = b - miss_b * ((b - a) / (miss_b - miss_a))
-                low, high = np.where(a < b, a, b), np.where(a < b, b, a)
+                low = np.where(a < b, a, b)
+                high = np.where(a < b, b, a)
                 inside = (low < secant) & (secant < high)
                 next_x = np.where(inside, secant, next_x)
             x = np.where(going, next_x, x)
             miss = np.asarray(self.effort(x, rows) - self.wanted[rows])
             same_side = (miss < 0) == (miss_a < 0)
-            moves_a, moves_b = going & same_side, going & ~same_side
-            a, miss_a = np.where(moves_a, x, a), np.where(moves_a, miss, miss_a)
-            b, miss_b = np.where(moves_b, x, b), np.where(moves_b, miss, miss_b)
+            moves_a = going & same_side
+            moves_b = going & ~same_side
+            a = np.where(moves_a, x, a)
+            b = np.where(moves_b, x, b)
+            miss_a = np.where(moves_a, miss, miss_a)
+            miss_b = np.where(moves_b, miss, miss_b)
             going &= ~((np.abs(miss) <= tolerance) | (np.abs(b - a) <= width))
             if not np.any(going):
                 break

@@ -50,12 +50,15 @@ def _structs() -> dict[str, np.dtype[Any]]:
         for kind, names in _MEMBERS.findall(body):
             for member in names.split(", "):
                 name, _, length = member.rstrip("]").partition("[")
-                count = 0 if not length else CONSTANTS[length] if length in CONSTANTS else int(length)
+                count = CONSTANTS[length] if length in CONSTANTS else int(length or 0)  # 0: no array
                 if kind == "char":
                     fields.append((name, f"S{count}"))
+                elif count:
+                    fields.append((name, types[kind], (count,)))
                 else:
-                    fields.append((name, types[kind], (count,)) if count else (name, types[kind]))
-        types[struct] = found[struct] = np.dtype(fields, align=True)
+                    fields.append((name, types[kind]))
+        found[struct] = np.dtype(fields, align=True)
+        types[struct] = found[struct]
     return found
 
 
@@ -93,16 +96,23 @@ SETTINGS: dict[str, SettingNote] = {
     name: SettingNote(kind, unit, meaning) for kind, name, unit, meaning in _SETTING.findall(_SETTINGS)
 }
 #: No setting is larger, and none that has to be above zero is smaller.
-MOST, LEAST = (float(re.findall(rf"#define ERC_{name} (\S+)", _HEADER)[0]) for name in ("MOST", "LEAST"))
+MOST = float(re.findall(r"#define ERC_MOST (\S+)", _HEADER)[0])
+LEAST = float(re.findall(r"#define ERC_LEAST (\S+)", _HEADER)[0])
 
 #: What the loop writes each step, under the names that its C has; `frames_of` gives the names of a device.
 FRAME = STRUCTS["erc_frame"]
 #: The ring's header. The loop writes what stands from ``head`` on; all else is set when the ring is made.
 HEADER = STRUCTS["erc_ring_header"]
-#: One reading of a rig's sensors; what the rig is told; what an operator tells the loop.
-SAMPLE, COMMAND, ORDER = STRUCTS["erc_sample"], STRUCTS["erc_command"], STRUCTS["erc_order"]
-#: What the loop is to do, and one of its programs.
-CONFIG, PROGRAM = STRUCTS["erc_config"], STRUCTS["erc_program"]
+#: One reading of a rig's sensors.
+SAMPLE = STRUCTS["erc_sample"]
+#: What the rig is told.
+COMMAND = STRUCTS["erc_command"]
+#: What an operator tells the loop.
+ORDER = STRUCTS["erc_order"]
+#: What the loop is to do.
+CONFIG = STRUCTS["erc_config"]
+#: One of its programs.
+PROGRAM = STRUCTS["erc_program"]
 
 #: Bits of ``events`` from bit 0 on: name, meaning.
 EVENTS: tuple[tuple[str, str], ...] = tuple(
@@ -121,12 +131,13 @@ def frames_of(channels: Sequence[LiveChannel]) -> np.dtype[Any]:
     slots = [name for name in FRAME.names or () if FRAME[name] == np.float64]
     if any(channel.slot not in slots for channel in channels) or not channels:
         raise ValueError(f"channels {[channel.slot for channel in channels]} of {slots}")
-    order = [(name, name) for name in ("seq", "time_ns")] + [(c.name, c.slot) for c in channels]
-    order += [(name, name) for name in ("flags", "events", "lateness_ns", "step_ns")]
-    names, formats, offsets = zip(*((name, *members[slot][:2]) for name, slot in order), strict=True)
-    return np.dtype(
-        {"names": list(names), "formats": list(formats), "offsets": list(offsets), "itemsize": FRAME.itemsize}
-    )
+    first = ["seq", "time_ns"]
+    last = ["flags", "events", "lateness_ns", "step_ns"]
+    names = [*first, *(channel.name for channel in channels), *last]
+    in_frame = [members[slot] for slot in (*first, *(channel.slot for channel in channels), *last)]
+    formats = [member[0] for member in in_frame]
+    offsets = [member[1] for member in in_frame]
+    return np.dtype({"names": names, "formats": formats, "offsets": offsets, "itemsize": FRAME.itemsize})
 
 
 def sealed(record: np.ndarray[Any, np.dtype[Any]]) -> bytes:

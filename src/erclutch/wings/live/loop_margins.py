@@ -70,16 +70,18 @@ class LinearLoop:
 
     def response(self) -> tuple[Array, NDArray[np.complex128]]:
         """Frequencies in Hz up to the highest that the samples carry, and the open loop there."""
-        f: Array = np.geomspace(0.05, 0.5 / self.period, _POINTS)
-        q: NDArray[np.complex128] = np.exp(-2j * np.pi * f * self.period)
-        over, under = (np.polyval(p[::-1].astype(np.complex128), q) for p in (self.over, self.under))
-        return f, over / under
+        frequency: Array = np.geomspace(0.05, 0.5 / self.period, _POINTS)
+        z_inverse: NDArray[np.complex128] = np.exp(-2j * np.pi * frequency * self.period)
+        over = np.polyval(self.over[::-1].astype(np.complex128), z_inverse)
+        under = np.polyval(self.under[::-1].astype(np.complex128), z_inverse)
+        return frequency, over / under
 
     def step(self) -> Array:
         """What follows a unit step, for one second, shape (n,)."""
         from scipy.signal import lfilter
 
-        return np.asarray(lfilter(self.forward, self.closed, np.ones(round(_STEP / self.period))), np.float64)
+        unit_step = np.ones(round(_STEP / self.period))
+        return np.asarray(lfilter(self.forward, self.closed, unit_step), np.float64)
 
 
 @dataclass(frozen=True)
@@ -116,24 +118,39 @@ def _sum(one: Array, other: Array) -> Array:
 
 def margins_of(loop: LinearLoop) -> LoopMargins:
     """Margins of a loop, read from its response at 2000 frequencies."""
-    f, response = loop.response()
-    size, real, imaginary = np.abs(response), response.real, response.imag
-    at = np.flatnonzero(imaginary[1:] * imaginary[:-1] <= 0.0)
-    share = imaginary[at] / np.where(imaginary[at] == imaginary[at + 1], 1.0, imaginary[at] - imaginary[at + 1])
-    crossing = np.append(real[at] + share * (real[at + 1] - real[at]), real[-1])  # the last response is real
-    turns = -crossing[crossing < 0.0]
-    ones = np.flatnonzero((size[1:] - 1.0) * (size[:-1] - 1.0) <= 0.0)
-    phases = np.mod(np.degrees(np.angle(response[ones])) + 180.0, 360.0)
-    delays = phases / 360.0 / f[ones]
-    stable = bool(np.all(np.abs(np.roots(loop.closed)) < 1.0 - 1e-9))
+    frequency, response = loop.response()
+    gains = _gains_at_half_turns(response)
+    below_one = gains[gains < 1.0]
+    above_one = gains[gains > 1.0]
+
+    # Where the gain passes 1: the phase left until the loop feeds itself, and the delay that would take it.
+    gain = np.abs(response)
+    passes = np.flatnonzero((gain[1:] - 1.0) * (gain[:-1] - 1.0) <= 0.0)
+    phases = np.mod(np.degrees(np.angle(response[passes])) + 180.0, 360.0)
+    delays = phases / 360.0 / frequency[passes]
+
+    poles = np.roots(loop.closed)
     return LoopMargins(
-        gain=1.0 / float(turns[turns < 1.0].max(initial=0.0)) if (turns < 1.0).any() else math.inf,
-        least=1.0 / float(turns[turns > 1.0].min()) if (turns > 1.0).any() else 0.0,
-        phase=float(phases.min()) if ones.size else math.inf,
-        delay=float(delays.min()) if ones.size else math.inf,
+        gain=1.0 / float(below_one.max()) if below_one.size else math.inf,
+        least=1.0 / float(above_one.min()) if above_one.size else 0.0,
+        phase=float(phases.min()) if passes.size else math.inf,
+        delay=float(delays.min()) if passes.size else math.inf,
         sensitivity=float(np.max(1.0 / np.abs(1.0 + response))),
-        stable=stable,
+        stable=bool(np.all(np.abs(poles) < 1.0 - 1e-9)),
     )
+
+
+def _gains_at_half_turns(response: NDArray[np.complex128]) -> Array:
+    """Gain wherever the open loop crosses the negative real axis, by straight lines between its frequencies."""
+    real = response.real
+    imaginary = response.imag
+    before = np.flatnonzero(imaginary[1:] * imaginary[:-1] <= 0.0)
+    after = before + 1
+    fall = imaginary[before] - imaginary[after]
+    share = imaginary[before] / np.where(fall == 0.0, 1.0, fall)
+    crossings = real[before] + share * (real[after] - real[before])
+    crossings = np.append(crossings, real[-1])  # at the highest frequency the response is real
+    return -crossings[crossings < 0.0]
 
 
 def torque_loop(path: TorquePath, bandwidth: float, integral_rate: float, torque_lag: float) -> LinearLoop:
@@ -150,12 +167,16 @@ def torque_loop(path: TorquePath, bandwidth: float, integral_rate: float, torque
     def share(rate: float) -> float:
         return 1.0 - math.exp(-rate * path.period)
 
-    fast, integral = share(2.0 * math.pi * bandwidth), share(integral_rate)
+    # The estimate behind its lag, until the lag is over.
     late = share(1.0 / torque_lag) if torque_lag > 0.0 else 1.0
-    rows = path.estimated.size + math.ceil(12.0 * torque_lag / path.period)
-    modelled = np.asarray(lfilter([late], [1.0, late - 1.0], np.pad(path.estimated, (0, rows - path.estimated.size))))
+    padding = math.ceil(12.0 * torque_lag / path.period)
+    modelled = np.asarray(lfilter([late], [1.0, late - 1.0], np.pad(path.estimated, (0, padding))))
+
+    fast = share(2.0 * math.pi * bandwidth)
     filtered = np.array([1.0, fast - 1.0])
-    over, under = np.array([fast]), _sum(filtered, -fast / modelled.sum() * modelled)
+    over = np.array([fast])
+    under = _sum(filtered, -fast / modelled.sum() * modelled)
+    integral = share(integral_rate)
     if integral > 0.0:
         over = _sum(fast * np.array([1.0, -1.0]), integral * np.append(0.0, filtered))
         under = np.convolve(under, [1.0, -1.0])
@@ -171,8 +192,10 @@ def motion_loop(path: TorquePath, bandwidth: float, integral: float, speed: Live
         integral: in 1/s; 0 for none.
         speed: the filter of the speed.
     """
-    stiff, dt = 2.0 * math.pi * bandwidth, path.period
-    g, h = speed.g, speed.h
+    stiff = 2.0 * math.pi * bandwidth
+    dt = path.period
+    g = speed.g
+    h = speed.h
     slow = np.array([1.0, g + h - 2.0, 1.0 - g])
     rate = h / dt * np.array([1.0, -1.0])
     # Torque turns linearly from sample to sample: a unit of it moves the mass by dt^2 / 6 (q^2 + 4 q + 1) / (q - 1)^2.
@@ -182,7 +205,8 @@ def motion_loop(path: TorquePath, bandwidth: float, integral: float, speed: Live
     under = np.convolve([1.0, -2.0, 1.0], slow)
     if integral > 0.0:
         spring = np.convolve(spring, [1.0, integral * dt - 1.0])
-        damper, under = np.convolve(damper, [1.0, -1.0]), np.convolve(under, [1.0, -1.0])
+        damper = np.convolve(damper, [1.0, -1.0])
+        under = np.convolve(under, [1.0, -1.0])
     return LinearLoop(dt, np.convolve(mass, _sum(spring, damper)), under, np.convolve(mass, spring))
 
 

@@ -96,11 +96,14 @@ class SessionFigures:
     def followed(self) -> tuple[float, float] | None:
         """How far the channel was off its reference, and the reference itself, RMS; None where nothing follows."""
         off, wanted, count = self._squares.tolist()
-        return ((off / count) ** 0.5, (wanted / count) ** 0.5) if count else None
+        if not count:
+            return None
+        return (off / count) ** 0.5, (wanted / count) ** 0.5
 
     def rows(self) -> list[list[str]]:
         """Lateness and step time as rows of a table, in us."""
-        return [
-            [name, *(f"{v:.0f}" for v in h.percentiles(SHARES)), f"{h.largest:.0f}"]
-            for name, h in (("wake-up after its deadline", self.lateness), ("step", self.step))
-        ]
+        rows: list[list[str]] = []
+        for name, times in (("wake-up after its deadline", self.lateness), ("step", self.step)):
+            figures = [*times.percentiles(SHARES), times.largest]
+            rows.append([name, *(f"{figure:.0f}" for figure in figures)])
+        return rows

@@ -22,7 +22,7 @@ from erclutch.wings.design.fill import Cells
 _FEWEST_ROWS = 200
 _STEP = 2  # rows of a table in one step
 _OVER = 0.004  # s, over which an acceleration is taken
-_FIELDS, _SLIPS = 17, 81  # of the settled efforts
+_FIELDS, _SLIPS = 17, 81  # places of the table of settled efforts
 _BEYOND = 2.0  # times the largest slip of the logs that efforts are known to
 
 
@@ -41,8 +41,12 @@ class LoggedRound:
     @property
     def teaches(self) -> bool:
         """Whether a law can be fitted: there are rows enough, and slip, field and effort move."""
-        moves = (self.rows.effort, *(each for one in self.rows.elements for each in (one.slip, one.field)))
-        return self.rows.rows >= _FEWEST_ROWS and all(bool(np.ptp(each) > 0.0) for each in moves)
+        if self.rows.rows < _FEWEST_ROWS:
+            return False
+        signals = [self.rows.effort]
+        for element in self.rows.elements:
+            signals += [element.slip, element.field]
+        return all(bool(np.ptp(signal) > 0.0) for signal in signals)
 
 
 class ForetoldMotion:
@@ -100,10 +104,10 @@ class ForetoldMotion:
     def _terms(self, drive: Array, effort: Array, speeds: Array) -> Array:
         """What accelerations are linear in, shape (speeds, n, 5); both clutches of a pair brake its motor."""
         loads = [effort] if len(speeds) == 1 else [np.abs(effort), effort]
-        of_speeds: list[Array] = [
-            np.column_stack([drive, load, np.tanh(speed / self._turn), speed, np.ones_like(speed)])
-            for load, speed in zip(loads, speeds, strict=True)
-        ]
+        of_speeds: list[Array] = []
+        for load, speed in zip(loads, speeds, strict=True):
+            direction = np.tanh(speed / self._turn)
+            of_speeds.append(np.column_stack([drive, load, direction, speed, np.ones_like(speed)]))
         return np.array(of_speeds)
 
     def _tabulate(self) -> None:
@@ -132,9 +136,12 @@ class ForetoldMotion:
         for efforts, field, slip in zip(self._efforts, fields, slips, strict=True):
             field_at, field_share = _place(self._field_grid, field)
             slip_at, slip_share = _place(self._slip_grid, slip)
-            low = efforts[field_at, slip_at] * (1.0 - slip_share) + efforts[field_at, slip_at + 1] * slip_share
-            high = efforts[field_at + 1, slip_at] * (1.0 - slip_share) + efforts[field_at + 1, slip_at + 1] * slip_share
-            total += low * (1.0 - field_share) + high * field_share
+            # Bilinear: along the slip at both fields around, then along the field.
+            weaker = efforts[field_at, slip_at] * (1.0 - slip_share)
+            weaker += efforts[field_at, slip_at + 1] * slip_share
+            stronger = efforts[field_at + 1, slip_at] * (1.0 - slip_share)
+            stronger += efforts[field_at + 1, slip_at + 1] * slip_share
+            total += weaker * (1.0 - field_share) + stronger * field_share
         return total
 
     def _acceleration(self, fields: Array, drive: Array, speeds: Array) -> Array:
@@ -143,11 +150,13 @@ class ForetoldMotion:
 
     def _simulated(self, tables: Array) -> Array:
         """Speeds, shape (tables, speeds, n): steps that are implicit in each speed, since a yield effort is stiff."""
-        count, rows = len(tables), int(tables.shape[1])
-        step = _STEP * self._last.rows.period
-        numbers = len(self._coefficients)
-        speeds = np.zeros((numbers, count))
+        count = len(tables)
+        rows = int(tables.shape[1])
+        numbers = len(self._coefficients)  # of speeds
+        step = _STEP * self._last.rows.period  # [s]
         nudge = 0.1 * self._turn
+        limit = _BEYOND * self.largest
+        speeds = np.zeros((numbers, count))
         out = np.zeros((count, numbers, rows))
         for row in range(0, rows, _STEP):
             out[:, :, row : row + _STEP] = speeds.T[:, :, None]
@@ -160,7 +169,7 @@ class ForetoldMotion:
                 nudged[number] += nudge
                 slope = (self._acceleration(fields, drive, nudged)[number] - now[number]) / nudge
                 change[number] = step * now[number] / (1.0 - step * np.minimum(slope, 0.0))
-            speeds = np.clip(speeds + change, -_BEYOND * self.largest, _BEYOND * self.largest)
+            speeds = np.clip(speeds + change, -limit, limit)
         return out
 
     def _repeated(self, tables: Array) -> Array:

@@ -18,8 +18,10 @@ _HEAD = struct.Struct("<IIdd")
 
 def row_of(info: RingInfo) -> np.dtype[Any]:
     """One row: time in s after the first of the message, by deadline; the channels; times in us; words of bits."""
-    numbers = ("time", *(channel.name for channel in info.channels), "lateness", "step")
-    return np.dtype([(name, "<f4") for name in numbers] + [(name, "<u4") for name in ("flags", "events")])
+    channels = [channel.name for channel in info.channels]
+    numbers = [(name, "<f4") for name in ("time", *channels, "lateness", "step")]
+    words = [("flags", "<u4"), ("events", "<u4")]
+    return np.dtype([*numbers, *words])
 
 
 def wire_of(info: RingInfo) -> dict[str, Any]:
@@ -43,7 +45,11 @@ def pack(frames: NDArray[Any], info: RingInfo, skipped: int) -> bytes:
             # A motor that has turned for an hour needs more digits than a float has.
             turns = channel.slot == "theta" and channel.unit == "rad"
             out[channel.name] = np.mod(frames[channel.name], 2 * np.pi) if turns else frames[channel.name]
-    out["lateness"], out["step"] = frames["lateness_ns"] * 1e-3, frames["step_ns"] * 1e-3
-    out["flags"], out["events"] = frames["flags"], frames["events"]
-    first = (int(due[0]) - info.start_ns) * 1e-9
-    return _HEAD.pack(0, min(skipped, 0xFFFFFFFF), first, float(frames["seq"][0])) + out.tobytes()
+    out["lateness"] = frames["lateness_ns"] * 1e-3
+    out["step"] = frames["step_ns"] * 1e-3
+    out["flags"] = frames["flags"]
+    out["events"] = frames["events"]
+    first_time = (int(due[0]) - info.start_ns) * 1e-9
+    first_number = float(frames["seq"][0])
+    head = _HEAD.pack(0, min(skipped, 0xFFFFFFFF), first_time, first_number)
+    return head + out.tobytes()
