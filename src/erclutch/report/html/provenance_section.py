@@ -18,17 +18,7 @@ def _fill(material: Material) -> dict[str, Any]:
     body = material.body
     reading: dict[str, Any] = body["reading"] or {}
     return {
-        "logs": [
-            {
-                "name": log["name"],
-                "origin": log["origin"] or "RECORDING",
-                "rows": count(log["rows"]),
-                "gaps": log["segments"] - 1,
-                "rate": f"{number(1.0 / log['period_s'], 5)} Hz",
-                "sha256": log["sha256"],
-            }
-            for log in body["logs"]
-        ],
+        "logs": [_log(log) for log in body["logs"]],
         "means": material.badge_means,
         "mappings": _mappings(body),
         "notes": body["notes"],
@@ -43,6 +33,17 @@ def _fill(material: Material) -> dict[str, Any]:
 
 
 PROVENANCE = Section("provenance", "Where every number comes from", "Provenance", _fill, folded=True, printed=True)
+
+
+def _log(log: Mapping[str, Any]) -> dict[str, Any]:
+    return {
+        "name": log["name"],
+        "origin": log["origin"] or "RECORDING",
+        "rows": count(log["rows"]),
+        "gaps": log["segments"] - 1,
+        "rate": f"{number(1.0 / log['period_s'], 5)} Hz",
+        "sha256": log["sha256"],
+    }
 
 
 def _mappings(body: Mapping[str, Any]) -> list[dict[str, str]]:
@@ -69,24 +70,33 @@ def command_of(body: Mapping[str, Any]) -> str:
     """The command that gives the run again from its logs; empty where it was not made by ``erclutch fit``."""
     if body["reading"] is None:
         return ""
-    again: Mapping[str, Any] | None = body.get("recalibration")
-    words = ["erclutch", *(["fit"] if again is None else ["recalibrate", str(again["run"])])]
-    words += [str(log["name"]) for log in body["logs"]]
+    logs = [str(log["name"]) for log in body["logs"]]
+    reading: list[str] = []
     for key, value in body["reading"].items():
-        words += _option(_SHORT.get(str(key), str(key).replace("_", "-")), value)
-    if again is not None:
+        name = _SHORT.get(str(key), str(key).replace("_", "-"))
+        reading += _option(name, value)
+
+    recalibration: Mapping[str, Any] | None = body.get("recalibration")
+    if recalibration is not None:
+        words = ["erclutch", "recalibrate", str(recalibration["run"]), *logs, *reading]
         for key in ("model", "share", "stretches"):
-            words += _option(key, again[key])
+            words += _option(key, recalibration[key])
         return shlex.join([*words, "--out", "RUN"])
+
+    words = ["erclutch", "fit", *logs, *reading]
     settings = body["settings"]
     usual = Settings().to_dict()
     for key in dict.fromkeys(("models", "test", *usual)):
-        if settings[key] != (list(usual[key]) if isinstance(usual[key], tuple) else usual[key]):
+        usual_value = list(usual[key]) if isinstance(usual[key], tuple) else usual[key]  # as JSON has it
+        if settings[key] != usual_value:
             words += _option(key, settings[key])
-    return shlex.join([*words, *(["--final"] if "final" in body else []), "--out", "RUN"])
+    if "final" in body:
+        words.append("--final")
+    return shlex.join([*words, "--out", "RUN"])
 
 
 def _option(name: str, value: Any) -> list[str]:
+    """Words of an option for its value."""
     if isinstance(value, bool):
         return [f"--{name}" if value else f"--no-{name}"]
     if name in ("models", "past"):

@@ -20,6 +20,7 @@ from erclutch.report.numbers.run_material import Material, Role
 from erclutch.report.plots.paper_style import placed
 from erclutch.runs.run_folder import Run
 from erclutch.runs.run_rows import RunRows
+from erclutch.signals.array import Array
 
 _LONG = 60  # characters of a setting in a sentence
 _ROLES: tuple[Role, ...] = ("recommended", "best", "baseline")
@@ -27,19 +28,24 @@ _ROLES: tuple[Role, ...] = ("recommended", "best", "baseline")
 
 def sentence(found: Pairing, scale: Scale) -> str:
     """What the comparison says, in a sentence or two."""
-    first, others = found.contenders[0], found.contenders[1:]
+    first, *others = found.contenders
     words: list[str] = []
     for other in others:
-        more, share = other.more, other.share
-        if more is None or share is None:
+        if other.more is None or other.share is None:
             continue
-        size = f"{scale.of(abs(more.value))} ({percent(abs(share.value), 2)})"
-        alike = other.model == first.model  # then the table below names it
-        one, base = (other.label, first.label) if alike else (title_of(other), title_of(first))
+        more = other.more
+        size = f"{scale.of(abs(more.value))} ({percent(abs(other.share.value), 2)})"
+        if other.model == first.model:  # the table below names the model
+            one = other.label
+            base = first.label
+        else:
+            one = title_of(other)
+            base = title_of(first)
         if more.low <= 0.0 <= more.high:
             words.append(f"{one} cannot be told from {base}: the difference of {size} may be chance")
         else:
-            words.append(f"{one} errs by {size} {'less' if more.value < 0.0 else 'more'} than {base}")
+            way = "less" if more.value < 0.0 else "more"
+            words.append(f"{one} errs by {size} {way} than {base}")
     return ". ".join(words) + "."
 
 
@@ -90,12 +96,14 @@ class _Joined(Material):
 def joined(found: Pairing) -> _Joined:
     """The material of a comparison's pictures: the first run's rows, one model a run."""
     first = found.contenders[0]
-    entries = [
-        {**c.run.entry(c.model), "name": title_of(c), "title": title_of(c), MODEL: c.model, APART: apart(c)}
-        for c in found.contenders
-    ]
-    body = {**first.run.body, "ranking": entries, "recommended": entries[0]["name"], "best": entries[0]["name"]}
-    predicted = {title_of(c): c.rows.predicted[c.model] for c in found.contenders}
+    entries: list[dict[str, Any]] = []
+    predicted: dict[str, Array] = {}
+    for each in found.contenders:
+        title = title_of(each)
+        stands_for = {"name": title, "title": title, MODEL: each.model, APART: apart(each)}
+        entries.append({**each.run.entry(each.model), **stands_for})
+        predicted[title] = each.rows.predicted[each.model]
+    body = {**first.run.body, "ranking": entries, "recommended": title_of(first), "best": title_of(first)}
     return _Joined(Run(first.run.folder, body), RunRows(first.rows.data, first.rows.test, predicted), found)
 
 

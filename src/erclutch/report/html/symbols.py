@@ -11,8 +11,9 @@ from markupsafe import Markup
 
 def _letter(name: str) -> str:
     """The Greek letter of that name, else the name."""
-    with contextlib.suppress(KeyError):
-        return unicodedata.lookup(f"GREEK SMALL LETTER {name.upper()}") if name.isascii() and len(name) > 1 else name
+    if len(name) > 1 and name.isascii():
+        with contextlib.suppress(KeyError):
+            return unicodedata.lookup(f"GREEK SMALL LETTER {name.upper()}")
     return name
 
 
@@ -31,7 +32,8 @@ def equation_text(text: str) -> Markup:
     text = re.sub(r"\b(alpha|beta|zeta|tau)\b", lambda found: _letter(found[0]), text)
     text = re.sub(r"(?<=[a-z])(?=\d)", "_", text.replace("'", "′").replace(" - ", " − "))
     parts = re.split(r"([A-Za-z]+_\w+|\b[^\W\d_]\b)", text)
-    shown = Markup("").join(symbol(part) if k % 2 else part for k, part in enumerate(parts))
+    # Every second part is a name: the pattern has a group.
+    shown = Markup("").join(symbol(part) if place % 2 else part for place, part in enumerate(parts))
     return Markup(re.sub(r"\^(<i>\w</i>|\w)", r"<sup>\1</sup>", str(shown)))
 
 

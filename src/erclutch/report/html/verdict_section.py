@@ -33,17 +33,12 @@ _TOLD_WITH_ITS_CONSTANTS = ("at a bound", "not identified", "test RMSE")
 
 def _fill(material: Material) -> dict[str, Any]:
     """The first thing that is read."""
-    body, effort = material.body, material.effort
-    entry = material.run.entry(material.recommended)
-    test = entry["test"]
+    body = material.body
+    effort = material.effort
+    test = material.run.entry(material.recommended)["test"]
     rest = _rest(material)
+    # Rows at rest flatter a model. Where there are many, the error in motion comes first.
     matters = rest.held_out >= MANY_AT_REST and rest.moving > 0
-    over_all = (
-        f"RMSE on {'all ' if matters else ''}{count(body['test_rows'])} rows held out",
-        effort.of(test["rmse"][0]),
-        f"95 % band {effort.band(test['rmse'])}",
-    )
-    in_motion = ("RMSE in motion", effort.of(rest.rmse), f"on {count(rest.moving)} rows held out that move")
     return {
         "about": [text for text in (material.about.device, material.about.author, material.about.date) if text],
         "note": material.about.note,
@@ -58,17 +53,7 @@ def _fill(material: Material) -> dict[str, Any]:
             "at_rest": percent(rest.held_out, 2),
         },
         "why": choice(material),
-        "facts": [
-            *([in_motion] if matters else []),
-            over_all,
-            (
-                f"of the standard deviation{', all rows' if matters else ''}",
-                percent(test["share"][0]),
-                f"{span(100 * _or_nan(test['share'][1]), 100 * _or_nan(test['share'][2]))} %",
-            ),
-            *([] if matters else [_explained(test)]),
-            ("largest error", effort.of(test["largest"][0]), f"bias {effort.of(test['bias'], 2)}"),
-        ],
+        "facts": list(_facts(material, rest, matters=matters)),
         "against": _against(material),
         "worries": worries(material),
         "next": _next(material),
@@ -78,12 +63,26 @@ def _fill(material: Material) -> dict[str, Any]:
 VERDICT = Section("verdict", "Verdict", "Verdict", _fill)
 
 
+def _facts(material: Material, rest: _Rest, *, matters: bool) -> Iterator[tuple[str, str, str]]:
+    """Figures of the recommended model on the rows held out: what, how much, and a word on it."""
+    effort = material.effort
+    test = material.run.entry(material.recommended)["test"]
+    rows = count(material.body["test_rows"])
+    if matters:
+        yield "RMSE in motion", effort.of(rest.rmse), f"on {count(rest.moving)} rows held out that move"
+    over = f"RMSE on {'all ' if matters else ''}{rows} rows held out"
+    yield over, effort.of(test["rmse"][0]), f"95 % band {effort.band(test['rmse'])}"
+    share, low, high = test["share"]
+    of_spread = "of the standard deviation, all rows" if matters else "of the standard deviation"
+    yield of_spread, percent(share), f"{span(100 * _or_nan(low), 100 * _or_nan(high))} %"
+    if not matters:
+        r2, low, high = test["r2"]
+        yield "of the variance explained (R²)", number(r2, 4), span(low, high, 4)
+    yield "largest error", effort.of(test["largest"][0]), f"bias {effort.of(test['bias'], 2)}"
+
+
 def _or_nan(value: float | None) -> float:
     return float("nan") if value is None else value
-
-
-def _explained(test: Mapping[str, Any]) -> tuple[str, str, str]:
-    return "of the variance explained (R²)", number(test["r2"][0], 4), span(test["r2"][1], test["r2"][2], 4)
 
 
 @dataclass(frozen=True)
@@ -105,11 +104,11 @@ class _Rest:
 
 
 def _rest(material: Material) -> _Rest:
-    still, test = material.rows.data.at_rest, material.rows.test
+    still = material.rows.data.at_rest
+    test = material.rows.test
     moving = test & ~still
-    error, effort = (
-        values[moving] for values in (material.rows.residual(material.recommended), material.rows.data.effort)
-    )
+    error = material.rows.residual(material.recommended)[moving]
+    effort = material.rows.data.effort[moving]
     rmse = float(np.sqrt(np.mean(error**2))) if error.size else 0.0
     spread = float(np.std(effort)) if effort.size else 0.0
     share = rmse / spread if spread else float("nan")
@@ -118,12 +117,13 @@ def _rest(material: Material) -> _Rest:
 
 def choice(material: Material) -> str:
     """Why this model, in a sentence."""
-    best, chosen = (material.run.entry(name) for name in (material.body["best"], material.recommended))
-    more = chosen["excess_over_best"]
     if "recalibration" in material.body:
         return str(material.body["recalibration"]["verdict"])
+    best = material.run.entry(material.body["best"])
+    chosen = material.run.entry(material.recommended)
     alone = len(material.run.names) == 1
-    if why_none := standing_of_run(material.body).why_none:
+    why_none = standing_of_run(material.body).why_none
+    if why_none:
         nearest = "This is the only one that was fitted, and" if alone else "This one comes nearest, but"
         return f"No model is recommended. {nearest} it {why_none}."
     if alone:
@@ -139,17 +139,16 @@ def choice(material: Material) -> str:
         )
     if best is chosen:
         return "It is the best of all models, and no simpler one is as good."
-    extra = f"{number(100 * _or_nan(more[0]), 2)} % ({span(100 * _or_nan(more[1]), 100 * _or_nan(more[2]), 2)} %)"
-    if _or_nan(more[0]) > TOLERATED and _or_nan(more[1]) > 0.0:
+    more, low, high = map(_or_nan, chosen["excess_over_best"])
+    extra = f"{number(100 * more, 2)} % ({span(100 * low, 100 * high, 2)} %)"
+    if more > TOLERATED and low > 0.0:
         return (
             f"It is the best model that can be trusted. {best['title']} errs by less, but: "
             f"{'; '.join(best['notes'])}. The error here is larger by {extra}."
         )
-    doubt = (
-        ""
-        if best["sound"] or not best["notes"]
-        else f" {best['title']} is not to be trusted: {'; '.join(best['notes'])}."
-    )
+    doubt = ""
+    if best["notes"] and not best["sound"]:
+        doubt = f" {best['title']} is not to be trusted: {'; '.join(best['notes'])}."
     band = f"{material.effort.band(best['test']['rmse'])} {material.effort.unit}"
     return (
         f"With {chosen['parameters_count']} parameters it is the simplest model that is as good as the best one, "
@@ -174,12 +173,15 @@ def _against(material: Material) -> str:
 
 def worries(material: Material) -> list[str]:
     """What may mislead, the gravest first; each a sentence or two."""
-    body, entry = material.body, material.run.entry(material.recommended)
-    found = [f"{capital(f['message'])}." for f in body["findings"]]
+    body = material.body
+    entry = material.run.entry(material.recommended)
+    found = [f"{capital(finding['message'])}." for finding in body["findings"]]
     found += [f"{capital(note)}." for note in entry["notes"] if not note.startswith(_TOLD_WITH_ITS_CONSTANTS)]
     found += _not_measured(material, entry)
-    found += negative_gains(material.laws[entry["name"]]) if entry["name"] in material.laws else []
-    found += [*_of_rows(material, entry), *_of_errors(material, entry)]
+    if entry["name"] in material.laws:
+        found += negative_gains(material.laws[entry["name"]])
+    found += _of_rows(material, entry)
+    found += _of_errors(material, entry)
     if material.badge in ("TWIN", "SYNTHETIC"):
         found.append("The data were made by a computer. What the figures say of a real device is a guess.")
     elif len(body["logs"]) == 1:
@@ -189,7 +191,8 @@ def worries(material: Material) -> list[str]:
 
 def _of_rows(material: Material, entry: Mapping[str, Any]) -> Iterator[str]:
     """What is special about the rows held out."""
-    train, test = entry["train"]["share"][0], entry["test"]["share"][0]
+    train = entry["train"]["share"][0]
+    test = entry["test"]["share"][0]
     if test is not None and test > NEXT_TO_NOTHING:
         yield "It explains next to nothing of the rows held out: a constant would do about as well."
     rest = _rest(material)
@@ -208,13 +211,15 @@ def _of_rows(material: Material, entry: Mapping[str, Any]) -> Iterator[str]:
 def _of_errors(material: Material, entry: Mapping[str, Any]) -> Iterator[str]:
     """What is special about the errors: bouts, a bias."""
     residual = material.rows.residual(material.recommended)[material.rows.test]
-    free = independent_rows(residual**2) / residual.size
-    if free <= _FEW_INDEPENDENT:
+    independent = independent_rows(residual**2) / residual.size  # a share of all rows
+    if independent <= _FEW_INDEPENDENT:
+        as_many = count(max(1, round(independent * residual.size)))
         yield (
             f"Errors come in bouts: {count(residual.size)} rows tell as much of their size as "
-            f"{count(max(1, round(free * residual.size)))} independent ones. The bands allow for that."
+            f"{as_many} independent ones. The bands allow for that."
         )
-    bias, rmse = entry["test"]["bias"], entry["test"]["rmse"][0]
+    bias = entry["test"]["bias"]
+    rmse = entry["test"]["rmse"][0]
     if bias is not None and rmse is not None and abs(bias) >= 0.25 * rmse > 0.0:
         share = percent(abs(bias) / rmse, 2)
         yield f"The mean error is {material.effort.of(bias, 2)}, {share} of the RMSE: a drift or an offset."
@@ -230,14 +235,18 @@ def _next(material: Material) -> list[dict[str, str]]:
     if not body["settings"]["blocks"]:
         text = "Ranking on the rows held out flatters the winner a little: cross-validate."
         steps.append((text, _fit_again(body, {"blocks": 5})))
-    if float(np.mean([m.empty_share for m in material.error_maps])) > 0.5:
+    empty = float(np.mean([cells.empty_share for cells in material.error_maps]))
+    if empty > 0.5:
         text = (
             "More than half of the field and slip range holds no row (error map): log there too, or keep away from it."
         )
         # The command is a wing's, and it needs a law of the run: else there is none to give.
-        fills = "excite" in names("erclutch.commands") and any(not e["fit"]["weights"] for e in body["ranking"])
-        filled = shlex.join(["erclutch", "excite", "--run", material.run.folder.name, "--criterion", "fill"])
-        steps.append((text, f"{filled} --out next.csv" if fills else ""))
+        has_law = any(not entry["fit"]["weights"] for entry in body["ranking"])
+        command = ""
+        if has_law and "excite" in names("erclutch.commands"):
+            words = ["erclutch", "excite", "--run", material.run.folder.name, "--criterion", "fill"]
+            command = shlex.join([*words, "--out", "next.csv"])
+        steps.append((text, command))
     if standing_of_run(body).why_none:
         return [{"text": text, "code": code} for text, code in steps]
     name = material.run.c_name
@@ -269,13 +278,15 @@ def _fit_again(body: Mapping[str, Any], changed: Mapping[str, Any]) -> str:
 
 def _not_measured(material: Material, entry: Mapping[str, Any]) -> Iterator[str]:
     """How many constants the data do not tell, and why the first of them."""
-    numbers = entry["fit"]["parameters"]
-    lost = [(number, why) for number in numbers if (why := why_not_measured(material, number))]
+    constants = entry["fit"]["parameters"]
+    reasons = [(constant, why_not_measured(material, constant)) for constant in constants]
+    lost = [(constant, why) for constant, why in reasons if why]
     if lost:
         first, why = lost[0]
-        names = ", ".join(plain_symbol(number["name"]) for number, _ in lost)
+        symbols = ", ".join(plain_symbol(constant["name"]) for constant, _ in lost)
+        were = "were" if len(lost) > 1 else "was"
         yield (
-            f"{len(lost)} of its {len(numbers)} constants {'were' if len(lost) > 1 else 'was'} not measured: {names}. "
+            f"{len(lost)} of its {len(constants)} constants {were} not measured: {symbols}. "
             f"For {plain_symbol(first['name'])} ({first['meaning']}) {why}."
         )
 
@@ -287,16 +298,24 @@ def _ranking(material: Material) -> dict[str, Any]:
     if all(entry["name"] != material.recommended for entry in first):
         first = [*first[:-1], material.run.entry(material.recommended)]
     left = [entry for entry in ranking if entry not in first]
-    finite = [e["test"]["rmse"] for e in first if e["test"]["rmse"][0] is not None]
-    folds = {e["name"]: e["folds_rmse"] for e in ranking if e["folds_rmse"] and None not in e["folds_rmse"]}
+    errors = [entry["test"]["rmse"] for entry in first if entry["test"]["rmse"][0] is not None]
+    longest_bar = 0.0
+    if errors:
+        # One model gone wild must not flatten the bars of all others.
+        longest_bar = min(max(high for _, _, high in errors), 4.0 * errors[0][0])
+
+    folds: dict[str, float] = {}
+    for entry in ranking:
+        of_folds = entry["folds_rmse"]
+        if of_folds and None not in of_folds:
+            folds[entry["name"]] = (sum(rmse * rmse for rmse in of_folds) / len(of_folds)) ** 0.5
     return {
         "first": first,
         "left": left,
         "every_row": _every_row(material),
-        # One model gone wild must not flatten the bars of all others.
-        "most": (min(max(f[2] for f in finite), 4.0 * finite[0][0]) if finite else 0.0) or 1.0,
+        "most": longest_bar or 1.0,
         "standing": standing_of_run(material.body).word,
-        "folds": {name: (sum(f * f for f in rmse) / len(rmse)) ** 0.5 for name, rmse in folds.items()},
+        "folds": folds,
     }
 
 
@@ -305,9 +324,16 @@ def _every_row(material: Material) -> dict[str, Any] | None:
     figures = read_every_row(material.run)
     if figures is None:
         return None
-    scored = {name: (of.get("test"), of.get("train")) for name, of in figures["models"].items()}
-    known = {name: pair for name, pair in scored.items() if (pair[0] or pair[1])["rmse"][0] is not None}
-    ranked = sorted(known, key=lambda name: (known[name][0] or known[name][1])["rmse"][0])
+    known: dict[str, tuple[Any, Any]] = {}  # figures of the rows held out, and of those to fit, by model
+    errors: dict[str, float] = {}
+    for name, scored in figures["models"].items():
+        test = scored.get("test")
+        train = scored.get("train")
+        error = (test or train)["rmse"][0]
+        if error is not None:
+            known[name] = (test, train)
+            errors[name] = error
+    ranked = sorted(errors, key=lambda name: errors[name])
     held_out = next((test["rows"] for test, _ in known.values() if test), 0)
     return {
         "rows": count(figures["rows"]),

@@ -249,33 +249,41 @@ def _same(contenders: Sequence[Contender], block: int, seed: int) -> tuple[SameM
             if not (np.all(np.isfinite(of_first)) and np.all(np.isfinite(of_other))):
                 continue
             share = excess(of_other, of_first, block=block, seed=seed)
-            rmse = [float(np.sqrt(np.mean(residual * residual))) for residual in (of_first, of_other)]
-            same.append(SameModel(name, other.label, rmse[0], rmse[1], share))
+            same.append(SameModel(name, other.label, _rms(of_first), _rms(of_other), share))
     return tuple(same)
+
+
+def _rms(residual: Array) -> float:
+    return float(np.sqrt(np.mean(residual * residual)))
 
 
 def changes(first: Contender, other: Contender) -> tuple[Change, ...]:
     """What differs between the models that stand for two runs, and between what they were fitted to."""
-    mine, theirs = _parts(first), _parts(other)
-    every = dict.fromkeys([*mine, *theirs])
-    both = [Change(what, mine.get(what, "none"), theirs.get(what, "none")) for what in every]
-    return tuple(change for change in both if change.first != change.other)
+    of_first = _parts(first)
+    of_other = _parts(other)
+    changed: list[Change] = []
+    for what in dict.fromkeys([*of_first, *of_other]):
+        change = Change(what, of_first.get(what, "none"), of_other.get(what, "none"))
+        if change.first != change.other:
+            changed.append(change)
+    return tuple(changed)
 
 
 def _parts(contender: Contender) -> dict[str, str]:
     """What a model is made of and was fitted to: all that may move its error."""
     model = contender.run.model(contender.model)
     body = contender.run.body
-    by_place = {place: [s.name for s in stages_at(model.structure.dynamics, place)] for place in _PLACES}
-    names = {
-        "law or network": [model.structure.specification],
-        **{f"stages on the {place}": stages for place, stages in by_place.items()},
-        "past samples": [*map(str, model.past)],
-        "further inputs": [*model.extras],
-    }
-    parts = {what: " and ".join(found) or "none" for what, found in names.items()}
-    settings = {key: value for key, value in _flat(body).items() if key not in _SEEN and not key.startswith("versions")}
-    return parts | {key: value for key, value in settings.items() if value}
+    names: dict[str, list[str]] = {"law or network": [model.structure.specification]}
+    for place in _PLACES:
+        names[f"stages on the {place}"] = [stage.name for stage in stages_at(model.structure.dynamics, place)]
+    names["past samples"] = [*map(str, model.past)]
+    names["further inputs"] = [*model.extras]
+    parts = {what: " and ".join(of_model) or "none" for what, of_model in names.items()}
+    for setting, value in _flat(body).items():
+        seen = setting in _SEEN or setting.startswith("versions")
+        if value and not seen:
+            parts[setting] = value
+    return parts
 
 
 def apart(contender: Contender) -> str:

@@ -102,7 +102,8 @@ class _Played:
     """A core with a rig."""
 
     def __init__(self, settings: LoopSettings, model: Path | None) -> None:
-        self.core, self.tick = Core(settings, model), 0
+        self.core = Core(settings, model)
+        self.tick = 0  # periods so far
 
     def play(self, periods: Iterable[Period]) -> Any:
         """The last frame; None of no period."""
@@ -118,9 +119,12 @@ class _Played:
     def _step(self, period: Period) -> Any:
         self.tick += 1
         sample = np.zeros(int(period.good), SAMPLE)
-        sample["seq"], sample["time_ns"], sample["status"] = self.tick, self.tick * 1_000_000, period.status
+        sample["seq"] = self.tick
+        sample["time_ns"] = self.tick * 1_000_000
+        sample["status"] = period.status
         sample["theta"] = 1e-3 * self.tick if period.finite else np.nan
-        return self.core.step(sample, self.tick, late_ns=round(1e9 * period.late))[1].copy()
+        _, frame = self.core.step(sample, self.tick, late_ns=round(1e9 * period.late))
+        return frame.copy()  # the core writes its next frame into the same place
 
 
 def transitions(settings: LoopSettings = _PUSH, model: Path | None = None) -> Iterator[Transition]:
@@ -147,4 +151,6 @@ def transitions(settings: LoopSettings = _PUSH, model: Path | None = None) -> It
 def _field(names: tuple[str, ...], field: float, after: State) -> str:
     if after is not State.RUNNING or field == 0.0:
         return "zero"
-    return "reduced" if "degrade" in names else "held" if "hold" in names else "by the program"
+    if "degrade" in names:
+        return "reduced"
+    return "held" if "hold" in names else "by the program"

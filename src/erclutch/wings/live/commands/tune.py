@@ -31,7 +31,8 @@ COMMAND = {
 _PERIOD = 1e-3  # s, of the loop
 #: A model that answers in the very row by more than this share is of a log whose torque is that of the row's end.
 _AT_ONCE = 0.2
-_SETTLED, _ROWS = 400, 400
+_SETTLED = 400  # rows before the step
+_ROWS = 400  # rows from the step on
 #: Shares of the largest field of the training data between which the field steps.
 _STEP = 0.25, 0.30
 _WINDOW = 5  # rows over which a speed changes
@@ -176,8 +177,9 @@ def torque_path(model: Model) -> tuple[TorquePath, float]:
     if not np.isfinite(shares).all():
         raise CheckError(f"{model.name} gives no torque for a field", remedy="Choose another model of the run")
     slower = min(shares, key=lambda share: float(share.sum()))
-    pulse = np.diff(np.append(0.0, slower))
-    pulse = pulse[: int(np.flatnonzero(np.abs(1.0 - slower) > 1e-3)[-1:].sum()) + 2]
+    # The pulse ends where the torque stays within 0.1 % of its end.
+    last_off = int(np.flatnonzero(np.abs(1.0 - slower) > 1e-3)[-1:].sum())
+    pulse = np.diff(np.append(0.0, slower))[: last_off + 2]
     estimated = np.append(0.0, pulse / pulse.sum())
     given = estimated if slower[0] > _AT_ONCE else np.append([0.0, estimated[1] + estimated[2]], estimated[3:])
     return TorquePath(_PERIOD, given, estimated), float((ways[0][-1] - ways[0][0]) / (high - low))
@@ -200,10 +202,14 @@ def _moved_side(
         values = seen or (whole, rig.value("screw.coulomb"))
     if inertia is not None or friction is not None:
         where = "options" if None not in (inertia, friction) else f"options; {where}"
-    found = values[0] if inertia is None else inertia, values[1] if friction is None else friction
-    require(1e-9, unit=" kg m2", output_inertia=found[0])
-    require(0.0, unit=" N m", output_friction=found[1])
-    return (*found, where)
+    moved_inertia, moved_friction = values
+    if inertia is not None:
+        moved_inertia = inertia
+    if friction is not None:
+        moved_friction = friction
+    require(1e-9, unit=" kg m2", output_inertia=moved_inertia)
+    require(0.0, unit=" N m", output_friction=moved_friction)
+    return moved_inertia, moved_friction, where
 
 
 def output_numbers(run: Run, model: str) -> tuple[float, float] | None:
@@ -219,14 +225,15 @@ def output_numbers(run: Run, model: str) -> tuple[float, float] | None:
     rows = read_rows(run)
     data = rows.data
     speed = -0.5 * (data.elements[0].slip + data.elements[1].slip)
-    at = np.concatenate([np.arange(s.start, s.stop - _WINDOW, _WINDOW) for s in data.clock.spans])
-    time = data.clock.time[at + _WINDOW] - data.clock.time[at]
+    at = np.concatenate([np.arange(span.start, span.stop - _WINDOW, _WINDOW) for span in data.clock.spans])
     moving = np.abs(speed[at]) > 0.2 * np.std(speed)
     if np.std(speed) < 1.0 or np.count_nonzero(moving) < 100:
         return None
     sums = np.concatenate([[0.0], np.cumsum(rows.predicted[model])])
-    torque = (sums[at + _WINDOW] - sums[at]) / _WINDOW
-    known = np.column_stack([(speed[at + _WINDOW] - speed[at]) / time, np.sign(speed[at])])
+    torque = (sums[at + _WINDOW] - sums[at]) / _WINDOW  # mean of each window
+    time = data.clock.time[at + _WINDOW] - data.clock.time[at]
+    acceleration = (speed[at + _WINDOW] - speed[at]) / time
+    known = np.column_stack([acceleration, np.sign(speed[at])])
     inertia, friction = np.linalg.lstsq(known[moving], torque[moving], rcond=None)[0].tolist()
     return (inertia, max(0.0, friction)) if inertia > 0.0 else None
 
@@ -288,13 +295,22 @@ def settings_of(
 
     stiff = 2.0 * math.pi * bandwidth
     inertia, friction, _ = mass
-    spring, damper = inertia * stiff * stiff, 2.0 * inertia * stiff
-    values = (
-        *(torque_bandwidth, torque_bandwidth, path.lag, _torque_lag(path)),  # the integral's 1/s: a sixth of these Hz
-        *(bandwidth, _INTEGRAL * stiff, inertia, friction),
-        *(spring / abs(slope), damper / abs(slope), spring, damper),
-    )
-    return dict(zip(TUNED, values, strict=True))
+    spring = inertia * stiff * stiff
+    damper = 2.0 * inertia * stiff
+    return {
+        "observer_bandwidth": torque_bandwidth,
+        "integral_rate": torque_bandwidth,  # 1/s; the same number is about a sixth of the bandwidth in rad/s
+        "torque_lead": path.lag,
+        "torque_lag": _torque_lag(path),
+        "track_bandwidth": bandwidth,
+        "track_integral": _INTEGRAL * stiff,
+        "output_inertia": inertia,
+        "output_friction": friction,
+        "k_p": spring / abs(slope),
+        "k_d": damper / abs(slope),
+        "stiffness": spring,
+        "damping": damper,
+    }
 
 
 # --- what is told -----------------------------------------------------------------------------------------------------
@@ -327,13 +343,13 @@ def _show(
         f"{model.name}: the torque is {1e3 * path.lag:.2f} ms late. The moved side has {mass[0]:.3g} kg m2 and "
         f"{mass[1]:.2g} N m of friction ({mass[2]})."
     )
-    rows = [
-        [
-            *(one.name, f"{one.bandwidth:g}", f"{one.largest:.3g}", one.limit, one.margins.gains),
-            *(f"{one.margins.phase:.0f}", f"{1e3 * one.margins.delay:.1f}", f"{one.margins.sensitivity:.2f}"),
-        ]
-        for one in loops
-    ]
+    rows: list[list[str]] = []
+    for one in loops:
+        bandwidths = [f"{one.bandwidth:g}", f"{one.largest:.3g}", one.limit]
+        phase = f"{one.margins.phase:.0f}"
+        delay = f"{1e3 * one.margins.delay:.1f}"
+        sensitivity = f"{one.margins.sensitivity:.2f}"
+        rows.append([one.name, *bandwidths, one.margins.gains, phase, delay, sensitivity])
     heads = ["loop", "Hz", "at most", "by", "gain margin", "phase [deg]", "delay [ms]", "sensitivity"]
     terminal.tell(terminal.table("Margins", heads, rows))
     values = [[name, f"{gains[name]:.4g}", unit] for name, unit in TUNED.items()]
