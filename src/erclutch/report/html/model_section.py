@@ -18,6 +18,7 @@ from erclutch.report.numbers.flow_curves import dwelled_fields
 from erclutch.report.numbers.number_text import Scale, percent
 from erclutch.report.numbers.run_material import Material
 from erclutch.report.plots.model_plot import describe_model
+from erclutch.signals.array import Array
 
 #: Numbers that say how the yield effort grows with the field: two fields give one number for any of them.
 _FIELD_NUMBERS = {shape.name for form in YIELD_FORMS.values() for shape in form.shape} | {"n_m"}
@@ -116,15 +117,18 @@ def _network_words(material: Material) -> Iterator[str]:
     model = material.models[material.recommended]
     if model.correction is None:
         return
-    data, test = material.rows.data, material.rows.test
-    predicted = material.rows.predicted[material.recommended]
+    data = material.rows.data
+
+    def rms(values: Array) -> float:
+        return float(np.sqrt(np.mean(values[material.rows.test] ** 2)))
+
     added = model.added(data.elements, data.clock, data.extras, exactly=False)
-    both, alone, moved, size = (
-        float(np.sqrt(np.mean(values[test] ** 2)))
-        for values in (data.effort - predicted, data.effort - predicted + added, added, data.effort)
-    )
+    residual = data.effort - material.rows.predicted[material.recommended]
+    effort = rms(data.effort)
+    share = rms(added) / effort if effort else 0.0
     yield (
-        f"The network adds {material.effort.of(moved)} RMS, {percent(moved / size if size else 0.0, 2)} of the "
+        f"The network adds {material.effort.of(rms(added))} RMS, {percent(share, 2)} of the "
         f"{material.word}, and never more than {material.effort.of(model.correction.limit)}. Without the network the "
-        f"law errs by {material.effort.of(alone)} on the rows held out, with the network by {material.effort.of(both)}."
+        f"law errs by {material.effort.of(rms(residual + added))} on the rows held out, with the network by "
+        f"{material.effort.of(rms(residual))}."
     )

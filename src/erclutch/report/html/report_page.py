@@ -48,14 +48,17 @@ def report_html(material: Material) -> str:
 def headings(material: Material) -> tuple[str, str]:
     """What was measured, and a line about it."""
     body = material.body
-    names = [str(log["name"]) for log in body["logs"]]
-    more = f" and {len(names) - 1} more log{'s' if len(names) > 2 else ''}" if len(names) > 1 else ""
+    first, *others = (str(log["name"]) for log in body["logs"])
+    more = ""
+    if others:
+        more = f" and {len(others)} more log{'s' if len(others) > 1 else ''}"
     device = "A coaxial pair of clutches" if body["device"] == "coaxial" else "A single clutch, brake or damper"
     rows = sum(int(log["rows"]) for log in body["logs"])
     seconds = sum(int(log["rows"]) * float(log["period_s"]) for log in body["logs"])
-    rates = [f"{rate:g}" for rate in sorted({float(f"{1.0 / log['period_s']:.4g}") for log in body["logs"]})]
+    different = {float(f"{1.0 / log['period_s']:.4g}") for log in body["logs"]}  # Hz
+    rates = [f"{rate:g}" for rate in sorted(different)]
     at = " and ".join(rates) if len(rates) <= 2 else f"{rates[0]} to {rates[-1]}"
-    return f"{names[0]}{more}", f"{device}, {count(rows)} rows, {number(seconds)} s at {at} Hz"
+    return f"{first}{more}", f"{device}, {count(rows)} rows, {number(seconds)} s at {at} Hz"
 
 
 def write_report(material: Material, path: Path) -> Path:
@@ -80,7 +83,11 @@ def page(material: Material, sections: Sequence[Section], title: str, heading: s
         heading: of the page; what was measured.
         line: under the heading.
     """
-    filled = [(section, values) for section in sections if (values := section.fill(material)) is not None]
+    filled: list[tuple[Section, dict[str, Any]]] = []
+    for section in sections:
+        values = section.fill(material)
+        if values is not None:
+            filled.append((section, values))
     environment = templates()
     data = {section.name: values["data"] for section, values in filled if "data" in values}
     grids: list[Any] = [grid for _, values in filled for grid in values.get("grids", [])]

@@ -60,19 +60,18 @@ def span(low: float | None, high: float | None, digits: int = 3) -> str:
 def interval(estimate: Mapping[str, Any], factor: float) -> tuple[str, bool]:
     """The 95 % interval of a parameter in run.json, and whether the data identify the parameter."""
     low, high = estimate["low"], estimate["high"]
-    known = None if low is None or high is None else span(low * factor, high * factor)
+    known = "" if low is None or high is None else span(low * factor, high * factor)
     if estimate["at_bound"]:
-        return f"at its {estimate['at_bound']} bound" + (f", {known}" if known else ""), False
-    return known or "not identified", known is not None
+        bound = f"at its {estimate['at_bound']} bound"
+        return f"{bound}, {known}" if known else bound, False
+    return (known, True) if known else ("not identified", False)
 
 
 def unit_text(unit: str) -> str:
     """A unit as printed."""
-    return (
-        f"units {_UNKNOWN}"
-        if unit == "?"
-        else unit.replace("*", "·").replace("^2", "²").replace("^", "").replace("?", f"({_UNKNOWN})")
-    )
+    if unit == "?":
+        return f"units {_UNKNOWN}"
+    return unit.replace("*", "·").replace("^2", "²").replace("^", "").replace("?", f"({_UNKNOWN})")
 
 
 def brief(unit: str) -> str:

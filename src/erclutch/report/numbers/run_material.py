@@ -132,11 +132,16 @@ class Material:
 
         Of a model with a network it is the best law alone, of a law the best other law.
         """
-        own = self.run.entry(self.recommended)
-        law = self.recommended.partition("+")[0]
-        others = (e for e in self.body["ranking"] if e["name"] != self.recommended and not e["fit"]["weights"])
-        of_another_kind = (e for e in others if own["fit"]["weights"] or e["name"].partition("+")[0] != law)
-        return next((str(e["name"]) for e in of_another_kind if e["test"]["rmse"][0] is not None), None)
+        own_law = self.recommended.partition("+")[0]
+        has_network = bool(self.run.entry(self.recommended)["fit"]["weights"])
+        for entry in self.body["ranking"]:
+            name = str(entry["name"])
+            is_law = not entry["fit"]["weights"]
+            of_another_kind = has_network or name.partition("+")[0] != own_law
+            scored = entry["test"]["rmse"][0] is not None
+            if is_law and of_another_kind and scored and name != self.recommended:
+                return name
+        return None
 
     @cached_property
     def shown(self) -> dict[str, Role]:
@@ -171,14 +176,14 @@ class Material:
     @cached_property
     def field(self) -> Scale:
         """How fields are shown."""
-        return scale_for(
-            self.body["units"]["field"], max(float(np.abs(e.field).max()) for e in self.rows.data.elements)
-        )
+        largest = max(float(np.abs(element.field).max()) for element in self.rows.data.elements)
+        return scale_for(self.body["units"]["field"], largest)
 
     @cached_property
     def slip(self) -> Scale:
         """How slips are shown."""
-        return scale_for(self.body["units"]["slip"], max(float(np.std(e.slip)) for e in self.rows.data.elements))
+        usual = max(float(np.std(element.slip)) for element in self.rows.data.elements)
+        return scale_for(self.body["units"]["slip"], usual)
 
     @cached_property
     def period(self) -> float:
@@ -198,8 +203,11 @@ class Material:
     @cached_property
     def band_ends(self) -> tuple[Array, Array] | None:
         """Low and high end of the recommended model's band over all rows; None where it has none."""
-        band, data = self.models[self.recommended].band, self.rows.data
-        return None if band is None else band.around(self.rows.predicted[self.recommended], data.elements, data.clock)
+        band = self.models[self.recommended].band
+        if band is None:
+            return None
+        data = self.rows.data
+        return band.around(self.rows.predicted[self.recommended], data.elements, data.clock)
 
     @cached_property
     def laws(self) -> Mapping[str, TorqueModel]:
@@ -246,10 +254,13 @@ class Material:
     @cached_property
     def looped(self) -> dict[str, Role]:
         """Models whose loops are shown: the recommended one, and the best law that does not remember the slip."""
-        plain = (e["name"] for e in self.body["ranking"] if not e["fit"]["weights"] and not remembers_slip(e))
-        found: dict[str, Role] = {self.recommended: "recommended"}
-        found.setdefault(next(plain, self.recommended), "baseline")
-        return found
+        shown: dict[str, Role] = {self.recommended: "recommended"}
+        for entry in self.body["ranking"]:
+            is_law = not entry["fit"]["weights"]
+            if is_law and not remembers_slip(entry):
+                shown.setdefault(entry["name"], "baseline")
+                break
+        return shown
 
     @cached_property
     def effort_loops(self) -> list[EffortLoop]:
@@ -265,24 +276,28 @@ class Material:
     def travel(self) -> Scale:
         """How travels are shown: slips summed up over time."""
         largest = max((float(np.abs(loop.travel).max()) for loop in self.effort_loops), default=0.0)
-        unit = self.body["units"]["slip"]
-        return scale_for(unit.removesuffix("/s") if unit.endswith("/s") else f"{unit}*s", largest)
+        of_slip = self.body["units"]["slip"]
+        unit = of_slip.removesuffix("/s") if of_slip.endswith("/s") else f"{of_slip}*s"
+        return scale_for(unit, largest)
 
     @cached_property
     def flow_curves(self) -> tuple[tuple[FlowCurves, ...], ...]:
         """Curves of each element, of each law in its best form; laws that are alike in one."""
         laws = [self.laws[name] for name in law_names(self.body)]
-        return grouped([flow_curves(self.rows, laws, k) for k in range(len(self.rows.data.elements))], self.unexplained)
+        of_elements = [flow_curves(self.rows, laws, element) for element in range(len(self.rows.data.elements))]
+        return grouped(of_elements, self.unexplained)
 
     @cached_property
     def recommended_curves(self) -> list[tuple[list[FlowCurves], FieldCurves]]:
         """The recommended model and its rival over slip, and the recommended one over the field, of each element."""
-        models = [self.models[name] for name in (self.recommended, self.rival) if name]
-        wait = self.dot_wait
-        return [
-            (flow_curves(self.rows, models, k, wait), field_curves(self.rows, models[0], k, wait))
-            for k in range(len(self.rows.data.elements))
-        ]
+        recommended = self.models[self.recommended]
+        models = [recommended] if self.rival is None else [recommended, self.models[self.rival]]
+        curves: list[tuple[list[FlowCurves], FieldCurves]] = []
+        for element in range(len(self.rows.data.elements)):
+            over_slip = flow_curves(self.rows, models, element, self.dot_wait)
+            over_field = field_curves(self.rows, recommended, element, self.dot_wait)
+            curves.append((over_slip, over_field))
+        return curves
 
     @cached_property
     def dot_wait(self) -> int:
@@ -299,23 +314,30 @@ class Material:
     @property
     def about_flow_curves(self) -> str:
         """What to know of the flow curves, in words: laws drawn once, fields without rows, laws without dots."""
-        curves, said = self.flow_curves[0], list[str]()
-        same = [
-            f"{self.titles[c.model]} stands for {', '.join(self.titles[other.model] for other in c.alike)} too"
-            for c in curves
-            if c.alike
-        ]
-        if same:
+        curves = self.flow_curves[0]
+        sentences: list[str] = []
+        stand_for: list[str] = []
+        for law in curves:
+            if law.alike:
+                others = ", ".join(self.titles[other.model] for other in law.alike)
+                stand_for.append(f"{self.titles[law.model]} stands for {others} too")
+        if stand_for:
             limit = f"{self.effort.of(self.unexplained, 2)}, the RMSE of the best model"
-            said.append(f"Curves nowhere further apart than {limit}, are drawn once: {'; '.join(same)}.")
-        rare = sorted({float(field) for k in range(len(self.flow_curves)) for field in rare_fields(self.rows, k)})
-        if at := ", ".join(self.field.of(field, 2) for field in rare):
-            said.append(f"The log has hardly any rows at {at}: there the curves are the laws' guess.")
-        dots = {c.model: sum(map(len, c.dots)) for c in curves}
-        few = ", ".join(self.titles[name] for name, count in dots.items() if count < 0.25 * max(dots.values()))
+            sentences.append(f"Curves nowhere further apart than {limit}, are drawn once: {'; '.join(stand_for)}.")
+
+        rare: set[float] = set()
+        for element in range(len(self.flow_curves)):
+            rare.update(rare_fields(self.rows, element).tolist())
+        if rare:
+            at = ", ".join(self.field.of(field, 2) for field in sorted(rare))
+            sentences.append(f"The log has hardly any rows at {at}: there the curves are the laws' guess.")
+
+        dots = {law.model: sum(map(len, law.dots)) for law in curves}
+        few = [self.titles[name] for name, count in dots.items() if count < 0.25 * max(dots.values())]
         if few:
-            said.append(f"{few}: few dots or none, for a dot is a row whose field was still as long as the law's lag.")
-        return " ".join(said)
+            why = "for a dot is a row whose field was still as long as the law's lag"
+            sentences.append(f"{', '.join(few)}: few dots or none, {why}.")
+        return " ".join(sentences)
 
     def element_name(self, element: int) -> str:
         """CH1 and CH2 for a pair; empty for a single device."""

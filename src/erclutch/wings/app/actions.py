@@ -176,7 +176,9 @@ def _option(name: str, text: str) -> list[str]:
 
 
 def _label(form: Mapping[str, str], signal: str) -> str:
-    column, unit = form.get(f"column.{signal}", ""), form.get(f"unit.{signal}", "").strip()
+    """What the form says of a signal, as a command names a column."""
+    column = form.get(f"column.{signal}", "")
+    unit = form.get(f"unit.{signal}", "").strip()
     return label(column, unit, f"turn.{signal}" in form)
 
 
@@ -184,7 +186,8 @@ def label(column: str, unit: str, turned: bool) -> str:
     """How a command names a column: "-NAME [unit]" with its sign turned."""
     if not column:
         return ""
-    return ("-" if turned else "") + column + (f" [{unit}]" if unit else "")
+    sign = "-" if turned else ""
+    return f"{sign}{column} [{unit}]" if unit else f"{sign}{column}"
 
 
 def _text(text: str) -> str:

@@ -32,8 +32,10 @@ class LogAnswers(Desk):
     async def _log(self, request: Request) -> Response:
         name = self._space.path(request.path_params["name"]).name
         form = fields(request.url.query)
-        if not form and (known := await run_in_threadpool(self._last_reading, name)):
-            return RedirectResponse(f"{request.url.path}?{known}", 303)  # as its newest run read it
+        if not form:
+            known = await run_in_threadpool(self._last_reading, name)
+            if known:  # as its newest run read it
+                return RedirectResponse(f"{request.url.path}?{known}", 303)
         chosen = actions.chosen_of(form)
         here = f"{request.url.path}?{request.url.query}".rstrip("?")
         job = await self._look(name, chosen, here)
@@ -93,7 +95,8 @@ class LogAnswers(Desk):
 
     async def _together(self, request: Request) -> Response:
         """Whether logs can be fitted together, in a sentence where they cannot."""
-        name, form = self._space.path(request.path_params["name"]).name, fields(request.url.query)
+        name = self._space.path(request.path_params["name"]).name
+        form = fields(request.url.query)
         others = [log for log in self._known() if f"log.{log}" in form and log != name]
         if not others:
             return JSONResponse({"problem": ""})
@@ -153,11 +156,13 @@ class LogAnswers(Desk):
 
     def _last_reading(self, log: str, *, of_another_log: bool = False) -> str | None:
         """How the newest run of a log read it, as the query of a page, which may be the page of another log."""
-        bodies = (self._space.body(entry.name) for entry in self._space.runs())
-        found = (body for body in bodies if body and any(each["name"] == log for each in body["logs"]))
-        return next(
-            (actions.query_of(body, of_another_log=of_another_log) for body in found if body.get("reading")), None
-        )
+        for entry in self._space.runs():  # the newest first
+            run = self._space.body(entry.name)
+            if not run or not run.get("reading"):
+                continue
+            if any(each["name"] == log for each in run["logs"]):
+                return actions.query_of(run, of_another_log=of_another_log)
+        return None
 
     async def _words(self, request: Request) -> Response:
         """The commands of a form while it is filled in."""

@@ -15,40 +15,53 @@ def signals_of(found: Mapping[str, Any], chosen: actions.Chosen) -> list[dict[st
     rows: list[dict[str, Any]] = []
     for signal in actions.ASKED[chosen.device]:
         about: dict[str, Any] = taken.get(signal) or {}
-        column, unit = str(about.get("column", "")), str(about.get("unit") or "")
+        column = str(about.get("column", ""))
+        unit = str(about.get("unit") or "")
         turned = float(about.get("scale", 1.0)) < 0
-        was = actions.label(column, unit, turned)
-        given = chosen.columns.get(signal, "")
-        row = {"name": signal, "meaning": actions.MEANING[signal], "column": column, "unit": unit, "turned": turned}
-        why, check = _why(about) if about else ("", False)
         values = found["columns"].get(column, {})
-        row |= {"was": was, "given": given, "why": why, "check": check}
+        why, check = _why(about) if about else ("", False)
         rows.append(
-            {**row, "range": _range(values, unit, turned), "sketch": polyline(values.get("sketch", []), turned)}
+            {
+                "name": signal,
+                "meaning": actions.MEANING[signal],
+                "column": column,
+                "unit": unit,
+                "turned": turned,
+                "was": actions.label(column, unit, turned),
+                "given": chosen.columns.get(signal, ""),
+                "why": why,
+                "check": check,
+                "range": _range(values, unit, turned),
+                "sketch": polyline(values.get("sketch", []), turned),
+            }
         )
     return rows
 
 
 def _why(about: Mapping[str, Any]) -> tuple[str, bool]:
     """Who chose the column of a signal, and whether somebody should look at that again."""
-    unit, own, source = about["unit"] or "", about["file_unit"] or "", str(about["source"])
-    if own and unit != own:
+    unit = about["unit"] or ""
+    unit_of_file = about["file_unit"] or ""
+    source = str(about["source"])
+    why = "chosen" if source == "given" else source
+    if unit_of_file and unit != unit_of_file:
+        why += f"; the file says {unit_of_file}"
         # A speed of turns in 1/min is in turn/min, whatever the file leaves unsaid.
-        certain = own_unit(str(about.get("column", "")), own, ("rad/s",)) == unit
-        said = f"{'chosen' if source == 'given' else source}; the file says {own}"
-        return (said, False) if certain else (f"{said}: check", True)
+        certain = own_unit(str(about.get("column", "")), unit_of_file, ("rad/s",)) == unit
+        return (why, False) if certain else (f"{why}: check", True)
     if source == "guessed from its unit":
         return f"guessed from the unit {unit} alone: check", True
     if not unit and source != "given":
         return f"{source}; the file has no unit: check", True
-    return ("chosen" if source == "given" else source), False
+    return why, False
 
 
 def _range(values: Mapping[str, Any], unit: str, turned: bool) -> str:
     """Smallest and largest value of a column as it is read, with its unit."""
     if not values or values["min"] is None:
         return ""
-    low, high = (-values["max"], -values["min"]) if turned else (values["min"], values["max"])
+    low = -values["max"] if turned else values["min"]
+    high = -values["min"] if turned else values["max"]
     return f"{low:.4g} to {high:.4g} {unit}".strip()
 
 
@@ -56,10 +69,17 @@ def polyline(sketch: list[list[float]], turned: bool = False) -> str:
     """Corners of a column's picture, 120 by 24: its smallest values along, and its largest back."""
     if not sketch:
         return ""
-    sketch = [[-high, -low] for low, high in sketch] if turned else sketch
-    low, high = min(pair[0] for pair in sketch), max(pair[1] for pair in sketch)
-    across, up = 118 / max(len(sketch) - 1, 1), 20 / (high - low) if high > low else 0.0
-    places = [(1 + i * across, pair) for i, pair in enumerate(sketch)]
-    along = [f"{x:.1f},{22 - (pair[0] - low) * up:.1f}" for x, pair in places]
-    back = [f"{x:.1f},{21.2 - (pair[1] - low) * up:.1f}" for x, pair in reversed(places)]
-    return " ".join(along + back)
+    if turned:
+        sketch = [[-high, -low] for low, high in sketch]
+    lowest = min(low for low, _ in sketch)
+    highest = max(high for _, high in sketch)
+    across = 118 / max(len(sketch) - 1, 1)
+    up = 20 / (highest - lowest) if highest > lowest else 0.0
+    along: list[str] = []
+    back: list[str] = []
+    for place, (low, high) in enumerate(sketch):
+        x = 1 + place * across
+        along.append(f"{x:.1f},{22 - (low - lowest) * up:.1f}")
+        # A little higher, so that a signal without noise is a line to be seen.
+        back.append(f"{x:.1f},{21.2 - (high - lowest) * up:.1f}")
+    return " ".join([*along, *reversed(back)])

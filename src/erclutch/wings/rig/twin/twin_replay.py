@@ -18,7 +18,8 @@ def _settled(x: Array, parts: Parts, field: float, motor: float, torque: float) 
     """Inner states as after a while under constant commands and speeds: a guess that the first rows wash out."""
     for channel in range(2):
         wanted = max(field, 0.0) if channel == 0 else max(-field, 0.0)
-        voltage = min(wanted, parts.supply.command_limit) / parts.supply.command_limit * parts.supply.voltage_limit
+        command = min(wanted, parts.supply.command_limit)
+        voltage = command / parts.supply.command_limit * parts.supply.voltage_limit
         x[k.VOLT_1 + channel] = voltage
         for at in (k.FIELD_1, k.PROMPT_1, k.RESIDUE_1):
             x[at + channel] = voltage / parts.clutch_1.gap
@@ -51,14 +52,19 @@ def follow(parts: Parts, field: Array, motor: Array, start: Array, dt: float, st
     """
     theta, alpha, theta_dot, alpha_dot, torque = start
     x = np.zeros(k.SIZE)
-    x[k.THETA], x[k.OMEGA] = theta, theta_dot
-    x[k.PHI_L], x[k.OMEGA_L], x[k.OMEGA_R] = alpha, alpha_dot, alpha_dot
+    x[k.THETA] = theta
+    x[k.OMEGA] = theta_dot
+    x[k.PHI_L] = alpha
+    x[k.OMEGA_L] = alpha_dot
+    x[k.OMEGA_R] = alpha_dot
     x[k.TABLE] = alpha * parts.screw.lead / 6.283185307179586
     x[k.PHI_R] = alpha + torque / parts.screw.stiffness
     _settled(x, parts, field[0], motor[0], torque)
     out = np.empty((field.size, 3))
     turn = 2.0 * math.pi / parts.screw.lead
     for i in range(field.size):
-        out[i, 0], out[i, 1], out[i, 2] = x[k.THETA], x[k.TABLE] * turn, x[k.METER_B]
+        out[i, 0] = x[k.THETA]
+        out[i, 1] = x[k.TABLE] * turn
+        out[i, 2] = x[k.METER_B]
         k.advance(x, parts, max(field[i], 0.0), max(-field[i], 0.0), motor[i], False, dt, steps)
     return out
