@@ -44,11 +44,13 @@ class LawCandidate(Candidate):
         structure: what is fitted.
         notes: what is said of the model from the start.
         outcome: its fit to the training rows, where a search has made it already.
+        near: numbers that a search found for it on some of the rows, in the order of its shapes; its fit starts there.
     """
 
     structure: Structure
     notes: tuple[str, ...] = ()
     outcome: FitOutcome[TorqueModel] | None = None
+    near: tuple[float, ...] = ()
 
     @property
     def name(self) -> str:
@@ -57,7 +59,13 @@ class LawCandidate(Candidate):
 
     def fit(self, train: Dataset, fitted: Sequence[Fitted], workers: int) -> AnyOutcome:
         """The law without the terms that these rows cannot tell; see `Candidate.fit`."""
-        outcome = self.outcome or _with_terms_told(train, fit_structure(train, self.structure))
+        outcome = self.outcome
+        if outcome is None:
+            near = [self.near]
+            law = (
+                fit_structure(train, self.structure, starts=near) if self.near else fit_structure(train, self.structure)
+            )
+            outcome = _with_terms_told(train, law)
         return replace(outcome, notes=(*self.notes, *outcome.notes))
 
     def refit(self, train: Dataset, kept: Mask, outcome: AnyOutcome, fitted: Sequence[Fitted]) -> AnyOutcome:
@@ -252,8 +260,8 @@ def with_memory(
     if len(rungs) < 2:
         return [], tuple(findings)
     # The first step up and the last: the smallest memory that helps, and all that helps. They may be the same.
-    wanted = dict.fromkeys([rungs[1].structure, rungs[-1].structure])
-    candidates = [LawCandidate(structure, base.notes) for structure in wanted]
+    wanted = {rung.structure: rung for rung in (rungs[1], rungs[-1])}.values()
+    candidates = [_of_rung(rung, base.notes) for rung in wanted]
     if len(set(groups_of(train).field)) >= FEWEST_GROUPS:
         candidates = [*_of_another_form(train, rungs[-1], known, base), *candidates]  # the last stays the richest
     return candidates, tuple(findings)
@@ -280,4 +288,9 @@ def _of_another_form(
     with one_thread():
         rungs = [of_law(train, rung, law.model.structure) for law in few]
     best = min(range(len(few)), key=lambda place: rungs[place].error)
-    return [LawCandidate(rungs[best].structure, few[best].notes)]
+    return [_of_rung(rungs[best], few[best].notes)]
+
+
+def _of_rung(rung: Rung, notes: tuple[str, ...]) -> LawCandidate:
+    """A law whose fit starts where the search for memory ended."""
+    return LawCandidate(rung.structure, notes, near=tuple(rung.numbers.values()))

@@ -197,7 +197,8 @@ def _search(
 ) -> Array:
     """Coordinates of the best minimum on some of the rows: a scan on few, local solvers from its best on more.
 
-    Of a law that remembers, a smaller scan and fewer solvers, then a look for other basins from their best minimum.
+    Of a law that remembers, a smaller scan and fewer solvers, then a look for other basins from their best minimum;
+    with starts no scan at all.
     """
     shapes = few.shapes
     lower, upper = few.bounds
@@ -207,12 +208,13 @@ def _search(
     count = scan * max(1, lower.size - 1)
     solvers = _ROUGH_STARTS
     if remembers:
-        count //= 3
+        # Where numbers are known, other basins are looked for from there alone.
+        count = 0 if given else count // 3
         solvers -= 1
     points = [*given, *scan_points(low, high, count)]
     costs = [project(few, parameters(shapes, u)).cost for u in points]
     cheapest = np.argsort(costs, kind="stable")[:solvers]
-    candidates = given + [points[place] for place in cheapest]
+    candidates = given if remembers and given else given + [points[place] for place in cheapest]
     if remembers:
         return best_basin(few, rough, candidates).point
     minima = [minimise(outer_problem(rough), u, tolerance=1e-6, max_iterations=40) for u in candidates]
