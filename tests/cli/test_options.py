@@ -38,7 +38,7 @@ SAME = {
     "--test": "a share held out; fit also takes patterns of names",
 }
 #: They print tables of rounded cells and write the same numbers as CSV or TOML.
-WRITE_NUMBERS = {"calibrate-twin", "demo", "experiment", "figure", "reproduce", "simulate"}
+WRITE_NUMBERS = {"demo", "figure"}
 
 
 @cache

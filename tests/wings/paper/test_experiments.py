@@ -24,7 +24,7 @@ from erclutch.wings.paper.sweep_points import Points
 from erclutch.wings.paper.sweeps import RunsRecipe, fnn_sweep, kernel_sweep, rbfn_sweep
 from erclutch.wings.paper.tables import printed, table, twin_runs
 from erclutch.wings.rig.twin.parameters import default_rig
-from tests.support.command import run
+from tests.support.command import good, run
 
 RECIPE = RunsRecipe(twin_runs, (("names", ("training", "test")), ("seconds", 20.0), ("seed", 3)))
 
@@ -163,6 +163,10 @@ def test_tables_on_the_command_line(tmp_path: Path) -> None:
         rows = {r["model"]: r for r in csv.DictReader(file)}
     assert list(rows) == list(APPROACHES)
     assert float(rows["fnn-16"]["training_paper"]) == APPROACHES["fnn-16"].train
+    told = json.loads(run("reproduce", "table2", "--seconds", "5", "--json", "--out", "short", cwd=tmp_path).out)
+    assert [row["model"] for row in told["rows"]] == list(APPROACHES)
+    assert told["rows"][0]["training_low"] < told["rows"][0]["training_mse"]
+    assert (tmp_path / told["files"][0]).is_file()
     for name, scenario in (("log", "training"), ("zero", "zero-field"), ("held", "zero-motion")):
         assert run("simulate", scenario, "--seconds", "12", "--out", f"{name}.parquet", cwd=tmp_path).code == 0
     own = ("--log", "log.parquet", "--zero-field", "zero.parquet", "--zero-motion", "held.parquet")
@@ -192,3 +196,15 @@ def test_the_kept_points_are_plain_json(threads: TaskPool, tmp_path: Path) -> No
     fnn_sweep(RECIPE, threads, Points(tmp_path / "p.jsonl", {}), 1, silent, neurons=(1,), restarts=1)
     body = json.loads((tmp_path / "p.jsonl").read_text())
     assert set(body) == {"settings", "key", "value"}
+
+
+def test_the_list_of_experiments_is_json_too(tmp_path: Path) -> None:
+    listed = json.loads(good("experiment", "--json", cwd=tmp_path))
+    assert "wall" in {each["name"] for each in listed}
+    done = run("experiment", "wall", "--json", cwd=tmp_path)
+    assert (done.code, "as CSV into --out" in done.error) == (2, True)
+
+
+def test_the_list_of_scenarios_is_json_too(tmp_path: Path) -> None:
+    listed = json.loads(good("simulate", "--json", cwd=tmp_path))
+    assert next(each for each in listed if each["name"] == "training")["seconds"] == 290.0

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -52,6 +53,7 @@ def calibrate_twin(
     rounds: int = 6,
     workers: int = 2,
     force: Annotated[bool, Parameter(negative=())] = False,
+    json: Annotated[bool, Parameter(negative=())] = False,
     reading: LogOptions = DEFAULT_READING,
 ) -> None:
     """Calibrate chosen parameters of the digital TWIN within their ranges, with 95 % intervals, and write the rig.
@@ -73,6 +75,7 @@ def calibrate_twin(
         rounds: How many rounds the local search takes after it, without a log; each tries a rig a parameter.
         workers: How many rigs are simulated side by side; changes no figure.
         force: Replace a rig file that is there.
+        json: Print as JSON what was found.
         reading: How to read the log.
     """
     from dataclasses import replace
@@ -89,10 +92,11 @@ def calibrate_twin(
     target = _target(log, range(seed, seed + runs), seconds, held, replace(reading, device="coaxial"))
     names = vary or open_parameters(start, log is not None)
     journal = out.with_suffix(".journal")
-    terminal.tell(
-        f"TWIN: {evaluations} rigs are simulated, then some {rounds * (len(names) + 4)} more. "
-        f"After Ctrl-C the same command goes on from {journal}."
-    )
+    if not json:
+        terminal.tell(
+            f"TWIN: {evaluations} rigs are simulated, then some {rounds * (len(names) + 4)} more. "
+            f"After Ctrl-C the same command goes on from {journal}."
+        )
     total = evaluations + rounds * (len(names) + 4)
     with terminal.progress("TWIN: calibrating") as bar:
 
@@ -112,6 +116,11 @@ def calibrate_twin(
         )
     write_rig(out, found.rig, _about(found, target))
     journal.unlink(missing_ok=True)
+    if json:
+        about = {name: getattr(found, name) for name in ("target", "before", "after", "evaluations")}
+        parameters = [{**asdict(each), "unit": found.rig.entry(each.path).unit} for each in found.parameters]
+        terminal.say_json({**about, "parameters": parameters, "rig_file": str(out)})
+        return
     _print(found)
     terminal.say(f"{out}: use it with --rig-file {out}")
 

@@ -44,6 +44,7 @@ def experiment(
     seeds: int = 20,
     real_time: Annotated[bool, Parameter(negative=())] = False,
     rig_file: Path | None = None,
+    json: Annotated[bool, Parameter(negative=())] = False,
 ) -> None:
     """Run an experiment with the live loop on the TWIN: of sections IV-B to V, or torque control. Without NAME: list.
 
@@ -59,6 +60,7 @@ def experiment(
         real_time: Run the loop and the twin each in its process, at 1 kHz, instead of as fast as they go. The
             experiment encoders cannot: a rig's packets carry one encoder's angle.
         rig_file: A rig file (TOML) for the twin.
+        json: Print the list as JSON; an experiment keeps its numbers in --out.
     """
     from erclutch.wings.paper.online import EXPERIMENTS, experiment_of
 
@@ -67,8 +69,14 @@ def experiment(
         rows.append(["control", "torque control: models, observers, a device that changes", "80 s a case"])
         rows.append(["impedance", "stiffness and damping that a hand feels at the output", "70 s a case"])
         rows.append(["wall", "a brake as a wall: step, drag, stiffness, letting go", "32 s a case"])
+        if json:
+            terminal.say_json([dict(zip(("name", "what", "length"), row, strict=True)) for row in rows])
+            return
         terminal.tell(terminal.table("Experiments with the live loop", ["name", "what", "length"], rows, left=2))
         return
+    if json:
+        remedy = "Leave --json out, or leave NAME out for the list"
+        raise SettingError(f"experiment {name} writes its numbers as CSV into --out", remedy=remedy)
     if name in ("control", "impedance", "wall"):
         if run is not None or seconds is not None or seed or real_time:
             problem = f"experiment {name} takes no --run, --seconds, --seed or --real-time"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -61,6 +61,7 @@ def reproduce(
     polish: Annotated[bool, Parameter(negative=())] = False,
     cluster: str | None = None,
     workers: int = 2,
+    json: Annotated[bool, Parameter(negative=())] = False,
     reading: LogOptions = DEFAULT_READING,
 ) -> None:
     """Print a table of the paper, or draw one of its figures: on the digital TWIN, or on your own log.
@@ -81,6 +82,7 @@ def reproduce(
         cluster: Where points of fig4, fig5 and kernels run: threads (default), processes, local (Dask here), or
             tcp://HOST:PORT of a Dask scheduler whose workers see the logs under the same paths.
         workers: Points of fig4, fig5 and kernels side by side; changes no figure.
+        json: Print a table as JSON.
         reading: How to read your logs.
     """
     from erclutch.runs.cluster import task_pool
@@ -132,7 +134,7 @@ def reproduce(
         return
     runs, origin = _runs_of(recipe)
     if what == "memory":
-        _memory(runs, origin, out, seed, polish, None if log else load_rig(rig_file))
+        _memory(runs, origin, out, seed, polish, None if log else load_rig(rig_file), json)
     elif what == "fig6":
         train, test = runs.values()
         models = COMPARED if train.device == "coaxial" else [name.removesuffix("/forward") for name in COMPARED]
@@ -140,7 +142,7 @@ def reproduce(
             rows = table({"training": train}, models=models, seed=seed, polish=polish, progress=bar)
         terminal.say(*draw_estimates(test, rows, out, origin))
     else:
-        _table(what, runs, origin, out, seed, polish)
+        _table(what, runs, origin, out, seed, polish, json)
 
 
 def _runs_of(recipe: RunsRecipe) -> tuple[dict[str, Dataset], str]:
@@ -173,7 +175,7 @@ def _own_runs(
     return {"training": data.take(~held), "test": data.take(held)}
 
 
-def _table(what: What, runs: dict[str, Dataset], origin: str, out: Path, seed: int, polish: bool) -> None:
+def _table(what: What, runs: dict[str, Dataset], origin: str, out: Path, seed: int, polish: bool, json: bool) -> None:
     from erclutch.report.plots.paper_style import placed, save_numbers
     from erclutch.wings.paper.tables import table
 
@@ -187,18 +189,27 @@ def _table(what: What, runs: dict[str, Dataset], origin: str, out: Path, seed: i
         names = [name.removesuffix("/forward") for name in names]
     with terminal.progress("fitting") as bar:
         rows = table(runs, models=names, seed=seed, polish=polish, progress=bar)
+    header, lines = _numbers(rows, list(runs))
+    files = [save_numbers(out / f"{what}.csv", header, lines), out / f"{what}.tex"]
+    shown = list(runs) if what == "table2" else list(runs)[1:]
+    with placed(out / f"{what}.tex") as partial:
+        partial.write_text(_latex(rows, shown, origin), encoding="utf-8")
+    if json:
+        _say_json(origin, header, lines, files)
+        return
     screen = terminal.console()
     lengths = ", ".join(f"{name} {data.rows:,} rows" for name, data in runs.items())
     terminal.tell(f"{origin}: {lengths}. Mean squared errors; paper: as Huang and Ishikawa print them.")
     screen.print(_printed(what, rows, list(runs), origin, screen.width))
     seconds = sum(row.seconds for row in rows)
     terminal.tell(f"{len(rows)} models in {seconds:.1f} CPU s")
-    header, lines = _numbers(rows, list(runs))
-    terminal.say(save_numbers(out / f"{what}.csv", header, lines))
-    shown = list(runs) if what == "table2" else list(runs)[1:]
-    with placed(out / f"{what}.tex") as partial:
-        partial.write_text(_latex(rows, shown, origin), encoding="utf-8")
-    terminal.say(out / f"{what}.tex")
+    terminal.say(*files)
+
+
+def _say_json(origin: str, header: Sequence[str], lines: Sequence[Sequence[object]], files: Sequence[object]) -> None:
+    """The numbers of a table, an entry a model; null where there is none."""
+    rows = [{key: None if cell == "" else cell for key, cell in zip(header, line, strict=True)} for line in lines]
+    terminal.say_json({"data": origin, "rows": rows, "files": [str(file) for file in files]})
 
 
 def _printed(what: What, rows: list[Row], runs: list[str], origin: str, width: int) -> Any:
@@ -285,7 +296,7 @@ def _numbers(rows: list[Row], runs: list[str]) -> tuple[list[str], list[tuple[ob
 
 
 def _memory(
-    runs: dict[str, Dataset], origin: str, out: Path, seed: int, polish: bool, rig: RigParameters | None
+    runs: dict[str, Dataset], origin: str, out: Path, seed: int, polish: bool, rig: RigParameters | None, json: bool
 ) -> None:
     from erclutch.report.plots.paper_style import save_numbers
     from erclutch.wings.paper.memory_table import PAST, memory_table, noise_floor
@@ -293,6 +304,20 @@ def _memory(
     points = _points("memory", runs, out, {"seed": seed, "polish": polish})
     with terminal.progress("fitting") as bar:
         stages, variants = memory_table(runs, points, seed, polish, bar)
+    header = ["variant", "model", "parameters"]
+    for run in runs:
+        header += [f"{run}_{figure}" for figure in _FIGURES[:3]]
+    lines: list[tuple[object, ...]] = []
+    for variant, models in variants.items():
+        for name, figures in models.items():
+            line: list[object] = [variant, name, figures["parameters"]]
+            for run in runs:
+                line += figures[run]
+            lines.append(tuple(line))
+    file = save_numbers(out / "memory.csv", header, lines)
+    if json:
+        _say_json(origin, header, lines, [file])
+        return
     screen = terminal.console()
     terminal.tell(f"{origin}: mean squared errors. Memory: {stages}, as the ladder chose. Past: {', '.join(PAST)}.")
     titles = {name.removesuffix("/forward"): approach.title for name, approach in APPROACHES.items()}
@@ -304,17 +329,7 @@ def _memory(
         screen.print(terminal.narrowed(f"{origin}, {run}", cells, (), screen.width))
     if rig is not None:
         terminal.tell(f"Noise of the TWIN's torque meter: {noise_floor(rig):.1e}. No model can come below.")
-    header = ["variant", "model", "parameters"]
-    for run in runs:
-        header += [f"{run}_{figure}" for figure in _FIGURES[:3]]
-    lines: list[tuple[object, ...]] = []
-    for variant, models in variants.items():
-        for name, figures in models.items():
-            line: list[object] = [variant, name, figures["parameters"]]
-            for run in runs:
-                line += figures[run]
-            lines.append(tuple(line))
-    terminal.say(f"{save_numbers(out / 'memory.csv', header, lines)}")
+    terminal.say(file)
 
 
 def _points(what: str, runs: Mapping[str, Dataset], out: Path, settings: Mapping[str, Any]) -> Points:

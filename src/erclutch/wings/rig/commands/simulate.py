@@ -31,6 +31,7 @@ def simulate(
     seed: int = 0,
     rig_file: Path | None = None,
     force: Annotated[bool, Parameter(negative=())] = False,
+    json: Annotated[bool, Parameter(negative=())] = False,
 ) -> None:
     """Run one of the paper's scenarios on the digital TWIN and write the log. Without a scenario: list them.
 
@@ -41,13 +42,17 @@ def simulate(
         seed: Seed of the commands and the noise.
         rig_file: A rig file (TOML) with what differs from the default rig.
         force: Replace a file that is there.
+        json: Print as JSON.
     """
     from erclutch.wings.rig.twin.parameters import load_rig
     from erclutch.wings.rig.twin.scenarios import SCENARIOS, prepare
 
     if scenario is None:
-        rows = [[s.name, s.meaning, f"{s.seconds:g} s"] for s in SCENARIOS.values()]
-        terminal.tell(terminal.table("Scenarios of the digital TWIN", ["name", "what", "length"], rows, left=2))
+        if json:
+            terminal.say_json([{"name": s.name, "what": s.meaning, "seconds": s.seconds} for s in SCENARIOS.values()])
+        else:
+            rows = [[s.name, s.meaning, f"{s.seconds:g} s"] for s in SCENARIOS.values()]
+            terminal.tell(terminal.table("Scenarios of the digital TWIN", ["name", "what", "length"], rows, left=2))
         if out or seconds or seed or rig_file:
             raise SettingError("no scenario is named, and no log was written", remedy="Name a scenario of the list")
         return
@@ -55,6 +60,10 @@ def simulate(
     path = out or Path(f"{scenario}.parquet")
     may_write_file(path, force)
     collect(run, path)
+    if json:
+        told = {"log": str(path), "rows": run.rows, "seconds": run.rows / 1000, "seed": seed}
+        terminal.say_json({**told, "device": "single" if run.scenario.single else "coaxial"})
+        return
     size = path.stat().st_size / 1e6
     terminal.tell(f"TWIN {scenario}: {run.rows:,} rows, {run.rows / 1000:g} s of rig time, seed {seed}")
     terminal.say(f"{path}: {size:.1f} MB")
