@@ -9,8 +9,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, Protocol
 
-from erclutch.errors import SettingError, printable
-
 if TYPE_CHECKING:
     from pandas import DataFrame
 
@@ -54,12 +52,16 @@ def presenter() -> Presenter:
         SettingError: none was handed down, because nobody has imported the package itself.
     """
     if not _given:
+        from erclutch.errors import SettingError
+
         raise SettingError("nothing is here to show values", remedy="Import erclutch first")
     return _given[0]()
 
 
 def one_line(value: object, name: str, *facts: str) -> str:
     """A value in a line: its class, its name and some facts, without what could move a terminal's cursor."""
+    from erclutch.errors import printable  # here, so that a start of the package imports next to nothing
+
     return printable(f"{type(value).__name__}({name}: {', '.join(facts)})")
 
 
