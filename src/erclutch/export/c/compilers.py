@@ -12,7 +12,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
-from typing import Any
 
 from erclutch.errors import ExportError
 
@@ -66,12 +65,18 @@ def run(words: Sequence[str], problem: str, remedy: str, *, patience: float = 12
     Raises:
         ExportError: it could not start, failed, or took too long.
     """
-    options: dict[str, Any] = {"stdin": subprocess.DEVNULL, "text": True, "errors": "replace", "timeout": patience}
     try:
         # A compiler that is ended with this program leaves its own temporary files: they go with this folder.
         with tempfile.TemporaryDirectory(prefix="erclutch-", ignore_cleanup_errors=True) as folder:
-            environment = {**os.environ, "TMPDIR": folder}
-            done = subprocess.run(words, capture_output=True, check=False, env=environment, **options)
+            done = subprocess.run(
+                words,
+                capture_output=True,
+                text=True,
+                timeout=patience,
+                stdin=subprocess.DEVNULL,
+                errors="replace",
+                env={**os.environ, "TMPDIR": folder},
+            )
     except subprocess.TimeoutExpired as error:
         raise ExportError(f"{problem}: no end after {patience:g} s", remedy=remedy) from error
     except OSError as error:
