@@ -20,6 +20,7 @@ import numpy as np
 import pytest
 
 import erclutch
+from erclutch.logs.synthetic import write_synthetic_log
 from erclutch.report.html.packed_rows import unpacked
 from erclutch.report.html.provenance_section import command_of
 from erclutch.report.html.report_file import may_write_report
@@ -388,3 +389,16 @@ def test_a_single_model_that_explains_nothing_is_not_recommended() -> None:
     assert told == (
         "No model is recommended. This is the only one that was fitted, and it explains nothing of the rows held out."
     )
+
+
+@pytest.mark.slow
+def test_a_log_without_a_field_has_no_curve_over_the_field(tmp_path: Path) -> None:
+    write_synthetic_log(tmp_path / "log.csv", 2.0)
+    good("fit", "log.csv", "--field", "none", "--models", "bingham", "--lag", "none", "--out", "run", cwd=tmp_path)
+    good("report", "run", cwd=tmp_path)
+    text = unescape((tmp_path / "run" / "report.html").read_text(encoding="utf-8"))
+    model = text[text.index('id="model"') : text.index('id="ranking"')]
+    assert "The log has no field" in model
+    assert "Nearest, over slip" in model
+    assert "over the field" not in model
+    assert "as logged" not in model

@@ -36,7 +36,7 @@ def _fill(material: Material) -> dict[str, Any]:
     return {
         "title": material.title,
         "rival": material.titles[material.rival] if material.rival else "",
-        "wait": Scale(1e3, "ms").of(material.dot_wait * material.period, 2),
+        "wait": "" if material.without_field else Scale(1e3, "ms").of(material.dot_wait * material.period, 2),
         "figures": describe_model(material).panels,
         "says": [*_curve_words(material), *_network_words(material)],
         "halves": [rows[:half], rows[half:]] if len(rows) > _LONG else [rows] if rows else [],
@@ -86,8 +86,8 @@ def _curve_words(material: Material) -> Iterator[str]:
     """Where the effort is monotone in the field, how far it reaches, and where curves are guesses."""
     model, word = material.models[material.recommended], material.word
     if model.trained_on.field[0] == model.trained_on.field[1]:
-        field = material.field.of(model.trained_on.field[1])
-        yield f"The log has one field, {field}: nothing tells how the {word} follows the field."
+        field = "no field" if material.without_field else f"one field, {material.field.of(model.trained_on.field[1])}"
+        yield f"The log has {field}: nothing tells how the {word} follows the field."
         return
     share, turn = monotone_share(model), worst_turn(model)
     if share == 1.0:

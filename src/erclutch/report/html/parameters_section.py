@@ -82,10 +82,11 @@ def meaning_of_letters(material: Material, model: TorqueModel) -> str:
     more = " y(E) is the strength of the field in the memory, 1 at that field;" if slip_stages(dynamics) else ""
     if temperature_stages(dynamics):
         more += f" t is the temperature over {model.reference.temperature:.4g} K;"
-    return (
-        f"{pair}E is the field{fluid} over {material.field.of(model.reference.field, 4)}, w the slip over "
-        f"{material.slip.of(model.reference.slip, 4)};{more} the table's numbers have their own units."
-    )
+    slip = material.slip.of(model.reference.slip, 4)
+    letters = f"E is the field{fluid} over {material.field.of(model.reference.field, 4)}, w the slip over {slip}"
+    if material.without_field:
+        letters = f"w is the slip over {slip}"
+    return f"{pair}{letters};{more} the table's numbers have their own units."
 
 
 def equation_of(model: TorqueModel) -> Markup:

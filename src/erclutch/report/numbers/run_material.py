@@ -299,6 +299,11 @@ class Material:
             curves.append((over_slip, over_field))
         return curves
 
+    @property
+    def without_field(self) -> bool:
+        """Whether no log has a field: it is zero all along, in no unit."""
+        return self.rows.data.units.field == "?" and not any(e.field.any() for e in self.rows.data.elements)
+
     @cached_property
     def dot_wait(self) -> int:
         """Rows that the field has stayed before each dot of these curves."""

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from erclutch.fit.standing import standing_of_run
 from erclutch.report.numbers.flow_curves import FieldCurves, FlowCurves
 from erclutch.report.numbers.run_material import Material
 from erclutch.report.plots.plot_description import PAGE, Axis, Dots, Line, Mark, Panel, Plot, PlotTable, ReferenceLine
@@ -16,24 +17,30 @@ _SIZE = (380, 290)
 
 
 def describe_model(material: Material) -> Plot:
-    """A row of panels an element: effort over slip, effort over the field, and a rival's effort over slip."""
+    """A row of panels an element: effort over slip, effort over the field, and a rival's effort over slip.
+
+    A log of one field, or of none, has no panel over the field.
+    """
+    word = standing_of_run(material.body).word
+    low, high = material.models[material.recommended].trained_on.field
     panels: list[Panel] = []
     rows: list[tuple[object, ...]] = []
     for over_slip, over_field in material.recommended_curves:
         own, *rivals = over_slip
         y = _effort_axis(material, own, over_field, rivals)
         name = material.element_name(over_field.element)
-        panels.append(_over_slip(material, own, y, f"{name} recommended, over slip".strip()))
-        panels.append(_over_field(material, over_field, y, f"{name} recommended, over the field".strip()))
+        panels.append(_over_slip(material, own, y, f"{name} {word}, over slip".strip()))
+        if low < high:
+            panels.append(_over_field(material, over_field, y, f"{name} {word}, over the field".strip()))
         for rival in rivals:
             panels.append(_over_slip(material, rival, y, f"{name} rival, over slip".strip()))
         for curves in over_slip:
             rows += curves.rows()
         rows += _rows_over_field(material, over_field)
 
-    columns = 3 if material.rival else 2
+    columns = 1 + (low < high) + bool(material.rival)
     height = 0.35 + 2.1 * (len(panels) // columns)
-    title = f"Recommended: {material.title}."
+    title = f"{word.capitalize()}: {material.title}."
     if material.rival:
         title += f" Rival: {material.titles[material.rival]}."
     return Plot(
@@ -64,6 +71,8 @@ def _effort_axis(material: Material, own: FlowCurves, over_field: FieldCurves, r
 def _over_slip(material: Material, found: FlowCurves, y: Axis, title: str) -> Panel:
     slip = found.slip * material.slip.factor
     labels = [material.field.of(float(level), 2) for level in found.fields]
+    if material.without_field:
+        labels = ["no field in the log"]
     return Panel(
         Axis("slip", material.slip.unit, float(slip[0]), float(slip[-1])),
         y,
@@ -80,8 +89,7 @@ def _over_field(material: Material, found: FieldCurves, y: Axis, title: str) -> 
     last = float(field[-1])
     labels = [material.slip.of(float(level), 2) for level in found.slips]
     return Panel(
-        # A log may have one field alone. The axis is then left to the marks.
-        Axis("field", material.field.unit, first, last if last > first else None),
+        Axis("field", material.field.unit, first, last),
         y,
         _marks(material, field, found.effort, labels, [d * [material.field.factor, 1.0] for d in found.dots]),
         _sentence(material, material.title, "field", len(labels)),
