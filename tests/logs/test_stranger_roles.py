@@ -230,3 +230,23 @@ def test_a_slip_that_makes_another_power_than_is_logged_is_asked_about(ratio: fl
 )
 def test_a_power_that_tells_nothing_of_the_slip_asks_nothing(power: Array) -> None:
     assert not planned({**LOADED, "P [W]": power}).questions
+
+
+@pytest.mark.parametrize("name", ["COF", "DAQ.COF", "Friction coefficient", "Traction Coeff"])
+def test_a_coefficient_of_friction_tells_the_friction_from_the_force_that_presses(name: str) -> None:
+    pressed, rubbed = 3.0 + 0.1 * (ROWS % 7), 0.5 + 0.1 * (ROWS % 11)
+    columns = {"t [s]": ROWS / 100, "speed [mm/s]": TURN, "Fz [N]": pressed, "Fx [N]": rubbed}
+    (question,) = planned(columns).questions
+    assert question.signal == "effort"
+    plan = planned({**columns, name: np.round(rubbed / pressed, 4)})
+    assert plan.choices["effort"].column == "Fx"
+    assert not plan.questions
+    asked = planned({**columns, name: 0.1 + 0.01 * (ROWS % 5)}).questions  # made of something else
+    assert "effort" in [question.signal for question in asked]
+
+
+@pytest.mark.parametrize("name", ["identification_angle", "position [rad]", "Angle"])
+def test_a_position_that_never_changes_beside_a_slip_that_does_is_left_out(name: str) -> None:
+    plan = planned({**PLAIN, name: np.full(200, np.pi / 2)})
+    assert plan.signal("position") is None
+    assert any("never changes while speed does" in note for note in plan.notes)

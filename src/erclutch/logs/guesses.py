@@ -10,7 +10,7 @@ from erclutch.logs.clock_planning import stamps_of
 from erclutch.logs.columns import candidates
 from erclutch.logs.draft import Draft
 from erclutch.logs.labels import split_label
-from erclutch.logs.missing_columns import maybe_field, missing, why_no_field
+from erclutch.logs.missing_columns import maybe_field, missing, rubbing_force, why_no_field
 from erclutch.logs.plan import NEEDS, Sureness
 from erclutch.logs.repeated_columns import one_motion
 from erclutch.logs.seen_columns import KINDS, SeenColumns
@@ -78,6 +78,9 @@ def _take_guess(draft: Draft, signal: str, found: Guess, motion: str) -> bool:
     table = draft.table
     column = draft.seen.columns[found.column]
     named = found.reason.startswith("name")
+    if signal == "position" and motion and column.shape.constant and not draft.seen.columns[motion].shape.constant:
+        draft.notes.append(f"column {column.name} never changes while {motion} does: left out, it is no position")
+        return False
     if signal == "position" and motion and not named:
         # A gap and a travel of something else have the unit of a position too.
         speed = table.columns[motion]
@@ -123,6 +126,12 @@ def guess(
         if len(alike) == 1 and all(kinds[name] for name in found):
             found = alike
             reason += f", and it is that of a {KINDS[kind]}"
+    if signal == "effort" and len(found) > 1:
+        # A coefficient of friction says by its numbers which force is the friction and which presses.
+        rubbing = rubbing_force(seen)
+        if rubbing in found:
+            found = [rubbing]
+            reason += ", and a coefficient of friction is made of it"
     if len(found) > 1:
         table = seen.table
         problem = f"{signal} may be any of the columns {', '.join(found)}; the file has: {table.listed}"

@@ -165,6 +165,16 @@ def quotient_of(seen: SeenColumns, column: SeenColumn) -> tuple[str, str] | None
     return None
 
 
+def rubbing_force(seen: SeenColumns) -> str:
+    """The force over the normal force in a column that is called a coefficient of friction; "" where there is none."""
+    for column in seen.columns.values():
+        called = {"cof", "friction", "traction", "mu"} & {*column.spoken.stem_words}
+        parts = quotient_of(seen, column) if called and column.unit in (None, *_NO_UNITS) else None
+        if parts is not None:
+            return parts[0]
+    return ""
+
+
 def _is_of_models(seen: SeenColumns, column: SeenColumn) -> bool:
     """Whether a column is called like a model, or goes with such columns: a table of models beside a measured effort.
 
