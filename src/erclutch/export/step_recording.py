@@ -99,7 +99,8 @@ class StepRecording:
 
     def whole(self) -> StepRecord:
         """From the inputs to effort and flags."""
-        step, record = self.step, self.record
+        step = self.step
+        record = self.record
         names = tuple(f"u{i}" for i in range(len(step.inputs)))
         given = [record.input(name) for name in names]
         measured = given[-1]  # the effort, where the step measures
@@ -118,17 +119,23 @@ class StepRecording:
         raised[NON_FINITE] = record.opposite(self.good)
 
         self._refuse_names()
-        nodes = [tuple(record.node_of(x) for x in signals) for signals in (fields, slips, extras)]
-        record.outputs = [record.node_of(x) for x in (effort, *raised.values())]
+
+        def nodes_of(signals: Sequence[Any]) -> tuple[Node, ...]:
+            return tuple(record.node_of(signal) for signal in signals)
+
+        field_nodes = nodes_of(fields)
+        slip_nodes = nodes_of(slips)
+        extra_nodes = nodes_of(extras)
+        record.outputs = list(nodes_of([effort, *raised.values()]))
         return StepRecord(
             record=record,
             inputs=names,
             effort=record.outputs[0],
             flags=dict(zip(raised, record.outputs[1:], strict=True)),
             value=record.node_of(value),
-            fields=nodes[0],
-            slips=nodes[1],
-            extras=nodes[2],
+            fields=field_nodes,
+            slips=slip_nodes,
+            extras=extra_nodes,
             started=record.node_of(self.started),
         )
 
@@ -254,10 +261,11 @@ class StepRecording:
     def behind(self, fields: Sequence[Any], slips: Sequence[Any], extras: Sequence[Any]) -> Any:
         """The effort from signals within their windows."""
         step = self.step
-        commands = [self.record.call("command", step.model.command, field=x) for x in fields]
-        fluids = [
-            self.record.label(self._through("command", x, str(i)), f"fluid{i + 1}") for i, x in enumerate(commands)
-        ]
+        commands = [self.record.call("command", step.model.command, field=field) for field in fields]
+        fluids: list[Any] = []
+        for i, command in enumerate(commands):
+            in_fluid = self._through("command", command, str(i))
+            fluids.append(self.record.label(in_fluid, f"fluid{i + 1}"))
         remembered = self._remembered(fluids, slips)
         effort = self._ahead(fluids, slips, remembered, extras)
         if step.model.gives_way is not None:

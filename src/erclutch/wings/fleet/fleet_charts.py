@@ -24,7 +24,9 @@ def named(devices: tuple[str, ...]) -> str:
 def _panel(series: FleetSeries, over: str) -> Panel:
     scale = chart_scale(series.unit, float(np.abs(series.value).max()))
     x = series.x
-    value, low, high = scale.factor * series.value, scale.factor * series.low, scale.factor * series.high
+    value = scale.factor * series.value
+    low = scale.factor * series.low
+    high = scale.factor * series.high
     outlying = np.array([device in series.outliers for device in series.devices], bool)
 
     whiskers = np.column_stack([low, high, np.full_like(low, np.nan)]).ravel()  # NaN parts one from the next
@@ -35,15 +37,17 @@ def _panel(series: FleetSeries, over: str) -> Panel:
     shown = [value, np.clip(low, value - reach, value), np.clip(high, value, value + reach)]
     chart = series.chart
     if chart is not None:
-        lower, centre, upper = scale.factor * chart.lower, scale.factor * chart.centre, scale.factor * chart.upper
-        marks = [Shade(lower, upper), ReferenceLine(centre), *marks]
+        lower = scale.factor * chart.lower
+        upper = scale.factor * chart.upper
+        marks = [Shade(lower, upper), ReferenceLine(scale.factor * chart.centre), *marks]
         shown.append(np.array([lower, upper]))
     marks.append(Dots(x[~outlying], value[~outlying], "series1", "device", 3.6))
     if outlying.any():
         marks.append(Dots(x[outlying], value[outlying], "series0", "stands out", 5.0))
 
     every = np.concatenate(shown)
-    least, most = float(np.nanmin(every)), float(np.nanmax(every))
+    least = float(np.nanmin(every))
+    most = float(np.nanmax(every))
     slack = 0.08 * (most - least) or 0.5
     labels = {"name": "device, in the order of the names", "mtime": "days since the first log"}
     grey = " Grey: the limits of the control chart." if chart is not None else ""

@@ -43,8 +43,9 @@ class FlowCurve(Shown):
     stress: Array
 
     def __repr__(self) -> str:
-        ends = [f"{x.min():.4g} to {x.max():.4g} {unit}" for x, unit in ((self.rate, "1/s"), (self.stress, "Pa"))]
-        return one_line(self, self.label, f"{self.rate.size} points", *ends)
+        rates = f"{self.rate.min():.4g} to {self.rate.max():.4g} 1/s"
+        stresses = f"{self.stress.min():.4g} to {self.stress.max():.4g} Pa"
+        return one_line(self, self.label, f"{self.rate.size} points", rates, stresses)
 
     def notebook_card(self) -> Card:
         """What a notebook shows: the points."""
@@ -114,10 +115,10 @@ def _described(curve: FlowCurve, fits: Sequence[FlowFit]) -> Plot:
     from erclutch.report.plots.plot_description import Axis, Dots, Line, Panel, Plot, PlotTable
 
     order = np.argsort(curve.rate)
-    lines = [
-        Line(curve.rate[order], fit.predicted[order], f"series{k + 1}", fit.law, dashed=k > 0)
-        for k, fit in enumerate(fits)
-    ]
+    lines: list[Line] = []
+    for place, fit in enumerate(fits):
+        style = f"series{place + 1}"
+        lines.append(Line(curve.rate[order], fit.predicted[order], style, fit.law, dashed=place > 0))
     dots = Dots(curve.rate, curve.stress, "series0", curve.label if lines else "", 2.4)
     x = Axis("shear rate", "1/s", log=True)
     y = Axis("shear stress", "Pa", log=True)
@@ -248,5 +249,8 @@ def _shows(fit: FlowFit, plateau: tuple[float, float] | None) -> bool | None:
     if plateau is None:
         return None
     stress = yield_stress_of(fit)
-    low, high = (stress.value if np.isnan(end) else end for end in (stress.low, stress.high))
-    return low <= plateau[1] and high >= plateau[0]
+    # At a bound there is no interval: the value alone is compared.
+    low = stress.value if np.isnan(stress.low) else stress.low
+    high = stress.value if np.isnan(stress.high) else stress.high
+    lowest_shown, highest_shown = plateau
+    return low <= highest_shown and high >= lowest_shown

@@ -15,7 +15,7 @@ import numpy as np
 from erclutch.errors import ErclutchError, LogError, MappingError, SettingError, placed
 from erclutch.logs import read_table, recordings_in
 from erclutch.logs.table import Table
-from erclutch.signals.array import Array, Mask
+from erclutch.signals.array import Array
 from erclutch.wings.rheology.flow_curve import FlowCurve
 from erclutch.wings.rheology.flow_plan import CurvePlan, FlowPlan, oscillation, plan_of, require_several_rates
 
@@ -126,6 +126,7 @@ def _label(curve: CurvePlan, plan: FlowPlan, table: Table, test: str) -> str:
 
 
 def _points(curve: CurvePlan, table: Table, label: str) -> tuple[Array, Array, list[str]]:
+    """Shear rates in 1/s and stresses in Pa of the points that can be used, each shape (n,), and what was left out."""
     rate = table.columns[curve.rate.name]
     stress = table.columns[curve.stress.name]
     notes: list[str] = []
@@ -138,7 +139,9 @@ def _points(curve: CurvePlan, table: Table, label: str) -> tuple[Array, Array, l
     never = np.isin(rate, _SENTINELS) | np.isin(stress, _SENTINELS)
     at_rest = (rate == 0) & ~never
     swings, marks = oscillation(table)
-    swings = swings & ~empty & ~half & ~never & ~at_rest if not swings.all() else np.zeros_like(swings)
+    if swings.all():  # then the marks tell nothing apart
+        swings = np.zeros_like(swings)
+    swings = swings & ~empty & ~half & ~never & ~at_rest
     for rows, why in (
         (swings, f"in oscillation ({', '.join(marks[:3])})"),
         (half, "without a rate or without a stress"),
@@ -152,34 +155,39 @@ def _points(curve: CurvePlan, table: Table, label: str) -> tuple[Array, Array, l
         raise LogError(
             "no point has a shear rate and a shear stress", where=f"{table.name}, {label}", remedy="Check the columns"
         )
-    x = rate[kept] * curve.rate.factor
-    y = stress[kept] * curve.stress.factor
+    places = np.flatnonzero(kept)  # of the points in the table
+    rate = rate[kept] * curve.rate.factor  # [1/s]
+    stress = stress[kept] * curve.stress.factor  # [Pa], or a viscosity in Pa s
     if curve.times_rate:
-        y = y * np.abs(x) if (y > 0).all() else y * x
-    turned = (x < 0) & (y < 0)
+        # Viscosities that are all positive are magnitudes, so their stresses are magnitudes too.
+        stress = stress * np.abs(rate) if (stress > 0).all() else stress * rate
+    turned = (rate < 0) & (stress < 0)
     if turned.any():
         notes.append(f"{int(turned.sum())} points turn the other way: magnitudes are taken")
-        x, y = np.where(turned, -x, x), np.where(turned, -y, y)
+        rate = np.where(turned, -rate, rate)
+        stress = np.where(turned, -stress, stress)
     if curve.times_rate:
-        x = np.abs(x)
-    against = np.sign(x) != np.sign(y)
-    faint = against & (np.abs(y) < _FAINT * float(np.abs(y).max(initial=0.0)))
-    if faint.any() and 2 * int(against.sum()) <= x.size:
+        rate = np.abs(rate)
+
+    against = np.sign(rate) != np.sign(stress)
+    faint = against & (np.abs(stress) < _FAINT * float(np.abs(stress).max(initial=0.0)))
+    if faint.any() and 2 * int(against.sum()) <= rate.size:
         # At the lowest rates a fluid of low viscosity is below what an instrument resolves: the sign is noise.
-        said = f"{int(faint.sum())} points left out: a stress of the other sign than its rate"
-        notes.append(f"{said}, below {_FAINT:.0%} of the largest stress, as noise is")
-        x, y, kept, against = x[~faint], y[~faint], _among(kept, ~faint), against[~faint]
+        left_out = f"{int(faint.sum())} points left out: a stress of the other sign than its rate"
+        notes.append(f"{left_out}, below {_FAINT:.0%} of the largest stress, as noise is")
+        clear = ~faint
+        rate = rate[clear]
+        stress = stress[clear]
+        places = places[clear]
+        against = against[clear]
     if against.any():
-        first = int(np.flatnonzero(kept)[np.argmax(against)]) + 1
-        at = f"row {first} of the table has the shear rate {x[against][0]:g} 1/s and the stress {y[against][0]:g} Pa"
-        raise LogError(at, where=f"{table.name}, {label}", remedy="Remove the point, or give magnitudes")
-    if np.any(np.diff(x) > 0) and np.any(np.diff(x) < 0):
+        first = int(np.argmax(against))
+        raise LogError(
+            f"row {int(places[first]) + 1} of the table has the shear rate {rate[first]:g} 1/s and the stress "
+            f"{stress[first]:g} Pa",
+            where=f"{table.name}, {label}",
+            remedy="Remove the point, or give magnitudes",
+        )
+    if np.any(np.diff(rate) > 0) and np.any(np.diff(rate) < 0):
         notes.append("the rate rises and falls: both sweeps are fitted as one curve")
-    return x, y, notes
-
-
-def _among(kept: Mask, still: Mask) -> Mask:
-    """Rows of the table that stay, of those that were kept."""
-    again = kept.copy()
-    again[np.flatnonzero(kept)[~still]] = False
-    return again
+    return rate, stress, notes

@@ -87,26 +87,32 @@ def angles_of(log: Recording, wraps: tuple[float, float] = (0.0, 0.0)) -> Array:
     Raises:
         MappingError: neither angles nor speeds.
     """
-    s = log.signals
+    signals = log.signals
 
     def angle(position: str, speed: str) -> Array | None:
-        if position in s:
-            return s[position]
-        return np.cumsum(s[speed]) * log.period if speed in s else None
+        if position in signals:
+            return signals[position]
+        return np.cumsum(signals[speed]) * log.period if speed in signals else None
 
     theta = angle("theta", "theta_dot")
     alpha = angle("alpha", "alpha_dot")
     if theta is None:
-        theta, alpha = angle("position", "slip"), np.zeros(log.rows)
+        theta = angle("position", "slip")
+        alpha = np.zeros(log.rows)
     if theta is None or alpha is None:
         raise MappingError(
             "a replay needs theta and alpha, or a position or slip",
             where=log.name,
             remedy="Say which columns they are, with --device, --theta, --alpha, --slip or a mapping file",
         )
-    theta, alpha = (np.unwrap(a, period=w) if w > 0.0 else a for a, w in zip((theta, alpha), wraps, strict=True))
-    torque = s.get("T", s.get("effort"))
-    return np.column_stack([theta, alpha, np.full(log.rows, math.nan) if torque is None else torque])
+    theta_wrap, alpha_wrap = wraps
+    if theta_wrap > 0.0:
+        theta = np.unwrap(theta, period=theta_wrap)
+    if alpha_wrap > 0.0:
+        alpha = np.unwrap(alpha, period=alpha_wrap)
+    not_measured = np.full(log.rows, math.nan)
+    torque = signals.get("T", signals.get("effort", not_measured))
+    return np.column_stack([theta, alpha, torque])
 
 
 def fields_of(log: Recording) -> Array:
@@ -114,12 +120,15 @@ def fields_of(log: Recording) -> Array:
 
     A single device has the negative part of its field in the place of E2.
     """
-    s, zero = log.signals, np.zeros(log.rows)
-    signed = s.get("E", s.get("field"))
-    if "E1" in s:
-        first, second = s["E1"], s.get("E2", zero)
+    signals = log.signals
+    zero = np.zeros(log.rows)
+    first = zero
+    second = zero
+    signed = signals.get("E", signals.get("field"))
+    if "E1" in signals:
+        first = signals["E1"]
+        second = signals.get("E2", zero)
     elif signed is not None:
-        first, second = np.maximum(signed, 0.0), np.maximum(-signed, 0.0)
-    else:
-        first = second = zero
-    return np.column_stack([first, second, s.get("motor_torque", zero)])
+        first = np.maximum(signed, 0.0)
+        second = np.maximum(-signed, 0.0)
+    return np.column_stack([first, second, signals.get("motor_torque", zero)])

@@ -64,17 +64,24 @@ def supported(control: ControlOptions, rig: RigChoice, model: LiveModel | None, 
     Raises:
         SettingError: an option lacks its model, or it is known that nothing measures the torque.
     """
-    asked = {"--adapt": (adapt, adapt)}
-    asked["--observer"] = control.observer not in (None, "off"), control.observer == "sensor"
-    asked["--track-bandwidth"] = control.track_bandwidth != 0.0, False
+    # Of each option that is asked for: whether it needs a model, and whether a torque sensor.
+    asked = {
+        "--adapt": (adapt, adapt),
+        "--observer": (control.observer not in (None, "off"), control.observer == "sensor"),
+        "--track-bandwidth": (control.track_bandwidth != 0.0, False),
+    }
     for option, (needs_model, needs_sensor) in asked.items():
         if needs_model and model is None:
             raise SettingError(f"{option} without a model", remedy=f"Give --run RUN, or leave {option} out")
         if needs_sensor and rig.named is not None and not rig.named.sensor:
             problem = f"{option} needs a torque sensor, and this rig has none"
             raise SettingError(problem, where=rig.name, remedy=f"Leave {option} out")
-    gains = (control.torque_p, control.torque_i) != (DEFAULTS[1].torque_p, DEFAULTS[1].torque_i)
-    return replace(control, observer=control.observer or ("off" if model is None or adapt or gains else "none"))
+    if control.observer:
+        return control
+    _, usual, _ = DEFAULTS
+    has_gains = (control.torque_p, control.torque_i) != (usual.torque_p, usual.torque_i)
+    by_gains = model is None or adapt or has_gains
+    return replace(control, observer="off" if by_gains else "none")
 
 
 def tuned(control: ControlOptions) -> tuple[ControlOptions, dict[str, float]]:
@@ -96,9 +103,15 @@ def tuned(control: ControlOptions) -> tuple[ControlOptions, dict[str, float]]:
         if name not in (*TUNED, *_LOAD) or isinstance(value, bool) or not isinstance(value, int | float):
             known = ", ".join((*TUNED, *_LOAD))
             raise SettingError(f"{name} = {value!r}", where=str(control.tuned), remedy=f"Give numbers to {known}")
-    options = {name: value for name, value in body.items() if hasattr(control, name)}
-    default = {name: value for name, value in options.items() if getattr(control, name) == getattr(DEFAULTS[1], name)}
-    return replace(control, **default), {name: value for name, value in body.items() if name not in options}
+    _, usual, _ = DEFAULTS
+    options: dict[str, float] = {}  # that nobody gave
+    further: dict[str, float] = {}
+    for name, value in body.items():
+        if not hasattr(control, name):
+            further[name] = value
+        elif getattr(control, name) == getattr(usual, name):
+            options[name] = value
+    return replace(control, **options), further
 
 
 def knows_inertia(control: ControlOptions) -> None:
@@ -164,10 +177,10 @@ def _stages(parameters: RigParameters, control: ControlOptions) -> dict[str, Any
         found["torque_lag"] = 1e-3
     elif control.observer == "motion":
         found["gain_rate"] = 0.2
-        found["drive_inertia"], found["drive_friction"] = (
-            parameters.value(f"drive.{n}") for n in ("inertia", "coulomb")
-        )
-        found |= dict.fromkeys(("drive_drag_1", "drive_drag_2"), parameters.value("drive.viscous"))
+        found["drive_inertia"] = parameters.value("drive.inertia")
+        found["drive_friction"] = parameters.value("drive.coulomb")
+        found["drive_drag_1"] = parameters.value("drive.viscous")
+        found["drive_drag_2"] = parameters.value("drive.viscous")
     return found
 
 

@@ -53,9 +53,14 @@ def sense(x: Array, parts: Parts, noise: float, row: Array) -> None:
 @compiled
 def true_states(x: Array, row: Array) -> None:
     """What only the twin knows, into row[0:8]."""
-    row[0], row[1], row[2] = x[k.OMEGA], x[k.OMEGA_L], x[k.OMEGA_R]
-    row[3], row[4] = x[k.TORQUE], x[k.MOTOR]
-    row[5], row[6], row[7] = x[k.FIELD_1], x[k.FIELD_2], x[k.WARMTH]
+    row[0] = x[k.OMEGA]
+    row[1] = x[k.OMEGA_L]
+    row[2] = x[k.OMEGA_R]
+    row[3] = x[k.TORQUE]
+    row[4] = x[k.MOTOR]
+    row[5] = x[k.FIELD_1]
+    row[6] = x[k.FIELD_2]
+    row[7] = x[k.WARMTH]
 
 
 @compiled
