@@ -103,12 +103,12 @@ def equation_of(model: TorqueModel) -> Markup:
     if structure.offset:
         terms.append(_OFFSET)
     behind = stages_at(structure.dynamics, "effort")
-    head = Markup("<msub><mi>T</mi><mi>fluid</mi></msub><mo>=</mo>" if behind else "<mi>T</mi><mo>=</mo>")
-    pieces = [
-        (head if k == 0 else Markup('<mo form="infix" lspace="0.25em" rspace="0.25em">+</mo>')) + term
-        for k, term in enumerate(terms)
-    ]
-    return Markup(" ").join(Markup("<math><mrow>{}</mrow></math>").format(piece) for piece in pieces)
+    before = Markup("<msub><mi>T</mi><mi>fluid</mi></msub><mo>=</mo>" if behind else "<mi>T</mi><mo>=</mo>")
+    pieces: list[Markup] = []
+    for term in terms:
+        pieces.append(Markup("<math><mrow>{}</mrow></math>").format(before + term))
+        before = Markup('<mo form="infix" lspace="0.25em" rspace="0.25em">+</mo>')
+    return Markup(" ").join(pieces)
 
 
 _TURNING_FRICTION = Markup(

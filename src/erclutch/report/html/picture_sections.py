@@ -26,10 +26,12 @@ _NARROW = 0.02
 def _error_map(material: Material) -> dict[str, Any]:
     """Two maps an element."""
     panels = describe_error_map(material).panels
-    (error,), (rows,) = panels[0].cells(), panels[1].cells()
+    (error,) = panels[0].cells()
+    (rows,) = panels[1].cells()
+    place = {"inside": inside(panels[0])}  # of the axes in the drawing, the same in all
     return {
         "pairs": list(zip(panels[::2], panels[1::2], strict=True)),
-        "grids": [_grid(material, m) | {"inside": inside(panels[0])} for m in material.error_maps],
+        "grids": [_grid(material, cells) | place for cells in material.error_maps],
         "error_steps": [number(top, 2) for top in error.largest(RAMP)],
         "row_steps": [count(round(top)) for top in rows.largest(RAMP)],
         "error_label": error.label,
@@ -38,8 +40,9 @@ def _error_map(material: Material) -> dict[str, Any]:
 
 
 def _holes(material: Material) -> str:
-    worst = " ".join(text for text in (worst_cell(material, m) for m in material.error_maps) if text)
-    blind = max(m.blind_share for m in material.error_maps)
+    largest_errors = [worst_cell(material, cells) for cells in material.error_maps]
+    worst = " ".join(filter(None, largest_errors))
+    blind = max(cells.blind_share for cells in material.error_maps)
     if not blind:
         return f"{worst} Every row held out lies in a cell that training rows reach."
     return f"{worst} {percent(blind, 2)} of the rows held out lie in cells without a training row (crossed)."

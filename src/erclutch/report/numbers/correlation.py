@@ -119,7 +119,8 @@ def spectrum(rows: RunRows, models: Sequence[str]) -> Spectrum | None:
 def _welch(values: Array, spans: Sequence[Span], width: int, period: float) -> Array:
     """Power spectral density, shape (width / 2 + 1,): the mean over windows that overlap by half."""
     taper = np.hanning(width)
-    total, count = np.zeros(width // 2 + 1), 0
+    total = np.zeros(width // 2 + 1)
+    count = 0
     for span in spans:
         for at in range(span.start, span.stop - width + 1, width // 2):
             piece = values[at : at + width]

@@ -13,7 +13,7 @@ from erclutch.signals.array import Array
 Counts = NDArray[np.int64]
 
 _FIELD_CELLS, _SLIP_CELLS = 32, 26
-_FEW_LEVELS = 16
+_FEW_LEVELS = 16  # fields of a log, each of which has a cell of its own
 
 
 @dataclass(frozen=True)
@@ -100,9 +100,11 @@ def _field_edges(field: Array) -> Array:
 
 def even_edges(values: Array, cells: int) -> Array:
     """Edges of so many cells of the same width around all values."""
-    low, high = float(values.min()), float(values.max())
-    if high == low:
-        low, high = low - 0.5, low + 0.5
+    low = float(values.min())
+    high = float(values.max())
+    if high == low:  # a single value lies in the middle of a range of 1
+        low = low - 0.5
+        high = high + 0.5
     return np.linspace(low, high, cells + 1)
 
 

@@ -54,14 +54,17 @@ class Distribution:
 
 def parity(rows: RunRows, model: str) -> Parity:
     """Counts of the rows held out in square cells."""
-    measured, estimated = rows.data.effort[rows.test], rows.predicted[model][rows.test]
-    low, high = float(measured.min()), float(measured.max())
+    measured = rows.data.effort[rows.test]
+    estimated = rows.predicted[model][rows.test]
+    low = float(measured.min())
+    high = float(measured.max())
     slack = 0.06 * (high - low)
     edges = np.linspace(low - slack, high + slack, _CELLS + 1)
     inside = (estimated >= edges[0]) & (estimated < edges[-1])
     scale = _CELLS / (edges[-1] - edges[0])
-    cell = ((measured[inside] - edges[0]) * scale).astype(np.intp) * _CELLS
-    cell += ((estimated[inside] - edges[0]) * scale).astype(np.intp)
+    column = ((measured[inside] - edges[0]) * scale).astype(np.intp)
+    row = ((estimated[inside] - edges[0]) * scale).astype(np.intp)
+    cell = column * _CELLS + row  # one number a cell
     counts = np.bincount(cell, minlength=_CELLS * _CELLS).reshape(_CELLS, _CELLS)
     return Parity(edges, counts, int(np.count_nonzero(~inside)))
 
@@ -73,10 +76,17 @@ def distributions(rows: RunRows, models: Sequence[str]) -> tuple[Distribution, .
     edges = np.linspace(-1.25 * reach, 1.25 * reach, _BARS + 1)
     width = edges[1] - edges[0]
     found: list[Distribution] = []
-    for model, e in zip(models, residuals, strict=True):
-        counts = np.histogram(e, edges)[0]
-        beyond = 1.0 - float(counts.sum()) / e.size
-        quantiles = tuple(np.quantile(np.abs(e), (0.5, 0.95, 0.99, 1.0)).tolist())
-        density = counts / (e.size * width)
-        found.append(Distribution(model, edges, density, beyond, float(e.mean()), quantiles, float(e.std())))
+    for model, residual in zip(models, residuals, strict=True):
+        counts, _ = np.histogram(residual, edges)
+        found.append(
+            Distribution(
+                model=model,
+                edges=edges,
+                density=counts / (residual.size * width),
+                beyond=1.0 - float(counts.sum()) / residual.size,
+                bias=float(residual.mean()),
+                quantiles=tuple(np.quantile(np.abs(residual), (0.5, 0.95, 0.99, 1.0)).tolist()),
+                spread=float(residual.std()),
+            )
+        )
     return tuple(found)

@@ -15,10 +15,12 @@ from erclutch.runs.run_rows import RunRows
 from erclutch.signals.array import Array
 from erclutch.signals.clock import Clock, Span
 
-_STEP, _WITHIN = 0.1, 2.0e-3
-_FEWEST = 20
-_SHORTEST, _LONGEST, _POINTS = 1e-3, 1e3, 1201  # of step responses: seconds, rows
-_MISSING = 0.01  # share of a step
+_STEP = 0.1  # share of the command's range that is a switch
+_WITHIN = 2.0e-3  # s, in which the command moves so far
+_FEWEST = 20  # switches
+_SHORTEST, _LONGEST = 1e-3, 1e3  # s, of step responses
+_POINTS = 1201  # of a step response
+_MISSING = 0.01  # share of a step below which the field has settled
 
 
 @dataclass(frozen=True)
@@ -66,7 +68,8 @@ class StepResponse:
     def settled(self) -> float:
         """Time in s after which less than 1 % of a step is missing."""
         off = np.maximum(np.abs(1.0 - self.rising), np.abs(self.falling)) > _MISSING
-        return float(self.time[min(int(np.flatnonzero(off)[-1]) + 1, off.size - 1)])
+        last_off = int(np.flatnonzero(off)[-1])
+        return float(self.time[min(last_off + 1, off.size - 1)])
 
 
 def after_switch(rows: RunRows, models: Sequence[str]) -> AfterSwitch | None:
@@ -119,8 +122,8 @@ def _time_since(rows: RunRows, within: int) -> Array:
 
 def step_responses(body: Mapping[str, Any], models: Sequence[str]) -> tuple[StepResponse, ...]:
     """Step responses of those models that have stages on the command, from their numbers in run.json."""
-    found = (step_response(entry) for entry in body["ranking"] if entry["name"] in models)
-    return tuple(response for response in found if response is not None)
+    responses = [step_response(entry) for entry in body["ranking"] if entry["name"] in models]
+    return tuple(response for response in responses if response is not None)
 
 
 def step_response(entry: Mapping[str, Any]) -> StepResponse | None:
@@ -145,5 +148,6 @@ def _response(entry: Mapping[str, Any], horizon: float) -> StepResponse:
     for stage in stages_in(entry):
         if stage.place == "command":
             q = list(stage_values(entry, stage).values())
-            rising, falling = (np.asarray(stage.respond(u, clock, q, slice(None))) for u in (rising, falling))
+            rising = np.asarray(stage.respond(rising, clock, q, slice(None)))
+            falling = np.asarray(stage.respond(falling, clock, q, slice(None)))
     return StepResponse(str(entry["name"]), time, rising, falling)

@@ -48,12 +48,14 @@ def _row(material: Material, loop: EffortLoop) -> list[Panel]:
 def _panel(material: Material, loop: EffortLoop, x: Axis, values: Array) -> Panel:
     factor = material.effort.factor
     lines = [Line(values, loop.measured * factor, "measured", "measured")]
-    lines += [
-        Line(values, loop.modelled[name] * factor, role, material.titles[name])
-        for name, role in material.looped.items()
-    ]
+    for name, role in material.looped.items():
+        lines.append(Line(values, loop.modelled[name] * factor, role, material.titles[name]))
     at = _field_of(material, loop)
-    where = f"from {loop.start:.4g} s{f' of {loop.log}' if loop.log else ''}{'' if loop.held else ', training rows'}"
+    where = f"from {loop.start:.4g} s"
+    if loop.log:
+        where += f" of {loop.log}"
+    if not loop.held:
+        where += ", training rows"
     return Panel(
         x,
         Axis(material.word, material.effort.unit),
@@ -69,11 +71,13 @@ def _panel(material: Material, loop: EffortLoop, x: Axis, values: Array) -> Pane
 def _field_of(material: Material, loop: EffortLoop) -> str:
     """The field as text, or its range where the field moves."""
     low, high = loop.fields
-    name = f"{material.element_name(loop.element)} ".lstrip()
-    largest = max(float(np.abs(e.field).max()) for e in material.rows.data.elements)
+    begin = f"{material.element_name(loop.element)} ".lstrip()
+    if not material.field.unit:
+        begin += "E = "
+    largest = max(float(np.abs(element.field).max()) for element in material.rows.data.elements)
     if high - low < _STEADY * largest:
-        return f"{name}{'' if material.field.unit else 'E = '}{material.field.of(0.5 * (low + high), 2)}"
-    return f"{name}{'' if material.field.unit else 'E = '}{material.field.bare(low, 2)} to {material.field.of(high, 2)}"
+        return f"{begin}{material.field.of(0.5 * (low + high), 2)}"
+    return f"{begin}{material.field.bare(low, 2)} to {material.field.of(high, 2)}"
 
 
 def _rows(loop: EffortLoop) -> list[tuple[object, ...]]:

@@ -70,7 +70,9 @@ class Line:
         """The points that straight lines join."""
         if not self.steps:
             return self.x, self.y
-        y = np.append(self.y, self.y[-1:]) if self.y.size < self.x.size else self.y
+        y = self.y
+        if y.size < self.x.size:  # the last step ends at the last x
+            y = np.append(y, y[-1:])
         return np.repeat(self.x, 2)[1:], np.repeat(y, 2)[:-1]
 
 
@@ -151,12 +153,14 @@ class Cells:
         """Which of so many colours each cell has, shape (nx, ny); -1 leaves it out."""
         share = np.log1p(self.values) / (np.log1p(self.top) * 1.0001) if self.log else self.values / self.top
         share = np.nan_to_num(share, nan=-1.0)
-        return np.where(share < 0, -1, np.clip((share * count).astype(np.int64), 0, count - 1))
+        colour = np.clip((share * count).astype(np.int64), 0, count - 1)
+        return np.where(share < 0, -1, colour)
 
     def largest(self, count: int) -> list[float]:
         """Largest value of each of so many colours."""
         shares = np.arange(1, count + 1) / count
-        return (np.expm1(np.log1p(self.top) * shares) if self.log else self.top * shares).tolist()
+        largest = np.expm1(np.log1p(self.top) * shares) if self.log else self.top * shares
+        return largest.tolist()
 
 
 Mark: TypeAlias = Line | Dots | Bars | NamedBars | Shade | ReferenceLine | Cells
@@ -225,8 +229,11 @@ def _range(axis: Axis, values: Sequence[Array]) -> tuple[float, float]:
     if axis.low is not None and axis.high is not None:
         return axis.low, axis.high
     flat = np.concatenate([*values, np.zeros(0)])
-    flat = flat[np.isfinite(flat) & ((flat > 0.0) if axis.log else True)]
-    low, high = (float(flat.min()), float(flat.max())) if flat.size else (0.1, 1.0)
+    flat = flat[np.isfinite(flat)]
+    if axis.log:
+        flat = flat[flat > 0.0]
+    low = float(flat.min()) if flat.size else 0.1
+    high = float(flat.max()) if flat.size else 1.0
     if axis.log:
         return low / 1.3, high * 1.3
     slack = 0.05 * (high - low) or 0.5
