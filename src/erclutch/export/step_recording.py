@@ -99,8 +99,7 @@ class StepRecording:
 
     def whole(self) -> StepRecord:
         """From the inputs to effort and flags."""
-        step = self.step
-        record = self.record
+        step, record = self.step, self.record
         names = tuple(f"u{i}" for i in range(len(step.inputs)))
         given = [record.input(name) for name in names]
         measured = given[-1]  # the effort, where the step measures
@@ -119,23 +118,17 @@ class StepRecording:
         raised[NON_FINITE] = record.opposite(self.good)
 
         self._refuse_names()
-
-        def nodes_of(signals: Sequence[Any]) -> tuple[Node, ...]:
-            return tuple(record.node_of(signal) for signal in signals)
-
-        field_nodes = nodes_of(fields)
-        slip_nodes = nodes_of(slips)
-        extra_nodes = nodes_of(extras)
-        record.outputs = list(nodes_of([effort, *raised.values()]))
+        nodes = [tuple(record.node_of(x) for x in signals) for signals in (fields, slips, extras)]
+        record.outputs = [record.node_of(x) for x in (effort, *raised.values())]
         return StepRecord(
             record=record,
             inputs=names,
             effort=record.outputs[0],
             flags=dict(zip(raised, record.outputs[1:], strict=True)),
             value=record.node_of(value),
-            fields=field_nodes,
-            slips=slip_nodes,
-            extras=extra_nodes,
+            fields=nodes[0],
+            slips=nodes[1],
+            extras=nodes[2],
             started=record.node_of(self.started),
         )
 
@@ -261,11 +254,10 @@ class StepRecording:
     def behind(self, fields: Sequence[Any], slips: Sequence[Any], extras: Sequence[Any]) -> Any:
         """The effort from signals within their windows."""
         step = self.step
-        commands = [self.record.call("command", step.model.command, field=field) for field in fields]
-        fluids: list[Any] = []
-        for i, command in enumerate(commands):
-            in_fluid = self._through("command", command, str(i))
-            fluids.append(self.record.label(in_fluid, f"fluid{i + 1}"))
+        commands = [self.record.call("command", step.model.command, field=x) for x in fields]
+        fluids = [
+            self.record.label(self._through("command", x, str(i)), f"fluid{i + 1}") for i, x in enumerate(commands)
+        ]
         remembered = self._remembered(fluids, slips)
         effort = self._ahead(fluids, slips, remembered, extras)
         if step.model.gives_way is not None:
