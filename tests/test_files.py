@@ -22,8 +22,7 @@ from erclutch.errors import ErclutchError, RunError
 from erclutch.files import is_plain_file, may_write, may_write_file, places, unwritable, whole_file, whole_folder
 from erclutch.files.places import put_new, release, release_all, reserve
 from erclutch.logs.synthetic import write_synthetic_log
-from tests.support.command import run
-from tests.support.races import WORDS, forked, make_material, started, words_of
+from tests.support.races import WORDS, forked, make_material, started
 
 PAIRS = 30
 SPAWN = multiprocessing.get_context("fork")
@@ -375,7 +374,6 @@ def material(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_of_two_commands_at_once_one_is_told(name: str, material: Path) -> None:
     for pair in range(2):
         assert started(name, pair, material).lost(name) == ""
-    run(*words_of(name, -1), cwd=material)  # imports what the pairs below would each import
     for pair in range(2, 5):
         assert forked(name, pair, material).lost(name) == ""
 
