@@ -63,15 +63,15 @@ WEIGHTS = {
     "settings": 25,
     "runs": 35,
     "places": 40,
-    "bombs": 60,
     "sensors": 70,
     "app": 80,
     "hostile": 100,
     "compilers": 110,
+    "bombs": 115,
     "races": 280,
     "formats": 320,
 }
-MOST_TO_END = 60.0  # s for tests to end in when their time is over
+LEAST_OF_TESTS, MOST_TO_END = 60.0, 60.0  # s for tests, however late it is, and to end in when their time is over
 _COUNTS = re.compile(r"(\d+) (passed|failed|error|errors)")
 
 
@@ -299,7 +299,7 @@ def tested(name: str, until: float) -> Iterator[Row]:
     words = [sys.executable, "-m", "pytest", "-q", "-n", str(CORES), "-p", "no:cacheprovider", "-rfE", *TESTS[name]]
     with subprocess.Popen(words, cwd=ROOT, stdout=subprocess.PIPE, text=True) as tests:
         try:
-            said = tests.communicate(timeout=max(until - time.monotonic(), 1.0))[0]
+            said = tests.communicate(timeout=max(until - time.monotonic(), LEAST_OF_TESTS))[0]
         except subprocess.TimeoutExpired:
             row.note = "the time was over: "
             tests.send_signal(signal.SIGINT)  # pytest tells what came of those that have ended
