@@ -37,7 +37,8 @@ def table(title: str, columns: Sequence[str], rows: Iterable[Sequence[str | Text
     """A plain table: the first ``left`` columns to the left, numbers to the right."""
     made = Table(title=title, title_justify="left", title_style="bold", box=box.SIMPLE_HEAD, pad_edge=False)
     for i, name in enumerate(columns):
-        made.add_column(name, justify="left" if i < left else "right", no_wrap=i >= left)
+        # A name that is cut cannot be told from another, so it goes on in the next line.
+        made.add_column(name, justify="left" if i < left else "right", no_wrap=i >= left, overflow="fold")
     for row in rows:
         made.add_row(*row)
     return made

@@ -90,7 +90,7 @@ def _print(found: Pairing, runs: Sequence[Path]) -> None:
     rows = [
         [
             c.label,
-            c.model,
+            c.run.titles[c.model],
             scale.bare(c.figures.rmse.value, 4),
             scale.band(c.figures.rmse.to_list()),
             band(c.more, scale.factor),
