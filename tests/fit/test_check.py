@@ -9,7 +9,9 @@ import pytest
 from numpy.typing import NDArray
 
 from erclutch.errors import CheckError
-from erclutch.fit.data_check import ONE_FIELD, STEADY_FIELD, Finding, check, sensor_findings, steady_command
+from erclutch.fit.data_check import ONE_FIELD, STEADY_FIELD, check, steady_command
+from erclutch.fit.finding import Finding
+from erclutch.fit.sensor_check import sensor_findings
 from erclutch.logs.dataset import Dataset, hold_out
 from erclutch.logs.resample import RESAMPLED
 from erclutch.signals.clock import Clock, Span

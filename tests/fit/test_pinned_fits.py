@@ -15,7 +15,7 @@ import pytest
 
 from erclutch.fit import scoring
 from erclutch.fit.candidate import Fitted
-from erclutch.fit.data_check import check, sensor_findings, steady_command
+from erclutch.fit.data_check import check, steady_command
 from erclutch.fit.fit_settings import Settings
 from erclutch.fit.history import effort_finding, history_finding
 from erclutch.fit.intervals import bandwidth_of, correlated_rows, long_run, uncertainty, unknown
@@ -29,6 +29,7 @@ from erclutch.fit.past_samples import past_finding, past_rows
 from erclutch.fit.prediction_bands import calibrated, pieces
 from erclutch.fit.ranking import scored, with_bands
 from erclutch.fit.recalibration import recalibrate
+from erclutch.fit.sensor_check import sensor_findings
 from erclutch.fit.validation import cross_validated
 from erclutch.logs import recording_from_arrays
 from erclutch.logs.dataset import Dataset, build_dataset

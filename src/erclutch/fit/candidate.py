@@ -15,7 +15,8 @@ from typing import Any, Protocol
 import numpy as np
 
 from erclutch import registry
-from erclutch.fit.data_check import Finding, steady_command
+from erclutch.fit.data_check import steady_command
+from erclutch.fit.finding import Finding
 from erclutch.fit.fit_settings import AUTO, Settings
 from erclutch.fit.outcome import AnyOutcome
 from erclutch.logs.dataset import Dataset

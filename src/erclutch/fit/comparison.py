@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 
 from erclutch.errors import CheckError, SettingError
 from erclutch.fit.candidate import Candidate, Fitted, Kind, kinds
-from erclutch.fit.data_check import ONE_FIELD, SIGN, Finding, check, steady_command
+from erclutch.fit.data_check import ONE_FIELD, SIGN, check, steady_command
+from erclutch.fit.finding import Finding
 from erclutch.fit.fit_progress import Course, FitProgress, FitStep
 from erclutch.fit.fit_settings import AUTO, Settings
 from erclutch.fit.history import history_finding

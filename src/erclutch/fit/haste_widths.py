@@ -18,11 +18,13 @@ from erclutch.fit.log_groups import FEWEST_GROUPS, groups_of, motion_of, quantil
 from erclutch.logs.dataset import Dataset
 from erclutch.models.band import Band, leading
 from erclutch.models.haste import Haste
-from erclutch.signals.array import Array
+from erclutch.signals.array import Array, Mask
 
-#: Time constants of the lag and of the running mean, in times in which the phase of the quickest motion turns by 1 rad:
-#: such a lag tells motions ten times as quick still, and such a mean bridges half a turn.
-_LAG, _MEAN = 0.1, 3.0
+#: Time constant of the lag, in times in which the phase of the quickest motion turns by 1 rad: such a lag still tells
+#: motions ten times as quick.
+_LAG = 0.1
+#: The same of the running mean: it bridges half a turn.
+_MEAN = 3.0
 #: Of a motion's haste over that of the next slower one: where it is less, their errors differ for other reasons too.
 _APART = 0.25
 
@@ -40,51 +42,73 @@ def with_haste(band: Band, data: Dataset, errors: Array) -> Band:
     """
     logs = groups_of(data)
     low, high = band.around(np.zeros(data.rows), data.elements, data.clock)
-    half = np.where(errors < 0.0, -low, high)
-    if len(set(logs.motion)) < FEWEST_GROUPS or not half.max() > 0.0:
+    half_width = np.where(errors < 0.0, -low, high)
+    widest = float(half_width.max())
+    if len(set(logs.motion)) < FEWEST_GROUPS or not widest > 0.0:
         return band
-    # Of each log [rad/s]: of its quickest element, root mean square of the slip's rate over that of the slip.
-    turns = [
-        max(np.exp(rate - size) for size, rate in zip(sizes[::2], sizes[1::2], strict=True))
-        for sizes in (motion_of(data, slice(*rows)) for rows in logs.rows)
-    ]
-    lag_s = max(_LAG / float(max(turns)), 2.0 * data.period)
+
+    # The quickest motion says how long lag and mean are.
+    turns: list[float] = []  # [rad/s], of each element of each log: rate of the slip over slip, root mean squares
+    for start, stop in logs.rows:
+        logarithms = motion_of(data, slice(start, stop))
+        for of_slip, of_rate in zip(logarithms[::2], logarithms[1::2], strict=True):
+            turns.append(float(np.exp(of_rate - of_slip)))
+    lag_s = max(_LAG / max(turns), 2.0 * data.period)
+    mean_s = _MEAN / _LAG * lag_s
     _, slip = leading([e.field for e in data.elements], [e.slip for e in data.elements])
-    haste = Haste(lag_s, _MEAN / _LAG * lag_s, 1.0, 1.0, 0.0).of_rows(slip, data.clock)
+    haste = Haste(lag_s, mean_s, known=1.0, quickest=1.0, growth=0.0).of_rows(slip, data.clock)
     if not haste.max() > 0.0:
         return band
 
-    size = np.abs(errors) / np.maximum(half, 1e-3 * float(half.max()))
+    size = np.abs(errors) / np.maximum(half_width, 1e-3 * widest)
     log = np.digitize(np.arange(data.rows), np.array([stop for _, stop in logs.rows]))
     motion = np.asarray(logs.motion)[log]
-    hastes = {  # the largest of a log, mean over the logs of a motion
-        each: float(np.mean([haste[log == k].max() for k in np.unique(log[motion == each])])) for each in logs.motion
-    }
-    slowest, *others = sorted(hastes, key=lambda each: hastes[each])
-    own = motion == others[-1]
-    quickest = max(1.0, quantile_over_logs(size[own], log[own], band.level))
+
+    def size_over_logs(rows: Mask) -> float:
+        """How large errors are in some rows, in half widths."""
+        return quantile_over_logs(size[rows], log[rows], band.level)
+
+    haste_of: dict[int, float] = {}  # of each motion: the largest of a log, mean over its logs
+    for number in logs.motion:
+        largest = [haste[log == k].max() for k in np.unique(log[motion == number])]
+        haste_of[number] = float(np.mean(largest))
+    slowest, *others = sorted(haste_of, key=lambda number: haste_of[number])
+    quickest = max(1.0, size_over_logs(motion == others[-1]))
+
     # Each motion stands for a quicker one: the growth that would have held it by the errors of all slower ones.
     growths = [0.0, _by_logs(haste, size, log, band.level)]
     slower = [slowest]
-    for each in others:
-        before, own = np.isin(motion, slower), motion == each
-        known = quantile_over_logs(size[before], log[before], band.level)
-        needed = quantile_over_logs(size[own], log[own], band.level)
-        if known > 0.0 and hastes[slower[-1]] > 0.0:
-            growths.append((needed / known - 1.0) / max(hastes[each] / hastes[slower[-1]] - 1.0, _APART))
-        slower.append(each)
-    return replace(band, haste=Haste(lag_s, _MEAN / _LAG * lag_s, float(haste.max()), quickest, max(growths)))
+    for number in others:
+        known = size_over_logs(np.isin(motion, slower))
+        needed = size_over_logs(motion == number)
+        next_slower = haste_of[slower[-1]]
+        if known > 0.0 and next_slower > 0.0:
+            wider = needed / known - 1.0
+            more_haste = max(haste_of[number] / next_slower - 1.0, _APART)
+            growths.append(wider / more_haste)
+        slower.append(number)
+
+    grown = Haste(lag_s, mean_s, known=float(haste.max()), quickest=quickest, growth=max(growths))
+    return replace(band, haste=grown)
 
 
 def _by_logs(haste: Array, size: Array, log: NDArray[np.intp], level: float) -> float:
     """The exponent by which the errors of logs grow with their haste, and a standard error more."""
-    rows = [own for own in (log == k for k in np.unique(log)) if haste[own].any() and size[own].any()]
-    x = np.log([float(np.sqrt(np.mean(haste[own] ** 2))) for own in rows])
-    y = np.log([max(float(np.quantile(size[own], level)), 1e-9) for own in rows])
-    away = x - x.mean()
+    hastes: list[float] = []  # of each log, root mean square
+    sizes: list[float] = []
+    for number in np.unique(log):
+        own = log == number
+        if haste[own].any() and size[own].any():
+            hastes.append(float(np.sqrt(np.mean(haste[own] ** 2))))
+            sizes.append(max(float(np.quantile(size[own], level)), 1e-9))
+    of_haste = np.log(hastes)
+    of_error = np.log(sizes)
+
+    away = of_haste - of_haste.mean()
     spread = float(away @ away)
     if not spread > 0.0:
         return 0.0
-    slope = float(away @ y) / spread
-    left = y - y.mean() - slope * away
-    return slope + float(np.sqrt(left @ left / max(len(rows) - 2, 1) / spread))
+    slope = float(away @ of_error) / spread
+    residual = of_error - of_error.mean() - slope * away
+    variance = float(residual @ residual) / max(len(hastes) - 2, 1)
+    return slope + float(np.sqrt(variance / spread))

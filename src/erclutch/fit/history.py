@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from erclutch.fit.data_check import Finding
+from erclutch.fit.finding import Finding
 from erclutch.fit.ladder import families, with_stage
 from erclutch.fit.laws.fit_law import reference_of
 from erclutch.logs.dataset import Dataset

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from erclutch.fit.data_check import Finding
+from erclutch.fit.finding import Finding
 from erclutch.fit.scoring import independent_rows
 from erclutch.logs.dataset import Dataset
 from erclutch.signals.array import Array

@@ -18,9 +18,13 @@ from erclutch.logs.dataset import Dataset
 from erclutch.models.band import MOST_FIELD_EDGES, Band, leading
 from erclutch.signals.array import Array, Mask
 
-#: Shares of the span of the fields: a field so near to that of a log is known; a gap between two fields of logs that is
-#: narrower holds no field that is new; and the band's grid goes so far beyond the largest field.
-_KNOWN, _NARROW, _BEYOND = 0.06, 0.2, 0.25
+# Shares of the span of the fields of logs.
+#: A field so near to that of a log is known.
+_KNOWN = 0.06
+#: A gap between two fields of logs that is narrower holds no field that is new.
+_NARROW = 0.2
+#: The band's grid goes so far beyond the largest field.
+_BEYOND = 0.25
 
 
 @dataclass(frozen=True)
@@ -56,68 +60,86 @@ def wider_at_new_fields(band: Band, data: Dataset, errors: Array) -> Band:
     Returns:
         The same band where the logs have one field, or so many that the band cannot keep them apart.
     """
-    field, slip = leading([e.field for e in data.elements], [e.slip for e in data.elements])
-    field, speed = np.abs(field), np.asarray(np.abs(slip), np.float64)
-    levels = _levels(data, field)
-    span = max(levels) - min(levels)
-    classes = list(_classes(levels, span, band.field_edges)) if span > 0.0 else []
+    signed, slip = leading([e.field for e in data.elements], [e.slip for e in data.elements])
+    field: Array = np.abs(signed)
+
+    # The fields of the logs, and the classes that they make of all fields.
+    logs = groups_of(data)
+    means = [float(np.mean(field[start:stop])) for start, stop in logs.rows]
+    levels = sorted({round(mean, 12) for mean in means})
+    span = levels[-1] - levels[0]
+    if not span > 0.0:
+        return band
+    classes = list(_classes(levels, span, band.field_edges))
     if not 1 < len(classes) <= MOST_FIELD_EDGES + 1:
         return band
-    level: Array = np.argmin([np.abs(field - each) for each in levels], axis=0).astype(np.float64)
-    slips = np.searchsorted(np.array(band.slip_edges), speed)
-    log = np.digitize(np.arange(data.rows), np.array([stop for _, stop in groups_of(data).rows]))
+
+    # Of each row: the place of its field among the levels, the class of its slip, its log.
+    level = np.argmin([np.abs(field - each) for each in levels], axis=0)
+    slip_class = np.searchsorted(band.slip_edges, np.asarray(np.abs(slip), np.float64))
+    log = np.digitize(np.arange(data.rows), np.array([stop for _, stop in logs.rows]))
 
     def error(rows: Mask) -> float:
         """What most of some rows erred by when their field was left out."""
         return quantile_over_logs(np.abs(errors[rows]), log[rows], band.level)
 
-    wholes = [[(level == k) & (slips == at) for at in range(band.shape[2])] for k in range(len(levels))]
-    outermost = max(error(rows) for whole in wholes for rows in whole if rows.any())
-    # Of each field with others on both sides: its error, and how far apart those others are.
-    inner = [(error(level == k), levels[k + 1] - levels[k - 1]) for k in range(1, len(levels) - 1)]
-    halves = np.reshape([band.behind, band.ahead], (2, *band.shape))
-    places = np.searchsorted(band.field_edges, [0.5 * (own.low + own.high) for own in classes]).tolist()
+    # Errors beyond all fields: the largest of any field, at the slips where it errs most.
+    outermost = 0.0
+    for place in range(len(levels)):
+        for slips in range(band.shape[2]):
+            rows = (level == place) & (slip_class == slips)
+            if rows.any():
+                outermost = max(outermost, error(rows))
+    # Errors between fields: of each field with others on both sides, and how far apart those others are.
+    inner: list[tuple[float, float]] = []
+    for place in range(1, len(levels) - 1):
+        inner.append((error(level == place), levels[place + 1] - levels[place - 1]))
 
-    def widths(k: int) -> Array:
-        """Half widths of a class, by direction, switching and slip."""
-        if not classes[k].new:
-            return halves[:, :, places[k]]
-        if inner and 0 < k < len(classes) - 1:
-            apart = classes[k].high - classes[k].low + 2.0 * _KNOWN * span
+    halves = np.reshape([band.behind, band.ahead], (2, *band.shape))  # by direction, switching, field and slip
+    middles = [0.5 * (own.low + own.high) for own in classes]
+    before = np.searchsorted(band.field_edges, middles).tolist()  # of each class, its class of field in the band
+    widths: list[Array] = []  # of each class, by direction, switching and slip
+    for k, own in enumerate(classes):
+        if not own.new:
+            widths.append(halves[:, :, before[k]])
+        elif inner and 0 < k < len(classes) - 1:
+            apart = own.high - own.low + 2.0 * _KNOWN * span
             between = max(size * min(apart / of_error, 1.0) for size, of_error in inner)
-            return np.maximum(between, halves[:, :, [places[k - 1], places[k + 1]]].mean(axis=2))
-        return np.maximum(outermost, halves.max(axis=2))
+            beside = halves[:, :, [before[k - 1], before[k + 1]]].mean(axis=2)
+            widths.append(np.maximum(between, beside))
+        else:
+            widths.append(np.maximum(outermost, halves.max(axis=2)))
+    behind, ahead = np.stack(widths, axis=2)
 
-    made = [widths(k) for k in range(len(classes))]
-    behind, ahead = np.stack(made, axis=2)
+    # Classes cover magnitudes from zero on; the grid reaches below zero only where fields of the logs do.
     low, high = band.field
     beyond = _BEYOND * span
     return replace(
         band,
-        field=(min(low - beyond, 0.0) if low < 0.0 else 0.0, high + beyond),
+        field=(low - beyond if low < 0.0 else 0.0, high + beyond),
         field_edges=tuple(own.high for own in classes[:-1]),
         behind=tuple(behind.ravel().tolist()),
         ahead=tuple(ahead.ravel().tolist()),
     )
 
 
-def _levels(data: Dataset, field: Array) -> list[float]:
-    """Magnitudes of the fields of the logs, ascending."""
-    logs = groups_of(data)
-    return sorted({round(float(np.mean(field[start:stop])), 12) for start, stop in logs.rows})
-
-
 def _classes(levels: Sequence[float], span: float, edges: Sequence[float]) -> Iterator[_Class]:
     """All fields from zero on, in classes: those of logs parted as they were, and the new ones between and beyond."""
     known = _KNOWN * span
-    gaps = [_Class(a + known, b - known, new=True) for a, b in pairwise(levels) if b - a > _NARROW * span]
-    if levels[0] > _NARROW * span:
-        gaps.insert(0, _Class(0.0, levels[0] - known, new=True))
+    narrow = _NARROW * span
+    gaps: list[_Class] = []
+    if levels[0] > narrow:
+        gaps.append(_Class(0.0, levels[0] - known, new=True))
+    for low, high in pairwise(levels):
+        if high - low > narrow:
+            gaps.append(_Class(low + known, high - known, new=True))
     gaps.append(_Class(levels[-1] + known, np.inf, new=True))
-    at = 0.0
+
+    reached = 0.0
     for gap in gaps:
-        if gap.low > at:
-            inner = [edge for edge in edges if at < edge < gap.low]
-            yield from (_Class(a, b, new=False) for a, b in pairwise([at, *inner, gap.low]))
+        if gap.low > reached:
+            parted = [edge for edge in edges if reached < edge < gap.low]
+            for low, high in pairwise([reached, *parted, gap.low]):
+                yield _Class(low, high, new=False)
         yield gap
-        at = gap.high
+        reached = gap.high

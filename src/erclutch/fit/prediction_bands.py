@@ -24,14 +24,20 @@ from erclutch.models.band import MOST_EDGES, Band, centres, leading
 from erclutch.signals.array import Array, Mask
 
 LEVEL = 0.95
-#: Share of the field's span from its lag at which the field is switching, and the grid on which its edges lie.
-_SWITCHING, _GRID = 0.05, 8
-#: Independent rows that a cell needs for quantiles of its own, and logs where each log is to be new.
-_ENOUGH, _ENOUGH_LOGS = 100, 4
-#: Settling times: the longest of those whose bands are as narrow as the narrowest, but for this share; each part of
-#: the rows, switching or not, has at least such a share of all.
-_AS_NARROW, _LEAST = 0.02, 0.1
-_LONGEST_S = 1.0
+#: The field is switching where it is so far from its lag, as a share of its span.
+_SWITCHING = 0.05
+#: Steps of the grid on which edges between fields lie.
+_GRID = 8
+#: Independent rows that a cell needs for quantiles of its own.
+_ENOUGH_ROWS = 100
+#: Logs that it needs where each log is to be new.
+_ENOUGH_LOGS = 4
+#: The longest settling time is taken whose band is as narrow as the narrowest, but for this share.
+_AS_NARROW = 0.02
+#: Each part of the rows, switching or not, has at least such a share of all.
+_LEAST_PART = 0.1
+_LONGEST_SETTLING_S = 1.0
+#: Rows that are enough to calibrate on; of more, every so many one is used.
 _MOST_ROWS = 20_000
 
 
@@ -87,38 +93,60 @@ def calibrated(
     """
     field, slip = leading([e.field for e in data.elements], [e.slip for e in data.elements])
     field = np.abs(field)
-    every = -(-int(train.sum()) // _MOST_ROWS)
+    every = -(-int(train.sum()) // _MOST_ROWS)  # rounded up
     known = np.flatnonzero(train)[::every]
-    cells = [
-        (band, band.cells(data.elements, data.clock)[known])
-        for band in _empty_bands(data, train, field[known], np.abs(slip[known]))
-    ]
-    usable = [each for each in cells if _LEAST <= _switching(each) <= 1.0 - _LEAST] or cells[:1]
-    found: list[tuple[Band, float] | None] = []
-    logs = np.searchsorted([stop for _, stop in data.source_rows], known, side="right")
+    log = _log_of(data, known)
+
+    # Bands that differ in their settling time. One that hardly ever, or nearly always, calls the field switching
+    # has too few rows for the widths of one of its parts.
+    bands: list[_Cells] = []
+    for band in _empty_bands(data, train, field[known], np.abs(slip[known])):
+        bands.append((band, band.cells(data.elements, data.clock)[known]))
+    usable = [cells for cells in bands if _LEAST_PART <= _switching(cells) <= 1.0 - _LEAST_PART]
+    if not usable:
+        usable = bands[:1]
+
+    results: list[tuple[Band, float] | None] = []
     for error, count, new in zip(errors, parameters, unseen or (None,) * len(errors), strict=True):
         if not np.all(np.isfinite(error)):
-            found.append(None)
+            results.append(None)
             continue
         seen = error[train]
         if new is None or new.shape != seen.shape:
-            rows, wider, log = seen, _widened(seen.size / correlated_rows(seen), count), None
-        else:
-            rows, wider, log = new, 1.0, logs
-        directed = wider * np.where(slip[known] < 0.0, -rows[::every], rows[::every])
-        own = _Errors.of(directed, log, max(_alike(rows) / every, 1.0))
-        plain = _Errors.of(np.abs(directed), log, own.per_row)
-        found.append((_narrowest(usable, own), 2.0 * plain.ends(np.arange(known.size), LEVEL)[1]))
-    return found
+            rows = seen
+            wider = _widened(seen.size / correlated_rows(seen), count)
+            log_of_row = None
+        else:  # errors on new logs need no widening, and logs count in place of rows
+            rows = new
+            wider = 1.0
+            log_of_row = log
+        along_slip = np.where(slip[known] < 0.0, -rows[::every], rows[::every])
+        as_one = max(_alike(rows) / every, 1.0)
+        directed = _Errors.of(wider * along_slip, log_of_row, as_one)
+        plain = _Errors.of(np.abs(wider * along_slip), log_of_row, as_one)
+        _, half_width = plain.ends(np.arange(known.size), LEVEL)
+        results.append((_narrowest(usable, directed), 2.0 * half_width))
+    return results
+
+
+def _log_of(data: Dataset, rows: NDArray[np.intp]) -> NDArray[np.intp]:
+    """Number of the log of some rows."""
+    return np.searchsorted([stop for _, stop in data.source_rows], rows, side="right")
 
 
 def coverage(data: Dataset, ends: tuple[Array, Array], rows: Mask) -> Coverage:
     """What a band, low and high end each (n,), holds on some rows."""
-    inside = (ends[0] <= data.effort) & (data.effort <= ends[1])
+    low, high = ends
+    inside = (low <= data.effort) & (data.effort <= high)
     shares = {name: float(np.mean(inside[piece])) for name, piece in pieces(data, rows)}
     where = min(shares, key=lambda name: shares[name])
-    width = float(np.mean((ends[1] - ends[0])[rows]))
-    return Coverage(int(rows.sum()), float(np.mean(inside[rows])), shares[where], where, width)
+    return Coverage(
+        rows=int(rows.sum()),
+        share=float(np.mean(inside[rows])),
+        worst=shares[where],
+        where=where,
+        width=float(np.mean((high - low)[rows])),
+    )
 
 
 def pieces(data: Dataset, rows: Mask) -> list[tuple[str, NDArray[np.intp]]]:
@@ -126,17 +154,18 @@ def pieces(data: Dataset, rows: Mask) -> list[tuple[str, NDArray[np.intp]]]:
 
     Seconds with less than half as many rows as usual are left out: they begin or end a stretch.
     """
-    at = np.flatnonzero(rows)
-    log = np.searchsorted([stop for _, stop in data.source_rows], at, side="right")
-    second = (np.arange(at.size) * data.period).astype(np.intp)
-    number = log if np.ptp(log) else second
-    found: list[tuple[str, NDArray[np.intp]]] = []
-    for k in np.unique(number):
-        piece = at[number == k]
-        when = f"the second from {data.clock.time[piece[0]]:.4g} s on"
-        found.append((str(data.sources[int(k)]) if np.ptp(log) else when, piece))
-    few = 0.0 if np.ptp(log) else 0.5 * float(np.median([piece.size for _, piece in found]))
-    return [(name, piece) for name, piece in found if piece.size >= few]
+    places = np.flatnonzero(rows)
+    log = _log_of(data, places)
+    if np.ptp(log):
+        return [(str(data.sources[int(number)]), places[log == number]) for number in np.unique(log)]
+
+    second = (np.arange(places.size) * data.period).astype(np.intp)
+    seconds: list[tuple[str, NDArray[np.intp]]] = []
+    for number in np.unique(second):
+        own = places[second == number]
+        seconds.append((f"the second from {data.clock.time[own[0]]:.4g} s on", own))
+    few = 0.5 * float(np.median([own.size for _, own in seconds]))
+    return [(name, own) for name, own in seconds if own.size >= few]
 
 
 def judged(data: Dataset, test: Mask, predicted: Array, band: Band, plain: float, *, sensor: bool = False) -> HeldBand:
@@ -151,8 +180,11 @@ def judged(data: Dataset, test: Mask, predicted: Array, band: Band, plain: float
         sensor: also try it with a sensor.
     """
     ends = band.around(predicted, data.elements, data.clock)
-    taught = adapted(band, ends, predicted, data.effort, data.clock) if sensor else None
-    return HeldBand(coverage(data, ends, test), plain, None if taught is None else coverage(data, taught, test))
+    held = coverage(data, ends, test)
+    if not sensor:
+        return HeldBand(held, plain)
+    taught = adapted(band, ends, predicted, data.effort, data.clock)
+    return HeldBand(held, plain, coverage(data, taught, test))
 
 
 @dataclass(frozen=True)
@@ -184,22 +216,28 @@ class _Errors:
 
     def enough(self, some: NDArray[np.intp]) -> bool:
         """Whether a cell with these errors needs no others."""
-        rows = some.size >= _ENOUGH * self.per_row
-        if self.log is None or not rows:
-            return rows
-        return np.unique(self.log[some]).size >= min(_ENOUGH_LOGS, int(self.log.max()) + 1)
+        if some.size < _ENOUGH_ROWS * self.per_row:
+            return False
+        if self.log is None:
+            return True
+        logs = int(self.log.max()) + 1
+        return np.unique(self.log[some]).size >= min(_ENOUGH_LOGS, logs)
 
     def ends(self, some: NDArray[np.intp], share: float) -> tuple[float, float]:
         """The errors below and above which a further one lies as rarely as the share allows, if so many are as one."""
-        some, n = np.sort(some), some.size
-        rank = share * (n + self.per_row)
+        ordered = np.sort(some)
+        count = ordered.size
+        rank = share * (count + self.per_row)
         if self.weight is None:
-            above = min(int(np.ceil(rank)), n)
-            return float(self.directed[some[n - above]]), float(self.directed[some[above - 1]])
-        counted = np.cumsum(self.weight[some])
-        counted *= n / counted[-1]
-        low, high = counted.searchsorted(n - rank, "right"), min(int(counted.searchsorted(rank)), n - 1)
-        return float(self.directed[some[low]]), float(self.directed[some[high]])
+            above = min(int(np.ceil(rank)), count)
+            low = count - above
+            high = above - 1
+        else:
+            weight = np.cumsum(self.weight[ordered])  # up to each error, the whole being their count
+            weight *= count / weight[-1]
+            low = int(weight.searchsorted(count - rank, "right"))
+            high = min(int(weight.searchsorted(rank)), count - 1)
+        return float(self.directed[ordered[low]]), float(self.directed[ordered[high]])
 
 
 #: A band without widths, and the cell of each calibration row, shape (n,).
@@ -208,23 +246,67 @@ _Cells = tuple[Band, NDArray[np.intp]]
 
 def _switching(cells: _Cells) -> float:
     """Share of the rows in which the field is switching."""
-    _, fields, slips = cells[0].shape
-    return float(np.mean(cells[1] >= fields * slips))
+    band, cell = cells
+    _, fields, slips = band.shape
+    return float(np.mean(cell >= fields * slips))
 
 
 def _narrowest(cells: Sequence[_Cells], errors: _Errors) -> Band:
     """The band with the longest settling time among those that are as narrow as the narrowest."""
-    found = [(band, at, *_half_widths(errors, at, band.shape)) for band, at in cells]
-    widths = [float(np.mean((behind + ahead)[at])) for _, at, behind, ahead in found]
-    last = max(k for k, width in enumerate(widths) if width <= (1.0 + _AS_NARROW) * min(widths))
-    band, _, behind, ahead = found[last]
-    return replace(band, behind=tuple(behind.tolist()), ahead=tuple(ahead.tolist()))
+    bands: list[Band] = []
+    widths: list[float] = []
+    for empty, cell in cells:
+        behind, ahead = _half_widths(errors, cell, empty.shape)
+        bands.append(replace(empty, behind=tuple(behind.tolist()), ahead=tuple(ahead.tolist())))
+        widths.append(float(np.mean((behind + ahead)[cell])))
+    narrow = (1.0 + _AS_NARROW) * min(widths)
+    return [band for band, width in zip(bands, widths, strict=True) if width <= narrow][-1]
+
+
+def _half_widths(errors: _Errors, cell_of_row: NDArray[np.intp], shape: tuple[int, int, int]) -> tuple[Array, Array]:
+    """Half widths against and in the direction of the slip, each (cells,).
+
+    Args:
+        errors: of the calibration rows.
+        cell_of_row: number of the cell of each calibration row, shape (n,).
+        shape: cells by switching, field and slip.
+    """
+    cells = int(np.prod(shape))
+    indices = np.array(np.unravel_index(np.arange(cells), shape)).T  # of each cell, shape (cells, 3)
+    cell = cell_of_row[errors.place]  # of each error, from the smallest error to the largest
+    every = np.argsort(cell.astype(np.uint8), kind="stable")
+    own = np.split(every, np.searchsorted(cell[every], np.arange(1, cells)))  # errors of each cell
+
+    behind = np.empty(cells)
+    ahead = np.empty(cells)
+    for number in range(cells):
+        some = every
+        for near in _neighbours(indices, number):
+            some = np.concatenate([own[i] for i in np.flatnonzero(near)])
+            if errors.enough(some):
+                break
+        low, high = errors.ends(some, 0.5 * (1.0 + LEVEL))
+        behind[number] = max(-low, 0.0)
+        ahead[number] = max(high, 0.0)
+    return behind, ahead
+
+
+def _neighbours(indices: NDArray[np.intp], cell: int) -> Iterator[NDArray[np.bool_]]:
+    """The cell alone; with those of neighbouring slips; all slips; all fields too; all cells."""
+    switching, field, slip = np.abs(indices - indices[cell]).T
+    same_field = (switching == 0) & (field == 0)
+    yield same_field & (slip == 0)
+    yield same_field & (slip <= 1)
+    yield same_field
+    yield switching == 0
+    yield np.ones(len(indices), np.bool_)
 
 
 def _alike(error: Array) -> float:
     """How many rows carry the information of one independent row on how often the error is large."""
     size = np.abs(error)
-    return correlated_rows((size > np.quantile(size, LEVEL)).astype(np.float64))
+    large = size > np.quantile(size, LEVEL)
+    return correlated_rows(large.astype(np.float64))
 
 
 def _widened(independent: float, parameters: int) -> float:
@@ -242,61 +324,55 @@ def _empty_bands(data: Dataset, train: Mask, field: Array, slip: Array) -> Itera
         field: magnitudes, of the rows that are used of these.
         slip: the same of the slip.
     """
+    low = float(field.min())
+    span = float(np.ptp(field))
     parts = np.arange(1, MOST_EDGES + 1) / (MOST_EDGES + 1)
-    low, span = float(field.min()), float(np.ptp(field))
-    # On a grid that begins half a step above zero: a command of few levels and some noise is not cut through a level.
-    steps = np.minimum(np.floor((np.quantile(field, parts) - low) / (span or 1.0) * _GRID), _GRID - 1)
-    over_fields, over_slips = (_covered(data, name, train) for name in ("field", "slip"))
-    wanted = low + (steps + 0.5) / _GRID * span, np.quantile(slip, parts)
-    fields, slips = (_between_cells(at, covered) for at, covered in zip(wanted, (over_fields, over_slips), strict=True))
+
+    # Edges between fields lie on a grid that begins half a step above the lowest field: a command of few levels and
+    # some noise is not cut through a level.
+    share = (np.quantile(field, parts) - low) / (span or 1.0)
+    steps = np.minimum(np.floor(share * _GRID), _GRID - 1)
+    wanted_fields = low + (steps + 0.5) / _GRID * span
+    covered_fields = _covered([element.field[train] for element in data.elements])
+    field_edges = _between_cells(wanted_fields, covered_fields)
+
+    covered_slips = _covered([element.slip[train] for element in data.elements])
+    slip_edges = _between_cells(np.quantile(slip, parts), covered_slips)
+
     threshold = _SWITCHING * (span or float(field.max()) or 1.0)
-    settling = 2.0 * data.period
-    while settling <= _LONGEST_S or settling == 2.0 * data.period:
-        yield Band(LEVEL, settling, threshold, over_fields, over_slips, fields, slips, (), ())
-        settling *= 2.0
+    shortest_s = 2.0 * data.period
+    settling_s = shortest_s
+    while settling_s <= _LONGEST_SETTLING_S or settling_s == shortest_s:
+        yield Band(
+            level=LEVEL,
+            settling_s=settling_s,
+            threshold=threshold,
+            field=covered_fields,
+            slip=covered_slips,
+            field_edges=field_edges,
+            slip_edges=slip_edges,
+            behind=(),
+            ahead=(),
+        )
+        settling_s *= 2.0
 
 
-def _covered(data: Dataset, name: str, rows: Mask) -> tuple[float, float]:
-    """Smallest and largest field or slip of all elements over some rows."""
-    signals = [getattr(element, name)[rows] for element in data.elements]
-    return min(float(x.min()) for x in signals), max(float(x.max()) for x in signals)
+def _covered(signals: Sequence[Array]) -> tuple[float, float]:
+    """Smallest and largest value of a signal over all elements."""
+    low = min(float(signal.min()) for signal in signals)
+    high = max(float(signal.max()) for signal in signals)
+    return low, high
 
 
 def _between_cells(edges: Array, covered: tuple[float, float]) -> tuple[float, ...]:
     """Edges moved to where they part cells of the grid, each one once; none where the grid has no cells apart."""
-    at = centres(covered)
-    sizes = np.unique(np.abs(at))
-    sizes = sizes[np.diff(sizes, prepend=-np.inf) > 0.25 * (at[1] - at[0])]  # both sides of zero may be alike
+    centre = centres(covered)
+    step = centre[1] - centre[0]
+    sizes = np.unique(np.abs(centre))
+    # Where the range holds zero, cells on both sides of it may be alike in size.
+    sizes = sizes[np.diff(sizes, prepend=-np.inf) > 0.25 * step]
     if sizes.size < 2:
         return ()
     parting = 0.5 * (sizes[1:] + sizes[:-1])
-    return tuple(np.unique(parting[np.abs(parting - edges[:, None]).argmin(axis=1)]).tolist())
-
-
-def _half_widths(errors: _Errors, at: NDArray[np.intp], shape: tuple[int, int, int]) -> tuple[Array, Array]:
-    """Half widths against and in the direction of the slip, one a cell."""
-    cells = int(np.prod(shape))
-    place = np.array(np.unravel_index(np.arange(cells), shape)).T
-    at = at[errors.place]
-    order = np.argsort(at.astype(np.uint8), kind="stable")
-    rows = np.split(order, np.searchsorted(at[order], np.arange(1, cells)))
-    widths = np.empty((2, cells))
-    for cell in range(cells):
-        own = order
-        for near in _neighbours(place, cell):
-            own = np.concatenate([rows[i] for i in np.flatnonzero(near)])
-            if errors.enough(own):
-                break
-        low, high = errors.ends(own, 0.5 * (1.0 + LEVEL))
-        widths[:, cell] = max(-low, 0.0), max(high, 0.0)
-    return widths[0], widths[1]
-
-
-def _neighbours(place: NDArray[np.intp], cell: int) -> Iterator[NDArray[np.bool_]]:
-    """The cell alone; with those of neighbouring slips; all slips; all fields too; all cells."""
-    away = np.abs(place - place[cell])
-    yield (away == 0).all(axis=1)
-    yield (away[:, :2] == 0).all(axis=1) & (away[:, 2] <= 1)
-    yield (away[:, :2] == 0).all(axis=1)
-    yield away[:, 0] == 0
-    yield np.ones(len(place), np.bool_)
+    nearest = np.abs(parting - edges[:, None]).argmin(axis=1)
+    return tuple(np.unique(parting[nearest]).tolist())

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from erclutch.fit.data_check import Finding
+from erclutch.fit.finding import Finding
 from erclutch.fit.fit_settings import AUTO, Settings
 from erclutch.fit.kinds.law_alone import LawCandidate, structures_of, with_memory
 from erclutch.fit.outcome import AnyOutcome

@@ -18,10 +18,14 @@ from erclutch.models.covered_cells import within
 from erclutch.signals.array import Array
 from erclutch.signals.clock import Clock
 
-#: Time constant in s of the running mean of the error; time in s in which a band that holds all rows shrinks by e.
-OFFSET_S, SCALE_S = 0.05, 0.5
-#: Least and most that the widths of a band are multiplied by.
-NARROWEST, WIDEST = 0.1, 10.0
+#: Time constant in s of the running mean of the error.
+OFFSET_S = 0.05
+#: Time in s in which a band that holds all rows shrinks by e.
+SCALE_S = 0.5
+#: Least that the widths of a band are multiplied by.
+NARROWEST = 0.1
+#: Most that they are multiplied by.
+WIDEST = 10.0
 
 
 class Adapted(NamedTuple):
@@ -45,12 +49,19 @@ def after(state: Adapted, error: Any, below: Any, above: Any, level: float, peri
         level: share of rows that the band is to hold.
         period: time to the next row in s.
     """
-    low, high = state.offset - state.scale * below, state.offset + state.scale * above
-    share, gain = -float(np.expm1(-period / OFFSET_S)), min(period / SCALE_S / (1.0 - level), 1.0)
+    low = state.offset - state.scale * below
+    high = state.offset + state.scale * above
+
     # The logarithm of the scale is what adds up: its steps balance where the wanted share of rows is inside.
-    wider, narrower = float(np.exp(gain * level)), float(np.exp(-gain * (1.0 - level)))
-    scale = state.scale * less_select(error, low, wider, less_select(high, error, wider, narrower))
-    return Adapted(state.offset + share * (error - state.offset), within(scale, NARROWEST, WIDEST))
+    gain = min(period / SCALE_S / (1.0 - level), 1.0)
+    wider = float(np.exp(gain * level))
+    narrower = float(np.exp(-gain * (1.0 - level)))
+    factor = less_select(error, low, wider, less_select(high, error, wider, narrower))
+    scale = state.scale * factor
+
+    share = -float(np.expm1(-period / OFFSET_S))
+    offset = state.offset + share * (error - state.offset)
+    return Adapted(offset, within(scale, NARROWEST, WIDEST))
 
 
 def adapted(band: Band, ends: tuple[Array, Array], effort: Array, measured: Array, clock: Clock) -> tuple[Array, Array]:
@@ -63,14 +74,21 @@ def adapted(band: Band, ends: tuple[Array, Array], effort: Array, measured: Arra
         measured: measured effort, shape (n,).
         clock: when the rows were sampled.
     """
-    below, above = effort - ends[0], ends[1] - effort
-    error, steps = (measured - effort).tolist(), np.diff(clock.time, prepend=clock.time[:1]).tolist()
-    states: list[Adapted] = []
+    low, high = ends
+    below = effort - low
+    above = high - effort
+
+    # Lists, since numbers of Python are quicker than those of NumPy, one at a time.
+    error = (measured - effort).tolist()
+    half_below = below.tolist()
+    half_above = above.tolist()
+    step = np.diff(clock.time, prepend=clock.time[:1]).tolist()  # [s], from the row before
+    states: list[Adapted] = []  # before each row
     for span in clock.spans:
         state = SETTLED
-        widths = zip(below[span.start : span.stop].tolist(), above[span.start : span.stop].tolist(), strict=True)
-        for k, (under, over) in enumerate(widths, start=span.start):
+        for row in range(span.start, span.stop):
             states.append(state)
-            state = after(state, error[k], under, over, band.level, steps[min(k + 1, span.stop - 1)])
+            period = step[min(row + 1, span.stop - 1)]
+            state = after(state, error[row], half_below[row], half_above[row], band.level, period)
     offset, scale = np.array(states, np.float64).reshape(-1, 2).T
     return effort + offset - scale * below, effort + offset + scale * above

@@ -29,9 +29,10 @@ from erclutch.signals.array import Array
 from erclutch.signals.clock import Clock
 from erclutch.signals.device import Element
 
-#: Edges of the field, and edges of the slip, that a band may have; and edges of the field with those around fields that
-#: no log had.
-MOST_EDGES, MOST_FIELD_EDGES = 3, 15
+#: Edges of the field, and edges of the slip, that a band may have.
+MOST_EDGES = 3
+#: Edges of the field with those around fields that no log had.
+MOST_FIELD_EDGES = 15
 #: Cells of the band's grid along a side of a cell of `Range.near`.
 _FINER = 2
 
@@ -71,15 +72,16 @@ class Band:
     @cached_property
     def classes(self) -> tuple[tuple[int, ...], ...]:
         """The class of field and slip, the slip fastest, of each cell of the grid over field and slip."""
-        fields, slips = (
-            np.searchsorted(edges, np.abs(centres(covered)))
-            for edges, covered in ((self.field_edges, self.field), (self.slip_edges, self.slip))
-        )
-        return tuple(map(tuple, (fields[:, None] * self.shape[2] + slips).tolist()))
+        field_class = np.searchsorted(self.field_edges, np.abs(centres(self.field)))
+        slip_class = np.searchsorted(self.slip_edges, np.abs(centres(self.slip)))
+        of_slip = self.shape[2]
+        both = field_class[:, None] * of_slip + slip_class
+        return tuple(tuple(row) for row in both.tolist())
 
     def leading(self, fields: Sequence[Any], slips: Sequence[Any]) -> tuple[Any, Any, Any]:
         """Field, slip and class of the element under the largest field; elementwise on any operand."""
-        rows, columns = ([grid_cell(x, of) for x in xs] for xs, of in ((fields, self.field), (slips, self.slip)))
+        rows = [grid_cell(field, self.field) for field in fields]
+        columns = [grid_cell(slip, self.slip) for slip in slips]
         field, slip, row, column = leading(fields, slips, rows, columns)
         return field, slip, table_entry(self.classes, _FINER * row, _FINER * column)
 
@@ -91,7 +93,8 @@ class Band:
     def cells(self, elements: Sequence[Element], clock: Clock) -> NDArray[np.intp]:
         """The cell of each row, shape (n,); the lag starts settled in each span."""
         field, _, place = self.leading([e.field for e in elements], [e.slip for e in elements])
-        return np.ravel_multi_index((self._switched(field, clock), place), (2, self.shape[1] * self.shape[2]))
+        switching, fields, slips = self.shape
+        return np.ravel_multi_index((self._switched(field, clock), place), (switching, fields * slips))
 
     def around(self, effort: Array, elements: Sequence[Element], clock: Clock) -> tuple[Array, Array]:
         """Low and high end of the band around an estimated effort, each (n,)."""
@@ -113,14 +116,18 @@ class Band:
             place: of `leading`.
             factor: of the half widths, by `Haste`; None for a band without it.
         """
-        behind, ahead = (tuple(map(tuple, np.reshape(x, (2, -1)).tolist())) for x in (self.behind, self.ahead))
-        at = less_select(slip, 0.0, 1.0, 0.0), switching, place
+        behind = _by_switching(self.behind)
+        ahead = _by_switching(self.ahead)
+        backwards = less_select(slip, 0.0, 1.0, 0.0)
 
-        def half(tables: Any) -> Any:
-            width = table_entry(tables, *at)
+        def half_width(tables: Any) -> Any:
+            """Entry of a table for slips forward or of another for slips backwards."""
+            width = table_entry(tables, backwards, switching, place)
             return width if factor is None else factor * width
 
-        return effort - half((behind, ahead)), effort + half((ahead, behind))
+        low = effort - half_width((behind, ahead))
+        high = effort + half_width((ahead, behind))
+        return low, high
 
     @property
     def settled(self) -> float:
@@ -137,16 +144,26 @@ class Band:
         return whole
 
 
+def _by_switching(half_widths: Sequence[float]) -> tuple[tuple[float, ...], ...]:
+    """Half widths of the cells under a steady field, and of those under a field that is switching."""
+    cells = len(half_widths) // 2
+    return tuple(half_widths[:cells]), tuple(half_widths[cells:])
+
+
 def leading(fields: Sequence[Any], *signals: Sequence[Any]) -> tuple[Any, ...]:
     """The field of the largest magnitude over the elements, and further signals of that element; on any operand."""
-    chosen = [fields[0], *(signal[0] for signal in signals)]
-    for others in zip(fields[1:], *(signal[1:] for signal in signals), strict=True):
-        sizes = chosen[0] * chosen[0], others[0] * others[0]
-        chosen = [less_select(*sizes, new, kept) for new, kept in zip(others, chosen, strict=True)]
-    return tuple(chosen)
+    first, *others = zip(fields, *signals, strict=True)  # all signals of one element after another
+    leader: Sequence[Any] = first
+    for element in others:
+        size = leader[0] * leader[0]
+        other_size = element[0] * element[0]
+        leader = [less_select(size, other_size, other, own) for other, own in zip(element, leader, strict=True)]
+    return tuple(leader)
 
 
 def centres(covered: tuple[float, float]) -> Array:
     """Centres of the cells along a range of a band, shape (32,)."""
     low, high = covered
-    return np.asarray(low + (np.arange(_FINER * CELLS) + 0.5) * ((high - low) / (_FINER * CELLS)), np.float64)
+    cells = _FINER * CELLS
+    step = (high - low) / cells
+    return np.asarray(low + (np.arange(cells) + 0.5) * step, np.float64)

@@ -322,8 +322,8 @@ def _print_coverage(data: Dataset) -> None:
 
 def _findings(data: Dataset) -> list[str]:
     """What is odd in a log, each with its level."""
-    from erclutch.fit.data_check import sensor_findings
     from erclutch.fit.history import effort_finding
+    from erclutch.fit.sensor_check import sensor_findings
 
     memory = effort_finding(data)
     return [f"{found.level}: {found}" for found in (*sensor_findings(data), *([memory] if memory else []))]

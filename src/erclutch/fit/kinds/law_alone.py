@@ -9,7 +9,8 @@ import numpy as np
 
 from erclutch.errors import shell_word
 from erclutch.fit.candidate import Candidate, Fitted, Grown, Kind, asked
-from erclutch.fit.data_check import Finding, steady_command
+from erclutch.fit.data_check import steady_command
+from erclutch.fit.finding import Finding
 from erclutch.fit.fit_settings import AUTO, Settings
 from erclutch.fit.ladder import Rung, grown, helpful, of_law
 from erclutch.fit.laws.fit_law import fit_structure, refit_near

@@ -1,0 +1,155 @@
+"""What does not belong to a measurement is looked for: a wrong unit, a sensor that is saturated, spiked or stuck."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
+
+from erclutch.fit.finding import Finding
+from erclutch.logs.dataset import Dataset
+from erclutch.signals.array import Array
+
+#: Of what devices have, from small to large ones: the largest slip and effort in such a log, by unit.
+_USUAL = {
+    "m/s": (1e-5, 20.0),
+    "rad/s": (1e-4, 2e3),
+    "N": (1e-3, 1e6),
+    "N*m": (1e-6, 1e5),
+}
+#: Units of effort and slip of which one is of a turning device and the other of a device on a line.
+_NO_POWER = {("N", "rad/s"), ("N*m", "m/s")}
+#: Share of the rows at the very end of the effort's range from which its sensor may be saturated.
+_SATURATED = 0.005
+
+#: Rows of the median that a spike stands out from: that row and two on either side. A step is none of its spikes.
+_AROUND = 5
+#: How far a spike is from that median, over the usual distance of a row.
+_SPIKE = 30.0
+#: The same over the range of the values.
+_SPIKE_OF_RANGE = 0.25
+#: Share of all rows above which it is no matter of spikes.
+_FEW_SPIKES = 0.005
+#: Neighbours of a spike, in rows from it: they are alike, and in the ringing after a blow they are not.
+_BESIDE = (-4, -3, -2, 2, 3, 4)
+#: Standard deviation over median distance, of values that scatter as a normal distribution does.
+_NORMAL = 1.4826
+
+#: Rows from which a value that stays may be a sensor's that is stuck.
+_STUCK_ROWS = 50
+#: How many times longer it stays than values usually do.
+_STUCK_RUN = 20.0
+#: Share of its range by which the other side of the device moves meanwhile.
+_MOVES = 0.2
+
+
+def sensor_findings(data: Dataset) -> tuple[Finding, ...]:
+    """What does not belong to a measurement: magnitudes of no device, spikes, a sensor that is saturated or stuck.
+
+    Args:
+        data: the rows; a spike or a stuck sensor is looked for in the effort and the slips.
+    """
+    signals = [("effort", data.effort)]
+    for element in data.elements:
+        signals.append(("slip", element.slip))
+    findings = [
+        *_implausible(data),
+        _saturation(data),
+        *(_spikes(data, name, values) for name, values in signals),
+        *(_stuck(data, name, values) for name, values in signals),
+    ]
+    return tuple(finding for finding in findings if finding is not None)
+
+
+def _implausible(data: Dataset) -> Iterator[Finding]:
+    """Magnitudes that no clutch, brake or damper has: most often the unit of a column is wrong."""
+    slips = np.concatenate([element.slip for element in data.elements])
+    for name, values, unit in (("slip", slips, data.units.slip), ("effort", data.effort, data.units.effort)):
+        least, most = _USUAL.get(unit, (0.0, np.inf))
+        largest = float(np.quantile(np.abs(values), 0.99))
+        if not least <= largest <= most and largest > 0:
+            limit = f"above the {most:g}" if largest > most else f"below the {least:g}"
+            message = f"the {name} reaches {largest:.3g} {unit}, {limit} {unit} that such devices have"
+            yield Finding("warning", name, message, "Check the column and its unit")
+    if (data.units.effort, data.units.slip) in _NO_POWER:
+        message = f"an effort in {data.units.effort} beside a slip in {data.units.slip} makes no power"
+        yield Finding("warning", "units", message, "Check both units: a force goes with m/s, a torque with rad/s")
+
+
+def _saturation(data: Dataset) -> Finding | None:
+    """Many rows at one end of the effort's range."""
+    for end, name in ((float(np.max(data.effort)), "largest"), (float(np.min(data.effort)), "smallest")):
+        share = float(np.mean(np.equal(data.effort, end)))
+        if share > _SATURATED:
+            message = f"{share:.1%} of the rows sit at the {name} effort, {end:g}: the sensor may be saturated"
+            return Finding("warning", "effort", message, "Leave saturated rows out, or use a sensor with more range")
+    return None
+
+
+def _spikes(data: Dataset, name: str, values: Array) -> Finding | None:
+    """Rows far from the median of the five around them, where such rows are few and all others are near it."""
+    away = np.zeros(values.size)  # from that median; rows at the ends of a stretch have none
+    edge = _AROUND // 2
+    for span in data.clock.spans:
+        part = values[span.start : span.stop]
+        if part.size >= _AROUND:
+            median = np.median(sliding_window_view(part, _AROUND), axis=1)
+            away[span.start + edge : span.stop - edge] = np.abs(part[edge:-edge] - median)
+
+    low, high = np.quantile(values, (0.001, 0.999))
+    usual = _NORMAL * float(np.median(away))
+    rows = np.flatnonzero(away > max(_SPIKE * usual, _SPIKE_OF_RANGE * float(high - low)))
+    if rows.size > _FEW_SPIKES * values.size:
+        return None
+    most = max(_BESIDE)
+    rows = rows[(rows >= most) & (rows < values.size - most)]
+    beside = values[rows[:, None] + np.array(_BESIDE)]  # (rows, neighbours)
+    rows = rows[np.ptp(beside, axis=1) < 0.5 * away[rows]]  # ringing after a blow is no spike
+    if not rows.size:
+        return None
+
+    first = rows[0]
+    many = "1 row" if rows.size == 1 else f"{rows.size} rows"
+    stand = "stands" if rows.size == 1 else "stand"
+    message = (
+        f"{many} of the {name} {stand} out from the rows beside, the first at {data.clock.time[first]:.6g} s with "
+        f"{values[first]:.4g}"
+    )
+    return Finding("warning", name, message, "Correct these rows, or empty their cells and give --invalid drop")
+
+
+def _stuck(data: Dataset, name: str, values: Array) -> Finding | None:
+    """A value that stays to the last digit, and is met nowhere else, while the other side of the device moves."""
+    if name == "slip":
+        other = "effort"
+        other_side = [data.effort]
+    else:
+        other = "slip"
+        other_side = [element.slip for element in data.elements]
+
+    # Runs of one value, each within a stretch.
+    begins = np.concatenate(([True], np.diff(values) != 0, [True]))
+    begins[[span.stop for span in data.clock.spans]] = True
+    starts = np.flatnonzero(begins)
+    lengths = np.diff(starts)
+    long = max(_STUCK_ROWS, _STUCK_RUN * float(np.quantile(lengths, 0.99)))
+
+    for run in np.argsort(-lengths)[:3].tolist():  # the longest first
+        start = int(starts[run])
+        stop = int(starts[run + 1])
+        count = stop - start
+        if count < long:
+            return None
+        stays = values[start]
+        elsewhere = int(np.count_nonzero(values == stays)) - count
+        moves = max(np.ptp(x[start:stop]) / max(float(np.ptp(x)), 1e-300) for x in other_side)
+        resting = name == "slip" and bool(data.at_rest[start])
+        if moves > _MOVES and 10 * elsewhere < count and not resting:
+            message = (
+                f"the {name} stays at {stays:g} for {count:,} rows from {data.clock.time[start]:.6g} s on while the "
+                f"{other} moves: its sensor may have been stuck"
+            )
+            remedy = "Leave that stretch out with --from and --until, and check the sensor"
+            return Finding("warning", name, message, remedy)
+    return None
