@@ -57,44 +57,39 @@ Binary = Callable[[Any, Any], Outcome]
 _ONE = 1.0  # the slope of a sum: its partials go on as they are
 
 
-def _power(x: Any, y: Any) -> tuple[Any, tuple[Slope, Slope]]:
+def _by_argument(function: Callable[[Any], Any], slope: Callable[[Any], Any]) -> Unary:
+    """The rule of a function of one input whose slope is known from the input."""
+    return lambda x: (function(x), (lambda: slope(x),))
+
+
+def _by_value(function: Callable[[Any], Any], slope: Callable[[Any], Any]) -> Unary:
+    """The rule of a function of one input whose slope is known from the function's own value."""
+
+    def rule(x: Any) -> Outcome:
+        value = function(x)
+        return value, (lambda: slope(value),)
+
+    return rule
+
+
+def _power(x: Any, y: Any) -> Outcome:
     value = np.power(x, y)
     return value, (lambda: y * np.power(x, y - 1.0), lambda: value * np.log(x))
 
 
-def _exp(x: Any) -> tuple[Any, tuple[Slope]]:
-    value = np.exp(x)
-    return value, (lambda: value,)
-
-
-def _expm1(x: Any) -> tuple[Any, tuple[Slope]]:
-    value = np.expm1(x)
-    return value, (lambda: value + 1.0,)
-
-
-def _tanh(x: Any) -> tuple[Any, tuple[Slope]]:
-    value = np.tanh(x)
-    return value, (lambda: 1.0 - value * value,)
-
-
-def _sqrt(x: Any) -> tuple[Any, tuple[Slope]]:
-    value = np.sqrt(x)
-    return value, (lambda: 0.5 / value,)
-
-
 _UNARY: dict[np.ufunc, Unary] = {
-    np.negative: lambda x: (-x, (lambda: -1.0,)),
-    np.square: lambda x: (x * x, (lambda: 2.0 * x,)),
-    np.exp: _exp,
-    np.expm1: _expm1,
-    np.tanh: _tanh,
-    np.sqrt: _sqrt,
-    np.log: lambda x: (np.log(x), (lambda: 1.0 / x,)),
-    np.log1p: lambda x: (np.log1p(x), (lambda: 1.0 / (1.0 + x),)),
-    np.sin: lambda x: (np.sin(x), (lambda: np.cos(x),)),
-    np.cos: lambda x: (np.cos(x), (lambda: -np.sin(x),)),
-    np.arctan: lambda x: (np.arctan(x), (lambda: 1.0 / (1.0 + x * x),)),
-    np.absolute: lambda x: (np.abs(x), (lambda: np.sign(x),)),
+    np.negative: _by_argument(lambda x: -x, lambda x: -1.0),
+    np.square: _by_argument(lambda x: x * x, lambda x: 2.0 * x),
+    np.exp: _by_value(np.exp, lambda value: value),
+    np.expm1: _by_value(np.expm1, lambda value: value + 1.0),
+    np.tanh: _by_value(np.tanh, lambda value: 1.0 - value * value),
+    np.sqrt: _by_value(np.sqrt, lambda value: 0.5 / value),
+    np.log: _by_argument(np.log, lambda x: 1.0 / x),
+    np.log1p: _by_argument(np.log1p, lambda x: 1.0 / (1.0 + x)),
+    np.sin: _by_argument(np.sin, np.cos),
+    np.cos: _by_argument(np.cos, lambda x: -np.sin(x)),
+    np.arctan: _by_argument(np.arctan, lambda x: 1.0 / (1.0 + x * x)),
+    np.absolute: _by_argument(np.abs, np.sign),
 }
 _BINARY: dict[np.ufunc, Binary] = {
     np.add: lambda x, y: (x + y, (lambda: _ONE, lambda: _ONE)),

@@ -48,6 +48,8 @@ COEFFICIENTS: Mapping[str, tuple[float, ...]] = {
     "ln2_64": (_H("0x1.62e42fefa4000p-1"), _H("-0x1.8432a1b0e2634p-43")),
 }
 # fmt: on
+#: One over ln 2.
+_PER_LN2 = 1.4426950408889634
 #: From here on tanh is as good as 1: within the bound of the docs in float32, to the nearest number in float64.
 _TANH_IS_ONE = {32: 7.789, 64: 20.0}
 
@@ -76,10 +78,16 @@ class Format:
 @cache
 def format_of(precision: Precision) -> Format:
     """The numbers for a precision."""
-    half = (precision.fraction + 2) // 2
-    tables = (COEFFICIENTS[f"{name}{precision.width}"] for name in ("exp", "log", "ln2_"))
-    largest = 87.0 if precision is FLOAT32 else 708.0
-    return Format(precision, 1.5 * 2.0**precision.fraction, 2.0**half + 1.0, largest, *tables)
+    half_of_digits = (precision.fraction + 2) // 2
+    return Format(
+        precision=precision,
+        magic=1.5 * 2.0**precision.fraction,
+        splitter=2.0**half_of_digits + 1.0,
+        largest=87.0 if precision is FLOAT32 else 708.0,
+        exp=COEFFICIENTS[f"exp{precision.width}"],
+        log=COEFFICIENTS[f"log{precision.width}"],
+        ln2=COEFFICIENTS[f"ln2_{precision.width}"],
+    )
 
 
 # --- operations that are no operators --------------------------------------------------------------------------------
@@ -140,6 +148,7 @@ def whole_number_near(x: Any) -> Any:
 
 
 def _bits_of(x: Any, precision: Precision) -> Any:
+    """The bits of a number."""
     if isinstance(x, float):
         return _WORD.unpack(_DOUBLE.pack(x))[0]
     if isinstance(x, RecordingOperand):
@@ -163,7 +172,9 @@ def _number(u: Any, precision: Precision) -> Any:
     return float(u) if isinstance(u, int) else np.asarray(u).astype(precision.dtype)
 
 
-_DOUBLE, _WORD = struct.Struct("<d"), struct.Struct("<Q")
+_DOUBLE = struct.Struct("<d")
+_WORD = struct.Struct("<Q")
+_ALL_BITS = 0xFFFF_FFFF_FFFF_FFFF
 _ON_BITS: dict[str, tuple[Callable[..., Any], str]] = {
     "bits_add": (np.add, "__add__"),
     "bits_subtract": (np.subtract, "__sub__"),
@@ -174,9 +185,10 @@ _ON_BITS: dict[str, tuple[Callable[..., Any], str]] = {
 
 
 def _on_bits(operation: str, u: Any, other: Any, precision: Precision) -> Any:
+    """An operation on bits; what overflows is lost, as in C."""
     on_arrays, on_integers = _ON_BITS[operation]
     if isinstance(u, int):
-        return getattr(u, on_integers)(other) & 0xFFFF_FFFF_FFFF_FFFF
+        return getattr(u, on_integers)(other) & _ALL_BITS
     if isinstance(u, RecordingOperand):
         return u.record(operation, u, other, bits=True)
     # Arrays of unsigned integers wrap without a warning.
@@ -222,15 +234,18 @@ def _hold(x: Any, low: float, high: float) -> Any:
 
 def _reduced(f: Format, x: Any, rest: Any = None) -> tuple[Any, Any]:
     """2^k, and exp(r) - 1 for x + rest = k ln 2 + r."""
-    shifted = x * 1.4426950408889634 + f.magic
+    shifted = x * _PER_LN2 + f.magic
     k = shifted - f.magic
     high, low = f.ln2
     r = (x - k * high) - k * low
     if rest is not None:
         r = r + rest
     e = r + (r * r) * _polynomial(r, f.exp)
-    exponent = _on_bits("bits_add", _bits_of(shifted, f.precision), f.precision.bias, f.precision)
-    return _real_of(_on_bits("left_shift", exponent, f.precision.fraction, f.precision), f.precision), e
+    # The last bits of the shifted number are k: moved to where a number has its exponent, they make 2^k.
+    p = f.precision
+    exponent = _on_bits("bits_add", _bits_of(shifted, p), p.bias, p)
+    scale = _real_of(_on_bits("left_shift", exponent, p.fraction, p), p)
+    return scale, e
 
 
 def exp_hold(f: Format, x: Any) -> Any:
@@ -267,8 +282,9 @@ def tanh_held(f: Format, x: Any) -> Any:
         square = x * x
         above = x * _polynomial(square, COEFFICIENTS["tanh32_p"])
         return above / _polynomial(square, COEFFICIENTS["tanh32_q"])
-    scale, rest = _reduced(f, -2.0 * (np.abs(cast(Any, x)) if isinstance(x, np.ndarray) else absolute(x)))
-    e = scale * rest + (scale - 1.0)
+    size: Any = np.abs(cast(Any, x)) if isinstance(x, np.ndarray) else absolute(x)
+    scale, rest = _reduced(f, -2.0 * size)
+    e = scale * rest + (scale - 1.0)  # expm1(-2 |x|)
     t = -e / (2.0 + e)
     return less_select(x, 0.0, -t, t)
 
@@ -293,30 +309,42 @@ def _lost(f: Format, a: Any, b: Any, product: Any) -> Any:
 
 
 def _mantissa(f: Format, x: Any) -> tuple[Any, Any]:
-    """X = 2^k m with m between sqrt(1/2) and sqrt(2)."""
+    """K and m of x = 2^k m with m between sqrt(1/2) and sqrt(2)."""
     p = f.precision
     half_root = int(np.asarray(0.5**0.5, p.dtype).view(p.bits))
     one = p.bias << p.fraction
     bits = _bits_of(x, p)
     moved = _on_bits("bits_add", bits, one - half_root, p)
     exponent = _on_bits("right_shift", moved, p.fraction, p)
-    m = _on_bits("bits_subtract", bits, _on_bits("left_shift", exponent, p.fraction, p), p)
-    return _number(exponent, p) - float(p.bias), _real_of(_on_bits("bits_add", m, one, p), p)
+    rest = _on_bits("bits_subtract", bits, _on_bits("left_shift", exponent, p.fraction, p), p)
+    k = _number(exponent, p) - float(p.bias)
+    m = _real_of(_on_bits("bits_add", rest, one, p), p)
+    return k, m
 
 
 def power(f: Format, x: Any, n: Any) -> Any:
     """x^n for x > 0; at x = 0 as at the smallest normal number."""
+    # Each step gives a number and what rounding took off it. The order of operations is that of the exported C.
     smallest = 2.0 ** (1 - f.precision.bias)
     k, m = _mantissa(f, less_select(x, smallest, smallest, x))
-    above, below = m - 1.0, m + 1.0
+
+    # s = (m - 1) / (m + 1)
+    above = m - 1.0
+    below = m + 1.0
     s = above / below
     product = s * below
-    s_rest = (((above - product) - _lost(f, s, below, product)) - s * (m - (below - 1.0))) / below
+    left = (above - product) - _lost(f, s, below, product)
+    s_rest = (left - s * (m - (below - 1.0))) / below  # the sum below was rounded too
+
+    # log x = k ln 2 + 2 s + s^3 P(s^2)
     square = s * s
     high, low = f.ln2
-    whole, twice = k * high, 2.0 * s
+    whole = k * high
+    twice = 2.0 * s
     log = whole + twice
-    log_rest = (twice - (log - whole)) + ((k * low + 2.0 * s_rest) + s * square * _polynomial(square, f.log))
+    lost_in_sum = twice - (log - whole)
+    log_rest = lost_in_sum + ((k * low + 2.0 * s_rest) + s * square * _polynomial(square, f.log))
+
     y = n * log
     y_rest = _lost(f, n, log, y) + n * log_rest
     scale, e = _reduced(f, _hold(y, -f.largest, f.largest), y_rest)
