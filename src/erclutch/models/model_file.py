@@ -29,7 +29,9 @@ SCHEMA = 1
 #: Of a sampling period in s.
 LONGEST_PERIOD = 10.0
 _REMEDY = "Restore the file, or fit again"
-_LARGEST, SMALLEST = 1e18, 1e-18
+# Sums, products and squares of numbers within these stay finite.
+_LARGEST = 1e18
+SMALLEST = 1e-18
 _LONGEST_TEXT = 1000
 _SPECIFICATION = re.compile(r"[\w.+/ -]{1,200}", re.ASCII)
 
@@ -47,16 +49,20 @@ def digest_of(body: Mapping[str, Any]) -> str:
 
 def sealed(body: Mapping[str, Any], band: Band | None) -> dict[str, Any]:
     """The body of a model's file with its band, if it has one, and the digest of all."""
-    whole = dict(body) if band is None else {**body, "band": band.to_dict()}
+    whole = dict(body)
+    if band is not None:
+        whole["band"] = band.to_dict()
     return {**whole, "digest": digest_of(whole)}
 
 
 def keeps_digest(body: Mapping[str, Any]) -> bool:
     """Whether a body's digest is that of all else in it; what has no digest (NaN, lists without end) does not."""
+    others = {key: value for key, value in body.items() if key != "digest"}
     try:
-        return digest_of({key: value for key, value in body.items() if key != "digest"}) == body.get("digest")
+        digest = digest_of(others)
     except (ValueError, RecursionError):
         return False
+    return digest == body.get("digest")
 
 
 def require_schema(
@@ -81,12 +87,12 @@ def require_schema(
     """
     if found == known and not isinstance(found, bool):
         return
-    newer = isinstance(found, int) and found > known
-    raise error(
-        f"schema {found!r:.40}{', of a newer version of erclutch' if newer else ''}; this version reads schema {known}",
-        where=where,
-        remedy="Update erclutch: pip install --upgrade erclutch" if newer else older,
-    )
+    whose = ""
+    remedy = older
+    if isinstance(found, int) and found > known:
+        whose = ", of a newer version of erclutch"
+        remedy = "Update erclutch: pip install --upgrade erclutch"
+    raise error(f"schema {found!r:.40}{whose}; this version reads schema {known}", where=where, remedy=remedy)
 
 
 def read_model(body: Mapping[str, Any], kind: str, where: str, make: Callable[[Mapping[str, Any]], M]) -> M:
@@ -109,13 +115,15 @@ def read_model(body: Mapping[str, Any], kind: str, where: str, make: Callable[[M
     if not keeps_digest(body):
         raise RunError("the numbers do not match their digest", where=where, remedy=_REMEDY)
     try:
-        made: Any = make(body)
-        return made if body.get("band") is None else replace(made, band=band_of(body["band"]))
+        model: Any = make(body)
+        if body.get("band") is None:
+            return model
+        return replace(model, band=band_of(body["band"]))
     except (PluginError, RunError):
         raise
     except UNFIT as error:
-        said = f"no {error}" if isinstance(error, KeyError) else str(error)
-        raise RunError(f"unfit entry: {said:.200}", where=where, remedy=_REMEDY) from error
+        reason = f"no {error}" if isinstance(error, KeyError) else str(error)
+        raise RunError(f"unfit entry: {reason:.200}", where=where, remedy=_REMEDY) from error
 
 
 # --- entries: each raises ValueError with the entry's name and value -------------------------------------------------
@@ -124,7 +132,8 @@ def read_model(body: Mapping[str, Any], kind: str, where: str, make: Callable[[M
 def number_of(value: Any, name: str, *, positive: bool = False) -> float:
     """A saved number; a truth, a text, an infinite, far too large or (if positive) too small number is none."""
     low = SMALLEST if positive else -_LARGEST
-    if isinstance(value, bool) or not isinstance(value, int | float) or not low <= value <= _LARGEST:
+    is_number = isinstance(value, int | float) and not isinstance(value, bool)  # True is an int to Python
+    if not is_number or not low <= value <= _LARGEST:
         raise ValueError(f"{name} is {value!r:.40}, not a number from {low:g} to {_LARGEST:g}")
     return float(value)
 
@@ -173,10 +182,10 @@ def name_of(value: Any, name: str) -> str:
 
 def names_of(values: Any, name: str) -> tuple[str, ...]:
     """Saved names that differ."""
-    found = tuple(name_of(value, name) for value in values)
-    if len(set(found)) < len(found):
-        raise ValueError(f"{name} are {found!r:.60}, two of them the same")
-    return found
+    names = tuple(name_of(value, name) for value in values)
+    if len(set(names)) < len(names):
+        raise ValueError(f"{name} are {names!r:.60}, two of them the same")
+    return names
 
 
 def specification_of(value: Any, name: str) -> str:
@@ -206,7 +215,12 @@ def range_of(body: Mapping[str, Any]) -> Range:
     """What a model was trained on."""
     entry = body["trained_on"]
     near = near_of(entry.get("near", ()), body["device"])
-    return Range(*(pair_of(entry[key], f"range of {key}") for key in ("field", "slip", "effort")), near=near)
+    return Range(
+        field=pair_of(entry["field"], "range of field"),
+        slip=pair_of(entry["slip"], "range of slip"),
+        effort=pair_of(entry["effort"], "range of effort"),
+        near=near,
+    )
 
 
 def near_of(values: Any, device: DeviceName) -> tuple[tuple[int, ...], ...]:
@@ -219,10 +233,10 @@ def near_of(values: Any, device: DeviceName) -> tuple[tuple[int, ...], ...]:
 
 def _masks_of(values: Any) -> tuple[int, ...]:
     """The cells near training rows of one element."""
-    found = tuple(whole_number_of(value, "a row of cells") for value in values)
-    if len(found) != CELLS or not all(0 <= mask < 1 << CELLS for mask in found):
-        raise ValueError(f"cells near training rows are {found!r:.60}")
-    return found
+    masks = tuple(whole_number_of(value, "a row of cells") for value in values)
+    if len(masks) != CELLS or not all(0 <= mask < 1 << CELLS for mask in masks):
+        raise ValueError(f"cells near training rows are {masks!r:.60}")
+    return masks
 
 
 def band_of(body: Mapping[str, Any]) -> Band:
@@ -230,25 +244,39 @@ def band_of(body: Mapping[str, Any]) -> Band:
     level = number_of(body["level"], "level", positive=True)
     if level >= 1.0:
         raise ValueError(f"level is {level:g}, not below 1")
-    settling, threshold = (number_of(body[key], key, positive=True) for key in ("settling_s", "threshold"))
-    over_fields, over_slips = (pair_of(body[key], f"the band's {key}") for key in ("field", "slip"))
-    fields = _edges_of(body["field_edges"], "field_edges", MOST_FIELD_EDGES)
-    slips = _edges_of(body["slip_edges"], "slip_edges")
-    cells = 2 * (len(fields) + 1) * (len(slips) + 1)
-    behind, ahead = (tuple(table_of(body[key], key, cells).tolist()) for key in ("behind", "ahead"))
-    if min(*behind, *ahead) < 0.0:
-        raise ValueError(f"a half width is {min(*behind, *ahead):g}")
+    empty = Band(
+        level=level,
+        settling_s=number_of(body["settling_s"], "settling_s", positive=True),
+        threshold=number_of(body["threshold"], "threshold", positive=True),
+        field=pair_of(body["field"], "the band's field"),
+        slip=pair_of(body["slip"], "the band's slip"),
+        field_edges=_edges_of(body["field_edges"], "field_edges", MOST_FIELD_EDGES),
+        slip_edges=_edges_of(body["slip_edges"], "slip_edges"),
+        behind=(),
+        ahead=(),
+    )
+    cells = math.prod(empty.shape)
+    behind = tuple(table_of(body["behind"], "behind", cells).tolist())
+    ahead = tuple(table_of(body["ahead"], "ahead", cells).tolist())
+    narrowest = min(*behind, *ahead)
+    if narrowest < 0.0:
+        raise ValueError(f"a half width is {narrowest:g}")
     haste = None if body.get("haste") is None else _haste_of(body["haste"])
-    return Band(level, settling, threshold, over_fields, over_slips, fields, slips, behind, ahead, haste)
+    return replace(empty, behind=behind, ahead=ahead, haste=haste)
 
 
 def _haste_of(body: Mapping[str, Any]) -> Haste:
     """How much wider a band is where the slip changes quickly."""
-    lag, mean, known = (number_of(body[key], key, positive=True) for key in ("lag_s", "mean_s", "known"))
-    quickest, growth = (number_of(body[key], key) for key in ("quickest", "growth"))
-    if quickest < 1.0 or growth < 0.0:
-        raise ValueError(f"a band grows with haste by {quickest:g} and {growth:g}")
-    return Haste(lag, mean, known, quickest, growth)
+    haste = Haste(
+        lag_s=number_of(body["lag_s"], "lag_s", positive=True),
+        mean_s=number_of(body["mean_s"], "mean_s", positive=True),
+        known=number_of(body["known"], "known", positive=True),
+        quickest=number_of(body["quickest"], "quickest"),
+        growth=number_of(body["growth"], "growth"),
+    )
+    if haste.quickest < 1.0 or haste.growth < 0.0:
+        raise ValueError(f"a band grows with haste by {haste.quickest:g} and {haste.growth:g}")
+    return haste
 
 
 def _edges_of(value: Any, name: str, most: int = MOST_EDGES) -> tuple[float, ...]:

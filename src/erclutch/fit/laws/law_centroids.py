@@ -20,24 +20,29 @@ _NARROW = 0.003  # slip, over its root mean square, below which cells are equall
 
 def signed_rows(elements: Sequence[Element]) -> Array:
     """The field, of a pair the difference of both, and each slip: shape (1 + elements, n)."""
-    first = elements[0].field
-    signed = first - elements[1].field if len(elements) > 1 else first
-    return np.array([signed, *(e.slip for e in elements)])
+    signed = elements[0].field
+    if len(elements) > 1:
+        signed = signed - elements[1].field
+    return np.array([signed, *(element.slip for element in elements)])
 
 
 def spaced_rows(rows: Array, reference: Reference) -> Array:
     """What the grid is over: laws bend most where the slip is small, so cells narrow towards zero."""
-    return np.array([rows[0], *np.arcsinh(rows[1:] / (_NARROW * reference.slip))])
+    field, slips = rows[0], rows[1:]
+    return np.array([field, *np.arcsinh(slips / (_NARROW * reference.slip))])
 
 
 def on_cells(
     cells: Centroids, structure: Structure, reference: Reference, shapes: tuple[ShapeParameter, ...]
 ) -> Separable:
     """The problem on weighted centroids of `signed_rows`."""
-    pair = structure.elements > 1
-    parts = [np.maximum(cells.x[0], 0.0), np.maximum(-cells.x[0], 0.0)] if pair else [cells.x[0]]
-    elements = [Element(field, slip) for field, slip in zip(parts, cells.x[1:], strict=True)]
-    clock, root = Clock(np.arange(float(cells.y.size)), ()), np.sqrt(cells.count)
+    signed, *slips = cells.x
+    fields = [signed]
+    if structure.elements > 1:  # of a pair one clutch at a time is under field: the sign says which
+        fields = [np.maximum(signed, 0.0), np.maximum(-signed, 0.0)]
+    elements = [Element(field, slip) for field, slip in zip(fields, slips, strict=True)]
+    clock = Clock(np.arange(float(cells.y.size)), ())  # laws remember nothing: the times of cells do not count
+    root = np.sqrt(cells.count)
 
     def columns(q: Sequence[Any]) -> Sequence[Any]:
         return [column * root for column in structure.columns(elements, clock, reference, q)]

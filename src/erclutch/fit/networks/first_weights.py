@@ -50,7 +50,9 @@ def first_weights(rng: np.random.Generator, sizes: Sequence[int], slips: Slips |
             _transitions(rng, slips, w, b)
         parts += [w.ravel(), b]
     scale = 1.0 / np.sqrt(sizes[-2])
-    return np.concatenate([*parts, rng.uniform(-scale, scale, sizes[-2]), np.zeros(1)])
+    w_out = rng.uniform(-scale, scale, sizes[-2])
+    b_out = np.zeros(1)
+    return np.concatenate([*parts, w_out, b_out])
 
 
 def new_neurons(rng: np.random.Generator, sizes: Sequence[int], count: int, slips: Slips | None) -> Layer:
@@ -66,7 +68,9 @@ def _spread(rng: np.random.Generator, before: int, after: int) -> Layer:
     w = rng.uniform(-1.0, 1.0, (after, before))
     reach = 0.7 * after ** (1.0 / before)
     w *= reach / np.linalg.norm(w, axis=1, keepdims=True)
-    return w, reach * np.linspace(-1.0, 1.0, after) * np.sign(w[:, 0]) if after > 1 else np.zeros(1)
+    if after == 1:
+        return w, np.zeros(1)
+    return w, reach * np.linspace(-1.0, 1.0, after) * np.sign(w[:, 0])
 
 
 def _transitions(rng: np.random.Generator, slips: Slips, w: Array, b: Array) -> None:
@@ -76,10 +80,11 @@ def _transitions(rng: np.random.Generator, slips: Slips, w: Array, b: Array) -> 
     """
     own = np.any(slips.slope != 0.0, axis=0)
     own[0] = True  # the field, or a slip where the field is no input
-    count = slips.offset.size * round(_SHARE * float(own.mean()) * b.size / slips.offset.size)
+    ways = slips.offset.size
+    count = ways * round(_SHARE * float(own.mean()) * b.size / ways)
     narrow, wide = _WIDTHS
     width = narrow * (wide / narrow) ** rng.uniform(size=count)
-    which = np.arange(count) % slips.offset.size
+    which = np.arange(count) % ways
     w[:count, own] = (slips.slope[which] / width[:, None])[:, own]
     w[:count, 0] += slips.field * _FIELD * rng.standard_normal(count)
     b[:count] = slips.offset[which] / width
@@ -88,7 +93,8 @@ def _transitions(rng: np.random.Generator, slips: Slips, w: Array, b: Array) -> 
 def with_best_output(rows: WeightedRows, theta: Array) -> Array:
     """The same weights with those of the output layer by least squares on the rows."""
     total = rows.output_gram(rows.at(theta))
-    square, slope = total[:-1, :-1], total[:-1, -1]
+    square = total[:-1, :-1]
+    slope = total[:-1, -1]
     square[np.diag_indices_from(square)] += _RIDGE * rows.y.size
     best = np.linalg.solve(square, slope).astype(np.float64, copy=False)
     return np.concatenate([theta[: -slope.size], best])

@@ -23,7 +23,8 @@ from erclutch.fit.networks.geodesic import Trained, levenberg_marquardt
 from erclutch.fit.networks.pruning import AFTER_LOSS, smaller, without_least
 
 _HARDER = 3.0  # damping on the next level of compression over that on the last
-_SMALL, _FEW = 8, 3  # neurons, inputs
+_SMALL = 8  # hidden neurons, up to which a network is small
+_FEW = 3  # inputs
 #: Share of the cost that the square of a weight costs; docs/decisions/0025-weights-that-decay.md.
 _DECAY = 7e-4
 _MANY = 50_000  # rows above which the last steps on all of them are in single precision too
@@ -89,26 +90,58 @@ def schedule_for(hidden: Sequence[int], inputs: int, polish: bool = False, judge
         polish: whether the last steps are on all rows.
         judges: whether the network only says how well such networks estimate rows that they have not seen.
     """
-    spare = 3 if sum(hidden) <= _SMALL else max(3, round(0.375 * hidden[-1]))
+    small = sum(hidden) <= _SMALL
+    spare = 3 if small else max(3, round(0.375 * hidden[-1]))
     few = min(spare, 2)
     if inputs > _FEW:
-        starts, kept, polished = (16, 6, 10) if polish else (4, 2, 0)
+        starts = 16 if polish else 4
+        kept = 6 if polish else 2
         if judges:
-            starts, kept = 1, 1
-        last = Round(1, 10, 2), Round(2, 0, 1), Round(2, 60 if polish else 30, 1)
-        first = Round(0, 30, starts, spare), Round(1, 0, kept, few)
-        return Schedule(starts, (*first, *last), spare, 15, polished, _DECAY)
-    if sum(hidden) <= _SMALL:
+            starts = 1
+            kept = 1
+        rounds = (
+            Round(level=0, steps=30, kept=starts, spare=spare),
+            Round(level=1, steps=0, kept=kept, spare=few),
+            Round(level=1, steps=10, kept=2),
+            Round(level=2, steps=0, kept=1),
+            Round(level=2, steps=60 if polish else 30, kept=1),
+        )
+        return Schedule(starts, rounds, spare, between=15, polish=10 if polish else 0, decay=_DECAY)
+
+    if small:
         starts = 16 if polish else 10
-        first = Round(0, 15, starts, spare), Round(0, 8, 4, tries=2, exchanges=6)
-        last = (Round(1, 20, 3), Round(2, 30, 1)) if polish else (Round(1, 10, 2), Round(2, 0, 1), Round(2, 20, 1))
-        return Schedule(starts, (*first, *last), spare, 6, 10 if polish else 0)
+        rounds = (
+            Round(level=0, steps=15, kept=starts, spare=spare),
+            Round(level=0, steps=8, kept=4, tries=2, exchanges=6),
+        )
+        if polish:
+            rounds += (Round(level=1, steps=20, kept=3), Round(level=2, steps=30, kept=1))
+            return Schedule(starts, rounds, spare, between=6, polish=10)
+        rounds += (
+            Round(level=1, steps=10, kept=2),
+            Round(level=2, steps=0, kept=1),
+            Round(level=2, steps=20, kept=1),
+        )
+        return Schedule(starts, rounds, spare, between=6)
+
     if polish:
-        traded = Round(1, 10, 4), Round(1, 0, 2, tries=4, exchanges=3), Round(1, 0, 1, tries=4, exchanges=6)
-        first = Round(0, 30, 4, spare), Round(0, 0, 4, few)
-        return Schedule(8, (*first, *traded, Round(2, 60, 1)), spare, polish=6)
-    traded = Round(1, 10, 1), Round(1, 0, 1, tries=2, exchanges=2)
-    return Schedule(8, (Round(0, 30, 3, spare), Round(0, 0, 2, few), *traded, Round(2, 12, 1)), spare)
+        rounds = (
+            Round(level=0, steps=30, kept=4, spare=spare),
+            Round(level=0, steps=0, kept=4, spare=few),
+            Round(level=1, steps=10, kept=4),
+            Round(level=1, steps=0, kept=2, tries=4, exchanges=3),
+            Round(level=1, steps=0, kept=1, tries=4, exchanges=6),
+            Round(level=2, steps=60, kept=1),
+        )
+        return Schedule(starts=8, rounds=rounds, spare=spare, polish=6)
+    rounds = (
+        Round(level=0, steps=30, kept=3, spare=spare),
+        Round(level=0, steps=0, kept=2, spare=few),
+        Round(level=1, steps=10, kept=1),
+        Round(level=1, steps=0, kept=1, tries=2, exchanges=2),
+        Round(level=2, steps=12, kept=1),
+    )
+    return Schedule(starts=8, rounds=rounds, spare=spare)
 
 
 def train(
@@ -130,30 +163,39 @@ def train(
         slips: along which starts have transitions; None for starts that know nothing.
     """
     cells = centroids_of(rows, schedule.levels)
-    inputs, level = next(iter(cells.values())).x.shape[0], schedule.rounds[0].level
+    level = schedule.rounds[0].level
+    inputs = cells[level].x.shape[0]
+
+    # The starts, on the cells of the first round.
     sizes = (inputs, *hidden[:-1], hidden[-1] + schedule.spare, 1)
     coarse = _rows(cells[level], sizes)
-    random = [np.random.default_rng([seed, k]) for k in range(schedule.starts)]
-    points = [with_best_output(coarse, first_weights(rng, sizes, slips)) for rng in random]
-    found = [Trained(theta, np.inf, 0, "iterations") for theta in points]
+    networks: list[Trained] = []
+    for number in range(schedule.starts):
+        rng = np.random.default_rng([seed, number])
+        theta = with_best_output(coarse, first_weights(rng, sizes, slips))
+        networks.append(Trained(theta, np.inf, 0, "iterations"))
+
     steps = 0
-    for k, part in enumerate(schedule.rounds):
-        neurons, harder = hidden[-1] + part.spare, 1.0 if part.level == level else _HARDER
+    for number, part in enumerate(schedule.rounds):
+        neurons = hidden[-1] + part.spare
+        harder = 1.0 if part.level == level else _HARDER
         stage = _Stage(part, cells[part.level], sizes, neurons, schedule.between, harder, slips, schedule.decay)
-        random = [np.random.default_rng([seed, k, rank]) for rank in range(len(found))]
-        with ThreadPoolExecutor(max_workers=max(1, min(workers, len(found)))) as pool:
-            found = sorted(pool.map(stage.through, found, random), key=lambda t: t.cost)
-        steps += sum(t.steps for t in found)
-        found, sizes, level = found[: part.kept], (*sizes[:-2], neurons, 1), part.level
-    best = replace(found[0], steps=steps)
-    return _polished(rows, best, sizes, schedule.polish, schedule.decay) if schedule.polish else best
+        random = [np.random.default_rng([seed, number, rank]) for rank in range(len(networks))]
+        with ThreadPoolExecutor(max_workers=max(1, min(workers, len(networks)))) as pool:
+            trained = sorted(pool.map(stage.through, networks, random), key=lambda network: network.cost)
+        steps += sum(network.steps for network in trained)
+        networks = trained[: part.kept]
+        sizes = (*sizes[:-2], neurons, 1)
+        level = part.level
+    best = replace(networks[0], steps=steps)
+    if not schedule.polish:
+        return best
 
-
-def _polished(gridded: Gridded, best: Trained, sizes: tuple[int, ...], steps: int, decay: float) -> Trained:
-    """The last steps, on all rows at once."""
-    x, y, _ = gridded
-    rows = WeightedRows(x, y, None, sizes, single=y.size > _MANY)
-    polished = levenberg_marquardt(rows, best.theta, steps, _HARDER * best.damping, decay)
+    # The last steps, on all rows at once.
+    x, y, _ = rows
+    every_row = WeightedRows(x, y, None, sizes, single=y.size > _MANY)
+    damping = _HARDER * best.damping
+    polished = levenberg_marquardt(every_row, best.theta, schedule.polish, damping, schedule.decay)
     return replace(polished, steps=best.steps + polished.steps)
 
 
@@ -183,21 +225,25 @@ class _Stage:
 
     def through(self, start: Trained, rng: np.random.Generator) -> Trained:
         """A start after the round: neurons go one by one, steps follow, then exchanges."""
-        rows, found, steps = _rows(self.cells, self.sizes), start, 0
+        rows = _rows(self.cells, self.sizes)
+        network = start
+        steps = 0
         while rows.sizes[-2] > self.neurons:
-            theta = without_least(rows, found.theta)
+            theta = without_least(rows, network.theta)
             rows = _rows(self.cells, smaller(rows.sizes))
             best = with_best_output(rows, theta)
-            found = levenberg_marquardt(rows, best, self.between, AFTER_LOSS, self.decay)
-            steps += found.steps
-        found = levenberg_marquardt(rows, found.theta, self.part.steps, found.damping * self.harder, self.decay)
-        steps += found.steps
+            network = levenberg_marquardt(rows, best, self.between, AFTER_LOSS, self.decay)
+            steps += network.steps
+        damping = network.damping * self.harder
+        network = levenberg_marquardt(rows, network.theta, self.part.steps, damping, self.decay)
+        steps += network.steps
         if self.part.exchanges:
             rows_of = partial(_rows, self.cells)
-            found = exchanged(rows_of, rows.sizes, found, rng, self.slips, self.part.tries, self.part.exchanges)
-            steps += found.steps
-        return replace(found, steps=steps)
+            network = exchanged(rows_of, rows.sizes, network, rng, self.slips, self.part.tries, self.part.exchanges)
+            steps += network.steps
+        return replace(network, steps=steps)
 
 
-def _rows(c: Centroids, sizes: Sequence[int]) -> WeightedRows:
-    return WeightedRows(c.x, c.y, c.count, sizes, single=True)
+def _rows(cells: Centroids, sizes: Sequence[int]) -> WeightedRows:
+    """Centroids as rows of a network with these layers, in single precision."""
+    return WeightedRows(cells.x, cells.y, cells.count, sizes, single=True)
