@@ -26,6 +26,11 @@ _PAIR = folded("Columns of a pair (coaxial)", 2.1)
 _READING = folded("Reading", 3)
 _SPEEDS = folded("Speeds from positions", 4)
 
+# Types of options, and where they stand in the help. A column may begin with a minus, which turns its sign.
+_Column = Annotated[str | None, Parameter(group=_COLUMNS, allow_leading_hyphen=True)]
+_PairColumn = Annotated[str | None, Parameter(group=_PAIR, allow_leading_hyphen=True)]
+_Reading = Annotated[str | None, Parameter(group=_READING)]
+_Readings = Annotated[tuple[str, ...], Parameter(group=_READING, negative=(), show_default=False)]
 _Device = Literal["single", "coaxial"]
 _DerivativeName = Literal["central", "savgol", "difference", "lowpass", "kalman"]
 
@@ -38,61 +43,59 @@ class LogOptions:
     device: Annotated[_Device | None, Parameter(group=_COLUMNS)] = None
     """single has a field, a slip and an effort; coaxial is the paper's pair with E1, E2, theta, alpha and T.
     Default: what a recording of live says, else single."""
-    field: Annotated[str | None, Parameter(group=_COLUMNS, allow_leading_hyphen=True)] = None
+    field: _Column = None
     """Command to the fluid of a single device."""
-    slip: Annotated[str | None, Parameter(group=_COLUMNS, allow_leading_hyphen=True)] = None
+    slip: _Column = None
     """Relative speed across the fluid of a single device."""
-    position: Annotated[str | None, Parameter(group=_COLUMNS, allow_leading_hyphen=True)] = None
+    position: _Column = None
     """Relative position; it is differentiated where the slip is not logged. none: no column is taken."""
-    effort: Annotated[str | None, Parameter(group=_COLUMNS, allow_leading_hyphen=True)] = None
+    effort: _Column = None
     """Torque or force of a single device."""
-    e1: Annotated[str | None, Parameter(name="--E1", group=_PAIR, allow_leading_hyphen=True)] = None
+    e1: Annotated[_PairColumn, Parameter(name="--E1")] = None
     """Field of clutch CH1 (coaxial)."""
-    e2: Annotated[str | None, Parameter(name="--E2", group=_PAIR, allow_leading_hyphen=True)] = None
+    e2: Annotated[_PairColumn, Parameter(name="--E2")] = None
     """Field of clutch CH2 (coaxial)."""
-    e: Annotated[str | None, Parameter(name="--E", group=_PAIR, allow_leading_hyphen=True)] = None
+    e: Annotated[_PairColumn, Parameter(name="--E")] = None
     """Signed field E1 - E2 (coaxial), in place of E1 and E2."""
-    theta: Annotated[str | None, Parameter(group=_PAIR, allow_leading_hyphen=True)] = None
+    theta: _PairColumn = None
     """Angle of the motor (coaxial)."""
-    theta_dot: Annotated[str | None, Parameter(group=_PAIR, allow_leading_hyphen=True)] = None
+    theta_dot: _PairColumn = None
     """Speed of the motor (coaxial)."""
-    alpha: Annotated[str | None, Parameter(group=_PAIR, allow_leading_hyphen=True)] = None
+    alpha: _PairColumn = None
     """Angle of the output (coaxial)."""
-    alpha_dot: Annotated[str | None, Parameter(group=_PAIR, allow_leading_hyphen=True)] = None
+    alpha_dot: _PairColumn = None
     """Speed of the output (coaxial)."""
-    alpha_raw: Annotated[str | None, Parameter(group=_PAIR, allow_leading_hyphen=True)] = None
+    alpha_raw: _PairColumn = None
     """Position of the table on the screw (coaxial); needs --lead."""
-    t: Annotated[str | None, Parameter(name="--T", group=_PAIR, allow_leading_hyphen=True)] = None
+    t: Annotated[_PairColumn, Parameter(name="--T")] = None
     """Torque of the pair (coaxial)."""
-    motor_torque: Annotated[str | None, Parameter(group=_PAIR, allow_leading_hyphen=True)] = None
+    motor_torque: _PairColumn = None
     """Torque that the motor is commanded (coaxial); for figures and for calibrating the twin."""
     temperature: Annotated[str | None, Parameter(group=_COLUMNS)] = None
     """Temperature of the fluid in °C or K: laws may soften with it, and networks take it as input."""
-    input: Annotated[
-        tuple[str, ...], Parameter(group=_READING, consume_multiple=True, negative=(), show_default=False)
-    ] = ()
+    input: Annotated[_Readings, Parameter(consume_multiple=True)] = ()
     """Further columns that networks take as inputs, for example accelerations: --input A B."""
-    time: Annotated[str | None, Parameter(group=_COLUMNS, allow_leading_hyphen=True)] = None
+    time: _Column = None
     """Column of time stamps."""
     rate: Annotated[str | None, Parameter(group=_COLUMNS)] = None
     """Sampling rate in place of a time column, for example '1000 Hz'."""
-    lead: Annotated[str | None, Parameter(group=_READING)] = None
+    lead: _Reading = None
     """Travel of the table in one turn of the screw, for example '10 mm'."""
-    constant: Annotated[tuple[str, ...], Parameter(group=_READING, negative=(), show_default=False)] = ()
+    constant: _Readings = ()
     """A signal that was constant: 'field=0.5 A'. Where the log has gaps, also a number for each part: 'field=0,1 A'."""
-    scale: Annotated[tuple[str, ...], Parameter(group=_READING, negative=(), show_default=False)] = ()
+    scale: _Readings = ()
     """What a sensor in volts means: 'effort=2.5 N*m/V', or 'effort=0.02 N*m' for one of counts; more than once."""
-    begin: Annotated[str | None, Parameter(name="--from", group=_READING, allow_leading_hyphen=True)] = None
+    begin: Annotated[_Reading, Parameter(name="--from", allow_leading_hyphen=True)] = None
     """Take each log from this time on, for example 2s or 500ms, on the clock that inspect shows."""
-    end: Annotated[str | None, Parameter(name="--until", group=_READING, allow_leading_hyphen=True)] = None
+    end: Annotated[_Reading, Parameter(name="--until", allow_leading_hyphen=True)] = None
     """Take each log up to this time."""
-    skip: Annotated[str | None, Parameter(group=_READING)] = None
+    skip: _Reading = None
     """Leave out so much at the start of each log, for example 2s."""
-    name_pattern: Annotated[str | None, Parameter(group=_READING)] = None
+    name_pattern: _Reading = None
     """Numbers in the file's name, for example '{amplitude}mm{frequency}Hz{field}A'; x counts as a decimal point."""
     map: Annotated[Path | None, Parameter(group=_READING)] = None
     """A mapping file (TOML) in place of the one beside the log."""
-    variable: Annotated[str | None, Parameter(group=_READING)] = None
+    variable: _Reading = None
     """Which recording of a file that holds several: a variable, group, sheet, topic, segment. All of them, and each
     effort of theirs as a log of its own: all; then also --effort 'F_* [N]'."""
     decimal: Annotated[Literal[".", ","] | None, Parameter(group=_READING)] = None
@@ -101,7 +104,7 @@ class LogOptions:
     """Keep values such as -999, which loggers write for no measurement; the rows are left out otherwise."""
     invalid: Annotated[Literal["error", "drop"] | None, Parameter(group=_READING)] = None
     """At missing or infinite values: error stops (the default), drop cuts the log there."""
-    resample: Annotated[str | None, Parameter(group=_READING)] = None
+    resample: _Reading = None
     """Bring the log to another sampling rate, for example 1kHz, behind a filter against aliases."""
     derivative: Annotated[_DerivativeName, Parameter(group=_SPEEDS)] = "savgol"
     """Filter for speeds that are not logged; difference, lowpass and kalman can run live."""
@@ -155,37 +158,58 @@ class LogOptions:
         return build_dataset(recordings, device=self.device, derivative=self.how().derivative)
 
     def _given(self) -> dict[str, Any]:
-        return {f.name: getattr(self, f.name) for f in fields(self) if getattr(self, f.name) != f.default}
+        """The options that are not as they are by default."""
+        given: dict[str, Any] = {}
+        for each in fields(self):
+            value = getattr(self, each.name)
+            if value != each.default:
+                given[each.name] = value
+        return given
 
     def like(self, run: Run | None, model: Model) -> LogOptions:
         """What was given over how the run's own logs were read; the device is the model's, unless given."""
         from erclutch.logs.name_pattern import still_needed
 
-        own: dict[str, Any] = {} if run is None else dict(run.body.get("reading") or {})
-        said = self.column_map()
-        given = {*said.columns, *said.constants}
-        gone = {"begin", "end", "skip", *(name.lower() for name in given)}  # a window is of the log it was given for
-        gone |= {"time", "rate"} if self.time is not None or self.rate is not None else set()
-        known = {f.name for f in fields(self)}
-        own = {key: value for key, value in own.items() if key in known and key not in gone}
+        of_run: dict[str, Any] = {} if run is None else run.body.get("reading") or {}
+        columns = self.column_map()
+        given = {*columns.columns, *columns.constants}
+
+        # What the run says goes where the command line says another thing, and a window is of the log it was given for.
+        gone = {"begin", "end", "skip", *(name.lower() for name in given)}
+        if self.time is not None or self.rate is not None:
+            gone |= {"time", "rate"}
+        wanted = {each.name for each in fields(self)} - gone
+        own = {key: value for key, value in of_run.items() if key in wanted}
+
+        # The run was kept as JSON, which has lists and no paths.
+        for key in ("input", "scale"):
+            if key in own:
+                own[key] = tuple(own[key])
+        if "map" in own:
+            own["map"] = Path(own["map"])
         own["name_pattern"] = still_needed(own.get("name_pattern"), given)
-        own |= {key: tuple(own[key]) for key in ("input", "scale") if key in own}
-        own |= {key: Path(own[key]) for key in ("map",) if key in own}
-        kept = (each for each in own.get("constant", ()) if each.partition("=")[0].strip() not in given)
-        constants = {"constant": (*kept, *self.constant)}
-        return replace(self, **{**own, "device": model.structure.device, **self._given(), **constants})
+        constants = [each for each in own.get("constant", ()) if _signal_of(each) not in given]
+        settings = {**own, "device": model.structure.device, **self._given()}
+        settings["constant"] = (*constants, *self.constant)
+        return replace(self, **settings)
 
     def without_effort(self, unit: str) -> LogOptions:
         """The same for logs of which the effort is not asked for: a constant stands for it."""
         signal = "T" if self.device == "coaxial" else "effort"
         zero = f"{signal}=0 {unit.replace('?', '')}".strip()
-        kept = tuple(each for each in self.constant if each.partition("=")[0].strip() != signal)
-        return replace(self, effort=None, t=None, constant=(*kept, zero))
+        others = [each for each in self.constant if _signal_of(each) != signal]
+        return replace(self, effort=None, t=None, constant=(*others, zero))
 
     def to_dict(self) -> dict[str, object]:
         """What was given, as JSON values."""
         given = self._given()
         return {key: str(value) if isinstance(value, Path) else value for key, value in given.items()}
+
+
+def _signal_of(constant: str) -> str:
+    """The signal of a constant such as 'field=0.5 A'."""
+    signal, _, _ = constant.partition("=")
+    return signal.strip()
 
 
 DEFAULT_READING = LogOptions()
@@ -204,7 +228,8 @@ def expand(paths: Sequence[Path]) -> list[Path]:
     from erclutch.logs.readers.signal_files import together
     from erclutch.logs.readers.text_tables import is_prose
 
-    if joined := together(paths):
+    joined = together(paths)
+    if joined:
         return [joined]
     files: list[Path] = []
     for path in paths:
@@ -213,15 +238,15 @@ def expand(paths: Sequence[Path]) -> list[Path]:
             files.append(path)
             continue
         suffixes = log_suffixes()
-        named = [p for p in path.iterdir() if p.suffix.lower() in suffixes and p.is_file()]
-        words = sorted(p.name for p in named if is_prose(p))
-        if words and len(words) < len(named):
+        tables = [file for file in path.iterdir() if file.suffix.lower() in suffixes and file.is_file()]
+        words = sorted(file.name for file in tables if is_prose(file))
+        if words and len(words) < len(tables):
             note = f"note: {', '.join(words)} left out: words and no rows of numbers"
             terminal.console(stderr=True).print(note, soft_wrap=True)  # what is asked for as JSON stays JSON
-            named = [p for p in named if p.name not in words]
-        inside = sorted([*named, *(p for p in path.iterdir() if p.is_dir() and folder_reader(p))])
-        if not inside:
-            remedy = f"Logs end in {', '.join(log_suffixes())}"
+            tables = [file for file in tables if file.name not in words]
+        folders = [folder for folder in path.iterdir() if folder.is_dir() and folder_reader(folder)]
+        if not tables and not folders:
+            remedy = f"Logs end in {', '.join(suffixes)}"
             raise LogError("the folder holds no log", where=str(path), remedy=remedy)
-        files.extend(inside)
+        files.extend(sorted([*tables, *folders]))
     return files

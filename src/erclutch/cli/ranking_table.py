@@ -22,12 +22,16 @@ if TYPE_CHECKING:
 
 
 def _band(figure: BandedFigure) -> str:
+    """The ends of a figure's band."""
     return f"{number(figure.low, 3)} - {number(figure.high, 3)}"
 
 
 def _percent(figure: BandedFigure) -> str:
-    value, low, high = (100.0 * v for v in figure.to_list())
-    return f"{value:+.1f} % ({low:+.1f} .. {high:+.1f})" if abs(value) < 1e3 else "far worse"
+    """A share with its band in per cent; without one where it is ten times as much."""
+    value, low, high = (100.0 * share for share in figure.to_list())
+    if abs(value) >= 1e3:
+        return "far worse"
+    return f"{value:+.1f} % ({low:+.1f} .. {high:+.1f})"
 
 
 def ranking(comparison: Comparison, width: int, *, whole: bool = False) -> Table:
@@ -47,17 +51,18 @@ def ranking(comparison: Comparison, width: int, *, whole: bool = False) -> Table
         "par.": [str(e.outcome.parameters) for e in shown],
         with_unit("test RMSE", unit): [number(e.test.rmse.value, zeros=True) for e in shown],
         "95 % band": [_band(e.test.rmse) for e in shown],
-        **({"by log": [_by_log(e) for e in shown]} if any(e.by_log for e in shown) else {}),
-        "over the best": ["" if e.name == comparison.best else _percent(e.excess) for e in shown],
-        "of std": [f"{100 * e.test.share.value:.1f} %" for e in shown],
-        "R2": [f"{e.test.r2.value:.3f}" for e in shown],
-        "max error": [number(e.test.largest.value, 3) for e in shown],
-        "train RMSE": [number(e.train.rmse.value, zeros=True) for e in shown],
-        "condition": ["" if e.outcome.weights else f"{e.outcome.condition:.0e}" for e in shown],
     }
+    if any(e.by_log for e in shown):
+        cells["by log"] = [_by_log(e) for e in shown]
+    cells["over the best"] = ["" if e.name == comparison.best else _percent(e.excess) for e in shown]
+    cells["of std"] = [f"{100 * e.test.share.value:.1f} %" for e in shown]
+    cells["R2"] = [f"{e.test.r2.value:.3f}" for e in shown]
+    cells["max error"] = [number(e.test.largest.value, 3) for e in shown]
+    cells["train RMSE"] = [number(e.train.rmse.value, zeros=True) for e in shown]
+    cells["condition"] = ["" if e.outcome.weights else f"{e.outcome.condition:.0e}" for e in shown]
     if any(e.folds for e in shown):
-        folds = f"{len(shown[0].folds)}-block RMSE"
-        cells[folds] = [number(float(np.sqrt(np.mean(np.square(e.folds))))) for e in shown]
+        heading = f"{len(shown[0].folds)}-block RMSE"
+        cells[heading] = [number(float(np.sqrt(np.mean(np.square(e.folds))))) for e in shown]
     less_needed = ("condition", "max error", "R2", "train RMSE", "over the best", "par.", "95 % band")
     star = comparison.standing.word
     title = f"Models on the rows held out (* {star}; bands: for more rows of the same logs, not for other logs)"
@@ -77,35 +82,45 @@ def _first(comparison: Comparison) -> list[RankedModel]:
 def left_out(comparison: Comparison) -> str:
     """How many models the short table leaves out; empty for none."""
     more = len(comparison.entries) - SHOWN
-    return f"{more} more model{'s' if more > 1 else ''}: --all shows every one, with its notes." if more > 0 else ""
+    if more <= 0:
+        return ""
+    return f"{more} more model{'s' if more > 1 else ''}: --all shows every one, with its notes."
 
 
 def _by_log(entry: RankedModel) -> str:
-    return "" if entry.by_log is None else f"{number(entry.by_log[0], 3)} - {number(entry.by_log[1], 3)}"
+    """Smallest and largest error over the logs."""
+    if entry.by_log is None:
+        return ""
+    low, high, _ = entry.by_log
+    return f"{number(low, 3)} - {number(high, 3)}"
 
 
 def prediction(entry: RankedModel, unit: str) -> list[str]:
     """What the band of a model holds, and what its figures say of other logs."""
-    said: list[str] = []
+    sentences: list[str] = []
     if entry.band is not None:
-        held, unit = entry.band.held, unit.replace("?", "")
+        unit = unit.replace("?", "")
+        held = entry.band.held
         over = f", {held.width / entry.band.plain:.0%} of one width for all rows" if entry.band.plain else ""
-        said.append(
+        of_band = (
             f"Its 95 % prediction band holds {held.share:.1%} of the rows held out ({held.worst:.1%} in {held.where}); "
             f"mean width {number(held.width, 3)} {unit}{over}."
         )
         taught = entry.band.with_sensor
         if taught is not None:
-            said[0] += f" With a torque sensor: {taught.share:.1%}, {number(taught.width, 3)} {unit}."
+            of_band += f" With a torque sensor: {taught.share:.1%}, {number(taught.width, 3)} {unit}."
+        sentences.append(of_band)
     if entry.by_log is None:
-        said.append("Rows of one log were held out: nothing here says how far another motion is off.")
+        sentences.append("Rows of one log were held out: nothing here says how far another motion is off.")
     else:
         low, high, logs = entry.by_log
-        said.append(
+        # A further log is the lowest or the highest of all with a chance of 2 in logs + 1, if they are alike.
+        between = (logs - 1) / (logs + 1)
+        sentences.append(
             f"By log its RMSE is {number(low, 3)} to {number(high, 3)} {unit} ({logs} logs): for a further log like "
-            f"these the RMSE lies between with a chance of {(logs - 1) / (logs + 1):.0%}."
+            f"these the RMSE lies between with a chance of {between:.0%}."
         )
-    return said
+    return sentences
 
 
 def verdict(comparison: Comparison) -> str:
@@ -125,9 +140,12 @@ def verdict(comparison: Comparison) -> str:
 
 
 def _recommended(comparison: Comparison) -> str:
-    best, chosen = comparison.entry(comparison.best), comparison.entry(comparison.recommended)
+    """The recommendation where there is one."""
+    best = comparison.entry(comparison.best)
+    chosen = comparison.entry(comparison.recommended)
+    of_best = comparison.called(best.name)
+    called = comparison.called(chosen.name)
     unit = comparison.data.units.effort.replace("?", "")
-    called, of_best = comparison.called(chosen.name), comparison.called(best.name)
     if len(comparison.entries) == 1:
         return f"Only {called}, was fitted, so there is nothing to recommend it over."
     if not chosen.sound:
@@ -154,24 +172,29 @@ def _by_training_rows(comparison: Comparison, chosen: RankedModel, unit: str) ->
     called = comparison.called(chosen.name)
     known = {e.name: e.validation for e in comparison.entries if e.validation is not None}
     least = min(known, key=lambda name: known[name].value)
-    of_least = number(known[least].value)
-    nearer = f"{comparison.called(least)}, by {of_least}, which is no more than these rows can tell or 5 % less"
+    place = "the least"
+    if least != chosen.name:
+        of_least = number(known[least].value)
+        place = f"{comparison.called(least)}, by {of_least}, which is no more than these rows can tell or 5 % less"
     return (
         f"Recommended: {called} ({chosen.outcome.parameters} parameters). The training rows chose it: with "
-        f"{comparison.chosen_by} left out in turn it errs by {number(known[chosen.name].value)} {unit}, "
-        f"{'the least' if least == chosen.name else nearer}. The rows held out chose nothing: there it errs by "
-        f"{number(chosen.test.rmse.value)} {unit}."
+        f"{comparison.chosen_by} left out in turn it errs by {number(known[chosen.name].value)} {unit}, {place}. The "
+        f"rows held out chose nothing: there it errs by {number(chosen.test.rmse.value)} {unit}."
     )
 
 
 def held_out(comparison: Comparison) -> str:
     """Which rows were held out, where that is not the end of each log."""
-    test, data = comparison.settings.test, comparison.data
+    test = comparison.settings.test
+    data = comparison.data
     if test == (STRETCHES,):
-        held = sum(1 for start, _ in stretches(comparison.test) if start)
-        return f"held out: {held} stretches that cover field, slip and motion as all rows do"
+        count = sum(1 for start, _ in stretches(comparison.test) if start)
+        return f"held out: {count} stretches that cover field, slip and motion as all rows do"
     if not isinstance(test, float | int):
-        logs = [name for name, (a, b) in zip(data.sources, data.source_rows, strict=True) if comparison.test[a:b].all()]
+        logs: list[str] = []
+        for name, (start, stop) in zip(data.sources, data.source_rows, strict=True):
+            if comparison.test[start:stop].all():
+                logs.append(name)
         more = f" and {len(logs) - 6} more" if len(logs) > 6 else ""
         return f"held out: {', '.join(logs[:6])}{more}"
     cut = [rows for rows in data.source_rows if constant_stretches(data, *rows)]
@@ -188,8 +211,9 @@ def at_rest(comparison: Comparison) -> str:
         return ""
     chosen = comparison.entry(comparison.recommended)
     error = (comparison.data.effort - chosen.predicted)[comparison.test][~still]
+    moving = number(float(np.sqrt(np.mean(error**2))), zeros=True)
+    overall = number(chosen.test.rmse.value, zeros=True)
     unit = comparison.data.units.effort.replace("?", "")
-    moving, overall = (number(v, zeros=True) for v in (float(np.sqrt(np.mean(error**2))), chosen.test.rmse.value))
     return (
         f"{share:.0%} of the rows held out are at rest. Over those in motion "
         f"{comparison.id_of(chosen.name)} errs by {moving} {unit}, not {overall}."
@@ -218,10 +242,18 @@ def notes(comparison: Comparison, *, whole: bool) -> list[str]:
         comparison: what came out.
         whole: every model with its specification; else the recommended model, and the best where it is not sound.
     """
+    lines: list[str] = []
     if whole:
-        named = {f"{comparison.id_of(e.name)} is {e.name}": e for e in comparison.entries}
-        return [f"  {'; '.join([name, *e.notes])}" for name, e in named.items()]
+        for entry in comparison.entries:
+            name = f"{comparison.id_of(entry.name)} is {entry.name}"
+            lines.append(f"  {'; '.join([name, *entry.notes])}")
+        return lines
+    spoken_of = [comparison.recommended]
     best = comparison.entry(comparison.best)
-    spoken_of = dict.fromkeys([comparison.recommended, *(() if best.sound else (best.name,))])
-    entries = [comparison.entry(name) for name in spoken_of]
-    return [f"  {comparison.called(e.name)}: {'; '.join(e.notes)}" for e in entries if e.notes]
+    if not best.sound and best.name != comparison.recommended:
+        spoken_of.append(best.name)
+    for name in spoken_of:
+        entry = comparison.entry(name)
+        if entry.notes:
+            lines.append(f"  {comparison.called(name)}: {'; '.join(entry.notes)}")
+    return lines

@@ -8,7 +8,6 @@ import math
 import os
 import shlex
 import sys
-from collections import Counter
 from collections.abc import Generator, Iterable, Mapping, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, Protocol, cast
@@ -50,8 +49,11 @@ def narrowed(
     """A table of columns by heading, without those that are less needed, in their order, until it fits the screen."""
     kept = dict(columns)
     for name in less_needed:
-        across = (max(map(len, [*head.split("\n"), *cells])) + 3 for head, cells in kept.items())
-        if sum(across) <= width:
+        across = 0
+        for heading, cells in kept.items():
+            widest = max(len(text) for text in [*heading.split("\n"), *cells])
+            across += widest + 3  # what stands between two columns
+        if across <= width:
             break
         kept.pop(name, None)
     made = table(title, list(kept), list(zip(*kept.values(), strict=True)), left)
@@ -81,37 +83,52 @@ def number(value: float, digits: int = 4, *, zeros: bool = False) -> str:
 
 def with_unit(name: str, unit: str) -> str:
     """A heading with its unit in brackets; unknown units say so."""
-    return name if unit == "" else f"{name} [{'as logged' if unit == '?' else unit}]"
+    if unit == "":
+        return name
+    return f"{name} [{'as logged' if unit == '?' else unit}]"
 
 
 def recording_lines(recordings: Sequence[LogFacts], most: int = 6) -> list[str]:
     """What was read, and what was decided on the way."""
-    first = recordings[0]
-    rows = sum(r.rows for r in recordings)
-    seconds = sum(r.duration for r in recordings)
-    cuts = sum(len(r.segments) - 1 for r in recordings)
-    what = first.name if len(recordings) == 1 else f"{len(recordings)} logs, {first.name} ... {recordings[-1].name}"
-    periods = sorted({round(r.period, 9) for r in recordings})
-    rate = " and ".join(f"{1 / p:.6g} Hz" for p in periods[:3])
+    name = recordings[0].name
+    if len(recordings) > 1:
+        name = f"{len(recordings)} logs, {name} ... {recordings[-1].name}"
+    rows = sum(recording.rows for recording in recordings)
+    seconds = sum(recording.duration for recording in recordings)
+    periods = sorted({round(recording.period, 9) for recording in recordings})
+    rate = " and ".join(f"{1 / period:.6g} Hz" for period in periods[:3])
+    cuts = sum(len(recording.segments) - 1 for recording in recordings)
     gaps = f", {cuts} gap{'s' if cuts > 1 else ''}" if cuts else ""
-    lines = [f"{what}: {rows:,} rows, {seconds:.4g} s at {rate}{gaps}"]
-    made = sorted({r.origin for r in recordings} - MEASURED)
-    if made:
-        some = " (some of the logs)" if {r.origin for r in recordings} & MEASURED else ""
-        lines.append(f"{' and '.join(made)} data{some}: made by a computer, not a measurement")
+    lines = [f"{name}: {rows:,} rows, {seconds:.4g} s at {rate}{gaps}"]
+
+    origins = {recording.origin for recording in recordings}
+    by_computer = sorted(origins - MEASURED)
+    if by_computer:
+        some = " (some of the logs)" if origins & MEASURED else ""
+        lines.append(f"{' and '.join(by_computer)} data{some}: made by a computer, not a measurement")
+
     notes = notes_of(recordings)
-    lines += [f"  {note}" for note in notes[: most * 2]]
-    if len(notes) > most * 2:
-        lines.append(f"  ... {len(notes) - most * 2} notes more; erclutch inspect shows all of one log")
+    most_notes = 2 * most
+    lines += [f"  {note}" for note in notes[:most_notes]]
+    if len(notes) > most_notes:
+        lines.append(f"  ... {len(notes) - most_notes} notes more; erclutch inspect shows all of one log")
     return lines
 
 
 def notes_of(recordings: Sequence[LogFacts]) -> list[str]:
     """What was said while reading, each once; what is true of one log of several bears its name."""
-    said = Counter(note for r in recordings for note in r.notes)
-    names = {note: r.name for r in recordings for note in r.notes}
-    own = {note for note, times in said.items() if times == 1 and len(recordings) > 1}
-    return [f"{names[note]}: {note}" if note in own else note for note in sorted(said, key=lambda n: n in own)]
+    logs_of: dict[str, list[str]] = {}  # names of the logs, by note
+    for recording in recordings:
+        for note in recording.notes:
+            logs_of.setdefault(note, []).append(recording.name)
+    shared: list[str] = []
+    of_one: list[str] = []
+    for note, logs in logs_of.items():
+        if len(logs) == 1 and len(recordings) > 1:
+            of_one.append(f"{logs[0]}: {note}")
+        else:
+            shared.append(note)
+    return [*shared, *of_one]
 
 
 def estimates(title: str, values: Sequence[Estimate]) -> Table:
@@ -123,11 +140,13 @@ def estimates(title: str, values: Sequence[Estimate]) -> Table:
 
 
 def _interval(estimate: Estimate) -> str:
-    known = math.isfinite(estimate.high - estimate.low)
-    span = f"{number(estimate.low)} - {number(estimate.high)}"
+    """The ends of an interval as far as they are known, and a bound that the value is at."""
+    parts: list[str] = []
     if estimate.at_bound:
-        return f"at its {estimate.at_bound} bound" + (f", {span}" if known else "")
-    return span if known else "not identified"
+        parts.append(f"at its {estimate.at_bound} bound")
+    if math.isfinite(estimate.high - estimate.low):
+        parts.append(f"{number(estimate.low)} - {number(estimate.high)}")
+    return ", ".join(parts) or "not identified"
 
 
 def coverage(field: Array, slip: Array, name: str, units: tuple[str, str] = ("", "")) -> str:
@@ -139,16 +158,21 @@ def coverage(field: Array, slip: Array, name: str, units: tuple[str, str] = ("",
     rows = np.linspace(float(np.min(field)), float(np.max(field)), 9)
     columns = np.linspace(float(np.min(slip)), float(np.max(slip)), 61)
     counts: Array = np.histogram2d(field, slip, bins=[rows, columns])[0]
-    steps = np.ceil(np.log1p(counts) / np.log1p(counts.max()) * (len(_SHADES) - 1)).astype(int)
-    up, across = with_unit("field", units[0]), with_unit("slip", units[1])
+    darkness = np.log1p(counts) / np.log1p(counts.max())
+    shades = np.ceil(darkness * (len(_SHADES) - 1)).astype(int)
+    up = with_unit("field", units[0])
+    across = with_unit("slip", units[1])
     lines = [f"Coverage{name}: rows over {up} (up) and {across} (across); a dot is a cell without a row"]
     for row in reversed(range(8)):
-        cells = "".join(
-            "·" if count == 0 else _SHADES[step] for count, step in zip(counts[row], steps[row], strict=True)
-        )
-        lines.append(f"{(rows[row] + rows[row + 1]) / 2:>10.3g} {cells}")
-    left, right = f"{columns[0]:.3g}", f"{columns[-1]:.3g}"
-    return "\n".join([*lines, f"{'':>10} {left}{right:>{60 - len(left)}}"])
+        cells = ""
+        for count, shade in zip(counts[row], shades[row], strict=True):
+            cells += "·" if count == 0 else _SHADES[shade]
+        middle = (rows[row] + rows[row + 1]) / 2
+        lines.append(f"{middle:>10.3g} {cells}")
+    left = f"{columns[0]:.3g}"
+    right = f"{columns[-1]:.3g}"
+    lines.append(f"{'':>10} {left}{right:>{60 - len(left)}}")
+    return "\n".join(lines)
 
 
 def bands(values: Array, rate: float) -> list[tuple[float, float, float]]:
@@ -159,9 +183,11 @@ def bands(values: Array, rate: float) -> list[tuple[float, float, float]]:
     frequency = np.fft.rfftfreq(values.size, 1.0 / rate)
     edges = [edge for edge in (0.0, 2.0, 10.0, 50.0, 100.0, 200.0) if edge <= rate / 2]
     total = float(power.sum()) or 1.0
-    return [
-        (a, b, float(power[(frequency >= a) & (frequency < b)].sum()) / total) for a, b in itertools.pairwise(edges)
-    ]
+    shares: list[tuple[float, float, float]] = []
+    for low, high in itertools.pairwise(edges):
+        inside = (frequency >= low) & (frequency < high)
+        shares.append((low, high, float(power[inside].sum()) / total))
+    return shares
 
 
 _SHADES = " ░▒▓█"
@@ -192,11 +218,14 @@ def say_json(body: object) -> None:
 
 
 def _finite(value: Any) -> Any:
+    """A value of JSON with null in place of each number that is not finite, however deep it stands."""
     if isinstance(value, Mapping):
         return {key: _finite(each) for key, each in cast("Mapping[str, Any]", value).items()}
     if isinstance(value, list | tuple):
         return [_finite(each) for each in cast("Sequence[Any]", value)]
-    return None if isinstance(value, float) and not math.isfinite(value) else value
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value
 
 
 class Bar(Protocol):

@@ -102,10 +102,20 @@ def fit(
         may_write(out, force)
     elif final:
         raise SettingError("a model of all rows is kept in a run", where="--final", remedy="Give --out RUN too")
-    names, held_out = model_names(models), _held_out(test)
-    ago = tuple(int(word) if word.isdecimal() else word for word in past)  # rows, or times as they were written
-    settings = Settings(names, lag, held_out, blocks, friction, offset, seed, workers, ago, polish)
-    how, read_options = reading.how(), reading.to_dict()
+    settings = Settings(
+        models=model_names(models),
+        lag=lag,
+        test=_held_out(test),
+        blocks=blocks,
+        friction=friction,
+        offset=offset,
+        seed=seed,
+        workers=workers,
+        past=tuple(int(word) if word.isdecimal() else word for word in past),  # rows, or times as they were written
+        polish=polish,
+    )
+    how = reading.how()
+    as_read = reading.to_dict()
     with tasks_on(cluster, workers) as tasks:  # a cluster that does not answer is told before the fit
         with terminal.progress("reading the log") as bar:
 
@@ -119,12 +129,15 @@ def fit(
         if not json:
             _print_all(rows, comparison, time.perf_counter() - began, whole=all_)
         if out is not None:
-            write_run(out, comparison, rows.logs, reading=read_options, force=force)
-        figures = scored_rows.score_left_out(rows, comparison, how, tasks, out) if rows.left_out else None
+            write_run(out, comparison, rows.logs, reading=as_read, force=force)
+        figures = None
+        if rows.left_out:
+            figures = scored_rows.score_left_out(rows, comparison, how, tasks, out)
     if json:
-        body = run_to_dict(comparison, rows.logs, read_options)
-        whole = body if figures is None else {**body, "every_row": figures.to_dict()}
-        print(dumps(whole, indent=1, allow_nan=False))
+        body = run_to_dict(comparison, rows.logs, as_read)
+        if figures is not None:
+            body = {**body, "every_row": figures.to_dict()}
+        print(dumps(body, indent=1, allow_nan=False))
         return
     if figures is not None:
         _print_every_row(figures, comparison.recommended, comparison.data.units.effort)
@@ -132,6 +145,7 @@ def fit(
 
 
 def _resumed(out: Path | None, reading: LogOptions, cluster: str | None, workers: int, json: bool) -> None:
+    """Score the rows of a run that an interruption left unscored."""
     figures, run = scored_rows.score_the_rest(out, reading.how(), cluster, workers)
     if json:
         print(dumps(figures.to_dict(), indent=1, allow_nan=False))
@@ -141,11 +155,14 @@ def _resumed(out: Path | None, reading: LogOptions, cluster: str | None, workers
 
 
 def _print_every_row(figures: EveryRow, recommended: str, unit: str) -> None:
+    """The figures of models on every row, and why others have none."""
     terminal.console().print(scored_rows.table(figures, recommended, unit))
-    terminal.tell(*(f"not scored on every row: {name}: {why}" for name, why in figures.not_scored.items()))
+    for name, why in figures.not_scored.items():
+        terminal.tell(f"not scored on every row: {name}: {why}")
 
 
 def _print_all(rows: RowsOfLogs, comparison: Comparison, seconds: float, *, whole: bool) -> None:
+    """What was read, what came out, and how long it took."""
     terminal.tell("\n".join(terminal.recording_lines(rows.logs)))
     if rows.left_out:
         terminal.tell(rows.data.notes[-1])
@@ -160,6 +177,7 @@ def _print_all(rows: RowsOfLogs, comparison: Comparison, seconds: float, *, whol
 
 
 def _compared(data: Dataset, settings: Settings) -> Comparison:
+    """Fit all models, behind a bar on a terminal."""
     from erclutch.fit.comparison import compare
 
     with terminal.progress("looking at the rows, before the first fit") as bar:
@@ -211,17 +229,20 @@ def print_comparison(comparison: Comparison, *, whole: bool = False) -> None:
     chosen = comparison.entry(comparison.recommended)
     held = int(comparison.test.sum())
     terminal.tell(f"fitted on {comparison.data.rows - held:,} rows, scored on {held:,} rows held out")
-    if which := ranking_table.held_out(comparison):
+    which = ranking_table.held_out(comparison)
+    if which:
         terminal.tell(which)
     terminal.tell(*(f"{finding.level}: {finding}" for finding in comparison.findings), style="yellow")
     screen.print()
     screen.print(ranking_table.ranking(comparison, screen.width, whole=whole))
-    if not whole and (more := ranking_table.left_out(comparison)):
+    more = ranking_table.left_out(comparison)
+    if more and not whole:
         terminal.tell(more)
     terminal.tell(*ranking_table.notes(comparison, whole=whole), style="dim")
     screen.print()
     terminal.tell(ranking_table.verdict(comparison), style="bold")
-    if moving := ranking_table.at_rest(comparison):
+    moving = ranking_table.at_rest(comparison)
+    if moving:
         terminal.tell(moving)
     terminal.tell(*ranking_table.prediction(chosen, comparison.data.units.effort))
     terminal.tell(f"Its specification: {chosen.name}")

@@ -15,7 +15,6 @@ from erclutch.files import may_write_file, unwritable, whole_folder
 from erclutch.files.places import is_there, nothing, release, reserve
 
 if TYPE_CHECKING:
-    from erclutch.logs.dataset import Dataset
     from erclutch.models.model import Model
     from erclutch.signals.array import Array
 
@@ -59,23 +58,25 @@ def predict(
     from erclutch.runs.new_rows import opened
 
     files = expand(logs)
-    each = len(files) > 1 or logs[0].is_dir()
-    if each:
+    several = len(files) > 1 or logs[0].is_dir()
+    if several:
         _may_write_folder(out, force)
     else:
         may_write_file(out, force)
     kept, chosen = opened(run, model)
     how = reading.like(kept, chosen)
-    how = how if sensor else how.without_effort(chosen.units.effort)
-    if not each:
-        terminal.say(_estimated(files[0], how, chosen, out, band=band, sensor=sensor))
-    else:
+    if not sensor:
+        how = how.without_effort(chosen.units.effort)
+    if several:
         _refuse_same_names(files, out)
         with whole_folder(out, _UNWRITABLE) as folder, terminal.progress("predicting") as bar:
-            for i, file in enumerate(files):
-                bar(i, len(files), file.name)
-                said = _estimated(file, how, chosen, folder / f"{file.stem}.{kind}", band=band, sensor=sensor)
-                terminal.say(f"{file.name}: {said}")
+            for done, file in enumerate(files):
+                bar(done, len(files), file.name)
+                of_file = folder / f"{file.stem}.{kind}"
+                told = _estimated(file, how, chosen, of_file, band=band, sensor=sensor)
+                terminal.say(f"{file.name}: {told}")
+    else:
+        terminal.say(_estimated(files[0], how, chosen, out, band=band, sensor=sensor))
     terminal.say(f"Written to {out}")
 
 
@@ -90,6 +91,7 @@ def _may_write_folder(out: Path, force: bool) -> None:
 
 
 def _are_predictions(folder: Path) -> bool:
+    """Whether a folder holds nothing but predictions."""
     from erclutch.logs.log_writer import is_prediction
 
     return folder.is_dir() and all(is_prediction(path) for path in folder.iterdir())
@@ -108,42 +110,44 @@ def _refuse_same_names(files: list[Path], out: Path) -> None:
 
 def _estimated(file: Path, how: LogOptions, model: Model, out: Path, *, band: bool, sensor: bool) -> str:
     """Write the prediction of one log; what to say of it."""
-    recordings = how.read([file])
-    data = how.dataset(recordings)
-    effort = model.predict(data)
-    columns = _columns(data, model)
-    columns["effort"] = effort, model.units.effort
-    more = ""
-    if band or sensor:
-        import numpy as np
-
-        from erclutch.runs.new_rows import band_ends, quicker_than_known
-
-        low, high = band_ends(data, model, effort, sensor)
-        columns |= {"low": (low, model.units.effort), "high": (high, model.units.effort)}
-        bandless = int(np.count_nonzero(np.isnan(low)))
-        more = f", {bandless:,} without a band: nothing like them was ever logged" if bandless else ""
-        quick = int(np.count_nonzero(quicker_than_known(model, data)))
-        more += f", {quick:,} in quicker motion than any training log: their band is wider" if quick else ""
-    outside = model.outside(data)
-    columns["outside"] = outside.astype(float), ""
-    about = {"model": model.name, "log": recordings[0].name, "of": recordings[0].origin}
-    _write(out, columns, {key: value for key, value in about.items() if value})
-    said = f"{model.name}: {data.rows:,} rows, {outside.mean():.2%} of them outside what it was trained on{more}"
-    return f"{said}\nnote: {model.unbounded}." if model.unbounded and outside.any() else said
-
-
-def _columns(data: Dataset, model: Model) -> dict[str, tuple[Array, str]]:
-    """Time and the model's inputs: values (n,) and unit by name."""
-    extras = {extra: (data.extras[extra], "") for extra in model.extras}
-    return {"time": (data.clock.time, "s"), **data.named_signals, **extras}
-
-
-def _write(out: Path, columns: dict[str, tuple[Array, str]], about: dict[str, str]) -> None:
     import numpy as np
 
     from erclutch.logs.log_writer import PREDICTED, write_log
+    from erclutch.runs.new_rows import band_ends, quicker_than_known
 
+    recordings = how.read([file])
+    recording = recordings[0]
+    data = how.dataset(recordings)
+    effort = model.predict(data)
+    outside = model.outside(data)
+    unit = model.units.effort.replace("?", "")
+
+    # Columns of the file, with their units.
+    columns: dict[str, tuple[Array, str]] = {"time": (data.clock.time, "s")}
+    for name, (values, of_signal) in data.named_signals.items():
+        columns[name] = (values, of_signal.replace("?", ""))
+    for name in model.extras:
+        columns[name] = (data.extras[name], "")
+    columns["effort"] = (effort, unit)
+    told = f"{model.name}: {data.rows:,} rows, {outside.mean():.2%} of them outside what it was trained on"
+    if band or sensor:
+        low, high = band_ends(data, model, effort, sensor)
+        columns["low"] = (low, unit)
+        columns["high"] = (high, unit)
+        bandless = int(np.count_nonzero(np.isnan(low)))
+        if bandless:
+            told += f", {bandless:,} without a band: nothing like them was ever logged"
+        quick = int(np.count_nonzero(quicker_than_known(model, data)))
+        if quick:
+            told += f", {quick:,} in quicker motion than any training log: their band is wider"
+    columns["outside"] = (outside.astype(float), "")
+
+    about = {"label": PREDICTED, "model": model.name, "log": recording.name}
+    if recording.origin:
+        about["of"] = recording.origin
+    labels = [(name, of_column) for name, (_, of_column) in columns.items()]
     rows = np.column_stack([values for values, _ in columns.values()])
-    labels = [(name, unit.replace("?", "")) for name, (_, unit) in columns.items()]
-    write_log(out, labels, [rows], {"label": PREDICTED, **about}, rows=len(rows))
+    write_log(out, labels, [rows], about, rows=len(rows))
+    if model.unbounded and outside.any():
+        told += f"\nnote: {model.unbounded}."
+    return told

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from fnmatch import fnmatchcase
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, cast
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple, cast
 
 from cyclopts import Parameter
 
@@ -14,6 +14,8 @@ from erclutch.cli.options import DEFAULT_READING, LogOptions
 from erclutch.errors import LogError
 
 if TYPE_CHECKING:
+    from rich.table import Table
+
     from erclutch.logs.dataset import Dataset
     from erclutch.runs.new_rows import ModelScore
     from erclutch.runs.run_folder import Run
@@ -48,45 +50,78 @@ def score(
         reading: How to read the logs; by default as each run's own logs were read.
     """
     from erclutch.logs.dataset import require_units
+    from erclutch.logs.log_writer import PREDICTED
     from erclutch.runs.new_rows import models_of, opened, score_model
 
-    found: list[tuple[Path, str, ModelScore]] = []
+    scores: list[_Scored] = []
     recordings: list[Recording] = []
-    read: list[Dataset] = []
-    seen: list[str] = []
-    for place in run:
-        kept, chosen = opened(place, model)
+    data_of_runs: list[Dataset] = []
+    warnings: list[str] = []
+    for folder in run:
+        # Each run reads the logs in its own way; units must be the same, or the errors could not be compared.
+        kept, chosen = opened(folder, model)
         how = reading.like(kept, chosen)
         recordings = how.read(logs)
-        _require_measured(recordings)
-        seen += [] if kept is None else _trained_on(kept, recordings)
+        for recording in recordings:
+            if recording.origin == PREDICTED:
+                problem = "its effort is predicted, not measured"
+                raise LogError(problem, where=recording.name, remedy="Give the measured log")
+        if kept is not None:
+            warnings += _trained_on(kept, recordings)
         data = how.dataset(recordings)
-        read.append(data)
-        require_units(data, read[0], str(place))
-        models = models_of(kept, chosen, model)
-        found += [(place, _title(kept, called), score_model(each, data, called)) for called, each in models]
-    found.sort(key=lambda each: each[2].figures.rmse.value)
-    data = read[0]
+        data_of_runs.append(data)
+        require_units(data, data_of_runs[0], str(folder))
+        for name, each in models_of(kept, chosen, model):
+            scores.append(_Scored(folder, _title(kept, name), score_model(each, data, name)))
+    scores.sort(key=lambda each: each.score.figures.rmse.value)
+    data = data_of_runs[0]
+
     if json:
-        body = {"log": data.where, "rows": data.rows, "unit": data.units.effort, "warnings": seen}
-        terminal.say_json(
-            {**body, "models": [{"title": title, **each.row(str(place))} for place, title, each in found]}
-        )
+        models = [{"title": each.title, **each.score.row(str(each.run))} for each in scores]
+        body = {"log": data.where, "rows": data.rows, "unit": data.units.effort, "warnings": warnings}
+        terminal.say_json({**body, "models": models})
         return
     terminal.tell("\n".join(terminal.recording_lines(recordings)))
-    columns = ["model", *(["run"] if len(run) > 1 else []), terminal.with_unit("RMSE", data.units.effort)]
-    columns += ["95 % band", "of std", "guessed", "inside", "worst second" if len(data.sources) == 1 else "worst log"]
-    rows = [_row(each, title, place if len(run) > 1 else None) for place, title, each in found]
-    shown = str(run[0]) if len(run) == 1 else f"{len(run)} runs"
-    title = f"Models of {shown} on {data.rows:,} rows of {data.where}"
-    cells = dict(zip(columns, zip(*rows, strict=True), strict=True))
-    less_needed = ("95 % band", columns[-1], "of std", "guessed")
-    terminal.tell(terminal.narrowed(title, cells, less_needed, terminal.console().width))
-    terminal.tell(*seen, style="yellow")
-    for where in dict.fromkeys(each.where for _, _, each in found if each.where):
-        alike = [title.partition(",")[0] for _, title, each in found if each.where == where]
+    terminal.tell(_table(scores, data, runs=len(run)))
+    terminal.tell(*warnings, style="yellow")
+    for where in dict.fromkeys(each.score.where for each in scores if each.score.where):
+        alike = [each.title.partition(",")[0] for each in scores if each.score.where == where]
         more = f" and {len(alike) - 1} more" if len(alike) > 1 else ""
         terminal.tell(f"guessed by {alike[0]}{more}: {where}")
+
+
+class _Scored(NamedTuple):
+    """A model with its figures, the folder of its run, and its title there."""
+
+    run: Path
+    title: str
+    score: ModelScore
+
+
+def _table(scores: Sequence[_Scored], data: Dataset, runs: int) -> Table:
+    """The figures of all models; what is needed less goes where the screen is narrow."""
+    number = terminal.number
+    rmse = terminal.with_unit("RMSE", data.units.effort)
+    worst = "worst second" if len(data.sources) == 1 else "worst log"
+    columns: dict[str, list[str]] = {"model": [each.title for each in scores]}
+    if runs > 1:
+        columns["run"] = [str(each.run) for each in scores]
+    for heading in (rmse, "95 % band", "of std", "guessed", "inside", worst):
+        columns[heading] = []
+    for each in scores:
+        score = each.score
+        error = score.figures.rmse
+        columns[rmse].append(number(error.value, zeros=True))
+        columns["95 % band"].append(f"{number(error.low, 3)} - {number(error.high, 3)}")
+        columns["of std"].append(f"{score.figures.share.value:.1%}")
+        columns["guessed"].append(f"{score.guessed:.1%}")
+        columns["inside"].append("no band" if score.held is None else f"{score.held.share:.1%}")
+        columns[worst].append("" if score.held is None else f"{score.held.worst:.1%}")
+
+    of = str(scores[0].run) if runs == 1 else f"{runs} runs"
+    title = f"Models of {of} on {data.rows:,} rows of {data.where}"
+    less_needed = ("95 % band", worst, "of std", "guessed")
+    return terminal.narrowed(title, columns, less_needed, terminal.console().width)
 
 
 def _title(run: Run | None, name: str) -> str:
@@ -96,43 +131,21 @@ def _title(run: Run | None, name: str) -> str:
     return title_of(name) if run is None else f"{run.id_of(name)}, {run.titles[name]}"
 
 
-def _require_measured(recordings: Sequence[Recording]) -> None:
-    """LogError for a log that `predict` wrote: its effort is a model's."""
-    from erclutch.logs.log_writer import PREDICTED
-
-    for each in recordings:
-        if each.origin == PREDICTED:
-            raise LogError("its effort is predicted, not measured", where=each.name, remedy="Give the measured log")
-
-
 def _trained_on(run: Run, recordings: Sequence[Recording]) -> list[str]:
-    """A warning for each log that the run was fitted to, known by its digest."""
-    known = {str(log["sha256"]) for log in run.body["logs"] if not _held_out(str(log["name"]), run)}
-    share = run.body["train_rows"] / (run.body["train_rows"] + run.body["test_rows"])
-    seen = [log.name for log in recordings if log.digest in known]
+    """A warning where logs are some that the run was fitted to, known by their digests."""
+    # A fit that was given patterns of names kept whole logs apart: these are new to it.
+    test: Any = run.body["settings"]["test"]
+    patterns = [str(pattern) for pattern in cast(list[Any], test)] if isinstance(test, list) else []
+    known: set[str] = set()
+    for log in run.body["logs"]:
+        if not any(fnmatchcase(str(log["name"]), pattern) for pattern in patterns):
+            known.add(str(log["sha256"]))
+    seen = [recording.name for recording in recordings if recording.digest in known]
     if not seen:
         return []
+    share = run.body["train_rows"] / (run.body["train_rows"] + run.body["test_rows"])
     more = f" and {len(seen) - 1} more are among them" if len(seen) > 1 else " is one of them"
     return [
         f"{run.folder.name} was trained on {share:.0%} of the rows of its logs, and {seen[0]}{more}: these figures are "
         "no test of its models. Score logs that the fit has not seen, or read the report."
     ]
-
-
-def _held_out(log: str, run: Run) -> bool:
-    """Whether a fit kept a whole log apart, by the patterns of names that it was given."""
-    test = run.body["settings"]["test"]
-    return isinstance(test, list) and any(fnmatchcase(log, str(pattern)) for pattern in cast(list[Any], test))
-
-
-def _row(found: ModelScore, title: str, run: Path | None) -> list[str]:
-    """A model's row of the table."""
-    rmse, number = found.figures.rmse, terminal.number
-    cells = [title, *([] if run is None else [str(run)])]
-    cells += [number(rmse.value, zeros=True), f"{number(rmse.low, 3)} - {number(rmse.high, 3)}"]
-    cells += [f"{found.figures.share.value:.1%}", f"{found.guessed:.1%}"]
-    return (
-        [*cells, "no band", ""]
-        if found.held is None
-        else [*cells, f"{found.held.share:.1%}", f"{found.held.worst:.1%}"]
-    )
