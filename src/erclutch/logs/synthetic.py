@@ -14,7 +14,8 @@ from erclutch.signals.array import Array
 
 RATE = 1000.0
 LABEL = "SYNTHETIC"
-_TAU, _DEAD_ROWS = 4.0e-3, 2
+_LAG_S = 4.0e-3  # of the field behind the command
+_DEAD_ROWS = 2  # before the field begins to follow
 
 
 def synthetic_log(seconds: float = 20.0, seed: int = 0) -> dict[str, tuple[str, Array]]:
@@ -26,7 +27,8 @@ def synthetic_log(seconds: float = 20.0, seed: int = 0) -> dict[str, tuple[str, 
     """
     rng = np.random.default_rng(seed)
     n = int(seconds * RATE)
-    command, slip = _steps(rng, n), _motion(rng, n)
+    command = _steps(rng, n)
+    slip = _motion(rng, n)
     torque = _torque(command, slip)
     return {
         "time": ("s", np.arange(n) / RATE),
@@ -49,8 +51,10 @@ def synthetic_pair(seconds: float = 20.0, seed: int = 0) -> dict[str, tuple[str,
     n = int(seconds * RATE)
     one_after_another = _steps(rng, n)
     first_is_on = _steps(rng, n) > 0.0
-    first, second = (np.where(on, one_after_another, 0.0) for on in (first_is_on, ~first_is_on))
-    motor, output = 40.0 + 0.5 * _motion(rng, n), _motion(rng, n)
+    first = np.where(first_is_on, one_after_another, 0.0)
+    second = np.where(first_is_on, 0.0, one_after_another)
+    motor = 40.0 + 0.5 * _motion(rng, n)
+    output = _motion(rng, n)
     torque = _torque(first, motor - output) + _torque(second, -motor - output)
     return {
         "time": ("s", np.arange(n) / RATE),
@@ -65,10 +69,12 @@ def synthetic_pair(seconds: float = 20.0, seed: int = 0) -> dict[str, tuple[str,
 def _torque(command: Array, slip: Array) -> Array:
     """Torque of one clutch in N*m, from its command in V and its slip in rad/s, row by row."""
     torque = np.empty(command.size)
-    x = bend = 0.0
+    field = 0.0
+    bend = 0.0  # strain of the chains, over that at which they yield
+    share = -np.expm1(-1.0 / (RATE * _LAG_S))
     for k in range(command.size):
-        x += -np.expm1(-1.0 / (RATE * _TAU)) * (command[max(k - _DEAD_ROWS, 0)] - x)
-        strength = x / 1500.0
+        field += share * (command[max(k - _DEAD_ROWS, 0)] - field)
+        strength = field / 1500.0
         yield_torque = 0.02 + 0.45 * strength**1.5 * np.tanh(strength**0.5)
         # Pre-yield strain of the chains: elastic at first, then sliding (Dahl's model, implicit in the strain).
         rate = slip[k] / 0.01
@@ -80,7 +86,9 @@ def _torque(command: Array, slip: Array) -> Array:
 
 def _measured(torque: Array, rng: np.random.Generator) -> Array:
     """The torque with the noise and the resolution of a sensor."""
-    return np.round((torque + 2.0e-3 * rng.standard_normal(torque.size)) / 1e-4) * 1e-4
+    noise = 2.0e-3 * rng.standard_normal(torque.size)
+    step = 1e-4
+    return np.round((torque + noise) / step) * step
 
 
 def _steps(rng: np.random.Generator, n: int) -> Array:
@@ -97,7 +105,8 @@ def _steps(rng: np.random.Generator, n: int) -> Array:
 def _motion(rng: np.random.Generator, n: int) -> Array:
     """A sum of sines between 0.3 and 8 Hz, through zero slip both ways."""
     t = np.arange(n) / RATE
-    hertz, phase = rng.uniform(0.3, 8.0, 8), rng.uniform(0.0, 2 * np.pi, 8)
+    hertz = rng.uniform(0.3, 8.0, 8)
+    phase = rng.uniform(0.0, 2 * np.pi, 8)
     return 12.0 * np.sin(2 * np.pi * hertz[:, None] * t + phase[:, None]).sum(axis=0)
 
 
@@ -115,12 +124,16 @@ def write_hysteretic_log(path: Path, seconds: float = 24.0, seed: int = 0) -> No
 
     The current stands still for a sixth of the time at each of its levels, and the slip is the sum of two sines.
     """
-    rng, travel, period = np.random.default_rng(seed), 0.15, 1e-3
+    rng = np.random.default_rng(seed)
+    travel = 0.15  # [rad]
+    period = 1e-3  # [s]
     time = np.arange(round(seconds / period)) * period
     levels = np.array([0.0, 0.5, 1.0, 1.5, 1.0, 0.5])
-    current = levels[np.minimum(levels.size * np.arange(time.size) // time.size, levels.size - 1)]  # [A]
+    sixth = np.minimum(levels.size * np.arange(time.size) // time.size, levels.size - 1)
+    current = levels[sixth]  # [A]
     slip = 4.0 * np.sin(9.0 * time) + 2.0 * np.sin(2.3 * time)  # [rad/s]
-    state, strained = 0.0, np.zeros_like(time)
+    state = 0.0
+    strained = np.zeros_like(time)  # the state in each row
     for row, w in enumerate(slip):
         aim = float(np.sign(w))
         state = aim + (state - aim) * float(np.exp(-abs(w) * period / travel))

@@ -58,18 +58,26 @@ def fit_network(
         MappingError: a further input is not in the data.
     """
     times = dict(dynamics or {})
-    inputs, effort = inputs_of(structure, data.elements, data.clock, data.extras, times), data.effort
-    fluids = [field_in_fluid(e.field, structure, data.clock, times) for e in data.elements]
-    elements = [Element(fluid, e.slip) for e, fluid in zip(data.elements, fluids, strict=True)]
+    inputs = inputs_of(structure, data.elements, data.clock, data.extras, times)
+    effort = data.effort
+    in_fluid: list[Element] = []
+    for element in data.elements:
+        field = field_in_fluid(element.field, structure, data.clock, times)
+        in_fluid.append(Element(field, element.slip))
+
+    # States have run over all rows; from here on only those count whose effort is known.
     if kept is not None:
-        data, inputs, effort = data.take(kept), inputs[:, kept], effort[kept]
-        elements = [Element(e.field[kept], e.slip[kept]) for e in elements]
+        data = data.take(kept)
+        inputs = inputs[:, kept]
+        effort = effort[kept]
+        in_fluid = [Element(element.field[kept], element.slip[kept]) for element in in_fluid]
     rows = inputs, effort
     judges = kept is not None and not kept.all()
     outcome = fit_rows(data, rows, structure, times, seed=seed, polish=polish, workers=workers, judges=judges)
     if not stages_at(structure.dynamics, "command"):
         return outcome
-    return replace(outcome, model=replace(outcome.model, near=near_cells(outcome.model.trained_on, elements)))
+    near = near_cells(outcome.model.trained_on, in_fluid)
+    return replace(outcome, model=replace(outcome.model, near=near))
 
 
 def fit_rows(
@@ -96,30 +104,27 @@ def fit_rows(
         weights, stop, steps = learn(
             rows, scaling, structure, seed=seed, polish=polish, workers=workers, squares=squares, judges=judges
         )
-        span = np.column_stack([x.min(axis=1), x.max(axis=1)])
-        about = {"seed": str(seed)}
         model = NetworkModel(
-            structure, scaling, weights, dict(times), data.units, range_of(data), span, about, data.period
+            structure=structure,
+            scaling=scaling,
+            weights=weights,
+            dynamics=dict(times),
+            units=data.units,
+            trained_on=range_of(data),
+            input_range=np.column_stack([x.min(axis=1), x.max(axis=1)]),
+            about={"seed": str(seed)},
+            period=data.period,
         )
+
+        def slopes(rows: slice) -> Array:
+            """Slopes of the effort by the weights; of an RBFN the centres and spreads stay where they are."""
+            unit = model.scaling.inputs(x[:, rows])
+            if structure.kind == "rbfn":
+                return np.vstack([model.last_layer(unit), np.ones(unit.shape[1])]).T
+            return slopes_of(model.weights, unit).T
+
         residual = y - model.of_inputs(x, exactly=False)
-        unseen = _unseen(data, model, rows)
-    return replace(_outcome(model, stop, steps, float(residual @ residual), data.rows), unseen=unseen)
-
-
-def _unseen(data: Dataset, model: NetworkModel, pair: Pair) -> Array | None:
-    """Errors without the logs of a row's motion; of an RBFN the centres and spreads stay where they are."""
-    x, y = pair
-
-    def slopes(rows: slice) -> Array:
-        unit = model.scaling.inputs(x[:, rows])
-        if model.structure.kind == "rbfn":
-            return np.vstack([model.last_layer(unit), np.ones(unit.shape[1])]).T
-        return slopes_of(model.weights, unit).T
-
-    return unseen_errors(data, slopes, y - model.of_inputs(x, exactly=False))
-
-
-def _outcome(model: NetworkModel, stop: Stop, steps: int, cost: float, rows: int) -> FitOutcome[NetworkModel]:
+        unseen = unseen_errors(data, slopes, residual)  # without the logs of a row's motion
     return FitOutcome(
         model=model,
         stop=stop,
@@ -130,25 +135,21 @@ def _outcome(model: NetworkModel, stop: Stop, steps: int, cost: float, rows: int
         unknowns=model.parameters,
         condition=float("nan"),
         bandwidth=1,
-        train_cost=cost,
-        train_rows=rows,
+        train_cost=float(residual @ residual),
+        train_rows=data.rows,
         weights=model.parameters,
+        unseen=unseen,
     )
-
-
-def _slip_inputs(structure: NetworkStructure) -> tuple[int, ...]:
-    """The inputs in whose place a grid is over slips."""
-    first = 1 if structure.field else 0
-    if structure.device == "single" or structure.kind == "rbfn":
-        return tuple(range(first, len(base_inputs(structure.device, structure.kind, field=structure.field))))
-    return first, first + 1
 
 
 def slips_of(structure: NetworkStructure, x: Array) -> dict[int, Array]:
     """The slips behind the inputs x (inputs, n), by the input in whose place the grid is over them."""
+    first = 1 if structure.field else 0
     if structure.device == "single" or structure.kind == "rbfn":
-        return {i: x[i] for i in _slip_inputs(structure)}
-    first, second = _slip_inputs(structure)
+        base = base_inputs(structure.device, structure.kind, field=structure.field)
+        return {place: x[place] for place in range(first, len(base))}
+    # An FNN of a pair has the two speeds as inputs; each slip is made of both.
+    second = first + 1
     return {first: x[first] - x[second], second: -x[first] - x[second]}
 
 
@@ -184,11 +185,14 @@ def slips_for(structure: NetworkStructure, scaling: Scaling, squares: Mapping[in
 
 def scaling_of(x: Array, y: Array, kind: NetworkKind) -> Scaling:
     """Inputs to [-1, 1] for an FNN and to [0, 1] for an RBFN (section III-E), the effort to [-1, 1] round its mean."""
-    low, wide = x.min(axis=1), x.max(axis=1) - x.min(axis=1)
-    wide = np.where(wide > 0, wide, 1.0)
-    middle = float(np.mean(y))
-    half = max(abs(float(end) - middle) for end in (y.min(), y.max())) or 1.0
-    return Scaling(low + 0.5 * wide, 0.5 * wide, middle, half) if kind == "fnn" else Scaling(low, wide, middle, half)
+    low = x.min(axis=1)
+    extent = x.max(axis=1) - low
+    wide = np.where(extent > 0, extent, 1.0)
+    mean = float(np.mean(y))
+    largest = max(abs(float(end) - mean) for end in (y.min(), y.max())) or 1.0
+    if kind == "fnn":
+        return Scaling(low + 0.5 * wide, 0.5 * wide, mean, largest)
+    return Scaling(low, wide, mean, largest)
 
 
 def learn(
@@ -207,23 +211,28 @@ def learn(
     ``squares`` holds the mean square of each slip, by input, see `spaced_by`; None where inputs are only columns.
     With ``judges`` the schedule is that of a network that only judges.
     """
-    unit = scaling.inputs(rows[0])
-    target = (rows[1] - scaling.effort_offset) / scaling.effort_scale
-    gridded = unit, target, unit if squares is None else spaced_by(structure, rows[0], squares)
+    x, y = rows
+    unit = scaling.inputs(x)
+    target = (y - scaling.effort_offset) / scaling.effort_scale
+    spaced = unit if squares is None else spaced_by(structure, x, squares)
+    gridded = unit, target, spaced
     if structure.kind == "rbfn":
-        cells = centroids_of(gridded, (1, 2) if structure.centres in ("refined", "spreads") else (1,))
-        # Found on the coarsest grid, refined on the finest.
+        # Centres are found on a coarse grid. They are refined, where that is asked for, on a finer one.
+        coarse, fine = 1, 2
+        refine = structure.centres in ("refined", "spreads")
+        cells = centroids_of(gridded, (coarse, fine) if refine else (coarse,))
         search = by_k_means if structure.centres == "kmeans" else by_forward_selection
-        centres = search(cells[min(cells)], structure.hidden[0], seed)
-        if len(cells) > 1:
-            centres = refined(cells[max(cells)], centres, one_spread=structure.centres == "refined")
+        centres = search(cells[coarse], structure.hidden[0], seed)
+        if refine:
+            centres = refined(cells[fine], centres, one_spread=structure.centres == "refined")
         w, _ = weights_for(unit, target, None, centres.centres, centres.spreads)
         tables = {"centres": centres.centres, "spreads": centres.spreads, "w": w[:-1], "b": w[-1:]}
         return tables, centres.stop, centres.steps
+
     schedule = schedule_for(structure.hidden, len(structure.inputs), polish, judges)
     slips = None if squares is None else slips_for(structure, scaling, squares)
     trained = train(gridded, structure.hidden, seed, schedule, workers, slips)
-    sizes = scaling.offset.size, *structure.hidden, 1
+    sizes = (scaling.offset.size, *structure.hidden, 1)
     return tables_of(trained.theta, sizes), trained.stop, trained.steps
 
 
