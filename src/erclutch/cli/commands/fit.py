@@ -20,7 +20,9 @@ if TYPE_CHECKING:
     from erclutch.fit.comparison import Comparison, FitStep, Settings
     from erclutch.logs.any_size import RowsOfLogs
     from erclutch.logs.dataset import Dataset
+    from erclutch.logs.reading import Reading
     from erclutch.runs.every_row import EveryRow
+    from erclutch.signals.device import DeviceName
 
 COMMAND = {
     "help": "Fit all models to a log, rank them on rows held out, recommend one.",
@@ -89,7 +91,6 @@ def fit(
     """
     from erclutch.fit.comparison import Settings
     from erclutch.fit.final_fit import with_final_fit
-    from erclutch.logs.any_size import read_rows
     from erclutch.runs.run_folder import may_write, run_to_dict, write_run
     from erclutch.runs.tasks import tasks_on
 
@@ -115,26 +116,18 @@ def fit(
         polish=polish,
     )
     how = reading.how()
-    as_read = reading.to_dict()
     with tasks_on(cluster, workers) as tasks:  # a cluster that does not answer is told before the fit
-        with terminal.progress("reading the log") as bar:
-
-            def show(what: str, done: int, total: int) -> None:
-                bar(done, total, what)
-
-            rows = read_rows(expand(logs), how, reading.device, memory=1e9 * memory, progress=show)
+        rows = _read(logs, how, reading.device, 1e9 * memory)
         comparison = _compared(rows.data, settings)
         if final and not comparison.standing.why_none:
             comparison = with_final_fit(comparison)
         if not json:
             _print_all(rows, comparison, time.perf_counter() - began, whole=all_)
         if out is not None:
-            write_run(out, comparison, rows.logs, reading=as_read, force=force)
-        figures = None
-        if rows.left_out:
-            figures = scored_rows.score_left_out(rows, comparison, how, tasks, out)
+            write_run(out, comparison, rows.logs, reading=reading.to_dict(), force=force)
+        figures = scored_rows.score_left_out(rows, comparison, how, tasks, out) if rows.left_out else None
     if json:
-        body = run_to_dict(comparison, rows.logs, as_read)
+        body = run_to_dict(comparison, rows.logs, reading.to_dict())
         if figures is not None:
             body = {**body, "every_row": figures.to_dict()}
         print(dumps(body, indent=1, allow_nan=False))
@@ -174,6 +167,18 @@ def _print_all(rows: RowsOfLogs, comparison: Comparison, seconds: float, *, whol
         )
     count = len(comparison.entries)
     terminal.tell(f"{count} model{'s' if count > 1 else ''} in {seconds:.1f} s")
+
+
+def _read(logs: Sequence[Path], how: Reading, device: DeviceName | None, memory: float) -> RowsOfLogs:
+    """Read all logs, or of those beyond the memory (in bytes) whole stretches, behind a bar on a terminal."""
+    from erclutch.logs.any_size import read_rows
+
+    with terminal.progress("reading the log") as bar:
+
+        def show(what: str, done: int, total: int) -> None:
+            bar(done, total, what)
+
+        return read_rows(expand(logs), how, device, memory=memory, progress=show)
 
 
 def _compared(data: Dataset, settings: Settings) -> Comparison:
