@@ -168,8 +168,11 @@ def _tell_what_is_next(look: _Look, reading: LogOptions) -> None:
     for name, why in look.refused.items():
         terminal.say(f"Not understood yet: {why}" if why.startswith(name) else f"Not understood yet: {name}: {why}")
     if look.problem is not None:
-        terminal.say(f"Not understood yet: {look.problem}")  # one line: it holds a command to copy
-        if settled := _settling(look.plan, look.problem):
+        settled = _settling(look.plan, look.problem)
+        several = settled and len(look.plan.questions) > 1  # their remedy is that command: it is printed once
+        why = f"{look.problem.where}: {look.problem.problem}" if several else str(look.problem)
+        terminal.say(f"Not understood yet: {why}")  # one line: it may hold a command to copy
+        if settled:
             terminal.say(f"What settles it: {settled}")
     elif look.plan.doubts:
         terminal.say(f"In doubt: {'; '.join(look.plan.doubts)}. If that is right, say so: {look.plan.command()}")
