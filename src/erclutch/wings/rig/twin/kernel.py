@@ -30,8 +30,8 @@ WORK, FIELD_WORK, DISSIPATED, SMALLEST = 19, 20, 21, 22
 TORQUE = 23  # torque of the fluid and seals on the rotors, N m
 PROMPT_1, PROMPT_2, RESIDUE_1, RESIDUE_2 = 24, 25, 26, 27  # fields by the supply alone, and what stays of them, V/m
 STIFF_1, STIFF_2 = 28, 29  # stiffness of fully built chains at the present fields, Pa
-# A number a point of gap 1, then of gap 2, in rows of one length. The compiler does eight points at once only where rows
-# are whole vectors apart; ten numbers apart it does two, and a step takes 4 % longer.
+# A number a point of gap 1, then of gap 2, in rows of one length. A compiler does eight points at once only where rows
+# are whole vectors apart; where they are ten numbers apart it does two, and the simulation takes 6 % longer.
 ROW = 16
 STRUCTURE = 32  # of the chains
 STRAIN = STRUCTURE + ROW
