@@ -247,6 +247,7 @@ def test_mat_73(tmp_path: Path, pinned: Pinned, monkeypatch: pytest.MonkeyPatch)
     pinned(found)
 
 
+@pytest.mark.usefixtures("read_here")
 def test_sizes_that_are_just_allowed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     import pyarrow as pa
     from pyarrow import parquet as written

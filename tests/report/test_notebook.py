@@ -57,7 +57,7 @@ def test_a_table_in_a_notebook_is_short_and_says_so(shown: dict[str, Any]) -> No
 def test_a_line_needs_few_modules() -> None:
     """A recording writes its line itself, without a module of reports, fits or tables."""
     code = (
-        "import sys, numpy as np, erclutch\n"
+        "import sys, numpy as np, erclutch, erclutch.errors\n"
         "from erclutch.signals.recording import Recording\n"
         "log = Recording('a', {'field': np.ones(2)}, {'field': 'V'}, np.arange(2.0), 1.0, ((0, 2),), True, '')\n"
         "before = set(sys.modules)\n"
