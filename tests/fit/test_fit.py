@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -39,6 +40,13 @@ def rows_of(n: int = 3000, seed: int = 0, steps: int = 60, noise: float = 0.0) -
 def with_effort(data: Dataset, truth: TorqueModel) -> Dataset:
     clean = truth.effort(data.elements, data.clock)
     return Dataset("single", data.elements, clean + data.effort, data.clock, UNITS)
+
+
+@pytest.mark.parametrize("largest", [3.0, 4.58e178])
+def test_the_size_of_a_further_input(largest: float) -> None:
+    """A log may hold what a model that diverged says: its squares are beyond double precision."""
+    data = replace(rows_of(), extras={"position": np.resize([largest, -largest], 3000)})
+    assert reference_of(data, ["position"]).extras == pytest.approx((largest,))
 
 
 def truth_of(data: Dataset, made: Structure, shape: list[float], gains: list[float]) -> TorqueModel:

@@ -264,3 +264,12 @@ def test_no_coordinates_at_all() -> None:
     found = minimise(problem, nothing)
     assert found.stop == "converged"
     assert found.cost == 4.0
+
+
+def test_slopes_whose_squares_are_beyond_double_precision_move_nothing() -> None:
+    """A singular value of 1e-170 was divided by its square, which is zero."""
+    slopes = np.array([[1e-170, 0.0], [0.0, 1e-170]])
+    start = np.array([0.5, -0.5])
+    found = minimise(linear(slopes, np.ones(2), *FREE), start)
+    assert np.array_equal(found.point, start)
+    assert found.cost == pytest.approx(2.0)

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from erclutch.signals.array import Array
 
 Stop = Literal["converged", "stalled", "iterations"]
+_ROOT_OF_TINY = float(np.sqrt(np.finfo(float).tiny))
 
 
 @dataclass(frozen=True)
@@ -185,7 +186,9 @@ def _trusted(triangle: Array, vector: Array, scale: Array, radius: float) -> Arr
     """Min |z - R d|**2 subject to |D d| <= radius, to a tenth of the radius (Moré 1978), by singular values."""
     left, s, right = np.linalg.svd(triangle / scale, full_matrices=False)
     z = left.T @ vector
-    solid = s > s[0] * np.finfo(float).eps if s[0] > 0 else s > 0
+    # A singular value whose square is no normal number tells no direction: it would be divided by below.
+    faintest = max(float(s[0]) * np.finfo(float).eps, _ROOT_OF_TINY)
+    solid = s > faintest
     # In the coordinates of the singular values, a damping mu gives the step d; the lost directions stay where they are.
     mu = 0.0
     damped = np.where(solid, s * s + mu, 1.0)

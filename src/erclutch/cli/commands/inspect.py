@@ -384,38 +384,14 @@ def _figures(values: Array) -> tuple[float, float, float, float]:
     return float(finite.min()), float(finite.max()), float(finite.mean()), float(missing)
 
 
-def _sketch(values: Array, points: int = 60) -> list[list[float]]:
-    """Smallest and largest value of each of some stretches of equal length; stretches without a value are left out."""
-    import numpy as np
-
-    parts = np.array_split(values[np.isfinite(values)], min(points, values.size))
-    return [[float(f"{part.min():.4g}"), float(f"{part.max():.4g}")] for part in parts if part.size]
-
-
-def _courses(recording: Recording, stretches: int) -> dict[str, Any]:
-    """Time and each signal of a recording in stretches of rows: where they begin, smallest and largest value."""
-    import numpy as np
-
-    cuts = np.unique(np.linspace(0, recording.rows, min(stretches, recording.rows) + 1).astype(np.intp))[:-1]
-    every = {**recording.signals, **recording.extras}
-
-    def ends(values: Array) -> dict[str, list[float]]:
-        pairs = {"low": np.minimum.reduceat(values, cuts), "high": np.maximum.reduceat(values, cuts)}
-        return {name: [float(f"{value:.5g}") for value in each] for name, each in pairs.items()}
-
-    return {
-        "time": [float(f"{value:.8g}") for value in recording.time[cuts]],
-        "until": float(recording.time[-1]),
-        "signals": {name: {"unit": recording.units.get(name, ""), **ends(values)} for name, values in every.items()},
-    }
-
-
 def _print_json(look: _Look, courses: int) -> None:
+    from erclutch.cli.courses import courses_of, sketch
+
     columns: dict[str, object] = {}
     for name, values in look.raw.columns.items():
         figures = (None if figure != figure else figure for figure in _figures(values))
         shown = dict(zip(_FIGURES, figures, strict=True))
-        columns[name] = {"unit": look.raw.units.get(name), **shown, "sketch": _sketch(values)}
+        columns[name] = {"unit": look.raw.units.get(name), **shown, "sketch": sketch(values)}
     choices = {
         name: dict(asdict(choice), file_unit=look.raw.units.get(str(choice.column)))
         for name, choice in look.plan.choices.items()
@@ -435,7 +411,7 @@ def _print_json(look: _Look, courses: int) -> None:
     if look.advice:
         body["advice"] = look.advice
     if courses and look.read:
-        body["over_time"] = _courses(look.read[0], courses)
+        body["over_time"] = courses_of(look.read[0], courses)
     if look.read:
         recording, *further = look.every
         body |= {

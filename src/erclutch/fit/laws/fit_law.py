@@ -63,8 +63,7 @@ def reference_of(data: Dataset, extras: Sequence[str] = ()) -> Reference:
     slip = float(np.sqrt(np.mean(squares)))
     scales: dict[str, float] = {}  # root mean square of each further input
     for name in extras:
-        square = float(np.mean(further[name] ** 2))
-        scales[name] = float(np.sqrt(square)) or 1.0
+        scales[name] = _root_mean_square(further[name]) or 1.0
     return Reference(
         field=field or 1.0,
         slip=slip or 1.0,
@@ -72,6 +71,16 @@ def reference_of(data: Dataset, extras: Sequence[str] = ()) -> Reference:
         extras=tuple(scales[name] for name in extras),
         temperature=scales.get(TEMPERATURE, 1.0),
     )
+
+
+def _root_mean_square(values: Array) -> float:
+    """Also where a square is beyond double precision: logs hold columns of models that diverged."""
+    with np.errstate(over="ignore"):
+        square = float(np.mean(values**2))
+    if np.isfinite(square):
+        return float(np.sqrt(square))
+    largest = float(np.max(np.abs(values)))
+    return largest * float(np.sqrt(np.mean((values / largest) ** 2)))
 
 
 def fit_structure(
