@@ -270,6 +270,7 @@ def test_slopes_whose_squares_are_beyond_double_precision_move_nothing() -> None
     """A singular value of 1e-170 was divided by its square, which is zero."""
     slopes = np.array([[1e-170, 0.0], [0.0, 1e-170]])
     start = np.array([0.5, -0.5])
-    found = minimise(linear(slopes, np.ones(2), *FREE), start)
+    everywhere = np.full(2, np.inf)
+    found = minimise(linear(slopes, np.ones(2), -everywhere, everywhere), start)
     assert np.array_equal(found.point, start)
     assert found.cost == pytest.approx(2.0)

@@ -34,6 +34,8 @@ _COLUMN = pattern(r"(\w+) <- column (.+?)(?:, .*| \(the file says .*)? \([^()]*\
 _TO_AND_FRO = 0.2
 #: Such a motion drifts where its trend is so many times its swing.
 _RUNS_AWAY = 3.0
+#: Changes of the slip's sign within a stretch without a gap, below which it has no swing: two swings.
+_FEWEST_TURNS = 4
 #: Values of a slip up to which it is counted in steps.
 _FEW_LEVELS = 64
 #: Share of the rows held out that no training row comes near, from which that is told.
@@ -183,15 +185,18 @@ def _drift(data: Dataset) -> Finding | None:
             time = data.clock.time[span.start : span.stop]
             if min(np.mean(slip > 0), np.mean(slip < 0)) < _TO_AND_FRO:
                 continue
+            turns = np.count_nonzero(np.diff(np.sign(slip)))
+            if turns < _FEWEST_TURNS:
+                continue  # the few rows between two gaps are a straight line, which swings by nothing
             position = np.cumsum(slip * np.gradient(time))
             trend = np.polynomial.Polynomial.fit(time, position, 1)
             swing = float(np.ptp(position - trend(time)))
             drift = abs(float(trend(time[-1]) - trend(time[0])))
             if drift > _RUNS_AWAY * swing:
-                unit = data.units.slip.removesuffix("/s") if data.units.slip.endswith("/s") else ""
+                unit = f" {data.units.slip.removesuffix('/s')}" if data.units.slip.endswith("/s") else ""
                 message = (
-                    f"the position drifts by {drift:.3g} {unit} in {time[-1] - time[0]:.3g} s while it swings by "
-                    f"{swing:.3g} {unit}: a constant part of the slip may be the sensor's"
+                    f"the position drifts by {drift:.3g}{unit} in {time[-1] - time[0]:.3g} s while it swings by "
+                    f"{swing:.3g}{unit}: a constant part of the slip may be the sensor's"
                 )
                 remedy = "Check the sensor's zero, and take the drift out of the log"
                 return Finding("warning", "drift", message, remedy)
