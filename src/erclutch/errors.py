@@ -131,6 +131,10 @@ class LogError(ErclutchError):
     """A log file cannot be read as a table of numbers."""
 
 
+class AlikeRecordingsError(LogError):
+    """Recordings of a file have the same columns, and nothing is open about any: together they are several logs."""
+
+
 class MappingError(ErclutchError):
     """The columns of a log cannot be matched to the signals that a device needs."""
 

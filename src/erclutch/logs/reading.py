@@ -7,12 +7,11 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from erclutch.errors import SettingError
+from erclutch.errors import AlikeRecordingsError, SettingError
 from erclutch.logs import Batch, ColumnMap, RowRange, map_over, read, read_all, read_batches
 from erclutch.logs.batches import WHOLE_FILE
 from erclutch.logs.keywords import Window, new_rate, window_of
 from erclutch.logs.plan import Invalid
-from erclutch.logs.recording_choice import AlikeRecordingsError
 from erclutch.logs.resample import resampled
 from erclutch.logs.table import Table
 from erclutch.logs.time_window import batches_within, within

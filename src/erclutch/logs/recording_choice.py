@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from erclutch.errors import LogError
+from erclutch.errors import AlikeRecordingsError, LogError
 from erclutch.logs.log_file import read_table, recordings_in
 from erclutch.logs.mapping import ColumnMap
 from erclutch.logs.plan import Plan
@@ -20,11 +20,6 @@ from erclutch.logs.recognition import is_log, signals_of
 from erclutch.logs.table import Table, listed
 from erclutch.signals.array import Array
 from erclutch.signals.device import DeviceName
-
-
-class AlikeRecordingsError(LogError):
-    """Recordings of a file have the same columns, and nothing is open about any: together they are several logs."""
-
 
 _MOST = 40  # recordings that are looked into
 _MOST_JOINED = 12  # recordings, since a device has few signals

@@ -17,8 +17,7 @@ from erclutch.cli import terminal
 from erclutch.cli.log_advice import advice_on
 from erclutch.cli.options import DEFAULT_READING, LogOptions, expand
 from erclutch.cli.quantities import SECONDS
-from erclutch.errors import ErclutchError, LogError, SettingError, require
-from erclutch.logs.recording_choice import AlikeRecordingsError
+from erclutch.errors import AlikeRecordingsError, ErclutchError, LogError, SettingError, require
 
 if TYPE_CHECKING:
     from rich.table import Table as RichTable
