@@ -384,7 +384,7 @@ def _figures(values: Array) -> tuple[float, float, float, float]:
 
 
 def _print_json(look: _Look, courses: int) -> None:
-    from erclutch.cli.courses import courses_of, sketch
+    from erclutch.cli.column_courses import courses_of, sketch
 
     columns: dict[str, object] = {}
     for name, values in look.raw.columns.items():
