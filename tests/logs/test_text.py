@@ -1,11 +1,12 @@
 from __future__ import annotations
 
 import gzip
+import random
 import re
 import time
 import tracemalloc
 import zlib
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from contextlib import suppress
 from datetime import datetime, timedelta
 from pathlib import Path
@@ -22,6 +23,7 @@ from erclutch.logs import Table, read, read_table
 from erclutch.logs.labels import name_columns, split_label
 from erclutch.logs.log_reader import GROUP, LogSource, read_by
 from erclutch.logs.readers.dates import seconds
+from erclutch.logs.readers.text import text_extent, text_windows
 from erclutch.logs.readers.text_bytes import decode
 from tests.support.examples import examples
 
@@ -399,6 +401,29 @@ def test_a_date_and_a_time_in_two_columns(tmp_path: Path) -> None:
 
 
 # --- size ------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_a_damaged_gzip_is_named_on_every_road(seed: int, tmp_path: Path) -> None:
+    """Whole, in blocks, and where only the first lines are asked for: a checksum, an end too early, damaged codes."""
+    rows = "".join(f"{k / 1000},{k % 7 + 0.5}\n" for k in range(4000))
+    whole = gzip.compress(f"t,F\n{rows}".encode(), mtime=0)
+    chance = random.Random(seed)
+    damaged = bytearray(whole[: chance.randrange(len(whole) // 2, len(whole))] if seed % 3 == 0 else whole)
+    damaged[chance.randrange(20, len(damaged))] ^= 1 << chance.randrange(8)
+    path = tmp_path / "log.csv.gz"
+    path.write_bytes(damaged)
+    source = LogSource(path, b"", "")
+    roads: list[Callable[[], object]] = [
+        lambda: read_table(path),
+        lambda: list(text_windows(source, 50, 10)),
+        lambda: text_extent(path),
+    ]
+    for road in roads:
+        with suppress(LogError):
+            road()
+    with pytest.raises(LogError, match="gzip data is damaged"):
+        list(text_windows(source, 50, 10))
 
 
 def test_a_small_gzip_takes_little_memory(tmp_path: Path) -> None:

@@ -33,7 +33,7 @@ from erclutch.logs.readers.dialect import (
     sniff,
 )
 from erclutch.logs.readers.numerals import SWITCHES, Numerals, grouped_by_blanks, ungrouped, weigh
-from erclutch.logs.readers.text_bytes import CONTROL, DAMAGE, damage_named, decode, opened, unbroken
+from erclutch.logs.readers.text_bytes import CONTROL, DAMAGE, decode, opened, unbroken
 from erclutch.logs.readers.text_tables import read_tables
 from erclutch.logs.table import Table
 from erclutch.signals.array import Array
@@ -363,7 +363,7 @@ def text_windows(
         LogError: see `read_text`; a time in words or numbers above the rows, which no later window has.
     """
     dialect, notes = _dialect_of(_head_of(source.path), source.decimal)
-    with damage_named(), opened(source.path) as text:
+    with opened(source.path) as text:
         for _ in range(dialect.first):
             next(text, "")
         lines = (line for line in text if line.strip(_BLANK) and not is_comment(line))

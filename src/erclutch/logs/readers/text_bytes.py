@@ -104,22 +104,25 @@ def damage_named() -> Generator[None]:
     """
     try:
         yield
-    except (OSError, EOFError, zlib.error) as error:
+    except (gzip.BadGzipFile, EOFError, zlib.error) as error:
         raise LogError(f"the gzip data is damaged ({error})", remedy="Copy the file again") from error
 
 
-def opened(path: Path) -> io.TextIOWrapper:
+@contextmanager
+def opened(path: Path) -> Generator[io.TextIOWrapper]:
     """A text log as a stream of characters, gzip undone.
 
     Raises:
-        LogError: the bytes are no text.
+        LogError: the bytes are no text; gzip data is damaged, wherever in the stream that shows.
     """
     with path.open("rb") as file:
         packed = file.read(2) == b"\x1f\x8b"
     open_bytes: Callable[[Path], Any] = gzip.open if packed else (lambda log: log.open("rb"))
-    with open_bytes(path) as stream:
-        encoding = _encoding_of(stream.read(SAMPLE))
-    return io.TextIOWrapper(open_bytes(path), encoding, "replace")
+    with damage_named():
+        with open_bytes(path) as stream:
+            encoding = _encoding_of(stream.read(SAMPLE))
+        with io.TextIOWrapper(open_bytes(path), encoding, "replace") as text:
+            yield text
 
 
 def unbroken(text: str) -> tuple[str, int]:
