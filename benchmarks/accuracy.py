@@ -1,6 +1,6 @@
 """Errors of `erclutch fit` beside those of peers on rows that none of them has seen, and the CPU seconds of each.
 
-    python benchmarks/accuracy.py DATA PUBLIC [--seconds 12] [--seeds 2] [--only NEES]
+    python benchmarks/accuracy.py DATA PUBLIC [--seconds 12] [--seeds 2] [--only NEES] [--peers LightGBM]
 
 DATA holds the recordings `mr_damper_nees` and `mr_damper_utfsm`, PUBLIC a copy of the folder "Comparative data" of
 github.com/longshike/NNFM-A-Novel-Neural-Network-Modeling-Approach-for-Robot-Flexible-Joints-Friction: friction of robot
@@ -17,6 +17,7 @@ from __future__ import annotations
 import argparse
 import os
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -130,8 +131,8 @@ def parted(stretches: list[Stretch]) -> Rows:
     return Rows(first, last)
 
 
-def measured(case: Case, seconds: float, seeds: int) -> dict[str, tuple[float, float]]:
-    """RMSE in the effort's unit and CPU seconds of each contender."""
+def measured(case: Case, seconds: float, seeds: int, peers: Sequence[str]) -> dict[str, tuple[float, float]]:
+    """RMSE in the effort's unit and CPU seconds of erclutch and of the peers."""
     data = case.logs()
     start = time.process_time()
     comparison = compare(data, Settings(test=case.test))
@@ -143,7 +144,8 @@ def measured(case: Case, seconds: float, seeds: int) -> dict[str, tuple[float, f
     rows = parted(stretches_of(data, train, train))
     judged = stretches_of(data, test, train, _LEAD)
     scale = float(data.effort[train].std())
-    for name, peer in PEERS.items():
+    for name in peers:
+        peer = PEERS[name]
         errors, spent = [], time.process_time()
         tries = seeds if name in _CHANCE else 1
         for seed in range(tries):
@@ -161,13 +163,15 @@ def main() -> int:
     parser.add_argument("--seconds", type=float, default=12.0, help="CPU s of a GRU, of Bouc-Wen, of Spencer")
     parser.add_argument("--seeds", type=int, default=2)
     parser.add_argument("--only", default="", help="cases with this in their name")
+    parser.add_argument("--peers", nargs="+", default=[""], help="words that a peer's name begins with")
     asked = parser.parse_args()
-    names = ["erclutch fit", *PEERS]
+    peers = [name for name in PEERS if any(name.startswith(word) for word in asked.peers)]
+    names = ["erclutch fit", *peers]
     lines = [f"| case | {' | '.join(names)} |", "| --- |" + " --- |" * len(names)]
     for case in cases(asked.data, asked.public):
         if asked.only.lower() not in case.name.lower():
             continue
-        found = measured(case, asked.seconds, asked.seeds)
+        found = measured(case, asked.seconds, asked.seeds, peers)
         best = min(error for error, _ in found.values())
         cells = [f"{found[n][0]:.4g}{' *' if found[n][0] <= 1.02 * best else ''} ({found[n][1]:.0f} s)" for n in names]
         lines.append(f"| {case.name} | {' | '.join(cells)} |")

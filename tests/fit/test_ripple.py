@@ -28,7 +28,10 @@ ROWS, LENGTH = 2000, 0.0137  # rad: some 44 periods over the way of the log
 COSINE, SINE, SPRING = 0.31, -0.12, 0.8  # N m, N m, N m/rad
 
 
-def log(*, start: float = 0.4, ripple: float = 1.0) -> Dataset:
+SECOND_LENGTH, SECOND_COSINE, SECOND_SINE = 0.0343, 0.05, 0.08  # rad, N m, N m: a bearing beside the gear
+
+
+def log(*, start: float = 0.4, ripple: float = 1.0, second: float = 0.0) -> Dataset:
     """A made-up joint that turns to and fro; its position begins anywhere."""
     t = np.arange(float(ROWS)) * 2e-3
     slip = 0.9 * np.cos(3.0 * t) + 0.3 * np.cos(7.1 * t)
@@ -36,6 +39,8 @@ def log(*, start: float = 0.4, ripple: float = 1.0) -> Dataset:
     angle = 2.0 * np.pi * position / LENGTH
     effort = 1.5 * np.tanh(slip / 0.05) + 0.4 * slip + SPRING * position
     effort += ripple * (COSINE * np.cos(angle) + SINE * np.sin(angle))
+    angle = 2.0 * np.pi * position / SECOND_LENGTH
+    effort += second * (SECOND_COSINE * np.cos(angle) + SECOND_SINE * np.sin(angle))
     effort += 0.02 * np.random.default_rng(5).standard_normal(ROWS)
     clock, units = Clock(t, (Span(0, ROWS, 2e-3),)), Units("N*m", "?", "rad/s")
     return Dataset("single", (Element(np.zeros(ROWS), slip),), effort, clock, units, extras={POSITION: position})
@@ -54,6 +59,16 @@ def test_known_numbers_are_found_in_the_unit_of_the_position() -> None:
     for name, value in {"lambda_p": LENGTH, "T_c1": COSINE, "T_s1": SINE, "c_1": SPRING, "eta": 0.4}.items():
         assert found[name].low < value < found[name].high, name
     assert found["lambda_p"].high - found["lambda_p"].low < 1e-3 * LENGTH
+
+
+def test_a_second_ripple_has_a_period_of_its_own() -> None:
+    outcome = fit_structure(log(second=1.0), structure("ripple+second-ripple"))
+    found = {e.name: e for e in outcome.estimates}
+    assert outcome.sound
+    truth = {"lambda_p": LENGTH, "T_c1": COSINE, "T_s1": SINE}
+    truth |= {"lambda_q": SECOND_LENGTH, "T_a1": SECOND_COSINE, "T_b1": SECOND_SINE}
+    for name, value in truth.items():
+        assert found[name].low < value < found[name].high, name
 
 
 def test_the_period_is_found_wherever_the_search_begins() -> None:
@@ -85,6 +100,20 @@ def test_the_ladder_takes_a_ripple_where_there_is_one() -> None:
     without = grown(log(ripple=0.0), structure("none"), (POSITION,))[-1]
     assert "ripple" not in without.structure.dynamics
     assert without.structure.extras == (POSITION,)
+
+
+@pytest.mark.slow
+def test_the_ladder_takes_a_second_ripple_where_there_is_one() -> None:
+    among = ("ripple", "second-ripple")
+    both = grown(log(second=1.0), structure("none"), (POSITION,), among)[-1]
+    assert both.structure.dynamics == "ripple+second-ripple"
+    first = grown(log(), structure("none"), (POSITION,), among)[-1]
+    assert first.structure.dynamics == "ripple"
+
+
+def test_the_ladder_tries_no_second_ripple_alone() -> None:
+    rungs = grown(log(second=1.0), structure("none"), (POSITION,), ("second-ripple",))
+    assert [rung.structure.dynamics for rung in rungs] == ["none", "none"]  # the position itself is taken
 
 
 def test_the_ladder_tries_no_ripple_without_a_position() -> None:

@@ -7,7 +7,7 @@ rows that it was not fitted to by at least `WORTH`; the rows held out for the te
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -86,7 +86,7 @@ def grown(
         left = [name for name in left if name.removeprefix("=") not in here.structure.extras]
         worthy: dict[str, Rung] = {}
         for name in left:
-            if not _next(left, name):
+            if not _next(left, name) or not _has_company(here.structure, name):
                 continue
             rung = _rung(folds, _with(here.structure, name), here.numbers)
             drifts = not name.startswith("=") and getattr(stage_named(name), "from_the_start", False)
@@ -133,12 +133,15 @@ def helpful(train: Dataset, rung: Rung) -> dict[str, float]:
 
 def families() -> list[tuple[str, ...]]:
     """Names of the stages that users can add, a family each, from the simplest to the richest."""
-    ladders: list[tuple[str, ...]] = []
+    return [family.ladder for family in _families()]
+
+
+def _families() -> Iterator[StageFamily]:
+    """The families of stages that the ladder tries."""
     for plugin in registry.plugins(GROUP):
         # Installing a package changes no figure: another package's stages are asked for by name.
         if plugin.own and isinstance(plugin.value, StageFamily) and plugin.value.ladder:
-            ladders.append(plugin.value.ladder)
-    return ladders
+            yield plugin.value
 
 
 def _feels(base: Structure, name: str, extras: Sequence[str]) -> bool:
@@ -156,6 +159,13 @@ def _next(left: Sequence[str], name: str) -> bool:
     family = next((family for family in families() if name in family), (name,))
     simplest = next(each for each in family if each in left)
     return simplest == name
+
+
+def _has_company(structure: Structure, name: str) -> bool:
+    """Whether the structure has what the stage stands beside: a second ripple is what the first leaves."""
+    beside = next((family.beside for family in _families() if name in family.ladder), "")
+    stages = structure.dynamics.split("+")
+    return not beside or any(name in stages for family in families() if family[0] == beside for name in family)
 
 
 def _with(structure: Structure, name: str) -> Structure:

@@ -1,6 +1,6 @@
 """The rows tell where to look for the period of a wave over the position.
 
-Its minimum is sharp: a scan of decades does not meet it.
+Its minimum is sharp: a scan of decades does not meet it. A second wave is looked for in what the first leaves.
 """
 
 from __future__ import annotations
@@ -32,6 +32,7 @@ def shapes_told(data: Dataset, structure: Structure, reference: Reference) -> tu
     for stage in stages:
         told = stage.usual(position, left)
         if told is not None:
+            left = stage.without(position, left, *told)
             ranges |= {shape.name: told for shape in stage.parameters(reference.period)}
     return tuple(replace(shape, usual=ranges.get(shape.name, shape.usual)) for shape in shapes)
 

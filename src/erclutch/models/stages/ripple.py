@@ -29,6 +29,7 @@ from erclutch.signals.clock import Clock
 _SINE = [(-1) ** k * pi ** (2 * k + 1) / factorial(2 * k + 1) for k in range(7)]
 _COSINE = [(-1) ** k * pi ** (2 * k) / factorial(2 * k) for k in range(8)]
 _BINS, _FEWEST_PERIODS = 8192, 2.0
+_PERIODS = 33  # that are tried between two: with half a period more or less over the way, a wave is lost
 
 
 @dataclass(frozen=True)
@@ -37,9 +38,15 @@ class Ripple:
 
     Attributes:
         count: how many multiples of the frequency it has.
+        stem: its name without the count.
+        of_period, of_cosine, of_sine: symbols of its period and of its gains.
     """
 
     count: int = 1
+    stem: str = "ripple"
+    of_period: str = "lambda_p"
+    of_cosine: str = "T_c"
+    of_sine: str = "T_s"
     source: str = "a Fourier series over the position"
     place: Place = "position"
     switches: bool = False
@@ -47,31 +54,34 @@ class Ripple:
     @property
     def name(self) -> str:
         """Identifier."""
-        return numbered("ripple", self.count)
+        return numbered(self.stem, self.count)
 
     @property
     def title(self) -> str:
         """Name for people."""
-        return f"ripple over the position, {self.count} {'wave' if self.count == 1 else 'waves'} in a period"
+        words = self.stem.replace("-", " ")
+        return f"{words} over the position, {self.count} {'wave' if self.count == 1 else 'waves'} in a period"
 
     @property
     def equation(self) -> str:
         """See `Stage`."""
-        return "T = T_fluid + sum of T_ck cos(2 pi k x / lambda_p) + T_sk sin(2 pi k x / lambda_p)"
+        angle = f"2 pi k x / {self.of_period}"
+        return f"T = T_fluid + sum of {self.of_cosine}k cos({angle}) + {self.of_sine}k sin({angle})"
 
     @property
     def gains(self) -> tuple[Gain, ...]:
         """Two a wave, of either sign."""
         gains: list[Gain] = []
         for k in range(1, self.count + 1):
-            gains.append(Gain(f"T_c{k}", f"ripple, cosine of wave {k}", EFFORT, nonnegative=False))
-            gains.append(Gain(f"T_s{k}", f"ripple, sine of wave {k}", EFFORT, nonnegative=False))
+            for symbol, wave in ((self.of_cosine, "cosine"), (self.of_sine, "sine")):
+                meaning = f"{self.stem.replace('-', ' ')}, {wave} of wave {k}"
+                gains.append(Gain(f"{symbol}{k}", meaning, EFFORT, nonnegative=False))
         return tuple(gains)
 
     def parameters(self, period: float) -> tuple[ShapeParameter, ...]:
         """The period over the position, over the way in a second at the reference slip."""
-        meaning = "period of the ripple over the position"
-        return (ShapeParameter("lambda_p", meaning, 1e-6, 1e6, TRAVEL, "log", (1e-2, 10.0)),)
+        meaning = f"period of the {self.stem.replace('-', ' ')} over the position"
+        return (ShapeParameter(self.of_period, meaning, 1e-6, 1e6, TRAVEL, "log", (1e-2, 10.0)),)
 
     def outputs_at(self, position: Any, *numbers: Any) -> tuple[Any, ...]:
         """Cosine and sine of each wave, elementwise on any operand; of the C's bits, for they are sums and products."""
@@ -117,6 +127,16 @@ class Ripple:
             return None
         count = float(periods[np.argmax(strength)])
         return span / (count + 0.5), span / (count - 0.5)
+
+    def without(self, position: Array, effort: Array, low: float, high: float) -> Array:
+        """An effort without the waves that its rows show best with a period between two, shape (n,)."""
+        left = effort
+        for period in np.linspace(low, high, _PERIODS):
+            waves = np.column_stack(self.outputs_at(position, period))
+            less = effort - waves @ np.linalg.lstsq(waves, effort, rcond=None)[0]
+            if less @ less < left @ left:
+                left = less
+        return left
 
     def respond(self, signal: Any, clock: Clock, q: Sequence[Any], rows: slice) -> list[Any]:
         """The waves over all rows; see `Stage`."""

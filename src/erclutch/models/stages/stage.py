@@ -172,6 +172,10 @@ class PositionStage(Stage, Protocol):
         """Where the search for its number starts, by rows of an effort without its smooth part; None: as ever."""
         ...
 
+    def without(self, position: Array, effort: Array, low: float, high: float) -> Array:
+        """The effort without what the stage can say of it with a number between two; a further stage sees the rest."""
+        ...
+
 
 @dataclass(frozen=True)
 class StageFamily:
@@ -183,12 +187,14 @@ class StageFamily:
         forms: words that may follow after slashes.
         ladder: specifications that `fit.ladder` tries on the best law by itself, from the simplest to the richest; a
             richer one takes the place of a simpler one of the family.
+        beside: the ladder tries it only where there is a stage of the family of this name; "": anywhere.
     """
 
     make: Callable[[int, tuple[str, ...]], Stage]
     count: int | None = None
     forms: tuple[str, ...] = ()
     ladder: tuple[str, ...] = ()
+    beside: str = ""
 
 
 def numbered(stem: str, number: int, *, ahead: bool = False) -> str:
