@@ -1,4 +1,4 @@
-"""`make test-slow`: tests that keep time run beside others that give way. They count as failed where they fail alone."""
+"""`make test-slow`: tests that keep time run beside others that give way. What fails alone fails."""
 
 from __future__ import annotations
 
