@@ -86,12 +86,16 @@ def weigh(body: str, delimiter: str | None, sniffed: str, asked: str | None = No
     Raises:
         LogError: numbers of both kinds stand in the file, or none that tells.
     """
-    marks = [mark for mark in ".," if mark != delimiter or '"' in body]
-    decides = {mark: _search(_decimals(mark), body, delimiter, mark) for mark in marks}
-    groups = {mark: _search(_groups(mark), body, delimiter, mark) for mark in marks}
+    marks = [mark for mark in ".," if mark in body and (mark != delimiter or '"' in body)]
+
+    def grouped_by(mark: str) -> str:
+        """The first number whose thousands the mark may group. It takes as long as to read all rows."""
+        return (mark in marks and _search(_groups(mark), body, delimiter, mark)) or ""
+
     if asked is not None:
         other = "," if asked == "." else "."
-        return Numerals(asked, other if groups.get(other) else "")
+        return Numerals(asked, other if grouped_by(other) else "")
+    decides = {mark: _search(_decimals(mark), body, delimiter, mark) for mark in marks}
     if decides.get(".") and decides.get(","):
         raise LogError(
             f"{decides['.']} has a decimal point and {decides[',']} a decimal comma",
@@ -99,17 +103,18 @@ def weigh(body: str, delimiter: str | None, sniffed: str, asked: str | None = No
         )
     for decimal, other in ((".", ","), (",", ".")):
         if decides.get(decimal):
-            grouped = groups.get(other) or ""
+            grouped = grouped_by(other)
             return Numerals(decimal, other if grouped else "", grouped)
+    groups = {mark: grouped_by(mark) for mark in marks}
     doubtful = [mark for mark in marks if groups[mark]]
     if not doubtful:
         return Numerals(sniffed)
     mark = doubtful[0]
     if len(doubtful) == 1 and _beside_whole_numbers(body, delimiter, mark):
-        return Numerals("," if mark == "." else ".", mark, groups[mark] or "")
+        return Numerals("," if mark == "." else ".", mark, groups[mark])
     if len(doubtful) == 1 and mark == "." and delimiter != ";":
         return Numerals(".")  # three decimals in each number, as fixed formats print them
-    number = groups[mark] or ""
+    number = groups[mark]
     as_decimal, as_whole = number.replace(mark, ".").rstrip("0").rstrip("."), number.replace(mark, "")
     raise LogError(
         f"{number} may be {as_decimal} or {as_whole}, and no number of the file tells",
