@@ -176,7 +176,7 @@ def test_inspect_asks_about_a_guess_that_rests_on_little_and_names_the_command(t
     command = shlex.split(last.partition("say so: erclutch ")[2])
     settled = good(*command, cwd=tmp_path)
     assert "field <- column q7 [V] (given)" in settled
-    assert settled.splitlines()[-1] == "Understood. Fit it with the same options: erclutch fit log.csv --out RUN"
+    assert settled.splitlines()[-1] == "Understood. Fit it: erclutch fit log.csv --field 'q7 [V]' --out RUN"
 
 
 @pytest.mark.slow

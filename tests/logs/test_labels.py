@@ -4,7 +4,15 @@ from __future__ import annotations
 
 import pytest
 
-from erclutch.logs.labels import header_pairs, name_columns, own_unit, sample_period, split_end, split_label
+from erclutch.logs.labels import (
+    header_pairs,
+    name_columns,
+    own_unit,
+    sample_period,
+    split_end,
+    split_label,
+    units_behind_symbols,
+)
 
 
 @pytest.mark.parametrize(
@@ -58,7 +66,10 @@ def test_ends_of_names(label: str, name: str, unit: str | None) -> None:
 @pytest.mark.parametrize(
     ("name", "unit", "si", "own"),
     [
-        ("n", "1/min", ("rad/s",), "1/min"),
+        ("n", "1/min", ("rad/s",), "turn/min"),  # its symbol in ISO 80000-3: no machine turns radians a minute
+        ("n_mot", "min^-1", ("rad/s",), "turn/min"),
+        ("motor speed", "1/min", ("rad/s",), "turn/min"),
+        ("shear rate", "1/min", ("1/s",), "1/min"),
         ("Drehzahl", "1/min", ("rad/s",), "turn/min"),
         ("motor rpm", "min^-1", ("rad/s",), "turn/min"),
         ("Drehzahl", "1/s", ("rad/s",), "1/s"),
@@ -83,6 +94,22 @@ def test_names_differ_and_say_so() -> None:
     names, units, notes = name_columns(["a [V]", "b", "c [A]"], ["mV", "N", "A"])
     assert (names, units) == (["a", "b", "c"], ["V", "N", "A"])
     assert notes == ["column 'a' has two units: V in its name is taken, mV is not"]
+
+
+@pytest.mark.parametrize(
+    ("labels", "behind"),
+    [
+        ("t x_m F_N u_V", {"x_m": "m", "F_N": "N", "u_V": "V"}),
+        ("t_s x_mm i_A", {"t_s": "s", "x_mm": "mm", "i_A": "A"}),
+        ("t M_Nm n_rpm", {"M_Nm": "N*m", "n_rpm": "rpm"}),
+        ("t F_N v", {}),  # a single one may have an index
+        ("t_s x_mm F_N F_R", {"t_s": "s", "x_mm": "mm"}),  # a force that presses beside a force that rubs
+        ("t_s x_mm F_N mu", {"t_s": "s", "x_mm": "mm"}),
+        ("u_d i_d u_q i_q", {}),
+    ],
+)
+def test_units_behind_symbols_are_read_where_a_file_has_several(labels: str, behind: dict[str, str]) -> None:
+    assert units_behind_symbols(labels.split()) == behind
 
 
 def test_pairs_of_a_header() -> None:

@@ -50,6 +50,21 @@ def test_a_motion_is_asked_for_its_rate(tmp_path: Path, header: str, speed: np.n
         read(path, field="none")
 
 
+def test_rows_are_points_where_the_user_says_that_there_is_no_time(tmp_path: Path) -> None:
+    path = written(tmp_path, "Speed [rpm],Torque [N*m]", SPEED % 700, SPEED % 9)
+    log = read(path, time="none")
+    assert any("no time (given): the rows are points" in note for note in log.notes)
+    asked = good("inspect", "points.csv", cwd=tmp_path, code=1).splitlines()[-1]
+    assert asked == "What settles it: erclutch inspect points.csv --time none"
+    settled = good("inspect", "points.csv", "--time", "none", cwd=tmp_path).splitlines()[-1]
+    assert settled == "Understood. Fit it: erclutch fit points.csv --time none --out RUN"
+
+
+def test_a_column_that_is_called_none_is_the_time(tmp_path: Path) -> None:
+    log = read(written(tmp_path, "none,Speed [rpm],Torque [N*m]", SPEED / 1000, SPEED % 700, SPEED % 9), time="none")
+    assert log.period == pytest.approx(0.1)
+
+
 def test_a_rate_that_is_given_counts_for_points_too(tmp_path: Path) -> None:
     log = read(written(tmp_path, "Speed [rpm],Torque [N*m]", SPEED, SPEED % 9), rate=50)
     assert log.period == pytest.approx(0.02)

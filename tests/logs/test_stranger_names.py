@@ -22,7 +22,15 @@ NOISE = np.random.default_rng(1).normal(size=400)
 #: One letter for what the numbers of a column are; what is no signal has none of the first five.
 NUMBERS: dict[str, Array] = {
     **{"t": TIME, "p": PLACE, "v": SPEED, "f": LEVELS, "e": FORCE},
-    **{"c": np.full(400, 3.0), "n": ROWS, "s": 5 * np.sign(SPEED), "x": NOISE, "T": 20 + TIME, "a": -49 * PLACE},
+    **{
+        "c": np.full(400, 3.0),
+        "n": ROWS,
+        "s": 5 * np.sign(SPEED),
+        "x": NOISE,
+        "u": 48 + 0.1 * NOISE,
+        "T": 20 + TIME,
+        "a": -49 * PLACE,
+    },
 }
 SIGNALS = {"t": "time", "p": "position", "v": "slip", "f": "field", "e": "effort"}
 
@@ -63,6 +71,12 @@ def misread(plan: Plan, letters: dict[str, str]) -> dict[str, str]:
         "t:時間[秒]; v:回転数[回転/分]; e:トルク[N·m]; f:電流[A]",
         "t:seconds; v:rpm; e:Nm",
         "t:time; v:velocity; e:load_cell; f:current",
+        "t:t; p:x_m; e:F_N; f:u_V",
+        "t:t_s; p:x_mm; v:v_mm_s; e:F_kN; f:i_A",
+        "t:t_s; v:w_rad_s; e:T_Nm; f:i_A",
+        "t:time; v:velocity; e:friction",
+        "t:Zeit; v:Geschwindigkeit; e:Reibung",
+        "t:time; v:speed; e:torque; f:Current [A]; u:Voltage [V]",
         "t:temps; p:déplacement piston; e:force d'amortissement; f:courant",
     ],
 )

@@ -250,3 +250,42 @@ def test_a_position_that_never_changes_beside_a_slip_that_does_is_left_out(name:
     plan = planned({**PLAIN, name: np.full(200, np.pi / 2)})
     assert plan.signal("position") is None
     assert any("never changes while speed does" in note for note in plan.notes)
+
+
+def test_a_steady_voltage_beside_a_current_that_changes_is_a_supply() -> None:
+    voltage = 48.0 + 0.1 * np.sin(np.arange(400.0))
+    current = np.repeat([0.5, 2.0, 1.0, 4.0], 100)
+    columns = {"t": np.arange(400) / 100, "speed": np.arange(400) % 37 - 18.0, "torque": current, "Voltage": voltage}
+    units = {"t": "s", "speed": "rad/s", "torque": "N*m", "Voltage": "V", "Current": "A"}
+    plan = plan_of(Table("a.csv", {**columns, "Current": current}, units, "0" * 64), ColumnMap())
+    field = plan.signal("field")
+    assert field is not None
+    assert field.column == "Current"
+    assert any("column Voltage keeps near one level, 47.9 to 48.1 V" in note for note in plan.notes)
+
+    # Where both change, either may be the field.
+    plan = plan_of(
+        Table("a.csv", {**columns, "Voltage": 2.0 * current, "Current": current}, units, "0" * 64), ColumnMap()
+    )
+    assert [question.signal for question in plan.questions] == ["field"]
+
+
+def test_a_column_of_two_meanings_goes_to_the_motion_where_the_log_may_have_no_field() -> None:
+    time = np.arange(400.0) / 100
+    columns = {"t": time, "F": np.sign(np.cos(time)) + 0.1 * np.sin(40 * time), "V": np.cos(time)}
+    plan = plan_of(Table("a.mat", columns, {"t": "s"}, "0" * 64, path="a.mat"), ColumnMap())
+    assert plan.command() == 'erclutch inspect a.mat --field none --slip "V"'
+
+
+@pytest.mark.parametrize(("name", "period"), [("Ts", 0.005), ("dt", 0.005), ("fs", 200.0)])
+def test_a_number_beside_the_columns_may_be_their_period(name: str, period: float) -> None:
+    columns = {"force": np.sin(np.arange(400.0)), "velocity": np.cos(np.arange(400.0))}
+    plan = plan_of(Table("a.mat", columns, {}, "0" * 64, constants={name: period}), ColumnMap())
+    assert plan.clock is not None
+    assert plan.clock.period == pytest.approx(0.005)
+
+
+def test_a_period_that_may_be_in_milliseconds_is_asked_about() -> None:
+    columns = {"force": np.sin(np.arange(400.0)), "velocity": np.cos(np.arange(400.0))}
+    plan = plan_of(Table("a.mat", columns, {}, "0" * 64, constants={"Ts": 5.0}), ColumnMap())
+    assert "time" in [question.signal for question in plan.questions]

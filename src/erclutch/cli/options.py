@@ -35,6 +35,10 @@ _Device = Literal["single", "coaxial"]
 _DerivativeName = Literal["central", "savgol", "difference", "lowpass", "kalman"]
 
 
+# Options whose name on the command line is not that of their attribute.
+_TYPED = {"e1": "--E1", "e2": "--E2", "e": "--E", "t": "--T", "begin": "--from", "end": "--until"}
+
+
 @Parameter(name="*")
 @dataclass(frozen=True)
 class LogOptions:
@@ -51,11 +55,11 @@ class LogOptions:
     """Relative position; it is differentiated where the slip is not logged. none: no column is taken."""
     effort: _Column = None
     """Torque or force of a single device."""
-    e1: Annotated[_PairColumn, Parameter(name="--E1")] = None
+    e1: Annotated[_PairColumn, Parameter(name=_TYPED["e1"])] = None
     """Field of clutch CH1 (coaxial)."""
-    e2: Annotated[_PairColumn, Parameter(name="--E2")] = None
+    e2: Annotated[_PairColumn, Parameter(name=_TYPED["e2"])] = None
     """Field of clutch CH2 (coaxial)."""
-    e: Annotated[_PairColumn, Parameter(name="--E")] = None
+    e: Annotated[_PairColumn, Parameter(name=_TYPED["e"])] = None
     """Signed field E1 - E2 (coaxial), in place of E1 and E2."""
     theta: _PairColumn = None
     """Angle of the motor (coaxial)."""
@@ -67,7 +71,7 @@ class LogOptions:
     """Speed of the output (coaxial)."""
     alpha_raw: _PairColumn = None
     """Position of the table on the screw (coaxial); needs --lead."""
-    t: Annotated[_PairColumn, Parameter(name="--T")] = None
+    t: Annotated[_PairColumn, Parameter(name=_TYPED["t"])] = None
     """Torque of the pair (coaxial)."""
     motor_torque: _PairColumn = None
     """Torque that the motor is commanded (coaxial); for figures and for calibrating the twin."""
@@ -85,9 +89,9 @@ class LogOptions:
     """A signal that was constant: 'field=0.5 A'. Where the log has gaps, also a number for each part: 'field=0,1 A'."""
     scale: _Readings = ()
     """What a sensor in volts means: 'effort=2.5 N*m/V', or 'effort=0.02 N*m' for one of counts; more than once."""
-    begin: Annotated[_Reading, Parameter(name="--from", allow_leading_hyphen=True)] = None
+    begin: Annotated[_Reading, Parameter(name=_TYPED["begin"], allow_leading_hyphen=True)] = None
     """Take each log from this time on, for example 2s or 500ms, on the clock that inspect shows."""
-    end: Annotated[_Reading, Parameter(name="--until", allow_leading_hyphen=True)] = None
+    end: Annotated[_Reading, Parameter(name=_TYPED["end"], allow_leading_hyphen=True)] = None
     """Take each log up to this time."""
     skip: _Reading = None
     """Leave out so much at the start of each log, for example 2s."""
@@ -165,6 +169,20 @@ class LogOptions:
             if value != each.default:
                 given[each.name] = value
         return given
+
+    def words(self) -> list[str]:
+        """The options that are not as they are by default, as they are typed."""
+        words: list[str] = []
+        for name, value in self._given().items():
+            option = _TYPED.get(name) or f"--{name.replace('_', '-')}"
+            if isinstance(value, bool):
+                words.append(option)
+            elif isinstance(value, tuple):
+                for each in value:
+                    words += [option, str(each)]
+            else:
+                words += [option, str(value)]
+        return words
 
     def like(self, run: Run | None, model: Model) -> LogOptions:
         """What was given over how the run's own logs were read; the device is the model's, unless given."""

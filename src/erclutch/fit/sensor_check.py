@@ -22,6 +22,7 @@ _USUAL = {
 _NO_POWER = {("N", "rad/s"), ("N*m", "m/s")}
 #: Share of the rows at the very end of the effort's range from which its sensor may be saturated.
 _SATURATED = 0.005
+_FEWEST_SATURATED = 4  # rows: a table of points has one at its end
 
 #: Rows of the median that a spike stands out from: that row and two on either side. A step is none of its spikes.
 _AROUND = 5
@@ -80,8 +81,9 @@ def _implausible(data: Dataset) -> Iterator[Finding]:
 def _saturation(data: Dataset) -> Finding | None:
     """Many rows at one end of the effort's range."""
     for end, name in ((float(np.max(data.effort)), "largest"), (float(np.min(data.effort)), "smallest")):
-        share = float(np.mean(np.equal(data.effort, end)))
-        if share > _SATURATED:
+        at_end = np.count_nonzero(data.effort == end)
+        share = at_end / data.rows
+        if share > _SATURATED and at_end >= _FEWEST_SATURATED:
             message = f"{share:.1%} of the rows sit at the {name} effort, {end:g}: the sensor may be saturated"
             return Finding("warning", "effort", message, "Leave saturated rows out, or use a sensor with more range")
     return None

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from erclutch.errors import MappingError, UnitError, shell_word
-from erclutch.logs.mapping import ColumnChoice, ColumnMap
+from erclutch.logs.mapping import NONE, ColumnChoice, ColumnMap
 from erclutch.logs.named_columns import locate
 from erclutch.logs.names import OTHER
 from erclutch.logs.plan import ClockPlan
@@ -16,12 +16,16 @@ from erclutch.logs.table import Table
 from erclutch.signals import units
 from erclutch.signals.array import Array
 
+_APART = 1.0  # s between points: the steps of a clock that nothing may be read from
 #: s between rows from which on stamps without a unit may be ms or counts.
 SLOW = 0.5
 _FEW_STEPS = 9  # in fewer nothing of the rate is seen
 _SINCE_1970 = (1e9, 4.1e9)  # s: 2001 to 2100
 _SHEET_DAYS = (20_000, 80_000)  # days as spreadsheets number them: 1954 to 2119
 _SHEET_STEP = 1.2e-5  # days: 1 Hz or faster
+_RATES = {"fs", "rate", "samplerate", "samplingrate"}
+_PERIODS = {"ts", "dt", "sampletime", "samplingtime", "sampleperiod", "samplingperiod"}
+_LONGEST_PERIOD = 0.5  # s: a larger number may be one of ms
 _EVEN = 1e-3  # share of a step by which equal steps may differ
 
 
@@ -46,6 +50,8 @@ def clock_plan(seen: SeenColumns, told: ColumnMap, taken: Sequence[str]) -> Cloc
 
     header = table.sample_period or _header_period(table)
     choice = told.time
+    if choice is not None and told.declines("time") and NONE not in table.columns:
+        return points(counters, f"no time ({choice.source}): the rows are points, none after another", choice.source)
     if choice is None:
         guessed = time_column(seen, taken)
         choice = None if guessed is None else ColumnChoice(guessed, source="guessed from its name or unit")
@@ -76,7 +82,9 @@ def clock_plan(seen: SeenColumns, told: ColumnMap, taken: Sequence[str]) -> Cloc
         return ClockPlan("dates", table.clock_name, period=header, not_signals=not_signals, sentence=said)
     if header is None:
         problem = f"no time column and no sampling rate; the file has: {table.listed}"
-        remedy = _steady_column(table, taken) or 'Give --time "NAME [s]" or --rate HZ'
+        remedy = (
+            _steady_column(seen, taken) or 'Give --time "NAME [s]", --rate HZ, or --time none for a table of points'
+        )
         raise MappingError(problem, remedy=remedy)
 
     said = f"time from the sampling period in the header: {header:g} s"
@@ -85,6 +93,17 @@ def clock_plan(seen: SeenColumns, told: ColumnMap, taken: Sequence[str]) -> Cloc
     counter = counters[0]
     first = float(table.columns[counter][0])
     return ClockPlan("counter", counter, factor=header, zero=first, period=header, not_signals=counters, sentence=said)
+
+
+def points(counters: Sequence[str], sentence: str, reason: str) -> ClockPlan:
+    """The clock of rows in no time: no row of a table of points tells what comes before it.
+
+    Args:
+        counters: columns that count samples.
+        sentence: why there is no time.
+        reason: who said so, or what it was guessed from.
+    """
+    return ClockPlan("points", period=_APART, not_signals=tuple(counters), reason=reason, sentence=sentence)
 
 
 def time_column(seen: SeenColumns, taken: Iterable[str]) -> str | None:
@@ -117,11 +136,13 @@ def stamps_of(seen: SeenColumns) -> Array | None:
 
 
 def _header_period(table: Table) -> float | None:
-    """The period in s of a header constant such as ``fs``."""
+    """The period in s of a header constant such as ``fs`` or ``Ts``."""
     for name, value in table.constants.items():
         plain = name.lower().replace("_", "")
-        if plain in {"fs", "rate", "samplerate", "samplingrate"} and 0 < value < float("inf"):
+        if plain in _RATES and 0 < value < float("inf"):
             return 1.0 / value
+        if plain in _PERIODS and 0 < value < _LONGEST_PERIOD:
+            return value
     return None
 
 
@@ -169,12 +190,13 @@ def _doubt(name: str, stamps: Array) -> str:
     return f"time is column {name} in s, though it has no unit and grows by {step:.4g} a row, as ms do"
 
 
-def _steady_column(table: Table, taken: Sequence[str]) -> str:
+def _steady_column(seen: SeenColumns, taken: Sequence[str]) -> str:
     """A remedy that proposes the first column as the time: no unit, equal steps that are no whole number; else ""."""
-    name = next(iter(table.columns), "")
-    if not name or name in taken or table.units.get(name):
+    first = next(iter(seen.columns.values()), None)
+    if first is None or first.name in taken or first.unit or first.spoken.may_be:
         return ""
-    steps = np.diff(table.columns[name])
+    name = first.name
+    steps = np.diff(first.values)
     if steps.size < 2 or not np.isfinite(steps).all():
         return ""
     step = float(np.median(steps))

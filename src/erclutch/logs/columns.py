@@ -8,7 +8,7 @@ from erclutch.logs.clock_planning import stamps_of
 from erclutch.logs.names import NEED_UNIT, OTHER, SINGLE, TOLD, VOLTAGES, headed
 from erclutch.logs.repeated_columns import distinct
 from erclutch.logs.seen_columns import SeenColumn, SeenColumns
-from erclutch.logs.shapes import follows, is_rate_of
+from erclutch.logs.shapes import follows, is_rate_of, is_steady, varies
 from erclutch.signals.recording import SIGNALS
 
 #: Signals that a unit alone may tell.
@@ -56,6 +56,8 @@ def candidates(
         chosen = [column.name for column in exact or named]
         if signal == "field" and {forms[name] for name in chosen} <= VOLTAGES:
             chosen += _currents(free, chosen)
+        if signal == "field":
+            chosen = _without_supplies(seen, chosen)
         return distinct(seen, chosen), "name"
 
     # No whole name speaks. A short name may, where its numbers go with another column.
@@ -82,6 +84,8 @@ def candidates(
         found = whole or [*headed_so, *(name for name in by_unit if name not in headed_so)]
         if signal == "field" and {heads.get(name) for name in found} <= VOLTAGES:
             found += _currents(free, found)
+        if signal == "field":
+            found = _without_supplies(seen, found)
         return distinct(seen, found), "name"
     return distinct(seen, by_unit), "unit"
 
@@ -96,6 +100,14 @@ def _currents(free: Iterable[SeenColumn], named: Sequence[str]) -> list[str]:
         and not column.shape.constant
         and not {*column.spoken.stem_words} & (TOLD | OTHER)
     ]
+
+
+def _without_supplies(seen: SeenColumns, fields: Sequence[str]) -> list[str]:
+    """Columns that may be the field; a column that hardly changes while another one does is that of a supply."""
+    values = {name: seen.columns[name].values for name in fields}
+    if not any(varies(each) for each in values.values()):
+        return list(fields)
+    return [name for name, each in values.items() if not is_steady(each)]
 
 
 def _unit_speaks(column: SeenColumn, signal: str, si_units: tuple[str, ...]) -> bool:

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import NamedTuple
 
+import numpy as np
+
 from erclutch.errors import MappingError, shell_word
 from erclutch.logs.clock_planning import stamps_of
 from erclutch.logs.columns import candidates
@@ -15,7 +17,7 @@ from erclutch.logs.plan import NEEDS, Sureness
 from erclutch.logs.repeated_columns import one_motion
 from erclutch.logs.seen_columns import KINDS, SeenColumns
 from erclutch.logs.sensor_scales import scaled
-from erclutch.logs.shapes import is_rate_of
+from erclutch.logs.shapes import is_rate_of, is_steady, varies
 from erclutch.signals.recording import SIGNALS
 
 
@@ -54,6 +56,8 @@ def guess_what_is_needed(draft: Draft) -> None:
                     continue
                 if found is not None and _take_guess(draft, signal, found, motion):
                     taken.append(found.column)
+                    if signal == "field":
+                        _tell_supplies(draft, found.column, taken)
             settled = settled or all(signal in draft.signals for signal in option)
 
         if not settled:
@@ -98,6 +102,19 @@ def _take_guess(draft: Draft, signal: str, found: Guess, motion: str) -> bool:
         sureness = "likely" if column.shape.looks_like(signal) else "doubtful"
     draft.take(signal, column.name, column.unit_for(si_units), 1.0, f"guessed from its {found.reason}", sureness)
     return True
+
+
+def _tell_supplies(draft: Draft, field: str, taken: Iterable[str]) -> None:
+    """Say which columns could be the field by their names and units, and are that of a supply by their numbers."""
+    if not varies(draft.seen.columns[field].values):
+        return
+    for column in draft.seen.without(taken):
+        if column.fits(("V", "A")) and "field" in column.spoken.may_be and is_steady(column.values):
+            low, high = np.nanmin(column.values), np.nanmax(column.values)
+            course = (
+                f"keeps near one level, {low:.4g} to {high:.4g} {column.unit_for(('V', 'A'))}, while {field} changes"
+            )
+            draft.notes.append(f"column {column.name} {course}: taken for a supply, left out")
 
 
 def guess(

@@ -35,7 +35,21 @@ _BARE = {
     **{"N·m": "N*m", "N.m": "N*m", "millis": "ms", "micros": "us", "RPM": "rpm", "r/min": "rpm", "tr/min": "rpm"},
 }
 _LOWER_ENDS = {end.lower(): unit for end, unit in _ENDS.items() if end not in ("mA", "mV", "mT", "MPa", "T", "C")}
-_TURNS = re.compile(r"drehzahl|\brpm\b|umdrehung|rotational|rotation|tours", re.I)
+# Names of a speed that is counted in turns: n is its symbol in ISO 80000-3.
+_TURNS = re.compile(r"drehzahl|\brpm\b|umdrehung|rotational|rotation|tours|^n(?:_.*)?$|\bspeed$", re.I)
+# What a single letter in front of a unit is the symbol of (``x_mm``, ``F_N``), as a unit of that quantity.
+_SYMBOLS = {
+    **dict.fromkeys("t", "s"),
+    **dict.fromkeys("dsxyz", "m"),
+    **dict.fromkeys("v", "m/s"),
+    **dict.fromkeys("fF", "N"),
+    **dict.fromkeys("MT", "N*m"),
+    **dict.fromkeys("iI", "A"),
+    **dict.fromkeys("uUV", "V"),
+    **dict.fromkeys("nw", "rad/s"),
+}
+_FEWEST_SYMBOLS = 2  # in a file; a single one may be an index (``i_d``)
+_PRESSED = re.compile(r"(?<![a-z])(?:mu|cof|friction|normal|reib\w*)(?![a-z])", re.I)
 _PER_MINUTE = re.compile(r"\s*(?:1\s*/\s*min|min\s*(?:\^|\*\*)?\s*-\s*1|min⁻¹)\s*")
 _RATE = re.compile(r"(?:sampl\w*|scan|acquisition|data)?[ _-]*(?:rate|freq\w*)|fs|f_s", re.I)
 
@@ -77,8 +91,38 @@ def split_end(name: str) -> tuple[str, str | None]:
     return name, None
 
 
+def units_behind_symbols(labels: Sequence[str]) -> dict[str, str]:
+    """The units of labels such as ``x_mm`` and ``F_N``, where a file has several of them.
+
+    A single label of this form may have an index in place of a unit: ``i_d`` beside ``i_q``, ``F_N`` for the force that
+    presses beside a coefficient of friction.
+    """
+    behind: dict[str, str] = {}
+    for label in labels:
+        symbol, _, end = label.strip().partition("_")
+        unit = _ENDS.get(end)
+        if unit and symbol in _SYMBOLS and units.fits(unit, (_SYMBOLS[symbol],)):
+            behind[label] = unit
+    symbols = Counter(label.strip().partition("_")[0] for label in labels if "_" in label)
+    rubs = any(_PRESSED.search(label) for label in labels)
+    for label in list(behind):
+        symbol = label.strip().partition("_")[0]
+        if symbols[symbol] > 1 or (label.strip() == "F_N" and rubs):
+            del behind[label]
+    return behind if len(behind) >= _FEWEST_SYMBOLS else {}
+
+
+def without_unit(name: str, unit: str | None) -> str:
+    """The name of a column without the unit that stands behind its symbol: ``x`` for ``x_mm`` in mm."""
+    symbol, _, end = name.partition("_")
+    return symbol if unit and symbol in _SYMBOLS and _ENDS.get(end) == unit else name
+
+
 def own_unit(name: str, unit: str | None, si_units: Iterable[str]) -> str | None:
-    """The unit of a column: the file's (turns a minute where the name says turns), or its name's end if that fits."""
+    """The unit of a column: the file's (turns a minute where the name says turns), or its name's end if that fits.
+
+    The speed of a shaft in 1/min is one of turns; a shear rate in 1/min is none.
+    """
     if unit:
         return "turn/min" if _PER_MINUTE.fullmatch(unit) and _TURNS.search(name) else unit
     _, end = split_end(name)
@@ -101,6 +145,10 @@ def name_columns(
             if unit and own and unit != own:
                 notes.append(f"column {name!r} has two units: {unit} in its name is taken, {own} is not")
         split = [(name, unit or own) for (name, unit), own in zip(split, own_units, strict=True)]
+    behind = units_behind_symbols([name for name, unit in split if not unit])
+    if behind:
+        split = [(name, unit or behind.get(name)) for name, unit in split]
+        notes.append(f"what stands behind the symbols of {', '.join(behind)} is taken for their units")
     bare = Counter(name for name, _ in split)
     copies: Counter[str] = Counter()
     names: dict[str, None] = {}

@@ -77,7 +77,7 @@ class ColumnMap:
 
     Attributes:
         columns: signal -> column; the column `NONE` says that no column is taken for it.
-        time: the time column.
+        time: the time column; the column `NONE` says that the rows are points, none after another.
         rate: sampling rate in Hz, instead of a time column.
         lead: lead of the screw in m, for alpha_raw.
         constants: name -> number with unit (``0.5 A``), as text; a signal's name makes a constant signal.
@@ -109,7 +109,7 @@ class ColumnMap:
 
     def declines(self, signal: str) -> bool:
         """Whether no column is to be taken for a signal, whatever the columns are called."""
-        choice = self.columns.get(signal)
+        choice = self.time if signal == "time" else self.columns.get(signal)
         return choice is not None and str(choice.column).strip() == NONE
 
     @classmethod

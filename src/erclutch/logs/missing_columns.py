@@ -86,9 +86,7 @@ def example_of(seen: SeenColumns, signal: str, taken: Iterable[str], beside: Seq
         return f"--{signal} {shell_word(hole)}"
 
     # A unit that nobody wrote is no answer: a column without one is taken as logged.
-    first = seen.columns[likely[0]]
-    label = _likely_label(seen, first, signal) if likely == short else seen.table.label(first.name)
-    return f"--{signal} {shell_word(label)}"
+    return f"--{signal} {shell_word(seen.table.label(likely[0]))}"
 
 
 def _of_one_part(names: Sequence[str], beside: Sequence[str]) -> list[str]:

@@ -34,7 +34,7 @@ NAMES = {
     "位移 角度 转角 位置 行程 変位 ストローク",
     "effort": "effort force torque f m load moment shearstress tau t te drehmoment kraft moment couple fuerza par "
     "forca coppia forza loadcell torq trq frc schubspannung torsion effet dampingforce dampkraft "
-    "力 扭矩 转矩 力矩 载荷 荷载 阻尼力 荷重 トルク",
+    "friction reibung frottement 摩擦力 力 扭矩 转矩 力矩 载荷 荷载 阻尼力 荷重 トルク",
     "E1": "e1 field1 ech1",
     "E2": "e2 field2 ech2",
     "E": "e field",
@@ -83,7 +83,10 @@ _AGAINST = {
     "effort": _set("ball clamp gravity preload clamping gewichts"),
 }  # fmt: skip
 #: Short names that mean several things.
-NEED_UNIT = _set("v t m d n u b x tau load id te par tension q y s phi qd dq dx dy xd course effet torsion id")
+NEED_UNIT = _set(
+    "v t m d n u b x tau load id te par tension q y s phi qd dq dx dy xd course effet torsion id "
+    "friction reibung frottement"
+)
 VOLTAGES = _set("u v uq ud udc voltage volt spannung tension voltaje tensao tensione 电压 電圧")
 _ROMANCE = _set(
     "vitesse velocidad velocidade velocita couple force fuerza forza forca par coppia deplacement desplazamiento "

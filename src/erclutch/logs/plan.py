@@ -283,7 +283,8 @@ class Plan:
         hints = [each.remedy.partition("; if ")[2] for each in self.questions]
         pair = next((f"; if {hint}" for hint in hints if hint), "")
         field_remedy = next((each.remedy for each in self.questions if each.signal == "field"), "")
-        none = "; --field none if it was not logged" if "--field none" in field_remedy else ""
+        open_field = "--field none" in field_remedy and "--field none" not in command
+        none = "; --field none if it was not logged" if open_field else ""
         remedy = f"Give them all, with your columns in place of these: {command}{none}{pair}"
         raise MappingError(problem, remedy=remedy)
 
@@ -297,6 +298,8 @@ class Plan:
         elif self.clock is not None and self.clock.kind == "column":
             time = _choice(self.clock.column, self.clock.unit, self.clock.scale)
             lines.append(f"time = {time}  # {_plain(self.clock.reason)}")
+        elif told.declines("time"):
+            lines.append(f"time = {_text(NONE)}  # the rows are points")
         if told.lead is not None:
             lines.append(f"lead = {told.lead!r}")
         for key in ("name_pattern", "variable", "decimal", "values", "invalid"):

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
+from erclutch.logs.clock_planning import points
 from erclutch.logs.draft import Draft
-from erclutch.logs.plan import ClockPlan
 from erclutch.logs.seen_columns import SeenColumn
 from erclutch.signals.array import Array
 
 _SPEEDS = ("rad/s", "m/s")
 _FEWEST = 10  # rows: fewer may be in order by chance
-_APART = 1.0  # s: no row of a table of points tells what comes before it
 
 
 def take_points(draft: Draft) -> None:
@@ -36,7 +35,7 @@ def take_points(draft: Draft) -> None:
 
     del draft.questions["time"]
     sentence = f"no time: column {swept[0]} goes one way through the table, so its rows are points, none after another"
-    draft.clock = ClockPlan("points", period=_APART, not_signals=draft.seen.counters, sentence=sentence)
+    draft.clock = points(draft.seen.counters, sentence, f"{swept[0]} goes one way")
 
 
 def _goes_one_way(speed: Array) -> bool:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import shlex
 from collections.abc import Mapping, Sequence
-from functools import partial
 
 import numpy as np
 
@@ -13,6 +12,8 @@ from erclutch.logs.mapping import ColumnMap
 from erclutch.logs.missing_columns import example_of, field_or_none, has_speed
 from erclutch.logs.plan import Question, SignalPlan
 from erclutch.logs.seen_columns import SeenColumns
+
+_USUAL = {"lead": '--lead "10 mm"', "input": '--input "COLUMN"', "temperature": '--temperature "COLUMN [°C]"'}
 
 
 def proposals(
@@ -31,37 +32,50 @@ def proposals(
         signals: what was found, by its name.
         questions: what is asked, by the signal that it is about.
     """
-    usual = {"time": '--time "COLUMN [s]"', "lead": '--lead "10 mm"', "input": '--input "COLUMN"'}
-    usual["temperature"] = '--temperature "COLUMN [°C]"'
-    examples: list[str] = []
-    proposed: list[str] = []
     motions = [each.column for name, each in signals.items() if name in ("slip", "position")]
-    for signal, question in questions.items():
-        position = "--position" in question.remedy and f"--position {question.remedy.partition('--position ')[2]}"
-        time = signal == "time" and "--time " in question.remedy and f"--time {question.remedy.partition('--time ')[2]}"
-        time = time if time and "NAME" not in time else None
+    options: dict[str, str] = {}
+    proposed: list[str] = []  # the columns in these options, and their labels
+
+    # The field comes last, since a log may have none: it gets no column that another question needs more.
+    for signal, question in sorted(questions.items(), key=lambda item: item[0] == "field"):
         others = [*taken, *proposed]
-        if signal == "field" and "--field none" in question.remedy and "may be it" not in question.problem:
-            examples.append("")  # once it is known whether the other questions have answers
-            continue
-        if signal == "time" and not time and has_speed(seen, signals, questions):
-            examples.append('--rate "1 Hz"')  # a law without memory needs no clock where the speed is logged
-            continue
-        free = [column.shape for column in seen.without(others)]
-        moving = not questions.keys() - {"time", "field"}  # else a column of the time may be among the open ones
-        timeless = moving and not any(shape.rises and not shape.counts_rows for shape in free)
-        if signal == "time" and not time and (timeless or not free):
-            examples.append('--rate "RATE Hz"')
-            continue
-        known = position or time or usual.get(signal)
-        examples.append(known or example_of(seen, signal, others, [*motions, *proposed]))
-        label = shlex.split(examples[-1])[1]
-        proposed += [label, split_label(label)[0]]
-    if "" in examples:
-        others = [*taken, *proposed]
-        filled_in = not any("COLUMN" in example for example in examples)
-        field = field_or_none if filled_in else partial(example_of, signal="field")
-        examples[examples.index("")] = field(seen, taken=others)
+        filled_in = not any("COLUMN" in option for option in options.values())
+        if signal == "field" and "--field none" in question.remedy and filled_in and not _doubtful(question, proposed):
+            option = field_or_none(seen, taken=others)
+        elif signal == "time":
+            option = _clock_option(seen, signals, questions, others)
+        elif signal == "slip" and "--position" in question.remedy:
+            option = f"--position {question.remedy.partition('--position ')[2]}"
+        else:
+            option = _USUAL.get(signal) or example_of(seen, signal, others, [*motions, *proposed])
+        options[signal] = option
+        if signal != "time" or option.startswith("--time"):
+            label = shlex.split(option)[1]
+            proposed += [label, split_label(label)[0]]
+
+    examples = [options[signal] for signal in questions]
     needed = [*taken, *(name for name in proposed if name in seen.columns)]
     holes = told.invalid != "drop" and any(not np.isfinite(seen.columns[name].values).all() for name in needed)
     return [*examples, *(["--invalid drop"] if holes else [])]
+
+
+def _doubtful(question: Question, proposed: Sequence[str]) -> bool:
+    """Whether a column with a name of several meanings may be the field, and is proposed for no other signal."""
+    _, _, named = question.problem.partition("; ")
+    column, may_be, _ = named.partition(" may be it")
+    return bool(may_be) and column not in proposed
+
+
+def _clock_option(
+    seen: SeenColumns, signals: Mapping[str, SignalPlan], questions: Mapping[str, Question], others: Sequence[str]
+) -> str:
+    """The option for a clock that was not found: a column that the question names, a rate, or a place to fill in."""
+    _, named, column = questions["time"].remedy.partition("--time ")
+    if named and "NAME" not in column:
+        return f"--time {column}"
+    if has_speed(seen, signals, questions):
+        return "--time none"  # a law without memory needs no clock where the speed is logged
+    free = [column.shape for column in seen.without(others)]
+    moving = not questions.keys() - {"time", "field"}  # else a column of the time may be among the open ones
+    timeless = moving and not any(shape.rises and not shape.counts_rows for shape in free)
+    return '--rate "RATE Hz"' if timeless or not free else '--time "COLUMN [s]"'

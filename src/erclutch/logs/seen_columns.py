@@ -13,7 +13,7 @@ from functools import lru_cache
 import numpy as np
 
 from erclutch.errors import UnitError
-from erclutch.logs.labels import own_unit, split_end
+from erclutch.logs.labels import own_unit, split_end, without_unit
 from erclutch.logs.names import SpokenName, spoken_name
 from erclutch.logs.shapes import Shape, shape_of
 from erclutch.logs.table import Table
@@ -107,7 +107,9 @@ def seen_columns(table: Table, *, whole: bool = True) -> SeenColumns:
     """What is seen of each column of a table, which may be some rows of a log."""
     columns: dict[str, SeenColumn] = {}
     for name, values in table.columns.items():
-        columns[name] = SeenColumn(name, spoken_name(name), table.units.get(name), values, shape_of(values))
+        unit = table.units.get(name)
+        spoken = spoken_name(without_unit(name, unit))
+        columns[name] = SeenColumn(name, spoken, unit, values, shape_of(values))
 
     columns_of_log = table.columns.items() if whole else ()
     counted = Counter(word for column in columns.values() for word in {*column.spoken.stem_words})

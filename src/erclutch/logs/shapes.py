@@ -29,6 +29,8 @@ _SET_ENDS = 0.1  # of the range, by which the ends of a set point and of what fo
 _FOLLOWS_CLOSELY = 0.996  # correlation of a set point with what follows it some rows later
 _DIGITS = 0.05  # of its spread, by which a quotient that was written with some digits is off
 _PER_CENT = (1.0, 100.0)
+_STEADY = 0.05  # share of its level by which a supply varies at most
+_VARIES = 0.5  # and by which a field varies at least
 _ESTIMATES = 0.7  # correlation of the signs of two estimates of one thing
 
 
@@ -131,6 +133,22 @@ def is_quotient(column: Array, top: Array, bottom: Array) -> bool:
     with np.errstate(over="ignore"):
         off = (float(np.median(np.abs(share - scale * above / below))) for scale in _PER_CENT)
         return bool(min(off) <= _DIGITS * np.std(share))
+
+
+def is_steady(values: Array) -> bool:
+    """Whether a column keeps near one level that is not zero, as the voltage of a supply does."""
+    return _spread(values) <= _STEADY
+
+
+def varies(values: Array) -> bool:
+    """Whether a column takes quite different values, as a field that is switched or turned up does."""
+    return _spread(values) >= _VARIES
+
+
+def _spread(values: Array) -> float:
+    """What 90 % of the values differ by, as a share of their median; infinite about a median of zero."""
+    low, middle, high = np.quantile(values[np.isfinite(values)], [0.05, 0.5, 0.95])
+    return float((high - low) / abs(middle)) if middle != 0.0 else float("inf")
 
 
 def _comes_back(values: Array) -> bool:

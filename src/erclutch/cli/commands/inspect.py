@@ -176,8 +176,8 @@ def _tell_what_is_next(look: _Look, reading: LogOptions) -> None:
     elif look.plan.doubts:
         terminal.say(f"In doubt: {'; '.join(look.plan.doubts)}. If that is right, say so: {look.plan.command()}")
     elif not look.refused and not look.further:
-        options = "" if reading == DEFAULT_READING else " with the same options"
-        terminal.say(f"Understood. Fit it{options}: {shlex.join(['erclutch', 'fit', str(look.log)])} --out RUN")
+        command = shlex.join(["erclutch", "fit", str(look.log), *reading.words()])
+        terminal.say(f"Understood. Fit it: {command} --out RUN")
 
 
 def _read(log: Path, raw: Table, plan: Plan, reading: LogOptions) -> tuple[list[Recording], ErclutchError | None]:
