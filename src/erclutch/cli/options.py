@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal, cast
 
 from cyclopts import Group, Parameter
 
@@ -178,7 +178,7 @@ class LogOptions:
             if isinstance(value, bool):
                 words.append(option)
             elif isinstance(value, tuple):
-                for each in value:
+                for each in cast("tuple[str, ...]", value):
                     words += [option, str(each)]
             else:
                 words += [option, str(value)]
