@@ -105,45 +105,74 @@ def impedance_figures(rig: RigParameters, model: LiveModel, knows: str, seed: in
     program = LoopProgram("spring", Mode.IMPEDANCE, motor_torque=0.2)
     stages = {**KNOWS[knows], "observer_bandwidth": _OBSERVER}
     settings = rig_settings(rig, [program], **stages, stiffness=STIFFNESS, damping=DAMPING)
-    felt: list[complex] = []
+    felt: list[complex] = []  # torque over angle [N m/rad], one a frequency
     for frequency in FREQUENCIES:
         omega = 2.0 * math.pi * frequency
         cycles = max(10.0, 2.0 * frequency)
         rows = round(cycles / frequency / PERIOD)
         # The hand moves so far that the spring's torque is the same at each frequency, but no more than 0.5 rad.
-        height = min(0.5, _TORQUE / abs(STIFFNESS + 1j * omega * DAMPING))
+        asked = STIFFNESS + 1j * omega * DAMPING
+        amplitude = min(0.5, _TORQUE / abs(asked))  # [rad]
         time: Array = PERIOD * np.arange(_SETTLING + rows, dtype=np.float64)
-        hand: Array = height * omega * np.cos(omega * time)
-        run = AcceleratedRun(settings, model.library, rig, seed=seed + 100, speed=80.0, hand=hand)
+        hand: Array = amplitude * omega * np.cos(omega * time)  # [rad/s]
+        run = AcceleratedRun(
+            settings,
+            model.library,
+            rig,
+            seed=seed + 100,
+            speed=80.0,
+            hand=hand,
+        )
         frames, *_ = run.frames(time.size)
+
+        # Torque and angle at the hand's frequency, as complex amplitudes.
+        settled: Array = time[_SETTLING:]
+        turning: NDArray[np.complex128] = np.exp(-1j * omega * settled)
         torque: Array = frames["torque"][_SETTLING:]
-        later: Array = time[_SETTLING:]
-        turning: NDArray[np.complex128] = np.exp(-1j * omega * later)
-        moved: Array = height * np.sin(omega * later)
-        felt.append(complex(-np.mean(torque * turning) / np.mean(moved * turning)))
-    omegas = 2.0 * math.pi * np.array(FREQUENCIES)
-    return {"stiffness": np.real(felt).tolist(), "damping": (np.imag(felt) / omegas).tolist()}
+        angle: Array = amplitude * np.sin(omega * settled)
+        felt.append(complex(-np.mean(torque * turning) / np.mean(angle * turning)))
+    stiffness = np.real(felt)
+    damping = np.imag(felt) / (2.0 * math.pi * np.array(FREQUENCIES))
+    return {"stiffness": stiffness.tolist(), "damping": damping.tolist()}
 
 
 def describe_impedance(runs: Sequence[ControlRun]) -> Plot:
     """Stiffness and damping by frequency over what was asked: means over the seeds."""
-    x = Axis("frequency", "Hz", log=True)
-    at: Array = np.array(FREQUENCIES)
+    frequency: Array = np.array(FREQUENCIES)
     panels: list[Panel] = []
-    names, columns = ["frequency"], [at]
-    for what, asked, most in (("stiffness", STIFFNESS, 10.0), ("damping", DAMPING, 40.0)):
-        kept = at <= most
+    columns = {"frequency": frequency}
+    # Above 10 Hz the damper's torque hides the spring's.
+    for quantity, asked, highest in (("stiffness", STIFFNESS, 10.0), ("damping", DAMPING, 40.0)):
+        shown = frequency <= highest
+        x = Axis("frequency", "Hz", log=True)
+        y = Axis(f"{quantity} felt over asked", low=0.0, high=1.5)
         for knows in KNOWN:
             marks: list[Line | ReferenceLine] = [ReferenceLine(1.0)]
             for number, model in enumerate(INVERSES):
-                felt = [run.figures[what] for run in runs if (run.model, run.knows) == (model, knows)]
-                share: Array = np.mean(np.array(felt, np.float64), axis=0) / asked
-                marks.append(Line(at[kept], share[kept], f"series{number}", model, marked=True))
-                names.append(f"{what} over asked, {model}, {knows}")
-                columns.append(share)
-            panels.append(Panel(x, Axis(f"{what} felt over asked", "", 0.0, 1.5), marks, title=knows))
-    table = PlotTable(names, np.column_stack(columns).tolist())
-    return Plot(panels, table, 4.4, PAGE, columns=2, badge="TWIN", legend="shared")
+                share = _mean(runs, model, knows, quantity) / asked
+                line = Line(frequency[shown], share[shown], f"series{number}", model, marked=True)
+                marks.append(line)
+                columns[f"{quantity} over asked, {model}, {knows}"] = share
+            panels.append(Panel(x, y, marks, title=knows))
+    numbers = np.column_stack(list(columns.values()))
+    return Plot(
+        panels,
+        PlotTable(list(columns), numbers.tolist()),
+        height=4.4,
+        width=PAGE,
+        columns=2,
+        badge="TWIN",
+        legend="shared",
+    )
+
+
+def _mean(runs: Sequence[ControlRun], model: str, knows: str, figure: str) -> Array:
+    """The mean over the seeds of a figure that has several values, shape (values,)."""
+    of_seeds: list[list[float]] = []
+    for run in runs:
+        if run.model == model and run.knows == knows:
+            of_seeds.append(run.figures[figure])
+    return np.mean(np.array(of_seeds, np.float64), axis=0)
 
 
 # --- wall -------------------------------------------------------------------------------------------------------------
@@ -160,74 +189,111 @@ def wall_figures(rig: RigParameters, model: LiveModel, knows: str, seed: int) ->
     figures: dict[str, Any] = _steps(rig, model, knows, seed)
     # A hand pushes into a wall ahead, and pulls back: a sine of torque.
     hand: Array = _PUSH * np.sin(2.0 * math.pi * np.arange(_SWING) / _SWING)
-    table = np.column_stack([np.full(_SWING, _AHEAD), np.zeros(_SWING), hand])
+    ahead = np.full(_SWING, _AHEAD)
+    table = np.column_stack([ahead, np.zeros(_SWING), hand])
     program = LoopProgram("wall", Mode.WALL, Waveform.TABLE, table=table, relative=True)
-    deepest: list[float] = []
-    swing: list[float] = []
+    half = _SWING // 2  # rows of the push, and rows of the pull
+    depths: list[float] = []  # [rad], one a wall
+    swings: list[float] = []  # [rad/s], one a wall
     for stiffness in WALLS:
-        damping = max(DAMPING, 0.5 * PERIOD * stiffness)
-        settings = rig_settings(rig, [program], **_SINGLE, **KNOWS[knows], stiffness=stiffness, damping=damping)
-        twin = AcceleratedRun(settings, model.library, rig, seed=seed + 100, locked=True, single=True)
+        settings = rig_settings(
+            rig,
+            [program],
+            **_SINGLE,
+            **KNOWS[knows],
+            stiffness=stiffness,
+            damping=max(DAMPING, 0.5 * PERIOD * stiffness),
+        )
+        twin = AcceleratedRun(
+            settings,
+            model.library,
+            rig,
+            seed=seed + 100,
+            locked=True,
+            single=True,
+        )
         frames, _ = twin.frames(_SWING)
-        push = frames[: _SWING // 2]
+        push = frames[:half]
+        pull = frames[half:_SWING]
         wall = float(frames["theta"][0]) + _AHEAD
-        deepest.append(float(np.max(push["theta"])) - wall)
-        swing.append(float(np.std(push["theta_dot"][_SWING // 4 :])))
+        deepest = np.max(push["theta"])
+        depths.append(float(deepest) - wall)
+        swings.append(float(np.std(push["theta_dot"][half // 2 :])))
         if stiffness == _FELT:
-            pull = frames[_SWING // 2 : _SWING]
-            out = pull["theta"] < np.max(push["theta"]) - _OUT
-            figures["pull"] = float(-pull["motor_torque"][np.argmax(out)]) if out.any() else math.nan
-    return {**figures, "deepest": deepest, "swing": swing}
+            out = pull["theta"] < deepest - _OUT
+            first_out = np.argmax(out)
+            figures["pull"] = float(-pull["motor_torque"][first_out]) if out.any() else math.nan
+    return {**figures, "deepest": depths, "swing": swings}
 
 
 def _steps(rig: RigParameters, model: LiveModel, knows: str, seed: int) -> dict[str, float]:
     """Torque of a turning brake: steps up and down, and zero asked for while the motor runs up."""
 
     def run(wanted: Array, motor: float, speed: float) -> Any:
-        table = np.column_stack([wanted, np.zeros(wanted.size), np.full(wanted.size, motor)])
+        rate = np.zeros(wanted.size)
+        table = np.column_stack([wanted, rate, np.full(wanted.size, motor)])
         program = LoopProgram("steps", Mode.TORQUE, Waveform.TABLE, table=table)
         settings = rig_settings(rig, [program], **_SINGLE, **KNOWS[knows])
-        twin = AcceleratedRun(settings, model.library, rig, seed=seed + 100, speed=speed, locked=True, single=True)
-        return twin.frames(wanted.size)[0]
+        twin = AcceleratedRun(
+            settings,
+            model.library,
+            rig,
+            seed=seed + 100,
+            speed=speed,
+            locked=True,
+            single=True,
+        )
+        frames, *_ = twin.frames(wanted.size)
+        return frames
 
-    wanted = np.tile(np.repeat([_LOW, _HIGH], _EACH), _STEPS)
-    frames = run(wanted, 0.5 * (_LOW + _HIGH) + _FRICTION, 2.0 * _SPEED)
+    levels = np.repeat([_LOW, _HIGH], _EACH)
+    wanted = np.tile(levels, _STEPS)
+    mean_torque = 0.5 * (_LOW + _HIGH)
+    frames = run(wanted, mean_torque + _FRICTION, 2.0 * _SPEED)
     steps = frames["torque"].reshape(_STEPS, 2 * _EACH)
-    up: Array = steps[2:].mean(axis=0)  # the mean step, without the first two
-    before = float(up[_EACH // 2 : _EACH - 1].mean())
-    after = float(up[3 * _EACH // 2 :].mean())
-    share: Array = (up[_EACH:] - before) / (after - before)
-    # The rising part alone, as shares and rows for interpolation.
+    mean_step: Array = steps[2:].mean(axis=0)  # without the first two, (rows of both levels,)
+    before = float(mean_step[_EACH // 2 : _EACH - 1].mean())
+    after = float(mean_step[3 * _EACH // 2 :].mean())
+    share: Array = (mean_step[_EACH:] - before) / (after - before)
+    # The rising part alone, made to rise only, for `interp` asks for that.
     end = int(np.argmax(share >= 0.9)) + 1
     risen = np.maximum.accumulate(share[:end])
-    at = np.arange(end, dtype=np.float64)
-    rise = float(np.interp(0.9, risen, at) - np.interp(0.1, risen, at))  # rows
+    rows = np.arange(end, dtype=np.float64)
+    start_of_rise = np.interp(0.1, risen, rows)
+    end_of_rise = np.interp(0.9, risen, rows)
+    rise = float(end_of_rise - start_of_rise)  # rows
 
     running_up = run(np.zeros(_SETTLING), 3.0 * _FRICTION, 0.0)
     near_speed = np.abs(running_up["theta_dot"] - _SPEED) < 0.1 * _SPEED
     drag: Array = running_up["torque"][near_speed]
+    after_two_levels = frames["theta_dot"][2 * _EACH :]
     return {
         "rise": PERIOD * rise,
         "overshoot": max(0.0, float(share.max()) - 1.0),
         "drag": float(np.mean(drag)),
-        "slowest": float(frames["theta_dot"][2 * _EACH :].min()),
+        "slowest": float(after_two_levels.min()),
     }
 
 
 def describe_wall(runs: Sequence[ControlRun]) -> Plot:
     """How deep a hand comes, over what its push takes of the spring: means over the seeds."""
-    at: Array = np.array(WALLS)
-    marks: list[Line | ReferenceLine] = []
-    names, columns = ["stiffness"], [at]
+    stiffness: Array = np.array(WALLS)
+    lines: list[Line] = []
+    columns = {"stiffness": stiffness}
     for number, model in enumerate(INVERSES):
-        deep = [run.figures["deepest"] for run in runs if (run.model, run.knows) == (model, KNOWN[1])]
-        mean: Array = 1e3 * np.mean(np.array(deep, np.float64), axis=0)
-        marks.append(Line(at, mean, f"series{number}", model, marked=True))
-        names.append(f"deepest, {model}")
-        columns.append(mean)
-    asked: Array = 1e3 * _PUSH / at
-    marks.append(Line(at, asked, "ref", "push over stiffness", dashed=True))
+        deepest = 1e3 * _mean(runs, model, "stages, sensor", "deepest")  # [mrad]
+        lines.append(Line(stiffness, deepest, f"series{number}", model, marked=True))
+        columns[f"deepest, {model}"] = deepest
+    of_the_spring: Array = 1e3 * _PUSH / stiffness  # [mrad]
+    lines.append(Line(stiffness, of_the_spring, "ref", "push over stiffness", dashed=True))
+    columns["push over stiffness"] = of_the_spring
     x = Axis("stiffness", "N m/rad", log=True)
     y = Axis("deepest", "mrad", log=True)
-    table = PlotTable([*names, "push over stiffness"], np.column_stack([*columns, asked]).tolist())
-    return Plot([Panel(x, y, marks)], table, 2.8, badge="TWIN", legend="above")
+    numbers = np.column_stack(list(columns.values()))
+    return Plot(
+        [Panel(x, y, lines)],
+        PlotTable(list(columns), numbers.tolist()),
+        height=2.8,
+        badge="TWIN",
+        legend="above",
+    )

@@ -42,38 +42,47 @@ def memory_table(
         The stages of the memory, and variant -> model -> figures. Models are called as in `PAPER` without ``/forward``.
     """
     train, test = runs
-    data = joined([replace(rows, sources=(name,)) for name, rows in runs.items()])
-    alone = data.device == "single"
+    sources = [replace(rows, sources=(name,)) for name, rows in runs.items()]
+    data = joined(sources)
     stages = str(points.get("stages", partial(_stages, runs[train])))
 
-    # The variants besides the paper's own.
-    laws = tuple(name.removesuffix("/forward") for name in PAPER)
-    plain = Settings((*laws, *PAPER_NETWORKS), lag="none", test=(test,), seed=seed, polish=polish)
-    asked: dict[str, Settings] = {}
-    if not alone:
-        asked["sign of the slip"] = replace(plain, models=laws)
-    asked["memory"] = replace(plain, lag=stages)
-    asked["past samples"] = replace(plain, models=PAPER_NETWORKS, past=PAST)
-    asked["memory and past"] = replace(plain, models=PAPER_NETWORKS, lag=stages, past=PAST)
+    # The slip of a single element turns, so there no law keeps the sign in which the device drives.
+    laws_by_slip = tuple(name.removesuffix("/forward") for name in PAPER)
+    is_pair = data.device != "single"
+    laws = PAPER if is_pair else laws_by_slip
 
-    total = 1 + len(asked)
-    own = "as in the paper"
-    papers = (*laws, *PAPER_NETWORKS) if alone else (*PAPER, *PAPER_NETWORKS)
-    variants = {own: points.get(own, partial(_as_in_the_paper, runs, papers, seed, polish))}
-    report(1, total, own)
-    for done, (variant, settings) in enumerate(asked.items(), start=2):
-        variants[variant] = points.get(variant, partial(_scored, data, settings))
-        report(done, total, variant)
+    plain = Settings(
+        (*laws_by_slip, *PAPER_NETWORKS),
+        lag="none",
+        test=(test,),
+        seed=seed,
+        polish=polish,
+    )
+    networks = replace(plain, models=PAPER_NETWORKS)
+    makers: dict[str, Callable[[], dict[str, Figures]]] = {}
+    makers["as in the paper"] = partial(_as_in_the_paper, runs, (*laws, *PAPER_NETWORKS), seed, polish)
+    if is_pair:
+        makers["sign of the slip"] = partial(_scored, data, replace(plain, models=laws_by_slip))
+    makers["memory"] = partial(_scored, data, replace(plain, lag=stages))
+    makers["past samples"] = partial(_scored, data, replace(networks, past=PAST))
+    makers["memory and past"] = partial(_scored, data, replace(networks, lag=stages, past=PAST))
+
+    variants: dict[str, dict[str, Figures]] = {}
+    for done, (variant, make) in enumerate(makers.items(), start=1):
+        variants[variant] = points.get(variant, make)
+        report(done, len(makers), variant)
     return stages, variants
 
 
 def _stages(train: Dataset) -> str:
     """The memory that the ladder gives to Bingham's law on the training rows."""
-    lag = "none" if steady_command(train) else "lag"
-    bingham, *_ = structures_for(train, Settings(models=("bingham",), lag=lag))
+    lag = "none" if steady_command(train) else "lag"  # a command that never changes shows no lag
+    settings = Settings(models=("bingham",), lag=lag)
+    bingham, *_ = structures_for(train, settings)
     with one_thread():
         rungs = grown(train, bingham)
-    return rungs[-1].structure.dynamics
+    highest = rungs[-1]
+    return highest.structure.dynamics
 
 
 def _as_in_the_paper(runs: Mapping[str, Dataset], models: Sequence[str], seed: int, polish: bool) -> dict[str, Figures]:
@@ -83,7 +92,8 @@ def _as_in_the_paper(runs: Mapping[str, Dataset], models: Sequence[str], seed: i
         figures: dict[str, Any] = {"parameters": row.parameters}
         for run in runs:
             figures[run] = [row.errors[run], *row.bands[run]]
-        by_model[row.name.removesuffix("/forward")] = figures
+        name = row.name.removesuffix("/forward")
+        by_model[name] = figures
     return by_model
 
 
@@ -91,9 +101,11 @@ def _scored(data: Dataset, settings: Settings) -> dict[str, Figures]:
     """Figures of all models that the settings ask for, of a comparison of both runs."""
     train, test = data.sources
     by_model: dict[str, Figures] = {}
-    for entry in compare(data, settings).entries:
+    comparison = compare(data, settings)
+    for entry in comparison.entries:
         specification = entry.outcome.model.structure.specification
-        by_model[specification.removesuffix("/forward")] = {
+        name = specification.removesuffix("/forward")
+        by_model[name] = {
             "parameters": entry.outcome.parameters,
             train: entry.train.mse.to_list(),
             test: entry.test.mse.to_list(),
@@ -103,4 +115,6 @@ def _scored(data: Dataset, settings: Settings) -> dict[str, Figures]:
 
 def noise_floor(rig: RigParameters) -> float:
     """Variance of what the twin's torque meter adds by itself, noise and quantisation: no model can do better."""
-    return rig.value("sensors.torque_noise") ** 2 + rig.value("sensors.torque_step") ** 2 / 12.0
+    noise = rig.value("sensors.torque_noise")  # standard deviation [N m]
+    step = rig.value("sensors.torque_step")  # [N m]; a rounding error is even over a step
+    return noise**2 + step**2 / 12.0

@@ -27,68 +27,88 @@ def describe_online(trace: OnlineTrace, figure: int) -> Plot:
         figure: its number in the paper, 7 to 13.
     """
     width = min(round(_SECONDS[figure] / PERIOD), len(trace.frames))
-    firsts = {9: trial(trace, 0).start, 10: trial(trace, -1).start, 13: 0}
-    start = firsts[figure] if figure in firsts else lively(trace.frames["torque"], width)
-    at = slice(start, start + width)
-    time = trace.frames["time_ns"][at]
-    seconds: Array = 1e-9 * (time - time[0]).astype(np.float64)
-    several = len(trace.estimates) > 1
-    panels = [*_inputs(trace, at, seconds), *_torques(trace, at, seconds)]
-    lines = [mark for panel in panels for mark in panel.marks if isinstance(mark, Line)]
-    columns = {line.label: line.y for line in lines}
-    table = PlotTable(["time", *columns], np.column_stack([seconds, *columns.values()]).tolist())
-    title = f"TWIN, {trace.name}: figure {figure} of the paper"
-    height = 1.1 * len(panels) / (2 if several else 1) + 0.6
-    return Plot(panels, table, height, PAGE if several else COLUMN, 2 if several else 1, title=title, legend="above")
+    if figure == 9:
+        start = trial(trace, 0).start
+    elif figure == 10:
+        start = trial(trace, -1).start
+    elif figure == 13:
+        start = 0
+    else:
+        start = lively(trace.frames["torque"], width)
+    section = slice(start, start + width)
+    frames = trace.frames[section]
+    since_start = frames["time_ns"] - frames["time_ns"][0]
+    time: Array = 1e-9 * since_start.astype(np.float64)  # [s]
+    x = Axis("time", "s", 0.0, float(time[-1]))
 
-
-def _inputs(trace: OnlineTrace, at: slice, seconds: Array) -> list[Panel]:
-    """(a): the speeds, and the fields or, without a field, the motor's torque."""
-    frames = trace.frames[at]
-    x = Axis("time", "s", 0.0, float(seconds[-1]))
+    # (a): the speeds, and the fields or, without a field, the motor's torque.
     speeds = [
-        Line(seconds, frames["theta_dot"], "series0", "motor"),
-        Line(seconds, frames["alpha_dot"], "series3", "output"),
+        Line(time, frames["theta_dot"], "series0", "motor"),
+        Line(time, frames["alpha_dot"], "series3", "output"),
     ]
+    panels = [Panel(x, Axis("(a) speed", "rad/s"), speeds)]
     if np.any(frames["field1"] + frames["field2"] > 0.0):
         fields = [
-            Line(seconds, frames["field1"], "series0", "E1"),
-            Line(seconds, frames["field2"], "series1", "E2"),
+            Line(time, frames["field1"], "series0", "E1"),
+            Line(time, frames["field2"], "series1", "E2"),
         ]
-        driving = Panel(x, Axis("(a) field"), fields)
+        panels.append(Panel(x, Axis("(a) field"), fields))
     else:
-        torque = Line(seconds, frames["motor_torque"], "series0", "motor torque")
-        driving = Panel(x, Axis("(a) motor torque", "N m"), [torque])
-    return [Panel(x, Axis("(a) speed", "rad/s"), speeds), driving]
+        motor_torque = Line(time, frames["motor_torque"], "series0", "motor torque")
+        panels.append(Panel(x, Axis("(a) motor torque", "N m"), [motor_torque]))
+
+    # (b): each model beside the measured torque.
+    several = len(trace.estimates) > 1
+    if several:
+        torque = Axis("(b) torque", "N m")
+        estimates = {name: values[section] for name, values in trace.estimates.items()}
+        panels += compared(x, torque, time, frames["torque"], estimates)
+    else:
+        panels += _torque_and_difference(trace, section, x, time)
+
+    columns: dict[str, Array] = {}
+    for panel in panels:
+        for mark in panel.marks:
+            if isinstance(mark, Line):
+                columns[mark.label] = mark.y
+    numbers = np.column_stack([time, *columns.values()])
+    side_by_side = 2 if several else 1
+    return Plot(
+        panels,
+        PlotTable(["time", *columns], numbers.tolist()),
+        height=1.1 * len(panels) / side_by_side + 0.6,
+        width=PAGE if several else COLUMN,
+        columns=side_by_side,
+        title=f"TWIN, {trace.name}: figure {figure} of the paper",
+        legend="above",
+    )
 
 
-def _torques(trace: OnlineTrace, at: slice, seconds: Array) -> list[Panel]:
-    """(b): each model beside the measured torque; a model alone, or one with two encoders, also as a difference."""
-    frames = trace.frames[at]
-    x = Axis("time", "s", 0.0, float(seconds[-1]))
-    torque = Axis("(b) torque", "N m")
-    estimates = {name: values[at] for name, values in trace.estimates.items()}
-    if len(estimates) > 1:
-        return compared(x, torque, seconds, frames["torque"], estimates)
-
-    ((name, online),) = estimates.items()
+def _torque_and_difference(trace: OnlineTrace, section: slice, x: Axis, time: Array) -> list[Panel]:
+    """(b) of a model alone: beside the measured torque, or with either of two encoders, and the difference."""
+    frames = trace.frames[section]
+    ((name, estimates),) = trace.estimates.items()
+    online = estimates[section]
     panels: list[Panel] = []
     if trace.other_alpha is None:
-        lines = [
-            Line(seconds, frames["torque"], "measured", "measured"),
-            Line(seconds, online, "recommended", name, dashed=True),
+        torques = [
+            Line(time, frames["torque"], "measured", "measured"),
+            Line(time, online, "recommended", name, dashed=True),
         ]
-        what, apart = "estimated less measured", online - frames["torque"]
+        apart = online - frames["torque"]
+        meaning = "estimated less measured"
     else:
-        alpha, estimate = (values[at] for values in trace.other_alpha)
-        lines = [
-            Line(seconds, online, "series0", "linear encoder"),
-            Line(seconds, estimate, "series1", "rotary encoder", dashed=True),
+        other_alpha, with_other = (values[section] for values in trace.other_alpha)
+        torques = [
+            Line(time, online, "series0", "linear encoder"),
+            Line(time, with_other, "series1", "rotary encoder", dashed=True),
         ]
-        what, apart = "rotary less linear", estimate - online
-        off = Line(seconds, 1e3 * (alpha - frames["alpha"]), "measured", "angle, rotary less linear")
-        panels.append(Panel(x, Axis("(a) angle apart", "mrad"), [off], share=0.7))
-    rest = [ReferenceLine(0.0), Line(seconds, 1e3 * apart, "series4", what)]
-    panels.append(Panel(x, torque, lines, share=1.8))
-    panels.append(Panel(x, Axis("(b) apart", "mN m"), rest))
+        apart = with_other - online
+        meaning = "rotary less linear"
+        angle_apart = 1e3 * (other_alpha - frames["alpha"])  # [mrad]
+        angle = Line(time, angle_apart, "measured", "angle, rotary less linear")
+        panels.append(Panel(x, Axis("(a) angle apart", "mrad"), [angle], share=0.7))
+    difference = Line(time, 1e3 * apart, "series4", meaning)
+    panels.append(Panel(x, Axis("(b) torque", "N m"), torques, share=1.8))
+    panels.append(Panel(x, Axis("(b) apart", "mN m"), [ReferenceLine(0.0), difference]))
     return panels

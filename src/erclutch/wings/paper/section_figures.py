@@ -33,48 +33,71 @@ def draw_estimates(test: Dataset, rows: Sequence[Row], folder: Path, label: str)
     """Figure 6: measured torque and that of each approach, fields and slips, over a lively section of the test log."""
     width = min(round(_SECONDS / test.period), test.rows)
     first = lively(test.effort, width)
-    at = slice(first, first + width)
-    time = test.clock.time[at] - test.clock.time[first]
-    measured = test.effort[at]
-    estimates = {row.name: row.model.predict(test)[at] for row in rows}
+    section = slice(first, first + width)
+    time = test.clock.time[section] - test.clock.time[first]
+    measured = test.effort[section]
+    estimates = {row.name: row.model.predict(test)[section] for row in rows}
     x = Axis("time", "s", 0.0, float(time[-1]))
-    y = Axis("torque", unit_text(test.units.effort))
-    panels = compared(x, y, time, measured, estimates)
+    torque = Axis("torque", unit_text(test.units.effort))
+    panels = compared(x, torque, time, measured, estimates)
     columns = {"time_s": time, "measured": measured, **estimates}
-    for what, unit in (("field", test.units.field), ("slip", test.units.slip)):
+
+    # Below the torques: what went in, a line an element.
+    units = {"field": test.units.field, "slip": test.units.slip}
+    for quantity, unit in units.items():
         lines: list[Line] = []
         for number, (element, style) in enumerate(zip(test.elements, _STYLES, strict=False), start=1):
             channel = f"CH{number}"
-            signal = getattr(element, what)[at]
-            columns[f"{what} {channel}"] = signal
+            signal = getattr(element, quantity)[section]
+            columns[f"{quantity} {channel}"] = signal
             lines.append(Line(time, signal, style, channel))
-        panels.append(Panel(x, Axis(what, unit_text(unit)), lines))
+        panels.append(Panel(x, Axis(quantity, unit_text(unit)), lines))
+
     numbers = np.column_stack(list(columns.values()))
-    table = PlotTable(list(columns), numbers.tolist())
-    plot = Plot(panels, table, 6.4, PAGE, 2, title=label, legend="above")
+    plot = Plot(
+        panels,
+        PlotTable(list(columns), numbers.tolist()),
+        height=6.4,
+        width=PAGE,
+        columns=2,
+        title=label,
+        legend="above",
+    )
     return kept(plot, folder, "fig6")
 
 
 def compared(x: Axis, y: Axis, time: Array, measured: Array, estimates: Mapping[str, Array]) -> list[Panel]:
     """Measured and estimated torque, a panel a model, all of one height."""
     torques = np.array([measured, *estimates.values()])
+    lowest = float(torques.min())
+    highest = float(torques.max())
     slack = 0.05 * float(np.ptp(torques))
-    y = replace(y, low=float(torques.min()) - slack, high=float(torques.max()) + slack)
+    y = replace(y, low=lowest - slack, high=highest + slack)
+
     known = Line(time, measured, "measured", "measured")
     panels: list[Panel] = []
     for name, estimate in estimates.items():
         title = APPROACHES[name].title if name in APPROACHES else name
-        panels.append(Panel(x, y, [known, Line(time, estimate, "recommended", title)]))
+        line = Line(time, estimate, "recommended", title)
+        panels.append(Panel(x, y, [known, line]))
     return panels
 
 
 def lively(effort: Array, width: int) -> int:
     """The first row of a section of so many rows in which the effort varies as the upper quarter of all sections."""
-    starts = range(0, effort.size - width + 1, max(1, width // 2))
-    calm_first = sorted(starts, key=lambda start: float(effort[start : start + width].std()))
-    return calm_first[(3 * len(calm_first)) // 4]
+
+    def spread(start: int) -> float:
+        return float(effort[start : start + width].std())
+
+    half = max(1, width // 2)  # sections overlap by half
+    starts = range(0, effort.size - width + 1, half)
+    calm_first = sorted(starts, key=spread)
+    upper_quarter = (3 * len(calm_first)) // 4
+    return calm_first[upper_quarter]
 
 
 def kept(plot: Plot, folder: Path, name: str) -> list[Path]:
     """Write a figure as PDF and PNG, with its numbers; returns the files."""
-    return save_plot(plot, folder / f"{name}.pdf", folder / f"{name}.png")
+    pdf = folder / f"{name}.pdf"
+    png = folder / f"{name}.png"
+    return save_plot(plot, pdf, png)

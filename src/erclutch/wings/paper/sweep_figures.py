@@ -12,7 +12,7 @@ from erclutch.report.plots.plot_description import Axis, Dots, Line, Mark, Panel
 from erclutch.signals.array import Array
 from erclutch.wings.paper.section_figures import kept
 
-_SHOWN = (10, 20, 50)
+_SHOWN = (10, 20, 50)  # neurons, of figure 4 (a)
 _ERROR = Axis("MSE", "N² m²", log=True)
 
 
@@ -20,28 +20,48 @@ def draw_rbfn_sweep(sweep: Mapping[str, Any], folder: Path, label: str) -> list[
     """Figure 4: (a) error against spread for some sizes, (b) error against neurons at the best spread of each."""
     spreads = np.asarray(sweep["spreads"])
     neurons = np.asarray(sweep["neurons"])
-    scan = np.asarray(sweep["scan"])
+    on_centroids = np.asarray(sweep["scan"])  # training error, (spreads, neurons)
+    # At the best spread of each size, (neurons,).
+    best_spreads = np.asarray(sweep["best_spread"])
     train = np.asarray(sweep["train"])
     test = np.asarray(sweep["test"])
-    best = np.asarray(sweep["best_spread"])
+
     sizes: list[Line] = []
     for number, size in enumerate(_SHOWN):
-        errors = scan[:, list(neurons).index(size)]
-        sizes.append(Line(spreads, errors, f"series{number}", f"{size} neurons", marked=True))
-    spread_axis = Axis("spread (inputs normalised to 0 .. 1)", log=True)
-    size_axis = Axis("neurons (best spread of each)", log=True)
+        place = list(neurons).index(size)
+        line = Line(
+            spreads,
+            on_centroids[:, place],
+            style=f"series{number}",
+            label=f"{size} neurons",
+            marked=True,
+        )
+        sizes.append(line)
     panels = [
-        Panel(spread_axis, _ERROR, sizes, title=f"(a) RBFN, training, {label}"),
-        Panel(size_axis, _ERROR, _errors(neurons, train, test), title="(b)"),
+        Panel(
+            Axis("spread (inputs normalised to 0 .. 1)", log=True),
+            _ERROR,
+            sizes,
+            title=f"(a) RBFN, training, {label}",
+        ),
+        Panel(
+            Axis("neurons (best spread of each)", log=True),
+            _ERROR,
+            _errors(neurons, train, test),
+            title="(b)",
+        ),
     ]
+
+    # A row has either the error on centroids or both errors on all rows.
     rows: list[tuple[object, ...]] = []
-    for i, spread in enumerate(spreads):
-        for j, size in enumerate(neurons):
-            rows.append((float(spread), int(size), float(scan[i, j]), "", ""))
-    for spread, size, train_error, test_error in zip(best, neurons, train, test, strict=True):
+    for spread, of_sizes in zip(spreads, on_centroids, strict=True):
+        for size, error in zip(neurons, of_sizes, strict=True):
+            rows.append((float(spread), int(size), float(error), "", ""))
+    for spread, size, train_error, test_error in zip(best_spreads, neurons, train, test, strict=True):
         rows.append((float(spread), int(size), "", float(train_error), float(test_error)))
     header = ["spread", "neurons", "train_mse_on_centroids", "train_mse", "test_mse"]
-    return kept(Plot(panels, PlotTable(header, rows), 3.9), folder, "fig4")
+    plot = Plot(panels, PlotTable(header, rows), height=3.9)
+    return kept(plot, folder, "fig4")
 
 
 def draw_fnn_sweep(sweep: Mapping[str, Any], folder: Path, label: str, printed: Mapping[int, float]) -> list[Path]:
@@ -49,20 +69,35 @@ def draw_fnn_sweep(sweep: Mapping[str, Any], folder: Path, label: str, printed: 
     neurons = np.asarray(sweep["neurons"])
     train = np.asarray(sweep["train"])
     test = np.asarray(sweep["test"])
-    restarts = np.asarray(sweep["restarts"])  # (neurons, restarts)
-    each = np.repeat(neurons, restarts.shape[1])
-    marks: list[Mark] = [Dots(each, restarts.ravel(), "series7", "each restart, training", 1.3)]
-    marks += _errors(neurons, train, test, "best, ")
+    restarts = np.asarray(sweep["restarts"])  # training errors, (neurons, restarts)
+    tries = restarts.shape[1]
+
+    every_restart = Dots(
+        np.repeat(neurons, tries),
+        restarts.ravel(),
+        style="series7",
+        label="each restart, training",
+        size=1.3,
+    )
+    marks: list[Mark] = [every_restart, *_errors(neurons, train, test, "best, ")]
     if printed:
-        paper = np.array(list(printed.items()), np.float64)
-        marks.append(Dots(paper[:, 0], paper[:, 1], "series6", "paper, training", 4.5))
+        of_paper = Dots(
+            np.array(list(printed), np.float64),
+            np.array(list(printed.values()), np.float64),
+            style="series6",
+            label="paper, training",
+            size=4.5,
+        )
+        marks.append(of_paper)
+    x = Axis("neurons of the hidden layer", whole=True)
+    panel = Panel(x, _ERROR, marks, title=f"FNN, {label}")
+
     header = ["neurons", "train_mse", "test_mse"]
-    header += [f"restart_{number}" for number in range(1, restarts.shape[1] + 1)]
+    header += [f"restart_{number}" for number in range(1, tries + 1)]
     errors = np.column_stack([train, test, restarts]).tolist()
-    rows = [(int(size), *row) for size, row in zip(neurons, errors, strict=True)]
-    table = PlotTable(header, rows)
-    panel = Panel(Axis("neurons of the hidden layer", whole=True), _ERROR, marks, title=f"FNN, {label}")
-    return kept(Plot([panel], table, 2.6), folder, "fig5")
+    rows = [(int(size), *of_size) for size, of_size in zip(neurons, errors, strict=True)]
+    plot = Plot([panel], PlotTable(header, rows), height=2.6)
+    return kept(plot, folder, "fig5")
 
 
 def draw_kernel_sweep(sweep: Mapping[str, Any], folder: Path, label: str) -> list[Path]:
@@ -70,13 +105,17 @@ def draw_kernel_sweep(sweep: Mapping[str, Any], folder: Path, label: str) -> lis
     kernels = np.asarray(sweep["kernels"])
     train = np.asarray(sweep["train"])
     test = np.asarray(sweep["test"])
+    panel = Panel(
+        Axis("kernels", whole=True),
+        Axis(_ERROR.label, _ERROR.unit),
+        _errors(kernels, train, test),
+        title=f"RBFM, {label}",
+    )
     rows: list[tuple[object, ...]] = []
     for count, train_error, test_error in zip(kernels, train, test, strict=True):
         rows.append((int(count), float(train_error), float(test_error)))
     table = PlotTable(("kernels", "train_mse", "test_mse"), rows)
-    error = Axis(_ERROR.label, _ERROR.unit)
-    panel = Panel(Axis("kernels", whole=True), error, _errors(kernels, train, test), title=f"RBFM, {label}")
-    return kept(Plot([panel], table, 2.2), folder, "kernels")
+    return kept(Plot([panel], table, height=2.2), folder, "kernels")
 
 
 def _errors(x: Array, train: Array, test: Array, prefix: str = "") -> list[Line]:

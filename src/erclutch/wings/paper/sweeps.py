@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import lru_cache, partial
 from typing import Any
 
 import numpy as np
@@ -39,7 +39,9 @@ RBFN_NEURONS: tuple[int, ...] = (1, 2, 3, 5, 7, 10, 15, 20, 30, 40, 50, 70, 100)
 FNN_NEURONS = tuple(range(1, 31))
 RESTARTS = 10
 KERNELS = (2, 3, 4, 5, 6, 8, 10, 12, 15, 20)
-_COARSE_STEPS, _FINE_STEPS = 60, 40
+#: Steps of Levenberg-Marquardt on coarse and on fine centroids.
+_COARSE_STEPS = 60
+_FINE_STEPS = 40
 
 
 @dataclass(frozen=True)
@@ -79,12 +81,15 @@ class UnitRows:
     def __init__(self, structure: NetworkStructure, train: Dataset, test: Dataset) -> None:
         inputs = inputs_of(structure, train.elements, train.clock, train.extras, {})
         test_inputs = inputs_of(structure, test.elements, test.clock, test.extras, {})
+
+        # What is known of the scales comes from the training run alone.
         scaling = scaling_of(inputs, train.effort, structure.kind)
         self.scale = scaling.effort_scale
         self.x = scaling.inputs(inputs)
         self.x_test = scaling.inputs(test_inputs)
         self.y = (train.effort - scaling.effort_offset) / self.scale
         self.y_test = (test.effort - scaling.effort_offset) / self.scale
+
         squares = mean_squares(structure, inputs)
         self.spaced = spaced_by(structure, inputs, squares)
         self.slips = slips_for(structure, scaling, squares)
@@ -95,23 +100,27 @@ class UnitRows:
 
     def errors(self, forward: Callable[[Array], Array]) -> list[float]:
         """Mean squared errors in the data's units, on the training and on the test rows."""
-        errors: list[float] = []
-        for x, y in ((self.x, self.y), (self.x_test, self.y_test)):
-            off = y - _in_blocks(forward, x)
-            errors.append(float(np.mean(off**2)) * self.scale**2)
-        return errors
+        return [
+            self._error(forward, self.x, self.y),
+            self._error(forward, self.x_test, self.y_test),
+        ]
 
-    def thinned_error(self, tables: dict[str, Array]) -> float:
-        """Mean squared error of an FNN on every tenth training row."""
-        estimate = _in_blocks(lambda x: forward_fnn(tables, x, exactly=False), self.x[:, ::10])
-        off = self.y[::10] - estimate
+    def thinned_error(self, forward: Callable[[Array], Array]) -> float:
+        """Mean squared error in the data's units, on every tenth training row."""
+        return self._error(forward, self.x[:, ::10], self.y[::10])
+
+    def _error(self, forward: Callable[[Array], Array], x: Array, y: Array) -> float:
+        off = y - _in_blocks(forward, x)
         return float(np.mean(off**2)) * self.scale**2
 
 
 def _in_blocks(forward: Callable[[Array], Array], x: Array) -> Array:
     """Output for inputs (inputs, n), shape (n,), by blocks that stay in the cache."""
-    rows = 8192
-    parts = [forward(x[:, at : at + rows]) for at in range(0, x.shape[1], rows)]
+    rows = 8192  # of a block
+    parts: list[Array] = []
+    for first in range(0, x.shape[1], rows):
+        block = x[:, first : first + rows]
+        parts.append(forward(block))
     return np.concatenate(parts)
 
 
@@ -119,16 +128,17 @@ def _in_blocks(forward: Callable[[Array], Array], x: Array) -> Array:
 def _unit(runs: RunsRecipe, kind: str) -> tuple[UnitRows, Centroids, Centroids]:
     """The rows as a network of this kind takes them, and their centroids, coarse and fine."""
     train, test = made(runs)
-    unit = UnitRows(network_from_name(f"{kind}-1", train.device), train, test)
+    structure = network_from_name(f"{kind}-1", train.device)
+    unit = UnitRows(structure, train, test)
     return unit, unit.cells(1), unit.cells(2)
 
 
 @lru_cache(maxsize=len(SPREADS))
 def _centres(runs: RunsRecipe, seed: int, spread: float) -> Array:
     """Centres that forward selection takes at a spread, the best first."""
-    _, cells, _ = _unit(runs, "rbfn")
-    pool = candidates(cells, seed)
-    taken, *_ = forward_selection(cells, pool, spread, max(RBFN_NEURONS))
+    _, coarse, _ = _unit(runs, "rbfn")
+    pool = candidates(coarse, seed)
+    taken, *_ = forward_selection(coarse, pool, spread, max(RBFN_NEURONS))
     return pool[taken]
 
 
@@ -140,16 +150,17 @@ def _spread_scan(task: SweepTask) -> list[float]:
     errors: list[float] = []
     for neurons in RBFN_NEURONS:
         _, cost = _tables(fine, centres[:neurons], task.spread)
-        errors.append((cost + fine.scatter) / rows * unit.scale**2)
+        squares = cost + fine.scatter  # of the centroids, and inside their cells
+        errors.append(squares / rows * unit.scale**2)
     return errors
 
 
 def _rbfn_errors(task: SweepTask) -> list[float]:
     """Errors on all rows of one size at one spread."""
     unit, _, fine = _unit(task.runs, "rbfn")
-    centres = _centres(task.runs, task.seed, task.spread)[: task.neurons]
-    tables, _ = _tables(fine, centres, task.spread)
-    return unit.errors(lambda x: forward_rbfn(tables, x, exactly=False))
+    centres = _centres(task.runs, task.seed, task.spread)
+    tables, _ = _tables(fine, centres[: task.neurons], task.spread)
+    return unit.errors(partial(forward_rbfn, tables, exactly=False))
 
 
 def rbfn_sweep(runs: RunsRecipe, pool: TaskPool, points: Points, seed: int, report: Report) -> dict[str, Any]:
@@ -160,19 +171,26 @@ def rbfn_sweep(runs: RunsRecipe, pool: TaskPool, points: Points, seed: int, repo
         spread of each size: ``best_spread``, ``train`` and ``test``, shape (neurons,), on all rows.
     """
     total = len(SPREADS) + len(RBFN_NEURONS)
-    scans = {f"spread {spread!r}": SweepTask(runs, seed, spread=spread) for spread in SPREADS}
-    scan = np.array(points.fill(pool, _spread_scan, scans, lambda i, key: report(i, total, key)))
-    best = np.array(SPREADS)[np.argmin(scan, axis=0)]  # spread of each size
+
+    # First each spread, on centroids.
+    scans: dict[str, SweepTask] = {}
+    for spread in SPREADS:
+        scans[f"spread {spread!r}"] = SweepTask(runs, seed, spread=spread)
+    by_spread = points.fill(pool, _spread_scan, scans, lambda done, key: report(done, total, key))
+    scan = np.array(by_spread)  # (spreads, neurons)
+    best_spreads = np.array(SPREADS)[np.argmin(scan, axis=0)]  # one a size
+
+    # Then each size at its best spread, on all rows.
     sizes: dict[str, SweepTask] = {}
-    for neurons, spread in zip(RBFN_NEURONS, best.tolist(), strict=True):
+    for neurons, spread in zip(RBFN_NEURONS, best_spreads.tolist(), strict=True):
         sizes[f"neurons {neurons!r}"] = SweepTask(runs, seed, neurons, spread)
-    errors = points.fill(pool, _rbfn_errors, sizes, lambda i, key: report(len(SPREADS) + i, total, key))
+    errors = points.fill(pool, _rbfn_errors, sizes, lambda done, key: report(len(SPREADS) + done, total, key))
     train_errors, test_errors = np.array(errors).T
     return {
         "spreads": SPREADS,
         "neurons": RBFN_NEURONS,
         "scan": scan,
-        "best_spread": best,
+        "best_spread": best_spreads,
         "train": train_errors,
         "test": test_errors,
     }
@@ -181,8 +199,14 @@ def rbfn_sweep(runs: RunsRecipe, pool: TaskPool, points: Points, seed: int, repo
 def _tables(cells: Centroids, centres: Array, spread: float) -> tuple[dict[str, Array], float]:
     """An RBFN with output weights from centroids, and its weighted sum of squares there."""
     spreads = np.full(len(centres), spread)
-    w, left = weights_for(cells.x, cells.y, cells.count, centres, spreads)
-    return {"centres": centres, "spreads": spreads, "w": w[:-1], "b": w[-1:]}, left
+    weights, squares = weights_for(cells.x, cells.y, cells.count, centres, spreads)
+    tables = {
+        "centres": centres,
+        "spreads": spreads,
+        "w": weights[:-1],
+        "b": weights[-1:],  # the offset
+    }
+    return tables, squares
 
 
 def fnn_sweep(
@@ -199,31 +223,44 @@ def fnn_sweep(
     Returns:
         ``neurons``, ``train`` and ``test`` of the best restart, and ``restarts`` with shape (neurons, restarts).
     """
-    tasks = {f"neurons {n!r}": SweepTask(runs, seed, n, restarts=restarts) for n in neurons}
-    sizes = points.fill(pool, _fnn_errors, tasks, lambda i, key: report(i, len(neurons), key))
-    train_errors, test_errors = np.array([size["best"] for size in sizes]).T
-    tried = np.array([size["all"] for size in sizes])
-    return {"neurons": tuple(neurons), "train": train_errors, "test": test_errors, "restarts": tried}
+    tasks: dict[str, SweepTask] = {}
+    for size in neurons:
+        tasks[f"neurons {size!r}"] = SweepTask(runs, seed, size, restarts=restarts)
+    of_sizes = points.fill(pool, _fnn_errors, tasks, lambda done, key: report(done, len(neurons), key))
+    train_errors, test_errors = np.array([errors["best"] for errors in of_sizes]).T
+    of_restarts = np.array([errors["all"] for errors in of_sizes])
+    return {
+        "neurons": tuple(neurons),
+        "train": train_errors,
+        "test": test_errors,
+        "restarts": of_restarts,
+    }
 
 
 def _fnn_errors(task: SweepTask) -> dict[str, Any]:
     """Errors on all rows of the best restart, and of all restarts on every tenth training row."""
     unit, coarse, fine = _unit(task.runs, "fnn")
-    sizes = (unit.x.shape[0], task.neurons, 1)
-    # Rows are weighted by count over mean count, so a cost over m rows is m times the mean error.
+    inputs = unit.x.shape[0]
+    sizes = (inputs, task.neurons, 1)  # of the layers
+
+    def forward_of(trained: Trained) -> Callable[[Array], Array]:
+        return partial(forward_fnn, tables_of(trained.theta, sizes), exactly=False)
+
     tries: list[Trained] = []
     for restart in range(task.restarts):
         rows = WeightedRows(coarse.x, coarse.y, coarse.count, sizes, single=True)
         rng = np.random.default_rng([task.seed, task.neurons, restart])
-        first = with_best_output(rows, first_weights(rng, sizes, unit.slips))
-        tries.append(levenberg_marquardt(rows, first, _COARSE_STEPS))
+        weights = first_weights(rng, sizes, unit.slips)
+        start = with_best_output(rows, weights)
+        tries.append(levenberg_marquardt(rows, start, _COARSE_STEPS))
+
+    # The best restart alone goes on, on fine centroids.
     best = min(tries, key=lambda trained: trained.cost)
     fine_rows = WeightedRows(fine.x, fine.y, fine.count, sizes, single=True)
     refined = levenberg_marquardt(fine_rows, best.theta, _FINE_STEPS)
-    tables = tables_of(refined.theta, sizes)
     return {
-        "best": unit.errors(lambda x: forward_fnn(tables, x, exactly=False)),
-        "all": [unit.thinned_error(tables_of(trained.theta, sizes)) for trained in tries],
+        "best": unit.errors(forward_of(refined)),
+        "all": [unit.thinned_error(forward_of(trained)) for trained in tries],
     }
 
 
@@ -233,10 +270,16 @@ def kernel_sweep(runs: RunsRecipe, pool: TaskPool, points: Points, seed: int, re
     Returns:
         ``kernels``, ``train``, ``test``.
     """
-    tasks = {f"kernels {n!r}": SweepTask(runs, seed, n) for n in KERNELS}
-    errors = points.fill(pool, _kernel_errors, tasks, lambda i, key: report(i, len(KERNELS), key))
+    tasks: dict[str, SweepTask] = {}
+    for kernels in KERNELS:
+        tasks[f"kernels {kernels!r}"] = SweepTask(runs, seed, kernels)
+    errors = points.fill(pool, _kernel_errors, tasks, lambda done, key: report(done, len(KERNELS), key))
     train_errors, test_errors = np.array(errors).T
-    return {"kernels": KERNELS, "train": train_errors, "test": test_errors}
+    return {
+        "kernels": KERNELS,
+        "train": train_errors,
+        "test": test_errors,
+    }
 
 
 def _kernel_errors(task: SweepTask) -> list[float]:

@@ -128,28 +128,41 @@ def calibrate(
         SettingError: an unknown parameter, one given twice, or none.
     """
     space = _Space(rig, paths)
-    settings = {"target": target.name, "paths": list(paths), "seed": seed, "start": space.start.tolist()}
+    settings = {
+        "target": target.name,
+        "paths": list(paths),
+        "seed": seed,
+        "start": space.start.tolist(),
+    }
     known = journal_of(journal, settings)
     with _side_by_side(space, target, workers, known) as all_residuals:
         before = target.residuals(space.rig_at(space.start))
-        found, count = space.start, 0
+        best = space.start
+        wide_count = 0
         if evaluations:
-            found, count = wide(all_residuals, space.start, seed, evaluations, known, progress)
-        wide_count = count
+            best, wide_count = wide(all_residuals, space.start, seed, evaluations, known, progress)
 
         def counted(done: int, cost: float) -> None:
             progress(wide_count + done, cost)
 
         if target.ordered or not evaluations + rounds:
-            found, more = local(all_residuals, found, counted)
-            slopes = difference_quotients(all_residuals, found)
+            best, local_count = local(all_residuals, best, counted)
+            slopes = difference_quotients(all_residuals, best)
         else:
-            found, more = in_rounds(all_residuals, found, rounds, counted)
-            slopes = one_sided_quotients(all_residuals, found)
-    count += more
-    after = target.residuals(space.rig_at(found))
-    widths = _widths(slopes, after, target.ordered)
-    return space.outcome(found, widths, target.name, float(before @ before), float(after @ after), count)
+            best, local_count = in_rounds(all_residuals, best, rounds, counted)
+            slopes = one_sided_quotients(all_residuals, best)
+
+    after = target.residuals(space.rig_at(best))
+    parameters = space.calibrated(best, _widths(slopes, after, target.ordered))
+    entries = {found.path: (found.value, found.start, found.low, found.high) for found in parameters}
+    return Calibration(
+        rig.calibrated(entries),
+        tuple(parameters),
+        target.name,
+        before=float(before @ before),
+        after=float(after @ after),
+        evaluations=wide_count + local_count,
+    )
 
 
 def _widths(slopes: Array, residual: Array, ordered: bool) -> Array:
@@ -158,10 +171,16 @@ def _widths(slopes: Array, residual: Array, ordered: bool) -> Array:
 
     quantile = float(norm.ppf(0.975))
     if not ordered:
-        return quantile * np.sqrt(np.sum(np.linalg.pinv(np.linalg.qr(slopes, mode="r")) ** 2, axis=1))
-    spread = uncertainty(slopes[: residual.size], residual, ordered=True)
+        # Each residual has a standard deviation of one, so the covariance is the inverse of the squared triangle.
+        triangle = np.linalg.qr(slopes, mode="r")
+        inverse = np.linalg.pinv(triangle)
+        return quantile * np.sqrt(np.sum(inverse**2, axis=1))
+    # The samples and the prior are two measurements of one value.
+    by_samples = uncertainty(slopes[: residual.size], residual, ordered=True)
     with np.errstate(divide="ignore"):
-        return 1.0 / np.sqrt((1.0 / (spread.quantile * spread.errors)) ** 2 + (1.0 / (quantile * PRIOR)) ** 2)
+        of_samples = 1.0 / (by_samples.quantile * by_samples.errors)
+        of_prior = 1.0 / (quantile * PRIOR)
+        return 1.0 / np.sqrt(of_samples**2 + of_prior**2)
 
 
 @contextmanager
@@ -173,22 +192,18 @@ def _side_by_side(
     The figures of a point are kept as soon as they are there. The samples of a log are too many to keep.
     """
     with task_pool("processes" if workers > 1 else None, workers) as pool:
-        if target.ordered:
-            yield lambda points: list(in_order(pool, partial(space.residuals, target=target), points))
-            return
 
-        def kept(points: Sequence[Array]) -> list[Array]:
-            tasks = {sha256(point.tobytes()).hexdigest()[:16]: point for point in points}
-            found = known.fill(pool, partial(_numbers, space, target), tasks, lambda done, key: None)
-            figures = dict(zip(tasks, found, strict=True))
-            return [np.array(figures[sha256(point.tobytes()).hexdigest()[:16]]) for point in points]
+        def of_samples(points: Sequence[Array]) -> list[Array]:
+            return list(in_order(pool, partial(space.residuals, target=target), points))
 
-        yield kept
+        def of_figures(points: Sequence[Array]) -> list[Array]:
+            keys = [sha256(point.tobytes()).hexdigest()[:16] for point in points]
+            tasks = dict(zip(keys, points, strict=True))  # a point that is asked for twice is one task
+            figures = known.fill(pool, partial(space.listed_residuals, target=target), tasks, lambda done, key: None)
+            by_key = dict(zip(tasks, figures, strict=True))
+            return [np.array(by_key[key]) for key in keys]
 
-
-def _numbers(space: _Space, target: CalibrationTarget, point: Array) -> list[float]:
-    """Residuals at a point as a journal keeps them."""
-    return [float(value) for value in space.residuals(point, target)]
+        yield of_samples if target.ordered else of_figures
 
 
 class _Space:
@@ -196,43 +211,63 @@ class _Space:
 
     def __init__(self, rig: RigParameters, paths: Sequence[str]) -> None:
         if not paths or len(set(paths)) != len(paths):
-            raise SettingError(
-                f"parameters to calibrate: {', '.join(paths) or 'none'}", remedy="Name at least one, each once"
-            )
-        self.rig, self.paths = rig, tuple(paths)
-        self.entries = [rig.entry(path) for path in paths]
-        starts = [e.value if e.start is None else e.start for e in self.entries]
-        for path, entry, value in zip(paths, self.entries, starts, strict=True):
+            named = ", ".join(paths) or "none"
+            raise SettingError(f"parameters to calibrate: {named}", remedy="Name at least one, each once")
+        self.rig = rig
+        self.entries = {path: rig.entry(path) for path in paths}
+        start: list[float] = []
+        for path, entry in self.entries.items():
+            value = entry.value if entry.start is None else entry.start
             if not entry.low <= value <= entry.high:
                 problem = f"{path} starts at {value:g} {entry.unit}, outside its range {entry.low:g} to {entry.high:g}"
                 raise SettingError(problem, remedy="Correct the value or the range", where=rig.name)
-        self.start = np.array([_coordinate(e, v) for e, v in zip(self.entries, starts, strict=True)])
+            start.append(_coordinate_of(entry, value))
+        self.start = np.array(start)
 
-    def rig_at(self, u: Array) -> RigParameters:
+    def rig_at(self, point: Array) -> RigParameters:
         """The rig at a point."""
-        values = {p: value_at(e, float(x)) for p, e, x in zip(self.paths, self.entries, u, strict=True)}
+        values: dict[str, float] = {}
+        for (path, entry), coordinate in zip(self.entries.items(), point.tolist(), strict=True):
+            values[path] = value_at(entry, coordinate)
         return self.rig.changed(values)
 
-    def residuals(self, u: Array, target: CalibrationTarget) -> Array:
+    def residuals(self, point: Array, target: CalibrationTarget) -> Array:
         """Residuals of the target and of the prior."""
-        return np.concatenate([target.residuals(self.rig_at(u)), (u - self.start) / PRIOR])
+        of_target = target.residuals(self.rig_at(point))
+        of_prior = (point - self.start) / PRIOR
+        return np.concatenate([of_target, of_prior])
 
-    def outcome(
-        self, u: Array, widths: Array, target: str, before: float, after: float, evaluations: int
-    ) -> Calibration:
+    def listed_residuals(self, point: Array, target: CalibrationTarget) -> list[float]:
+        """Residuals as a journal keeps them."""
+        return [float(residual) for residual in self.residuals(point, target)]
+
+    def calibrated(self, point: Array, widths: Array) -> list[Calibrated]:
         """Values with intervals, clipped to the ranges."""
-        found: list[Calibrated] = []
-        for i, (path, entry) in enumerate(zip(self.paths, self.entries, strict=True)):
-            low, high = (float(np.clip(u[i] + s * widths[i], 0.0, 1.0)) for s in (-1.0, 1.0))
-            bound = "lower" if u[i] <= 1e-6 else "upper" if u[i] >= 1.0 - 1e-6 else None
-            value, start = value_at(entry, float(u[i])), value_at(entry, float(self.start[i]))
-            learnt = max(0.0, 1.0 - float(widths[i]) / (1.96 * PRIOR))
-            found.append(Calibrated(path, value, value_at(entry, low), value_at(entry, high), start, learnt, bound))
-        values = {c.path: (c.value, c.start, c.low, c.high) for c in found}
-        return Calibration(self.rig.calibrated(values), tuple(found), target, before, after, evaluations)
+        parameters: list[Calibrated] = []
+        rows = zip(self.entries.items(), point, widths, self.start, strict=True)
+        for (path, entry), coordinate, width, start in rows:
+            low = float(np.clip(coordinate - width, 0.0, 1.0))
+            high = float(np.clip(coordinate + width, 0.0, 1.0))
+            at_bound = None
+            if coordinate <= 1e-6:
+                at_bound = "lower"
+            elif coordinate >= 1.0 - 1e-6:
+                at_bound = "upper"
+            parameter = Calibrated(
+                path,
+                value=value_at(entry, float(coordinate)),
+                low=value_at(entry, low),
+                high=value_at(entry, high),
+                start=value_at(entry, float(start)),
+                learnt=max(0.0, 1.0 - float(width) / (1.96 * PRIOR)),
+                at_bound=at_bound,
+            )
+            parameters.append(parameter)
+        return parameters
 
 
-def _coordinate(entry: ParameterEntry, value: float) -> float:
+def _coordinate_of(entry: ParameterEntry, value: float) -> float:
+    """The coordinate from 0 to 1 of a value: `value_at` the other way round."""
     if entry.low > 0:
         return float(np.log(value / entry.low) / np.log(entry.high / entry.low))
     return (value - entry.low) / (entry.high - entry.low)

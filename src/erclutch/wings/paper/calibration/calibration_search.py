@@ -7,6 +7,7 @@ lengths side by side, and goes to the best.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -38,8 +39,11 @@ def journal_of(path: Path | None, settings: Mapping[str, Any]) -> Points:
     """
     known = Points(path, {**settings, "population": _POPULATION}, "journal of a calibration")
     if known.others:
-        problem, remedy = "the journal is of a calibration with other settings", "Delete the journal, or move it"
-        raise RunError(problem, where=str(path), remedy=remedy)
+        raise RunError(
+            "the journal is of a calibration with other settings",
+            where=str(path),
+            remedy="Delete the journal, or move it",
+        )
     return known
 
 
@@ -66,39 +70,63 @@ def wide(
         raise SettingError(
             "the wide search needs the package cma", remedy='Run: pip install "erclutch[calibrate]"'
         ) from error
-    options = {"bounds": [0.0, 1.0], "popsize": _POPULATION, "seed": seed + 1, "verbose": -9, "verb_log": 0}
+    options = {
+        "bounds": [0.0, 1.0],
+        "popsize": _POPULATION,
+        "seed": seed + 1,  # cma takes a seed of 0 for the clock
+        "verbose": -9,
+        "verb_log": 0,
+    }
     strategy = cma.CMAEvolutionStrategy(start.tolist(), _FIRST_WIDTH, options)
-    best, best_cost, done = start, np.inf, 0
+
+    def costs_at(points: Sequence[Array]) -> list[float]:
+        return [_cost(residual) for residual in residuals(points)]
+
+    best = start
+    best_cost = np.inf
+    done = 0
     while done < evaluations:
-        points = [np.asarray(p, np.float64) for p in strategy.ask()]
-        costs = known.get(f"after {done}", lambda points=points: [_cost(r) for r in residuals(points)])
-        strategy.tell(points, costs)
-        done += len(points)
-        if min(costs) < best_cost:
-            best, best_cost = points[int(np.argmin(costs))], min(costs)
+        # The strategy draws the same points again, so what was interrupted needs their costs alone.
+        generation = [np.asarray(point, np.float64) for point in strategy.ask()]
+        costs = known.get(f"after {done}", partial(costs_at, generation))
+        strategy.tell(generation, costs)
+        done += len(generation)
+        lowest = int(np.argmin(costs))
+        if costs[lowest] < best_cost:
+            best = generation[lowest]
+            best_cost = costs[lowest]
         progress(done, best_cost)
     return best, done
 
 
-def _cost(r: Array) -> float:
-    return float(r @ r) if np.all(np.isfinite(r)) else 1e9
+def _cost(residual: Array) -> float:
+    """The sum of squares; a rig that cannot be simulated costs more than any other."""
+    if not np.all(np.isfinite(residual)):
+        return 1e9
+    return float(residual @ residual)
 
 
 def difference_quotients(residuals: Residuals, u: Array, step: float = STEP) -> Array:
     """Slopes of the residuals by central differences, one-sided at the ends of the range, shape (rows, k)."""
-    highs = [np.clip(u + step * e, 0.0, 1.0) for e in np.eye(u.size)]
-    lows = [np.clip(u - step * e, 0.0, 1.0) for e in np.eye(u.size)]
+    highs = [np.clip(u + step * axis, 0.0, 1.0) for axis in np.eye(u.size)]
+    lows = [np.clip(u - step * axis, 0.0, 1.0) for axis in np.eye(u.size)]
     values = residuals([*highs, *lows])
-    widths = [float((h - low).sum()) for h, low in zip(highs, lows, strict=True)]
-    pairs = zip(values[: u.size], values[u.size :], widths, strict=True)
-    return np.column_stack([(high - low) / width for high, low, width in pairs])
+    at_highs = values[: u.size]
+    at_lows = values[u.size :]
+    slopes: list[Array] = []
+    for high, low, at_high, at_low in zip(highs, lows, at_highs, at_lows, strict=True):
+        width = float((high - low).sum())  # the two differ in one coordinate
+        slopes.append((at_high - at_low) / width)
+    return np.column_stack(slopes)
 
 
 def one_sided_quotients(residuals: Residuals, u: Array, step: float = STEP) -> Array:
     """Slopes by steps toward the middle of the range, shape (rows, k): half the price where slopes are rough anyway."""
     steps = np.where(u < 0.5, step, -step)
-    here, *there = residuals([u, *(u + steps * e for e in np.eye(u.size))])
-    return np.column_stack([(value - here) / width for value, width in zip(there, steps, strict=True)])
+    neighbours = [u + steps * axis for axis in np.eye(u.size)]
+    here, *there = residuals([u, *neighbours])
+    slopes = [(residual - here) / width for residual, width in zip(there, steps, strict=True)]
+    return np.column_stack(slopes)
 
 
 def local(residuals: Residuals, start: Array, progress: SearchProgress) -> tuple[Array, int]:
@@ -109,13 +137,21 @@ def local(residuals: Residuals, start: Array, progress: SearchProgress) -> tuple
     """
     counted = Counted(residuals, progress)
 
-    def linearise(u: Array) -> Linearisation:
-        r = counted([u])[0]
-        q, triangle = np.linalg.qr(difference_quotients(counted, u, NARROW))
-        return Linearisation(_cost(r), triangle, -(q.T @ r))
+    def cost(u: Array) -> float:
+        (residual,) = counted([u])
+        return _cost(residual)
 
-    problem = Problem(lambda u: _cost(counted([u])[0]), linearise, np.zeros(start.size), np.ones(start.size))
-    return minimise(problem, start, tolerance=1e-6, max_iterations=30, reach=0.3).point, counted.done
+    def linearise(u: Array) -> Linearisation:
+        (residual,) = counted([u])
+        slopes = difference_quotients(counted, u, NARROW)
+        q, triangle = np.linalg.qr(slopes)
+        return Linearisation(_cost(residual), triangle, -(q.T @ residual))
+
+    lower = np.zeros(start.size)
+    upper = np.ones(start.size)
+    problem = Problem(cost, linearise, lower, upper)
+    outcome = minimise(problem, start, tolerance=1e-6, max_iterations=30, reach=0.3)
+    return outcome.point, counted.done
 
 
 def in_rounds(residuals: Residuals, start: Array, rounds: int, progress: SearchProgress) -> tuple[Array, int]:
@@ -133,21 +169,27 @@ def in_rounds(residuals: Residuals, start: Array, rounds: int, progress: SearchP
     from scipy.optimize import lsq_linear
 
     counted = Counted(residuals, progress)
-    best, r = start, counted([start])[0]
+    best = start
+    (residual,) = counted([start])
     for _ in range(rounds):
         slopes = one_sided_quotients(counted, best)
-        least, most = np.maximum(-best, -_FARTHEST), np.minimum(1.0 - best, _FARTHEST)
+        # A step stays in the cube, and is no longer than the slopes are worth.
+        lower = np.maximum(-best, -_FARTHEST)
+        upper = np.minimum(1.0 - best, _FARTHEST)
         tried: list[Array] = []
         for damping in _DAMPINGS:
-            stacked = np.vstack([slopes, np.sqrt(damping) * np.eye(best.size)])
-            wanted = np.concatenate([-r, np.zeros(best.size)])
-            step = lsq_linear(stacked, wanted, (least - 1e-9, most + 1e-9)).x
+            damped = np.sqrt(damping) * np.eye(best.size)
+            stacked = np.vstack([slopes, damped])
+            wanted = np.concatenate([-residual, np.zeros(best.size)])
+            step = lsq_linear(stacked, wanted, (lower - 1e-9, upper + 1e-9)).x
             tried.append(np.clip(best + step, 0.0, 1.0))
-        found = counted(tried)
-        k = int(np.argmin([_cost(each) for each in found]))
-        if not _cost(found[k]) < _cost(r):
+        residuals_of_tried = counted(tried)
+        costs = [_cost(each) for each in residuals_of_tried]
+        lowest = int(np.argmin(costs))
+        if not costs[lowest] < _cost(residual):
             break
-        best, r = tried[k], found[k]
+        best = tried[lowest]
+        residual = residuals_of_tried[lowest]
     return best, counted.done
 
 
@@ -161,15 +203,16 @@ class Counted:
     def __init__(self, residuals: Residuals, progress: SearchProgress) -> None:
         self.done = 0
         self._best = np.inf
-        self._residuals, self._progress = residuals, progress
+        self._residuals = residuals
+        self._progress = progress
 
     def __call__(self, points: Sequence[Array]) -> list[Array]:
         """Residuals at several points."""
-        found: list[Array] = []
+        evaluated: list[Array] = []
         for first in range(0, len(points), _TOLD):
-            more = self._residuals(points[first : first + _TOLD])
-            self.done += len(more)
-            self._best = min([self._best, *map(_cost, more)])
+            some = self._residuals(points[first : first + _TOLD])
+            self.done += len(some)
+            self._best = min([self._best, *map(_cost, some)])
             self._progress(self.done, self._best)
-            found += more
-        return found
+            evaluated += some
+        return evaluated

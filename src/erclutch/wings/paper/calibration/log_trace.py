@@ -20,7 +20,9 @@ from erclutch.wings.rig.twin.part_parameters import parts_of
 from erclutch.wings.rig.twin.twin import PERIOD, substeps
 from erclutch.wings.rig.twin.twin_replay import follow
 
-_SETTLING, _STRETCH, _MOST = 150, 650, 60  # rows, rows, stretches
+_SETTLING = 150  # rows at the start of a stretch that are left out
+_STRETCH = 650  # rows
+_MOST = 60  # stretches
 _APART = 5  # rows of a speed's difference quotient
 
 
@@ -49,7 +51,8 @@ class LogTrace:
             problem = f"sampled at {1 / log.period:g} Hz, and the twin runs at {1 / PERIOD:g} Hz"
             raise CheckError(problem, remedy="Resample the log", where=log.name)
         if not self._starts():
-            problem = f"no stretch without a gap is {(_STRETCH + 2 * _APART) * PERIOD:g} s long"
+            seconds = (_STRETCH + 2 * _APART) * PERIOD
+            problem = f"no stretch without a gap is {seconds:g} s long"
             raise CheckError(problem, remedy="Give a longer log", where=log.name)
 
     @property
@@ -58,33 +61,47 @@ class LogTrace:
         return self.recording.name
 
     def _starts(self) -> list[int]:
-        whole = [
-            start
-            for first, stop in self.recording.segments
-            for start in range(first + _APART, stop - _STRETCH - _APART, _STRETCH)
-        ]
-        if len(whole) <= _MOST:
-            return whole
-        return [whole[round(i * (len(whole) - 1) / (_MOST - 1))] for i in range(_MOST)]
+        """First rows of the stretches, none across a gap; of a long log some, evenly over it."""
+        starts: list[int] = []
+        for first, stop in self.recording.segments:
+            starts += range(first + _APART, stop - _STRETCH - _APART, _STRETCH)
+        if len(starts) <= _MOST:
+            return starts
+        last = len(starts) - 1
+        return [starts[round(number * last / (_MOST - 1))] for number in range(_MOST)]
 
     def residuals(self, rig: RigParameters) -> Array:
         """Torque and speeds of the twin less those of the log, each over its spread in the log."""
         signals = self.recording.signals
-        fields = signals["E1"] - signals["E2"] if "E1" in signals else signals["E"]
-        parts, steps = parts_of(rig), substeps(rig)
-        compared = {"T": signals["T"], "theta": _rate(signals["theta"]), "alpha": _rate(signals["alpha"])}
-        angles = np.column_stack([signals["theta"], signals["alpha"]])
-        out: list[Array] = []
+        theta = signals["theta"]
+        alpha = signals["alpha"]
+        torque = signals["T"]
+        motor_torque = signals["motor_torque"]
+        field = signals["E1"] - signals["E2"] if "E1" in signals else signals["E"]
+        # What a difference is divided by; 1 where a signal never changes.
+        torque_spread = float(np.std(torque)) or 1.0
+        theta_dot_spread = float(np.std(_rate(theta))) or 1.0
+        alpha_dot_spread = float(np.std(_rate(alpha))) or 1.0
+
+        parts = parts_of(rig)
+        steps = substeps(rig)
+        angles = np.column_stack([theta, alpha])
+        residuals: list[Array] = []
         for start in self._starts():
             rows = slice(start, start + _STRETCH)
-            speeds = (angles[start + _APART] - angles[start - _APART]) / (2 * _APART * PERIOD)
-            first = np.array([*angles[start], *speeds, signals["T"][start]], np.float64)
-            log = follow(parts, fields[rows], signals["motor_torque"][rows], first, PERIOD / steps, steps)
-            ours = {"T": log[:, 2], "theta": _rate(log[:, 0]), "alpha": _rate(log[:, 1])}
-            for name, values in compared.items():
-                theirs = signals["T"][rows] if name == "T" else _rate(signals[name][rows])
-                out.append((ours[name] - theirs)[_SETTLING:] / (float(np.std(values)) or 1.0))
-        return np.concatenate(out)
+            turned = angles[start + _APART] - angles[start - _APART]
+            speeds = turned / (2 * _APART * PERIOD)
+            first = np.array([*angles[start], *speeds, torque[start]], np.float64)
+            twin = follow(parts, field[rows], motor_torque[rows], first, PERIOD / steps, steps)
+
+            # Columns of the twin: theta, alpha, torque.
+            torque_apart = twin[:, 2] - torque[rows]
+            theta_dot_apart = _rate(twin[:, 0]) - _rate(theta[rows])
+            alpha_dot_apart = _rate(twin[:, 1]) - _rate(alpha[rows])
+            residuals.append(torque_apart[_SETTLING:] / torque_spread)
+            residuals.append(theta_dot_apart[_SETTLING:] / theta_dot_spread)
+            residuals.append(alpha_dot_apart[_SETTLING:] / alpha_dot_spread)
+        return np.concatenate(residuals)
 
 
 def _rate(angle: Array) -> Array:

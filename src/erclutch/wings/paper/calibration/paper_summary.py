@@ -24,8 +24,16 @@ from erclutch.wings.rig.twin.scenarios import prepare
 #: How near, as the logarithm of a ratio (one standard deviation), each kind of figure is asked to come: Bingham's level
 #: on a run, and the other laws over Bingham there. The order of the models is the paper's point. Levels of what was
 #: held or let go differ more between rigs.
-LEVEL = {"training": 0.15, "zero-field": 0.3, "zero-motion": 0.25}
-RATIO = {"training": 0.08, "zero-field": 0.2, "zero-motion": 0.15}
+LEVEL = {
+    "training": 0.15,
+    "zero-field": 0.3,
+    "zero-motion": 0.25,
+}
+RATIO = {
+    "training": 0.08,
+    "zero-field": 0.2,
+    "zero-motion": 0.15,
+}
 _WARMING = 0.2
 
 
@@ -45,12 +53,16 @@ class Summary:
         """Each figure of the twin, that of the paper, and the tolerance that was asked for."""
         pairs: dict[str, tuple[float, float, float]] = {}
         for run, errors in self.errors.items():
-            base, theirs = errors[BASE], printed(BASE)[run] or np.nan
-            pairs[f"{run} {BASE}"] = (base, theirs, LEVEL[run])
+            bingham = errors[BASE]
+            papers_bingham = printed(BASE)[run] or np.nan
+            pairs[f"{run} {BASE}"] = (bingham, papers_bingham, LEVEL[run])
             for name, error in errors.items():
-                known = printed(name)[run]
-                if name != BASE and known is not None:
-                    pairs[f"{run} {name} over Bingham"] = (error / base, known / theirs, RATIO[run])
+                papers_error = printed(name)[run]
+                if name == BASE or papers_error is None:
+                    continue
+                ratio = error / bingham
+                papers_ratio = papers_error / papers_bingham
+                pairs[f"{run} {name} over Bingham"] = (ratio, papers_ratio, RATIO[run])
         pairs["warming"] = (self.warming, WARMING, _WARMING)
         return pairs
 
@@ -87,7 +99,8 @@ class PaperSummary:
         residuals: list[float] = []
         for figure, (ours, theirs, tolerance) in pairs.items():
             weight = self.held if is_held_ratio(figure) else 1.0
-            apart = np.log(max(ours, 1e-12) / theirs) / tolerance
+            share = max(ours, 1e-12) / theirs
+            apart = np.log(share) / tolerance
             residuals.append(weight * apart)
         return np.array(residuals)
 
@@ -102,7 +115,10 @@ def summarise(rig: RigParameters, seeds: Sequence[int], seconds: float = 60.0, t
     of_seeds = [_errors(rig, seed, seconds, thin) for seed in seeds]
     means: dict[str, dict[str, float]] = {}
     for run, laws in of_seeds[0].items():
-        means[run] = {law: float(np.mean([errors[run][law] for errors in of_seeds])) for law in laws}
+        means[run] = {}
+        for law in laws:
+            errors = [errors_by_run[run][law] for errors_by_run in of_seeds]
+            means[run][law] = float(np.mean(errors))
     return Summary(means, warming(rig, seeds[0]))
 
 
@@ -126,8 +142,10 @@ def _errors(rig: RigParameters, seed: int, seconds: float, thin: int) -> dict[st
 def thinned(data: Dataset, step: int) -> Dataset:
     """Every step-th row, for models without memory."""
     some = data.picked(slice(None, None, step))
-    span = Span(0, some.rows, (data.clock.spans[0].period or 1e-3) * step)
-    return replace(some, clock=Clock(some.clock.time, (span,)))
+    period = data.clock.spans[0].period or 1e-3  # [s]
+    span = Span(0, some.rows, period * step)
+    clock = Clock(some.clock.time, (span,))
+    return replace(some, clock=clock)
 
 
 def warming(rig: RigParameters, seed: int, seconds: float = 10.0) -> float:
@@ -137,5 +155,7 @@ def warming(rig: RigParameters, seed: int, seconds: float = 10.0) -> float:
     capacity = rig.value("thermal.capacity")  # [J/K]
     loss = rig.value("thermal.loss")  # [W/K]
     # The heat of the short run warms a body of that capacity and loss for 1200 s.
-    heat = capacity * (warm[-1] - warm[0]) / seconds + loss * float(warm.mean())  # [W]
-    return float(heat / loss * -np.expm1(-1200.0 * loss / capacity))
+    kept = capacity * (warm[-1] - warm[0]) / seconds  # [W]
+    heat = kept + loss * float(warm.mean())  # [W]
+    share = -np.expm1(-1200.0 * loss / capacity)  # of the final warming
+    return float(heat / loss * share)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -81,6 +80,8 @@ def calibrate_twin(
     from dataclasses import replace
 
     from erclutch.wings.paper.calibration.calibrate import calibrate
+    from erclutch.wings.paper.calibration.log_trace import LogTrace
+    from erclutch.wings.paper.calibration.paper_summary import PaperSummary
     from erclutch.wings.rig.twin.parameters_file import write_rig
 
     require(5, 3600, " s", seconds=seconds)
@@ -88,16 +89,25 @@ def calibrate_twin(
     require(1, workers=workers, runs=runs)
     require(0.0, held=held)
     may_write_file(out, force)
-    start = load_rig(rig_file).begun_here() if go_on else load_rig(rig_file)
-    target = _target(log, range(seed, seed + runs), seconds, held, replace(reading, device="coaxial"))
+    start = load_rig(rig_file)
+    if go_on:
+        start = start.begun_here()
+    target: CalibrationTarget
+    if log is None:
+        seeds = tuple(range(seed, seed + runs))
+        target = PaperSummary(seeds, seconds, held)
+    else:
+        recordings = replace(reading, device="coaxial").read([log])
+        target = LogTrace(recordings[0])
     names = vary or open_parameters(start, log is not None)
     journal = out.with_suffix(".journal")
+    of_rounds = rounds * (len(names) + 4)  # rigs: a slope a parameter, and four steps
+    total = evaluations + of_rounds
     if not json:
         terminal.tell(
-            f"TWIN: {evaluations} rigs are simulated, then some {rounds * (len(names) + 4)} more. "
+            f"TWIN: {evaluations} rigs are simulated, then some {of_rounds} more. "
             f"After Ctrl-C the same command goes on from {journal}."
         )
-    total = evaluations + rounds * (len(names) + 4)
     with terminal.progress("TWIN: calibrating") as bar:
 
         def told(done: int, cost: float) -> None:
@@ -117,24 +127,22 @@ def calibrate_twin(
     write_rig(out, found.rig, _about(found, target))
     journal.unlink(missing_ok=True)
     if json:
-        about = {name: getattr(found, name) for name in ("target", "before", "after", "evaluations")}
-        parameters = [{**asdict(each), "unit": found.rig.entry(each.path).unit} for each in found.parameters]
-        terminal.say_json({**about, "parameters": parameters, "rig_file": str(out)})
+        parameters: list[dict[str, Any]] = []
+        for parameter in found.parameters:
+            unit = found.rig.entry(parameter.path).unit
+            parameters.append({**asdict(parameter), "unit": unit})
+        about = {
+            "target": found.target,
+            "before": found.before,
+            "after": found.after,
+            "evaluations": found.evaluations,
+            "parameters": parameters,
+            "rig_file": str(out),
+        }
+        terminal.say_json(about)
         return
     _print(found)
     terminal.say(f"{out}: use it with --rig-file {out}")
-
-
-def _target(
-    log: Path | None, seeds: Iterable[int], seconds: float, held: float, reading: LogOptions
-) -> CalibrationTarget:
-    if log is None:
-        from erclutch.wings.paper.calibration.paper_summary import PaperSummary
-
-        return PaperSummary(tuple(seeds), seconds, held)
-    from erclutch.wings.paper.calibration.log_trace import LogTrace
-
-    return LogTrace(reading.read([log])[0])
 
 
 def open_parameters(rig: RigParameters, with_log: bool) -> tuple[str, ...]:
@@ -142,18 +150,20 @@ def open_parameters(rig: RigParameters, with_log: bool) -> tuple[str, ...]:
 
     Without a log also how commands are drawn, and ALSO_OPEN.
     """
-    made_before = ("calibrated", "prototype")
-    entries = {f"{section}.{key}": entry for section, names in rig.entries.items() for key, entry in names.items()}
-    if with_log:
-        known = ("excitation.", "thermal.")  # the log holds its own commands, and its heat is too slow to show
-        return tuple(p for p, entry in entries.items() if entry.source in made_before and not p.startswith(known))
-    return tuple(
-        path
-        for path, entry in entries.items()
-        if entry.source in made_before
-        or path in ALSO_OPEN
-        or (path.startswith("excitation.") and entry.source == "assumed")
-    )
+    of_log = ("excitation.", "thermal.")  # a log holds its own commands, and its heat is too slow to show
+    paths: list[str] = []
+    for section, entries in rig.entries.items():
+        for key, entry in entries.items():
+            path = f"{section}.{key}"
+            made_before = entry.source in ("calibrated", "prototype")
+            if with_log:
+                is_open = made_before and not path.startswith(of_log)
+            else:
+                drawn = path.startswith("excitation.") and entry.source == "assumed"
+                is_open = made_before or path in ALSO_OPEN or drawn
+            if is_open:
+                paths.append(path)
+    return tuple(paths)
 
 
 def _about(found: Calibration, target: CalibrationTarget) -> dict[str, Any]:
@@ -172,24 +182,28 @@ def _about(found: Calibration, target: CalibrationTarget) -> dict[str, Any]:
     }
     if isinstance(target, PaperSummary):
         pairs = summarise(found.rig, target.seeds, target.seconds, target.thin).against_paper()
+        figures: dict[str, list[float]] = {}
+        for name, (ours, papers, _) in pairs.items():
+            figures[name] = [float(f"{ours:.4g}"), float(f"{papers:.4g}")]
         about["seeds"] = list(target.seeds)
-        about["figures"] = {k: [float(f"{a:.4g}"), float(f"{b:.4g}")] for k, (a, b, _) in pairs.items()}
+        about["figures"] = figures
     return about
 
 
 def _print(found: Calibration) -> None:
     number = terminal.number
-    rows = [
-        [
-            c.path,
-            number(c.start),
-            number(c.value) + (f" (at its {c.at_bound} limit)" if c.at_bound else ""),
-            f"{number(c.low, 3)} - {number(c.high, 3)}",
-            found.rig.entry(c.path).unit,
-            f"{c.learnt:.0%}",
+    rows: list[list[str]] = []
+    for parameter in found.parameters:
+        limit = f" (at its {parameter.at_bound} limit)" if parameter.at_bound else ""
+        row = [
+            parameter.path,
+            number(parameter.start),
+            number(parameter.value) + limit,
+            f"{number(parameter.low, 3)} - {number(parameter.high, 3)}",
+            found.rig.entry(parameter.path).unit,
+            f"{parameter.learnt:.0%}",
         ]
-        for c in found.parameters
-    ]
+        rows.append(row)
     heads = ["parameter", "start", "value", "95 % interval", "unit", "learnt"]
     terminal.tell(terminal.table(f"TWIN calibrated to {found.target}", heads, rows, left=1))
     terminal.tell(

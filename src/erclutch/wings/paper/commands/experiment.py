@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -20,8 +21,8 @@ if TYPE_CHECKING:
     from rich.table import Table
 
     from erclutch.wings.paper.hand_experiments import HandName
-    from erclutch.wings.paper.online import ErrorLine, OnlineTrace
-    from erclutch.wings.paper.torque_control import ControlRun
+    from erclutch.wings.paper.online import OnlineTrace
+    from erclutch.wings.paper.torque_control import ControlRun, Figures
 
 COMMAND = {
     "help": "Run the paper's online experiments with the live loop: figures 7 to 13.",
@@ -65,14 +66,15 @@ def experiment(
     from erclutch.wings.paper.online import EXPERIMENTS, experiment_of
 
     if name is None:
-        rows = [[e.name, e.meaning, f"{e.seconds:g} s"] for e in EXPERIMENTS.values()]
+        heads = ["name", "what", "length"]
+        rows = [[each.name, each.meaning, f"{each.seconds:g} s"] for each in EXPERIMENTS.values()]
         rows.append(["control", "torque control: models, observers, a device that changes", "80 s a case"])
         rows.append(["impedance", "stiffness and damping that a hand feels at the output", "70 s a case"])
         rows.append(["wall", "a brake as a wall: step, drag, stiffness, letting go", "32 s a case"])
         if json:
-            terminal.say_json([dict(zip(("name", "what", "length"), row, strict=True)) for row in rows])
-            return
-        terminal.tell(terminal.table("Experiments with the live loop", ["name", "what", "length"], rows, left=2))
+            terminal.say_json([dict(zip(heads, row, strict=True)) for row in rows])
+        else:
+            terminal.tell(terminal.table("Experiments with the live loop", heads, rows, left=2))
         return
     if json:
         remedy = "Leave --json out, or leave NAME out for the list"
@@ -85,13 +87,19 @@ def experiment(
         return
     names = list(EXPERIMENTS) if name == "all" else [experiment_of(name).name]
     if real_time and name == "all":
-        left_out = [n for n in names if EXPERIMENTS[n].encoders]
-        names = [n for n in names if n not in left_out]
+        left_out = [each for each in names if EXPERIMENTS[each].encoders]
+        names = [each for each in names if each not in left_out]
         terminal.tell(f"left out, for it does not run in real time: {', '.join(left_out)}")
-    run_online(names, run, rig_file, out, {"seconds": seconds, "seed": seed, "real_time": real_time})
+    options = {
+        "seconds": seconds,
+        "seed": seed,
+        "real_time": real_time,
+    }
+    run_online(names, run, rig_file, out, options)
 
 
 def _over_seeds(name: Literal["control"] | HandName, seeds: int, rig_file: Path | None, out: Path) -> None:
+    """Run an experiment on so many seeds; print its table and draw its figure."""
     from erclutch.report.plots.matplotlib_painter import save_plot
     from erclutch.wings.paper.control_figure import describe_control
     from erclutch.wings.paper.hand_experiments import describe_impedance, describe_wall, hand_points, hand_runs
@@ -105,65 +113,125 @@ def _over_seeds(name: Literal["control"] | HandName, seeds: int, rig_file: Path 
             runs = control_runs(seeds, rig, kept_runs(out, rig), bar)
         else:
             runs = hand_runs(name, seeds, rig, hand_points(out, rig, name), bar)
-    terminal.tell(_control_table(runs, seeds) if name == "control" else _hand_table(name, runs, seeds))
-    describe = {"control": describe_control, "impedance": describe_impedance, "wall": describe_wall}[name]
-    terminal.say(*save_plot(describe(runs), out / f"{name}.png"))
+    if name == "control":
+        table = _control_table(runs, seeds)
+        plot = describe_control(runs)
+    elif name == "impedance":
+        table = _impedance_table(runs, seeds)
+        plot = describe_impedance(runs)
+    else:
+        table = _wall_table(runs, seeds)
+        plot = describe_wall(runs)
+    terminal.tell(table)
+    terminal.say(*save_plot(plot, out / f"{name}.png"))
 
 
 def _control_table(runs: list[ControlRun], seeds: int) -> Table:
-    """Means over the seeds, and the worst seed of what the models do not know."""
+    """Means over the seeds, and of how many seeds a promise holds."""
     from erclutch.wings.paper.torque_control import INVERSES, KNOWS, WITHHELD
 
-    first = (next(iter(INVERSES)), next(iter(KNOWS)))
-    plain = [float(run.figures["chirp"]) for run in runs if (run.model, run.knows) == first]
-
-    def row(model: str, knows: str) -> list[str]:
-        own = [run.figures for run in runs if (run.model, run.knows) == (model, knows)]
-
-        def mean(name: str) -> float:
-            return sum(float(figures[name]) for figures in own) / len(own)
-
-        shares = [f"{100.0 * mean(name):.2f}" for name in ("chirp", "steps", "random")]
-        reach = [f"{mean(name):.0f}" for name in ("bandwidth", "within 10 %")]
-        still = f"{sum(bool(figures['locked']) for figures in own)}/{len(own)}"
-        shares.append(f"{sum(3.0 * f['chirp'] <= base for f, base in zip(own, plain, strict=True))}/{len(own)}")
-        return [model, knows, *shares, *reach, still, *(f"{100.0 * mean(name):.2f}" for name in WITHHELD)]
-
+    # The plainest controller is what the others are compared with.
+    plainest = _figures_of(runs, next(iter(INVERSES)), next(iter(KNOWS)))
+    rows: list[list[str]] = []
+    for model, knows in product(INVERSES, KNOWS):
+        of_seeds = _figures_of(runs, model, knows)
+        count = len(of_seeds)
+        thrice_below = 0  # seeds
+        still = 0  # seeds
+        for figures, plain in zip(of_seeds, plainest, strict=True):
+            thrice_below += 3.0 * figures["chirp"] <= float(plain["chirp"])
+            still += bool(figures["locked"])
+        means: dict[str, float] = {}
+        for name in ("chirp", "steps", "random", "bandwidth", "within 10 %", *WITHHELD):
+            means[name] = sum(float(figures[name]) for figures in of_seeds) / count
+        row = [
+            model,
+            knows,
+            f"{100.0 * means['chirp']:.2f}",
+            f"{100.0 * means['steps']:.2f}",
+            f"{100.0 * means['random']:.2f}",
+            f"{thrice_below}/{count}",
+            f"{means['bandwidth']:.0f}",
+            f"{means['within 10 %']:.0f}",
+            f"{still}/{count}",
+        ]
+        row += [f"{100.0 * means[name]:.2f}" for name in WITHHELD]
+        rows.append(row)
     heads = ["inverse of", "controller", "chirp", "steps", "random", "3 x below", "-3 dB", "10 %", "locked", *WITHHELD]
     title = f"TWIN, torque control, means of {seeds} seeds: RMS in % of the range, Hz, and chirps on a changed device"
-    return terminal.table(title, heads, [row(m, k) for m in INVERSES for k in KNOWS], left=2)
+    return terminal.table(title, heads, rows, left=2)
 
 
-def _hand_table(name: HandName, runs: list[ControlRun], seeds: int) -> Table:
-    """Means over the seeds, and how many seeds keep their promise."""
+def _figures_of(runs: list[ControlRun], model: str, knows: str) -> list[Figures]:
+    """The figures of a model with a controller, a value a seed."""
+    return [run.figures for run in runs if run.model == model and run.knows == knows]
+
+
+def _impedance_table(runs: list[ControlRun], seeds: int) -> Table:
+    """Means over the seeds, and of how many seeds no damping is negative."""
     import numpy as np
 
-    from erclutch.wings.paper.hand_experiments import CALM, DAMPING, FREQUENCIES, KNOWN, STIFFNESS, WALLS
+    from erclutch.wings.paper.hand_experiments import DAMPING, FREQUENCIES, KNOWN, STIFFNESS
     from erclutch.wings.paper.torque_control import INVERSES
 
-    def row(model: str, knows: str) -> list[str]:
-        own = [run.figures for run in runs if (run.model, run.knows) == (model, knows)]
-        of = {key: np.array([figures[key] for figures in own], np.float64) for key in own[0]}
-        if name == "impedance":
-            shares = [*(of["stiffness"][:, :5] / STIFFNESS).mean(axis=0), *(of["damping"] / DAMPING).mean(axis=0)]
-            passive = int(np.count_nonzero(of["damping"].min(axis=1) > 0.0))
-            return [model, knows, *(f"{share:.2f}" for share in shares), f"{passive}/{len(own)}"]
-        step = [
-            f"{1e3 * of['rise'].mean():.1f}",
-            f"{100 * of['overshoot'].mean():.0f}",
-            f"{1e3 * of['drag'].mean():.1f}",
-        ]
-        calm = [wall for wall, swing in zip(WALLS, of["swing"].max(axis=0), strict=True) if swing < CALM]
-        stiffest = f"{max(calm):g}" if calm else "none"
-        return [model, knows, *step, stiffest, f"{1e3 * of['pull'].mean():.0f}"]
-
-    heads = [*(f"K {f:g} Hz" for f in FREQUENCIES[:5]), *(f"D {f:g}" for f in FREQUENCIES), "passive"]
+    rows: list[list[str]] = []
+    for model, knows in product(INVERSES, KNOWN):
+        of_seeds = _figures_of(runs, model, knows)
+        stiffness = np.array([figures["stiffness"] for figures in of_seeds], np.float64)  # (seeds, frequencies)
+        damping = np.array([figures["damping"] for figures in of_seeds], np.float64)
+        stiffness_shares = (stiffness[:, :5] / STIFFNESS).mean(axis=0)
+        damping_shares = (damping / DAMPING).mean(axis=0)
+        passive = np.count_nonzero(damping.min(axis=1) > 0.0)  # seeds
+        row = [model, knows]
+        row += [f"{share:.2f}" for share in [*stiffness_shares, *damping_shares]]
+        row.append(f"{passive}/{len(of_seeds)}")
+        rows.append(row)
+    heads = ["inverse of", "controller"]
+    heads += [f"K {frequency:g} Hz" for frequency in FREQUENCIES[:5]]
+    heads += [f"D {frequency:g}" for frequency in FREQUENCIES]
+    heads.append("passive")
     title = f"TWIN, means of {seeds} seeds: stiffness and damping that a hand feels, over what was asked"
-    if name == "wall":
-        heads = ["rise [ms]", "overshoot [%]", "drag [mN m]", "calm to [N m/rad]", "pull [mN m]"]
-        title = f"TWIN brake, means of {seeds} seeds; calm in all of them"
-    rows = [row(model, knows) for model in INVERSES for knows in KNOWN]
-    return terminal.table(title, ["inverse of", "controller", *heads], rows, left=2)
+    return terminal.table(title, heads, rows, left=2)
+
+
+def _wall_table(runs: list[ControlRun], seeds: int) -> Table:
+    """Means over the seeds, and the stiffest wall that is calm in all of them."""
+    import numpy as np
+
+    from erclutch.wings.paper.hand_experiments import CALM, KNOWN, WALLS
+    from erclutch.wings.paper.torque_control import INVERSES
+
+    rows: list[list[str]] = []
+    for model, knows in product(INVERSES, KNOWN):
+        of_seeds = _figures_of(runs, model, knows)
+        means: dict[str, float] = {}
+        for name in ("rise", "overshoot", "drag", "pull"):
+            means[name] = np.array([figures[name] for figures in of_seeds], np.float64).mean()
+        swings = np.array([figures["swing"] for figures in of_seeds], np.float64)  # (seeds, walls)
+        calm: list[float] = []  # stiffnesses
+        for stiffness, swing in zip(WALLS, swings.max(axis=0), strict=True):
+            if swing < CALM:
+                calm.append(stiffness)
+        row = [
+            model,
+            knows,
+            f"{1e3 * means['rise']:.1f}",
+            f"{100 * means['overshoot']:.0f}",
+            f"{1e3 * means['drag']:.1f}",
+            f"{max(calm):g}" if calm else "none",
+            f"{1e3 * means['pull']:.0f}",
+        ]
+        rows.append(row)
+    heads = [
+        "inverse of",
+        "controller",
+        "rise [ms]",
+        "overshoot [%]",
+        "drag [mN m]",
+        "calm to [N m/rad]",
+        "pull [mN m]",
+    ]
+    return terminal.table(f"TWIN brake, means of {seeds} seeds; calm in all of them", heads, rows, left=2)
 
 
 def run_online(
@@ -183,61 +251,69 @@ def run_online(
     from erclutch.wings.rig.twin_model import twin_models
 
     rig = load_rig(rig_file)
-    first = file_of(of_run, None) or twin_models(rig, ("fnn-16",), terminal.console())[0]
+    online = file_of(of_run, None) or twin_models(rig, ("fnn-16",), terminal.console())[0]
+    chosen = live_model(online, "coaxial")
     options["rig_file"] = "" if rig_file is None else str(rig_file.resolve())
-    chosen = live_model(first, "coaxial")
     for name in names:
-        rivals = twin_models(rig, _RIVALS, terminal.console()) if EXPERIMENTS[name].rivals else []
-        saved = [load_model(path) for path in (first, *rivals)]
-        for figure, trace in enumerate(run(name, chosen, saved, rig, **options), start=FIGURE_OF[name]):
-            if only in (None, figure):
-                _show(name, trace, figure, out / (f"figure-{figure}" if only is None else f"fig{figure}"))
+        files = [online]
+        if EXPERIMENTS[name].rivals:
+            files += twin_models(rig, _RIVALS, terminal.console())
+        saved = [load_model(file) for file in files]
+        traces = run(name, chosen, saved, rig, **options)
+        for figure, trace in enumerate(traces, start=FIGURE_OF[name]):
+            if only is None:
+                _show(name, trace, figure, out / f"figure-{figure}")
+            elif figure == only:
+                _show(name, trace, figure, out / f"fig{figure}")
 
 
 def _show(name: str, trace: OnlineTrace, figure: int, stem: Path) -> None:
-    from erclutch.report.plots.matplotlib_painter import save_plot
-    from erclutch.wings.paper.online import lines
-    from erclutch.wings.paper.online_figures import describe_online
-
-    terminal.tell(_table(name, trace, lines(trace)))
-    pictures = (stem.with_name(f"{stem.name}.{kind}") for kind in ("pdf", "png"))
-    terminal.say(*_sentences(name, trace))
-    terminal.say(*save_plot(describe_online(trace, figure), *pictures))
-
-
-def _table(name: str, trace: OnlineTrace, shown: list[ErrorLine]) -> Table:
-    from erclutch.wings.paper.tables import printed
-
-    rows: list[list[str]] = []
-    for line in shown:
-        paper = printed(line.model).get(name)
-        figures = (f"{line.mse:.3e}", f"{line.rmse:.5f}", f"{line.largest:.4f}", f"{line.share:.1%}")
-        rows.append([line.model, *figures, f"{line.outside:.1%}", "-" if paper is None else f"{paper:.3e}"])
-    heads = ["model", "MSE [N2m2]", "RMSE [N m]", "largest [N m]", "of the std", "outside", "MSE, paper's rig"]
-    return terminal.table(f"TWIN, {trace.name}: {shown[0].rows:,} samples", heads, rows)
-
-
-def _sentences(name: str, trace: OnlineTrace) -> list[str]:
+    """Print what a run came to, and draw its figure."""
     import numpy as np
 
-    said = [
+    from erclutch.report.plots.matplotlib_painter import save_plot
+    from erclutch.wings.paper.online import lines, tracking_error, trial
+    from erclutch.wings.paper.online_figures import describe_online
+    from erclutch.wings.paper.tables import printed
+
+    errors = lines(trace)
+    rows: list[list[str]] = []
+    for line in errors:
+        paper = printed(line.model).get(name)
+        row = [
+            line.model,
+            f"{line.mse:.3e}",
+            f"{line.rmse:.5f}",
+            f"{line.largest:.4f}",
+            f"{line.share:.1%}",
+            f"{line.outside:.1%}",
+            "-" if paper is None else f"{paper:.3e}",
+        ]
+        rows.append(row)
+    heads = ["model", "MSE [N2m2]", "RMSE [N m]", "largest [N m]", "of the std", "outside", "MSE, paper's rig"]
+    terminal.tell(terminal.table(f"TWIN, {trace.name}: {errors[0].rows:,} samples", heads, rows))
+
+    terminal.say(
         f"online estimate against the compiled model offline: {trace.compiled_off:.1e} N m at most; "
         f"against NumPy, where inside the training range and not limited: {trace.numpy_off:.1e} N m"
-    ]
+    )
     if name == "tracking":
-        from erclutch.wings.paper.online import lines, tracking_error, trial
-
-        first, last = (lines(trace, trial(trace, n))[0].rmse for n in (0, -1))
-        said.append(
+        first = lines(trace, trial(trace, 0))[0].rmse
+        last = lines(trace, trial(trace, -1))[0].rmse
+        terminal.say(
             f"tracking error {tracking_error(trace):.3f} rad rms; RMSE of the first trial {first:.5f}, "
             f"of the last {last:.5f} N m; warmer by {trace.warming:.2f} K (paper, after both: {WARMING} K)"
         )
     if trace.other_alpha is not None:
-        alpha, estimate = trace.other_alpha
-        off = alpha - trace.frames["alpha"]
-        apart = estimate - trace.estimates[next(iter(trace.estimates))]
-        said.append(
-            f"linear less rotary encoder: {1e3 * np.std(off):.2f} mrad rms; estimates apart by "
-            f"{np.sqrt(np.mean(apart[100:] ** 2)):.5f} N m rms"
+        alpha, with_other = trace.other_alpha
+        online = next(iter(trace.estimates.values()))
+        angle_apart = 1e3 * np.std(alpha - trace.frames["alpha"])  # [mrad]
+        settled = (with_other - online)[100:]  # [N m]
+        torque_apart = np.sqrt(np.mean(settled**2))
+        terminal.say(
+            f"linear less rotary encoder: {angle_apart:.2f} mrad rms; estimates apart by {torque_apart:.5f} N m rms"
         )
-    return said
+
+    pdf = stem.with_name(f"{stem.name}.pdf")
+    png = stem.with_name(f"{stem.name}.png")
+    terminal.say(*save_plot(describe_online(trace, figure), pdf, png))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -119,14 +120,24 @@ def reproduce(
 
     # How the runs are made, as a value: each process that a sweep starts makes them anew.
     if log:
-        others = {"zero-field": zero_field, "zero-motion": zero_motion} if what == "table3" else {"test": test_log}
-        given = tuple((name, path.resolve()) for name, path in others.items() if path)
-        logs = tuple(each.resolve() for each in log)
-        own = (("log", logs), ("others", given), ("what", what), ("reading", reading))
-        recipe = RunsRecipe(_own_runs, own)
+        others = {"test": test_log}
+        if what == "table3":
+            others = {"zero-field": zero_field, "zero-motion": zero_motion}
+        own = {
+            "log": tuple(path.resolve() for path in log),
+            "others": tuple((name, path.resolve()) for name, path in others.items() if path),
+            "what": what,
+            "reading": reading,
+        }
+        recipe = RunsRecipe(_own_runs, tuple(own.items()))
     else:
-        twin = (("what", what), ("rig", rig_file), ("seed", seed), ("seconds", seconds))
-        recipe = RunsRecipe(_twin_runs, twin)
+        of_twin = {
+            "what": what,
+            "rig": rig_file,
+            "seed": seed,
+            "seconds": seconds,
+        }
+        recipe = RunsRecipe(_twin_runs, tuple(of_twin.items()))
 
     if what in ("fig4", "fig5", "kernels"):
         with task_pool(cluster, workers) as pool:
@@ -137,7 +148,7 @@ def reproduce(
         _memory(runs, origin, out, seed, polish, None if log else load_rig(rig_file), json)
     elif what == "fig6":
         train, test = runs.values()
-        models = COMPARED if train.device == "coaxial" else [name.removesuffix("/forward") for name in COMPARED]
+        models = _of_device(COMPARED, train)
         with terminal.progress("fitting") as bar:
             rows = table({"training": train}, models=models, seed=seed, polish=polish, progress=bar)
         terminal.say(*draw_estimates(test, rows, out, origin))
@@ -148,7 +159,16 @@ def reproduce(
 def _runs_of(recipe: RunsRecipe) -> tuple[dict[str, Dataset], str]:
     """The runs by name, and where they are from."""
     runs = recipe.make(**dict(recipe.options))
-    return dict(runs), next(iter(runs.values())).origins[0] or "your log"
+    train = next(iter(runs.values()))
+    origin = train.origins[0] or "your log"
+    return dict(runs), origin
+
+
+def _of_device(models: Sequence[str], train: Dataset) -> Sequence[str]:
+    """Names of the paper's models for a device: the slip of a single one turns, so no law keeps the sign of driving."""
+    if train.device == "coaxial":
+        return models
+    return [name.removesuffix("/forward") for name in models]
 
 
 def _twin_runs(what: What, rig: Path | None, seed: int, seconds: float) -> dict[str, Dataset]:
@@ -177,110 +197,17 @@ def _own_runs(
 
 def _table(what: What, runs: dict[str, Dataset], origin: str, out: Path, seed: int, polish: bool, json: bool) -> None:
     from erclutch.report.plots.paper_style import placed, save_numbers
-    from erclutch.wings.paper.tables import table
+    from erclutch.wings.paper.tables import printed, table
 
     # Table III has figures of some approaches alone.
     names: list[str] = []
     for name, approach in APPROACHES.items():
         if what == "table2" or approach.zero_field is not None:
             names.append(name)
-    device = next(iter(runs.values())).device
-    if device == "single":  # the slip turns, so no law keeps the sign in which the device drives
-        names = [name.removesuffix("/forward") for name in names]
+    train = next(iter(runs.values()))
+    models = _of_device(names, train)
     with terminal.progress("fitting") as bar:
-        rows = table(runs, models=names, seed=seed, polish=polish, progress=bar)
-    header, lines = _numbers(rows, list(runs))
-    files = [save_numbers(out / f"{what}.csv", header, lines), out / f"{what}.tex"]
-    shown = list(runs) if what == "table2" else list(runs)[1:]
-    with placed(out / f"{what}.tex") as partial:
-        partial.write_text(_latex(rows, shown, origin), encoding="utf-8")
-    if json:
-        _say_json(origin, header, lines, files)
-        return
-    screen = terminal.console()
-    lengths = ", ".join(f"{name} {data.rows:,} rows" for name, data in runs.items())
-    terminal.tell(f"{origin}: {lengths}. Mean squared errors; paper: as Huang and Ishikawa print them.")
-    screen.print(_printed(what, rows, list(runs), origin, screen.width))
-    seconds = sum(row.seconds for row in rows)
-    terminal.tell(f"{len(rows)} models in {seconds:.1f} CPU s")
-    terminal.say(*files)
-
-
-def _say_json(origin: str, header: Sequence[str], lines: Sequence[Sequence[object]], files: Sequence[object]) -> None:
-    """The numbers of a table, an entry a model; null where there is none."""
-    rows = [{key: None if cell == "" else cell for key, cell in zip(header, line, strict=True)} for line in lines]
-    terminal.say_json({"data": origin, "rows": rows, "files": [str(file) for file in files]})
-
-
-def _printed(what: What, rows: list[Row], runs: list[str], origin: str, width: int) -> Any:
-    """The table; on a narrow screen bands, seconds and ratios are left out, in this order."""
-    from erclutch.wings.paper.tables import printed
-
-    paper = [printed(row.name) for row in rows]
-    names = [APPROACHES[row.name].title if row.name in APPROACHES else row.title for row in rows]
-    cells: dict[str, list[str]] = {"model": names}
-    shown = runs if what == "table2" else runs[1:]
-    for run in shown:
-        cells[f"{run}\n{origin}"] = [f"{row.errors[run]:.3e}" for row in rows]
-        cells[f"{run}\n95 % band"] = [f"{row.bands[run][0]:.1e} - {row.bands[run][1]:.1e}" for row in rows]
-        cells[f"{run}\npaper"] = [_or_dash(figures.get(run), "{:.3e}") for figures in paper]
-    to_bingham: list[str] = []
-    for run in runs[:1] if what == "table2" else shown:
-        ours, theirs = _to_bingham(rows, run)
-        heading = "to Bingham" if what == "table2" else f"{run}\nto Bingham"
-        cells[f"{heading}\n{origin}"] = [f"{ratio:.3f}" for ratio in ours]
-        cells[f"{heading}\npaper"] = [_or_dash(ratio, "{:.3f}") for ratio in theirs]
-        to_bingham = [f"{heading}\npaper", f"{heading}\n{origin}", *to_bingham]
-    cells["CPU s"] = [f"{row.seconds:.2f}" for row in rows]
-    less_needed = [f"{run}\n95 % band" for run in shown] + ["CPU s", *to_bingham]
-    number = {"table2": "II", "table3": "III"}[what]
-    return terminal.narrowed(f"Table {number}: {origin} beside the paper", cells, less_needed, width)
-
-
-def _to_bingham(rows: list[Row], run: str) -> tuple[list[float], list[float | None]]:
-    """Errors on a run over that of the first model, which is Bingham's: ours, and the paper's."""
-    from erclutch.wings.paper.tables import printed
-
-    bingham = rows[0]
-    bingham_of_paper = printed(bingham.name).get(run)
-    ours: list[float] = []
-    theirs: list[float | None] = []
-    for row in rows:
-        ours.append(row.errors[run] / bingham.errors[run])
-        error = printed(row.name).get(run)
-        ratio = None
-        if error is not None and bingham_of_paper:
-            ratio = error / bingham_of_paper
-        theirs.append(ratio)
-    return ours, theirs
-
-
-def _latex(rows: list[Row], runs: list[str], origin: str) -> str:
-    """The table for a paper: errors with 95 % bands, the paper's own, and their ratios to Bingham."""
-    from erclutch.report.printed_table import PRINTERS, Interval, PaperTable
-    from erclutch.wings.paper.tables import printed
-
-    names = [APPROACHES[row.name].title if row.name in APPROACHES else row.title for row in rows]
-    lines: list[list[str | int | Interval]] = [[name] for name in names]
-    header = ["Model"]
-    for run in runs:
-        header += [f"{run}, {origin}", f"{run}, low", f"{run}, high", f"{run}, paper", "to Bingham", "paper"]
-        for line, row, ours, theirs in zip(lines, rows, *_to_bingham(rows, run), strict=True):
-            known = printed(row.name).get(run)
-            line += [(row.errors[run], *row.bands[run]), "" if known is None else f"{known:.4e}".replace("e-0", "e-")]
-            line += [f"{ours:.3f}", "" if theirs is None else f"{theirs:.3f}"]
-    caption = f"Mean squared errors with 95 % bands on {origin} data, beside those that Huang and Ishikawa print."
-    return PRINTERS["latex"](PaperTable(header, lines, caption))
-
-
-def _or_dash(value: float | None, form: str) -> str:
-    """A number in a form such as ``{:.3f}``; a dash where there is none."""
-    return "-" if value is None else form.format(value)
-
-
-def _numbers(rows: list[Row], runs: list[str]) -> tuple[list[str], list[tuple[object, ...]]]:
-    """Header and lines of the table's CSV."""
-    from erclutch.wings.paper.tables import printed
+        rows = table(runs, models=models, seed=seed, polish=polish, progress=bar)
 
     header = ["model", "parameters", "cpu_s"]
     for run in runs:
@@ -292,7 +219,125 @@ def _numbers(rows: list[Row], runs: list[str]) -> tuple[list[str], list[tuple[ob
             paper = printed(row.name).get(run)
             line += [row.errors[run], *row.bands[run], "" if paper is None else paper]
         lines.append(tuple(line))
-    return header, lines
+    numbers = save_numbers(out / f"{what}.csv", header, lines)
+    latex = out / f"{what}.tex"
+    shown = list(runs) if what == "table2" else list(runs)[1:]
+    with placed(latex) as unfinished:
+        unfinished.write_text(_latex(rows, shown, origin), encoding="utf-8")
+    if json:
+        _say_json(origin, header, lines, [numbers, latex])
+        return
+
+    screen = terminal.console()
+    lengths = ", ".join(f"{name} {data.rows:,} rows" for name, data in runs.items())
+    terminal.tell(f"{origin}: {lengths}. Mean squared errors; paper: as Huang and Ishikawa print them.")
+    screen.print(_beside_the_paper(what, rows, shown, origin, screen.width))
+    seconds = sum(row.seconds for row in rows)
+    terminal.tell(f"{len(rows)} models in {seconds:.1f} CPU s")
+    terminal.say(numbers, latex)
+
+
+def _say_json(origin: str, header: Sequence[str], lines: Sequence[Sequence[object]], files: Sequence[object]) -> None:
+    """The numbers of a table, an entry a model; null where there is none."""
+    rows: list[dict[str, object]] = []
+    for line in lines:
+        entry: dict[str, object] = {}
+        for key, cell in zip(header, line, strict=True):
+            entry[key] = None if cell == "" else cell
+        rows.append(entry)
+    terminal.say_json(
+        {
+            "data": origin,
+            "rows": rows,
+            "files": [str(file) for file in files],
+        }
+    )
+
+
+def _beside_the_paper(what: What, rows: list[Row], shown: list[str], origin: str, width: int) -> Any:
+    """The table; on a narrow screen bands, seconds and ratios are left out, in this order."""
+    from erclutch.wings.paper.tables import printed
+
+    cells = {"model": [_title_of(row) for row in rows]}
+    for run in shown:
+        bands: list[str] = []
+        for row in rows:
+            low, high = row.bands[run]
+            bands.append(f"{low:.1e} - {high:.1e}")
+        cells[f"{run}\n{origin}"] = [f"{row.errors[run]:.3e}" for row in rows]
+        cells[f"{run}\n95 % band"] = bands
+        cells[f"{run}\npaper"] = [_or_dash(printed(row.name).get(run), "{:.3e}") for row in rows]
+
+    # Table II has ratios of its training run alone, so their heading names no run.
+    ratios: list[str] = []  # headings, the least needed first
+    for run in shown[:1] if what == "table2" else shown:
+        ours, papers = _to_bingham(rows, run)
+        heading = "to Bingham" if what == "table2" else f"{run}\nto Bingham"
+        cells[f"{heading}\n{origin}"] = [f"{ratio:.3f}" for ratio in ours]
+        cells[f"{heading}\npaper"] = [_or_dash(ratio, "{:.3f}") for ratio in papers]
+        ratios = [f"{heading}\npaper", f"{heading}\n{origin}", *ratios]
+    cells["CPU s"] = [f"{row.seconds:.2f}" for row in rows]
+
+    less_needed = [f"{run}\n95 % band" for run in shown]
+    less_needed += ["CPU s", *ratios]
+    number = "II" if what == "table2" else "III"
+    return terminal.narrowed(f"Table {number}: {origin} beside the paper", cells, less_needed, width)
+
+
+def _title_of(row: Row) -> str:
+    """What the paper calls a model, or what we do."""
+    approach = APPROACHES.get(row.name)
+    return row.title if approach is None else approach.title
+
+
+def _to_bingham(rows: list[Row], run: str) -> tuple[list[float], list[float | None]]:
+    """Errors on a run over that of the first model, which is Bingham's: ours, and the paper's."""
+    from erclutch.wings.paper.tables import printed
+
+    bingham = rows[0]
+    papers_bingham = printed(bingham.name).get(run)
+    ours: list[float] = []
+    papers: list[float | None] = []
+    for row in rows:
+        ours.append(row.errors[run] / bingham.errors[run])
+        papers_error = printed(row.name).get(run)
+        if papers_error is None or not papers_bingham:
+            papers.append(None)
+        else:
+            papers.append(papers_error / papers_bingham)
+    return ours, papers
+
+
+def _latex(rows: list[Row], runs: list[str], origin: str) -> str:
+    """The table for a paper: errors with 95 % bands, the paper's own, and their ratios to Bingham."""
+    from erclutch.report.printed_table import PRINTERS, Interval, PaperTable
+    from erclutch.wings.paper.tables import printed
+
+    header = ["Model"]
+    lines: list[list[str | int | Interval]] = [[_title_of(row)] for row in rows]
+    for run in runs:
+        header += [
+            f"{run}, {origin}",
+            f"{run}, low",
+            f"{run}, high",
+            f"{run}, paper",
+            "to Bingham",
+            "paper",
+        ]
+        ratios, papers_ratios = _to_bingham(rows, run)
+        for line, row, ratio, papers_ratio in zip(lines, rows, ratios, papers_ratios, strict=True):
+            papers_error = printed(row.name).get(run)
+            line.append((row.errors[run], *row.bands[run]))
+            line.append("" if papers_error is None else f"{papers_error:.4e}".replace("e-0", "e-"))
+            line.append(f"{ratio:.3f}")
+            line.append("" if papers_ratio is None else f"{papers_ratio:.3f}")
+    caption = f"Mean squared errors with 95 % bands on {origin} data, beside those that Huang and Ishikawa print."
+    return PRINTERS["latex"](PaperTable(header, lines, caption))
+
+
+def _or_dash(value: float | None, form: str) -> str:
+    """A number in a form such as ``{:.3f}``; a dash where there is none."""
+    return "-" if value is None else form.format(value)
 
 
 def _memory(
@@ -304,9 +349,10 @@ def _memory(
     points = _points("memory", runs, out, {"seed": seed, "polish": polish})
     with terminal.progress("fitting") as bar:
         stages, variants = memory_table(runs, points, seed, polish, bar)
+
     header = ["variant", "model", "parameters"]
     for run in runs:
-        header += [f"{run}_{figure}" for figure in _FIGURES[:3]]
+        header += [f"{run}_{figure}" for figure in ("mse", "low", "high")]
     lines: list[tuple[object, ...]] = []
     for variant, models in variants.items():
         for name, figures in models.items():
@@ -318,14 +364,20 @@ def _memory(
     if json:
         _say_json(origin, header, lines, [file])
         return
+
     screen = terminal.console()
-    terminal.tell(f"{origin}: mean squared errors. Memory: {stages}, as the ladder chose. Past: {', '.join(PAST)}.")
+    past = ", ".join(PAST)
+    terminal.tell(f"{origin}: mean squared errors. Memory: {stages}, as the ladder chose. Past: {past}.")
     titles = {name.removesuffix("/forward"): approach.title for name, approach in APPROACHES.items()}
     for run in runs:
-        cells = {"model": [*titles.values()]}
+        cells = {"model": list(titles.values())}
         for variant, models in variants.items():
-            errors = [models[name][run][0] if name in models else None for name in titles]
-            cells[variant.replace(" ", "\n", 1)] = [_or_dash(error, "{:.2e}") for error in errors]
+            errors: list[str] = []
+            for name in titles:
+                error = models[name][run][0] if name in models else None
+                errors.append(_or_dash(error, "{:.2e}"))
+            heading = variant.replace(" ", "\n", 1)
+            cells[heading] = errors
         screen.print(terminal.narrowed(f"{origin}, {run}", cells, (), screen.width))
     if rig is not None:
         terminal.tell(f"Noise of the TWIN's torque meter: {noise_floor(rig):.1e}. No model can come below.")
@@ -336,11 +388,13 @@ def _points(what: str, runs: Mapping[str, Dataset], out: Path, settings: Mapping
     """What is known already of these rows and settings."""
     from erclutch.wings.paper.sweep_points import Points
 
-    digest: list[list[float]] = []
+    digests: list[list[float]] = []  # rows of a run, and sums of its signals
     for run in runs.values():
-        signals = [run.effort, *(element.slip for element in run.elements)]
-        digest.append([run.rows, *(float(abs(signal).sum()) for signal in signals)])
-    return Points(out / f"{what}.points.jsonl", {"what": what, "rows": digest, **settings})
+        signals = [run.effort]
+        signals += [element.slip for element in run.elements]
+        sums = [float(abs(signal).sum()) for signal in signals]
+        digests.append([run.rows, *sums])
+    return Points(out / f"{what}.points.jsonl", {"what": what, "rows": digests, **settings})
 
 
 def _sweep(what: What, recipe: RunsRecipe, pool: TaskPool, out: Path, seed: int) -> None:
@@ -349,15 +403,18 @@ def _sweep(what: What, recipe: RunsRecipe, pool: TaskPool, out: Path, seed: int)
 
     runs, origin = _runs_of(recipe)
     points = _points(what, runs, out, {"seed": seed})
-    sweep = {"fig4": sweeps.rbfn_sweep, "fig5": sweeps.fnn_sweep, "kernels": sweeps.kernel_sweep}[what]
+    # The paper's own errors stand beside those of its device alone.
+    of_paper: dict[int, float] = {}
+    if origin == "TWIN":
+        of_paper = {neurons: APPROACHES[f"fnn-{neurons}"].train for neurons in (6, 16)}
     with terminal.progress(what) as bar:
-        errors = sweep(recipe, pool, points, seed, bar)
-    if what == "fig5":
-        # The paper's own errors stand beside those of its device alone.
-        of_paper: dict[int, float] = {}
-        if origin == "TWIN":
-            of_paper = {neurons: APPROACHES[f"fnn-{neurons}"].train for neurons in (6, 16)}
-        paths = draw_fnn_sweep(errors, out, origin, of_paper)
-    else:
-        paths = {"fig4": draw_rbfn_sweep, "kernels": draw_kernel_sweep}[what](errors, out, origin)
-    terminal.say(*paths)
+        if what == "fig4":
+            errors = sweeps.rbfn_sweep(recipe, pool, points, seed, bar)
+            draw = draw_rbfn_sweep
+        elif what == "fig5":
+            errors = sweeps.fnn_sweep(recipe, pool, points, seed, bar)
+            draw = partial(draw_fnn_sweep, printed=of_paper)
+        else:
+            errors = sweeps.kernel_sweep(recipe, pool, points, seed, bar)
+            draw = draw_kernel_sweep
+    terminal.say(*draw(errors, out, origin))
