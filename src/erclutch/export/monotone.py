@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from erclutch.models.model import Model, margins
 from erclutch.signals.array import Array
 
-_FIELDS, _SPEEDS = 33, 11
+#: Points of the grid along a side of the field, and along the slip of an element.
+_FIELDS = 33
+_SLIPS = 11
 _SLACK = 1e-9  # of the effort's scale: rounding is no turning point
 
 
@@ -32,7 +34,11 @@ def sides(model: Model) -> tuple[float, float, float]:
 
 def apart(model: Model, signed: Array) -> list[Array]:
     """The fields of the elements for a signed field."""
-    return [np.maximum(signed, 0.0), np.maximum(-signed, 0.0)] if model.structure.device == "coaxial" else [signed]
+    if model.structure.device != "coaxial":
+        return [signed]
+    first = np.maximum(signed, 0.0)
+    second = np.maximum(-signed, 0.0)
+    return [first, second]
 
 
 def middles(model: Model) -> list[float]:
@@ -58,29 +64,34 @@ class _Lines:
 def _lines(model: Model) -> Iterator[_Lines]:
     origin, plus, minus = sides(model)
     low, high = model.trained_on.slip
-    grid = np.linspace(low, high, _SPEEDS)
-    slips = [w.ravel() for w in np.meshgrid(*([grid] * (2 if model.structure.device == "coaxial" else 1)))]
+    grid = np.linspace(low, high, _SLIPS)
+    elements = 2 if model.structure.device == "coaxial" else 1
+    slips = [slip.ravel() for slip in np.meshgrid(*[grid] * elements)]  # of each element, (lines,)
     lines = slips[0].size
     for end in (plus, minus):
-        if end == origin:
+        if end == origin:  # nothing of the field on this side
             continue
         field = np.linspace(origin, end, _FIELDS)
-        repeated = np.repeat(field, lines)
-        extras = [np.full(repeated.size, v) for v in middles(model)]
-        effort = model.steady(apart(model, repeated), [np.tile(w, _FIELDS) for w in slips], extras)
+        # All points of all lines at once: the lines of one field after another.
+        field_of_points = np.repeat(field, lines)
+        slips_of_points = [np.tile(slip, _FIELDS) for slip in slips]
+        extras = [np.full(field_of_points.size, middle) for middle in middles(model)]
+        effort = model.steady(apart(model, field_of_points), slips_of_points, extras)
         yield _Lines(field, slips, effort.reshape(_FIELDS, lines))
 
 
 def monotone_share(model: Model) -> float:
     """Share of lines of growing field, one for each side and pair of speeds, along which effort never turns."""
-    scale = float(np.max(np.abs(model.trained_on.effort)))
-    good = total = 0
+    slack = _SLACK * float(np.max(np.abs(model.trained_on.effort)))
+    monotone = 0
+    total = 0
     for lines in _lines(model):
         change = np.diff(lines.effort, axis=0)
-        one_way = np.all(change >= -_SLACK * scale, axis=0) | np.all(change <= _SLACK * scale, axis=0)
-        good += int(np.count_nonzero(one_way))
-        total += one_way.size
-    return good / total if total else 1.0
+        rises = np.all(change >= -slack, axis=0)
+        falls = np.all(change <= slack, axis=0)
+        monotone += int(np.count_nonzero(rises | falls))
+        total += rises.size
+    return monotone / total if total else 1.0
 
 
 @dataclass(frozen=True)
@@ -102,18 +113,24 @@ class Turn:
 
 def worst_turn(model: Model) -> Turn:
     """The largest way back of the settled effort along the lines that `monotone_share` counts."""
-    worst = Turn(0.0, (0.0, 0.0), (), 0.0)
+    worst = Turn(back=0.0, fields=(0.0, 0.0), slips=(), farthest=0.0)
     farthest = 0.0
     for lines in _lines(model):
+        # The effort along each line, turned so that it rises on the whole, and the most that it had reached.
         way = np.where(lines.effort[-1] >= lines.effort[0], 1.0, -1.0)
         ahead = lines.effort * way
         reached = np.maximum.accumulate(ahead, axis=0)
-        end, line = np.unravel_index(int(np.argmax(reached - ahead)), ahead.shape)
+        lost = reached - ahead
+        end, line = np.unravel_index(int(np.argmax(lost)), lost.shape)
         begin = int(np.argmax(ahead[: end + 1, line]))
-        back = float(reached[end, line] - ahead[end, line])
+        back = float(lost[end, line])
         if back > worst.back:
-            fields = abs(float(lines.field[begin])), abs(float(lines.field[end]))
-            worst = Turn(back, fields, tuple(float(w[line]) for w in lines.slips), 0.0)
-        largest = lines.effort.flat[int(np.argmax(np.abs(lines.effort)))]
-        farthest = max(farthest, float(largest), key=abs)
-    return Turn(worst.back, worst.fields, worst.slips, farthest)
+            worst = Turn(
+                back,
+                fields=(abs(float(lines.field[begin])), abs(float(lines.field[end]))),
+                slips=tuple(float(slip[line]) for slip in lines.slips),
+                farthest=0.0,
+            )
+        of_largest = int(np.argmax(np.abs(lines.effort)))
+        farthest = max(farthest, float(lines.effort.flat[of_largest]), key=abs)
+    return replace(worst, farthest=farthest)

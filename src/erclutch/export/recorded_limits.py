@@ -10,7 +10,9 @@ from erclutch.arithmetic.elementary import less_select
 def beyond(x: Any, low: Any, high: Any) -> Any:
     """Whether a recorded number lies outside two limits; a NaN does not."""
     record = x.owner
-    return record.either(record.less(x, low), record.less(high, x))
+    below = record.less(x, low)
+    above = record.less(high, x)
+    return record.either(below, above)
 
 
 def held(value: Any, low: Any, high: Any) -> Any:
@@ -23,5 +25,6 @@ def limited(value: Any, before: Any, low: Any, high: Any) -> Any:
     """A number within two limits, and the one before where it is not finite."""
     record = value.owner
     finite = record.label(record.finite(value), "is_finite")
-    within = record.call("held", held, value=value, low=low, high=high)
-    return record.choose(finite, record.choose(beyond(value, low, high), within, value), before)
+    at_ends = record.call("held", held, value=value, low=low, high=high)
+    within = record.choose(beyond(value, low, high), at_ends, value)
+    return record.choose(finite, within, before)

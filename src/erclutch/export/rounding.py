@@ -73,12 +73,14 @@ def _oscillating(step: ExportedStep, record: StepRecord) -> Iterator[tuple[Node,
     """The choice that gives the output of each oscillator: in the first row, its third argument, that is the signal."""
     after = record.record.after
     for stage, parameters in step.stages:
-        if isinstance(stage, Oscillator):
-            elements = ("0", "1", "") if stage.place == "command" else ("",)
-            for element in elements:
-                name = f"x{suffix_of(stage, element)}"
-                if name in after:
-                    yield after[name].arguments[0], parameters
+        if not isinstance(stage, Oscillator):
+            continue
+        # On the command each element has an oscillator of its own; on the effort the device has one.
+        elements = ("0", "1", "") if stage.place == "command" else ("",)
+        for element in elements:
+            name = f"x{suffix_of(stage, element)}"
+            if name in after:
+                yield after[name].arguments[0], parameters
 
 
 def _oscillator_error(
@@ -107,7 +109,8 @@ def _filter_error(step: ExportedStep, p: Precision) -> float:
     gains = step.filter
     assert gains is not None
     size = 1.0 if gains.turn is None else gains.turn
-    return 4.0 * p.epsilon * size * max(gains.h, 1e-3) / (step.period or 1.0) / max(gains.g, 1e-3)
+    period = step.period or 1.0  # [s]
+    return 4.0 * p.epsilon * size * max(gains.h, 1e-3) / period / max(gains.g, 1e-3)
 
 
 @dataclass(frozen=True)
@@ -192,10 +195,12 @@ def refuse_noise(step: ExportedStep) -> None:
 
 def _with_error(node: Node, arguments: Sequence[Uncertain], p: Precision) -> Uncertain:
     """The value of a node and its largest error, from those of its arguments."""
-    half, name = 0.5 * p.epsilon, node.operation
+    half = 0.5 * p.epsilon
+    name = node.operation
     if name == "constant":
         value = np.array([float(node.value or 0.0)])
-        return value, (half * np.abs(value) if p is FLOAT32 else 0.0 * value)
+        own = half if p is FLOAT32 else 0.0
+        return value, own * np.abs(value)
     a, a_error = arguments[0]
     if name == "negate":
         return -a, a_error
@@ -209,11 +214,14 @@ def _with_error(node: Node, arguments: Sequence[Uncertain], p: Precision) -> Unc
 
     b, b_error = arguments[1]
     if name == "add":
-        value, error = a + b, a_error + b_error
+        value = a + b
+        error = a_error + b_error
     elif name == "subtract":
-        value, error = a - b, a_error + b_error
+        value = a - b
+        error = a_error + b_error
     elif name == "multiply":
-        value, error = a * b, np.abs(a) * b_error + np.abs(b) * a_error
+        value = a * b
+        error = np.abs(a) * b_error + np.abs(b) * a_error
     else:
         value = a / b
         error = (a_error + np.abs(value) * b_error) / np.abs(b)
@@ -259,7 +267,9 @@ def _network(model: NetworkModel, x: Array, x_error: Array, p: Precision) -> tup
     layers = _rbfn if model.structure.kind == "rbfn" else _fnn
     a, a_error, weights, start = layers(model, z, z_error, p)
     terms = np.abs(weights[:, None] * a)
-    error = np.abs(weights) @ a_error + half * (len(weights) / 4.0 + 6.0) * (terms.sum(axis=0) + abs(start))
+    size = terms.sum(axis=0) + abs(start)
+    roundings = len(weights) / 4.0 + 6.0  # of four running sums side by side, and of what joins them
+    error = np.abs(weights) @ a_error + half * roundings * size
     return weights @ a + start, error
 
 

@@ -62,8 +62,8 @@ def named(record: StepRecord, rows: AnyArray) -> dict[str, AnyArray]:
 
 def packed(record: StepRecord, truths: Sequence[AnyArray]) -> Flags:
     """Flags of each row from their truths."""
-    flags = sum(np.where(truth, bit, 0) for bit, truth in zip(record.flags, truths, strict=True))
-    return np.asarray(flags, np.uint32)
+    of_bits = [np.where(truth, bit, 0) for bit, truth in zip(record.flags, truths, strict=True)]
+    return np.asarray(sum(of_bits), np.uint32)
 
 
 def reference(step: ExportedStep, rows: AnyArray) -> tuple[AnyArray, Flags]:
@@ -72,12 +72,14 @@ def reference(step: ExportedStep, rows: AnyArray) -> tuple[AnyArray, Flags]:
     inputs = named(record, _as_held(step, rows).astype(np.float64))
     started, elements, extras = held_signals(step, record, inputs)
     count = int(np.count_nonzero(started))
-    value = np.zeros(started.size)
+    value = np.zeros(started.size)  # effort ahead of its limits
     if count:
-        period = step.period or 1.0  # s
-        clock = Clock(np.arange(count) * np.float64(period), (Span(0, count, period),))
+        period = step.period or 1.0  # [s]
+        time = np.arange(count) * np.float64(period)
+        clock = Clock(time, (Span(0, count, period),))
         value[started] = step.model.effort(elements, clock, extras)
-    effort, *truths = evaluate(record.record, inputs, numbers(step, FLOAT64), {record.value: value})
+    of_model = {record.value: value}
+    effort, *truths = evaluate(record.record, inputs, numbers(step, FLOAT64), of_model)
     return effort.copy(), packed(record, truths)
 
 
@@ -113,20 +115,26 @@ def inverse(step: ExportedStep, rows: AnyArray, wanted: AnyArray) -> tuple[AnyAr
     """
     given = _as_held(step, rows)[:, step.elements : step.model_inputs]  # without the fields
     target = _as_held(step, wanted)
-    bad = ~(np.all(np.isfinite(given), axis=1) & np.isfinite(target))
+    usable = np.all(np.isfinite(given), axis=1) & np.isfinite(target)
     head = search_record(step)
-    *signals, outside = evaluate(head, dict(zip(head.inputs(), given.T, strict=True)), numbers(step))
+    inputs = dict(zip(head.inputs(), given.T, strict=True))
+    *signals, outside = evaluate(head, inputs, numbers(step))
     settled = settled_record(step)
 
     def effort(field: AnyArray, at: NDArray[np.int64]) -> AnyArray:
-        arguments = [field, *(signal[at] for signal in signals)]
-        return evaluate(settled, dict(zip(settled.inputs(), arguments, strict=True)), numbers(step))[0]
+        arguments = [field]
+        arguments += [signal[at] for signal in signals]
+        named_arguments = dict(zip(settled.inputs(), arguments, strict=True))
+        (settled_effort,) = evaluate(settled, named_arguments, numbers(step))
+        return settled_effort
 
     with np.errstate(all="ignore"):
         field, reached = _Bracketing(step, effort, target).find()
-    flags = np.where(outside, OUTSIDE, 0) | np.where(reached, 0, OUT_OF_REACH)
+    of_row = np.where(outside, OUTSIDE, 0)
+    of_search = np.where(reached, 0, OUT_OF_REACH)
+    flags = np.where(usable, of_row | of_search, NON_FINITE)
     zero = step.precision.dtype.type(0.0)
-    return np.where(bad, zero, field), np.where(bad, NON_FINITE, flags).astype(np.uint32)
+    return np.where(usable, field, zero), flags.astype(np.uint32)
 
 
 def inverse_now(step: ExportedStep, rows: AnyArray, wanted: AnyArray) -> tuple[AnyArray, Flags]:
@@ -147,41 +155,41 @@ def inverse_now(step: ExportedStep, rows: AnyArray, wanted: AnyArray) -> tuple[A
     inputs = step.model_inputs
     values = _as_held(step, rows)
     target = _as_held(step, wanted)
-    bad = ~(np.all(np.isfinite(values[:, elements:inputs]), axis=1) & np.isfinite(target))
+    usable = np.all(np.isfinite(values[:, elements:inputs]), axis=1) & np.isfinite(target)
     if step.filter is not None:
         angles = values[:, elements : 2 * elements]
-        bad |= np.any(~(np.abs(angles) < LARGEST_ANGLE), axis=1)
+        usable &= np.all(np.abs(angles) < LARGEST_ANGLE, axis=1)
+
+    # Numbers of the state ahead of each row, and what the delay registers hold then.
+    record = step_record(step)
+    memory = [node for node in record.record.needed() if node.operation in ("state", "delay")]
+    held = evaluate(record.record, named(record, values), numbers(step), outputs=memory)
+    before: dict[tuple[str, Any], AnyArray] = {}
+    for node, numbers_of_rows in zip(memory, held, strict=True):
+        # The record of the next step reads a register by the operation "earlier".
+        operation = "earlier" if node.operation == "delay" else "state"
+        before[operation, node.value] = numbers_of_rows
     ahead = next_record(step)
-    before = _state_before(step, values)
     state_of: dict[Node, AnyArray] = {}
     for node in ahead.needed():
-        held = before.get((node.operation, node.value))
-        if held is not None:
-            state_of[node] = held
+        numbers_of_rows = before.get((node.operation, node.value))
+        if numbers_of_rows is not None:
+            state_of[node] = numbers_of_rows
 
     def effort(field: AnyArray, at: NDArray[np.int64]) -> AnyArray:
-        others = {f"u{i}": values[at, i] for i in range(elements, inputs)}
-        state = {node: numbers_of[at] for node, numbers_of in state_of.items()}
-        return evaluate(ahead, {"field": field, **others}, numbers(step), state)[0]
+        signals = {"field": field}
+        for i in range(elements, inputs):
+            signals[f"u{i}"] = values[at, i]
+        state = {node: numbers_of_rows[at] for node, numbers_of_rows in state_of.items()}
+        (next_effort,) = evaluate(ahead, signals, numbers(step), state)
+        return next_effort
 
     with np.errstate(all="ignore"):
         field, reached = _Bracketing(step, effort, target).find()
-    flags = np.where(bad, NON_FINITE, np.where(reached, 0, OUT_OF_REACH))
+    of_search = np.where(reached, 0, OUT_OF_REACH)
+    flags = np.where(usable, of_search, NON_FINITE)
     zero = step.precision.dtype.type(0.0)
-    return np.where(bad, zero, field), flags.astype(np.uint32)
-
-
-def _state_before(step: ExportedStep, values: AnyArray) -> dict[tuple[str, Any], AnyArray]:
-    """Numbers of the state ahead of each row, and what the delay registers hold then, by operation and name."""
-    record = step_record(step)
-    nodes = [node for node in record.record.needed() if node.operation in ("state", "delay")]
-    values_of = evaluate(record.record, named(record, values), numbers(step), outputs=nodes)
-    before: dict[tuple[str, Any], AnyArray] = {}
-    for node, held in zip(nodes, values_of, strict=True):
-        # The record of the next step reads a register by the operation "earlier".
-        operation = "earlier" if node.operation == "delay" else "state"
-        before[operation, node.value] = held
-    return before
+    return np.where(usable, field, zero), flags.astype(np.uint32)
 
 
 @dataclass
@@ -212,10 +220,11 @@ class _Bracketing:
         best = origin.copy()
         best_miss = np.abs(miss)
         done = best_miss <= number(search.tolerance)
-        # The inner end of the bracket on each side.
-        inner = [origin, origin.copy()]
-        inner_miss = [miss, miss.copy()]
+
+        # On each side in turn, one segment further out.
         ends = [end for end in (search.plus, search.minus) if end != search.origin]
+        inner = [origin, origin.copy()]  # the inner end of the bracket, by side
+        inner_miss = [miss, miss.copy()]
         for i in range(1, search.segments + 1):
             for side, end in enumerate(ends):
                 stride = number((end - search.origin) / search.segments)
@@ -225,13 +234,18 @@ class _Bracketing:
                 falls = (inner_miss[side] >= 0) & (miss <= 0)
                 take = (rises | falls) & ~done
                 if np.any(take):
-                    inner_end = inner[side][take], inner_miss[side][take]
-                    outer_end = outer[take], miss[take]
-                    best[take] = self._close(rows[take], *inner_end, *outer_end)
+                    best[take] = self._close(
+                        rows[take],
+                        inner[side][take],
+                        inner_miss[side][take],
+                        outer[take],
+                        miss[take],
+                    )
                     done |= take
-                nearer = ~done & (np.abs(miss) < best_miss)
+                size = np.abs(miss)
+                nearer = ~done & (size < best_miss)
                 best[nearer] = outer[nearer]
-                best_miss[nearer] = np.abs(miss)[nearer]
+                best_miss[nearer] = size[nearer]
                 inner[side] = outer
                 inner_miss[side] = miss
         return best, done
@@ -244,17 +258,20 @@ class _Bracketing:
         tolerance = number(search.tolerance)
         width = number(search.width)
         x = half * (a + b)
-        going = np.ones(rows.size, np.bool_)
+        going = np.ones(rows.size, np.bool_)  # rows whose field is not found yet
         for i in range(search.most):
             next_x = half * (a + b)
-            if i % 2 == 0:
-                secant = b - miss_b * ((b - a) / (miss_b - miss_a))
+            if i % 2 == 0:  # a secant; every other time a halving, which always gets on
+                slope = (b - a) / (miss_b - miss_a)
+                secant = b - miss_b * slope
                 low = np.where(a < b, a, b)
                 high = np.where(a < b, b, a)
                 inside = (low < secant) & (secant < high)
                 next_x = np.where(inside, secant, next_x)
             x = np.where(going, next_x, x)
             miss = np.asarray(self.effort(x, rows) - self.wanted[rows])
+
+            # The end on the side of x moves to it.
             same_side = (miss < 0) == (miss_a < 0)
             moves_a = going & same_side
             moves_b = going & ~same_side
@@ -262,7 +279,9 @@ class _Bracketing:
             b = np.where(moves_b, x, b)
             miss_a = np.where(moves_a, miss, miss_a)
             miss_b = np.where(moves_b, miss, miss_b)
-            going &= ~((np.abs(miss) <= tolerance) | (np.abs(b - a) <= width))
+            close = np.abs(miss) <= tolerance
+            narrow = np.abs(b - a) <= width
+            going &= ~(close | narrow)
             if not np.any(going):
                 break
         return x
