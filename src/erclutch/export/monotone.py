@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from erclutch.models.model import Model, margins
-from erclutch.signals.array import Array
+from erclutch.signals.array import Array, Mask
 
 #: Points of the grid along a side of the field, and along the slip of an element.
 _FIELDS = 33
@@ -87,8 +87,8 @@ def monotone_share(model: Model) -> float:
     total = 0
     for lines in _lines(model):
         change = np.diff(lines.effort, axis=0)
-        rises = np.all(change >= -slack, axis=0)
-        falls = np.all(change <= slack, axis=0)
+        rises: Mask = np.all(change >= -slack, axis=0)
+        falls: Mask = np.all(change <= slack, axis=0)
         monotone += int(np.count_nonzero(rises | falls))
         total += rises.size
     return monotone / total if total else 1.0

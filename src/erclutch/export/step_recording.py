@@ -29,7 +29,8 @@ from erclutch.export.exported_step import (
 )
 from erclutch.export.giving_way import given_way, named_groups
 from erclutch.export.recorded_alarms import drifted
-from erclutch.export.stage_memory import StageMemory, kept, suffix_of
+from erclutch.export.recorded_filter import filtered_speed
+from erclutch.export.stage_memory import StageMemory, suffix_of
 from erclutch.models.gain_tracking import BASE, Tracked
 from erclutch.models.haste import FOLLOWER
 from erclutch.models.model import FluidSignals, present, settled_memory
@@ -232,39 +233,13 @@ class StepRecording:
                 row.append(record.label(last, f"row{i}"))
         return row
 
-    def _speed(self, measured: Any, i: int) -> Any:
-        """The derivative filter of one angle: a prediction, corrected by the innovation."""
-        record = self.record
+    def _speed(self, angle: Any, element: int) -> Any:
+        """The speed of an element's angle by the derivative filter."""
         gains = self.step.filter
         period = self.step.period
         assert gains is not None
         assert period is not None
-        position = record.state(f"position{i}")
-        speed = record.state(f"speed{i}")
-        predicted = position + period * speed
-        innovation = record.choose(self.good, self._turned(measured - predicted), 0.0)
-
-        # In the first row the filter stands at the angle, at rest.
-        first = record.choose(self.good, self._turned(measured), position)
-        corrected = self._turned(predicted + gains.g * innovation)
-        position_now = kept(record.choose(self.going, corrected, first))
-        record.keep(f"position{i}", position_now)
-        quicker = speed + gains.h * innovation / period
-        speed_now = kept(record.choose(self.going, quicker, speed))
-        record.keep(f"speed{i}", speed_now)
-        return record.label(speed_now, f"speed{i}")
-
-    def _turned(self, x: Any) -> Any:
-        """An angle less whole turns, within half a turn of zero."""
-        turn = self.step.filter.turn if self.step.filter else None
-        if turn is None:
-            return x
-
-        def turned(x: Any) -> Any:
-            turns = x * (1.0 / turn)
-            return x - turns.record("nearest", turns) * turn
-
-        return self.record.call("turned", turned, x=x)
+        return filtered_speed(self.record, gains, period, angle, element, self.good, self.going)
 
     def signals(self, fields: Sequence[Any], slips: Sequence[Any], extras: Sequence[Any]) -> tuple[Any, Any, list[Any]]:
         """Whether one is outside what was trained on, whether both fields are on, and all within their windows."""
