@@ -30,8 +30,8 @@ from erclutch.export.exported_step import (
 from erclutch.export.giving_way import given_way, named_groups
 from erclutch.export.recorded_alarms import drifted
 from erclutch.export.recorded_filter import filtered_speed
+from erclutch.export.recorded_tracking import tracked
 from erclutch.export.stage_memory import StageMemory, suffix_of
-from erclutch.models.gain_tracking import BASE, Tracked
 from erclutch.models.haste import FOLLOWER
 from erclutch.models.model import FluidSignals, present, settled_memory
 from erclutch.models.stages.stage import Place, Stage
@@ -382,29 +382,9 @@ class StepRecording:
     def tracked(self, effort: Any, measured: Any) -> tuple[Any, Any]:
         """The effort to be given out, and whether it is the adapted one; the state follows the measured effort."""
         tracking = self.step.tracking
-        record = self.record
         if tracking is None or self.rest:
             return effort, False
-        names = [f"track_{name}" for name in BASE._fields]
-        numbers: list[Any] = []
-        for name, first in zip(names, BASE, strict=True):
-            numbers.append(record.choose(self.going, record.state(name), first))
-        before = Tracked(*numbers)
-
-        # The moved effort is given out while its account is worth more than it costs.
-        moved, cost = tracking.moved(before, effort)
-        pays = record.less(cost, before.account)
-        adapted = record.label(record.both(self.started, pays), "adapted")
-        given = record.label(record.choose(adapted, moved, effort), "given")
-
-        # A row without a measured effort teaches nothing.
-        counts = record.label(record.both(self.started, record.finite(measured)), "counts")
-        seen = record.choose(counts, measured, effort)
-        after = tracking.after(before, effort, given, seen)
-        for name, new, old in zip(names, after, before, strict=True):
-            now = record.choose(counts, new, old)
-            record.keep(name, record.label(now, name))
-        return given, adapted
+        return tracked(self.record, tracking, effort, measured, self.started, self.going)
 
     def unlike(self, fields: Sequence[Any], slips: Sequence[Any]) -> Any:
         """Whether a field or slip is so far from all rows that it is held: no band is meant for it; of alarms only."""
