@@ -16,6 +16,7 @@ from erclutch.arithmetic.elementary import less_select
 from erclutch.arithmetic.record import Node, Record
 from erclutch.errors import ExportError
 from erclutch.export import recorded_limits
+from erclutch.export.drift_recording import drifted
 from erclutch.export.exported_step import (
     ADAPTED,
     BOTH_FIELDS,
@@ -28,7 +29,6 @@ from erclutch.export.exported_step import (
     ExportedStep,
 )
 from erclutch.export.giving_way import given_way, named_groups
-from erclutch.export.recorded_alarms import drifted
 from erclutch.export.recorded_filter import filtered_speed
 from erclutch.export.recorded_tracking import tracked
 from erclutch.export.stage_memory import StageMemory, suffix_of
@@ -398,32 +398,24 @@ class StepRecording:
 
     def alarms(self, effort: Any, held: Sequence[Any], measured: Any, good: Any, unlike: Any) -> dict[int, Any]:
         """Whether the band is wide or there is none, and whether the residual has drifted; the state keeps its ends."""
-        alarms = self.step.alarms
-        record = self.record
+        alarms, record = self.step.alarms, self.record
         if alarms is None or self.rest:
             return {}
         band = alarms.band
         fields, slips, _ = self._by_kind(held)
         field, slip, place = band.leading(fields, slips)
         switching = band.switching(field, self._follow(band.settling_s, field, "_band"))
-        factor = None
-        if band.haste is not None:
-            factor = band.haste.factor_of_step(slip, self._follow)
+        factor = None if band.haste is None else band.haste.factor_of_step(slip, self._follow)
         low, high = band.ends(effort, slip, switching, place, factor)
-        record.keep("low", record.label(low, "low"))
-        record.keep("high", record.label(high, "high"))
+        for name, end in (("low", low), ("high", high)):
+            record.keep(name, record.label(end, name))
         side = less_select(slip, 0.0, -1.0, 1.0)
-        has_drifted = drifted(record, alarms, effort, (low, high), side, measured, good)
-        is_wide = record.less(alarms.wide, high - low)
-        return {
-            WIDE_BAND: record.either(is_wide, unlike),
-            DRIFT: has_drifted,
-        }
+        drift = drifted(record, alarms, (low, effort, high), side, measured, good)
+        return {WIDE_BAND: record.either(record.less(alarms.wide, high - low), unlike), DRIFT: drift}
 
     def _follow(self, seconds: float, signal: Any, name: str) -> Any:
         """A first-order lag behind a signal, with a number of the state by this name."""
-        (lagged,) = self._stepped(FOLLOWER, {"tau_e": seconds}, signal, name)
-        return lagged
+        return self._stepped(FOLLOWER, {"tau_e": seconds}, signal, name)[0]
 
     def limited(self, value: Any) -> tuple[Any, Any]:
         """The effort within its limits, that of the row before where it is not finite; and whether that was needed."""

@@ -10,27 +10,18 @@ from erclutch.models.alarms import Alarms
 from erclutch.models.covered_cells import within
 
 
-def drifted(
-    record: Record,
-    alarms: Alarms,
-    effort: Any,
-    ends: tuple[Any, Any],
-    side: Any,
-    measured: Any,
-    good: Any,
-) -> Any:
+def drifted(record: Record, alarms: Alarms, ends: tuple[Any, Any, Any], side: Any, measured: Any, good: Any) -> Any:
     """Whether measured efforts have been outside the band, or to one side of the estimate, for too long.
 
     Args:
-        record: what is recorded into.
+        record: of the step.
         alarms: numbers of the tests.
-        effort: the estimate.
-        ends: of its band.
+        ends: low end of the band, estimated effort, high end.
         side: the sign of the slip.
         measured: effort.
         good: whether the row may count.
     """
-    low, high = ends
+    low, effort, high = ends
     is_measured = record.both(good, record.finite(measured))
     counts = record.both(is_measured, record.less(low, high))
     outside = record.either(record.less(measured, low), record.less(high, measured))
