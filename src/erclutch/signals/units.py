@@ -73,20 +73,20 @@ _PRODUCT = re.compile(rf"{_FACTOR}(?:[*/ ·]{_FACTOR}){{0,5}}")
 _USUAL = {"rad/s": "rpm", "m/s": "cm/s", "rad": "deg", "m": "mm"}
 #: Units of most logs with what pint says of them, factors by dimension, since pint takes half a second to load.
 _FACTORS = {
-    (("ampere", -1.0), ("gram", 1.0), ("meter", 2.0), ("second", -3.0)): {"V": 1e3, "kV": 1e6},
+    (("ampere", -1.0), ("gram", 1.0), ("meter", 2.0), ("second", -3.0)): {"V": 1e3, "kV": 1e6, "mV": 1.0},
     (("ampere", -1.0), ("gram", 1.0), ("meter", 1.0), ("second", -3.0)): {"V/m": 1e3, "kV/mm": 1e9},
-    (("ampere", 1.0),): {"A": 1.0},
+    (("ampere", 1.0),): {"A": 1.0, "mA": 1e-3},
     (("ampere", 1.0), ("meter", -1.0)): {"A/m": 1.0},
     (("ampere", -1.0), ("gram", 1.0), ("second", -2.0)): {"T": 1e3},
-    (("radian", 1.0),): {"rad": 1.0},
-    (("radian", 1.0), ("second", -1.0)): {"rad/s": 1.0},
-    (("meter", 1.0),): {"m": 1.0, "mm": 1e-3},
+    (("radian", 1.0),): {"rad": 1.0, "deg": math.pi / 180.0},
+    (("radian", 1.0), ("second", -1.0)): {"rad/s": 1.0, "deg/s": math.pi / 180.0, "rpm": 2.0 * math.pi / 60.0},
+    (("meter", 1.0),): {"m": 1.0, "mm": 1e-3, "cm": 1e-2},
     (("meter", 1.0), ("second", -1.0)): {"m/s": 1.0, "mm/s": 1e-3, "cm/s": 1e-2},
     (("gram", 1.0), ("meter", 1.0), ("second", -2.0)): {"N": 1e3, "kN": 1e6},
     (("gram", 1.0), ("meter", 2.0), ("second", -2.0)): {"N*m": 1e3, "N m": 1e3, "Nm": 1e3},
-    (("gram", 1.0), ("meter", -1.0), ("second", -2.0)): {"Pa": 1e3},
+    (("gram", 1.0), ("meter", -1.0), ("second", -2.0)): {"Pa": 1e3, "kPa": 1e6, "MPa": 1e9},
     (("second", -1.0),): {"1/s": 1.0},
-    (("second", 1.0),): {"s": 1.0, "ms": 1e-3},
+    (("second", 1.0),): {"s": 1.0, "ms": 1e-3, "us": 1e-6},
 }
 #: Unit -> factor and dimension.
 COMMON = {unit: (factor, dimension) for dimension, units in _FACTORS.items() for unit, factor in units.items()}
@@ -94,6 +94,7 @@ COMMON = {unit: (factor, dimension) for dimension, units in _FACTORS.items() for
 LEAST_KELVIN = 150.0
 MOST_KELVIN = 800.0
 _CELSIUS = {"°C", "degC", "deg C", "C", "celsius", "Celsius", "℃"}
+_KELVIN = {"K", "kelvin", "Kelvin"}
 
 
 @dataclass(frozen=True)
@@ -135,7 +136,7 @@ def parse(text: str) -> Unit:
     # pint evaluates arithmetic: a chain of powers would keep it busy for ever, so only small single powers pass.
     chained = re.search(r"\^|\*\*", _POWER.sub("", spelled))
     known = _FORM.fullmatch(spelled) and not _DIFFERENCE.fullmatch(spelled)
-    known = known and text not in _CELSIUS - {"C"}  # an offset: pint would take a second to say so
+    known = known and text not in _KELVIN | _CELSIUS - {"C"}  # a temperature: pint would take a second to say so
     if len(text) <= _LONGEST and known and not chained:
         # In short units capitals tell one from another: mm and Mm, s and S.
         attempts = (spelled, spelled.lower()) if len(text.strip()) > 2 else (spelled,)
@@ -175,7 +176,7 @@ def is_written_well(text: str) -> bool:
 
 def is_temperature(unit: str | None) -> bool:
     """Whether a column's unit is °C or K."""
-    return unit in _CELSIUS or unit in ("K", "kelvin", "Kelvin")
+    return unit in _CELSIUS or unit in _KELVIN
 
 
 def kelvin(values: Array, unit: str | None, column: str) -> Array:

@@ -241,9 +241,14 @@ def _are_translated(cells: Sequence[str]) -> bool:
 def _are_units(cells: Sequence[str]) -> bool:
     """Whether the cells of a line are units: a clear one among them, and at most one in four that is none we know."""
     filled = [cell for cell in cells if cell]
-    known = [cell for cell in filled if _NO_FACTOR.fullmatch(cell) or units.is_unit(cell)]
-    clear = any(cell in _CLEAR_UNITS or re.search(r"[/^°%*.]", cell) for cell in known)
-    return clear and len(filled) - len(known) <= len(filled) / 4
+    # Names alone are common, and whether a name is a unit takes long to say: no clear unit, no such question.
+    if not any(_is_known(cell) for cell in filled if cell in _CLEAR_UNITS or re.search(r"[/^°%*.]", cell)):
+        return False
+    return sum(not _is_known(cell) for cell in filled) <= len(filled) / 4
+
+
+def _is_known(cell: str) -> bool:
+    return bool(_NO_FACTOR.fullmatch(cell)) or units.is_unit(cell)
 
 
 def _labels(
