@@ -190,7 +190,9 @@ def test_another_package_names_its_heading(install: Install) -> None:
 
 
 def test_a_folder_given_as_a_model_is_told(bench: Path) -> None:
-    assert "no model 'run'" in refused("predict", "log.csv", "--run", "run", "--model", "run", "--out", "p", cwd=bench)
+    assert "no model 'run'" in refused(
+        "predict", "log.csv", "--run", "run", "--model", "run", "--out", "p.csv", cwd=bench
+    )
 
 
 def test_settings_of_python_are_as_strict() -> None:

@@ -55,7 +55,9 @@ def test_verify_prints_a_line_each(saved: Path, tmp_path: Path, need: Callable[.
     need("gcc")
     out = tmp_path / "out"
     good("export", saved, "--to", "python", "--out", out)
-    assert "Python, step" in good("verify", out)
+    said = good("verify", out)
+    assert "Python, step" in said
+    assert "Passed in all 2 places" in said
     checks = json.loads(good("verify", out, "--json"))
     assert [c["other_bits"] for c in checks] == [0, 0]
     assert all(c["passed"] for c in checks)

@@ -8,12 +8,16 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from cyclopts import Group
+from cyclopts.help.formatters import DefaultFormatter
+from cyclopts.help.inline_text import InlineText
+from rich.text import Text
 
 if TYPE_CHECKING:
     from cyclopts.help import HelpPanel
     from rich.console import Console, ConsoleOptions
 
 HELP_ALL = "--help-all"
+_NO_VALUE = ("()", '""')  # as a default, which then says nothing
 
 
 @dataclass
@@ -39,11 +43,22 @@ def folded(name: str, sort_key: float) -> Group:
     return Group(name, sort_key=sort_key, help_formatter=_show)
 
 
-def _show(console: Console, options: ConsoleOptions, panel: HelpPanel) -> None:
-    from cyclopts.help.formatters import DefaultFormatter
+class Flowing(DefaultFormatter):
+    """Groups of options in which each text fills its lines: a line of a docstring ends for no reader."""
 
+    def __call__(self, console: Console, options: ConsoleOptions, panel: HelpPanel) -> None:
+        """Print one group."""
+        for entry in panel.entries:
+            told = entry.description
+            if isinstance(told, InlineText) and isinstance(told.primary_renderable, Text):
+                told.primary_renderable.plain = " ".join(told.primary_renderable.plain.split())
+        panel.entries = [each.copy(default=None) if each.default in _NO_VALUE else each for each in panel.entries]
+        super().__call__(console, options, panel)
+
+
+def _show(console: Console, options: ConsoleOptions, panel: HelpPanel) -> None:
     if _HELP.whole:
-        DefaultFormatter()(console, options, panel)
+        Flowing()(console, options, panel)
         return
     title = str(panel.title).partition(":")[0]
     names = [entry.names[0] for entry in panel.entries if entry.names]

@@ -12,6 +12,7 @@ from cyclopts import App, CycloptsError, Group, Parameter
 from erclutch._version import __version__
 from erclutch.cli.command_list import Command, commands
 from erclutch.cli.failed import failed
+from erclutch.cli.folded_help import Flowing
 from erclutch.cli.overview import TITLE, first_steps
 
 #: The software and the paper whose models it implements, as in CITATION.cff.
@@ -41,10 +42,14 @@ def _versions() -> str:
 
 def _misused(error: CycloptsError) -> object:
     """What is wrong with the words of a command, framed; some may be names of files that the shell put there."""
-    from cyclopts import CycloptsPanel, MissingArgumentError
+    from cyclopts import CycloptsPanel, MissingArgumentError, UnusedCliTokensError
 
     from erclutch.cli.terminal import shown
 
+    if isinstance(error, UnusedCliTokensError):
+        command = " ".join(["erclutch", *(error.command_chain or ())])
+        unused = ", ".join(map(repr, error.unused_tokens))
+        return CycloptsPanel(shown(f"{unused}: more than the command takes. {command} --help shows what it takes."))
     hint = _taken_by_a_list(error.root_input_tokens or ()) if isinstance(error, MissingArgumentError) else ""
     return CycloptsPanel(shown(f"{error}{hint}"))
 
@@ -69,6 +74,7 @@ app = App(
     result_action="return_value",
     suppress_keyboard_interrupt=False,
     error_formatter=_misused,
+    help_formatter=Flowing(),
 )
 _COMMANDS = {command.name: command for command in commands()}
 _HEADINGS = {

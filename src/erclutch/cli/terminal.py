@@ -135,18 +135,23 @@ def estimates(title: str, values: Sequence[Estimate]) -> Table:
     """Values with 95 % intervals and units."""
     rows = [[e.name, e.meaning, number(e.value), _interval(e), e.unit] for e in values]
     made = table(title, ["", "meaning", "value", "95 % interval", "unit"], rows, left=2)
+    intervals = made.columns[3]
+    intervals.no_wrap = False  # a bound may go to the next line, so that a meaning has room on a narrow screen
+    intervals.min_width = max((len(_ends(e)) for e in values), default=0)
     made.columns[4].justify = "left"
     return made
 
 
 def _interval(estimate: Estimate) -> str:
     """The ends of an interval as far as they are known, and a bound that the value is at."""
-    parts: list[str] = []
-    if estimate.at_bound:
-        parts.append(f"at its {estimate.at_bound} bound")
-    if math.isfinite(estimate.high - estimate.low):
-        parts.append(f"{number(estimate.low)} - {number(estimate.high)}")
-    return ", ".join(parts) or "not identified"
+    bound = f"at its {estimate.at_bound} bound" if estimate.at_bound else ""
+    return ", ".join(filter(None, [_ends(estimate), bound])) or "not identified"
+
+
+def _ends(estimate: Estimate) -> str:
+    """The ends of an interval; "" where they are not known."""
+    known = math.isfinite(estimate.high - estimate.low)
+    return f"{number(estimate.low)} - {number(estimate.high)}" if known else ""
 
 
 def coverage(field: Array, slip: Array, name: str, units: tuple[str, str] = ("", "")) -> str:

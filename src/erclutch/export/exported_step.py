@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import re
+import unicodedata
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal, cast
@@ -417,5 +418,11 @@ def named_after(text: str) -> str:
     return "_".join([*words, "model"])
 
 
+_UMLAUTS = str.maketrans({"ä": "ae", "ö": "oe", "ü": "ue", "ß": "ss"})
+
+
 def _words(text: str) -> list[str]:
-    return re.findall(r"[a-z0-9]+", text.lower())
+    """Words of small letters that C knows: an umlaut is two letters, any other accent is left out."""
+    spelled = unicodedata.normalize("NFC", text.lower()).translate(_UMLAUTS)
+    bare = unicodedata.normalize("NFKD", spelled).encode("ascii", "ignore").decode()
+    return re.findall(r"[a-z0-9]+", bare)

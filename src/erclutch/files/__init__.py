@@ -20,6 +20,8 @@ from typing import Any, cast
 from erclutch.errors import ErclutchError, RunError
 from erclutch.files.places import Reservation, held, is_there, nothing, put_beside, put_new, release, replaced, reserve
 
+LOG_ENDINGS = (".csv", ".parquet", ".mat")  # of the logs that are written
+
 
 def cache_folder() -> Path:
     """Where what can be made again is kept: ``$ERCLUTCH_CACHE``, or ``erclutch`` in the user's cache folder."""
@@ -115,14 +117,17 @@ def may_write(
     raise kind(f"there is {what} already", where=str(folder), remedy="Give --out another name, or --force")
 
 
-def may_write_file(path: Path | None, force: bool, option: str = "out") -> None:
+def may_write_file(path: Path | None, force: bool, option: str = "out", endings: tuple[str, ...] = ()) -> None:
     """Say before any work whether a file may be made, or replaced; the name is then reserved. None is no file.
 
     Raises:
-        RunError: there is a file of this name, and it may not be replaced; ``option`` gave the name.
+        RunError: there is a file of this name, and it may not be replaced; or its ending is none of those that may be,
+            where ``endings`` tells some. ``option`` gave the name.
     """
     if path is None:
         return
+    if endings:
+        refuse_ending(path, endings, option)
     reserve(path, is_plain_file if force else nothing, option=option)
     if not is_there(path) or (force and is_plain_file(path)):
         return
@@ -132,6 +137,20 @@ def may_write_file(path: Path | None, force: bool, option: str = "out") -> None:
     if not is_plain_file(path):
         raise RunError("this is no plain file", where=str(path), remedy=f"Give --{option} the name of a file")
     raise RunError("there is a file already", where=str(path), remedy=f"Give --{option} another name, or --force")
+
+
+def refuse_ending(path: Path, endings: tuple[str, ...], option: str = "out") -> None:
+    """Refuse the name of a file whose ending says another kind of file than is written, or none.
+
+    Raises:
+        RunError: its ending is none of ``endings``; ``option`` gave the name.
+    """
+    if path.suffix.lower() in endings:
+        return
+    *some, last = endings
+    allowed = f"{', '.join(some)} or {last}" if some else last
+    problem = f"its name cannot end in {path.suffix!r}" if path.suffix else "its name has no ending, such as " + last
+    raise RunError(problem, where=str(path), remedy=f"Give --{option} a name that ends in {allowed}")
 
 
 def is_plain_file(path: Path) -> bool:

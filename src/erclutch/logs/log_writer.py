@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from erclutch.errors import RunError, placed
-from erclutch.files import unwritable, whole_file
+from erclutch.files import LOG_ENDINGS, refuse_ending, unwritable, whole_file
 from erclutch.signals.array import Array
 
 LabelledColumns = Sequence[tuple[str, str]]
@@ -48,9 +48,7 @@ def write_log(
     path = Path(path)
     suffix = path.suffix.lower()
     with placed(str(path)):
-        if suffix not in _WRITERS:
-            remedy = "Give a name that ends in .parquet, .csv or .mat"
-            raise RunError(f"a log cannot end in {suffix!r}", remedy=remedy)
+        refuse_ending(path, LOG_ENDINGS)
         _room(path, rows * len(columns) * _BYTES_A_NUMBER[suffix])
     with whole_file(path, partial(unwritable, problem="the log cannot be written")) as unfinished:
         _WRITERS[suffix](unfinished, columns, _counted(chunks, rows, progress), about)

@@ -125,4 +125,7 @@ def locate(table: Table, choice: ColumnChoice, signal: str) -> tuple[str, str | 
     remedy = f"{hint} --{signal} {shell_word(close or 'NAME [unit]')}"
     if "*" in text and signal != "time":
         remedy += "; for a log of each column of such a name add --variable all"
-    raise MappingError(f"there is no column '{text}' for {signal}; the file has: {table.listed}", remedy=remedy)
+    problem = f"there is no column '{text}' for {signal}"
+    if {text, split_label(text)[0]} & {*table.hollow}:
+        problem = f"column '{split_label(text)[0]}' holds no number in any row, so it cannot be the {signal}"
+    raise MappingError(f"{problem}; the file has: {table.listed}", remedy=remedy)

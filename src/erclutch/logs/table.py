@@ -36,6 +36,7 @@ class Table:
         damage: what the format does about damaged bytes, see `LogReader.tells_damage`.
         first_row: place in the file of the first row, counted from 0, where the table is a stretch of a longer log.
         unreadable: columns of the file that are no numbers, with what is wrong: whoever needs one of them says so.
+        hollow: columns of the file that hold no number in any row, and were left out.
         path: of the file, as the user gave it; "" for a table that is not of a file.
         breaks: rows above which a text has a blank line or a comment, where these part its rows into a few blocks.
     """
@@ -56,6 +57,7 @@ class Table:
     first_row: int = 0
     path: str = ""
     unreadable: Mapping[str, str] = field(default_factory=dict[str, str])
+    hollow: tuple[str, ...] = ()
     breaks: tuple[int, ...] = ()
 
     @property

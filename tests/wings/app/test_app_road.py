@@ -113,6 +113,11 @@ def test_the_whole_road(log: str, served: Served, open_page: Callable[..., Any],
     page.goto(f"{place}/")
     page.check(f"[name='run.{one}']")
     page.check(f"[name='run.{two}']")
+    assert page.locator("#few-rows").is_hidden(), "both were trimmed alike"
+    page.eval_on_selector(f"[name='run.{two}']", "box => { box.dataset.heldOut += ' other'; }")
+    page.uncheck(f"[name='run.{two}']")
+    page.check(f"[name='run.{two}']")
+    assert page.locator("#few-rows").is_visible()
     page.click("text=Compare the ticked runs")
     page.wait_for_url("**/shown/**", timeout=60_000)  # the comparison, not the terminal
     page.frame_locator("iframe").locator("h1").wait_for(timeout=60_000)

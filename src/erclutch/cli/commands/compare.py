@@ -46,7 +46,7 @@ def compare(
     if open_ and out is None:
         raise SettingError("--open needs a file", remedy="Give --out FILE.html too")
     if out is not None:
-        may_write_report(out, force)
+        may_write_report(out, force, (".html",))
     found = pair([read_run(run) for run in runs], model)
     if json:
         terminal.say_json(_as_json(found))

@@ -11,7 +11,7 @@ from cyclopts import Parameter
 from erclutch.cli import terminal
 from erclutch.cli.options import DEFAULT_READING, LogOptions, expand
 from erclutch.errors import RunError, SettingError
-from erclutch.files import may_write_file, unwritable, whole_folder
+from erclutch.files import LOG_ENDINGS, may_write_file, unwritable, whole_folder
 from erclutch.files.places import is_there, nothing, release, reserve
 
 if TYPE_CHECKING:
@@ -62,7 +62,7 @@ def predict(
     if several:
         _may_write_folder(out, force)
     else:
-        may_write_file(out, force)
+        may_write_file(out, force, endings=LOG_ENDINGS)
     kept, chosen = opened(run, model)
     how = reading.like(kept, chosen)
     if not sensor:

@@ -50,7 +50,7 @@ def report(
     found = read_run(run)
     pdf = pdf or (out is not None and out.suffix.lower() == ".pdf")
     path = out or run / ("report.pdf" if pdf else "report.html")
-    may_write_report(path, force)
+    may_write_report(path, force, (".pdf",) if pdf else (".html",))
     said = {"title": title, "device": device_name, "author": author, "date": date, "note": note}
     if any(text is not None for text in said.values()):
         write_about(run, about_with(kept_about(run), **said))

@@ -44,6 +44,11 @@ def verify(export: Path, /, *, json: Annotated[bool, Parameter(negative=())] = F
         verdict = c.note if c.passed else f"FAILED {c.note}"
         table.add_row(c.where, str(c.count), bits, f"{c.ulp:.2f}", verdict)
     screen.print(table)
+    failing = [c.where for c in checks if not c.passed]
+    if passed:
+        screen.print(f"Passed in all {len(checks)} places: what they give is what the model gives.", style="bold")
+    else:
+        screen.print(f"FAILED in {len(failing)} of {len(checks)} places: {', '.join(failing)}.", style="bold red")
     screen.print(
         "ulp: units in the last place at the largest training effort; NumPy is predict, in float64.", markup=False
     )

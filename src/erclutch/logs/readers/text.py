@@ -180,6 +180,7 @@ def _table(frame: pd.DataFrame, body: str, dialect: Dialect, source: LogSource, 
     notes = [*dialect.notes, *cut]
     texts: dict[str, pd.Series[Any]] = {}
     unreadable: dict[str, str] = {}
+    hollow: list[str] = []
     if dialect.trailing:
         notes.append("each row ends in a delimiter: the empty last column is left out")
     longer = bool(frame.iloc[:, len(dialect.names) :].notna().to_numpy().any())
@@ -202,6 +203,7 @@ def _table(frame: pd.DataFrame, body: str, dialect: Dialect, source: LogSource, 
             continue
         filled = int(np.count_nonzero(~np.isnan(values)))
         if filled == 0 and len(values) > 0:
+            hollow.append(label)
             notes.append(f"column {label} is empty: left out")
         elif filled == 1 < len(values) and not np.isnan(values[0]):
             constants[label] = float(values[0])
@@ -239,6 +241,7 @@ def _table(frame: pd.DataFrame, body: str, dialect: Dialect, source: LogSource, 
         metadata=dialect.metadata,
         notes=tuple(notes),
         unreadable=unreadable,
+        hollow=tuple(hollow),
         breaks=_breaks(body),
     )
 

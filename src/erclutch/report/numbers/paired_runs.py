@@ -204,7 +204,7 @@ def _shared(runs: Sequence[Run], loaded: Sequence[RunRows]) -> list[Rows]:
         raise RunError(
             f"only {shared[0].size} rows were held out by all runs, at least {_FEWEST} are needed",
             where=" and ".join(str(run.folder) for run in runs),
-            remedy="Compare runs of the same logs with the same --test",
+            remedy="Compare runs of the same logs, with the same --test, --from and --until",
         )
     for run, rows, at in zip(runs[1:], loaded[1:], shared[1:], strict=True):
         if not np.allclose(rows.data.effort[at], loaded[0].data.effort[shared[0]], rtol=1e-9, atol=0.0):

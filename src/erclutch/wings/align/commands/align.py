@@ -9,7 +9,7 @@ from cyclopts import Parameter
 
 from erclutch.cli import terminal
 from erclutch.errors import SettingError
-from erclutch.files import may_write_file
+from erclutch.files import LOG_ENDINGS, may_write_file
 
 if TYPE_CHECKING:
     from erclutch.wings.align.aligned_logs import AlignedLogs
@@ -54,7 +54,7 @@ def align(
     """
     image = picture or out.with_name(f"{out.stem}-clocks.png")
     numbers = image.with_suffix(".csv")
-    may_write_file(out, force)
+    may_write_file(out, force, endings=LOG_ENDINGS)
     if image.suffix.lower() not in (".png", ".svg", ".pdf") or numbers == out:
         raise SettingError(
             "the picture cannot have this name",

@@ -91,12 +91,14 @@ if (job && job.dataset.state === "running") {
   look();
 }
 
-// Runs of other logs cannot be compared: that is told before the click.
+// Runs of other logs cannot be compared, and runs of other stretches of a log hardly: that is told before the click.
 const compare = document.getElementById("compare");
 if (compare) compare.form.addEventListener("change", () => {
-  const ticked = [...compare.form.querySelectorAll("input:checked")].map(box => box.dataset.rows);
-  const other = new Set(ticked).size > 1;
+  const ticked = [...compare.form.querySelectorAll("input:checked")];
+  const differ = key => new Set(ticked.map(box => box.dataset[key])).size > 1;
+  const other = differ("rows");
   document.getElementById("cannot-compare").hidden = !other;
+  document.getElementById("few-rows").hidden = other || !differ("heldOut");
   compare.disabled = other;
 });
 

@@ -11,7 +11,7 @@ from cyclopts import Group, Parameter
 from erclutch.cli import terminal
 from erclutch.cli.quantities import HERTZ, SECONDS, TORQUE
 from erclutch.errors import SettingError, require
-from erclutch.files import may_write_file
+from erclutch.files import LOG_ENDINGS, may_write_file, refuse_ending
 from erclutch.wings.design.limit_options import NO_LIMITS, LimitOptions
 
 if TYPE_CHECKING:
@@ -83,6 +83,7 @@ def excite(
         seconds = 290.0 if sequence == "paper" else of_its_own
     require(0.1, 86400, " s", seconds=seconds)
     require(0, seed=seed)
+    refuse_ending(out, LOG_ENDINGS if sequence == "paper" else (*LOG_ENDINGS, ".h"))
     if sequence == "paper":
         rate = 1000.0 if rate is None else rate
         require(0.001, min(1e6, 1e7 / seconds), " Hz", rate=rate)

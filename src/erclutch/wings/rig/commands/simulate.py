@@ -10,7 +10,7 @@ from cyclopts import Parameter
 from erclutch.cli import terminal
 from erclutch.cli.quantities import SECONDS
 from erclutch.errors import SettingError
-from erclutch.files import may_write_file
+from erclutch.files import LOG_ENDINGS, may_write_file
 
 if TYPE_CHECKING:
     from erclutch.wings.rig.twin.scenarios import TwinRun
@@ -58,7 +58,7 @@ def simulate(
         return
     run = prepare(scenario, rig=load_rig(rig_file), seconds=seconds, seed=seed)
     path = out or Path(f"{scenario}.parquet")
-    may_write_file(path, force)
+    may_write_file(path, force, endings=LOG_ENDINGS)
     collect(run, path)
     if json:
         told = {"log": str(path), "rows": run.rows, "seconds": run.rows / 1000, "seed": seed}

@@ -1,0 +1,103 @@
+"""Where somebody stumbles who knows the README alone: narrow screens, ragged help, names of another kind of file."""
+
+from __future__ import annotations
+
+import io
+from pathlib import Path
+
+import pytest
+from cyclopts.help import HelpEntry, HelpPanel
+from cyclopts.help.inline_text import InlineText
+from rich.console import Console
+from rich.text import Text
+
+from erclutch.cli.folded_help import Flowing
+from erclutch.cli.terminal import estimates
+from erclutch.fit.laws.fit_law import Estimate
+from erclutch.logs.synthetic import write_synthetic_log
+from tests.support.command import good, refused
+
+
+@pytest.fixture(scope="module")
+def bench(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with a log and a run."""
+    folder = tmp_path_factory.mktemp("bench")
+    write_synthetic_log(folder / "log.csv", seconds=3.0)
+    good("fit", "log.csv", "--models", "bingham", "--lag", "none", "--out", "run", cwd=folder)
+    return folder
+
+
+def printed(shown: object, width: int) -> list[str]:
+    """The lines of what is shown on a screen of some width."""
+    said = io.StringIO()
+    Console(file=said, width=width).print(shown)
+    return said.getvalue().splitlines()
+
+
+def test_a_text_of_the_help_fills_its_lines_wherever_its_docstring_breaks() -> None:
+    told = InlineText(Text("both joined\nby + or\n    alone."))
+    panel = HelpPanel(
+        title="Options",
+        format="parameter",
+        entries=[HelpEntry(positive_names=("--models",), description=told, default="()")],
+    )
+    said = io.StringIO()
+    console = Console(file=said, width=80)
+    Flowing()(console, console.options, panel)
+    assert "both joined by + or alone. " in said.getvalue()
+    assert "()" not in said.getvalue()
+
+
+@pytest.mark.parametrize(("width", "most"), [(80, 3), (150, 1)])
+def test_a_meaning_has_room_on_a_narrow_screen(width: int, most: int) -> None:
+    meaning = "effort of the bristles' damping at the reference field"
+    value = Estimate("T_ldy", meaning, "N/(m/s)", 0.0, 0.0, 284.7, "lower")
+    lines = printed(estimates("Parameters", [value]), width)
+    body = [line for line in lines[4:] if line.strip()]
+    assert len(body) <= most, lines
+    assert "0 - 284.7" in "\n".join(body), "the ends of an interval stay in one line"
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (
+            ("report", "run", "--out", "x.txt"),
+            "x.txt: its name cannot end in '.txt'. Give --out a name that ends in .html",
+        ),
+        (
+            ("report", "run", "--out", "x"),
+            "x: its name has no ending, such as .html. Give --out a name that ends in .html",
+        ),
+        (("report", "run", "--pdf", "--out", "x.html"), "ends in .pdf"),
+        (("predict", "log.csv", "--run", "run", "--out", "x"), "ends in .csv, .parquet or .mat"),
+        (("simulate", "training", "--out", "x.xls"), "x.xls: its name cannot end in '.xls'"),
+        (("align", "log.csv", "log.csv", "--out", "x"), "ends in .csv, .parquet or .mat"),
+        (("excite", "--out", "x"), "ends in .csv, .parquet, .mat or .h"),
+        (("excite", "--sequence", "paper", "--out", "x.h"), "ends in .csv, .parquet or .mat"),
+    ],
+)
+def test_a_name_that_says_another_kind_of_file_is_refused_before_any_work(
+    words: tuple[str, ...], said: str, bench: Path
+) -> None:
+    assert said in refused(*words, cwd=bench)
+
+
+def test_a_word_too_many_is_told_with_the_way_out(bench: Path) -> None:
+    said = " ".join(refused("table", "ranking", "run", cwd=bench, code=1).replace("│", "").split())
+    assert "'run': more than the command takes. erclutch table --help shows what it takes." in said
+
+
+def test_a_named_column_without_a_number_is_told_as_such(tmp_path: Path) -> None:
+    rows = "\n".join(f"{i / 1000},{i % 7},{i % 5}," for i in range(60))
+    (tmp_path / "log.csv").write_text(f"t [s],E [A],w [rad/s],T [N*m]\n{rows}\n")
+    said = refused("fit", "log.csv", "--field", "E [A]", "--slip", "w [rad/s]", "--effort", "T [N*m]", cwd=tmp_path)
+    assert "column 'T' holds no number in any row, so it cannot be the effort; the file has: t [s], E [A]" in said
+
+
+def test_an_umlaut_in_a_log_s_name_stays_in_the_names_of_c() -> None:
+    from erclutch.export.exported_step import named_after
+
+    assert named_after("Prüfstand 3") == "pruefstand_3_model"
+    assert named_after("Frottement à sec") == "frottement_a_model"
+    assert named_after("制动器") == "model"
