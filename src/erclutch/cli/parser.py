@@ -48,7 +48,7 @@ def _misused(error: CycloptsError) -> object:
 
     if isinstance(error, UnusedCliTokensError):
         command = " ".join(["erclutch", *(error.command_chain or ())])
-        unused = ", ".join(map(repr, error.unused_tokens))
+        unused = ", ".join(map(repr, error.unused_tokens or ()))
         return CycloptsPanel(shown(f"{unused}: more than the command takes. {command} --help shows what it takes."))
     hint = _taken_by_a_list(error.root_input_tokens or ()) if isinstance(error, MissingArgumentError) else ""
     return CycloptsPanel(shown(f"{error}{hint}"))

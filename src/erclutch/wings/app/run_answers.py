@@ -188,7 +188,8 @@ def run_row(entry: Entry, body: Mapping[str, Any] | None) -> dict[str, Any]:
     chosen = next(each for each in body["ranking"] if each["name"] == chosen_name(body))
     row["logs"] = ", ".join(log["name"] for log in body["logs"])
     row["rows"] = " ".join(sorted(log["sha256"] for log in body["logs"]))  # runs of the same rows can be compared
-    window = [str((body.get("reading") or {}).get(key, "")) for key in ("begin", "end", "skip")]
+    reading: Mapping[str, Any] = body.get("reading") or {}
+    window = [str(reading.get(key, "")) for key in ("begin", "end", "skip")]
     row["held_out"] = " ".join([*window, str(body.get("settings", {}).get("test"))])  # other rows where these differ
     row["model"] = f"none; nearest: {chosen['title']}" if standing_of_run(body).why_none else chosen["title"]
     error, share = chosen["test"]["rmse"][0], chosen["test"]["share"][0]
