@@ -22,12 +22,16 @@ import pytest
 from hypothesis import HealthCheck, settings
 from xdist.scheduler import LoadScopeScheduling
 
+from tests.support.examples import examples
+
 # Tests run side by side: threads of one's matrix products would only wait for the processors that another one uses.
 # Set before NumPy is imported, and inherited by the commands that tests start.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 # Whether a test passes does not depend on how busy the machine is.
-settings.register_profile("any machine", deadline=None, suppress_health_check=[HealthCheck.too_slow])
+settings.register_profile(
+    "any machine", deadline=None, max_examples=examples(100), suppress_health_check=[HealthCheck.too_slow]
+)
 settings.load_profile("any machine")
 
 #: Files and folders whose tests share what is slow to make (a fit, a long log, parsed sources, the compiled twin), or

@@ -39,6 +39,7 @@ def said(capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp
     return run
 
 
+@pytest.mark.usefixtures("read_here")
 def test_units_of_a_parquet_file(said: Said, tmp_path: Path) -> None:
     time = np.arange(400) / 1000
     columns = {"time": time, "current": abs(np.sin(7 * time)), "speed": np.sin(20 * time), "torque": np.sin(9 * time)}

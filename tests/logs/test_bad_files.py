@@ -118,6 +118,7 @@ def test_errors_of_timing_are_errors_of_logs(tmp_path: Path) -> None:
         read(path)
 
 
+@pytest.mark.slow
 @settings(max_examples=examples(100), deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(
     data=st.binary(max_size=400) | st.just(b"PAR1" * 5) | st.binary(max_size=50).map(lambda tail: HEAD.encode() + tail),

@@ -35,7 +35,7 @@ X_Columns\t{x}
 
 COLUMNS = small_log()
 # Libraries of text formats are in this package: their files are read at once.
-AT_ONCE = ("lvm", "jsonl", "mcap", "csv", "white space", "daq", "csv gz", "parquet", "parquet checked")
+AT_ONCE = ("lvm", "jsonl", "mcap", "csv", "white space", "daq", "csv gz")
 every = pytest.mark.parametrize(
     "name",
     [pytest.param(n, marks=() if n in AT_ONCE else pytest.mark.slow) for n in FORMATS],

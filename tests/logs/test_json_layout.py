@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 
 from erclutch.errors import ErclutchError, LogError
 from erclutch.logs import read, read_table, recordings_in
+from tests.support.examples import examples
 
 TIME = [k / 100 for k in range(50)]
 SPEED = [round(float(np.sin(9 * t)), 6) for t in TIME]
@@ -117,7 +118,7 @@ _VALUES = st.recursive(
 )
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=examples(150), deadline=None)
 @given(_VALUES)
 def test_any_document_is_read_or_refused(tmp_path_factory: pytest.TempPathFactory, document: Any) -> None:
     path = written(tmp_path_factory.getbasetemp(), document)
@@ -128,7 +129,7 @@ def test_any_document_is_read_or_refused(tmp_path_factory: pytest.TempPathFactor
     assert len({values.size for values in table.columns.values()}) == 1
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=examples(150), deadline=None)
 @given(form=st.sampled_from(list(FORMS)), place=st.integers(0, 3000), damage=st.sampled_from('0-,.]["{}:x'))
 def test_a_changed_byte_never_makes_more_than_the_value_it_stands_in(
     tmp_path_factory: pytest.TempPathFactory, form: str, place: int, damage: str

@@ -44,6 +44,7 @@ def whole() -> bytes:
     return sink.getvalue()
 
 
+@pytest.mark.usefixtures("read_here")
 def test_units_and_settings_come_from_the_metadata(tmp_path: Path) -> None:
     path = tmp_path / "log.parquet"
     path.write_bytes(whole())

@@ -415,6 +415,7 @@ def test_vectors_in_files(pinned: Pinned) -> None:
     pinned(found)
 
 
+@pytest.mark.usefixtures("read_here")
 def test_a_log_in_batches(tmp_path: Path, pinned: Pinned) -> None:
     import erclutch.logs as logs
     from erclutch.logs import batches

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from erclutch.errors import ErclutchError, LogError
 from erclutch.logs import read_table, recordings_in
+from tests.support.examples import examples
 
 TIME = np.arange(50) / 100
 SPEED = np.round(np.sin(9 * TIME), 6)
@@ -97,7 +98,7 @@ def test_text_above_a_table_is_skipped_with_a_word(tmp_path: Path) -> None:
     assert table.metadata["Operator"] == "somebody"
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=examples(100), deadline=None)
 @given(place=st.integers(0, 5000), damage=st.sampled_from("0x,;.\n\t -\"'#"))
 def test_a_changed_byte_never_moves_a_column(tmp_path_factory: pytest.TempPathFactory, place: int, damage: str) -> None:
     """Of each table that is read at most one row of a column differs; what is missing is named."""

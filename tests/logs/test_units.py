@@ -10,6 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from erclutch.errors import UnitError
+from erclutch.logs.readers.dialect import _are_units
 from erclutch.signals import units
 from erclutch.signals.recording import SIGNALS
 
@@ -131,3 +132,14 @@ def test_common_units_are_what_pint_says() -> None:
 def test_a_log_in_si_units_does_not_wait_for_pint() -> None:
     wanted = {unit for kind in SIGNALS.values() for unit in kind.si_units} - units._NO_DIMENSION
     assert wanted <= units.COMMON.keys() | {"%"}
+
+
+def test_temperatures_and_lines_of_names_do_not_wait_for_pint(monkeypatch: pytest.MonkeyPatch) -> None:
+    def asked(text: str, spelled: str) -> None:
+        raise AssertionError(f"pint is asked for {text}")
+
+    monkeypatch.setattr(units, "_evaluate", asked)
+    for text in ("K", "kelvin", "Kelvin", "°C"):
+        assert not units.is_unit(text)
+    assert not _are_units(["time", "E1", "E2", "theta_dot", "T"])
+    assert _are_units(["s", "kV", "rad/s", "N*m"])

@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 from erclutch.errors import ErclutchError, LogError
 from erclutch.logs import read_table
 from erclutch.wings.rheology.flow_curve_file import FlowFile, read_flow_curves
+from tests.support.examples import examples
 
 RATES = np.array([0.1, 0.4642, 2.154, 10.0, 46.42, 215.4])
 STRESSES = np.array([80.3, 81.1, 83.2, 88.4, 102.7, 139.5])
@@ -213,7 +214,7 @@ EXPORTS = {
 }
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=examples(25), deadline=None)
 @given(
     kind=st.sampled_from(list(EXPORTS)),
     place=st.integers(0, 4000),
