@@ -10,8 +10,8 @@ import pytest
 
 from erclutch.errors import ExportError
 from erclutch.export.c import cross_compiler
-from erclutch.export.c.compilers import EXACT, Compiler
-from erclutch.export.c.cross_compiler import ZIG, Cross
+from erclutch.export.c.compilers import EXACT, Compiler, zig_command
+from erclutch.export.c.cross_compiler import Cross
 from erclutch.wings.exporters.fmu import fmu_binaries
 from erclutch.wings.exporters.fmu.fmu_binaries import Builder, build_binaries, builders, check_binary
 
@@ -91,7 +91,7 @@ def zigs_words(target: str, folder: Path, patch: pytest.MonkeyPatch) -> list[lis
     called: list[list[str]] = []
     patch.setattr(cross_compiler, "run", lambda words, *_: called.append(list(words)))
     Cross(target).shared([Path("a.c"), Path("b.c")], folder / "m.so")
-    return [[word.replace(str(folder), "OUT") for word in words[len(ZIG) :]] for words in called]
+    return [[word.replace(str(folder), "OUT") for word in words[len(zig_command()) :]] for words in called]
 
 
 def test_zigs_words_for_linux(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

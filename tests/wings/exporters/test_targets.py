@@ -17,6 +17,7 @@ import pytest
 
 from erclutch.errors import ExportError
 from erclutch.export import ExportOptions, export_model, step_of, verify_export
+from erclutch.export.c.compilers import zig_command
 from erclutch.export.exported_step import ExportedStep
 from erclutch.export.step_numbers import run
 from erclutch.export.step_vectors import vectors_of
@@ -269,7 +270,7 @@ def test_zig_builds_libraries_for_other_machines_with_an_empty_cache(
 
 def _windows_program(source: Path, out: Path) -> None:
     """As the FMU's library is built: zig's clang and LLD, and the C library that Windows has."""
-    zig = [sys.executable, "-m", "ziglang"]
+    zig = zig_command()
     made, libraries = out.with_suffix(".o"), [out.with_name("c.lib"), out.with_name("kernel.lib")]
     names = (
         ("msvcrt", "__getmainargs atof atoi exit fclose fopen fread fwrite puts strcmp"),
@@ -579,7 +580,6 @@ def test_mujoco_samples_at_the_models_own_period(
 def test_a_missing_package_is_named(
     to: str, module: str, models: dict[str, Model], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    import sys
 
     monkeypatch.setitem(sys.modules, module, None)
     program = step_of(models["bingham, single"], ExportOptions(name="m", period=PERIOD))

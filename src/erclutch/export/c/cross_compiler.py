@@ -6,15 +6,12 @@ functions of C's library and each machine brings them, so clang compiles, and LL
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from erclutch.export.c.compilers import EXACT, run
+from erclutch.export.c.compilers import EXACT, run, zig_command
 
-#: The command that runs zig out of its package.
-ZIG = (sys.executable, "-P", "-m", "ziglang")
 #: msvcrt.dll is part of every Windows.
 _WINDOWS_C = ("calloc", "free", "malloc", "memcpy", "memset", "strcmp", "strncpy")
 
@@ -42,14 +39,15 @@ class Cross:
         """
         objects = [out.parent / f"{source.stem}.o" for source in sources]
         machine = ("-mno-stack-arg-probe",) if self._windows else ("-fPIC", "-fvisibility=hidden")
-        compiler = [*ZIG, "cc", "-target", self.target, *EXACT, "-O2", *machine]
+        compiler = [*zig_command(), "cc", "-target", self.target, *EXACT, "-O2", *machine]
         for source, compiled in zip(sources, objects, strict=True):
             self._run([*compiler, "-c", str(source), "-o", str(compiled)], f"compile {source.name}")
         if self._windows:
             self._link_dll(objects, out)
         else:
             # The names that stay open are those of the C library of the program that loads this one.
-            self._run([*ZIG, "ld.lld", "-shared", "-s", *map(str, objects), "-o", str(out)], f"link {out.name}")
+            linker = [*zig_command(), "ld.lld", "-shared", "-s"]
+            self._run([*linker, *map(str, objects), "-o", str(out)], f"link {out.name}")
 
     @property
     def _windows(self) -> bool:
@@ -60,10 +58,12 @@ class Cross:
         names = out.parent / "msvcrt.def"
         library = out.parent / "msvcrt.lib"
         names.write_text("\n".join(["LIBRARY msvcrt.dll", "EXPORTS", *_WINDOWS_C, ""]), encoding="ascii")
-        self._run([*ZIG, "dlltool", "-m", "i386:x86-64", "-d", str(names), "-l", str(library)], "list C's functions")
+        self._run(
+            [*zig_command(), "dlltool", "-m", "i386:x86-64", "-d", str(names), "-l", str(library)], "list C's functions"
+        )
         # /Brepro: no date inside, so the same model gives the same bytes.
         options = ["/dll", "/noentry", "/nodefaultlib", "/lldmingw", "/Brepro", f"/out:{out}"]
-        self._run([*ZIG, "lld-link", *options, *map(str, objects), str(library)], f"link {out.name}")
+        self._run([*zig_command(), "lld-link", *options, *map(str, objects), str(library)], f"link {out.name}")
 
     def _run(self, words: Sequence[str], what: str) -> None:
         run(words, f"{self.name} cannot {what}", "Mend or remove that compiler")
