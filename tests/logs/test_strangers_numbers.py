@@ -10,6 +10,7 @@ import pytest
 
 import erclutch
 from erclutch.errors import ErclutchError, LogError, MappingError, TimingError
+from erclutch.logs.labels import split_end
 from erclutch.logs.log_writer import write_log
 from erclutch.logs.readers.numerals import is_grouped, ungrouped, weigh
 from erclutch.logs.sentinels import sentinels
@@ -226,12 +227,58 @@ def test_power_is_no_slip(written: Written) -> None:
         ("ft-lb", 1.3558179),
         ("lb ft", 1.3558179),
         ("N.mm", 1e-3),
+        ("FT-LB", 1.3558179),
+        ("IN-LBS", 0.1129848),
     ],
 )
 def test_units_of_torque(unit: str, newton_metres: float) -> None:
     found = units.fits(unit, ("N*m",))
     assert found is not None
     assert found[0] == pytest.approx(newton_metres, rel=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("unit", "si", "factor"),
+    [
+        ("LB", "N", 4.4482216),
+        ("Lbs", "N", 4.4482216),
+        ("LBF", "N", 4.4482216),
+        ("KN", "N", 1000.0),
+        ("MM", "m", 1e-3),
+        ("IN/SEC", "m/s", 0.0254),
+        ("MM/S", "m/s", 1e-3),
+        ("DEG/S", "rad/s", np.pi / 180),
+        ("SEC", "s", 1.0),
+    ],
+)
+def test_units_of_machines_that_write_in_capitals(unit: str, si: str, factor: float) -> None:
+    found = units.fits(unit, (si,))
+    assert found is not None
+    assert found[0] == pytest.approx(factor, rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("name", "unit"),
+    [
+        ("ShearRate_1_s", "1/s"),
+        ("rate_per_s", "1/s"),
+        ("Viscosity_Pa_s", "Pa*s"),
+        ("acc_m_s2", "m/s^2"),
+        ("force_lbf", "lbf"),
+        ("torque_ft_lb", "ft*lbf"),
+        ("time_s", "s"),
+        ("torque_N_m", "N*m"),
+    ],
+)
+def test_the_longest_unit_that_ends_a_name_is_its_unit(name: str, unit: str) -> None:
+    assert split_end(name)[1] == unit
+
+
+def test_a_shear_rate_per_second_is_no_time(written: Written) -> None:
+    lines = [f"{0.1 * i:.2f},{10 + i},{100 / (1 + i):.3f}" for i in range(ROWS)]
+    path = written("ShearRate_1_s,Stress_Pa,Viscosity_Pa_s\n" + "\n".join(lines) + "\n")
+    with pytest.raises(MappingError, match="no time column and no sampling rate"):
+        erclutch.read(path, field="none")
 
 
 # --- sentinels --------------------------------------------------------------------------------------------------------

@@ -118,10 +118,22 @@ def time_column(seen: SeenColumns, taken: Iterable[str]) -> str | None:
             return column.name
 
     in_seconds = [column for column in open_ones if column.fits(("s",)) and OTHER.isdisjoint(column.spoken.words)]
+    for tells in (_rises_in_each_row, _has_equal_steps):  # a delay and a state of the bench do not
+        if len(in_seconds) > 1:
+            in_seconds = [column for column in in_seconds if tells(column.values)]
     if len(in_seconds) == 1:
         return in_seconds[0].name
     rising = [column for column in open_ones if column.spoken.ends_in_time and column.shape.rises]
     return rising[0].name if len(rising) == 1 else None
+
+
+def _rises_in_each_row(values: Array) -> bool:
+    return bool(np.all(np.diff(values) > 0.0))
+
+
+def _has_equal_steps(values: Array) -> bool:
+    steps = np.diff(values)
+    return bool(np.ptp(steps) <= _EVEN * np.median(steps)) if steps.size else False
 
 
 def stamps_of(seen: SeenColumns) -> Array | None:

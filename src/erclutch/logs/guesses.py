@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -19,6 +20,10 @@ from erclutch.logs.seen_columns import KINDS, SeenColumns
 from erclutch.logs.sensor_scales import scaled
 from erclutch.logs.shapes import is_rate_of, is_steady, varies
 from erclutch.signals.recording import SIGNALS
+from erclutch.signals.units import UNKNOWN
+
+#: A coil that makes a field draws more than this, in A, in V or as logged.
+_FAINT_FIELD = 1e-3
 
 
 class Guess(NamedTuple):
@@ -101,6 +106,12 @@ def _take_guess(draft: Draft, signal: str, found: Guess, motion: str) -> bool:
     else:  # a unit alone asks for the shape too
         sureness = "likely" if column.shape.looks_like(signal) else "doubtful"
     draft.take(signal, column.name, column.unit_for(si_units), 1.0, f"guessed from its {found.reason}", sureness)
+    taken = draft.signals[signal]
+    strongest = float(np.nanmax(np.abs(column.values), initial=0.0)) * abs(taken.factor)
+    called_field = column.spoken.forms["field"] == "field"
+    if signal == "field" and not called_field and taken.si in ("A", "V", UNKNOWN) and 0.0 < strongest < _FAINT_FIELD:
+        doubt = f"which never exceeds {strongest:.3g}, as the output of a sensor: --field none if it drives no coil"
+        draft.signals[signal] = replace(taken, sureness="doubtful", doubt=doubt)
     return True
 
 

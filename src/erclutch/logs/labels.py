@@ -24,10 +24,16 @@ _PERIOD = re.compile(
 # Ends of names that are units (``omega_rad_s``), and how units are written; small letters are taken for large ones.
 _AS_THEY_ARE = "A mA V mV kV N kN Pa kPa MPa s ms us mm cm m rad deg rpm T mT"
 _SPEEDS = "rad_s=rad/s rads=rad/s radps=rad/s deg_s=deg/s dps=deg/s m_s=m/s mps=m/s mm_s=mm/s mmps=mm/s"
-_OTHERS = "Nm=N*m N_m=N*m Nmm=N*mm mNm=mN*m C=°C degC=°C"
+_OTHERS = "Nm=N*m N_m=N*m Nmm=N*mm mNm=mN*m C=°C degC=°C lbf=lbf kgf=kgf"
+_POUNDS = "ftlb=ft*lbf ft_lb=ft*lbf lb_ft=ft*lbf lbft=ft*lbf inlb=in*lbf in_lb=in*lbf lb_in=in*lbf"
+# What only looks like a second or a metre at its end: a shear rate, a viscosity, an acceleration.
+_LONGER = "1_s=1/s per_s=1/s Pa_s=Pa*s mPa_s=mPa*s m_s2=m/s^2 rad_s2=rad/s^2"
 _ENDS = {
     **{end: end for end in _AS_THEY_ARE.split()},
-    **{end: unit for end, _, unit in (pair.partition("=") for pair in f"{_SPEEDS} {_OTHERS}".split())},
+    **{
+        end: unit
+        for end, _, unit in (pair.partition("=") for pair in f"{_SPEEDS} {_OTHERS} {_POUNDS} {_LONGER}".split())
+    },
 }
 #: Names that are a unit and nothing else: the column is told by it.
 _BARE = {

@@ -12,7 +12,7 @@ from erclutch.logs.columns import candidates
 from erclutch.logs.mapping import COUNTS
 from erclutch.logs.names import NAMES, NEED_UNIT, spoken_name
 from erclutch.logs.seen_columns import SeenColumn, SeenColumns
-from erclutch.logs.shapes import are_estimates, is_quotient, is_rate_of, is_set_point_of, same_course
+from erclutch.logs.shapes import are_estimates, is_as_large, is_quotient, is_rate_of, is_set_point_of, same_course
 from erclutch.signals.recording import SIGNALS
 
 _EXAMPLES = {"field": "I [A]", "slip": "V [cm/s]", "position": "D [mm]", "effort": "F [N]", "T": "torque [N*m]"}
@@ -56,13 +56,15 @@ def missing(seen: SeenColumns, signal: str, taken: Iterable[str], alternatives: 
     refused = next((column for column in misfits if _is_called(column, signal)), None)
     if refused is not None:
         doubt += f"; column {refused.name} is called so, but its unit {refused.unit} does not fit"
-    hollow = [name for name in seen.empty if _is_called(seen.columns[name], signal)]
+    hollow = [name for name in seen.empty if len(spoken_name(name).forms[signal] or "") > 2]
     doubt += f"; column {hollow[0]} is called so, but holds no number in any row" if hollow else ""
     problem = f"no column for {alternatives or signal}{doubt}; the file has: {seen.table.listed}"
     return MappingError(problem, remedy=remedy)
 
 
-def example_of(seen: SeenColumns, signal: str, taken: Iterable[str], beside: Sequence[str] = ()) -> str:
+def example_of(
+    seen: SeenColumns, signal: str, taken: Iterable[str], beside: Sequence[str] = (), partners: Sequence[str] = ()
+) -> str:
     """An option for a signal that was not found: with a column that may be it, or with a place to fill in.
 
     Args:
@@ -70,6 +72,8 @@ def example_of(seen: SeenColumns, signal: str, taken: Iterable[str], beside: Seq
         signal: its name.
         taken: columns that are something else.
         beside: columns of the motion; of several efforts the one that is called like them goes first.
+        partners: columns that may be the effort; of several motions the one that makes a power with one of them, and is
+            called like it, goes first.
     """
     free = seen.without(taken)
     volts = _in_volts(free, signal)
@@ -80,6 +84,8 @@ def example_of(seen: SeenColumns, signal: str, taken: Iterable[str], beside: Seq
     short = [column.name for column in free if _is_short(column, signal) and column.fits(si_units) is not False]
     found, _ = candidates(seen, signal, taken)
     likely = _of_one_part(found or short, beside)
+    if partners:
+        likely = sorted(likely, key=lambda name: min(_apart(seen, name, partner) for partner in partners))
     if not likely:
         usual = _EXAMPLES.get(signal, "").partition("[")[2].removesuffix("]")
         hole = f"COLUMN [{usual or si_units[0] or '-'}]"
@@ -95,6 +101,12 @@ def _of_one_part(names: Sequence[str], beside: Sequence[str]) -> list[str]:
     for name in beside:
         known |= _parts(spoken_name(name).stem)
     return sorted(names, key=lambda name: -len(known & _parts(name)))
+
+
+def _apart(seen: SeenColumns, motion: str, effort: str) -> tuple[bool, int]:
+    """How far a motion is from an effort: of another kind, then by the parts of their names that they share."""
+    kinds = seen.columns[motion].kind, seen.columns[effort].kind
+    return kinds[0] != kinds[1] or not kinds[0], -len(_parts(motion) & _parts(effort))
 
 
 def _parts(name: str) -> set[str]:
@@ -144,7 +156,7 @@ def why_no_field(seen: SeenColumns, column: SeenColumn, taken: Iterable[str]) ->
     followers = [other.name for other in measured if is_set_point_of(column.values, other.values)]
     if followers:
         return f"is the set point that {followers[0]} follows"
-    stamps = stamps_of(seen)
+    stamps = stamps_of(seen) if measured else None
     moved = [other.name for other in measured if is_rate_of(column.values, other.values, stamps)]
     if moved:
         return f"is the rate of {moved[0]}"
@@ -164,12 +176,25 @@ def quotient_of(seen: SeenColumns, column: SeenColumn) -> tuple[str, str] | None
 
 
 def rubbing_force(seen: SeenColumns) -> str:
-    """The force over the normal force in a column that is called a coefficient of friction; "" where there is none."""
+    """The force over the normal force in a column that is called a coefficient of friction; "" where there is none.
+
+    A smoothed coefficient is no quotient row by row, but it is as large as that of one pair of forces, and of no other.
+    """
+    forces = [column for column in seen.columns.values() if column.unit and column.fits(("N",))]
     for column in seen.columns.values():
         called = {"cof", "friction", "traction", "mu"} & {*column.spoken.stem_words}
-        parts = quotient_of(seen, column) if called and column.unit in (None, *_NO_UNITS) else None
+        if not called or column.unit not in (None, *_NO_UNITS):
+            continue
+        parts = quotient_of(seen, column)
         if parts is not None:
             return parts[0]
+        alike = [
+            top.name
+            for top, bottom in permutations(forces, 2)
+            if len(forces) <= _MOST_PARTS and is_as_large(column.values, top.values, bottom.values)
+        ]
+        if len(alike) == 1:
+            return alike[0]
     return ""
 
 

@@ -70,6 +70,8 @@ def take_named(draft: Draft) -> None:
 def _take_choice(draft: Draft, signal: str, choice: ColumnChoice) -> None:
     try:
         name, unit, factor = locate(draft.table, choice, signal)
+        if name in draft.seen.empty:
+            raise MappingError(f"column {name} holds no number in any row", remedy=_another(signal))
         if signal == _TEMPERATURE:  # a further input, in K
             units.kelvin(draft.table.columns[name] * factor, unit, name)
             draft.signals[signal] = SignalPlan(signal, name, unit, factor, factor, "K", reason=choice.source)
@@ -78,6 +80,11 @@ def _take_choice(draft: Draft, signal: str, choice: ColumnChoice) -> None:
             draft.take(signal, name, unit, factor, choice.source)
     except MappingError as error:
         draft.ask(signal, error)
+
+
+def _another(signal: str) -> str:
+    """What helps where a column has the name of a signal and no numbers."""
+    return f"Name another column with --{signal}" + (", or --field none" if signal == "field" else "")
 
 
 def locate(table: Table, choice: ColumnChoice, signal: str) -> tuple[str, str | None, float]:
@@ -89,6 +96,9 @@ def locate(table: Table, choice: ColumnChoice, signal: str) -> tuple[str, str | 
         LogError: its cells are no numbers.
     """
     text = str(choice.column).strip()
+    if split_label(text.removeprefix("-").strip())[0] in table.hollow:
+        problem = f"column {split_label(text)[0]} holds no number in any row"
+        raise MappingError(problem, remedy=_another(signal))
     positive = text.removeprefix("-").strip()
     for name in (text, positive, split_label(text)[0], split_label(positive)[0]):
         if name not in table.columns and name in table.unreadable:

@@ -8,7 +8,7 @@ what the user said is taken (`named_columns`, `clock_planning`, `given_numbers`)
 
 from __future__ import annotations
 
-from erclutch.errors import MappingError, SettingError, placed
+from erclutch.errors import LogError, MappingError, SettingError, placed
 from erclutch.logs.clock_planning import clock_plan
 from erclutch.logs.draft import Draft
 from erclutch.logs.further_columns import take_further_columns
@@ -24,6 +24,7 @@ from erclutch.logs.seen_columns import seen_columns
 from erclutch.logs.table import Table
 from erclutch.signals.device import DeviceName
 
+_WIDEST = 1000  # columns: more, and fewer rows, lie on their side
 _NEEDED = (signal for groups in NEEDS.values() for group in groups for option in group for signal in option)
 _OPTIONAL = (signal for signals in OPTIONAL.values() for signal in signals)
 #: Signals stand in one order in a plan, whoever chose them, so that plans can be compared.
@@ -64,9 +65,12 @@ def plan_of(
     if invalid not in ("error", "drop"):
         raise SettingError(f"invalid is '{invalid}'", remedy="Use error or drop")
 
+    if len(table.columns) > max(_WIDEST, table.rows):
+        problem = f"{table.rows} rows of {len(table.columns):,} columns: a log has one row a sample"
+        raise LogError(problem, remedy="Give a table with a column for each signal", where=table.name)
     seen = seen_columns(table, whole=whole)
-    if seen.empty:
-        notes.append(f"no number in any row: column {', '.join(seen.empty)}: left out")
+    if numberless := [name for name in seen.empty if name in table.columns]:
+        notes.append(f"no number in any row: column {', '.join(numberless)}: left out")
     draft = Draft(seen, told, device, notes, constants=dict(table.constants))
     with placed(table.name):
         refuse_unreadable_signals(draft)

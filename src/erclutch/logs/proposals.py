@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from erclutch.logs.columns import candidates
 from erclutch.logs.labels import split_label
 from erclutch.logs.mapping import ColumnMap
 from erclutch.logs.missing_columns import example_of, field_or_none, has_speed
@@ -47,7 +48,9 @@ def proposals(
         elif signal == "slip" and "--position" in question.remedy:
             option = f"--position {question.remedy.partition('--position ')[2]}"
         else:
-            option = _USUAL.get(signal) or example_of(seen, signal, others, [*motions, *proposed])
+            asks_for_both = signal in ("slip", "position") and "effort" in questions
+            partners = candidates(seen, "effort", others)[0] if asks_for_both else []
+            option = _USUAL.get(signal) or example_of(seen, signal, others, [*motions, *proposed], partners)
         options[signal] = option
         if signal != "time" or option.startswith("--time"):
             label = shlex.split(option)[1]

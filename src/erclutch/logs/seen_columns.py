@@ -119,7 +119,10 @@ def seen_columns(table: Table, *, whole: bool = True) -> SeenColumns:
         columns,
         shared_words=frozenset(word for word, count in counted.items() if count >= fewest),
         counters=tuple(name for name in columns if name.replace(" ", "").lower() == _SAMPLE_NUMBER),
-        empty=tuple(name for name, values in columns_of_log if values.size and not np.isfinite(values).any()),
+        empty=(
+            *(name for name, values in columns_of_log if values.size and not np.isfinite(values).any()),
+            *(table.hollow if whole else ()),
+        ),
     )
 
 

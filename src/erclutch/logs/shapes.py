@@ -31,6 +31,8 @@ _DIGITS = 0.05  # of its spread, by which a quotient that was written with some 
 _PER_CENT = (1.0, 100.0)
 _STEADY = 0.05  # share of its level by which a supply varies at most
 _VARIES = 0.5  # and by which a field varies at least
+_QUARTERS = (0.25, 0.5, 0.75)
+_ABOUT = 0.1  # of a smoothed quotient, by which it differs from the quotient at its quartiles
 _ESTIMATES = 0.7  # correlation of the signs of two estimates of one thing
 
 
@@ -149,6 +151,17 @@ def _spread(values: Array) -> float:
     """What 90 % of the values differ by, as a share of their median; infinite about a median of zero."""
     low, middle, high = np.quantile(values[np.isfinite(values)], [0.05, 0.5, 0.95])
     return float((high - low) / abs(middle)) if middle != 0.0 else float("inf")
+
+
+def is_as_large(column: Array, top: Array, bottom: Array) -> bool:
+    """Whether a column is about as large as one column over another: in the median, and where it is large and small."""
+    known = np.isfinite(column) & np.isfinite(top) & np.isfinite(bottom) & (bottom != 0.0)
+    if np.count_nonzero(known) < _FEW:
+        return False
+    with np.errstate(over="ignore"):
+        share = np.quantile(np.abs(column[known]), _QUARTERS)
+        made = np.quantile(np.abs(top[known] / bottom[known]), _QUARTERS)
+    return bool(np.all(share > 0.0) and np.all(np.abs(made - share) <= _ABOUT * share))
 
 
 def _comes_back(values: Array) -> bool:

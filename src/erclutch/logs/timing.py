@@ -17,6 +17,8 @@ from erclutch.errors import ShortLogError, TimingError
 from erclutch.signals.array import Array, Mask
 
 MINIMUM_ROWS = 10
+#: How the note of rows begins that are points of a table: none comes after another in time.
+IN_NO_TIME = "the rows are written"
 _GAP = 1.5  # periods
 _SHORTEST = 1e-12  # s: no logger samples at a THz
 _JITTER = 1e-3  # share of the period that stamps may wander and still be called uniform
@@ -87,9 +89,7 @@ def of_points(rows: int, period: float) -> LogClock:
     """
     require_rows(rows)
     stamps = np.arange(rows, dtype=np.float64) * period
-    note = (
-        f"the rows are written {period:g} s apart: a lag or a rate of change means nothing (--rate if they are a log)"
-    )
+    note = f"{IN_NO_TIME} {period:g} s apart: a lag or a rate of change means nothing (--rate if they are a log)"
     return LogClock(stamps, period, (0,), True, np.ones(rows, dtype=np.bool_), (note,))
 
 

@@ -38,9 +38,16 @@ _SPELLINGS = (
     *((re.compile(written), means) for written, means in _EASTERN),
     (re.compile(r"\b(?:oz|ozf)\s*[-.*·]?\s*in\b"), "ounce_force*inch"),
     (re.compile(r"\bin\s*[-.*·]?\s*(?:oz|ozf)\b"), "ounce_force*inch"),
-    (re.compile(r"\b(?:lb|lbf|lbs)\s*[-.*·]?\s*(in|ft)\b"), r"pound_force*\1"),
-    (re.compile(r"\b(in|ft)\s*[-.*·]?\s*(?:lb|lbf|lbs)\b"), r"pound_force*\1"),
-    (re.compile(r"(?<![\w.])lbs?f?(?!\w)"), "pound_force"),
+    *(
+        (re.compile(rf"\b(?:{pounds}\s*[-.*·]?\s*{arm}|{arm}\s*[-.*·]?\s*{pounds})\b", re.IGNORECASE), means)
+        for pounds in ("(?:lbf|lbs|lb)",)
+        for arm, means in (("(?:inch|in)", "pound_force*inch"), ("(?:foot|feet|ft)", "pound_force*foot"))
+    ),
+    (re.compile(r"(?<![\w.])lbs?f?(?!\w)", re.IGNORECASE), "pound_force"),
+    (re.compile(r"/\s*(?:S|SEC|Sec)(?!\w)"), "/s"),  # machines that write in capitals; nothing is over a siemens
+    *((re.compile(rf"(?<![\w.]){capitals}(?!\w)"), capitals.lower()) for capitals in ("MM", "CM", "IN", "DEG")),
+    (re.compile(r"(?<![\w.])(?:SEC|Sec)(?!\w)"), "s"),
+    (re.compile(r"(?<![\w.])KN(?!\w)"), "kN"),
     (re.compile(r"(?<![\w.])rad\.s(?:-1)?(?![\w-])"), "rad/s"),  # a dot for the line of the fraction
     (re.compile(r"(?<![\w.])([mk]?)[Nn]ewton[-. ]?[Mm]et(?:er|re)s?(?!\w)"), r"\1N*m"),
     (re.compile(r"[·⋅∙×•・･]"), "*"),  # the signs that people type for a product

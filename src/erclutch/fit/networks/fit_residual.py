@@ -30,6 +30,7 @@ from erclutch.signals.array import Array, Mask
 _LET_THROUGH = 0.999
 #: Blocks of the training rows on which the network's share is decided.
 _BLOCKS = 4
+_FEWEST_ROWS = 20  # of a block
 
 
 def fit_residual(
@@ -131,7 +132,8 @@ def _share(target: _Target) -> float:
     a block to which the network adds nothing.
     """
     missed, seen = target.data.effort, np.zeros(target.data.rows)
-    for block in time_folds(target.data, _BLOCKS):
+    blocks = min(_BLOCKS, target.data.rows // _FEWEST_ROWS)
+    for block in time_folds(target.data, blocks):
         with contextlib.suppress(CheckError):
             others = target.bounded(target.network(~block, judges=True).model, target.inputs[:, ~block])
             seen[block] = others.of_inputs(target.inputs[:, block], exactly=False)
