@@ -44,7 +44,7 @@ def test_a_smoothed_coefficient_of_friction_tells_which_force_is_the_friction() 
     rubbed = 1.4 + 0.1 * SWING + 0.05 * rng.standard_normal(SPAN.size)
     smoothed = np.convolve(rubbed / pressed, np.full(9, 1 / 9), mode="same")
     smoothed[:5] = smoothed[-5:] = np.nan
-    columns = {"Timestamp": SPAN, "Fz": pressed, "Fx": rubbed, "COF": smoothed, "Velocity": SWING}
+    columns: dict[str, Array] = {"Timestamp": SPAN, "Fz": pressed, "Fx": rubbed, "COF": smoothed, "Velocity": SWING}
     units = {"Timestamp": "s", "Fz": "N", "Fx": "N", "Velocity": "mm/s"}
     effort = _signals(columns, units).signal("effort")
     assert effort is not None
