@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 from erclutch.errors import LogError, MappingError
 from erclutch.logs import ColumnMap, Plan, Table, plan_of, read
-from erclutch.signals.array import Array
 
 
-def _signals(columns: dict[str, Array], units: dict[str, str] | None = None) -> Plan:
+def _signals(columns: Mapping[str, Any], units: dict[str, str] | None = None) -> Plan:
     return plan_of(Table("a", columns, units or {}, "0" * 64), ColumnMap())
 
 
@@ -44,7 +45,7 @@ def test_a_smoothed_coefficient_of_friction_tells_which_force_is_the_friction() 
     rubbed = 1.4 + 0.1 * SWING + 0.05 * rng.standard_normal(SPAN.size)
     smoothed = np.convolve(rubbed / pressed, np.full(9, 1 / 9), mode="same")
     smoothed[:5] = smoothed[-5:] = np.nan
-    columns: dict[str, Array] = {"Timestamp": SPAN, "Fz": pressed, "Fx": rubbed, "COF": smoothed, "Velocity": SWING}
+    columns = {"Timestamp": SPAN, "Fz": pressed, "Fx": rubbed, "COF": smoothed, "Velocity": SWING}
     units = {"Timestamp": "s", "Fz": "N", "Fx": "N", "Velocity": "mm/s"}
     effort = _signals(columns, units).signal("effort")
     assert effort is not None
