@@ -11,7 +11,7 @@ from erclutch.logs.labels import (
     sample_period,
     split_end,
     split_label,
-    units_behind_symbols,
+    units_behind_names,
 )
 
 
@@ -29,6 +29,7 @@ from erclutch.logs.labels import (
         ("a/b", "a/b", None),
         ("N_m", "N_m", None),
         ("[V]", "[V]", None),
+        ("速度/(mm/s)", "速度", "mm/s"),
     ],
 )
 def test_labels(label: str, name: str, unit: str | None) -> None:
@@ -106,10 +107,17 @@ def test_names_differ_and_say_so() -> None:
         ("t_s x_mm F_N F_R", {"t_s": "s", "x_mm": "mm"}),  # a force that presses beside a force that rubs
         ("t_s x_mm F_N mu", {"t_s": "s", "x_mm": "mm"}),
         ("u_d i_d u_q i_q", {}),
+        ("t/s x/mm F/N", {"t/s": "s", "x/mm": "mm", "F/N": "N"}),
+        ("Time/s Speed/(mm/s) Force/kN", {"Time/s": "s", "Speed/(mm/s)": "mm/s", "Force/kN": "kN"}),
+        ("力/kN n", {"力/kN": "kN"}),  # a Chinese or Japanese name ends where its letters do
+        ("Force/N n", {}),
+        ("motor/A motor/B", {}),
+        ("time rad/s N/m", {}),
+        ("arm/position arm/velocity", {}),
     ],
 )
-def test_units_behind_symbols_are_read_where_a_file_has_several(labels: str, behind: dict[str, str]) -> None:
-    assert units_behind_symbols(labels.split()) == behind
+def test_units_behind_names_are_read_where_a_file_has_several(labels: str, behind: dict[str, str]) -> None:
+    assert units_behind_names(labels.split()) == behind
 
 
 def test_pairs_of_a_header() -> None:

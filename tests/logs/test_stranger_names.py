@@ -72,6 +72,8 @@ def misread(plan: Plan, letters: dict[str, str]) -> dict[str, str]:
         "t:seconds; v:rpm; e:Nm",
         "t:time; v:velocity; e:load_cell; f:current",
         "t:t; p:x_m; e:F_N; f:u_V",
+        "t:时间/s; p:位移/mm; v:速度/(mm/s); e:阻尼力/kN; f:电流/A",
+        "t:Time/s; p:Displacement/mm; e:Force/N; f:Current/A",
         "t:t_s; p:x_mm; v:v_mm_s; e:F_kN; f:i_A",
         "t:t_s; v:w_rad_s; e:T_Nm; f:i_A",
         "t:time; v:velocity; e:friction",

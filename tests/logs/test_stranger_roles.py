@@ -289,3 +289,30 @@ def test_a_period_that_may_be_in_milliseconds_is_asked_about() -> None:
     columns = {"force": np.sin(np.arange(400.0)), "velocity": np.cos(np.arange(400.0))}
     plan = plan_of(Table("a.mat", columns, {}, "0" * 64, constants={"Ts": 5.0}), ColumnMap())
     assert "time" in [question.signal for question in plan.questions]
+
+
+def test_the_force_along_the_motion_is_told_from_those_across_it() -> None:
+    place = np.sin(np.arange(400) / 20)
+    noise = np.random.default_rng(3).normal(size=(2, 400))
+    columns = {
+        "t": np.arange(400) / 100,
+        "pos": place,
+        "Fx": noise[0],
+        "Fy": noise[1],
+        "Fz": np.sign(np.gradient(place)),
+    }
+    plan = plan_of(Table("a.csv", columns, {"t": "s"}, "0" * 64), ColumnMap())
+    effort = plan.signal("effort")
+    assert effort is not None
+    assert effort.column == "Fz"
+
+
+def test_a_share_of_the_rated_torque_is_asked_for_what_it_means() -> None:
+    columns = {"t": np.arange(400) / 100, "speed": np.sin(np.arange(400) / 20), "torque": np.cos(np.arange(400) / 20)}
+    units = {"t": "s", "speed": "rad/s", "torque": "%"}
+    plan = plan_of(Table("a.csv", columns, units, "0" * 64, path="a.csv"), ColumnMap())
+    assert plan.command().endswith('--effort "torque" --scale "effort=NUMBER N*m/%"')
+    told = ColumnMap.from_dict({"columns": {"effort": "torque"}, "scales": {"effort": "0.02 N*m/%"}})
+    effort = plan_of(Table("a.csv", columns, units, "0" * 64), told).signal("effort")
+    assert effort is not None
+    assert (effort.factor, effort.si) == (0.02, "N*m")

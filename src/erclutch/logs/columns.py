@@ -133,9 +133,12 @@ def _goes_with(seen: SeenColumns, column: SeenColumn, signal: str) -> bool:
     if signal == "slip":
         stamps = stamps_of(seen)
         return any(is_rate_of(column.values, position.values, stamps) for position in positions)
-    if signal == "position":
+    if signal == "position" and speeds:
         stamps = stamps_of(seen)
         return any(is_rate_of(speed.values, column.values, stamps) for speed in speeds)
+    if signal == "position":  # no other motion is there
+        efforts = [other for other in others if (other.spoken.forms["effort"] or "t") not in NEED_UNIT]
+        return any(follows(effort.values, column.values) for effort in efforts)
 
     # A load beside a displacement is that of a testing machine.
     if column.spoken.forms["effort"] == "load":

@@ -73,9 +73,9 @@ class Draft:
         stamps = [self.clock.column] if self.clock is not None and self.clock.kind == "column" else []
         return [*chosen, *self.seen.counters, *stamps]
 
-    def ask(self, signal: str, error: MappingError) -> None:
-        """Keep an error as a question about a signal."""
-        self.questions[signal] = Question.of(signal, error)
+    def ask(self, signal: str, error: MappingError, option: str = "") -> None:
+        """Keep an error as a question about a signal, with the option that answers it where that is known."""
+        self.questions[signal] = Question.of(signal, error, option)
 
     def take(
         self, signal: str, name: str, unit: str | None, scale: float, reason: str, sureness: Sureness = "given"

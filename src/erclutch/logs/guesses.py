@@ -19,6 +19,7 @@ from erclutch.logs.repeated_columns import one_motion
 from erclutch.logs.seen_columns import KINDS, SeenColumns
 from erclutch.logs.sensor_scales import scaled
 from erclutch.logs.shapes import is_rate_of, is_steady, varies
+from erclutch.logs.stated_field import take_stated_field
 from erclutch.signals.recording import SIGNALS
 from erclutch.signals.units import UNKNOWN
 
@@ -78,6 +79,8 @@ def guess_what_is_needed(draft: Draft) -> None:
         inputs += [split_label(label)[0] for label in inputs]
         if not maybe_field(draft.seen, [*taken, *inputs]):
             del draft.questions["field"]
+            if take_stated_field(draft):
+                return
             whys = [(column.name, why_no_field(draft.seen, column, taken)) for column in draft.seen.without(taken)]
             draft.take_no_field([f"{name} {why}" for name, why in whys if why])
 

@@ -54,7 +54,8 @@ _SYMBOLS = {
     **dict.fromkeys("uUV", "V"),
     **dict.fromkeys("nw", "rad/s"),
 }
-_FEWEST_SYMBOLS = 2  # in a file; a single one may be an index (``i_d``)
+_FEWEST_ALIKE = 2  # in a file; a single one may be an index (``i_d``)
+_TIGHT_SLASH = re.compile(r"([^/]*[^\W\d_][^/]*?)/(\([^()]+\)|[^/()]+(?:/[^/()]+)?)")
 _PRESSED = re.compile(r"(?<![a-z])(?:mu|cof|friction|normal|reib\w*)(?![a-z])", re.I)
 _PER_MINUTE = re.compile(r"\s*(?:1\s*/\s*min|min\s*(?:\^|\*\*)?\s*-\s*1|min⁻¹)\s*")
 _RATE = re.compile(r"(?:sampl\w*|scan|acquisition|data)?[ _-]*(?:rate|freq\w*)|fs|f_s", re.I)
@@ -72,7 +73,7 @@ def split_label(label: str) -> tuple[str, str | None]:
         return match.group(1), match.group(2).strip()
     for pattern in (_ROUND, _SLASH):
         if (match := pattern.fullmatch(label)) and units.is_unit(match.group(2)):
-            return match.group(1), match.group(2).strip()
+            return match.group(1).rstrip("/ ") or match.group(1), match.group(2).strip()
     if match := _EASTERN.fullmatch(label):
         name, unit = match.groups()
         spoken = len(unit) > 1 or name.endswith(tuple(_LETTERS.get(unit, "?").split()))
@@ -97,31 +98,48 @@ def split_end(name: str) -> tuple[str, str | None]:
     return name, None
 
 
-def units_behind_symbols(labels: Sequence[str]) -> dict[str, str]:
-    """The units of labels such as ``x_mm`` and ``F_N``, where a file has several of them.
+def units_behind_names(labels: Sequence[str]) -> dict[str, str]:
+    """The units of labels such as ``x_mm``, ``F_N`` and ``Force/N``, where a file has several of them.
 
     A single label of this form may have an index in place of a unit: ``i_d`` beside ``i_q``, ``F_N`` for the force that
-    presses beside a coefficient of friction.
+    presses beside a coefficient of friction, ``motor/A`` beside ``motor/B``.
     """
     behind: dict[str, str] = {}
+    fronts: Counter[str] = Counter()
     for label in labels:
-        symbol, _, end = label.strip().partition("_")
-        unit = _ENDS.get(end)
-        if unit and symbol in _SYMBOLS and units.fits(unit, (_SYMBOLS[symbol],)):
+        front, unit = _front_and_unit(label)
+        fronts[front] += 1
+        if unit:
             behind[label] = unit
-    symbols = Counter(label.strip().partition("_")[0] for label in labels if "_" in label)
     rubs = any(_PRESSED.search(label) for label in labels)
     for label in list(behind):
-        symbol = label.strip().partition("_")[0]
-        if symbols[symbol] > 1 or (label.strip() == "F_N" and rubs):
+        front, _ = _front_and_unit(label)
+        if fronts[front] > 1 or (label.strip() == "F_N" and rubs):
             del behind[label]
-    return behind if len(behind) >= _FEWEST_SYMBOLS else {}
+    eastern = any(EASTERN.search(label) for label in behind)
+    return behind if eastern or len(behind) >= _FEWEST_ALIKE else {}
 
 
 def without_unit(name: str, unit: str | None) -> str:
-    """The name of a column without the unit that stands behind its symbol: ``x`` for ``x_mm`` in mm."""
-    symbol, _, end = name.partition("_")
-    return symbol if unit and symbol in _SYMBOLS and _ENDS.get(end) == unit else name
+    """The name of a column without the unit that stands behind it: ``x`` for ``x_mm`` in mm."""
+    front, behind = _front_and_unit(name)
+    return front if unit and behind == unit else name
+
+
+def _front_and_unit(label: str) -> tuple[str, str | None]:
+    """What stands in front of the last ``_`` or ``/``, and the unit behind it; None where that is none."""
+    label = label.strip()
+    if match := _TIGHT_SLASH.fullmatch(label):
+        front, unit = match.group(1), match.group(2).removeprefix("(").removesuffix(")")
+        if not units.is_unit(unit):
+            return front, None
+        symbol = front in _SYMBOLS and units.fits(unit, (_SYMBOLS[front],))
+        word = not units.is_unit(front) and not units.is_unit(label)
+        return front, unit if symbol or word else None
+    front, _, end = label.partition("_")
+    unit = _ENDS.get(end)
+    fits = unit and front in _SYMBOLS and units.fits(unit, (_SYMBOLS[front],))
+    return front, unit if fits else None
 
 
 def own_unit(name: str, unit: str | None, si_units: Iterable[str]) -> str | None:
@@ -151,10 +169,10 @@ def name_columns(
             if unit and own and unit != own:
                 notes.append(f"column {name!r} has two units: {unit} in its name is taken, {own} is not")
         split = [(name, unit or own) for (name, unit), own in zip(split, own_units, strict=True)]
-    behind = units_behind_symbols([name for name, unit in split if not unit])
+    behind = units_behind_names([name for name, unit in split if not unit])
     if behind:
         split = [(name, unit or behind.get(name)) for name, unit in split]
-        notes.append(f"what stands behind the symbols of {', '.join(behind)} is taken for their units")
+        notes.append(f"what stands behind the names {', '.join(behind)} is taken for their units")
     bare = Counter(name for name, _ in split)
     copies: Counter[str] = Counter()
     names: dict[str, None] = {}

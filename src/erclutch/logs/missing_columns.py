@@ -50,7 +50,7 @@ def missing(seen: SeenColumns, signal: str, taken: Iterable[str], alternatives: 
             remedy = f"Give a speed, or the position that it is the rate of: --position {shell_word(position)}"
     volts = _in_volts(free, signal)
     if volts:
-        remedy = f"Give what a volt of its sensor is, such as {volts}"
+        remedy = f"Give what its sensor means, such as {volts}"
 
     misfits = (column for column in free if column.unit and column.fits(si_units) is False)
     refused = next((column for column in misfits if _is_called(column, signal)), None)
@@ -222,10 +222,10 @@ def _is_called(column: SeenColumn, signal: str) -> bool:
 def _in_volts(free: Iterable[SeenColumn], signal: str) -> str:
     """Options for a column that has the signal's name and the unit of a sensor's output; "" where there is none."""
     for column in free:
-        from_sensor = column.unit in ("V", "mV") or column.unit in COUNTS
+        from_sensor = column.unit in ("V", "mV", "%") or column.unit in COUNTS
         misfits = column.fits(SIGNALS[signal].si_units) is False
         if from_sensor and misfits and _is_called(column, signal):
-            scale = shell_word(f"{signal}=2.5 {SIGNALS[signal].si_units[0] or '1'}/{column.unit}")
+            scale = shell_word(f"{signal}=NUMBER {SIGNALS[signal].si_units[0] or '1'}/{column.unit}")
             return f"--{signal} {shell_word(column.name)} --scale {scale}"
     return ""
 

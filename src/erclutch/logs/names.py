@@ -33,8 +33,8 @@ NAMES = {
     "theta phi q y s encoder enc extension crosshead drehwinkel auslenkung posizione spostamento carrera course "
     "位移 角度 转角 位置 行程 変位 ストローク",
     "effort": "effort force torque f m load moment shearstress tau t te drehmoment kraft moment couple fuerza par "
-    "forca coppia forza loadcell torq trq frc schubspannung torsion effet dampingforce dampkraft "
-    "friction reibung frottement 摩擦力 力 扭矩 转矩 力矩 载荷 荷载 阻尼力 荷重 トルク",
+    "forca coppia forza fx fy fz mx my mz tx ty tz loadcell torq trq frc schubspannung torsion effet dampingforce "
+    "dampkraft friction reibung frottement 摩擦力 力 扭矩 转矩 力矩 载荷 荷载 阻尼力 荷重 トルク",
     "E1": "e1 field1 ech1",
     "E2": "e2 field2 ech2",
     "E": "e field",
@@ -85,7 +85,7 @@ _AGAINST = {
 #: Short names that mean several things.
 NEED_UNIT = _set(
     "v t m d n u b x tau load id te par tension q y s phi qd dq dx dy xd course effet torsion id "
-    "friction reibung frottement"
+    "friction reibung frottement fx fy fz mx my mz tx ty tz"
 )
 VOLTAGES = _set("u v uq ud udc voltage volt spannung tension voltaje tensao tensione 电压 電圧")
 _ROMANCE = _set(

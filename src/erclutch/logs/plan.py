@@ -115,17 +115,19 @@ class Question:
         problem: what is missing, or what cannot be told.
         remedy: an option that answers it.
         of_unit: whether a unit is at fault.
+        option: that option alone, ready to be typed, where it is known.
     """
 
     signal: str
     problem: str
     remedy: str
     of_unit: bool = False
+    option: str = ""
 
     @classmethod
-    def of(cls, signal: str, error: MappingError) -> Question:
-        """The question that an error asks."""
-        return cls(signal, error.problem, error.remedy, isinstance(error, UnitError))
+    def of(cls, signal: str, error: MappingError, option: str = "") -> Question:
+        """The question that an error asks, and the option that answers it."""
+        return cls(signal, error.problem, error.remedy, isinstance(error, UnitError), option)
 
     @property
     def short(self) -> str:

@@ -41,7 +41,10 @@ def proposals(
     for signal, question in sorted(questions.items(), key=lambda item: item[0] == "field"):
         others = [*taken, *proposed]
         filled_in = not any("COLUMN" in option for option in options.values())
-        if signal == "field" and "--field none" in question.remedy and filled_in and not _doubtful(question, proposed):
+        may_be_unlogged = "--field none" in question.remedy and not _doubtful(question, proposed)
+        if question.option:
+            option = question.option
+        elif signal == "field" and may_be_unlogged and filled_in:
             option = field_or_none(seen, taken=others)
         elif signal == "time":
             option = _clock_option(seen, signals, questions, others)

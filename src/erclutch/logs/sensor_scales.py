@@ -36,8 +36,9 @@ def scaled(text: str, signal: str) -> tuple[float, str | None, str | None]:
     """
     try:
         number, unit = units.quantity(text)
-        whole = not unit or (units.is_unit(unit) and units.fits(unit, SIGNALS[signal].si_units))
         over, _, under = (unit or "").rpartition("/")
+        whole = not unit or (units.is_unit(unit) and units.fits(unit, SIGNALS[signal].si_units))
+        whole = whole and under.strip() != "%"  # a per cent of the rated torque is the unit of a drive's sensor
         if not whole:
             over, under = units.parse(over).text, None if under in COUNTS else units.parse(under).text
     except UnitError:

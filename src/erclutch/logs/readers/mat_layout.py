@@ -40,9 +40,20 @@ _GENERIC = re.compile(r"(?:In|Out)\d*|Value|Signal", re.I)
 def choose(tree: dict[str, Any], variable: str | None) -> Found:
     """The only recording of the file, or the one that ``variable`` names.
 
+    Single numbers beside the recordings, such as a sampling rate, hold for each of them.
+
     Raises:
         LogError: none, several without a choice, or no variable of that name.
     """
+    found = _chosen(tree, variable)
+    numbers = {name: array for name, node in tree.items() if (array := vector(node)) is not None and array.size == 1}
+    beside = {name: float(array[0]) for name, array in numbers.items()}
+    found.constants = {**beside, **found.constants}
+    return found
+
+
+def _chosen(tree: dict[str, Any], variable: str | None) -> Found:
+    """The recording that is asked for; see `choose`."""
     at_top = any(_structure(name, node) is not None for name, node in tree.items()) or _workspace(tree) is not None
     within = _within(tree)
     asked = [each.strip() for each in (variable or "").split(JOINT)]

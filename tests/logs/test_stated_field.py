@@ -1,0 +1,111 @@
+"""A field that no column holds is read from what the file states beside its columns, or asked about; never left out."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.io import savemat
+
+from erclutch.errors import MappingError
+from erclutch.logs import read
+from erclutch.logs.mapping import ColumnMap
+from erclutch.logs.planning import plan_of
+from erclutch.logs.table import Table
+from tests.support.command import good
+
+TIME = np.arange(400) / 100
+PLACE = np.sin(7 * TIME)
+FORCE = np.tanh(20 * np.cos(7 * TIME))
+HEADER = "t [s],x [m],F [N]"
+
+
+def written(path: Path, above: str = "", header: str = HEADER) -> Path:
+    rows = "\n".join(f"{t:g},{x:.6g},{f:.6g}" for t, x, f in zip(TIME, PLACE, FORCE, strict=True))
+    path.write_text(f"{above}{header}\n{rows}\n", encoding="utf-8")
+    return path
+
+
+@pytest.mark.parametrize(
+    ("above", "field", "unit"),
+    [
+        ("Current: 0.5 A\nOperator: me\n", 0.5, "A"),
+        ("Coil current [mA]: 250\nOperator: me\n", 0.25, "A"),
+        ("Strom: 1.5 A\nSpannung: 12 V\n", 1.5, "A"),  # a voltage beside a current drives it
+        ("Voltage: 2 kV\nOperator: me\n", 2000.0, "V"),
+    ],
+)
+def test_the_header_states_the_field(tmp_path: Path, above: str, field: float, unit: str) -> None:
+    log = read(written(tmp_path / "log.csv", above))
+    assert np.unique(log.signals["field"]).tolist() == [pytest.approx(field)]
+    assert log.units["field"] == unit
+    assert any("stated in the file beside its columns" in note for note in log.notes)
+
+
+@pytest.mark.parametrize(
+    "above",
+    [
+        "Current limit: 5 A\nOperator: me\n",
+        "Excitation: 10 V\nOperator: me\n",  # of a load cell
+        "Supply voltage: 24 V\nOperator: me\n",
+        "Set current: 2 A\nOperator: me\n",
+        "Current: high\nOperator: me\n",
+        "Current: 5\nOperator: me\n",  # of nobody knows what
+    ],
+)
+def test_numbers_of_instruments_are_no_field(tmp_path: Path, above: str) -> None:
+    log = read(written(tmp_path / "log.csv", above))
+    assert not np.any(log.signals["field"])
+
+
+def test_two_currents_are_asked_about(tmp_path: Path) -> None:
+    with pytest.raises(
+        MappingError, match=r"any of the numbers that the file states: Current = 0\.5 A, Coil current = 2 A"
+    ):
+        read(written(tmp_path / "log.csv", "Current: 0.5 A\nCoil current: 2 A\n"))
+
+
+def test_a_column_goes_before_the_header(tmp_path: Path) -> None:
+    log = read(written(tmp_path / "log.csv", "Current: 0.5 A\nOperator: me\n"), field="none")
+    assert not np.any(log.signals["field"])
+    columns = {"t": TIME, "x": PLACE, "F": FORCE, "I": np.repeat([0.0, 1.0], 200)}
+    units = {"t": "s", "x": "m", "F": "N", "I": "A"}
+    plan = plan_of(Table("a.csv", columns, units, "0" * 64, metadata={"Current": "0.5 A"}), ColumnMap())
+    field = plan.signal("field")
+    assert field is not None
+    assert field.column == "I"
+
+
+def test_a_number_of_each_recording_is_its_field(tmp_path: Path) -> None:
+    runs = np.empty(3, dtype=object)
+    for place in range(3):
+        runs[place] = {"I": float(place), "x": PLACE, "F": (1 + place) * FORCE}
+    savemat(tmp_path / "runs.mat", {"run": runs, "fs": 100.0})
+    said = good("inspect", "runs.mat", "--variable", "all", cwd=tmp_path)
+    assert said.splitlines()[-1] == "Understood. Fit it: erclutch fit runs.mat --variable all --out RUN"
+    fields = [line.split()[3] for line in said.splitlines() if line.startswith(" runs.mat: run(")]
+    assert fields == ["0", "1", "2"]
+
+
+@pytest.mark.parametrize(
+    ("name", "pattern"),
+    [
+        ("run_2A.csv", "run_{field}A"),
+        ("10mm1Hz0x25A.csv", "{n1}mm{n2}Hz{field}A"),
+        ("2021-03-04 test 1.5kV.csv", "{n1}-{n2}-{n3} test {field}kV"),
+        ("300mA sine.v2.csv", "{field}mA sine.v{n1}"),
+    ],
+)
+def test_a_number_in_the_name_of_the_file_is_asked_about(tmp_path: Path, name: str, pattern: str) -> None:
+    written(tmp_path / name)
+    last = good("inspect", name, cwd=tmp_path, code=1).splitlines()[-1]
+    assert last.endswith(f'--name-pattern "{pattern}"')
+    log = read(tmp_path / name, name_pattern=pattern)
+    assert np.unique(log.signals["field"]).size == 1
+    assert not np.any(read(tmp_path / name, field="none").signals["field"])
+
+
+@pytest.mark.parametrize("name", ["run 3.csv", "A380.csv", "2Ampere.csv", "v2.csv", "0A to 1A.csv"])
+def test_other_names_state_no_field(tmp_path: Path, name: str) -> None:
+    assert not np.any(read(written(tmp_path / name)).signals["field"])
