@@ -127,22 +127,26 @@ def calibrate_twin(
     write_rig(out, found.rig, _about(found, target))
     journal.unlink(missing_ok=True)
     if json:
-        parameters: list[dict[str, Any]] = []
-        for parameter in found.parameters:
-            unit = found.rig.entry(parameter.path).unit
-            parameters.append({**asdict(parameter), "unit": unit})
-        about = {
-            "target": found.target,
-            "before": found.before,
-            "after": found.after,
-            "evaluations": found.evaluations,
-            "parameters": parameters,
-            "rig_file": str(out),
-        }
-        terminal.say_json(about)
+        terminal.say_json(_as_json(found, out))
         return
     _print(found)
     terminal.say(f"{out}: use it with --rig-file {out}")
+
+
+def _as_json(found: Calibration, rig_file: Path) -> dict[str, Any]:
+    """What was found, as JSON values."""
+    parameters: list[dict[str, Any]] = []
+    for parameter in found.parameters:
+        unit = found.rig.entry(parameter.path).unit
+        parameters.append({**asdict(parameter), "unit": unit})
+    return {
+        "target": found.target,
+        "before": found.before,
+        "after": found.after,
+        "evaluations": found.evaluations,
+        "parameters": parameters,
+        "rig_file": str(rig_file),
+    }
 
 
 def open_parameters(rig: RigParameters, with_log: bool) -> tuple[str, ...]:

@@ -97,10 +97,7 @@ def reproduce(
     if what in _ONLINE and log:
         problem = f"{what} shows the live loop on the TWIN, and a log is no rig"
         raise SettingError(problem, remedy="Leave out --log, or run erclutch live on your rig")
-    try:
-        out.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise RunError(f"cannot be made: {error.strerror}", where=str(out), remedy="Give another --out") from error
+    _make_folder(out)
     reserve(out / what, nothing)  # its figures, its numbers and the points that it resumes from
 
     if what in _ONLINE:
@@ -118,26 +115,13 @@ def reproduce(
         terminal.say(*draw_training_section(recording, out))
         return
 
-    # How the runs are made, as a value: each process that a sweep starts makes them anew.
     if log:
         others = {"test": test_log}
         if what == "table3":
             others = {"zero-field": zero_field, "zero-motion": zero_motion}
-        own = {
-            "log": tuple(path.resolve() for path in log),
-            "others": tuple((name, path.resolve()) for name, path in others.items() if path),
-            "what": what,
-            "reading": reading,
-        }
-        recipe = RunsRecipe(_own_runs, tuple(own.items()))
+        recipe = _recipe_of_logs(what, log, others, reading)
     else:
-        of_twin = {
-            "what": what,
-            "rig": rig_file,
-            "seed": seed,
-            "seconds": seconds,
-        }
-        recipe = RunsRecipe(_twin_runs, tuple(of_twin.items()))
+        recipe = RunsRecipe(_twin_runs, (("what", what), ("rig", rig_file), ("seed", seed), ("seconds", seconds)))
 
     if what in ("fig4", "fig5", "kernels"):
         with task_pool(cluster, workers) as pool:
@@ -154,6 +138,34 @@ def reproduce(
         terminal.say(*draw_estimates(test, rows, out, origin))
     else:
         _table(what, runs, origin, out, seed, polish, json)
+
+
+def _make_folder(folder: Path) -> None:
+    """Make a folder for what is drawn.
+
+    Raises:
+        RunError: it cannot be made.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        remedy = "Give another --out"
+        raise RunError(f"cannot be made: {error.strerror}", where=str(folder), remedy=remedy) from error
+
+
+def _recipe_of_logs(
+    what: str, log: Sequence[Path], others: Mapping[str, Path | None], reading: LogOptions
+) -> RunsRecipe:
+    """How runs are made of logs, as a value: each process that a sweep starts makes them anew."""
+    from erclutch.wings.paper.sweeps import RunsRecipe
+
+    own = {
+        "log": tuple(path.resolve() for path in log),
+        "others": tuple((name, path.resolve()) for name, path in others.items() if path),
+        "what": what,
+        "reading": reading,
+    }
+    return RunsRecipe(_own_runs, tuple(own.items()))
 
 
 def _runs_of(recipe: RunsRecipe) -> tuple[dict[str, Dataset], str]:
