@@ -37,6 +37,7 @@ settings.load_profile("any machine")
 #: Files and folders whose tests share what is slow to make (a fit, a long log, parsed sources, the compiled twin), or
 #: keep time at 1 kHz. `--dist loadgroup` runs each group in one process.
 TOGETHER = {
+    "tests/test_files.py": "files",
     "tests/fit/test_comparison.py": "comparison",
     "tests/docs/test_site.py": "site",
     "tests/cli/test_cli.py": "cli",
@@ -70,7 +71,6 @@ LONGEST = (
     "tests/wings/rheology/test_measured_flow_curves.py::test_every_law",
     "tests/docs/test_blocks.py::test_every_block_of_the_page_runs",
     "tests/wings/app/test_app_road.py::test_the_whole_road",
-    "tests/test_files.py::test_of_two_commands_at_once",
 )
 #: Tests of one exported model: its step, its C and its test vectors are made once.
 EXPORTED = re.compile(r"tests/export/.*\[(?P<label>.*?, (single|coaxial))")

@@ -158,15 +158,24 @@ def test_a_run_and_its_report_name_them(environment: Environment, run: Path) -> 
     assert "<mi>C</mi>" in page
 
 
+@pytest.fixture(scope="module")
+def exports(environment: Environment, run: Path, tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
+    """The folder of each target, with what `verify` says of it in a file beside; one Python exports all."""
+    place = tmp_path_factory.mktemp("exports")
+    folders = {target: place / target for target in TARGETS}
+    made = [("export", run, "--to", target, "--out", folder) for target, folder in folders.items()]
+    said = environment.one_after_another(*made, *(("verify", folder, "--json") for folder in folders.values()))
+    for folder, checks in zip(folders.values(), said[len(made) :], strict=True):
+        folder.with_suffix(".json").write_text(checks, "utf-8")
+    return folders
+
+
 @pytest.mark.parametrize("target", TARGETS)
-def test_export_gives_the_bits(environment: Environment, run: Path, target: str, tmp_path: Path) -> None:
-    folder = tmp_path / target
-    _, said = environment.one_after_another(
-        ("export", run, "--to", target, "--out", folder), ("verify", folder, "--json")
-    )
+def test_export_gives_the_bits(exports: dict[str, Path], target: str) -> None:
+    folder = exports[target]
     body = json.loads((folder / "export.json").read_text("utf-8"))
     assert len(body["plugins"]) == (3 if target == "arduino" else 2)
-    checks = json.loads(said)
+    checks = json.loads(folder.with_suffix(".json").read_text("utf-8"))
     assert checks
     for check in checks:
         assert check["passed"], check

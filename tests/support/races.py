@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 
 from erclutch.cli import main
 from erclutch.logs.synthetic import write_synthetic_log
+from tests.support.command import run
 
 COMMAND = (sys.executable, "-m", "erclutch")
 FIT = ("fit", "log.csv", "--models", "bingham", "--lag", "none", "--out")
@@ -65,20 +66,20 @@ class Raced(NamedTuple):
 
 
 def make_material(folder: Path) -> None:
-    """A log, two logs and two runs."""
+    """A log, two logs and two runs, made in this process: what that imports, processes of `forked` have imported."""
     write_synthetic_log(folder / "log.csv", seconds=4.0)
     (folder / "logs").mkdir()
     rows = (folder / "log.csv").read_text().splitlines(keepends=True)
     for name, last in (("a", 4000), ("b", 3000)):
         (folder / "logs" / f"{name}.csv").write_text("".join(rows[:last]))
-    for run in ("run", "other"):
-        subprocess.run([*COMMAND, *FIT, run], cwd=folder, check=True, capture_output=True)
     for words in (
+        (*FIT, "run"),
+        (*FIT, "other"),
         ("fit", "log.csv", "--models", "bingham", "--lag", "lag", "--out", "lagged"),
         ("simulate", "training", "--seconds", "5", "--out", "pair.csv"),
         ("fit", "pair.csv", "--device", "coaxial", "--models", "bingham", "--lag", "none", "--out", "pair"),
     ):
-        subprocess.run([*COMMAND, *words], cwd=folder, check=True, capture_output=True)
+        assert run(*words, cwd=folder).code == 0, words
 
 
 def words_of(name: str, pair: int) -> tuple[str, ...]:
@@ -119,8 +120,6 @@ def forked(name: str, pair: int, folder: Path) -> Raced:
 
 def warm(folder: Path) -> None:
     """Run each command once in this process, so that all that `forked` takes from it is imported."""
-    from tests.support.command import run
-
     for name in WORDS:
         run(*words_of(name, -1), cwd=folder)
 
