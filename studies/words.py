@@ -19,8 +19,8 @@ from pathlib import Path
 from tests.support.docs_parts import users_way, words
 
 HERE = Path(__file__).parents[1]
-#: A command's name, or an option's, at the left edge of a box of the help.
-COMMAND = re.compile(r"^│ ([a-z][a-z0-9-]+)  ", re.MULTILINE)
+#: A command's name at the left edge of the list of all, which older checkouts print in boxes.
+COMMAND = re.compile(r"^(?:│|  )\s?([a-z][a-z0-9-]+)  ", re.MULTILINE)
 OPTION = re.compile(r"(?<![\w-])--(?!no-|help)[A-Za-z][\w-]*")
 WORD = re.compile(r"[A-Za-z]{2,}")
 

@@ -99,3 +99,17 @@ def test_words_come_back_after_a_command() -> None:
     run("laws", "--json")
     error: ErclutchError = LogError("no clock", remedy="Give --rate HZ")
     assert str(error) == "no clock. Give rate=HZ."
+
+
+@pytest.mark.usefixtures("python_words")
+def test_a_command_that_settles_a_log_is_a_call_in_python() -> None:
+    said = (
+        "with your columns: erclutch inspect 'a b.csv' --field \"V [V]\" --name-pattern x{field}A; --field none if not"
+    )
+    call = "erclutch.read('a b.csv', field=\"V [V]\", name_pattern='x{field}A')"
+    assert worded(said) == f"with your columns: {call}; field='none' if not"
+
+
+def test_a_switch_of_reading_is_true_or_false() -> None:
+    with pytest.raises(SettingError, match="keep_values is 'x'"):
+        erclutch.read(frame(), field="x7 [A]", slip="w [rad/s]", keep_values="x")

@@ -59,6 +59,9 @@ _OPTION = re.compile(
     r"(?:[ =](?P<value>'[^']*'|\"[^\"]*\"|-?[\dA-Z](?:[\w.*/+]*\w)?|[.,](?= for)|[\w./-]*[+/][\w+/.-]*\w"
     r"|(?:all|auto|central|coaxial|difference|drop|error|float32|float64|kalman|lowpass|none|savgol|single)\b))?"
 )
+_VALUE = r"\"[^\"]*\"|'[^']*'|[^\s;\"']+(?<!\.)"
+#: A command that a message offers for copying, with its options.
+_COMMAND = re.compile(rf"erclutch inspect (?P<path>'[^']*'|\S+)(?P<options>(?: --[\w-]+ (?:{_VALUE}))+)")
 #: Options whose names in Python are others; "" where Python has the value alone, as the name of a folder.
 _IN_PYTHON = {"from": "begin", "until": "end", "out": "", "to": "", "run": ""}
 _DROPPED = re.compile(r"--(?:out|to|run) (?=[a-z])")
@@ -80,7 +83,20 @@ def worded(text: str) -> str:
     """A message, which is written in a shell's words, in the words of the interface that shows it."""
     if _INTERFACE.shell:
         return text
+    text = _COMMAND.sub(_as_call, text)
     return _OPTION.sub(_as_argument, _DROPPED.sub("", text))
+
+
+def _as_call(command: re.Match[str]) -> str:
+    """``erclutch inspect run.csv --slip "w [rpm]"`` as a call of `erclutch.read`."""
+    options = re.findall(rf"--([\w-]+) ({_VALUE})", command["options"])
+    arguments = [_as_argument_of(name, value) for name, value in options]
+    return f"erclutch.read({', '.join([repr(command['path'].strip(chr(39))), *arguments])})"
+
+
+def _as_argument_of(name: str, value: str) -> str:
+    given = value if value[0] in "'\"" else repr(value)
+    return f"{_IN_PYTHON.get(name, name.replace('-', '_'))}={given}"
 
 
 def _as_argument(option: re.Match[str]) -> str:

@@ -210,7 +210,7 @@ def test_what_is_given_wins_over_a_name_that_does_not_match(log: Callable[..., P
 
 
 def test_a_variable_of_a_log_that_is_one_recording_is_refused(log: Callable[..., Path], rows: Rows) -> None:
-    with pytest.raises(LogError, match="the text is one recording, and --variable x asks"):
+    with pytest.raises(LogError, match="the text is one recording, so it has no 'x' for --variable"):
         read(log(rows), LABELS, variable="x")
     assert read(log(rows), LABELS, variable="").rows == 200
 

@@ -69,7 +69,7 @@ def test_a_row_of_units_and_other_columns(tmp_path: Path) -> None:
 def test_a_text_with_one_table_has_no_recordings_to_choose_from(tmp_path: Path) -> None:
     path = file_of(tmp_path, "time [s],speed [rad/s]\n" + rows(TIME, SPEED))
     assert recordings_in(path) == []
-    with pytest.raises(LogError, match="the text is one recording, and --variable table 1 asks for one of several"):
+    with pytest.raises(LogError, match="the text is one recording, so it has no 'table 1' for --variable"):
         read_table(path, variable="table 1")
 
 

@@ -24,8 +24,10 @@ from erclutch.logs.synthetic import write_synthetic_log
 from erclutch.models.load import load_model
 from erclutch.models.model_file import digest_of
 from erclutch.runs import run_folder
+from erclutch.runs.new_rows import predict
 from erclutch.runs.run_folder import read_run, write_run
 from erclutch.signals.recording import Recording
+from tests.support.command import good
 
 
 @pytest.fixture(scope="module")
@@ -362,3 +364,18 @@ def test_no_folder_another_schema_a_missing_model(tmp_path: Path, run: Path) -> 
 def test_run_json_that_is_no_text(tmp_path: Path) -> None:
     (tmp_path / "run.json").write_bytes(b"\xff\xfe\x00\x80")
     assert "not a run" in error_of(lambda: read_run(tmp_path))
+
+
+def test_a_run_written_from_python_keeps_how_its_log_was_read(tmp_path: Path) -> None:
+    """The next log with these columns needs no second word, in Python or a shell; no command claims to repeat it."""
+    path = tmp_path / "plain.csv"
+    write_synthetic_log(path, seconds=3.0)
+    path.write_text("q0,q1,q2,q3\n" + path.read_text().split("\n", 2)[2])
+    columns: dict[str, Any] = {"time": "q0 [s]", "field": "q1 [A]", "slip": "q2 [rad/s]", "effort": "q3 [N*m]"}
+    log = read(path, **columns, begin=0.5)
+    made = compare(build_dataset(log), Settings(models=("bingham",), lag="none"))
+    run = read_run(write_run(tmp_path / "run", made, [log]))
+    assert run.body["reading"] is None
+    assert run.reading == {**columns, "begin": "0.5"}
+    assert len(predict(tmp_path / "run", path)) > log.rows, "the window was of that log alone"
+    assert "m1, Bingham law" in good("score", "plain.csv", "--run", "run", cwd=tmp_path)

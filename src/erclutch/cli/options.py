@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, cast
@@ -188,7 +188,7 @@ class LogOptions:
         """What was given over how the run's own logs were read; the device is the model's, unless given."""
         from erclutch.logs.name_pattern import still_needed
 
-        of_run: dict[str, Any] = {} if run is None else run.body.get("reading") or {}
+        of_run: Mapping[str, Any] = {} if run is None else run.reading
         columns = self.column_map()
         given = {*columns.columns, *columns.constants}
 

@@ -33,7 +33,7 @@ from erclutch.logs.table import Table
 from erclutch.logs.time_window import within
 from erclutch.registry import Plugin
 from erclutch.signals.device import DeviceName
-from erclutch.signals.recording import Recording
+from erclutch.signals.recording import NAMED_COLUMNS, Recording
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -111,8 +111,16 @@ def read(
         table = table_of_log(path, told, device, variable or told.variable)
     plan = plan_of(table, told, device=device, invalid=invalid)
     plan.require_sureness()
-    log = within(apply(plan, table), *window)
+    log = replace(within(apply(plan, table), *window), told=_told(mapping, said))
     return log if rate is None else resampled(log, rate)
+
+
+def _told(mapping: ColumnMap | Mapping[str, Any] | None, said: Mapping[str, Any]) -> dict[str, Any]:
+    """What was said of the columns, as options; a mapping with the keys of a mapping file has no options for all."""
+    labels: Mapping[str, Any] = mapping if isinstance(mapping, Mapping) else {}
+    known = {name.lower() for name in NAMED_COLUMNS}
+    columns = {name.lower(): label for name, label in labels.items() if name.lower() in known}
+    return {**columns, **said}
 
 
 def read_all(

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from erclutch.errors import MappingError, SettingError, UnitError
 from erclutch.signals import units
-from erclutch.signals.recording import NAMED_COLUMNS
+from erclutch.signals.recording import NAMED_COLUMNS, LogFacts, Recording
 
 #: First and last time that are taken, and how much is left out of the start, in s; None: all is taken.
 Window = tuple[float | None, float | None, float | None]
@@ -26,7 +26,7 @@ def options_of(keywords: Mapping[str, Any]) -> dict[str, Any]:
     """Keywords of `erclutch.read` as options; a text may stand for a list of one, a number for a time in s.
 
     Raises:
-        MappingError: a name that is no signal and no option of reading.
+        MappingError: a name that is no signal and no option of reading. SettingError: a switch that is none.
     """
     options: dict[str, Any] = {}
     for keyword, value in keywords.items():
@@ -38,6 +38,8 @@ def options_of(keywords: Mapping[str, Any]) -> dict[str, Any]:
             raise MappingError(f"{keyword!r} is no signal and no option of reading", remedy=remedy)
         if value is None:
             continue
+        if name == "keep_values" and not isinstance(value, bool):
+            raise SettingError(f"{keyword} is {value!r}", remedy="Give True or False")
         if name in _LISTS and isinstance(value, str):
             options[name] = (value,)
         elif name == "resample" or name in _TIMES:
@@ -45,6 +47,12 @@ def options_of(keywords: Mapping[str, Any]) -> dict[str, Any]:
         else:
             options[name] = value
     return options
+
+
+def told_alike(logs: Sequence[LogFacts]) -> dict[str, Any]:
+    """What `erclutch.read` was told of all of some logs, as options: the next logs may be read so; else empty."""
+    first, *others = [dict(log.told) if isinstance(log, Recording) else {} for log in logs] or [{}]
+    return first if all(each == first for each in others) else {}
 
 
 def window_of(options: Mapping[str, Any]) -> Window:

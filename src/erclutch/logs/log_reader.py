@@ -148,7 +148,7 @@ def read_by(plugin: Plugin, source: LogSource) -> Table:
     """
     reader: LogReader = plugin.of_type(LogReader)
     if source.variable and reader.recordings is None:
-        problem = f"a log of this format is one recording, and --variable {source.variable} asks for one of several"
+        problem = f"a log of this format is one recording: it has no {source.variable!r} for --variable"
         remedy = "Leave it out, or give --variable '' where a run or mapping has it"
         raise LogError(problem, where=source.name, remedy=remedy)
     with plugin.working(f"failed on {source.name}"):

@@ -285,7 +285,7 @@ class Plan:
         hints = [each.remedy.partition("; if ")[2] for each in self.questions]
         pair = next((f"; if {hint}" for hint in hints if hint), "")
         field_remedy = next((each.remedy for each in self.questions if each.signal == "field"), "")
-        open_field = "--field none" in field_remedy and "--field none" not in command
+        open_field = "--field none" in field_remedy and "--field none" not in " ".join(options)
         none = "; --field none if it was not logged" if open_field else ""
         remedy = f"Give them all, with your columns in place of these: {command}{none}{pair}"
         raise MappingError(problem, remedy=remedy)

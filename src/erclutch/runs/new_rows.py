@@ -278,7 +278,7 @@ def _read(
 ) -> tuple[Dataset, NDArray[np.int64], Any]:
     """The rows of a log, their places in it, and the index of all of it."""
     # What was said now goes first, then how the run read its own logs, then the mapping file of the run or of the log.
-    as_before: Mapping[str, Any] = (run.body.get("reading") or {}) if run is not None else {}
+    as_before: Mapping[str, Any] = {} if run is None else run.reading
     kept = {key: option for key, option in as_before.items() if key not in _OF_A_LOG}
     how = Reading.from_options(kept, "as the run")
     if said:

@@ -32,6 +32,7 @@ from erclutch.errors import RunError
 from erclutch.export.exported_step import named_after
 from erclutch.files import file_digest, plain_words, whole_folder
 from erclutch.fit.standing import Standing, standing_of_run
+from erclutch.logs.keywords import told_alike
 from erclutch.models.load import load_model
 from erclutch.models.model import Model
 from erclutch.models.model_file import digest_of, keeps_digest, require_schema
@@ -69,8 +70,8 @@ def write_run(
         folder: where; its parent must exist.
         comparison: what came out.
         recordings: the logs that went in.
-        reading: how they were read, as JSON values: the options of `erclutch fit` that were given; None where they were
-            not read by it, so that no command can repeat the run.
+        reading: the options by which `erclutch fit` read them, as JSON values; None where it did not, so that no
+            command can repeat the run. What `erclutch.read` was told is kept then.
         force: replace a run that is already there (never anything else).
 
     Returns:
@@ -120,6 +121,7 @@ def run_to_dict(
         "versions": versions(),
         "settings": comparison.settings.to_dict(),
         "reading": None if reading is None else dict(reading),
+        **({} if reading is not None else {"told": told_alike(recordings)}),
         "device": data.device,
         "units": asdict(data.units),
         "logs": [
@@ -282,6 +284,11 @@ class Run(Shown):
     def id_of(self, name: str) -> str:
         """The id of a model in this run: ``m1`` for the first of the ranking."""
         return id_of(self.names.index(name))
+
+    @property
+    def reading(self) -> Mapping[str, Any]:
+        """How the logs were read, as options of `erclutch fit`; the next logs are read in the same way."""
+        return self.body.get("reading") or self.body.get("told") or {}
 
     @property
     def c_name(self) -> str:

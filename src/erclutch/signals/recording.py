@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -134,6 +134,7 @@ class Recording(Shown):
         spare: further columns that nothing has taken, in the same way.
         notes: what was guessed, converted, dropped or split, one sentence each, to be shown to the user.
         mapping: name and SHA-256 of the mapping file that said which column is which, if there was one.
+        told: the keywords that `erclutch.read` was given, which a run keeps for the next logs.
     """
 
     name: str
@@ -150,6 +151,7 @@ class Recording(Shown):
     spare: Mapping[str, Array] = field(default_factory=dict[str, Array])
     notes: tuple[str, ...] = ()
     mapping: tuple[str, str] | None = None
+    told: Mapping[str, Any] = field(default_factory=dict[str, Any])
 
     def __repr__(self) -> str:
         extent = f"{self.duration:.4g} s at {1.0 / self.period:.4g} Hz"

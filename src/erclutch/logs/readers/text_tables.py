@@ -46,7 +46,7 @@ def read_tables(source: LogSource, read: Callable[[LogSource], Table]) -> Table:
                 return table
     tables = _tables_in(source)
     if len(tables) < 2 and source.variable != ALL:
-        problem = f"the text is one recording, and --variable {source.variable} asks for one of several"
+        problem = f"the text is one recording, so it has no {source.variable!r} for --variable"
         raise LogError(problem, remedy="Leave it out, or give --variable '' where a run or mapping has it")
     found = {} if len(tables) < 2 else tables
     name, (line, text) = choose(found, source.variable, "table", "the text holds one table")

@@ -16,7 +16,7 @@ from erclutch.report.numbers.run_material import Material
 def _fill(material: Material) -> dict[str, Any]:
     """Where every number comes from."""
     body = material.body
-    reading: dict[str, Any] = body["reading"] or {}
+    reading = material.run.reading
     return {
         "logs": [_log(log) for log in body["logs"]],
         "means": material.badge_means,

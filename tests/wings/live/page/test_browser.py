@@ -256,6 +256,8 @@ def test_recording_freezing_and_the_alarm(seen: Seen) -> None:
     seen.until(
         "/^drift: the torque left the band.*; wide band: /.test(document.getElementById('coverage').textContent)"
     )
+    assert page.evaluate("(e => e.scrollWidth <= e.clientWidth)(document.getElementById('coverage').parentElement)")
+    assert page.evaluate("document.getElementById('coverage').offsetHeight") > 20, "alarms are read whole, over lines"
     page.click("#record")
     seen.until("document.getElementById('recording').hidden")
     seen.until("[...document.querySelectorAll('#events .what')].some(e => e.textContent.includes('is complete'))")
@@ -273,6 +275,7 @@ def test_trips_and_silence_are_shown(seen: Seen) -> None:
     seen.loop.writer.put(state=State.READY)
     seen.until("document.getElementById('banner').textContent.includes('nothing moves until a program is run')")
     assert seen.page.locator("#reset").is_hidden()
+    assert seen.page.get_attribute("#banner", "data-calm") == "true", "a reset loop is no alarm"
     seen.page.click("#program-form button")
     assert seen.command().kind == "program"
     seen.loop.writer.put(state=State.RUNNING)

@@ -80,8 +80,9 @@ function send(body, text) {
 
 function say(text, level = "") { $("said").textContent = text; $("said").dataset.level = level; }
 
-function banner(text, reset = false) {
+function banner(text, reset = false, calm = false) {
   $("banner").hidden = !text;
+  $("banner").dataset.calm = calm;
   write("banner-text", text);
   $("reset").hidden = !reset;
 }
@@ -129,7 +130,7 @@ function report() {
   $("controls").disabled = state === "stopped";
   setState(state, state === "running" && name ? `running ${name}` : names[state] ?? state);
   if (state === "tripped") banner(trip === "order" ? "Zero field, as ordered, until a reset." : doubt ? `${doubt} (${trip}). Zero field until a reset.` : `Tripped${trip ? ` by ${trip}` : ""}: zero field until a reset.${why(trip)}`, true);
-  else if (state === "ready") banner("Reset. Zero field, and nothing moves until a program is run.");
+  else if (state === "ready") banner("Reset. Zero field, and nothing moves until a program is run.", false, true);
   else if (state === "silent") banner("No frame from the loop: it is not running any more, or held up.");
   else if (state === "stopped") banner("The session has ended at zero field.");
   else banner("");
