@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from erclutch.errors import ErclutchError, SettingError, ShortLogError
 from erclutch.logs.applied import apply_rows
-from erclutch.logs.dataset import Dataset, dataset_of, device_of, joined, only_segments
+from erclutch.logs.dataset import Dataset, dataset_of, device_of, joined
 from erclutch.logs.log_reader import LogSource, Windows
 from erclutch.logs.mapping import ColumnMap
 from erclutch.logs.plan import Invalid, Plan
@@ -207,4 +207,4 @@ def _cored(batch: Batch) -> Recording | None:
     inside = (batch.rows >= batch.start) & (batch.rows < batch.stop)
     cored = [(start, stop) for start, stop in log.segments if inside[start:stop].any() and stop - start > 1]
     placed = replace(log, extras={**log.extras, _PLACE: batch.rows.astype(np.float64)})
-    return only_segments(placed, cored) if cored else None
+    return placed.only(cored) if cored else None

@@ -1,14 +1,20 @@
-"""Columns that may be a signal are found by what their names, their units and the shapes of their numbers say."""
+"""Columns that may be a signal are found by what their names, their units and the shapes of their numbers say.
+
+A column that says what another one says is left out: degrees beside radians, a travel beside a position.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
+import numpy as np
+
 from erclutch.logs.clock_planning import stamps_of
 from erclutch.logs.names import NEED_UNIT, OTHER, SINGLE, TOLD, VOLTAGES, headed
-from erclutch.logs.repeated_columns import distinct
 from erclutch.logs.seen_columns import SeenColumn, SeenColumns
 from erclutch.logs.shapes import follows, is_rate_of, is_steady, varies
+from erclutch.signals import units
+from erclutch.signals.array import Array
 from erclutch.signals.recording import SIGNALS
 
 #: Signals that a unit alone may tell.
@@ -16,6 +22,7 @@ _TOLD_BY_UNIT = ("field", "slip", "position", "effort", "T")
 _NO_UNITS = (None, "", "-", "1", "%")
 _LENGTHS = ("displacement", "disp", "extension", "stroke", "crosshead", "weg", "deplacement", "desplazamiento")
 _WATT = "W"  # power is no signal
+_DIGITS = 2e-3  # share of the largest number by which numbers written with some digits may differ
 
 
 def candidates(
@@ -146,3 +153,53 @@ def _goes_with(seen: SeenColumns, column: SeenColumn, signal: str) -> bool:
             if other.spoken.forms["position"] in _LENGTHS or other.spoken.heads["position"] in _LENGTHS:
                 return True
     return any(follows(column.values, motion.values) for motion in (*positions, *speeds))
+
+
+# --- columns that say the same ---------------------------------------------------------------------------------------
+
+
+def distinct(seen: SeenColumns, names: Iterable[str]) -> list[str]:
+    """Columns without those that never change beside some that do, and without the same numbers in another unit."""
+    columns = [seen.columns[name] for name in names]
+    moving = [column for column in columns if not column.shape.constant]
+    kept: list[SeenColumn] = []
+    for column in moving or columns:
+        if not any(_one_quantity(column, other) for other in kept):
+            kept.append(column)
+    return [column.name for column in kept]
+
+
+def one_motion(seen: SeenColumns, names: Iterable[str]) -> list[str]:
+    """Positions without those that say the same from another zero: a travel beside an absolute one."""
+    kept: list[SeenColumn] = []
+    for name in names:
+        column = seen.columns[name]
+        alike = (other for other in kept if other.unit == column.unit)
+        if not any(_move_alike(column.values, other.values) for other in alike):
+            kept.append(column)
+    return [column.name for column in kept]
+
+
+def _one_quantity(column: SeenColumn, other: SeenColumn) -> bool:
+    """Whether two columns with units hold one quantity: degrees beside radians."""
+    unit, other_unit = column.written_unit, other.written_unit
+    if not unit or not other_unit or not units.is_unit(unit) or not units.is_unit(other_unit):
+        return False
+    first, second = units.parse(unit), units.parse(other_unit)
+    if first.dimension != second.dimension or first.factor == second.factor:
+        return False
+
+    one = column.values * first.factor
+    two = other.values * second.factor
+    known = np.isfinite(one) & np.isfinite(two)
+    largest = float(np.abs(one[known]).max(initial=0.0))
+    if not largest > 0.0:
+        return False
+    return bool(np.abs(one - two)[known].max() <= _DIGITS * largest)
+
+
+def _move_alike(first: Array, second: Array) -> bool:
+    """Whether two positions in one unit differ in where they count from, and in nothing else."""
+    known = np.isfinite(first) & np.isfinite(second)
+    moved = float(np.ptp(first[known])) if known.any() else 0.0
+    return bool(moved > 0.0 and np.ptp((first - second)[known]) <= _DIGITS * moved)

@@ -267,7 +267,7 @@ def dataset_of(log: Recording, device: DeviceName, derivative: Derivative) -> Da
     neighboured = [(start, stop) for start, stop in log.segments if stop - start > 1]
     lone = len(log.segments) - len(neighboured)
     if lone and neighboured:
-        log = only_segments(log, neighboured)
+        log = log.only(neighboured)
         notes.append(f"{lone} row{'s' if lone > 1 else ''} between two gaps left out: they have no neighbour")
     period = log.period if log.uniform else None
     clock = Clock(log.time, tuple(Span(start, stop, period) for start, stop in log.segments))
@@ -311,20 +311,6 @@ def dataset_of(log: Recording, device: DeviceName, derivative: Derivative) -> Da
         extras=dict(log.extras),
         spare=dict(log.spare),
         origins=(log.origin,),
-    )
-
-
-def only_segments(log: Recording, kept: Sequence[tuple[int, int]]) -> Recording:
-    """The log with some of its segments, [start, stop) each."""
-    rows = np.concatenate([np.arange(start, stop) for start, stop in kept])
-    ends = np.cumsum([0, *(stop - start for start, stop in kept)]).tolist()
-    return replace(
-        log,
-        signals={name: values[rows] for name, values in log.signals.items()},
-        extras={name: values[rows] for name, values in log.extras.items()},
-        spare={name: values[rows] for name, values in log.spare.items()},
-        time=log.time[rows],
-        segments=tuple(itertools.pairwise(ends)),
     )
 
 

@@ -10,12 +10,11 @@ import numpy as np
 
 from erclutch.errors import MappingError, shell_word
 from erclutch.logs.clock_planning import stamps_of
-from erclutch.logs.columns import candidates
+from erclutch.logs.columns import candidates, one_motion
 from erclutch.logs.draft import Draft
 from erclutch.logs.labels import split_label
 from erclutch.logs.missing_columns import maybe_field, missing, rubbing_force, why_no_field
 from erclutch.logs.plan import NEEDS, Sureness
-from erclutch.logs.repeated_columns import one_motion
 from erclutch.logs.seen_columns import KINDS, SeenColumns
 from erclutch.logs.sensor_scales import scaled
 from erclutch.logs.shapes import is_rate_of, is_steady, varies

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING
 
 from erclutch.errors import LogError, placed
 from erclutch.logs.log_reader import HEAD, LogReader, LogSource, folder_reader, read_by, reader_of, require_no_run
-from erclutch.logs.readers.signal_files import parts_of
 from erclutch.logs.table import Table
 
 if TYPE_CHECKING:
@@ -58,7 +57,7 @@ def read_table(
     notes: list[str] = []
     with placed(file.name):
         if plugin is not None:
-            digest = _folder_digest(file)
+            digest = _digest_of_files(file, plugin.of_type(LogReader))
         else:
             with readable(file):
                 if file.stat().st_size > _LARGEST:
@@ -98,11 +97,11 @@ def require_file(path: str | Path) -> Path:
     return file
 
 
-def _folder_digest(folder: Path) -> str:
+def _digest_of_files(log: Path, reader: LogReader) -> str:
     """SHA-256 over names and SHA-256 of the files of a log, by name."""
     digest = hashlib.sha256()
-    with readable(folder):
-        files = folder.iterdir() if folder.is_dir() else parts_of(folder)
+    with readable(log):
+        files = log.iterdir() if log.is_dir() else reader.parts(log)
         inside = sorted(path for path in files if path.is_file())
         if sum(path.stat().st_size for path in inside) > _LARGEST:
             raise LogError("the files of the folder are larger than 4 GiB", remedy="Split the log")

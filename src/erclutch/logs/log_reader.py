@@ -70,6 +70,7 @@ class LogReader:
         tells_damage: whether damaged bytes are seen in such a file (by checksums, say), as the rest of a sentence.
         folder: name of the file by which a folder is one log of this format; "": a log is a file.
         joins: whether a folder, or a path that names several files, is one log of this format. None: neither is.
+        parts: the files that such a path names.
     """
 
     suffixes: tuple[str, ...]
@@ -81,6 +82,7 @@ class LogReader:
     tells_damage: str = "seen or not: the reader does not say"
     folder: str = ""
     joins: Callable[[Path], bool] | None = None
+    parts: Callable[[Path], Sequence[Path]] = lambda path: ()
 
 
 def claims_nothing(head: bytes) -> bool:

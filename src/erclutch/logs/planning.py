@@ -8,7 +8,7 @@ what the user said is taken (`named_columns`, `clock_planning`, `given_numbers`)
 
 from __future__ import annotations
 
-from erclutch.errors import LogError, MappingError, SettingError, placed
+from erclutch.errors import ErclutchError, LogError, MappingError, SettingError, placed
 from erclutch.logs.clock_planning import clock_plan
 from erclutch.logs.draft import Draft
 from erclutch.logs.further_columns import take_further_columns
@@ -115,3 +115,25 @@ def plan_of(
         path=table.path,
         examples=tuple(examples),
     )
+
+
+def is_log(table: Table, told: ColumnMap | None = None, device: DeviceName | None = None) -> bool:
+    """Whether a table has columns of a motion and an effort.
+
+    Args:
+        table: columns as in the file.
+        told: what the user said of them; None: nothing.
+        device: whose signals count; see `plan_of`.
+    """
+    try:
+        return plan_of(table, told or ColumnMap(), device=device).is_of_a_log
+    except ErclutchError:
+        return False
+
+
+def signals_of(table: Table) -> set[str]:
+    """Signals that have a column in a table, by names and units alone."""
+    try:
+        return {each.signal for each in plan_of(table, ColumnMap()).signals if each.column}
+    except ErclutchError:
+        return set()

@@ -14,9 +14,8 @@ from erclutch.errors import AlikeRecordingsError, LogError
 from erclutch.logs.log_file import read_table, recordings_in
 from erclutch.logs.mapping import ColumnMap
 from erclutch.logs.plan import Plan
-from erclutch.logs.planning import plan_of
+from erclutch.logs.planning import is_log, plan_of, signals_of
 from erclutch.logs.readers.found_recordings import JOINT
-from erclutch.logs.recognition import is_log, signals_of
 from erclutch.logs.table import Table, listed
 from erclutch.signals.array import Array
 from erclutch.signals.device import DeviceName

@@ -4,7 +4,7 @@ Each is told by what only a fault does. A spike is one or two rows far beyond al
 a blow rings. A saturated effort is the same to the last digit whenever it is largest, in runs, far more often than
 at any level beside it (the peak of a coarse sine is no end of a range), and comes near that end by many other values:
 dry friction jumps there. A stuck effort keeps one value, met nowhere else, while the motion goes
-on. Codes such as -999 are found by `erclutch.logs.sentinels`.
+on. Codes such as -999 are found by `erclutch.logs.unmeasured_rows`.
 
 Faults of the logger show in several columns at once: a row that holds one number in all of them, far from the rows
 beside it in two or more, and a stretch in which all of them stand still and then jump.

@@ -9,7 +9,6 @@ import numpy as np
 
 from erclutch.errors import SettingError
 from erclutch.logs.batches import Batch
-from erclutch.logs.dataset import only_segments
 from erclutch.logs.timing import MINIMUM_ROWS
 from erclutch.signals.clock import stretches
 from erclutch.signals.recording import Recording
@@ -38,7 +37,7 @@ def within(
     rows = sum(after - row for row, after in kept)
     _require(rows, log.name, (start, stop), (first, last))
     note = f"taken from {start:.6g} s to {stop:.6g} s: {rows:,} of {log.rows:,} rows"
-    return replace(only_segments(log, kept), notes=(*log.notes, note))
+    return replace(log.only(kept), notes=(*log.notes, note))
 
 
 def batches_within(
@@ -66,7 +65,7 @@ def batches_within(
         if kept:
             places = np.concatenate([batch.rows[row:after] for row, after in kept])
             rows += int(np.count_nonzero((places >= batch.start) & (places < batch.stop)))  # without the margins
-            yield replace(batch, recording=only_segments(log, kept), rows=places)
+            yield replace(batch, recording=log.only(kept), rows=places)
         else:
             yield replace(batch, recording=log, rows=np.full_like(batch.rows, -1))
     if first is not None:

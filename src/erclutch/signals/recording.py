@@ -5,8 +5,9 @@ The vocabulary is that of the design: field, slip, effort, theta, alpha. A log's
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from itertools import pairwise
 from types import MappingProxyType
 from typing import Any, Protocol
 
@@ -180,3 +181,17 @@ class Recording(Shown):
     def duration(self) -> float:
         """Recorded time in s, gaps left out."""
         return float(sum(self.time[stop - 1] - self.time[start] + self.period for start, stop in self.segments))
+
+    def only(self, segments: Sequence[tuple[int, int]]) -> Recording:
+        """The recording with some of its segments or their parts, [start, stop) each."""
+        rows = np.concatenate([np.arange(start, stop) for start, stop in segments])
+        lengths = [stop - start for start, stop in segments]
+        edges = np.cumsum([0, *lengths]).tolist()
+        return replace(
+            self,
+            signals={name: values[rows] for name, values in self.signals.items()},
+            extras={name: values[rows] for name, values in self.extras.items()},
+            spare={name: values[rows] for name, values in self.spare.items()},
+            time=self.time[rows],
+            segments=tuple(pairwise(edges)),
+        )

@@ -16,24 +16,14 @@ if TYPE_CHECKING:
     import pandas as pd
 
 _DATES = (
-    *("%Y-%m-%d", "%Y/%m/%d", "%m/%d/%Y", "%d/%m/%Y", "%d.%m.%Y", "%d.%m.%y"),
-    *("%m/%d/%y", "%d/%m/%y", "%d-%m-%Y", "%m-%d-%Y", "%d-%b-%Y"),
-)
+    "%Y-%m-%d", "%Y/%m/%d", "%m/%d/%Y", "%d/%m/%Y", "%d.%m.%Y", "%d.%m.%y",
+    "%m/%d/%y", "%d/%m/%y", "%d-%m-%Y", "%m-%d-%Y", "%d-%b-%Y",
+)  # fmt: skip
 _TIMES = ("%H:%M:%S.%f", "%I:%M:%S.%f %p", "%H:%M")
 _DAY = 86_400.0  # s
 _LIKELY = re.compile(r".*\d:\d\d.*")
 _WHOLE = re.compile(r"(:\d\d:\d\d)(?![.\d])")  # a time of day in whole seconds
 _FINER = re.compile(r"(\.\d{6})\d+")
-
-
-def _formats(first: str, last: str) -> Iterator[str]:
-    """The strptime formats that read the first and the last cell."""
-    zone = "%z" if re.search(r"(?:Z|[+-]\d\d:?\d\d)$", first) else ""
-    joint = "T" if re.search(r"\dT\d", first) else " "
-    ends = [_FINER.sub(r"\1", cell) for cell in (first, last)]
-    for date, time in product((*(f"{date}{joint}" for date in _DATES), ""), _TIMES):
-        if all(_reads(cell, f"{date}{time}{zone}") for cell in ends):
-            yield f"{date}{time}{zone}"
 
 
 def clock_of(texts: Mapping[str, pd.Series[Any]]) -> tuple[str, Array | None]:
@@ -42,24 +32,20 @@ def clock_of(texts: Mapping[str, pd.Series[Any]]) -> tuple[str, Array | None]:
     Args:
         texts: column name -> its cells, of the columns that hold text.
     """
-    whole = {name: str(cells.iloc[0]).strip() for name, cells in texts.items() if not cells.isna().any()}
-    days = [name for name, first in whole.items() if any(_reads(first, pattern) for pattern in _DATES)]
+    first_cells = {name: str(cells.iloc[0]).strip() for name, cells in texts.items() if not cells.isna().any()}
+    dates = [name for name, first in first_cells.items() if any(_reads(first, pattern) for pattern in _DATES)]
     for name, cells in texts.items():
-        for day in days:
-            joined = texts[day].astype(str).str.strip() + " " + cells.astype(str).str.strip()
-            if name != day and name in whole and (stamps := seconds(joined)) is not None:
-                return f"{day} and {name}", stamps
-        if (stamps := seconds(cells)) is not None:
+        times = cells.astype(str).str.strip() if name in first_cells else None
+        for date in dates:
+            if times is None or date == name:
+                continue
+            stamps = seconds(texts[date].astype(str).str.strip() + " " + times)
+            if stamps is not None:
+                return f"{date} and {name}", stamps
+        stamps = seconds(cells)
+        if stamps is not None:
             return name, stamps
     return "", None
-
-
-def _reads(cell: str, pattern: str) -> bool:
-    try:
-        datetime.strptime(cell, pattern)
-    except ValueError:
-        return False
-    return True
 
 
 def seconds(cells: pd.Series[Any]) -> Array | None:
@@ -70,10 +56,41 @@ def seconds(cells: pd.Series[Any]) -> Array | None:
     first = str(cells.iloc[0]).strip()
     if cells.isna().any() or len(first) > 40 or not _LIKELY.match(first):
         return None
-    texts = cells.astype(str).str.strip().str.replace(",", ".", regex=False).str.replace(_WHOLE, r"\1.0", regex=True)
-    patterns = _formats(texts.iloc[0], texts.iloc[-1])
-    found = [since for pattern in patterns if (since := _since(texts, pattern)) is not None]
-    return min(found, key=lambda since: (bool(np.any(np.diff(since) < 0)), float(np.ptp(since)))) if found else None
+    texts = cells.astype(str).str.strip()
+    texts = texts.str.replace(",", ".", regex=False)
+    texts = texts.str.replace(_WHOLE, r"\1.0", regex=True)
+
+    readings: list[Array] = []
+    for pattern in _formats(texts.iloc[0], texts.iloc[-1]):
+        since = _since(texts, pattern)
+        if since is not None:
+            readings.append(since)
+    return min(readings, key=_unlikely, default=None)
+
+
+def _unlikely(since: Array) -> tuple[bool, float]:
+    """How unlikely seconds are those of a log, shape (n,): whether they run back, then how long they last."""
+    return bool(np.any(np.diff(since) < 0)), float(np.ptp(since))
+
+
+def _formats(first: str, last: str) -> Iterator[str]:
+    """The strptime formats that read the first and the last cell."""
+    zone = "%z" if re.search(r"(?:Z|[+-]\d\d:?\d\d)$", first) else ""
+    joint = "T" if re.search(r"\dT\d", first) else " "
+    ends = [_FINER.sub(r"\1", cell) for cell in (first, last)]  # strptime reads no more than microseconds
+    days = [*(f"{date}{joint}" for date in _DATES), ""]  # "": a time of day alone
+    for day, time in product(days, _TIMES):
+        pattern = f"{day}{time}{zone}"
+        if all(_reads(cell, pattern) for cell in ends):
+            yield pattern
+
+
+def _reads(cell: str, pattern: str) -> bool:
+    try:
+        datetime.strptime(cell, pattern)
+    except ValueError:
+        return False
+    return True
 
 
 def _since(texts: pd.Series[Any], pattern: str) -> Array | None:
@@ -85,5 +102,7 @@ def _since(texts: pd.Series[Any], pattern: str) -> Array | None:
         since = np.asarray((stamps - stamps.iloc[0]).dt.total_seconds(), dtype=np.float64)
     except (ValueError, TypeError, AttributeError, OverflowError):
         return None
-    midnights = np.diff(since, prepend=0.0) < -_DAY / 2 if pattern in _TIMES else np.zeros(since.size)
-    return since + _DAY * np.cumsum(midnights)
+    days = np.zeros(since.size)
+    if pattern in _TIMES:  # a time of day begins anew at midnight
+        days = np.cumsum(np.diff(since, prepend=0.0) < -_DAY / 2)
+    return since + _DAY * days

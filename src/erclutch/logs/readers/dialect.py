@@ -6,7 +6,7 @@ import csv
 import re
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
 from erclutch.errors import LogError
@@ -77,12 +77,64 @@ def cells_of(line: str, delimiter: str | None) -> list[str]:
             return [cell.strip() for cell in rows[0]] if rows else []
         except csv.Error:
             pass  # an unfinished quote: the plain split below shows the row as it is
-    return line.split() if delimiter is None else [cell.strip() for cell in line.split(delimiter)]
+    if delimiter is None:
+        return line.split()
+    return [cell.strip() for cell in line.split(delimiter)]
 
 
 def is_number(cell: str, decimal: str) -> bool:
     """Whether the cell is a finite decimal number with that decimal mark, perhaps in groups of three digits."""
     return _NUMBER[decimal].fullmatch(cell) is not None or is_grouped(cell, decimal)
+
+
+@dataclass(frozen=True)
+class _Marks:
+    """What stands between the cells of a row, and between the digits of a number."""
+
+    delimiter: str | None
+    decimal: str
+
+    def cells(self, line: str) -> list[str]:
+        """Cells of one line, stripped."""
+        return cells_of(line, self.delimiter)
+
+    def is_number(self, cell: str) -> bool:
+        """Whether the cell is a finite number."""
+        return is_number(cell, self.decimal)
+
+    def is_filled_in(self, cell: str) -> bool:
+        """Whether the cell is a number, or a word for none."""
+        return is_number(cell, self.decimal) or cell.lower() in WORDS
+
+
+@dataclass(frozen=True)
+class _Rows:
+    """What the rows of the sample say of the header above them.
+
+    Attributes:
+        width: cells of a row.
+        trailing: whether each row ends in a delimiter with nothing behind it.
+        are_named: whether the first cells name their rows.
+    """
+
+    width: int
+    trailing: bool
+    are_named: bool
+
+
+@dataclass(frozen=True)
+class _Header:
+    """The lines right above the data that name the columns.
+
+    Attributes:
+        labels: as they stand in a line.
+        units: of the labels, where a line of its own gives them.
+        lines: how many they are.
+    """
+
+    labels: list[str]
+    units: list[str | None] | None
+    lines: int
 
 
 def sniff(text: str, asked: str | None = None) -> Dialect:
@@ -97,145 +149,183 @@ def sniff(text: str, asked: str | None = None) -> Dialect:
     """
     lines = LINE_END.split(text[:SAMPLE])
     if len(text) > SAMPLE and len(lines) > 1:
-        lines.pop()
+        lines.pop()  # the sample ends inside of it
     full = [line for line in lines if line.strip() and not is_comment(line)]
+
     for size in _TAILS:
-        delimiter, decimal = _separators(full[-size:], asked)
-        rows = [cells_of(line, delimiter) for line in full[-size:]]
-        kinds = _kinds(rows, decimal)
-        for first, line in enumerate(lines):
-            if line.strip() and not is_comment(line) and _is_data(cells_of(line, delimiter), decimal, kinds):
-                if _is_above_names(lines[first:], delimiter, decimal, kinds):
-                    continue
-                rows = [row for row in rows if _is_data(row, decimal, kinds)]
-                return _with_header(lines, first, delimiter, decimal, rows)
-    shown = f" (it begins with {full[0].strip()[:60]!r})" if full else ""
-    remedy = "Give a table of numbers with one row a sample, or check the file's format"
-    many = len(lines) - (not lines[-1])  # a line end closes the last line and begins no other
-    raise LogError(f"no row of numbers in {many} line{'' if many == 1 else 's'}{shown}", remedy=remedy)
+        tail = full[-size:]
+        marks = _marks(tail, asked)
+        rows = [marks.cells(line) for line in tail]
+        numeric = _numeric_columns(rows, marks)
+        first = _first_row(lines, marks, numeric)
+        if first is not None:
+            data = [row for row in rows if _is_data(row, marks, numeric)]
+            return _with_header(lines, first, marks, data)
+
+    count = len(lines) - (not lines[-1])  # a line end closes the last line and begins no other
+    problem = f"no row of numbers in {count} line{'' if count == 1 else 's'}"
+    if full:
+        problem += f" (it begins with {full[0].strip()[:60]!r})"
+    raise LogError(problem, remedy="Give a table of numbers with one row a sample, or check the file's format")
 
 
-def _is_above_names(lines: Sequence[str], delimiter: str | None, decimal: str, kinds: Sequence[bool]) -> bool:
-    """Whether a line with a word in a column of numbers stands right above names: settings of the test, and no row."""
-    cells = cells_of(lines[0], delimiter)
-    number_cells = [cell for cell, kind in zip(cells, kinds, strict=False) if kind]
-    if all(is_number(cell, decimal) or cell.lower() in WORDS for cell in number_cells):
-        return False
-    below = cells_of(next((line for line in lines[1:] if line.strip()), ""), delimiter)
-    named = [cell for cell in below if cell]
-    return 2 * len(named) > len(kinds) and not any(is_number(cell, decimal) for cell in named)
-
-
-def _separators(tail: Sequence[str], asked: str | None = None) -> tuple[str | None, str]:
+def _marks(tail: Sequence[str], asked: str | None) -> _Marks:
     """The delimiter and decimal mark under which most cells are numbers, then the most numbers a row."""
-    best, found = (0.0, 0.0), (",", asked or ".")
+    best = (0.0, 0.0)
+    best_marks = _Marks(",", asked or ".")
     for delimiter in ("\t", ";", "|", ",", None):
-        rows = [cells_of(line, delimiter) for line in tail]
-        filled = sum(1 for row in rows for cell in row if cell)
+        cells = [cell for line in tail for cell in cells_of(line, delimiter)]
+        filled = sum(1 for cell in cells if cell)
         for decimal in (asked,) if asked else (".", ","):
-            count = sum(1 for row in rows for cell in row if is_number(cell, decimal))
-            score = (round(count / max(filled, 1), 2), count / max(len(rows), 1))
+            numbers = sum(1 for cell in cells if is_number(cell, decimal))
+            share = round(numbers / max(filled, 1), 2)
+            score = (share, numbers / max(len(tail), 1))
             if score > best:
-                best, found = score, (delimiter, decimal)
-    return found
+                best = score
+                best_marks = _Marks(delimiter, decimal)
+    return best_marks
 
 
-def _kinds(rows: Sequence[Sequence[str]], decimal: str) -> list[bool]:
+def _numeric_columns(rows: Sequence[Sequence[str]], marks: _Marks) -> list[bool]:
     """Which columns are numbers in most rows of the sample."""
     width = max((len(row) for row in rows), default=0)
-    kinds: list[bool] = []
+    numeric: list[bool] = []
     for column in range(width):
         filled = [row[column] for row in rows if len(row) > column and row[column].lower() not in WORDS]
-        kinds.append(2 * sum(is_number(cell, decimal) for cell in filled) > len(filled))
-    return kinds
+        numbers = sum(marks.is_number(cell) for cell in filled)
+        numeric.append(2 * numbers > len(filled))
+    return numeric
 
 
-def _is_data(row: Sequence[str], decimal: str, kinds: Sequence[bool]) -> bool:
+def _first_row(lines: Sequence[str], marks: _Marks, numeric: Sequence[bool]) -> int | None:
+    """The index of the first line of data."""
+    for index, line in enumerate(lines):
+        if not line.strip() or is_comment(line):
+            continue
+        if _is_data(marks.cells(line), marks, numeric) and not _is_above_names(lines[index:], marks, numeric):
+            return index
+    return None
+
+
+def _is_data(row: Sequence[str], marks: _Marks, numeric: Sequence[bool]) -> bool:
     """Whether more than half of the number columns hold a number (or nan) here and at least one does."""
-    cells = [cell for cell, kind in zip(row, kinds, strict=False) if kind]
-    numbers = sum(is_number(cell, decimal) for cell in cells)
+    cells = [cell for cell, is_numeric in zip(row, numeric, strict=False) if is_numeric]
+    numbers = sum(marks.is_number(cell) for cell in cells)
     words = sum(cell.lower() in WORDS for cell in cells)
-    return numbers > 0 and 2 * (numbers + words) > sum(kinds)
+    return numbers > 0 and 2 * (numbers + words) > sum(numeric)
 
 
-def _with_header(
-    lines: Sequence[str], first: int, delimiter: str | None, decimal: str, rows: Sequence[Sequence[str]]
-) -> Dialect:
+def _is_above_names(lines: Sequence[str], marks: _Marks, numeric: Sequence[bool]) -> bool:
+    """Whether a line with a word in a column of numbers stands right above names: settings of the test, and no row."""
+    cells = marks.cells(lines[0])
+    number_cells = [cell for cell, is_numeric in zip(cells, numeric, strict=False) if is_numeric]
+    if all(marks.is_filled_in(cell) for cell in number_cells):
+        return False
+    next_line = next((line for line in lines[1:] if line.strip()), "")
+    names = [cell for cell in marks.cells(next_line) if cell]
+    return 2 * len(names) > len(numeric) and not any(marks.is_number(cell) for cell in names)
+
+
+def _with_header(lines: Sequence[str], first: int, marks: _Marks, data: Sequence[Sequence[str]]) -> Dialect:
     """Complete the dialect with names, units and header block from the lines above the first row."""
-    begin = cells_of(lines[first], delimiter)
-    width = max(len(begin), Counter(map(len, rows)).most_common(1)[0][0])
-    trailing = delimiter is not None and width > 1 and all(len(row) < width or not row[-1] for row in (begin, *rows))
+    first_row = marks.cells(lines[first])
+    usual_width = Counter(map(len, data)).most_common(1)[0][0]
+    width = max(len(first_row), usual_width)
+    trailing = marks.delimiter is not None and width > 1
+    trailing = trailing and all(len(row) < width or not row[-1] for row in (first_row, *data))
+    rows = _Rows(width, trailing, _name_rows(data, marks))
+
     above = [index for index in range(first) if lines[index].strip()]
-    named = _name_rows(rows, decimal)
-    header, used = _header(lines, above, delimiter, decimal, width, trailing, named) if above else (None, 0)
+    header = _header([lines[index] for index in above], marks, rows)
     notes: list[str] = []
-    labels, own = header or ([""] * (width - trailing), None)
     if header is None:
         if above:
-            _refuse_bad_first_row(lines[above[-1]], above[-1], delimiter, decimal, width)
-        notes.append(f"no header row: the columns are called c1 .. c{len(labels)}")
-    elif len(labels) > 1 and not labels[-1] and (trailing or len(labels) > width):
-        labels, own = labels[:-1], own and own[:-1]
-    trailing = trailing and len(labels) == width - 1
-    names, found, renamed = name_columns(labels, own)
-    numeric = _kinds(rows, decimal) + [False] * len(names)
-    skipped = [lines[index] for index in above[: len(above) - used]]
-    metadata = header_pairs(line.lstrip("#%/ ") for line in skipped)
-    prose = [line for line in skipped if not is_comment(line) and not header_pairs([line])]
+            _refuse_bad_first_row(lines[above[-1]], above[-1], marks, width)
+        header = _Header([""] * (width - trailing), None, 0)
+        notes.append(f"no header row: the columns are called c1 .. c{len(header.labels)}")
+    elif len(header.labels) > 1 and not header.labels[-1] and (trailing or len(header.labels) > width):
+        header = replace(header, labels=header.labels[:-1], units=header.units and header.units[:-1])
+    names, own_units, renamed = name_columns(header.labels, header.units)
+
+    before_header = [lines[index] for index in above[: len(above) - header.lines]]
+    metadata = header_pairs(line.lstrip("#%/ ") for line in before_header)
+    prose = [line for line in before_header if not is_comment(line) and not header_pairs([line])]
     if prose:
         more = f" and {len(prose) - 1} more" if len(prose) > 1 else ""
         notes.append(f"text above the table skipped: {' '.join(prose[0].split())[:60]!r}{more}")
-    notes += renamed
-    kinds = tuple(numeric[: len(names)])
-    return Dialect(delimiter, decimal, tuple(names), tuple(found), first, trailing, kinds, metadata, tuple(notes))
 
-
-def _name_rows(rows: Sequence[Sequence[str]], decimal: str) -> bool:
-    """Whether the first cells name their rows, as R writes them: words, or whole numbers that rise."""
-    first = [row[0] for row in rows if row]
-    if not any(is_number(cell, decimal) for cell in first):
-        return True
-    return all(cell.isdecimal() and len(cell) < _LONGEST_COUNT for cell in first) and all(
-        int(a) < int(b) for a, b in pairwise(first)
+    numeric = _numeric_columns(data, marks) + [False] * len(names)  # a name may stand over an empty column
+    return Dialect(
+        delimiter=marks.delimiter,
+        decimal=marks.decimal,
+        names=tuple(names),
+        units=tuple(own_units),
+        first=first,
+        trailing=trailing and len(names) == width - 1,
+        numeric=tuple(numeric[: len(names)]),
+        metadata=metadata,
+        notes=(*notes, *renamed),
     )
 
 
-def _header(
-    lines: Sequence[str],
-    above: Sequence[int],
-    delimiter: str | None,
-    decimal: str,
-    width: int,
-    trailing: bool,
-    rows_are_named: bool,
-) -> tuple[tuple[list[str], list[str | None] | None] | None, int]:
-    """Labels and units of the one or two header lines right above the data, and how many lines they take."""
-    last = _labels(lines[above[-1]], delimiter, decimal, width, trailing, rows_are_named)
+def _name_rows(rows: Sequence[Sequence[str]], marks: _Marks) -> bool:
+    """Whether the first cells name their rows, as R writes them: words, or whole numbers that rise."""
+    first_cells = [row[0] for row in rows if row]
+    if not any(marks.is_number(cell) for cell in first_cells):
+        return True
+    if not all(cell.isdecimal() and len(cell) < _LONGEST_COUNT for cell in first_cells):
+        return False
+    return all(int(earlier) < int(later) for earlier, later in pairwise(first_cells))
+
+
+def _header(above: Sequence[str], marks: _Marks, rows: _Rows) -> _Header | None:
+    """Labels and units of the one, two or three header lines right above the data.
+
+    Args:
+        above: lines above the first row, without empty lines.
+        marks: delimiter and decimal mark.
+        rows: below.
+    """
+    last = _labels(above[-1], marks, rows) if above else None
     if last is None:
-        return None, 0
+        return None
     # A row of samples over every second column, below names and units: the names are those above.
-    if len(above) > 2 and 2 * sum(map(bool, last)) <= len(last) > 1:
-        names, below = (_labels(lines[at], delimiter, decimal, width, trailing, rows_are_named) for at in above[-3:-1])
-        inner = [cell.strip("[]() ") for cell in below or []]
-        if names and below and sum(map(bool, names)) > sum(map(bool, last)) and _are_units(inner):
-            return (names, [unit or None for unit in inner]), 3
-    inner = [cell.strip("[]() ") for cell in last]
-    if len(above) > 1 and _are_units(inner):
-        names = _labels(lines[above[-2]], delimiter, decimal, width, trailing, rows_are_named)
+    if len(above) > 2 and 2 * _filled(last) <= len(last) > 1:
+        names = _labels(above[-3], marks, rows)
+        units_below = _labels(above[-2], marks, rows)
+        if names and units_below and _filled(names) > _filled(last) and _are_units(_bare(units_below)):
+            return _Header(names, _units(units_below), 3)
+    if len(above) < 2:
+        return _Header(last, None, 1)
+
+    names = _labels(above[-2], marks, rows)
+    if names is not None and len(names) == len(last):
         # Names are words: a second line of units, or of what is called like a unit, names nothing.
-        if names is not None and len(names) == len(last) and not _are_units([name.strip("[]() ") for name in names]):
-            return (names, [unit or None for unit in inner]), 2
-    if len(above) > 1 and _are_translated(last):
-        names = _labels(lines[above[-2]], delimiter, decimal, width, trailing, rows_are_named)
-        if names is not None and len(names) == len(last) and all(names):
-            return (names, [split_label(cell)[1] for cell in last]), 2
-    return (last, None), 1
+        if _are_units(_bare(last)) and not _are_units(_bare(names)):
+            return _Header(names, _units(last), 2)
+        if _are_translated(last) and all(names):
+            return _Header(names, [split_label(cell)[1] for cell in last], 2)
+    return _Header(last, None, 1)
+
+
+def _filled(cells: Sequence[str]) -> int:
+    return sum(map(bool, cells))
+
+
+def _bare(cells: Sequence[str]) -> list[str]:
+    """Cells without the brackets around units."""
+    return [cell.strip("[]() ") for cell in cells]
+
+
+def _units(cells: Sequence[str]) -> list[str | None]:
+    return [unit or None for unit in _bare(cells)]
 
 
 def _are_translated(cells: Sequence[str]) -> bool:
     """Whether a line under the names says them again in Chinese or Japanese, half of them or more with a unit."""
     eastern = [cell for cell in cells if EASTERN.search(cell)]
-    return len(eastern) == len(cells) and 2 * sum(split_label(cell)[1] is not None for cell in eastern) >= len(cells)
+    with_unit = sum(split_label(cell)[1] is not None for cell in eastern)
+    return len(eastern) == len(cells) and 2 * with_unit >= len(cells)
 
 
 def _are_units(cells: Sequence[str]) -> bool:
@@ -251,46 +341,50 @@ def _is_known(cell: str) -> bool:
     return bool(_NO_FACTOR.fullmatch(cell)) or units.is_unit(cell)
 
 
-def _labels(
-    line: str, delimiter: str | None, decimal: str, width: int, trailing: bool, rows_are_named: bool
-) -> list[str] | None:
+def _labels(line: str, marks: _Marks, rows: _Rows) -> list[str] | None:
     """Cells of a header line, or None if their number or kind is not that of a header."""
     if is_comment(line):
         line = line.lstrip("#%/ \t")
-    splits = [cells_of(line, delimiter)]
-    if delimiter is None:  # names with blanks in them: keep brackets with their name, or split at wide gaps
+    splits = [marks.cells(line)]
+    if marks.delimiter is None:  # names with blanks in them: keep brackets with their name, or split at wide gaps
         splits.append(re.findall(r"[^\s\[(]+(?:\s*(?:\[[^\]]*\]|\([^)]*\)))?", line))
         splits.append(re.split(r"\t|\s{2,}", line.strip()))
+
+    width = rows.width
+    fitting = {width}
+    if rows.trailing:
+        fitting.add(width - 1)
+    if marks.delimiter is not None:
+        fitting.add(width + 1)  # one name more than cells is a column filled in its first rows only (events)
     for cells in splits:
-        # One name more than cells is a column filled in its first rows only (events); one fewer, a trailing delimiter.
-        fitting = {width, width - 1 if trailing else width, width + 1 if delimiter is not None else width}
-        if len(cells) == width - 1 and not trailing and delimiter is not None and width > 2 and rows_are_named:
+        lacks_one = len(cells) == width - 1 > 1 and not rows.trailing
+        if lacks_one and marks.delimiter is not None and rows.are_named:
             # R names no column of row names. A line that begins with an empty cell lacks its last cell.
-            cells, fitting = ["", *cells] if cells[0] else [*cells, ""], {width}
-        if len(cells) in fitting and any(cells) and not any(is_number(cell, decimal) for cell in cells):
+            cells = ["", *cells] if cells[0] else [*cells, ""]
+        if len(cells) in fitting and any(cells) and not any(marks.is_number(cell) for cell in cells):
             return cells
     return None
 
 
-def _refuse_bad_first_row(line: str, index: int, delimiter: str | None, decimal: str, width: int) -> None:
+def _refuse_bad_first_row(line: str, index: int, marks: _Marks, width: int) -> None:
     """Right above the data, a line of half as many names or of numbers and text is a fault, not a comment."""
-    cells = cells_of(line, delimiter)
     if is_comment(line):
         return
-    if delimiter == "," and 2 * len(cells) == width and all(cells):
+    cells = marks.cells(line)
+    counts = f"line {index + 1} names {len(cells)} columns but the rows have {width} cells"
+    if marks.delimiter == "," and 2 * len(cells) == width and all(cells):
         raise LogError(
-            f"line {index + 1} names {len(cells)} columns but the rows have {width} cells (commas in the numbers?)",
+            f"{counts} (commas in the numbers?)",
             remedy="Export it with a decimal point, or with a semicolon between the columns",
         )
-    words = all(cells) and not any(is_number(cell, decimal) for cell in cells)
-    if delimiter is not None and words and len(cells) == width - 1 > 2:
-        raise LogError(
-            f"line {index + 1} names {len(cells)} columns but the rows have {width} cells",
-            remedy="Name each column in that line",
-        )
-    bad = [(number, cell) for number, cell in enumerate(cells, start=1) if cell and not is_number(cell, decimal)]
+    words = all(cells) and not any(marks.is_number(cell) for cell in cells)
+    if marks.delimiter is not None and words and len(cells) == width - 1 > 2:
+        raise LogError(counts, remedy="Name each column in that line")
+
+    bad = [(number, cell) for number, cell in enumerate(cells, start=1) if cell and not marks.is_number(cell)]
     if len(cells) == width > 1 and 0 < len(bad) < len(cells):
+        number, cell = bad[0]
         raise LogError(
-            f"line {index + 1}, column {bad[0][0]} is '{bad[0][1]}' where a number is expected",
+            f"line {index + 1}, column {number} is '{cell}' where a number is expected",
             remedy="Correct or delete that line, or put a complete header row above the data",
         )

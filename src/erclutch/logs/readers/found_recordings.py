@@ -96,12 +96,12 @@ def choose(found: Mapping[str, _T], variable: str | None, what: str, none: str, 
         raise LogError(problem, remedy="Give one of these as --variable" if found else "Leave --variable out")
     if not found:
         raise LogError(none, remedy="Record the signals as numbers of one length, or export them as CSV")
+    first = next(iter(found))
     if not variable and len(found) > 1:
         problem = f"the file holds several recordings: {listed(found)}"
-        raise LogError(
-            problem, remedy=f"Choose one, such as --variable {shlex.quote(next(iter(found)))}, or --variable all{more}"
-        )
-    name = variable or next(iter(found))
+        remedy = f"Choose one, such as --variable {shlex.quote(first)}, or --variable all{more}"
+        raise LogError(problem, remedy=remedy)
+    name = variable or first
     return name, found[name]
 
 
@@ -123,16 +123,18 @@ def chosen(found: Mapping[str, Found], variable: str | None, what: str, none: st
     names = [each.strip() for each in (variable or "").split(JOINT)]
     if len(names) > 1 and variable not in found and all(name in found for name in names):
         return joined_by_time({name: found[name] for name in names}, what).table()
-    timed = sorted((name for name in found if time_of(found[name])), key=lambda name: -rows_of(found[name]))
-    more = f", or join them by time: --variable {shlex.quote(JOINT.join(timed))}" if len(timed) > 1 else ""
-    name, recording = choose(found, variable, what, none, more)
+    name, recording = choose(found, variable, what, none, join_hint(found))
     recording.notes.insert(0, f"recording read from {what} {name}")
     return recording.table()
 
 
-def rows_of(recording: Found) -> int:
-    """Rows of a recording."""
-    return next((values.size for values in recording.columns.values()), 0)
+def join_hint(found: Mapping[str, Found]) -> str:
+    """How to join the recordings that have a time, the longest first, as the end of a remedy."""
+    rows = {name: next(iter(each.columns.values())).size for name, each in found.items() if time_of(each)}
+    if len(rows) < 2:
+        return ""
+    longest_first = sorted(rows, key=lambda name: -rows[name])
+    return f", or join them by time: --variable {shlex.quote(JOINT.join(longest_first))}"
 
 
 def time_of(recording: Found) -> str | None:
@@ -154,7 +156,7 @@ def joined_by_time(found: Mapping[str, Found], what: str) -> Found:
         LogError: a recording without times that grow, or no time that all of them have.
     """
     found = {name: _with_its_name(recording, name) for name, recording in found.items()}
-    clocks: dict[str, Array] = {}
+    clocks: dict[str, Array] = {}  # s
     for name, recording in found.items():
         label = time_of(recording)
         times = None if label is None else recording.columns[label]
@@ -162,31 +164,40 @@ def joined_by_time(found: Mapping[str, Found], what: str) -> Found:
             problem = f"{what} {name} has no time that grows from row to row"
             raise LogError(problem, remedy="Join others, or choose one")
         clocks[name] = times
+
     (first, base), *others = found.items()
-    begin, end = max(float(t[0]) for t in clocks.values()), min(float(t[-1]) for t in clocks.values())
+    begin = max(float(times[0]) for times in clocks.values())
+    end = min(float(times[-1]) for times in clocks.values())
     inside = (clocks[first] >= begin) & (clocks[first] <= end)
     if not inside.any():
         raise LogError(f"there is no time that all of {listed(found)} have", remedy="Choose one of them")
     at = clocks[first][inside]  # s, shape (rows,)
-    joined = replace(base, columns={label: values[inside] for label, values in base.columns.items()})
-    joined.units = dict(base.units)
-    joined.notes = [f"recordings joined at the times of {what} {first}: {', '.join(found)}", *base.notes]
-    if left := int(np.count_nonzero(~inside)):
-        joined.notes.append(f"{left} rows of {first} before or after the others left out")
+    columns = {label: values[inside] for label, values in base.columns.items()}
+    units = dict(base.units)
+    notes = [f"recordings joined at the times of {what} {first}: {', '.join(found)}", *base.notes]
+    left = int(np.count_nonzero(~inside))
+    if left:
+        notes.append(f"{left} rows of {first} before or after the others left out")
+
     for name, recording in others:
+        clock = clocks[name]
+        same_times = clock.size == clocks[first].size and bool(np.all(clock == clocks[first]))
+        last_before = np.searchsorted(clock, at, side="right") - 1  # row, shape (rows,)
         for label, values in recording.columns.items():
             if label == time_of(recording):
                 continue
-            own = label if label not in joined.columns else f"{label} ({name})"
-            keeps = np.count_nonzero(np.diff(values) == 0.0) > _KEEPS * (values.size - 1)
-            held = values[np.searchsorted(clocks[name], at, side="right") - 1]
-            same = clocks[name].size == clocks[first].size and bool(np.all(clocks[name] == clocks[first]))
-            joined.columns[own] = held if keeps or same else np.asarray(np.interp(at, clocks[name], values), np.float64)
-            joined.units[own] = recording.units.get(label)
-            how = "each value held until the next" if keeps else "joined by straight lines"
-            how = "at the same times" if same else how
-            joined.notes.append(f"column {own} of {name}: {how}")
-    return joined
+            keeps_levels = np.count_nonzero(np.diff(values) == 0.0) > _KEEPS * (values.size - 1)
+            if same_times or keeps_levels:
+                joined = values[last_before]
+                how = "at the same times" if same_times else "each value held until the next"
+            else:
+                joined = np.asarray(np.interp(at, clock, values), np.float64)
+                how = "joined by straight lines"
+            own = label if label not in columns else f"{label} ({name})"
+            columns[own] = joined
+            units[own] = recording.units.get(label)
+            notes.append(f"column {own} of {name}: {how}")
+    return replace(base, columns=columns, units=units, notes=notes)
 
 
 def _with_its_name(recording: Found, name: str) -> Found:
@@ -195,16 +206,18 @@ def _with_its_name(recording: Found, name: str) -> Found:
     own = [label for label in recording.columns if label != time]
     if len(own) != 1 or not NO_NAME.fullmatch(own[0]):
         return recording
-    label = re.split(r"[./]", name)[-1]
-    columns = {label if each == own[0] else each: values for each, values in recording.columns.items()}
-    units = {label if each == own[0] else each: unit for each, unit in recording.units.items()}
+    new = {own[0]: re.split(r"[./]", name)[-1]}
+    columns = {new.get(label, label): values for label, values in recording.columns.items()}
+    units = {new.get(label, label): unit for label, unit in recording.units.items()}
     return replace(recording, columns=columns, units=units)
 
 
 def listed(names: Iterable[str]) -> str:
     """Names for a message, the first 20 of them."""
     shown = list(names)
-    return ", ".join(shown[:20]) + (", ..." if len(shown) > 20 else "") if shown else "none"
+    if not shown:
+        return "none"
+    return ", ".join(shown[:20]) + (", ..." if len(shown) > 20 else "")
 
 
 class InChild(TypedDict):
@@ -246,8 +259,9 @@ def table_of_answer(source: LogSource, answer: child_process.Answer) -> Table:
     arrays, texts = answer
     columns = dict(zip(texts["labels"], arrays, strict=False))
     clock = arrays[-1] if len(arrays) > len(columns) else None
-    more: dict[str, Any] = {**{key: texts[key] for key in _TEXTS}, "notes": tuple(texts["notes"])}
-    return Table(source.name, columns, digest=source.digest, clock=clock, **more)
+    others: dict[str, Any] = {key: texts[key] for key in _TEXTS}
+    others["notes"] = tuple(texts["notes"])
+    return Table(source.name, columns, digest=source.digest, clock=clock, **others)
 
 
 def answer_of_table(table: Table) -> child_process.Answer:
@@ -271,30 +285,39 @@ def of_vectors(nodes: Mapping[str, Any]) -> Found | None:
 
     Returns None where no node holds two numbers or more. Texts become metadata.
     """
-    flat = {name: _flat(node) for name, node in nodes.items()}
-    arrays = {name: array for name, array in flat.items() if array is not None}
-    constants = {name: float(array.ravel()[0]) for name, array in arrays.items() if array.size == 1}
-    arrays = {name: array for name, array in arrays.items() if array.size > 1}
+    constants: dict[str, float] = {}
+    metadata: dict[str, str] = {}
+    arrays: dict[str, np.ndarray[Any, Any]] = {}
+    notes: list[str] = []
+    for name, node in nodes.items():
+        array = _flat(node)
+        if isinstance(node, str):
+            metadata[name] = node
+        elif array is None and _is_left_out(node):
+            notes.append(f"{name} holds no vector of numbers: left out")
+        elif array is not None and array.size == 1:
+            constants[name] = float(array.ravel()[0])
+        elif array is not None and array.size > 1:
+            arrays[name] = array
     if not arrays:
         return None
-    time = next((array for name, array in arrays.items() if _TIME.fullmatch(name) and array.ndim == 1), None)
-    lengths = Counter(max(array.shape) for array in arrays.values())
-    rows = int(time.size) if time is not None else max(lengths, key=lambda length: (lengths[length], length))
-    found = Found({}, constants=constants, metadata={n: text for n, text in nodes.items() if isinstance(text, str)})
-    for name, node in nodes.items():
-        if flat[name] is None and _left_out(node):
-            found.notes.append(f"{name} holds no vector of numbers: left out")
+
+    # The rows of a recording: those of its time, else of most vectors.
+    times = [array.size for name, array in arrays.items() if _TIME.fullmatch(name) and array.ndim == 1]
+    counts = Counter(max(array.shape) for array in arrays.values())
+    rows = int(times[0]) if times else max(counts, key=lambda length: (counts[length], length))
+    columns: dict[str, Array] = {}
     for name, array in arrays.items():
         parts = columns_of(name, array, rows)
-        found.columns.update(parts)
+        columns.update(parts)
         if not parts:
-            found.notes.append(f"variable {name} has {max(array.shape)} samples, not {rows}: left out")
+            notes.append(f"variable {name} has {max(array.shape)} samples, not {rows}: left out")
         elif array.ndim == 2 and array.shape[0] != rows:
-            found.notes.append(f"matrix {name} is {array.shape[0]} x {array.shape[1]}: its rows are taken as columns")
-    return found if found.columns else None
+            notes.append(f"matrix {name} is {array.shape[0]} x {array.shape[1]}: its rows are taken as columns")
+    return Found(columns, constants=constants, metadata=metadata, notes=notes) if columns else None
 
 
-def _left_out(node: Any) -> bool:
+def _is_left_out(node: Any) -> bool:
     """Whether it is an array of something else than numbers and dates."""
     array = cast("np.ndarray[Any, Any]", node) if isinstance(node, np.ndarray) else None
     return array is not None and array.size > 1 and array.dtype.kind != "M"
@@ -327,8 +350,9 @@ def columns_of(name: str, node: Any, rows: int | None) -> list[tuple[str, Array]
         return []
     if array.ndim == 1:
         return [(name, array.astype(np.float64))]
-    upright = array if array.shape[0] == (rows or max(array.shape)) else array.T
-    return [(f"{name}_{index + 1}", upright[:, index].astype(np.float64)) for index in range(upright.shape[1])]
+    is_upright = array.shape[0] == (rows or max(array.shape))
+    columns = array.T if is_upright else array
+    return [(f"{name}_{number}", column.astype(np.float64)) for number, column in enumerate(columns, start=1)]
 
 
 if __name__ == "__main__":

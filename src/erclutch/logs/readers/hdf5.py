@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -18,11 +19,27 @@ from erclutch.logs.table import Table
 _UNITS = ("unit", "units", "Unit", "Units")
 
 
+@dataclass
+class _Place:
+    """A group with vectors, or a table: the place of one recording."""
+
+    texts: dict[str, str]
+    nodes: dict[str, Any] = field(default_factory=dict[str, Any])
+    units: dict[str, str | None] = field(default_factory=dict[str, "str | None"])
+
+
 def _texts(attributes: Any) -> dict[str, str]:
     """Attributes that are one text or number, as texts."""
-    single: dict[str, Any] = {key: np.ravel(value)[0] for key, value in attributes.items() if np.size(value) == 1}
-    plain = {key: v.decode("utf-8", "replace") if isinstance(v, bytes) else v for key, v in single.items()}
-    return {key: str(value) for key, value in plain.items() if np.isscalar(value)}
+    texts: dict[str, str] = {}
+    for key, value in attributes.items():
+        if np.size(value) != 1:
+            continue
+        single: Any = np.ravel(value)[0]
+        if isinstance(single, bytes):
+            single = single.decode("utf-8", "replace")
+        if np.isscalar(single):
+            texts[key] = str(single)
+    return texts
 
 
 def find(path: str, variable: str | None) -> Table:
@@ -30,36 +47,45 @@ def find(path: str, variable: str | None) -> Table:
     import h5py
 
     budget = budget_of(Path(path))
-    groups: dict[str, dict[str, Any]] = {}
-    units: dict[str, dict[str, str | None]] = {}
-    texts: dict[str, dict[str, str]] = {}
+    places: dict[str, _Place] = {}
 
     def visit(name: str, item: Any) -> None:
         if not isinstance(item, h5py.Dataset) or item.external or item.is_virtual or item.ndim > 2:
             return
         budget.take_names()
         budget.take_cells(-(-item.size * item.dtype.itemsize // 8))  # by their shape: none of them is read yet
-        group, _, label = name.rpartition("/")
         values = stored_values(item)
-        fields = {field: values[field] for field in values.dtype.names or ()}
-        place, own = name if fields else group or "/", _texts(item.attrs)
-        groups.setdefault(place, {}).update(fields or {label: values})
-        units.setdefault(place, {})[label] = next((own[key] for key in _UNITS if key in own), None)
-        texts.setdefault(place, {**_texts(file.attrs), **_texts(item.parent.attrs), **(own if fields else {})})
+        attributes = _texts(item.attrs)
+        texts = {**_texts(file.attrs), **_texts(item.parent.attrs)}
+
+        group, _, label = name.rpartition("/")
+        if values.dtype.names:  # a table: its fields are the columns
+            place = places.setdefault(name, _Place({**texts, **attributes}))
+            place.nodes.update({column: values[column] for column in values.dtype.names})
+        else:
+            place = places.setdefault(group or "/", _Place(texts))
+            place.nodes[label] = values
+        place.units[label] = next((attributes[key] for key in _UNITS if key in attributes), None)
 
     with h5py.File(path, "r") as file:
         file.visititems(visit)
-    found: dict[str, Found] = {}
-    for place, nodes in groups.items():
-        recording = found_recordings.of_vectors(nodes)
-        if recording is not None:
-            stated = sample_period(texts[place])
-            recording.period = stated[0] if stated else None
-            recording.units, recording.metadata, found[place] = units[place], texts[place], recording
-    return found_recordings.chosen(found, variable, "group", "no group of the file holds vectors of numbers")
+
+    recordings: dict[str, Found] = {}
+    for name, place in places.items():
+        recording = found_recordings.of_vectors(place.nodes)
+        if recording is None:
+            continue
+        period = sample_period(place.texts)
+        recording.period = period[0] if period else None
+        recording.units = place.units
+        recording.metadata = place.texts
+        recordings[name] = recording
+    return found_recordings.chosen(recordings, variable, "group", "no group of the file holds vectors of numbers")
 
 
-_DAMAGE = "seen only in data sets that were written with checksums (fletcher32)"
 READER = LogReader(
-    (".h5", ".hdf5"), lambda head: head[:8] == mat.HDF5, **found_recordings.in_child("hdf5"), tells_damage=_DAMAGE
+    suffixes=(".h5", ".hdf5"),
+    claims=lambda head: head[:8] == mat.HDF5,
+    **found_recordings.in_child("hdf5"),
+    tells_damage="seen only in data sets that were written with checksums (fletcher32)",
 )

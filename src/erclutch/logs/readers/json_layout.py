@@ -11,20 +11,21 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, cast
 
 DEEPEST = 20  # objects inside of objects
 _TIME = re.compile(r"t|time|zeit|timestamps?|time_?s|t \[.*|time \[.*", re.I)
-_NAME, _UNIT = ("name", "label", "signal", "channel", "key", "id"), ("unit", "units")
+_NAME = ("name", "label", "signal", "channel", "key", "id")
+_UNIT = ("unit", "units")
 
 Rows = list[Any]
 Lists = dict[str, list[Any]]
 
 
-def recordings(value: Any) -> Iterator[tuple[str, Rows | Lists]]:
+def recordings(document: Any) -> Iterator[tuple[str, Rows | Lists]]:
     """Lists of rows, and lists of numbers by name, each with its place in the document."""
-    yield from _recordings(value, "", 0)
+    yield from _recordings(document, "", 0)
 
 
 def _recordings(value: Any, name: str, depth: int) -> Iterator[tuple[str, Rows | Lists]]:
@@ -34,9 +35,11 @@ def _recordings(value: Any, name: str, depth: int) -> Iterator[tuple[str, Rows |
     if not isinstance(value, dict) or depth > DEEPEST:
         return
     fields = cast("dict[str, Any]", value)
-    if (table := _with_columns(fields)) is not None:
+    table = _with_columns(fields)
+    if table is not None:
         yield name, table
         return
+
     units = _units(fields)
     lists: Lists = {}
     for place, each in flat(fields, "", depth):
@@ -44,17 +47,19 @@ def _recordings(value: Any, name: str, depth: int) -> Iterator[tuple[str, Rows |
             continue
         items = cast("list[Any]", each)
         above, _, last = place.rpartition(".")
-        if items and isinstance(items[0], dict):
-            if last == "columns" and _with_columns(_at(fields, above)) is not None:
-                continue
-            yield from _of_items(items, place, depth + 1)
-        elif items and isinstance(items[0], list):
-            owner = _at(fields, above)
-            if last not in ("columns", "index") and (table := _with_columns(owner)) is not None:
+        first = items[0] if items else None
+        # The names of a table are said with its rows.
+        names_a_table = last == "columns" and _with_columns(_at(fields, above)) is not None
+        if isinstance(first, dict):
+            if not names_a_table:
+                yield from _of_items(items, place, depth + 1)
+        elif isinstance(first, list):
+            table = _with_columns(_at(fields, above)) if last not in ("columns", "index") else None
+            if table is not None:
                 yield above, table
             else:
                 lists[place] = items
-        elif last != "columns" or _with_columns(_at(fields, above)) is None:
+        elif not names_a_table:
             lists[_label(fields, place, units)] = items
     yield from _grouped(lists, name)
 
@@ -64,36 +69,72 @@ def _of_items(items: list[Any], name: str, depth: int) -> Iterator[tuple[str, Ro
     if not items or not all(isinstance(item, dict) for item in items):
         return
     objects = cast("list[dict[str, Any]]", items)
-    signals = [_signal(each) for each in objects]
-    if all(signal is not None and signal[0] for signal in signals) and len(objects) > 1:
-        yield name, dict(signal for signal in signals if signal is not None)
-    elif all(_times(each) for each in objects):
-        for number, each in enumerate(objects, start=1):
-            inner = list(_recordings(each, "", depth + 1))
-            own = next((str(each[key]) for key in _NAME if isinstance(each.get(key), str)), str(number))
-            yield from ((f"{name}.{own}" if name else own, found) for _, found in inner)
-    else:
+
+    signals = _signals(objects)
+    if signals is not None:
+        yield name, signals
+        return
+    if not all(_is_run(item) for item in objects):
         yield name, items
+        return
+    for number, run in enumerate(objects, start=1):
+        own = _text_of(run, _NAME)
+        if own is None:
+            own = str(number)
+        place = f"{name}.{own}" if name else own
+        for _, recording in _recordings(run, "", depth + 1):
+            yield place, recording
 
 
-def _times(item: Mapping[str, Any]) -> bool:
+def _signals(objects: Sequence[dict[str, Any]]) -> Lists | None:
+    """Lists by their labels, where each of several objects is a signal with a label."""
+    if len(objects) < 2:
+        return None
+    signals: Lists = {}
+    for item in objects:
+        signal = _signal(item)
+        if signal is None or not signal[0]:
+            return None
+        label, numbers = signal
+        signals[label] = numbers
+    return signals
+
+
+def _is_run(item: Mapping[str, Any]) -> bool:
     """Whether an object holds a list of times: then it is a run, and no row."""
-    return any(
-        isinstance(each, list) and _TIME.fullmatch(place.rpartition(".")[2]) for place, each in flat(item, "", 0)
-    )
+    for place, each in flat(item, "", 0):
+        if isinstance(each, list) and _TIME.fullmatch(place.rpartition(".")[2]):
+            return True
+    return False
 
 
 def _signal(item: Mapping[str, Any]) -> tuple[str, list[Any]] | None:
     """Label and numbers of an object that is one signal: one list, and else a name, a unit and other texts."""
-    lists = [cast("list[Any]", each) for each in item.values() if isinstance(each, list)]
-    if len(lists) != 1 or len(lists[0]) < 2 or any(isinstance(each, dict | list) for each in lists[0]):
+    lists: list[list[Any]] = []
+    texts: dict[str, str] = {}
+    for key, each in item.items():
+        if isinstance(each, dict):
+            return None
+        if isinstance(each, list):
+            lists.append(cast("list[Any]", each))
+        if isinstance(each, str) and each.strip():
+            texts[key.lower()] = each
+    if len(lists) != 1 or len(lists[0]) < 2:
         return None
-    if any(isinstance(each, dict) for each in item.values()):
+    numbers = lists[0]
+    if any(isinstance(each, dict | list) for each in numbers):
         return None
-    texts = {key.lower(): each for key, each in item.items() if isinstance(each, str) and each.strip()}
-    label = next((texts[key] for key in _NAME if key in texts), "")
-    unit = next((texts[key] for key in _UNIT if key in texts), "")
-    return (f"{label} [{unit}]" if unit and "[" not in label else label), lists[0]
+    return _with_unit(_text_of(texts, _NAME) or "", _text_of(texts, _UNIT)), numbers
+
+
+def _text_of(item: Mapping[str, Any], keys: Sequence[str]) -> str | None:
+    """The text under the first of some keys that has a text."""
+    return next((item[key] for key in keys if isinstance(item.get(key), str)), None)
+
+
+def _with_unit(label: str, unit: str | None) -> str:
+    """``speed [rad/s]``; a label that has brackets already stays as it is."""
+    return f"{label} [{unit}]" if unit and "[" not in label else label
 
 
 def _with_columns(fields: Mapping[str, Any]) -> Lists | None:
@@ -103,72 +144,80 @@ def _with_columns(fields: Mapping[str, Any]) -> Lists | None:
         return None
     labels: list[str] = []
     for each in cast("list[Any]", columns):
-        told: dict[str, Any] = cast("dict[str, Any]", each) if isinstance(each, dict) else {"name": each}
-        label = next((told[key] for key in _NAME if isinstance(told.get(key), str)), None)
-        unit = next((told[key] for key in _UNIT if isinstance(told.get(key), str) and told[key]), "")
-        if label is None:
+        column: dict[str, Any] = cast("dict[str, Any]", each) if isinstance(each, dict) else {"name": each}
+        name = _text_of(column, _NAME)
+        if name is None:
             return None
-        labels.append(f"{label} [{unit}]" if unit and "[" not in label else label)
+        unit = next((column[key] for key in _UNIT if isinstance(column.get(key), str) and column[key]), None)
+        labels.append(_with_unit(name, unit))
     if len({*labels}) < len(labels):
         return None
-    for key, rows in fields.items():
-        held = cast("list[Any]", rows) if isinstance(rows, list) else []
-        whole = all(isinstance(row, list) and len(cast("list[Any]", row)) == len(labels) for row in held)
-        if key not in ("columns", "index") and held and whole:
-            return {label: [row[place] for row in held] for place, label in enumerate(labels)}
+
+    for key, each in fields.items():
+        if key in ("columns", "index") or not isinstance(each, list) or not each:
+            continue
+        rows = cast("list[Any]", each)
+        if all(isinstance(row, list) and len(cast("list[Any]", row)) == len(labels) for row in rows):
+            return {label: [row[place] for row in rows] for place, label in enumerate(labels)}
     return None
 
 
 def _units(fields: Mapping[str, Any]) -> dict[str, str]:
     """Units that an object such as ``"units": {"speed": "rad/s"}`` gives by name."""
-    return {
-        place.rpartition(".")[2]: each
-        for place, each in flat(fields, "", 0)
-        if isinstance(each, str) and re.search(r"(?:^|\.)units?\.[^.]+$", place, re.I)
-    }
+    units: dict[str, str] = {}
+    for place, each in flat(fields, "", 0):
+        if isinstance(each, str) and re.search(r"(?:^|\.)units?\.[^.]+$", place, re.I):
+            units[place.rpartition(".")[2]] = each
+    return units
 
 
 def _label(fields: Mapping[str, Any], place: str, units: Mapping[str, str]) -> str:
     """The place of a list with its unit: beside the list in its object, or given by name."""
     above, _, last = place.rpartition(".")
     owner = _at(fields, above)
-    if above and _signal(owner) is not None and any(isinstance(owner.get(key), str) for key in _UNIT):
-        unit = next(str(owner[key]) for key in _UNIT if isinstance(owner.get(key), str))
+    unit = _text_of(owner, _UNIT)
+    if above and unit is not None and _signal(owner) is not None:
         return f"{above} [{unit}]" if unit else above
-    return f"{place} [{units[last]}]" if units.get(last) and "[" not in place else place
+    return _with_unit(place, units.get(last))
 
 
 def _at(fields: Mapping[str, Any], place: str) -> dict[str, Any]:
+    """The object at a place such as ``motor.encoder``; an empty object where there is none."""
     owner: Any = fields
     for key in place.split(".") if place else ():
-        owner = cast("dict[str, Any]", owner).get(key, {}) if isinstance(owner, dict) else {}
+        if not isinstance(owner, dict):
+            return {}
+        owner = cast("dict[str, Any]", owner).get(key, {})
     return cast("dict[str, Any]", owner) if isinstance(owner, dict) else {}
 
 
 def _grouped(lists: Lists, name: str) -> Iterator[tuple[str, Lists]]:
     """All lists as one recording, or, where several objects have times of their own, each object as one."""
-    if not any(len(each) > 1 for each in lists.values()):
+    if not any(len(values) > 1 for values in lists.values()):
         return
-    groups: dict[str, Lists] = {}
-    for place, each in lists.items():
+    groups: dict[str, Lists] = {}  # by the object that holds them
+    for place, values in lists.items():
         above = re.sub(r"\s*\[.*", "", place).rpartition(".")[0]
-        groups.setdefault(above, {})[place] = each
-    timed = {
-        above: group
-        for above, group in groups.items()
-        if len(group) > 1 and any(_TIME.fullmatch(place.removeprefix(f"{above}.")) for place in group)
-    }
-    if len(timed) < 2 or len({len(each) for each in lists.values()}) == 1:
+        groups.setdefault(above, {})[place] = values
+    timed = [above for above, group in groups.items() if _has_own_time(above, group)]
+    lengths = {len(values) for values in lists.values()}
+    if len(timed) < 2 or len(lengths) == 1:
         yield name, lists
         return
-    for above, group in timed.items():
-        yield (
-            f"{name}.{above}" if name else above,
-            {place.removeprefix(f"{above}."): each for place, each in group.items()},
-        )
-    rest = {place: each for above, group in groups.items() if above not in timed for place, each in group.items()}
-    if sum(len(each) > 1 for each in rest.values()) > 1:
+
+    for above in timed:
+        own_place = f"{name}.{above}" if name else above
+        yield own_place, {place.removeprefix(f"{above}."): values for place, values in groups[above].items()}
+    rest: Lists = {}
+    for above, group in groups.items():
+        if above not in timed:
+            rest |= group
+    if sum(len(values) > 1 for values in rest.values()) > 1:
         yield name, rest
+
+
+def _has_own_time(above: str, group: Lists) -> bool:
+    return len(group) > 1 and any(_TIME.fullmatch(place.removeprefix(f"{above}.")) for place in group)
 
 
 def flat(members: Mapping[str, Any], above: str, depth: int) -> Iterator[tuple[str, Any]]:

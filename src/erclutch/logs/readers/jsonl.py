@@ -47,25 +47,31 @@ def _read(source: LogSource) -> Table:
         content = source.data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         raise LogError(f"the file is no UTF-8 text ({error})", remedy="Save it as UTF-8", where=source.name) from error
+
     lines = [(number, line) for number, line in enumerate(content.splitlines(), start=1) if line.strip()]
-    whole = _document(content)
-    if whole is None or (len(lines) == 1 and _is_row(whole)):
+    document = _document(content)
+    if document is None or (len(lines) == 1 and _is_row(document)):
         rows = [(f"line {number}", _object(line, f"{source.name}, line {number}")) for number, line in lines]
         return _table_of_rows(source, rows, ())
-    recordings = dict(json_layout.recordings(whole))
-    lists = {name: each for name, each in recordings.items() if isinstance(each, dict)}
-    names = [each.strip() for each in (source.variable or "").split(JOINT)]
-    if len(names) > 1 and source.variable not in recordings and all(each in lists for each in names):
-        tables = {each: _table_of_lists(source, lists[each], ()) for each in names}
-        parts = {each: Found({**table.columns}, {**table.units}) for each, table in tables.items()}
-        return replace(joined_by_time(parts, "list").table(), name=source.name, digest=source.digest)
+
+    recordings = dict(json_layout.recordings(document))
+    lists = {name: found for name, found in recordings.items() if isinstance(found, dict)}
+    asked = [name.strip() for name in (source.variable or "").split(JOINT)]
+    if len(asked) > 1 and source.variable not in recordings and all(name in lists for name in asked):
+        parts: dict[str, Found] = {}
+        for name in asked:
+            table = _table_of_lists(source, lists[name], ())
+            parts[name] = Found({**table.columns}, {**table.units})
+        joined = joined_by_time(parts, "list").table()
+        return replace(joined, name=source.name, digest=source.digest)
+
     more = f", or join them by time: --variable {shlex.quote(JOINT.join(lists))}" if len(lists) > 1 else ""
     name, found = choose(recordings, source.variable, "list", _NONE, more)
     notes = (f"recording read from {name}",) if name else ()
-    if isinstance(found, list):
-        rows = [(f"row {number} of {name or 'the list'}", row) for number, row in enumerate(found, start=1)]
-        return _table_of_rows(source, rows, notes)
-    return _table_of_lists(source, found, notes)
+    if isinstance(found, dict):
+        return _table_of_lists(source, found, notes)
+    rows = [(f"row {number} of {name or 'the list'}", row) for number, row in enumerate(found, start=1)]
+    return _table_of_rows(source, rows, notes)
 
 
 def _document(content: str) -> Any:
@@ -78,8 +84,10 @@ def _document(content: str) -> Any:
 
 def _is_row(value: Any) -> bool:
     """Whether a value is one row: an object without lists in it."""
-    members = flat(cast("dict[str, Any]", value), "", 0) if isinstance(value, dict) else ()
-    return isinstance(value, dict) and not any(isinstance(each, list) for _, each in members)
+    if not isinstance(value, dict):
+        return False
+    members = flat(cast("dict[str, Any]", value), "", 0)
+    return not any(isinstance(each, list) for _, each in members)
 
 
 def _object(line: str, where: str) -> Mapping[str, Any]:
@@ -95,23 +103,24 @@ def _object(line: str, where: str) -> Mapping[str, Any]:
 def _table_of_rows(source: LogSource, rows: Iterable[_Row], notes: tuple[str, ...]) -> Table:
     """The values of all rows by their names; what a row lacks is missing."""
     budget = Budget(len(source.data))
-    cells: dict[str, dict[int, Any]] = {}
+    cells: dict[str, dict[int, Any]] = {}  # by name and row
     places: list[str] = []
     for row, (place, members) in enumerate(rows):
         places.append(place)
-        names = len(cells)
+        names_before = len(cells)
         for name, value in flat(members, "", 0):
-            if isinstance(value, list):
-                each = cast("list[Any]", value)
-                if len(each) > _MOST:
-                    problem = f"{name} holds {len(each)} numbers in one row, {_MOST} are the most"
-                    raise LogError(problem, remedy="Log one row a sample", where=f"{source.name}, {place}")
-                for index, part in enumerate(each, start=1):
-                    cells.setdefault(f"{name}_{index}", {})[row] = part
-            else:
+            if not isinstance(value, list):
                 cells.setdefault(name, {})[row] = value
-        budget.take_names(len(cells) - names)
+                continue
+            parts = cast("list[Any]", value)
+            if len(parts) > _MOST:
+                problem = f"{name} holds {len(parts)} numbers in one row, {_MOST} are the most"
+                raise LogError(problem, remedy="Log one row a sample", where=f"{source.name}, {place}")
+            for number, part in enumerate(parts, start=1):
+                cells.setdefault(f"{name}_{number}", {})[row] = part
+        budget.take_names(len(cells) - names_before)
     budget.take_cells(len(places) * len(cells))  # a name that one row has is a column of all rows
+
     columns = {name: [held.get(row) for row in range(len(places))] for name, held in cells.items()}
     short = [row for row in range(len(places)) if any(row not in held for held in cells.values())]
     if short:
@@ -122,19 +131,23 @@ def _table_of_rows(source: LogSource, rows: Iterable[_Row], notes: tuple[str, ..
 
 def _table_of_lists(source: LogSource, lists: Mapping[str, list[Any]], notes: tuple[str, ...]) -> Table:
     """Lists of the length that most have as columns; lists of other lengths are left out, with a note."""
-    lengths = Counter(map(len, lists.values()))
-    most = max(lengths, key=lambda length: (length > 1, lengths[length], length))
-    others = {
-        name: f"list {name} has {len(values)} values, not {most}"
-        for name, values in lists.items()
-        if len(values) != most
-    }
-    columns = {name: values for name, values in lists.items() if len(values) == most}
-    places = [f"value {place}" for place in range(1, most + 1)]
-    table = _table(source, columns, places, (*notes, *(f"{other}: left out" for other in others.values())))
-    # Who needs such a list is told; a single value or none beside long lists is a setting.
-    signals = {name.rpartition(".")[2]: why for name, why in others.items() if len(lists[name]) > most // 2}
-    return replace(table, unreadable={**table.unreadable, **signals})
+    counts = Counter(map(len, lists.values()))
+    rows = max(counts, key=lambda length: (length > 1, counts[length], length))
+    columns: dict[str, list[Any]] = {}
+    left_out: list[str] = []
+    unreadable: dict[str, str] = {}
+    for name, values in lists.items():
+        if len(values) == rows:
+            columns[name] = values
+            continue
+        problem = f"list {name} has {len(values)} values, not {rows}"
+        left_out.append(f"{problem}: left out")
+        # Who needs such a list is told; a single value or none beside long lists is a setting.
+        if len(values) > rows // 2:
+            unreadable[name.rpartition(".")[2]] = problem
+    places = [f"value {number}" for number in range(1, rows + 1)]
+    table = _table(source, columns, places, (*notes, *left_out))
+    return replace(table, unreadable={**table.unreadable, **unreadable})
 
 
 def _table(source: LogSource, columns: Mapping[str, list[Any]], places: list[str], notes: tuple[str, ...]) -> Table:
@@ -145,16 +158,10 @@ def _table(source: LogSource, columns: Mapping[str, list[Any]], places: list[str
     texts: dict[str, Any] = {}
     unreadable: dict[str, str] = {}
     for (label, values), name in zip(columns.items(), _short_names(list(columns)), strict=True):
-        switches = all(value is None or isinstance(value, bool) for value in values)
-        kind = bool if switches else int | float
-        wrong = [
-            row
-            for row, value in enumerate(values)
-            if value is not None and (not isinstance(value, kind) or isinstance(value, bool) != switches)
-        ]
-        if wrong:
-            shown = f"{values[wrong[0]]!r:.40}"
-            unreadable[printable(name)] = f"{places[wrong[0]]}, {label} is {shown} where a number is expected"
+        wrong = _first_without_number(values)
+        if wrong is not None:
+            shown = f"{values[wrong]!r:.40}"
+            unreadable[printable(name)] = f"{places[wrong]}, {label} is {shown} where a number is expected"
             if all(isinstance(value, str) for value in values):
                 texts[printable(name)] = pd.Series(values)
             continue
@@ -164,30 +171,50 @@ def _table(source: LogSource, columns: Mapping[str, list[Any]], places: list[str
             row = next(row for row, value in enumerate(values) if abs(value or 0) > _LARGEST)
             where = f"{source.name}, {places[row]}"
             raise LogError(f"{label} is too large", remedy="Mend or delete the row", where=where) from error
+
     clock_name, clock = dates.clock_of(texts)
     for name in (clock_name, *clock_name.split(" and ")):
         unreadable.pop(name, None)
     if not numbers and unreadable:
-        name, problem = next(iter(unreadable.items()))
-        raise LogError(problem, remedy="Log numbers only", where=source.name)
-    names, units, renamed = name_columns(list(numbers), [None] * len(numbers))
-    left = [f"column {name} holds no numbers ({problem}): left out" for name, problem in unreadable.items()]
+        raise LogError(next(iter(unreadable.values())), remedy="Log numbers only", where=source.name)
+    names, units, renamed = name_columns(list(numbers))
+    left_out = [f"column {name} holds no numbers ({problem}): left out" for name, problem in unreadable.items()]
     return Table(
-        source.name,
-        dict(zip(names, numbers.values(), strict=True)),
-        dict(zip(names, units, strict=True)),
-        source.digest,
+        name=source.name,
+        columns=dict(zip(names, numbers.values(), strict=True)),
+        units=dict(zip(names, units, strict=True)),
+        digest=source.digest,
         clock=clock,
         clock_name=clock_name,
-        notes=(*notes, *left, *renamed),
+        notes=(*notes, *left_out, *renamed),
         unreadable=unreadable,
     )
 
 
+def _first_without_number(values: list[Any]) -> int | None:
+    """The first row that holds something else than a number, or than a switch where all rows hold switches."""
+    present = [value for value in values if value is not None]
+    if all(isinstance(value, bool) for value in present):
+        return None
+    for row, value in enumerate(values):
+        if value is not None and (isinstance(value, bool) or not isinstance(value, int | float)):
+            return row
+    return None
+
+
 def _short_names(labels: list[str]) -> list[str]:
     """The last word of each name such as ``motor.speed`` where no other name ends so, else the whole name."""
-    ends = [label.rpartition(".")[2] if not re.search(r"[\[(].*\.", label) else label for label in labels]
+    ends: list[str] = []
+    for label in labels:
+        point_in_unit = re.search(r"[\[(].*\.", label)
+        ends.append(label if point_in_unit else label.rpartition(".")[2])
     return [end if end and ends.count(end) == 1 else label for label, end in zip(labels, ends, strict=True)]
 
 
-READER = LogReader((".jsonl", ".ndjson", ".json"), _claims, _read, recordings=names_by(_read), tells_damage=DAMAGE)
+READER = LogReader(
+    suffixes=(".jsonl", ".ndjson", ".json"),
+    claims=_claims,
+    read=_read,
+    recordings=names_by(_read),
+    tells_damage=DAMAGE,
+)

@@ -13,6 +13,7 @@ import json
 import re
 import shlex
 from collections import Counter
+from collections.abc import Sequence
 from typing import Any, cast
 
 import numpy as np
@@ -24,17 +25,17 @@ from erclutch.logs.readers.found_recordings import (
     Found,
     RecordingNames,
     columns_of,
+    join_hint,
     joined_by_time,
     listed,
     matrix_of,
     of_vectors,
-    rows_of,
-    time_of,
     vector,
 )
 
 _DEEPEST = 6  # structs inside of structs
 _GENERIC = re.compile(r"(?:In|Out)\d*|Value|Signal", re.I)
+_SLASH = re.compile(r'/(?=(?:[^"]*"[^"]*")*[^"]*$)')  # between the parts of a path, and not inside of quotes
 
 
 def choose(tree: dict[str, Any], variable: str | None) -> Found:
@@ -46,40 +47,26 @@ def choose(tree: dict[str, Any], variable: str | None) -> Found:
         LogError: none, several without a choice, or no variable of that name.
     """
     found = _chosen(tree, variable)
-    numbers = {name: array for name, node in tree.items() if (array := vector(node)) is not None and array.size == 1}
-    beside = {name: float(array[0]) for name, array in numbers.items()}
+    beside: dict[str, float] = {}
+    for name, node in tree.items():
+        number = vector(node)
+        if number is not None and number.size == 1:
+            beside[name] = float(number[0])
     found.constants = {**beside, **found.constants}
     return found
 
 
 def _chosen(tree: dict[str, Any], variable: str | None) -> Found:
     """The recording that is asked for; see `choose`."""
-    at_top = any(_structure(name, node) is not None for name, node in tree.items()) or _workspace(tree) is not None
-    within = _within(tree)
-    asked = [each.strip() for each in (variable or "").split(JOINT)]
-    if not at_top or any(each in within and each not in tree for each in asked):
-        tree = within
-    opened = _opened(tree)
-    one_struct = any(_structure(name, node) is not None for name, node in tree.items())
-    if variable not in tree and (variable in opened or not one_struct):
-        tree = opened  # beside a struct that is a recording, cells and struct arrays are what somebody kept with it
+    asked = [name.strip() for name in (variable or "").split(JOINT)]
+    variables = _variables(tree, variable, asked)
     if variable == ALL:
-        raise RecordingNames([name for name, node in tree.items() if _structure(name, node) is not None])
-    if len(asked) > 1 and variable not in tree:
-        chosen = {each: _structure(each, tree.get(each)) for each in asked}
-        if all(chosen.values()):
-            return joined_by_time({each: found for each, found in chosen.items() if found is not None}, "variable")
-    if variable is not None and variable not in tree:
-        problem = f"there is no variable '{variable}' (there are: {listed(tree)})"
-        raise LogError(problem, remedy="Give one of these as --variable")
+        raise RecordingNames(_recordings_in(variables))
     if variable is not None:
-        found = _structure(variable, tree[variable]) or _workspace(_opened({variable: tree[variable]}))
-        if found is None:
-            remedy = f"Give another as --variable ({listed(tree)})"
-            raise LogError(f"variable '{variable}' holds no recording", remedy=remedy)
-        return found
-    recordings = {name: found for name, node in tree.items() if (found := _structure(name, node)) is not None}
-    loose = _vectors({name: node for name, node in tree.items() if name not in recordings})
+        return _named(variables, variable, asked)
+
+    recordings = _recordings_in(variables)
+    loose = _vectors({name: node for name, node in variables.items() if name not in recordings})
     if loose is not None and not recordings:
         return loose
     if len(recordings) == 1 and loose is None:
@@ -88,33 +75,83 @@ def _chosen(tree: dict[str, Any], variable: str | None) -> Found:
         return found
     if recordings:
         names = [*recordings, *(loose.columns if loose else ())]
-        problem = f"the file holds several recordings: {', '.join(names)}"
-        timed = sorted(
-            (each for each, found in recordings.items() if time_of(found)), key=lambda each: -rows_of(recordings[each])
-        )
-        more = f", or join them by time: --variable {shlex.quote(JOINT.join(timed))}" if len(timed) > 1 else ""
-        remedy = f"Choose one, such as --variable {shlex.quote(names[0])}, or --variable all{more}"
-        raise LogError(problem, remedy=remedy)
-    hint = " (objects such as timeseries cannot be read: save ts.Time and ts.Data as vectors)"
-    objects = any(node is None for node in tree.values())
-    problem = f"no recording in the variables {listed(tree)}{hint if objects else ''}"
+        remedy = f"Choose one, such as --variable {shlex.quote(names[0])}, or --variable all{join_hint(recordings)}"
+        raise LogError(f"the file holds several recordings: {', '.join(names)}", remedy=remedy)
+
+    problem = f"no recording in the variables {listed(variables)}"
+    if any(node is None for node in variables.values()):
+        problem += " (objects such as timeseries cannot be read: save ts.Time and ts.Data as vectors)"
     raise LogError(problem, remedy="Save a struct of vectors, or vectors of one length")
+
+
+def _variables(tree: dict[str, Any], variable: str | None, asked: Sequence[str]) -> dict[str, Any]:
+    """The variables among which is chosen: those of the file, or what is inside of its structs and cells."""
+    at_top = _has_recording(tree) or _workspace(tree) is not None
+    within = _within(tree)
+    asked_within = any(name in within and name not in tree for name in asked)
+    if not at_top or asked_within:
+        tree = within
+    opened = _opened(tree)
+    # Beside a struct that is a recording, cells and struct arrays are what somebody kept with it.
+    if variable not in tree and (variable in opened or not _has_recording(tree)):
+        return opened
+    return tree
+
+
+def _has_recording(variables: dict[str, Any]) -> bool:
+    """Whether a struct is a recording."""
+    return any(_structure(name, node) is not None for name, node in variables.items())
+
+
+def _recordings_in(variables: dict[str, Any]) -> dict[str, Found]:
+    """Structs that are a recording, by name."""
+    recordings: dict[str, Found] = {}
+    for name, node in variables.items():
+        recording = _structure(name, node)
+        if recording is not None:
+            recordings[name] = recording
+    return recordings
+
+
+def _named(variables: dict[str, Any], variable: str, asked: Sequence[str]) -> Found:
+    """The recording that ``variable`` names, or those that it names together, joined by time."""
+    if variable not in variables:
+        recordings = _recordings_in({name: variables[name] for name in asked if name in variables})
+        if len(asked) > 1 and len(recordings) == len({*asked}):
+            return joined_by_time(recordings, "variable")
+        problem = f"there is no variable '{variable}' (there are: {listed(variables)})"
+        raise LogError(problem, remedy="Give one of these as --variable")
+
+    node = variables[variable]
+    found = _structure(variable, node) or _workspace({variable: node})
+    if found is None:
+        remedy = f"Give another as --variable ({listed(variables)})"
+        raise LogError(f"variable '{variable}' holds no recording", remedy=remedy)
+    return found
 
 
 def _within(tree: dict[str, Any], depth: int = 0) -> dict[str, Any]:
     """The variables, and in place of structs that hold structs, texts and numbers what is in them: ``log.speed``."""
     within: dict[str, Any] = {}
     for name, node in tree.items():
-        inner = cast("dict[str, Any]", node) if isinstance(node, dict) else dict[str, Any]()
-        structs: dict[str, Any] = {f"{name}.{key}": each for key, each in inner.items() if isinstance(each, dict)}
-        plain = all(
-            isinstance(each, dict | str) or (isinstance(each, np.ndarray) and each.size < 2) for each in inner.values()
-        )
-        if structs and plain and depth < _DEEPEST and _structure(name, node) is None:
+        structs = _structs_inside(name, node) if depth < _DEEPEST else {}
+        if structs and _structure(name, node) is None:
             within |= _within(structs, depth + 1)
         else:
             within[name] = node
     return within
+
+
+def _structs_inside(name: str, node: Any) -> dict[str, Any]:
+    """Structs in a struct that holds nothing else but texts and single numbers; none for any other node."""
+    structs: dict[str, Any] = {}
+    fields = cast("dict[str, Any]", node) if isinstance(node, dict) else {}
+    for key, field in fields.items():
+        if isinstance(field, dict):
+            structs[f"{name}.{key}"] = field
+        elif not isinstance(field, str) and not (isinstance(field, np.ndarray) and field.size < 2):
+            return {}
+    return structs
 
 
 def _opened(nodes: dict[str, Any]) -> dict[str, Any]:
@@ -122,42 +159,69 @@ def _opened(nodes: dict[str, Any]) -> dict[str, Any]:
 
     A matrix with a column for each text of a cell is opened too, and its columns are called so.
     """
+    headings = [cast("list[str]", node) for node in nodes.values() if _all_of(node, str)]
     opened: dict[str, Any] = {}
-    texts = [cast("list[str]", node) for node in nodes.values() if _all_of(node, str)]
     for name, node in nodes.items():
-        matrix = matrix_of(node)
-        labels = [
-            each for each in texts if matrix is not None and len(each) in matrix.shape[1:] and len({*each}) == len(each)
-        ]
+        if _all_of(node, str):
+            continue
         if _all_of(node, dict):
-            items = cast("list[dict[str, Any]]", node)
-            signals = [_signal(item, f"{name}_{place}") for place, item in enumerate(items, start=1)]
-            if all(signal is not None for signal in signals):
-                opened |= dict(signal for signal in signals if signal is not None)
-            elif len(items) == 1:
-                opened[name] = items[0]
-            else:
-                opened |= {f"{name}({place})": item for place, item in enumerate(items, start=1)}
-        elif _all_of(node, np.ndarray) and all(vector(each) is not None for each in cast("list[Any]", node)):
-            items = cast("list[Any]", node)
-            fitting = [each for each in texts if len(each) == len(items) == len({*each}) and all(each)]
-            usual = [f"{name}_{place}" for place in range(1, len(items) + 1)]
-            opened |= dict(zip(fitting[0] if len(fitting) == 1 else usual, items, strict=True))
-        elif matrix is not None and len(labels) == 1:
-            opened |= {label or f"{name}_{place + 1}": matrix[:, place] for place, label in enumerate(labels[0])}
-        elif not _all_of(node, str):
-            opened[name] = node
+            opened |= _opened_structs(name, cast("list[dict[str, Any]]", node))
+        elif _all_of(node, np.ndarray) and all(vector(item) is not None for item in cast("list[Any]", node)):
+            opened |= _opened_vectors(name, cast("list[Any]", node), headings)
+        else:
+            opened |= _opened_matrix(name, node, headings)
     return opened
+
+
+def _opened_structs(name: str, items: list[dict[str, Any]]) -> dict[str, Any]:
+    signals: dict[str, Any] = {}
+    for place, item in enumerate(items, start=1):
+        signal = _signal(item, f"{name}_{place}")
+        if signal is None:
+            break
+        signals[signal[0]] = signal[1]
+    else:
+        return signals
+    if len(items) == 1:
+        return {name: items[0]}
+    return {f"{name}({place})": item for place, item in enumerate(items, start=1)}
+
+
+def _opened_vectors(name: str, vectors: list[Any], headings: Sequence[list[str]]) -> dict[str, Any]:
+    names = [f"{name}_{place}" for place in range(1, len(vectors) + 1)]
+    fitting = [texts for texts in headings if len(texts) == len(vectors) == len({*texts}) and all(texts)]
+    if len(fitting) == 1:  # of two cells of names, neither is sure
+        names = fitting[0]
+    return dict(zip(names, vectors, strict=True))
+
+
+def _opened_matrix(name: str, node: Any, headings: Sequence[list[str]]) -> dict[str, Any]:
+    matrix = matrix_of(node)
+    if matrix is None:
+        return {name: node}
+    columns = matrix.shape[1]
+    fitting = [texts for texts in headings if len(texts) == columns == len({*texts})]
+    if len(fitting) != 1:
+        return {name: node}
+    return {text or f"{name}_{place + 1}": matrix[:, place] for place, text in enumerate(fitting[0])}
 
 
 def _signal(item: dict[str, Any], usual: str) -> tuple[str, Any] | None:
     """Label and numbers of a struct that is one signal: one vector, with its name and its unit as texts."""
-    vectors = [node for node in item.values() if (array := vector(node)) is not None and array.size > 1]
-    if len(vectors) != 1 or any(isinstance(node, dict | list) for node in item.values()):
+    vectors: list[Any] = []
+    texts: dict[str, str] = {}
+    for key, node in item.items():
+        if isinstance(node, dict | list):
+            return None
+        numbers = vector(node)
+        if numbers is not None and numbers.size > 1:
+            vectors.append(node)
+        if isinstance(node, str) and node.strip():
+            texts[key.lower()] = node
+    if len(vectors) != 1:
         return None
-    texts = {key.lower(): node for key, node in item.items() if isinstance(node, str) and node.strip()}
     label = next((texts[key] for key in ("name", "label", "signal", "channel") if key in texts), usual)
-    unit = next((texts[key] for key in ("unit", "units") if key in texts), "")
+    unit = texts.get("unit") or texts.get("units")
     return f"{label} [{unit}]" if unit else label, vectors[0]
 
 
@@ -173,13 +237,16 @@ def _structure(name: str, node: Any) -> Found | None:
         return None
     fields = cast("dict[str, Any]", node)
     signals = _structs(fields.get("Y")) if "X" in fields else []
-    if signals and all({"Name", "Data"} <= one.keys() for one in signals):
+    if signals and all({"Name", "Data"} <= signal.keys() for signal in signals):
         return _dspace(fields, signals)
     if isinstance(fields.get("signals"), dict | list):
         return _simulink(fields)
+
+    # The fields of a timeseries that was made a struct: its numbers are called as the struct is.
     lower = {key.lower(): value for key, value in fields.items()}
-    if isinstance(lower.get("time"), np.ndarray) and isinstance(lower.get("data"), np.ndarray):
-        return _workspace({"time": lower["time"], name.rpartition(".")[2]: lower["data"]})
+    time, data = lower.get("time"), lower.get("data")
+    if isinstance(time, np.ndarray) and isinstance(data, np.ndarray):
+        return _workspace({"time": time, name.rpartition(".")[2]: data})
     return _workspace(fields)
 
 
@@ -193,29 +260,42 @@ def _dspace(fields: dict[str, Any], signals: list[dict[str, Any]]) -> Found:
 
     Sure of Name, Data and 1-based XIndex, which public scripts use; less so of Unit, taken where it is a text.
     """
-    axes = _structs(fields["X"])
-    indices = [int(_scalar(one.get("XIndex"), 1.0)) for one in signals]
-    raster = Counter(indices).most_common(1)[0][0]
-    axis = axes[raster - 1] if 0 < raster <= len(axes) else {}
     found = Found({}, notes=["laid out as a dSPACE ControlDesk recording"])
-    others = sum(index != raster for index in indices)
+
+    rasters = [int(_scalar(signal.get("XIndex"), 1.0)) for signal in signals]  # counted from 1
+    raster = Counter(rasters).most_common(1)[0][0]
+    kept = [signal for signal, own in zip(signals, rasters, strict=True) if own == raster]
+    others = len(signals) - len(kept)
     if others:
         found.notes.append(f"{others} signals on other time axes than X({raster}) left out")
-    kept = [one for one, index in zip(signals, indices, strict=True) if index == raster]
+
+    axes = _structs(fields["X"])
+    axis = axes[raster - 1] if 0 < raster <= len(axes) else {}
     time = vector(axis.get("Data"))
-    rows = time.size if time is not None and time.size > 1 else None
-    if time is not None and rows:
-        found.columns["time"], found.units["time"] = time, _text(axis.get("Unit")) or "s"
-    for label, one in zip(_short_names([str(one["Name"]) for one in kept]), kept, strict=True):
-        parts = columns_of(label, one["Data"], rows)
-        found.columns.update(parts)
-        found.units.update({part: _text(one.get("Unit")) for part, _ in parts})
-        if not parts:
+    rows = None
+    if time is not None and time.size > 1:
+        rows = time.size
+        found.columns["time"] = time
+        found.units["time"] = _text(axis.get("Unit")) or "s"
+
+    labels = _short_names([str(signal["Name"]) for signal in kept])
+    for label, signal in zip(labels, kept, strict=True):
+        columns = columns_of(label, signal["Data"], rows)
+        if not columns:
             found.notes.append(f"signal {label} has no {rows or ''} samples: left out")
-    capture = cast("dict[str, Any]", fields["Capture"]) if isinstance(fields.get("Capture"), dict) else {}
-    step = _scalar(capture.get("SamplingPeriod"), 0.0) * _scalar(capture.get("Downsampling"), 1.0)
-    found.period = step if 0.0 < step < float("inf") else None
-    found.metadata = {key: text for key in ("Description", "RTProgram", "Comment") if (text := _text(fields.get(key)))}
+        for name, values in columns:
+            found.columns[name] = values
+            found.units[name] = _text(signal.get("Unit"))
+
+    capture: Any = fields.get("Capture")
+    if isinstance(capture, dict):
+        settings = cast("dict[str, Any]", capture)
+        step = _scalar(settings.get("SamplingPeriod"), 0.0) * _scalar(settings.get("Downsampling"), 1.0)
+        found.period = step if 0.0 < step < float("inf") else None
+    for key in ("Description", "RTProgram", "Comment"):
+        text = _text(fields.get(key))
+        if text:
+            found.metadata[key] = text
     return found
 
 
@@ -225,32 +305,43 @@ def _text(node: Any) -> str | None:
 
 def _scalar(node: Any, default: float) -> float:
     """The first number of a node; the default where there is none or it is not finite."""
-    array = vector(node)
-    return float(array[0]) if array is not None and array.size and np.isfinite(array[0]) else default
+    numbers = vector(node)
+    if numbers is None or not numbers.size or not np.isfinite(numbers[0]):
+        return default
+    return float(numbers[0])
 
 
 def _short_names(paths: list[str]) -> list[str]:
     """Shortest ends of paths like ``"Model Root"/"Encoder"/"In1"`` that differ, without the port at the end."""
-    split = [
-        [part.strip().strip('"') for part in re.split(r'/(?=(?:[^"]*"[^"]*")*[^"]*$)', path) if part.strip()] or [path]
-        for path in paths
-    ]
-    lengths = [2 if len(parts) > 1 and _GENERIC.fullmatch(parts[-1]) else 1 for parts in split]
+    parts_of: list[list[str]] = []
+    lengths: list[int] = []  # how many parts of a path are its name
+    for path in paths:
+        parts = [part.strip().strip('"') for part in _SLASH.split(path) if part.strip()] or [path]
+        ends_in_port = len(parts) > 1 and _GENERIC.fullmatch(parts[-1])
+        parts_of.append(parts)
+        lengths.append(2 if ends_in_port else 1)
+
+    # Names that are alike take one part more, until all of them differ or are whole.
     names: list[str] = []
-    for _ in range(max(map(len, split), default=1) + 1):
-        names = ["/".join(parts[-length:]) for parts, length in zip(split, lengths, strict=True)]
+    for _ in range(max(map(len, parts_of), default=1) + 1):
+        names = ["/".join(parts[-length:]) for parts, length in zip(parts_of, lengths, strict=True)]
         lengths = [length + (names.count(name) > 1) for name, length in zip(names, lengths, strict=True)]
-    ends = [name.rpartition("/") for name in names]
-    shorter = [end[0] if end[0] and _GENERIC.fullmatch(end[2]) else name for name, end in zip(names, ends, strict=True)]
-    return shorter if len(set(shorter)) == len(shorter) else names
+
+    portless: list[str] = []
+    for name in names:
+        block, _, port = name.rpartition("/")
+        portless.append(block if block and _GENERIC.fullmatch(port) else name)
+    return portless if len({*portless}) == len(portless) else names
 
 
 def _simulink(fields: dict[str, Any]) -> Found | None:
     """A structure with time: ``time`` and ``signals`` with ``values`` and ``label``."""
     nodes: dict[str, Any] = {"time": fields["time"]} if "time" in fields else {}
-    for number, one in enumerate(_structs(fields["signals"]), start=1):
-        label = one.get("label")
-        nodes[label if isinstance(label, str) and label else f"signal{number}"] = one.get("values")
+    for number, signal in enumerate(_structs(fields["signals"]), start=1):
+        label: Any = signal.get("label")
+        if not isinstance(label, str) or not label:
+            label = f"signal{number}"
+        nodes[label] = signal.get("values")
     return _workspace(nodes)
 
 
@@ -262,16 +353,13 @@ def _workspace(nodes: dict[str, Any]) -> Found | None:
 def _vectors(nodes: dict[str, Any]) -> Found | None:
     """Vectors of the workspace, with the units that erclutch writes beside its own."""
     found = of_vectors(nodes)
-    if found is not None:
-        found.units |= _own_units(found.metadata)
-    return found
-
-
-def _own_units(metadata: dict[str, str]) -> dict[str, str]:
-    """Units that erclutch writes beside its vectors."""
+    if found is None:
+        return None
     try:
-        units: Any = json.loads(metadata.get("erclutch_units", "{}"))
+        units: Any = json.loads(found.metadata.get("erclutch_units", "{}"))
     except (ValueError, RecursionError):
-        return {}
-    pairs = cast("dict[str, Any]", units).items() if isinstance(units, dict) else ()
-    return {name: unit for name, unit in pairs if isinstance(unit, str)}
+        return found
+    if isinstance(units, dict):
+        pairs = cast("dict[str, Any]", units)
+        found.units |= {name: unit for name, unit in pairs.items() if isinstance(unit, str)}
+    return found

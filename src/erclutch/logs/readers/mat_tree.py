@@ -27,8 +27,13 @@ def load_v5(path: str) -> dict[str, Node]:
     for _, shape, _ in whosmat(path):  # looks at the heads of the variables alone
         budget.take_names()
         budget.take_cells(prod(int(length) for length in shape))
-    found = loadmat(path, struct_as_record=False, squeeze_me=False, chars_as_strings=True)
-    return {str(name): _plain(value, 0) for name, value in found.items() if not str(name).startswith("__")}
+
+    variables = loadmat(path, struct_as_record=False, squeeze_me=False, chars_as_strings=True)
+    nodes: dict[str, Node] = {}
+    for name, value in variables.items():
+        if not name.startswith("__"):  # SciPy's own remarks on the file
+            nodes[str(name)] = _plain(value, 0)
+    return nodes
 
 
 def _plain(value: Any, depth: int) -> Node:
@@ -39,16 +44,24 @@ def _plain(value: Any, depth: int) -> Node:
         return {str(name): _plain(getattr(value, name), depth + 1) for name in value._fieldnames}
     if not isinstance(value, np.ndarray):
         return None
+
     array = cast("np.ndarray[Any, Any]", value)
     if array.dtype.kind in "US":
         return "\n".join(str(line).rstrip() for line in array.ravel())
-    if array.dtype.kind == "O":
-        items = [_plain(item, depth + 1) for item in array.ravel(order="F")[:_MOST]]
-        if (table := _table_in(items, array.shape)) is not None:
-            return table
-        single = len(items) == 1 and isinstance(items[0], dict)
-        return items[0] if single else items
-    return array if array.dtype.kind in "biuf" else None
+    if array.dtype.kind in "biuf":
+        return array
+    if array.dtype.kind != "O":
+        return None
+
+    cells = array.ravel(order="F")[:_MOST]
+    items = [_plain(cell, depth + 1) for cell in cells]
+    table = _table_in(items, array.shape)
+    if table is not None:
+        return table
+    # MATLAB's struct is an array of one struct.
+    if len(items) == 1 and isinstance(items[0], dict):
+        return items[0]
+    return items
 
 
 def _table_in(items: list[Node], shape: tuple[int, ...]) -> dict[str, Node] | None:
@@ -60,15 +73,19 @@ def _table_in(items: list[Node], shape: tuple[int, ...]) -> dict[str, Node] | No
     """
     if len(shape) != 2 or min(shape) < 2 or len(items) != prod(shape):
         return None
-    columns = [items[at : at + shape[0]] for at in range(0, len(items), shape[0])]
-    names = [column[0] for column in columns]
-    if not all(isinstance(name, str) and name for name in names) or len({*map(str, names)}) < len(names):
-        return None
-    numbers = [[each for each in column[1:] if isinstance(each, np.ndarray) and each.size == 1] for column in columns]
-    if any(len(each) < shape[0] - 1 for each in numbers):
-        return None
-    vectors = (np.array([float(cell.ravel()[0]) for cell in each]) for each in numbers)
-    return dict(zip(map(str, names), vectors, strict=True))
+    rows = shape[0]
+    vectors: dict[str, Node] = {}
+    for start in range(0, len(items), rows):
+        name, *cells = items[start : start + rows]
+        if not isinstance(name, str) or not name or name in vectors:
+            return None
+        numbers: list[float] = []
+        for cell in cells:
+            if not isinstance(cell, np.ndarray) or cell.size != 1:
+                return None
+            numbers.append(float(cell.ravel()[0]))
+        vectors[name] = np.array(numbers)
+    return vectors
 
 
 def stored_values(item: Any) -> np.ndarray[Any, Any]:
@@ -79,13 +96,17 @@ def stored_values(item: Any) -> np.ndarray[Any, Any]:
     Raises:
         LogError: a part is not in the file.
     """
-    stored = item.id.get_storage_size() > 0
-    if item.chunks is not None:
-        chunks = prod(-(-size // chunk) for size, chunk in zip(item.shape, item.chunks, strict=True))
-        found: list[Any] = []
-        item.id.chunk_iter(found.append)
-        stored = sum(chunk.byte_offset > 0 for chunk in found) >= chunks  # at 0 the library looks for none
-    if item.size and not stored and np.all(item.fillvalue == item.fillvalue):  # NaN is missing, as it should be
+    if item.chunks is None:
+        stored = item.id.get_storage_size() > 0
+    else:
+        chunks_a_side = [-(-size // chunk) for size, chunk in zip(item.shape, item.chunks, strict=True)]
+        in_file: list[Any] = []
+        item.id.chunk_iter(in_file.append)
+        placed = sum(chunk.byte_offset > 0 for chunk in in_file)  # at 0 the library looks for no chunk
+        stored = placed >= prod(chunks_a_side)
+
+    # Where the library fills with NaN, rows that are missing are seen as missing.
+    if item.size and not stored and np.all(item.fillvalue == item.fillvalue):
         problem = f"rows of the data set {item.name} are not in the file: they would be read as {item.fillvalue}"
         raise LogError(problem, remedy="Copy the file again, or export the rows that were written")
     return np.asarray(item[()])
@@ -97,37 +118,39 @@ def load_v73(path: str) -> dict[str, Node]:
 
     with h5py.File(path, "r") as file:
         tree = _Tree(h5py, file, budget_of(Path(path)))
-        own = (name for name in tree.own(file) if not str(name).startswith("#"))
-        return {str(name): tree.value(file[name], 0) for name in own}
+        variables = [name for name in tree.own(file) if not name.startswith("#")]  # "#refs#" holds cells of others
+        return {name: tree.value(file[name], 0) for name in variables}
 
 
 class _Tree:
     """A v7.3 file on its way to plain Python. Links and references may lead to an object often: each time counts."""
 
     def __init__(self, h5py: Any, file: Any, budget: Budget) -> None:
-        self._h5py, self._file, self._budget = h5py, file, budget
+        self._h5py = h5py
+        self._file = file
+        self._budget = budget
 
     def own(self, group: Any) -> list[str]:
         """Members that are stored in the file itself: external and soft links could name any file or form a ring."""
-        return [name for name in group if isinstance(group.get(name, getlink=True), self._h5py.HardLink)]
+        names: list[str] = []
+        for name in group:
+            link = group.get(name, getlink=True)
+            if isinstance(link, self._h5py.HardLink):
+                names.append(str(name))
+        return names
 
     def value(self, item: Any, depth: int) -> Node:
-        """One HDF5 object. Groups are structs; a struct array is a group whose members are arrays of references."""
+        """One HDF5 object."""
         if depth > _DEEPEST:
             return None
         if isinstance(item, self._h5py.Group):
-            fields = {str(name): item[name] for name in self.own(item)}
-            self._budget.take_names(len(fields))
-            arrays = all(self._is_references(each) and "MATLAB_class" not in each.attrs for each in fields.values())
-            if fields and arrays:
-                each = {name: self._followed(field, depth) for name, field in fields.items()}
-                count = min(len(values) for values in each.values())  # none where there are too many
-                return [{name: values[index] for name, values in each.items()} for index in range(count)]
-            return {name: self.value(field, depth + 1) for name, field in fields.items()}
+            return self._struct(item, depth)
+        # Values in another file are never read.
         if not isinstance(item, self._h5py.Dataset) or item.external or item.is_virtual:
             return None
         if "MATLAB_object_decode" in item.attrs:
             return None
+
         kind = item.attrs.get("MATLAB_class", b"")
         kind = kind.decode("latin-1") if isinstance(kind, bytes) else str(kind)
         if item.attrs.get("MATLAB_empty"):
@@ -136,20 +159,42 @@ class _Tree:
             return self._followed(item, depth)
         if item.dtype.kind not in "biuf":
             return None
+
         self._budget.take_cells(item.size)
         array = stored_values(item).T  # HDF5 stores the dimensions of MATLAB in reverse
-        if kind == "char":
-            rows = np.atleast_2d(array)[:1000, :10000]
-            return "\n".join("".join(chr(int(code)) for code in row).rstrip() for row in rows)
-        return array
+        if kind != "char":
+            return array
+        lines: list[str] = []
+        for codes in np.atleast_2d(array)[:1000, :10000]:
+            line = "".join(chr(int(code)) for code in codes)
+            lines.append(line.rstrip())
+        return "\n".join(lines)
+
+    def _struct(self, group: Any, depth: int) -> Node:
+        """A group is a struct, or a struct array where all its members are arrays of references."""
+        members = {name: group[name] for name in self.own(group)}
+        self._budget.take_names(len(members))
+        # A cell is an array of references too, but MATLAB writes its class beside it.
+        is_array = bool(members)
+        for member in members.values():
+            is_array = is_array and self._is_references(member) and "MATLAB_class" not in member.attrs
+        if not is_array:
+            return {name: self.value(member, depth + 1) for name, member in members.items()}
+
+        columns = {name: self._followed(member, depth) for name, member in members.items()}
+        count = min(len(column) for column in columns.values())  # none where there are too many
+        return [{name: column[place] for name, column in columns.items()} for place in range(count)]
 
     def _is_references(self, item: Any) -> bool:
         return isinstance(item, self._h5py.Dataset) and self._h5py.check_ref_dtype(item.dtype) is self._h5py.Reference
 
     def _followed(self, item: Any, depth: int) -> Any:
+        """What an array of references leads to, column by column, or a table where it is one."""
         if depth >= _DEEPEST or item.size > _MOST:
             return []
         self._budget.take_cells(item.size)
-        matrix = np.asarray(item[()]).T
-        items = [self.value(self._file[each], depth + 1) if each else None for each in matrix.ravel(order="F")]
-        return _table_in(items, matrix.shape) or items
+        references = np.asarray(item[()]).T
+        items: list[Node] = []
+        for reference in references.ravel(order="F"):
+            items.append(self.value(self._file[reference], depth + 1) if reference else None)
+        return _table_in(items, references.shape) or items

@@ -8,10 +8,10 @@ from __future__ import annotations
 import io
 import re
 import sys
-from collections.abc import Generator, Iterator, Sequence
+from collections.abc import Generator, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
-from itertools import accumulate
+from itertools import accumulate, pairwise
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -53,16 +53,18 @@ def read_parquet(source: LogSource) -> Table:
 
     with _damage_named():
         file = parquet.ParquetFile(io.BytesIO(data), page_checksum_verification=True)
+        metadata = file.metadata
+        groups = range(metadata.num_row_groups)
+        size = sum(metadata.row_group(group).total_byte_size for group in groups)
         budget = Budget(len(data), f"{_IN_PIECES}, or allow more by the environment: {RAISED}=8192 (MiB)")
-        budget.take_names(file.metadata.num_columns)
-        size = sum(file.metadata.row_group(index).total_byte_size for index in range(file.metadata.num_row_groups))
+        budget.take_names(metadata.num_columns)
         if size < 0:
             raise LogError("the Parquet data is damaged (columns of less than no bytes)", remedy=_ANEW)
-        budget.take_cells(max(size // 8, file.metadata.num_rows * file.metadata.num_columns))
+        budget.take_cells(max(size // 8, metadata.num_rows * metadata.num_columns))
+
         read = _numbers_and_times(file)
         pages = io.BytesIO(data)
-        groups = range(file.metadata.num_row_groups)
-        unchecked = not all(_has_checksums(pages, file.metadata, group, read) for group in groups)
+        unchecked = not all(_has_checksums(pages, metadata, group, read) for group in groups)
         return _table(read, source.name, source.digest, unchecked)
 
 
@@ -72,15 +74,26 @@ def _numbers_and_times(file: Any) -> Any:
     from pyarrow import types
 
     schema: pyarrow.Schema = file.schema_arrow
-    texts = (types.is_nested, types.is_string, types.is_large_string, types.is_binary, types.is_large_binary)
-    left = {field.name for field in schema if any(is_kind(field.type) for is_kind in (*texts, types.is_dictionary))}
-    kept = [field.name for field in schema if field.name not in left]
-    if not left or len(set(schema.names)) < len(schema.names):
+    kinds = (
+        types.is_nested,
+        types.is_string,
+        types.is_large_string,
+        types.is_binary,
+        types.is_large_binary,
+        types.is_dictionary,
+    )
+    texts = {field.name for field in schema if any(is_kind(field.type) for is_kind in kinds)}
+    kept = [field.name for field in schema if field.name not in texts]
+    if not texts or len(set(schema.names)) < len(schema.names):
         return file.read()
     table = file.read(columns=kept)
     if table.schema.names != kept:  # the library also gives what is called as one of these with a point behind it
         return file.read()
-    columns = [pyarrow.nulls(table.num_rows, f.type) if f.name in left else table[f.name] for f in schema]
+
+    columns: list[Any] = []
+    for field in schema:
+        is_text = field.name in texts
+        columns.append(pyarrow.nulls(table.num_rows, field.type) if is_text else table[field.name])
     return pyarrow.table(columns, schema=schema)
 
 
@@ -138,37 +151,46 @@ def parquet_windows(
     import pyarrow
     from pyarrow import parquet
 
-    path, name, start = source.path, source.name, first
     options: dict[str, Any] = {"buffer_size": _PAGES, "pre_buffer": False, "page_checksum_verification": True}
+    path = source.path
     with _damage_named(), parquet.ParquetFile(path, **options) as file, path.open("rb") as pages:
-        if not file.metadata.num_rows:
+        metadata = file.metadata
+        if not metadata.num_rows:
             raise LogError("the file has no rows of numbers", remedy=_ROWS_WANTED)
-        last = file.metadata.num_rows if last is None else last
-        begins = _begins_of_groups(file.metadata)
-        wanted = [k for k, begin in enumerate(begins[:-1]) if begins[k + 1] > first - margin and begin < last + margin]
+        if last is None:
+            last = metadata.num_rows
+        counts = [metadata.row_group(group).num_rows for group in range(metadata.num_row_groups)]
+        begins = list(accumulate(counts, initial=0))  # the first row of each row group, and the number of all rows
+        wanted: list[int] = []
+        for group, (begin, end) in enumerate(pairwise(begins)):
+            if end > first - margin and begin < last + margin:
+                wanted.append(group)
+
         held: Any = file.schema_arrow.empty_table()
         held_from = begins[wanted[0]]  # row of the file
+        start = first
         unchecked = False
         origin: int | None = None  # tick from which all windows count
-        for group, batch in _batches(file, min(rows, _READ), wanted):
-            unchecked = unchecked or not _has_checksums(pages, file.metadata, group, batch)
-            held = pyarrow.concat_tables([held, pyarrow.Table.from_batches([batch])])
-            origin = _first_tick(held) if origin is None else origin
-            while held_from + held.num_rows >= start + 2 * rows + margin and start + 2 * rows <= last:
-                part = held.slice(0, start + rows + margin - held_from)
-                yield start, start + rows, replace(_table(part, name, "", unchecked, origin), first_row=held_from)
-                start += rows
-                drop = max(start - margin - held_from, 0)
-                held, held_from = held.slice(drop), held_from + drop
-        part = held.slice(0, last + margin - held_from)
-        yield start, last, replace(_table(part, name, "", unchecked, origin), first_row=held_from)
 
+        def window(stop: int) -> Table:
+            """The table of the rows up to one of the file, and the margin behind it."""
+            part = held.slice(0, stop + margin - held_from)
+            return replace(_table(part, source.name, "", unchecked, origin), first_row=held_from)
 
-def _batches(file: Any, rows: int, groups: Sequence[int]) -> Iterator[tuple[int, Any]]:
-    """Pieces of at most that many rows, each with the row group that it comes from."""
-    for group in groups:
-        for batch in file.iter_batches(batch_size=rows, row_groups=[group]):
-            yield group, batch
+        for group in wanted:
+            for batch in file.iter_batches(batch_size=min(rows, _READ), row_groups=[group]):
+                unchecked = unchecked or not _has_checksums(pages, metadata, group, batch)
+                held = pyarrow.concat_tables([held, pyarrow.Table.from_batches([batch])])
+                if origin is None:
+                    origin = _first_tick(held)
+                # The last window stands for up to twice as many rows.
+                while held_from + held.num_rows >= start + 2 * rows + margin and start + 2 * rows <= last:
+                    yield start, start + rows, window(start + rows)
+                    start += rows
+                    drop = max(start - margin - held_from, 0)
+                    held = held.slice(drop)
+                    held_from += drop
+        yield start, last, window(last)
 
 
 def parquet_extent(path: Path) -> tuple[int, int]:
@@ -184,34 +206,52 @@ def parquet_extent(path: Path) -> tuple[int, int]:
     return metadata.num_rows, metadata.num_columns
 
 
-def _begins_of_groups(metadata: Any) -> list[int]:
-    """The first row of each row group, and the number of all rows."""
-    counts = [metadata.row_group(k).num_rows for k in range(metadata.num_row_groups)]
-    return list(accumulate(counts, initial=0))
-
-
 def _table(table: Any, name: str, digest: str, unchecked: bool, origin: int | None = None) -> Table:
+    """The columns of numbers and the first of dates, what else there is in notes.
+
+    Args:
+        table: of the library.
+        name: of the file.
+        digest: of the file.
+        unchecked: whether a column that was read has no checksums.
+        origin: tick from which dates count; None: the first row.
+    """
     fields = list(table.schema)
-    own = [_metadata(field).get("unit") for field in fields]
-    names, units, renamed = name_columns([str(field.name) for field in fields], own)
-    notes = [_UNCHECKED, *renamed] if unchecked else list(renamed)
+    own_units = [_metadata(field).get("unit") for field in fields]
+    names, units, renamed = name_columns([str(field.name) for field in fields], own_units)
+    notes = [_UNCHECKED] if unchecked else []
+    notes += renamed
     columns: dict[str, Array] = {}
-    clock: tuple[str, Array | None] = ("", None)
-    for label, field, values in zip(names, fields, table.columns, strict=True):
+    units_of: dict[str, str | None] = {}
+    clock_name = ""
+    clock: Array | None = None
+    for label, unit, field, values in zip(names, units, fields, table.columns, strict=True):
         numbers = _numbers(values)
-        stamps = _stamps(values, origin) if numbers is None and clock[1] is None else None
         if numbers is not None:
             columns[label] = numbers
-        elif stamps is not None:
-            clock = (label, stamps)
+            units_of[label] = unit
+            continue
+        stamps = _stamps(values, origin) if clock is None else None
+        if stamps is not None:
+            clock_name = label
+            clock = stamps
         else:
             notes.append(f"column {label} holds {field.type}: left out")
     if not columns:
         raise LogError("the file has no column of numbers", remedy=_ROWS_WANTED)
-    metadata = {key: text for key, text in _metadata(table.schema).items() if key not in {"pandas", "ARROW:schema"}}
-    kept = {label: unit for label, unit in zip(names, units, strict=True) if label in columns}
+
+    metadata = _metadata(table.schema)
+    for key in ("pandas", "ARROW:schema"):  # what libraries say of their own types
+        metadata.pop(key, None)
     return Table(
-        name, columns, kept, digest, clock_name=clock[0], clock=clock[1], metadata=metadata, notes=tuple(notes)
+        name=name,
+        columns=columns,
+        units=units_of,
+        digest=digest,
+        clock=clock,
+        clock_name=clock_name,
+        metadata=metadata,
+        notes=tuple(notes),
     )
 
 
@@ -235,9 +275,12 @@ def _numbers(values: Any) -> Array | None:
     if not values.null_count:
         return of_arrow(values)
     # Not fill_null, whose number imports pandas: half a second for each child.
-    whole, missing = values.combine_chunks(), of_arrow(values.is_null().cast(pyarrow.uint8()))
+    missing = of_arrow(values.is_null().cast(pyarrow.uint8()))
+    whole = values.combine_chunks()
+    numbers = np.zeros(len(whole))
     held = whole.buffers()[1]
-    numbers = np.zeros(len(whole)) if held is None else np.frombuffer(held, np.float64, len(whole), 8 * whole.offset)
+    if held is not None:
+        numbers = np.frombuffer(held, np.float64, len(whole), 8 * whole.offset)
     return np.where(missing == 1, np.nan, numbers)
 
 
@@ -249,7 +292,9 @@ def _stamps(values: Any, origin: int | None) -> Array | None:
         return None
     ticks = of_arrow(values.cast(pyarrow.int64()))
     per_second = {"s": 1.0, "ms": 1e3, "us": 1e6, "ns": 1e9}[values.type.unit]
-    return (ticks - (ticks[0] if origin is None else origin)).astype(np.float64) / per_second
+    if origin is None:
+        origin = ticks[0]
+    return (ticks - origin).astype(np.float64) / per_second
 
 
 def _tells_time(kind: Any) -> bool:
@@ -263,7 +308,9 @@ def _first_tick(table: Any) -> int | None:
     import pyarrow
 
     column = next((values for values in table.columns if _tells_time(values.type)), None)
-    return column.cast(pyarrow.int64())[0].as_py() if column is not None and len(column) else None
+    if column is None or not len(column):
+        return None
+    return column.cast(pyarrow.int64())[0].as_py()
 
 
 def _claims(head: bytes) -> bool:
@@ -313,14 +360,13 @@ def _memory(path: Path) -> int:
     return MEMORY + 3 * 8 * budget_of(path).cells
 
 
-_DAMAGE = "seen where the writer added checksums to the pages; a note says where not"
 READER = LogReader(
-    (".parquet", ".pq"),
-    _claims,
-    found_recordings.in_child("parquet", memory=_memory)["read"],
-    windows_in_child,
-    _extent,
-    tells_damage=_DAMAGE,
+    suffixes=(".parquet", ".pq"),
+    claims=_claims,
+    read=found_recordings.in_child("parquet", memory=_memory)["read"],
+    windows=windows_in_child,
+    extent=_extent,
+    tells_damage="seen where the writer added checksums to the pages; a note says where not",
 )
 
 if __name__ == "__main__":

@@ -31,7 +31,8 @@ def _held_to_names(register: Callable[[Any, Any], None]) -> Callable[[Any, Any],
 
     def checked(store: Any, types: Mapping[str, tuple[Any, Any]]) -> None:
         for name, (constants, fields) in types.items():
-            for text in (name, *texts(fields), *texts([each[:2] for each in constants])):
+            without_values = [constant[:2] for constant in constants]
+            for text in (name, *texts(fields), *texts(without_values)):
                 if not _PLAIN.fullmatch(text):
                     problem = f"the bag defines a type with the name {text[:60]!r}"
                     raise LogError(problem, remedy="Record the bag again, or export the topic as CSV")
@@ -60,9 +61,11 @@ def _flatten(label: str, value: Any, row: dict[str, float]) -> None:
 def _rows(bag: Any, connections: list[Any], most: int | None = None) -> list[dict[str, float]]:
     """The messages of a topic, or the first of them: the time of the bag in ns under "", and the numbers."""
     rows: list[dict[str, float]] = []
-    for connection, stamp, data in islice(bag.messages(connections=connections), most):
-        rows.append({"": stamp})
-        _flatten("", bag.deserialize(data, connection.msgtype), rows[-1])
+    messages = bag.messages(connections=connections)
+    for connection, stamp, data in islice(messages, most):
+        row: dict[str, float] = {"": stamp}
+        _flatten("", bag.deserialize(data, connection.msgtype), row)
+        rows.append(row)
     return rows
 
 
@@ -77,23 +80,31 @@ def find(path: str, variable: str | None) -> Table:
         topics: dict[str, list[Any]] = {}
         for connection in bag.connections:
             topics.setdefault(connection.topic, []).append(connection)
-        asked = {variable: topics[variable]} if variable in topics else topics
-        found = {topic: each for topic, each in asked.items() if any(len(row) > 1 for row in _rows(bag, each, 1))}
-        topic, connections = found_recordings.choose(found, variable, "topic", "no topic of the bag holds numbers")
-        rows, stated = _rows(bag, connections), sum(each.msgcount for each in connections)
-    times = [row.pop("") for row in rows]
+        if variable in topics:
+            topics = {variable: topics[variable]}  # the others need not be looked at
+
+        of_numbers: dict[str, list[Any]] = {}
+        for topic, connections in topics.items():
+            first_rows = _rows(bag, connections, 1)
+            if any(len(row) > 1 for row in first_rows):
+                of_numbers[topic] = connections
+        topic, connections = found_recordings.choose(of_numbers, variable, "topic", "no topic of the bag holds numbers")
+        rows = _rows(bag, connections)
+        counted = sum(connection.msgcount for connection in connections)
+
+    notes = [f"recording read from topic {topic}"]
+    if counted != len(rows):
+        notes.append(f"the bag counts {counted} messages, {len(rows)} are there")
+    times = np.array([row.pop("") for row in rows])  # ns
     labels = dict.fromkeys(label for row in rows for label in row)
     columns = {label: np.array([row.get(label, np.nan) for row in rows]) for label in labels}
-    clock = "log_time", (np.array(times) - times[0]) * 1e-9
-    missed = [f"the bag counts {stated} messages, {len(rows)} are there"] if stated != len(rows) else []
-    return Found(columns, clock=clock, notes=[f"recording read from topic {topic}", *missed]).table()
+    return Found(columns, clock=("log_time", (times - times[0]) * 1e-9), notes=notes).table()
 
 
-_DAMAGE = "not seen in the numbers: bags have no checksums, but damaged structure is"
 READER = LogReader(
-    (".db3",),
-    claims_nothing,
+    suffixes=(".db3",),
+    claims=claims_nothing,
     **found_recordings.in_child("ros2", "rosbags"),
-    tells_damage=_DAMAGE,
+    tells_damage="not seen in the numbers: bags have no checksums, but damaged structure is",
     folder="metadata.yaml",
 )

@@ -14,39 +14,8 @@ from erclutch.logs.readers.budget import Budget, budget_of, take_zip
 from erclutch.logs.table import Table
 
 _PARTS = (b"[Content_Types].xml", b"_rels/", b"docProps/", b"xl/", b"application/vnd.oasis.opendocument.spreadsheet")
-
-
-def _cell(value: Any) -> str:
-    """A cell as the reader of text logs knows it; dates with their fraction of a second, durations in s."""
-    if isinstance(value, str):  # a mark of a comment would hide its row
-        return value.translate({9: " ", 10: " ", 13: " ", 34: "'"}).strip().lstrip("#")
-    if isinstance(value, datetime):
-        return f"{value:%Y-%m-%d %H:%M:%S.%f}"
-    if isinstance(value, (date, time)):
-        return f"{value:%H:%M:%S.%f}" if isinstance(value, time) else value.isoformat()
-    return repr(value.total_seconds() if isinstance(value, timedelta) else value * 1)
-
-
-def _sheet(path: str, sheet: Any, budget: Budget) -> dict[str, LogSource]:
-    """The rows of a sheet as a text log, or as several where an instrument's export stands in the sheet; by name.
-
-    Lines in messages are rows of the sheet. Its empty first columns are left out.
-    """
-    budget.take_cells(sheet.total_height * sheet.total_width)
-    rows = ([_cell(each) for each in row] for row in sheet.iter_rows())
-    lines = ["\t".join(cells) if any(cells) else "" for cells in rows]
-    source = LogSource(Path(path), "\n".join(lines).encode("utf-8", "replace"), "")
-    plugin, _ = reader_of(source.data[:HEAD], "")
-    listed = plugin.of_type(LogReader).recordings
-    names = list(listed(source)) if listed is not None else list[str]()
-    return {name: replace(source, variable=name) for name in names} if len(names) > 1 else {"": source}
-
-
-def _table(source: LogSource, sheet: str) -> Table:
-    plugin, _ = reader_of(source.data[:HEAD], "")
-    table = plugin.of_type(LogReader).read(source)
-    note = (f"the dates of column {table.clock_name} are read to 1 ms",) if table.clock_name else ()
-    return replace(table, notes=(f"recording read from sheet {sheet}", *table.notes, *note))
+#: Tabs and line ends in a cell would cut the row, and a quote would join cells.
+_PLAIN = str.maketrans({"\t": " ", "\n": " ", "\r": " ", '"': "'"})
 
 
 def find(path: str, variable: str | None) -> Table:
@@ -55,31 +24,79 @@ def find(path: str, variable: str | None) -> Table:
 
     budget = budget_of(Path(path))
     take_zip(Path(path), budget)
-    found: dict[str, Table] = {}
+    recordings: dict[str, Table] = {}
     problems: list[LogError] = []
     with CalamineWorkbook.from_path(path) as book:
-        whole = [each for each in book.sheet_names if variable in (None, each)]
-        for name in whole or book.sheet_names:
+        # A name that is no sheet may be that of a part of a sheet: then all sheets are looked at.
+        asked = [name for name in book.sheet_names if variable in (None, name)]
+        for sheet in asked or book.sheet_names:
             try:
-                for part, source in _sheet(path, book.get_sheet_by_name(name), budget).items():
-                    full = f"{name}, {part}" if part and len(book.sheet_names) > 1 else part or name
-                    if variable in (None, full, name, found_recordings.ALL) or not found:
-                        found[full] = _table(source, name)
+                parts = _parts(path, book.get_sheet_by_name(sheet), budget)
+                for part, source in parts.items():
+                    several_sheets = len(book.sheet_names) > 1
+                    name = f"{sheet}, {part}" if part and several_sheets else part or sheet
+                    wanted = variable in (None, name, sheet, found_recordings.ALL)
+                    if wanted or not recordings:
+                        recordings[name] = _table(source, sheet)
             except LogError as error:
-                problems.append(LogError(f"sheet {name}: {error.problem}", remedy=error.remedy))
-    if problems and not found:
+                problems.append(LogError(f"sheet {sheet}: {error.problem}", remedy=error.remedy))
+    if problems and not recordings:
         raise problems[0]
-    return found_recordings.choose(found, variable, "sheet", "the file has no sheet")[1]
+    _, table = found_recordings.choose(recordings, variable, "sheet", "the file has no sheet")
+    return table
+
+
+def _parts(path: str, sheet: Any, budget: Budget) -> dict[str, LogSource]:
+    """The rows of a sheet as a text log, or as several where an instrument's export stands in the sheet; by name.
+
+    Lines in messages are rows of the sheet. Its empty first columns are left out.
+    """
+    budget.take_cells(sheet.total_height * sheet.total_width)
+    lines: list[str] = []
+    for row in sheet.iter_rows():
+        cells = [_cell(value) for value in row]
+        lines.append("\t".join(cells) if any(cells) else "")
+    source = LogSource(Path(path), "\n".join(lines).encode("utf-8", "replace"), "")
+
+    plugin, _ = reader_of(source.data[:HEAD], "")
+    names_in = plugin.of_type(LogReader).recordings
+    names = list[str]() if names_in is None else list(names_in(source))
+    if len(names) < 2:
+        return {"": source}
+    return {name: replace(source, variable=name) for name in names}
+
+
+def _cell(value: Any) -> str:
+    """A cell as the reader of text logs knows it; dates with their fraction of a second, durations in s."""
+    if isinstance(value, str):
+        return value.translate(_PLAIN).strip().lstrip("#")  # a mark of a comment would hide its row
+    if isinstance(value, datetime):
+        return f"{value:%Y-%m-%d %H:%M:%S.%f}"
+    if isinstance(value, time):
+        return f"{value:%H:%M:%S.%f}"
+    if isinstance(value, date):
+        return value.isoformat()
+    if isinstance(value, timedelta):
+        return repr(value.total_seconds())
+    return repr(value * 1)  # True is written as 1
+
+
+def _table(source: LogSource, sheet: str) -> Table:
+    plugin, _ = reader_of(source.data[:HEAD], "")
+    table = plugin.of_type(LogReader).read(source)
+    notes = [f"recording read from sheet {sheet}", *table.notes]
+    if table.clock_name:
+        notes.append(f"the dates of column {table.clock_name} are read to 1 ms")
+    return replace(table, notes=tuple(notes))
 
 
 def _claims(head: bytes) -> bool:
     return head.startswith(b"PK\x03\x04") and any(part in head for part in _PARTS)
 
 
-_DAMAGE = "seen: the parts of the file have checksums"
 READER = LogReader(
-    (".xlsx", ".xlsm", ".ods"),
-    _claims,
+    suffixes=(".xlsx", ".xlsm", ".ods"),
+    claims=_claims,
     **found_recordings.in_child("spreadsheet", "python_calamine"),
-    tells_damage=_DAMAGE,
+    tells_damage="seen: the parts of the file have checksums",
 )

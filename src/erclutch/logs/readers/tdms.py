@@ -23,24 +23,35 @@ _UNITS = ("unit_string", "NI_UnitDescription")
 
 def _group(group: Any) -> Found | None:
     """The channels of a group on the clock that most of them have; the others are left out, and this is said."""
-    clocks = {one.name: tuple(one.properties.get(key) for key in _CLOCK) for one in group.channels()}
-    clock = Counter(clocks.values()).most_common(1)[0][0] if clocks else (None, None, None)
-    channels = {one.name: one for one in group.channels() if clocks[one.name] == clock}
-    values = {name: np.asarray(one[:]) for name, one in channels.items()}
-    stamps = next(((name, each) for name, each in values.items() if each.dtype.kind == "M" and each.size > 1), None)
+    clocks = {channel.name: tuple(channel.properties.get(key) for key in _CLOCK) for channel in group.channels()}
+    if not clocks:
+        return None
+    clock = Counter(clocks.values()).most_common(1)[0][0]
+    increment, offset, _ = clock  # s, s, date
+    channels = [channel for channel in group.channels() if clocks[channel.name] == clock]
+    values = {channel.name: np.asarray(channel[:]) for channel in channels}
+
     found = found_recordings.of_vectors(values)
     if found is None:
         return None
-    given = ((name, one.properties, key) for key in _UNITS for name, one in channels.items())
-    found.units = {name: properties[key] for name, properties, key in given if key in properties}
+    for key in _UNITS:  # where a channel has both, the later key counts
+        for channel in channels:
+            if key in channel.properties:
+                found.units[channel.name] = channel.properties[key]
+
     rows = len(next(iter(found.columns.values())))
-    if clock[0]:
-        found.columns = {"time": (clock[1] or 0.0) + np.arange(rows) * clock[0], **found.columns}
+    dates = [(name, stamps) for name, stamps in values.items() if stamps.dtype.kind == "M" and stamps.size > 1]
+    if increment:
+        time = (offset or 0.0) + np.arange(rows) * increment
+        found.columns = {"time": time, **found.columns}
         found.units["time"] = "s"
-    elif stamps is not None and len(stamps[1]) == rows:
-        found.clock = stamps[0], (stamps[1] - stamps[1][0]) / np.timedelta64(1, "s")
-    for name in sorted(set(clocks) - set(channels)):
-        found.notes.append(f"channel {name} has another increment or start than the other channels: left out")
+    elif dates and len(dates[0][1]) == rows:
+        name, stamps = dates[0]
+        found.clock = name, (stamps - stamps[0]) / np.timedelta64(1, "s")
+
+    for name in sorted(clocks):
+        if clocks[name] != clock:
+            found.notes.append(f"channel {name} has another increment or start than the other channels: left out")
     return found
 
 
@@ -50,23 +61,35 @@ def find(path: str, variable: str | None) -> Table:
 
     budget = budget_of(Path(path))
     with TdmsFile.open(path) as heads:
-        for each in (channel for group in heads.groups() for channel in group.channels()):
-            budget.take_names()
-            budget.take_cells(len(each))
+        for group in heads.groups():
+            for channel in group.channels():
+                budget.take_names()
+                budget.take_cells(len(channel))
+
     file = TdmsFile.read(path)
-    found = {group.name: each for group in file.groups() if (each := _group(group)) is not None}
-    starts = {each.properties.get(key) for one in file.groups() for each in one.channels() for key in _CLOCK[1:]}
+    recordings: dict[str, Found] = {}
+    starts: set[Any] = set()  # that npTDMS knows: the last of each channel
+    for group in file.groups():
+        recording = _group(group)
+        if recording is not None:
+            recordings[group.name] = recording
+        for channel in group.channels():
+            starts.update(channel.properties.get(key) for key in _CLOCK[1:])
+
     notes: list[str] = []
-    if len(set(_STARTS.findall(Path(path).read_bytes()))) > len(starts - {None}):  # npTDMS keeps the last start
+    starts_in_file = {*_STARTS.findall(Path(path).read_bytes())}
+    if len(starts_in_file) > len(starts - {None}):
         notes.append("the acquisition was started anew within the file: its time runs on as if there were no gap")
     if file.file_status.incomplete_final_segment:
         notes.append("the last segment was not written completely: the log is cut off there")
-    for each in found.values():
-        each.notes += notes
-    return found_recordings.chosen(found, variable, "group", "no group of the file holds channels of numbers")
+    for recording in recordings.values():
+        recording.notes += notes
+    return found_recordings.chosen(recordings, variable, "group", "no group of the file holds channels of numbers")
 
 
-_DAMAGE = "not seen: TDMS has no checksums; a log that was cut off is seen"
 READER = LogReader(
-    (".tdms",), lambda head: head[:4] == b"TDSm", **found_recordings.in_child("tdms", "nptdms"), tells_damage=_DAMAGE
+    suffixes=(".tdms",),
+    claims=lambda head: head[:4] == b"TDSm",
+    **found_recordings.in_child("tdms", "nptdms"),
+    tells_damage="not seen: TDMS has no checksums; a log that was cut off is seen",
 )

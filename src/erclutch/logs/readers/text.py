@@ -6,8 +6,6 @@ double. What goes wrong there is looked up a second time, line by line, so that 
 
 from __future__ import annotations
 
-import io
-import re
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from itertools import islice
@@ -32,8 +30,8 @@ from erclutch.logs.readers.dialect import (
     is_number,
     sniff,
 )
-from erclutch.logs.readers.numerals import SWITCHES, Numerals, grouped_by_blanks, ungrouped, weigh
-from erclutch.logs.readers.text_bytes import CONTROL, DAMAGE, decode, opened, unbroken
+from erclutch.logs.readers.numerals import SWITCHES, grouped_by_blanks, ungrouped, weigh
+from erclutch.logs.readers.text_bytes import DAMAGE, ToldBytes, decode, hidden_character, opened, text_size, unbroken
 from erclutch.logs.readers.text_tables import read_tables
 from erclutch.logs.table import Table
 from erclutch.signals.array import Array
@@ -42,10 +40,10 @@ if TYPE_CHECKING:
     import pandas as pd
 
 _LONGEST_NUMBER = 400  # characters of a cell
-_LEAST_BLOCK, _MOST_BLOCKS = 10, 100  # rows between blank lines, and blocks of them, that are stretches of a log
+_LEAST_BLOCK = 10  # rows between blank lines that are a stretch of a log
+_MOST_BLOCKS = 100
 _CORRECT = "Correct or empty that cell, or delete the line"
 _BLANK = " \t\r\n"  # other white space makes a row
-_HIDDEN = re.compile(r"[^\S \t\r\n]|[\x00-\x08\x0e-\x1b\x7f-\x9f\xad\u200b-\u200f\u202a-\u202e\u2060-\u2069\ufeff]")
 
 
 def read_text(source: LogSource) -> Table:
@@ -57,57 +55,72 @@ def read_text(source: LogSource) -> Table:
     text = decode(source.data)
     if not text.strip():
         raise LogError("the file is empty", remedy="Give a log with one row a sample")
-    if other := first_bytes.named_text(text):
-        raise LogError(f"the file is {other[0]}, not a table", remedy=other[1])
-    text, broken = unbroken(text) if '"' in text else (text, 0)
+    other_format = first_bytes.named_text(text)
+    if other_format:
+        kind, remedy = other_format
+        raise LogError(f"the file is {kind}, not a table", remedy=remedy)
+
+    broken = 0  # cells
+    if '"' in text:
+        text, broken = unbroken(text)
     dialect, notes = _dialect_of(text, source.decimal)
-    notes += [f"{broken} quoted cells hold a number and a line end: the line end is left out"] if broken else []
+    if broken:
+        notes.append(f"{broken} quoted cells hold a number and a line end: the line end is left out")
+
     body, cut = _body(text, dialect)
-    if grouped := grouped_by_blanks(body, dialect.delimiter):
+    grouped = grouped_by_blanks(body, dialect.delimiter)
+    if grouped:
         whole = ungrouped(grouped, dialect.decimal)
         notes.append(f"numbers have blanks or apostrophes between their thousands: {grouped} is {whole}")
-    return _table(_parse(body, dialect, source.told), body, dialect, source, [*cut, *notes])
+    frame = _parse(body, dialect, source.told)
+    return _table(frame, body, dialect, source, [*cut, *notes])
 
 
 def _dialect_of(text: str, decimal: str | None) -> tuple[Dialect, list[str]]:
     """The dialect, its marks weighed over all rows of a text, and what to say of them."""
     dialect = sniff(text, decimal)
     Budget(0).take_names(len(dialect.names))
-    numerals = weigh(_body(text, dialect)[0], dialect.delimiter, dialect.decimal, decimal)
+    body, _ = _body(text, dialect)
+    numerals = weigh(body, dialect.delimiter, dialect.decimal, decimal)
     if numerals.decimal != dialect.decimal:
         dialect = sniff(text, numerals.decimal)
     if not numerals.thousands:
         return dialect, []
-    return replace(dialect, thousands=numerals.thousands), [_grouping(numerals)]
 
-
-def _grouping(numerals: Numerals) -> str:
-    """A note on the mark that groups digits."""
     mark = {".": "points", ",": "commas"}[numerals.thousands]
+    note = f"numbers have {mark} between their thousands"
     whole = ungrouped(numerals.reason, numerals.decimal) if numerals.reason else ""
-    shown = f": {numerals.reason} is {whole}" if whole else ""
-    return f"numbers have {mark} between their thousands{shown}"
+    if whole:
+        note += f": {numerals.reason} is {whole}"
+    return replace(dialect, thousands=numerals.thousands), [note]
 
 
 def _body(text: str, dialect: Dialect) -> tuple[str, list[str]]:
     """The text from the first row on without comment lines and last lines that are no rows, and notes on these."""
     start = 0
     for _ in range(dialect.first):
-        match = LINE_END.search(text, start)
-        start = match.end() if match else start
+        line_end = LINE_END.search(text, start)
+        start = line_end.end() if line_end else start
     body = text[start:]
     if any(mark in body for mark in ("#", "%", "//")):  # comments become blank: line numbers stay right
         body = "\n".join("" if is_comment(line) else line for line in LINE_END.split(body))
+
     notes: list[str] = []
-    while (last := _last_line(body)) and (cells := [cell for cell in cells_of(body[last:], dialect.delimiter) if cell]):
-        if any(is_number(cell, dialect.decimal) or cell.lower() in WORDS for cell in cells):
+    while last := _last_line(body):
+        cells = [cell for cell in cells_of(body[last:], dialect.delimiter) if cell]
+        is_row = any(is_number(cell, dialect.decimal) or cell.lower() in WORDS for cell in cells)
+        if is_row or not cells:
             break
         notes.append(f"the last line holds no number ({' '.join(body[last:].split())[:60]!r}): left out")
         body = body[:last]
+
+    # A logger that was stopped leaves half a row, without an end of its line.
     last = max(body.rfind("\n"), body.rfind("\r")) + 1
+    rest = body[last:]
+    if not last or not rest.strip(_BLANK):
+        return body, notes
     needed = max((index for index, numeric in enumerate(dialect.numeric) if numeric), default=0)
-    unfinished = 0 < last < len(body) and len(cells_of(body[last:], dialect.delimiter)) <= needed
-    if not (unfinished and body[last:].strip(_BLANK)):
+    if len(cells_of(rest, dialect.delimiter)) > needed:
         return body, notes
     return body[:last], [*notes, "the last row was cut off in the middle: left out"]
 
@@ -118,27 +131,6 @@ def _last_line(body: str) -> int:
     return max(body.rfind("\n", 0, end), body.rfind("\r", 0, end)) + 1
 
 
-class _Told(io.BytesIO):
-    """Bytes that tell how many of them were read."""
-
-    def __init__(self, data: bytes, told: Callable[[int, int], None]) -> None:
-        super().__init__(data)
-        self._told, self._total = told, len(data)
-        self.interrupted = False
-
-    def read(self, size: int | None = -1, /) -> bytes:
-        data = super().read(size)
-        try:
-            self._told(self.tell(), self._total)
-        except KeyboardInterrupt:
-            self.interrupted = True  # pandas makes an error of its own of it
-            raise
-        return data
-
-    def read1(self, size: int | None = -1, /) -> bytes:
-        return self.read(size)
-
-
 def _parse(body: str, dialect: Dialect, told: Callable[[int, int], None]) -> pd.DataFrame:
     """All rows as pandas reads them; one column more than named shows rows that are too long."""
     import pandas as pd
@@ -147,7 +139,7 @@ def _parse(body: str, dialect: Dialect, told: Callable[[int, int], None]) -> pd.
     exact = tuple(int(part) for part in pd.__version__.split(".")[:2]) >= (3, 1)
     options: dict[str, Any] = {} if exact else {"float_precision": "round_trip"}
     width = len(dialect.names) + dialect.trailing + 1
-    source = _Told(body.encode("utf-8", "replace"), told)
+    source = ToldBytes(body.encode("utf-8", "replace"), told)
     try:
         read_csv: Any = pd.read_csv  # its overloads do not take a mapping of options
         frame: pd.DataFrame = read_csv(
@@ -175,21 +167,20 @@ def _parse(body: str, dialect: Dialect, told: Callable[[int, int], None]) -> pd.
 
 def _table(frame: pd.DataFrame, body: str, dialect: Dialect, source: LogSource, cut: list[str]) -> Table:
     """Sort the columns into numbers, header constants, a clock and text left out."""
-    columns: dict[str, Array] = {}
-    constants: dict[str, float] = {}
     notes = [*dialect.notes, *cut]
-    texts: dict[str, pd.Series[Any]] = {}
-    unreadable: dict[str, str] = {}
-    hollow: list[str] = []
     if dialect.trailing:
         notes.append("each row ends in a delimiter: the empty last column is left out")
-    longer = bool(frame.iloc[:, len(dialect.names) :].notna().to_numpy().any())
-    if longer:
-        _refuse_ragged(body, dialect)
-    delimiters = len(frame) * (len(dialect.names) + dialect.trailing - 1)
-    if longer or (dialect.delimiter and body.count(dialect.delimiter) > delimiters):
-        notes += _long_rows(body, dialect)
-    notes += _hidden(body, dialect)
+    notes += _long_rows(frame, body, dialect)
+    hidden = hidden_character(body)
+    if hidden:
+        line = dialect.first + 1 + len(LINE_END.findall(body, 0, hidden.start()))
+        notes.append(f"line {line} holds a hidden character (U+{ord(hidden.group()):04X}): read as a blank")
+
+    columns: dict[str, Array] = {}
+    constants: dict[str, float] = {}
+    hollow: list[str] = []
+    texts: dict[str, pd.Series[Any]] = {}
+    unreadable: dict[str, str] = {}
     for index, label in enumerate(dialect.names):
         cells = frame.iloc[:, index]
         try:
@@ -210,33 +201,38 @@ def _table(frame: pd.DataFrame, body: str, dialect: Dialect, source: LogSource, 
             notes.append(f"column {label} is filled in its first row only: kept as the constant {values[0]:g}")
         else:
             columns[label] = values
-    clock = dates.clock_of(texts)
+
+    clock_name, clock = dates.clock_of(texts)
     for label, cells in texts.items():
-        if label not in (clock[0], *clock[0].split(" and ")):
-            first = str(cells.dropna().iloc[0]).strip()[:30] if cells.notna().any() else ""
-            held = f"column {label} holds text ({first!r}) in {int(cells.notna().sum())} of {len(cells)} rows"
-            unreadable[label] = held
-            notes.append(f"{held}: left out")
+        if label in (clock_name, *clock_name.split(" and ")):
+            continue
+        present = cells.dropna()
+        first = str(present.iloc[0]).strip()[:30] if len(present) else ""
+        unreadable[label] = f"column {label} holds text ({first!r}) in {len(present)} of {len(cells)} rows"
+        notes.append(f"{unreadable[label]}: left out")
     if unreadable and not columns:
         raise LogError(next(iter(unreadable.values())), remedy=_CORRECT)
     notes += [f"column {label} is left out: {problem}" for label, problem in unreadable.items() if label not in texts]
+
     if columns:  # empty cells at the end of a row may be missing values or a row that is too short: the lines tell
         last = max(columns, key=dialect.names.index)
         empty = np.flatnonzero(np.isnan(columns[last])).tolist()
         _refuse_ragged(body, dialect, empty, needed=dialect.names.index(last) + 1)
+    period = None
+    stated = sample_period(dialect.metadata)
+    if stated:
+        period, key = stated
+        notes.append(f"sampling period {period:g} s from '{key}' in the header")
     kept = {*columns, *constants}
-    period = sample_period(dialect.metadata)
-    if period:
-        notes.append(f"sampling period {period[0]:g} s from '{period[1]}' in the header")
     return Table(
         name=source.name,
         columns=columns,
         units={label: unit for label, unit in zip(dialect.names, dialect.units, strict=True) if label in kept},
         digest=source.digest,
         numbers={label: place for place, label in enumerate(dialect.names, start=1) if label in columns},
-        sample_period=period[0] if period else None,
-        clock=clock[1],
-        clock_name=clock[0],
+        sample_period=period,
+        clock=clock,
+        clock_name=clock_name,
         constants=constants,
         metadata=dialect.metadata,
         notes=tuple(notes),
@@ -251,17 +247,22 @@ def _breaks(body: str) -> tuple[int, ...]:
     if "\n\n" not in body and "\r\n\r\n" not in body and "\r\r" not in body:
         return ()
     breaks: list[int] = []
-    rows, parted = 0, False
+    rows = 0
+    below_blank = False
     for line in LINE_END.split(body):
         if not line.strip(_BLANK):
-            parted = rows > 0
+            below_blank = rows > 0
             continue
-        if parted:
-            if rows - (breaks[-1] if breaks else 0) < _LEAST_BLOCK or len(breaks) == _MOST_BLOCKS:
+        if below_blank:
+            block = rows - (breaks[-1] if breaks else 0)
+            if block < _LEAST_BLOCK or len(breaks) == _MOST_BLOCKS:
                 return ()
             breaks.append(rows)
-        rows, parted = rows + 1, False
-    return tuple(breaks) if not breaks or rows - breaks[-1] >= _LEAST_BLOCK else ()
+        rows += 1
+        below_blank = False
+    if breaks and rows - breaks[-1] < _LEAST_BLOCK:
+        return ()
+    return tuple(breaks)
 
 
 def _read_cells(cells: pd.Series[Any], index: int, body: str, dialect: Dialect) -> tuple[Array | None, tuple[str, ...]]:
@@ -270,30 +271,38 @@ def _read_cells(cells: pd.Series[Any], index: int, body: str, dialect: Dialect) 
     values = _numbers(cells, index, body, dialect)
     if cells.dtype == bool:
         return values, (f"column {label} holds True and False, read as 1 and 0",)
-    switched = _switched(cells) if values is None else None
-    if switched is None:
+    if values is not None:
         return values, ()
-    return switched[0], (f"column {label} holds {switched[1]}",)
+
+    # A column of on and off is one of ones and zeros.
+    words = cells.astype(str).str.strip().where(cells.notna())
+    distinct = [str(word) for word in words.dropna().unique()[:9]]
+    if not 1 <= len(distinct) <= 4 or any(word.lower() not in SWITCHES for word in distinct):
+        return None, ()
+    switched = np.asarray(words.str.lower().map(SWITCHES), dtype=np.float64)
+    meanings = [f"{word}, read as {SWITCHES[word.lower()]:g}" for word in distinct]
+    return switched, (f"column {label} holds {' and '.join(meanings)}",)
 
 
-def _long_rows(body: str, dialect: Dialect) -> list[str]:
-    """A note on rows with more cells than columns, where these hold no number."""
+def _long_rows(frame: pd.DataFrame, body: str, dialect: Dialect) -> list[str]:
+    """A note on rows with more cells than columns, where these hold no number.
+
+    Raises:
+        LogError: a row in which they hold one.
+    """
     width = len(dialect.names) + dialect.trailing
-    long = [number for number, line in _numbered_lines(body, dialect) if len(cells_of(line, dialect.delimiter)) > width]
+    filled = bool(frame.iloc[:, len(dialect.names) :].notna().to_numpy().any())
+    if filled:
+        _refuse_ragged(body, dialect)
+    expected = len(frame) * (width - 1)  # delimiters
+    if not filled and (not dialect.delimiter or body.count(dialect.delimiter) <= expected):
+        return []
+    lines = _numbered_lines(body, dialect)
+    long = [number for number, line in lines if len(cells_of(line, dialect.delimiter)) > width]
+    if not long:
+        return []
     more = f" ({len(long)} such lines)" if len(long) > 1 else ""
-    return [f"line {long[0]} has more cells than there are columns{more}: left out"] if long else []
-
-
-def _hidden(body: str, dialect: Dialect) -> list[str]:
-    """A note on the first hidden character: at the edge of a cell it counts for nothing."""
-    data = body.encode("utf-8", "replace")
-    if body.isascii() and len(data) == len(data.translate(None, CONTROL + b"\f\v\x1a\x7f")):
-        return []
-    found = _HIDDEN.search(body)
-    if found is None:
-        return []
-    line = dialect.first + 1 + len(LINE_END.findall(body, 0, found.start()))
-    return [f"line {line} holds a hidden character (U+{ord(found.group()):04X}): read as a blank"]
+    return [f"line {long[0]} has more cells than there are columns{more}: left out"]
 
 
 def _numbers(cells: pd.Series[Any], index: int, body: str, dialect: Dialect) -> Array | None:
@@ -314,27 +323,19 @@ def _numbers(cells: pd.Series[Any], index: int, body: str, dialect: Dialect) -> 
     if not bad.any():
         return values
     row = int(np.argmax(bad))
-    more = f" ({int(bad.sum())} such cells)" if bad.sum() > 1 else ""
+    count = int(bad.sum())
     lines = _numbered_lines(body, dialect)
-    line = lines[min(row, len(lines) - 1)][0]  # pandas may see more rows than there are lines, in damaged text
-    where = f"line {line}, column {dialect.names[index]}"
-    problem = f"{where} is '{str(texts.iloc[row])[:40]}' where a number is expected{more}"
+    line, _ = lines[min(row, len(lines) - 1)]  # pandas may see more rows than there are lines, in damaged text
+    shown = str(texts.iloc[row])[:40]
+    more = f" ({count} such cells)" if count > 1 else ""
+    problem = f"line {line}, column {dialect.names[index]} is '{shown}' where a number is expected{more}"
     raise LogError(problem, remedy=_CORRECT)
-
-
-def _switched(cells: pd.Series[Any]) -> tuple[Array, str] | None:
-    """A column of on and off as ones and zeros, and its words for a note; None for any other text."""
-    words = cells.astype(str).str.strip().where(cells.notna())
-    distinct = [str(word) for word in words.dropna().unique()[:9]]
-    if not 1 <= len(distinct) <= 4 or any(word.lower() not in SWITCHES for word in distinct):
-        return None
-    values = np.asarray(words.str.lower().map(SWITCHES), dtype=np.float64)
-    return values, " and ".join(f"{word}, read as {SWITCHES[word.lower()]:g}" for word in distinct)
 
 
 def _numbered_lines(body: str, dialect: Dialect) -> list[tuple[int, str]]:
     """The line of each row, with its number in the file, counted from 1."""
-    return [(dialect.first + 1 + at, line) for at, line in enumerate(LINE_END.split(body)) if line.strip(_BLANK)]
+    lines = enumerate(LINE_END.split(body), start=dialect.first + 1)
+    return [(number, line) for number, line in lines if line.strip(_BLANK)]
 
 
 def _refuse_ragged(body: str, dialect: Dialect, rows: list[int] | None = None, needed: int = 0) -> None:
@@ -343,13 +344,17 @@ def _refuse_ragged(body: str, dialect: Dialect, rows: list[int] | None = None, n
         return
     width = len(dialect.names) + dialect.trailing
     lines = _numbered_lines(body, dialect)
-    for number, line in lines if rows is None else [lines[row] for row in rows if row < len(lines)]:
+    if rows is not None:
+        lines = [lines[row] for row in rows if row < len(lines)]
+    for number, line in lines:
         cells = cells_of(line, dialect.delimiter)
         beyond = [cell for cell in cells[width:] if cell]
         # Behind a last column of text, more text is another remark on the row.
-        extra = bool(beyond) and (dialect.numeric[-1] or any(is_number(cell, dialect.decimal) for cell in beyond))
-        if extra or len(cells) < needed:
-            hint = " (a decimal comma?)" if extra and dialect.delimiter == "," and dialect.decimal == "." else ""
+        too_long = bool(beyond)
+        if too_long and not dialect.numeric[-1]:
+            too_long = any(is_number(cell, dialect.decimal) for cell in beyond)
+        if too_long or len(cells) < needed:
+            hint = " (a decimal comma?)" if too_long and dialect.delimiter == "," and dialect.decimal == "." else ""
             problem = f"line {number} has {len(cells)} cells where {len(dialect.names)} are expected{hint}"
             raise LogError(problem, remedy="Correct or delete that line")
 
@@ -370,19 +375,27 @@ def text_windows(
         for _ in range(dialect.first):
             next(text, "")
         lines = (line for line in text if line.strip(_BLANK) and not is_comment(line))
-        start, held_from = first, max(first - margin, 0)  # rows of the file
-        next(islice(lines, held_from, held_from), None)  # skips the lines before
         held: list[str] = []
+        held_from = max(first - margin, 0)  # row of the file, as all that follows
+        next(islice(lines, held_from, held_from), None)  # skips the lines before
+        start = first
         ended = False
         while not ended:
-            reached = start + 2 * rows if last is None else min(start + 2 * rows, last)
+            # The last window stands for up to twice as many rows, so it is known two windows ahead.
+            reached = start + 2 * rows
+            if last is not None:
+                reached = min(reached, last)
             held += islice(lines, max(reached + margin - held_from - len(held), 0))
             known = held_from + len(held)
             ended = known < reached + margin or reached == last
-            stop = min(known, known if last is None else last) if ended else start + rows
+            stop = start + rows
+            if ended:
+                stop = known if last is None else min(known, last)
             yield start, stop, _window_of(source, held[: stop + margin - held_from], held_from, dialect, notes)
-            start, drop = stop, max(stop - margin - held_from, 0)
-            held, held_from = held[drop:], held_from + drop
+            start = stop
+            drop = max(stop - margin - held_from, 0)
+            held = held[drop:]
+            held_from += drop
 
 
 def _window_of(source: LogSource, lines: Sequence[str], first_row: int, dialect: Dialect, notes: list[str]) -> Table:
@@ -390,6 +403,7 @@ def _window_of(source: LogSource, lines: Sequence[str], first_row: int, dialect:
     body = "".join(lines)
     here = replace(dialect, first=dialect.first + first_row)
     table = _table(_parse(body, here, lambda done, total: None), body, here, source, notes)
+    # Dates count from the first row of a window, and a constant stands in the first window only.
     if table.clock is not None or table.constants:
         what = f"the time {table.clock_name!r} is no number" if table.clock is not None else "a column has one number"
         raise LogError(f"{what}, which a text that is read in blocks cannot have", remedy="Write it as Parquet")
@@ -403,14 +417,10 @@ def text_extent(path: Path) -> tuple[int, int]:
         LogError: the first lines are no table of numbers.
     """
     head = _head_of(path)
-    size = path.stat().st_size
-    with path.open("rb") as file:
-        if file.read(2) == b"\x1f\x8b":  # gzip's last four bytes are the size of the text, without multiples of 4 GiB
-            file.seek(-4, 2)
-            unpacked = int.from_bytes(file.read(4), "little")
-            size = unpacked + (max(size - unpacked, 0) + 0xFFFFFFFF) // 0x100000000 * 0x100000000
     lines = len(LINE_END.findall(head)) + 1
-    return -(-size * lines // max(len(head.encode("utf-8", "replace")), 1)), len(sniff(head).names)
+    bytes_of_head = max(len(head.encode("utf-8", "replace")), 1)
+    rows = -(-text_size(path) * lines // bytes_of_head)
+    return rows, len(sniff(head).names)
 
 
 def _head_of(path: Path) -> str:
@@ -424,11 +434,11 @@ def _read(source: LogSource) -> Table:
 
 
 READER = LogReader(
-    (".csv", ".txt", ".tsv", ".dat", ".asc", ".log"),
-    claims_nothing,
-    _read,
-    text_windows,
-    text_extent,
+    suffixes=(".csv", ".txt", ".tsv", ".dat", ".asc", ".log"),
+    claims=claims_nothing,
+    read=_read,
+    windows=text_windows,
+    extent=text_extent,
     recordings=found_recordings.names_by(_read),
     tells_damage=DAMAGE,
 )

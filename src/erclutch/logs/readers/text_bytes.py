@@ -19,6 +19,7 @@ from erclutch.logs.readers.dialect import SAMPLE
 _BROKEN = re.compile(r"[\r\n]*([+-]?\d[\d.]*(?:[eE][+-]?\d+)?)[\r\n]+")
 
 _BLOCK = 1 << 20
+_GZIP_COUNTS_TO = 1 << 32  # bytes of a text
 # Letters of the names and units of signals.
 _CHINESE = (
     "时间秒毫分位移毫米速度加转角扭矩力载荷电流电压温度阻尼活塞线圈机制动采样序号数据通道功率频率试验测量设备开始"
@@ -26,6 +27,7 @@ _CHINESE = (
 _JAPANESE = "時間秒位置変速度回転数角加荷重力電流圧温トルクストーローラセンサ試験測定番号モタータ摩擦"
 #: Bytes that no text holds, besides zero.
 CONTROL = bytes(set(range(32)) - set(b"\t\n\r\f\v\x1a"))
+_HIDDEN = re.compile(r"[^\S \t\r\n]|[\x00-\x08\x0e-\x1b\x7f-\x9f\xad\u200b-\u200f\u202a-\u202e\u2060-\u2069\ufeff]")
 DAMAGE = "not seen: text has no checksums; as .gz it has"
 
 
@@ -48,7 +50,8 @@ def decode(data: bytes) -> str:
 
 def _eastern(data: bytes) -> str:
     """GB 18030 or Shift-JIS where text that is no UTF-8 reads as words of measuring in one of them; "" for neither."""
-    best, found = 0, ""
+    best = 0  # letters
+    best_encoding = ""
     for encoding, letters in (("gb18030", _CHINESE), ("shift_jis", _JAPANESE)):
         try:
             text = data.decode(encoding)
@@ -57,8 +60,9 @@ def _eastern(data: bytes) -> str:
         known = sum(text.count(letter) for letter in letters)
         foreign = sum(letter > "\x7f" for letter in text)
         if known > best and 2 * known > foreign:
-            best, found = known, encoding
-    return found
+            best = known
+            best_encoding = encoding
+    return best_encoding
 
 
 def _encoding_of(data: bytes) -> str:
@@ -125,6 +129,18 @@ def opened(path: Path) -> Generator[io.TextIOWrapper]:
             yield text
 
 
+def text_size(path: Path) -> int:
+    """Bytes of a text log, as its gzip says."""
+    size = path.stat().st_size
+    with path.open("rb") as file:
+        if file.read(2) != b"\x1f\x8b":
+            return size
+        file.seek(-4, 2)
+        said = int.from_bytes(file.read(4), "little")  # without multiples of 4 GiB
+    missing = max(size - said, 0)  # a text is larger than its gzip
+    return said + -(-missing // _GZIP_COUNTS_TO) * _GZIP_COUNTS_TO
+
+
 def unbroken(text: str) -> tuple[str, int]:
     """The text without line ends inside of quoted numbers, and how many such cells there were.
 
@@ -133,7 +149,42 @@ def unbroken(text: str) -> tuple[str, int]:
     parts = text.split('"')
     if len(parts) % 2 == 0:
         return text, 0  # a quote without its partner: nothing is inside for sure
-    found = {at: match for at in range(1, len(parts), 2) if (match := _BROKEN.fullmatch(parts[at]))}
-    for at, match in found.items():
-        parts[at] = match.group(1)
-    return ('"'.join(parts), len(found)) if found else (text, 0)
+    broken = 0  # cells
+    for inside in range(1, len(parts), 2):
+        number = _BROKEN.fullmatch(parts[inside])
+        if number:
+            parts[inside] = number.group(1)
+            broken += 1
+    return ('"'.join(parts), broken) if broken else (text, 0)
+
+
+def hidden_character(text: str) -> re.Match[str] | None:
+    """The first character that no one sees: at the edge of a cell it counts for nothing."""
+    data = text.encode("utf-8", "replace")
+    if text.isascii() and len(data) == len(data.translate(None, CONTROL + b"\f\v\x1a\x7f")):
+        return None
+    return _HIDDEN.search(text)
+
+
+class ToldBytes(io.BytesIO):
+    """Bytes that tell how many of them were read."""
+
+    def __init__(self, data: bytes, told: Callable[[int, int], None]) -> None:
+        super().__init__(data)
+        self._told = told
+        self._total = len(data)
+        self.interrupted = False
+
+    def read(self, size: int | None = -1, /) -> bytes:
+        """As of any bytes."""
+        data = super().read(size)
+        try:
+            self._told(self.tell(), self._total)
+        except KeyboardInterrupt:
+            self.interrupted = True  # pandas makes an error of its own of it
+            raise
+        return data
+
+    def read1(self, size: int | None = -1, /) -> bytes:
+        """As of any bytes."""
+        return self.read(size)
