@@ -215,6 +215,37 @@ def test_a_residual_that_leans_inside_the_band_is_a_drift() -> None:
     assert not run(made, measuring(made, rows, 0.9 * np.resize([1.0, -1.0], len(rows))))[1][-1] & DRIFT
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("part", "asked", "told"), [(-0.04, 0.005, True), (0.04, 0.005, True), (0.015, 0.005, False), (-0.04, None, False)]
+)
+def test_residuals_that_are_a_part_of_the_estimate_are_a_drift(part: float, asked: float | None, told: bool) -> None:
+    """They lie inside the band and lean less than is told."""
+    watched = alarmed(_single().model, block=SHORT, band=replace(BAND, part=asked))
+    rows = motion(watched, 200 * SHORT)
+    effort = run(watched, rows)[0].astype(np.float64)
+    low, high = band_of(watched, rows).astype(np.float64).T
+    rows[:, -1] = (1.0 + part) * effort
+    assert np.all((low < rows[:, -1]) & (rows[:, -1] < high))
+    assert bool(np.any(run(watched, rows)[1] & DRIFT)) == told
+
+
+def test_blocks_that_follow_the_estimate_as_often_as_tolerated_raise_no_more() -> None:
+    alarms = replace(alarms_of(replace(BAND, part=0.05), 1.0, 0.01), goal=1000.0)
+    rng, wealth, raised = np.random.default_rng(8), np.zeros(600), 0
+    for _ in range(100):
+        followed = (rng.uniform(size=600) < alarms.following).astype(float)
+        wealth = alarms.wealth(wealth, followed, alarms.following)
+        raised += int(np.sum(wealth >= alarms.goal))
+        wealth = np.where(wealth >= alarms.goal, 0.0, wealth)
+    assert raised <= 60 + 3 * np.sqrt(60)
+
+
+def test_alarms_say_how_seldom_they_come_by_chance() -> None:
+    assert 1.0 / alarms_of(replace(BAND, part=0.05), 1.0, 0.01).false_alarms == 500_000
+    assert 1.0 / alarms_of(BAND, 1.0, 0.01).false_alarms == pytest.approx(2e6 / 3.0)
+
+
 def test_a_drift_is_found_and_its_end_too() -> None:
     alarms, over = watcher()
     share = np.repeat([0.05, 0.6, 0.0], [50, 20, 3])

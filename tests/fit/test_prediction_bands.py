@@ -84,6 +84,28 @@ def test_few_rows_for_many_parameters_widen_the_band() -> None:
     assert lost[1] / one[1] == pytest.approx(3**0.5, rel=0.02)
 
 
+def test_a_band_says_which_part_of_the_estimate_its_errors_seldom_follow() -> None:
+    rng = np.random.default_rng(9)
+    seen, _, _ = _rows(rng, 80_000)  # 40 blocks of 2 s, of which every tenth is another
+    gain = np.repeat(np.where(np.arange(40) % 10 == 0, 0.1, 0.0), 2000)
+    estimate = 10.0 * np.sin(np.arange(80_000) / 100.0)
+    parts: list[float] = []
+    for share in (0.0, 1.0, 4.0):
+        error = share * gain * estimate + rng.standard_normal(80_000)
+        data = replace(seen, effort=estimate + error)
+        found = calibrated(data, np.ones(80_000, np.bool_), [error], [4])[0]
+        assert found is not None
+        assert found[0].part is not None
+        parts.append(found[0].part)
+    none, some, more = parts
+    assert none < 0.02 < some < 0.1
+    assert some < more
+    short = replace(seen.take(np.arange(80_000) < 20_000), effort=seen.effort[:20_000])
+    few = calibrated(short, np.ones(20_000, np.bool_), [seen.effort[:20_000] - TRUTH], [4])[0]
+    assert few is not None
+    assert few[0].part is None
+
+
 def test_rows_held_out_have_no_say() -> None:
     seen, error, _ = _rows(np.random.default_rng(3), 10_000)
     train = np.arange(seen.rows) < 7000

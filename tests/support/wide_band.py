@@ -19,5 +19,5 @@ BAND = Band(
     WIDTHS,
     tuple(1.5 * w for w in WIDTHS),
 )
-#: The same, wider where the slip changes more quickly than in most rows of a test.
-HASTY = replace(BAND, haste=Haste(0.02, 0.2, 2.0, 1.2, 0.5))
+#: The same, wider where the slip changes more quickly than in most rows of a test, and with a part that is asked for.
+HASTY = replace(BAND, haste=Haste(0.02, 0.2, 2.0, 1.2, 0.5), part=0.02)

@@ -1,17 +1,20 @@
-"""The tests of drift are recorded here: they bet on rows outside the band, and on rows to one side of the estimate."""
+"""The tests of drift are recorded here: they bet on rows outside the band, to one side, or too large or small by a part.
+
+`models.alarms` says what the tests ask, and how seldom they raise an alarm by chance.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 from erclutch.arithmetic.elementary import less_select
 from erclutch.arithmetic.record import Record
-from erclutch.models.alarms import Alarms
-from erclutch.models.covered_cells import within
+from erclutch.models.alarms import LONG, Alarms, in_half_widths, part_of
 
 
 def drifted(record: Record, alarms: Alarms, ends: tuple[Any, Any, Any], side: Any, measured: Any, good: Any) -> Any:
-    """Whether measured efforts have been outside the band, or to one side of the estimate, for too long.
+    """Whether measured efforts have been outside the band, to one side, or a part too large or small, for too long.
 
     Args:
         record: of the step.
@@ -26,37 +29,57 @@ def drifted(record: Record, alarms: Alarms, ends: tuple[Any, Any, Any], side: An
     counts = record.both(is_measured, record.less(low, high))
     outside = record.either(record.less(measured, low), record.less(high, measured))
     miss = record.both(counts, outside)
-    # In half widths of the band.
-    off = within((measured - effort) * side / (0.5 * (high - low)), -1.0, 1.0)
+    residual, estimate = in_half_widths((measured - effort) * side, effort * side, 0.5 * (high - low))
 
-    # Gathered over a block of rows, and begun anew when the block is full.
+    block = alarms.block
     row = record.choose(counts, 1.0, 0.0)
     missed = record.choose(miss, 1.0, 0.0)
-    rows = record.state("drift_rows") + row
-    misses = record.state("drift_misses") + missed
-    lean = record.state("drift_lean") + record.choose(counts, off, 0.0)
-    block = float(alarms.block)
-    block_open = record.label(record.less(rows, block), "block_open")
-    record.keep("drift_rows", record.choose(block_open, rows, 0.0))
-    record.keep("drift_misses", record.choose(block_open, misses, 0.0))
-    record.keep("drift_lean", record.choose(block_open, lean, 0.0))
-
+    lean = record.choose(counts, residual, 0.0)
+    still_open, (_, misses, leaned) = _gathered(record, block, {"rows": row, "misses": missed, "lean": lean})
     share_missed = misses * (1.0 / block)
-    mean_lean = lean * (1.0 / block)
+    mean_lean = leaned * (1.0 / block)
     other_way = -mean_lean
     above = less_select(alarms.lean, mean_lean, 1.0, 0.0)
     below = less_select(alarms.lean, other_way, 1.0, 0.0)
-    tests = (
-        ("missing", share_missed, alarms.missing),
-        ("above", above, alarms.leaning),
-        ("below", below, alarms.leaning),
-    )
+    tests = [
+        ("missing", still_open, share_missed, alarms.missing),
+        ("above", still_open, above, alarms.leaning),
+        ("below", still_open, below, alarms.leaning),
+    ]
+
+    if alarms.part is not None:
+        long = LONG * block
+        size = record.choose(counts, estimate, 0.0)
+        added = {"long_rows": row, "along": lean * size, "own": size * size}
+        long_open, (_, along, own) = _gathered(record, long, added)
+        part = part_of(along, own, float(long))
+        less = -part
+        larger = less_select(alarms.part, part, 1.0, 0.0)
+        smaller = less_select(alarms.part, less, 1.0, 0.0)
+        tests.append(("larger", long_open, larger, alarms.following))
+        tests.append(("smaller", long_open, smaller, alarms.following))
+
     raised: Any = False
-    for name, share, tolerated in tests:
+    for name, is_open, share, tolerated in tests:
         before = record.state(f"drift_{name}")
         after_block = alarms.wealth(before, share, tolerated)
-        now = record.choose(block_open, before, after_block)
+        now = record.choose(is_open, before, after_block)
         record.keep(f"drift_{name}", record.label(now, f"drift_{name}"))
         reached = record.opposite(record.less(now, alarms.goal))
         raised = record.either(raised, reached)
     return raised
+
+
+def _gathered(record: Record, block: int, added: Mapping[str, Any]) -> tuple[Any, list[Any]]:
+    """Whether a block of rows is still open, and sums over its rows so far; a full block begins anew.
+
+    Args:
+        record: of the step.
+        block: its rows.
+        added: by the row, by name; the first says whether it counts.
+    """
+    sums = [record.state(f"drift_{name}") + x for name, x in added.items()]
+    still_open = record.label(record.less(sums[0], float(block)), f"{next(iter(added))}_open")
+    for name, total in zip(added, sums, strict=True):
+        record.keep(f"drift_{name}", record.choose(still_open, total, 0.0))
+    return still_open, sums

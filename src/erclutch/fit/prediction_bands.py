@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from erclutch.fit.intervals import correlated_rows
 from erclutch.logs.dataset import Dataset
 from erclutch.models.adaptive_band import adapted
+from erclutch.models.alarms import LONG, block_rows, in_half_widths, part_of
 from erclutch.models.band import MOST_EDGES, Band, centres, leading
 from erclutch.signals.array import Array, Mask
 
@@ -125,7 +126,10 @@ def calibrated(
         directed = _Errors.of(wider * along_slip, log_of_row, as_one)
         plain = _Errors.of(np.abs(wider * along_slip), log_of_row, as_one)
         _, half_width = plain.ends(np.arange(known.size), LEVEL)
-        results.append((_narrowest(usable, directed), 2.0 * half_width))
+        band, cell = _narrowest(usable, directed)
+        estimate = data.effort[known] - error[known]
+        part = _followed(band, cell, rows[::every], estimate, log, LONG * block_rows(data.period * every))
+        results.append((replace(band, part=part), 2.0 * half_width))
     return results
 
 
@@ -251,16 +255,46 @@ def _switching(cells: _Cells) -> float:
     return float(np.mean(cell >= fields * slips))
 
 
-def _narrowest(cells: Sequence[_Cells], errors: _Errors) -> Band:
+def _narrowest(cells: Sequence[_Cells], errors: _Errors) -> _Cells:
     """The band with the longest settling time among those that are as narrow as the narrowest."""
-    bands: list[Band] = []
+    bands: list[_Cells] = []
     widths: list[float] = []
     for empty, cell in cells:
         behind, ahead = _half_widths(errors, cell, empty.shape)
-        bands.append(replace(empty, behind=tuple(behind.tolist()), ahead=tuple(ahead.tolist())))
+        band = replace(empty, behind=tuple(behind.tolist()), ahead=tuple(ahead.tolist()))
+        bands.append((band, cell))
         widths.append(float(np.mean((behind + ahead)[cell])))
     narrow = (1.0 + _AS_NARROW) * min(widths)
     return [band for band, width in zip(bands, widths, strict=True) if width <= narrow][-1]
+
+
+def _followed(
+    band: Band, cell: NDArray[np.intp], error: Array, estimate: Array, log: NDArray[np.intp], block: int
+) -> float | None:
+    """The part of the estimate that errors of a block follow as seldom as the level of the band allows.
+
+    Args:
+        band: with widths.
+        cell: of each row, shape (n,).
+        error: measured less estimated effort, shape (n,).
+        estimate: shape (n,).
+        log: number of the log of each row, shape (n,).
+        block: rows of a block.
+    """
+    half_width = 0.5 * (np.asarray(band.behind) + np.asarray(band.ahead))[cell]
+    off, size = np.zeros((2, error.size))  # a band without a width asks nothing
+    usable = half_width > 0.0
+    off[usable], size[usable] = in_half_widths(error[usable], estimate[usable], half_width[usable])
+
+    parts: list[float] = []  # of each whole block
+    for rows in np.split(np.arange(error.size), np.flatnonzero(np.diff(log)) + 1):
+        for first in range(0, rows.size - block + 1, block):
+            some = rows[first : first + block]
+            parts.append(abs(part_of(off[some] @ size[some], size[some] @ size[some], block)))
+    rank = int(np.ceil(band.level * (len(parts) + 1)))
+    if not parts or rank > len(parts):
+        return None
+    return float(max(np.sort(parts)[rank - 1], np.finfo(float).tiny))
 
 
 def _half_widths(errors: _Errors, cell_of_row: NDArray[np.intp], shape: tuple[int, int, int]) -> tuple[Array, Array]:

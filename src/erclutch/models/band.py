@@ -51,6 +51,8 @@ class Band:
         behind, ahead: half widths in the effort's unit against and in the direction of the slip, one a cell; the class
             of the slip changes fastest over the cells, that of switching slowest.
         haste: how much wider the band is where the slip changes more quickly than in training; None: no wider.
+        part: part of the estimate, by `alarms.part_of`, that residuals follow in few blocks of training rows; None:
+            there were too few blocks.
     """
 
     level: float
@@ -63,6 +65,7 @@ class Band:
     behind: tuple[float, ...]
     ahead: tuple[float, ...]
     haste: Haste | None = None
+    part: float | None = None
 
     @property
     def shape(self) -> tuple[int, int, int]:
@@ -139,8 +142,9 @@ class Band:
         """As plain JSON values."""
         tables = ("field", "slip", "field_edges", "slip_edges", "behind", "ahead")
         whole = asdict(self) | {name: list(getattr(self, name)) for name in tables}
-        if self.haste is None:
-            del whole["haste"]
+        for name in ("haste", "part"):
+            if whole[name] is None:
+                del whole[name]
         return whole
 
 

@@ -262,7 +262,8 @@ def band_of(body: Mapping[str, Any]) -> Band:
     if narrowest < 0.0:
         raise ValueError(f"a half width is {narrowest:g}")
     haste = None if body.get("haste") is None else _haste_of(body["haste"])
-    return replace(empty, behind=behind, ahead=ahead, haste=haste)
+    part = None if body.get("part") is None else number_of(body["part"], "part", positive=True)
+    return replace(empty, behind=behind, ahead=ahead, haste=haste, part=part)
 
 
 def _haste_of(body: Mapping[str, Any]) -> Haste:

@@ -22,6 +22,7 @@ from erclutch.export.step_numbers import run
 from erclutch.export.step_record import feels_next_field, feels_state, rest_record, settled_record, step_record
 from erclutch.export.step_recording import SWITCHED_OFF, StepRecord
 from erclutch.export.step_vectors import ordinary
+from erclutch.models.alarms import LONG
 from erclutch.models.gain_tracking import REACH
 
 FLAGS = {
@@ -292,11 +293,16 @@ def _about_alarms(step: ExportedStep) -> str:
     if step.alarms is None:
         return ""
     a, unit = step.alarms, comment(step.model.units.effort or "1")
+    following = ""
+    if a.part is not None:
+        following = (
+            f",\n   or too many blocks of {LONG * a.block} rows one of {100 * a.part:.3g} % of the effort or more"
+        )
     return f"""
    state->low and state->high are the ends of its band, made to hold {100 * a.band.level:g} % of all measured
    efforts; above {a.wide:.6g} {unit} the band is wide. {_MEASURED}
    DRIFT: too many blocks of {a.block} rows had more than {100 * a.missing:.3g} % outside the band, or a mean residual
-   beyond {a.lean:g} half widths of it on one side; by chance once in {a.goal / 3.0:.2g} blocks."""
+   beyond {a.lean:g} half widths of it on one side{following}; by chance once in {1.0 / a.false_alarms:.2g} blocks."""
 
 
 _MEASURED = "The last input is the measured effort, NaN where there is none."
