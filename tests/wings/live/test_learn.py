@@ -23,7 +23,7 @@ from erclutch.models.structure import Structure
 from erclutch.wings.live.command_line.learn import follow_round, share_of
 from erclutch.wings.live.learning.drawn_tables import TableLimits, drawn_table
 from erclutch.wings.live.learning.foretold_motion import ForetoldMotion, LoggedRound
-from erclutch.wings.live.learning.rounds import LearningRounds
+from erclutch.wings.live.learning.rounds import LearningRounds, RoundReport
 from erclutch.wings.live.ring import State
 from erclutch.wings.rig.interface import Measurement, RigCommand
 from erclutch.wings.rig.rig_server import RigServer
@@ -114,6 +114,33 @@ def test_the_second_round_makes_the_intervals_narrower_as_foretold() -> None:
     assert 0.5 < foretold / got < 1.5
     assert not rounds.nothing_more  # the round that surprised the law is not the last
     assert json.loads(json.dumps(first.to_dict()))["before"] is None
+
+
+@pytest.mark.parametrize(
+    ("bands", "ends"),
+    [
+        ((25.6, 35.4), False),
+        ((25.6, 35.4, 46.1), False),
+        ((25.6, 35.4, 46.1, 45.1), True),  # as on the TWIN brake
+        ((25.6, 35.4, 46.1, 30.0), False),
+        ((25.6, 40.0, 30.0, 25.0, 25.1), False),
+        ((25.6, 40.0, 30.0, 25.0, 25.1, 24.9), True),
+    ],
+)
+def test_rounds_end_where_more_of_them_make_the_band_no_narrower(bands: tuple[float, ...], ends: bool) -> None:
+    rounds = LearningRounds(BRAKE, 0, 1000.0)
+    for number, band in enumerate(bands, start=1):
+        rounds.reports.append(RoundReport(number, "", 10.0, "", "bingham+lag", 1.0, 1.0, 1.0, 1.0, band, band / 1000.0))
+    assert ("no narrower" in rounds.enough(0.001)) == ends
+
+
+def test_the_first_round_drives_at_half_of_the_torque_and_its_band_ends_nothing() -> None:
+    rounds = LearningRounds(BRAKE, 0, 1000.0)
+    rounds.reports.append(RoundReport(1, "", 10.0, "", "bingham+lag", np.nan, 1.0, 1.0, np.nan, 1.0, 1e-6))
+    assert not rounds.enough(0.5)
+    rounds.reports.append(RoundReport(2, "", 10.0, "", "bingham+lag", 1.0, 1.0, 1.0, 1.0, 2.0, 0.1))
+    assert "within 50.00%" in rounds.enough(0.5)
+    assert not rounds.enough(0.05)
 
 
 @pytest.mark.parametrize("text", ["3", "0", "-1%", "100%", "much", "nan"])

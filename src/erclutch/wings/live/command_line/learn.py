@@ -148,12 +148,8 @@ def learn(
             ended = "it was interrupted"
         elif not whole:
             ended, code = f"{tripped}; {_STILL}", 3
-        elif until and report.share <= until:
-            ended = f"the band is within {until:.2%} of the largest effort"
-        elif rounds.nothing_more:
-            ended = (
-                "nothing more is to be learned: the numbers leave little open, and the last round brought no surprise"
-            )
+        else:
+            ended = rounds.enough(until)
     _write(folder, rig, rounds, ended)
     _tell(rounds, rig, folder, ended, output)
     if code and folder.is_dir():

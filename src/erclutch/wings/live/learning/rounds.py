@@ -42,6 +42,9 @@ _FASTEST = 0.8  # of the speed at which the loop trips
 _LITTLE_OPEN = 0.2
 #: ... if the law foretold the last round no worse than this many times its residual.
 _FORETOLD = 1.1
+#: The law is the limit where so many rounds, one after another, leave the band above this share of what it was before.
+_ROUNDS_WITHOUT = 2
+_NARROWER = 0.97
 
 
 @dataclass(frozen=True)
@@ -206,6 +209,29 @@ class LearningRounds:
         little_open = open_now < _LITTLE_OPEN * _QUANTILE * knowledge.noise
         self.nothing_more = not tripped and little_open and before <= _FORETOLD * knowledge.noise
         return report
+
+    def enough(self, until: float) -> str:
+        """Why no further round is played; empty where one is.
+
+        Args:
+            until: share of the largest effort that the band is to reach; 0: none.
+        """
+        last = self.reports[-1]
+        # The first round drives at half of the torque: its band says nothing of the rest.
+        if until and last.number > 1 and last.share <= until:
+            return f"the band is within {until:.2%} of the largest effort"
+        if self.nothing_more:
+            return (
+                "nothing more is to be learned: the numbers leave little open, and the last round brought no surprise"
+            )
+        bands = [report.band for report in self.reports[1:]]
+        before = bands[:-_ROUNDS_WITHOUT]
+        if before and min(bands[-_ROUNDS_WITHOUT:]) > _NARROWER * min(before):
+            return (
+                f"more rounds make the band no narrower: {last.law} errs by {last.residual:.3g}, and its numbers leave "
+                f"{last.open:.3g} open; try what errs less, such as a network"
+            )
+        return ""
 
     @property
     def model(self) -> TorqueModel | None:
