@@ -194,7 +194,36 @@ def twin(seeds: int, long: float, first: int, lengths: Sequence[float]) -> None:
         print(f"| {name} | " + " | ".join(cells) + " |", flush=True)
 
 
-def files(folder: Path, draws: int, least: int, most: int) -> None:
+def exchanged(
+    starts: Sequence[Sequence[int]], count: int, judged: Callable[[Sequence[int]], float]
+) -> tuple[list[int], float, int]:
+    """The best choice that is reached by exchanging one file at a time, its error, and how many choices were judged.
+
+    It is an oracle: the errors that it looks at are those on the files that are not chosen.
+    """
+    known: dict[tuple[int, ...], float] = {}
+
+    def of(numbers: Sequence[int]) -> float:
+        key = tuple(sorted(numbers))
+        if key not in known:
+            known[key] = judged(key)
+        return known[key]
+
+    ends: list[list[int]] = []
+    for start in starts:
+        here = list(start)
+        better = True
+        while better:
+            near = [[*here[:place], other, *here[place + 1 :]] for place in range(len(here)) for other in range(count)]
+            best = min((numbers for numbers in near if len(set(numbers)) == len(numbers)), key=of)
+            better = of(best) < of(here)
+            here = best if better else here
+        ends.append(here)
+    best = min(ends, key=of)
+    return sorted(best), of(best), len(known)
+
+
+def files(folder: Path, draws: int, least: int, most: int, *, search: bool) -> None:
     """Print the error on the files that were not chosen, over the number that were."""
     data, motions, of_row = utfsm(folder)
     structure = Structure("single", "bingham", law_from_name("bingham", "single"), "dahl/field", False, True)
@@ -225,6 +254,16 @@ def files(folder: Path, draws: int, least: int, most: int) -> None:
         shares = f"{np.median(random):.1f} ({min(random):.1f} - {max(random):.1f})"
         beaten = f"{np.mean([ours < other for other in random]):.0%}"
         print(f"| {len(chosen)} | {ours:.1f}: {names} | {all_files:.1f} | {shares} | {beaten} |", flush=True)
+        if search and len(chosen) == most:
+            starts = [chosen, drawn[int(np.argmin(random))]]
+            best, error_of_best, fits = exchanged(starts, len(logs), lambda numbers: rest(fitted(numbers), numbers))
+            found = ", ".join(f"{motions[number].name} {motions[number].current:g} A" for number in best)
+            share = ours / error_of_best
+            of_all = rest(whole, best)
+            print(
+                f"best found by exchange, {fits} fits, from ours and from the best draw: {error_of_best:.1f}: {found}"
+            )
+            print(f"of all 30, on the same: {of_all:.1f}; ours over the best found: {share:.3f}")
         knowledge = Knowledge(model, joined([logs[number] for number in chosen]), RATE)
         left = [number for number in range(len(logs)) if number not in chosen]
         chosen.append(max(left, key=lambda number: knowledge.worth(logs[number])))
@@ -235,11 +274,11 @@ _DEVICE_RATE, _DEVICE_SECONDS = 500.0, 5.0  # Hz; s of each log
 _DEVICE_NOISE = 0.03  # of the RMS of the first log's effort
 
 
-def devices(count: int) -> None:
+def devices(count: int, first_seed: int) -> None:
     """Print how intervals that were foretold compare with those that were got, over made-up devices (SYNTHETIC)."""
     structure = Structure("single", "bingham", law_from_name("bingham", "single"), "lag", True, True)
     ratios: dict[str, list[float]] = {}
-    for seed in range(count):
+    for seed in range(first_seed, first_seed + count):
         rng = np.random.default_rng(seed)
         first_commands = chosen_sequence(_DEVICE, _DEVICE_RATE, _DEVICE_SECONDS, rng)
         truth = _made_up(first_commands, structure, rng)
@@ -255,7 +294,8 @@ def devices(count: int) -> None:
             got = 0.5 * (estimate.high - estimate.low)
             if math.isfinite(half) and math.isfinite(got) and got > 0.0:
                 ratios.setdefault(estimate.name, []).append(half / got)
-    print(f"SYNTHETIC, {count} devices; bingham+lag; {_DEVICE_SECONDS:g} s, and {_DEVICE_SECONDS:g} s by model (D)")
+    seconds = f"{_DEVICE_SECONDS:g} s, and {_DEVICE_SECONDS:g} s by model (D)"
+    print(f"SYNTHETIC, {count} devices, seeds from {first_seed} on; bingham+lag; {seconds}")
     print("| number | devices | foretold / got: median | 10 % - 90 % | within 0.8 - 1.25 |")
     print("|---|---:|---:|---|---:|")
     every = [ratio for of_name in ratios.values() for ratio in of_name]
@@ -318,6 +358,7 @@ def main() -> None:
     parser.add_argument("--devices", type=int, default=5, help="made-up devices")
     parser.add_argument("--least", type=int, default=1, help="files, from which on random choices stand beside")
     parser.add_argument("--most", type=int, default=4, help="files, at most")
+    parser.add_argument("--search", action="store_true", help="also the best choice that an exchange of files finds")
     asked = parser.parse_args()
     with one_thread():
         if asked.part == "twin":
@@ -325,9 +366,9 @@ def main() -> None:
         elif asked.part == "files":
             if asked.folder is None:
                 parser.error("files needs the FOLDER of the recordings")
-            files(asked.folder, asked.draws, asked.least, asked.most)
+            files(asked.folder, asked.draws, asked.least, asked.most, search=asked.search)
         elif asked.part == "devices":
-            devices(asked.devices)
+            devices(asked.devices, asked.first)
         else:
             limits(asked.draws)
 

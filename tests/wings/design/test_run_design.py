@@ -11,6 +11,7 @@ import pytest
 
 from erclutch.errors import SettingError
 from erclutch.fit.laws.fit_law import fit_structure
+from erclutch.fit.outcome import Estimate
 from erclutch.logs.dataset import Dataset
 from erclutch.logs.synthetic import write_synthetic_log
 from erclutch.models.law_model import TorqueModel
@@ -19,7 +20,7 @@ from erclutch.wings.design.courses import Commands
 from erclutch.wings.design.fill import chosen_sequence, papers_sequence
 from erclutch.wings.design.information import Criterion, Knowledge, Region, Sensitivity, region_of
 from erclutch.wings.design.limits import RigLimits
-from erclutch.wings.design.run_design import LawOfRun, designed_for, law_of_run
+from erclutch.wings.design.run_design import Expectation, LawOfRun, designed_for, law_of_run
 from tests.support.command import good, refused
 
 LIMITS = RigLimits(field=1800.0, speed=60.0, acceleration=1900.0)
@@ -164,3 +165,19 @@ def test_the_command_says_what_it_expects(run: Path) -> None:
     assert "--where is a region" in refused("excite", "--run", "run", "--where", "field 5e6..6e6", "--force", cwd=place)
     kept = json.loads(good("excite", *words, "--json", cwd=place))
     assert 0.0 < kept["half_widths"]["T_y"]["after"] < kept["half_widths"]["T_y"]["now"]
+
+
+def test_chance_in_the_first_interval_counts_by_the_share_that_old_rows_keep() -> None:
+    """An interval that chance made twice as wide as the noise says, before and after new rows."""
+    number = Estimate("T_y", "", "N m", 1.0, 0.8, 1.2)
+    for shrink, alike, foretold in (
+        (1.0, 1.0, 0.2),  # nothing new
+        (0.1, 1.0, 0.2 * 0.1 * np.sqrt(0.01 + 0.99 / 4.0)),  # nearly all is new, and has no such chance
+        (0.1, 1e9, 0.02),  # neighbours are alike: new rows are like the old ones
+    ):
+        expected = Expectation(np.ones(1), np.array([shrink]), 0.0, 0.0, 0.0, alike, np.array([0.1]))
+        ((now, after),) = expected.half_widths([number])
+        assert now == pytest.approx(0.2)
+        assert after == pytest.approx(foretold, rel=1e-6)
+    unknown = Expectation(np.ones(1), np.array([0.5]), 0.0, 0.0, 0.0, 1.0, np.array([np.nan]))
+    assert unknown.half_widths([number])[0][1] == pytest.approx(0.1)

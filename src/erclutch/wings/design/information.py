@@ -37,7 +37,7 @@ Criterion = Literal["D", "A", "I", "fill"]
 #: Prior standard deviation of a number of which the rows say nothing: of a logarithm, and of a gain over the effort.
 _PRIOR = 5.0
 _WARM_UP = 0.5  # s, after which lags and memories have their states
-_QUANTILE = 1.96
+QUANTILE = 1.96
 
 
 @dataclass(frozen=True)
@@ -141,6 +141,7 @@ class Knowledge:
         prior: what is known before any row, shape (k + p, k + p).
         weight: of a row of the sequence in M: neighbours are alike, so many rows count as one.
         noise: standard deviation of a row's residual.
+        alike: how many rows that are known count as one.
         doubt: what the rows say of the law's offsets; None: the law is believed.
     """
 
@@ -171,7 +172,8 @@ class Knowledge:
         self.noise = float(np.sqrt(np.mean(residual**2)))
 
         # Neighbours are alike: so many rows count as one, in the new rows as in the old, of the same time.
-        alike = correlated_rows(residual) * known.period  # s
+        self.alike = correlated_rows(residual)
+        alike = self.alike * known.period  # s
         variance = max(self.noise, 1e-300) ** 2
         self.weight = 1.0 / (variance * max(alike * rate, 1.0))  # of a new row
         known_weight = 1.0 / (variance * max(alike / known.period, 1.0))
@@ -237,7 +239,7 @@ class Knowledge:
     def band(self) -> float:
         """Half width of the effort's 95 % interval over the rows of use: what the numbers leave open, without noise."""
         covariance = _inverse(self.information)
-        return _QUANTILE * math.sqrt(float(np.mean(_variances(self._use, covariance))))
+        return QUANTILE * math.sqrt(float(np.mean(_variances(self._use, covariance))))
 
     def _cells(self, rows: Dataset) -> Cells:
         """The cell of each row, shape (n,); nobody asks where the law is believed."""

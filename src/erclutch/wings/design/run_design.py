@@ -21,7 +21,7 @@ from erclutch.signals.array import Array
 from erclutch.signals.device import speeds_of
 from erclutch.wings.design.courses import Bounds, Commands
 from erclutch.wings.design.fill import CellCounts, chosen_sequence
-from erclutch.wings.design.information import Criterion, Knowledge, Region, Sensitivity
+from erclutch.wings.design.information import QUANTILE, Criterion, Knowledge, Region, Sensitivity
 from erclutch.wings.design.limits import RigLimits, limits_of_log
 
 _USE_SECONDS = 10.0  # of the filling sequence whose rows stand for the use
@@ -96,6 +96,9 @@ class Expectation:
         before, after: standard error of each number.
         band_before, band_after: half width of the effort's 95 % interval over the rows of use, without noise.
         noise: standard deviation of the residual.
+        alike: how many rows of the log count as one.
+        by_noise: half width of each number's interval, in its unit, if only the size of the residual made it; nan where
+            that is not known.
     """
 
     before: Array
@@ -103,14 +106,26 @@ class Expectation:
     band_before: float
     band_after: float
     noise: float
+    alike: float
+    by_noise: Array
 
     def half_widths(self, estimates: Sequence[Estimate]) -> list[tuple[float, float]]:
-        """Half width of each number's interval in its unit, as the run has it, and as expected; nan where unknown."""
+        """Half width of each number's interval in its unit, as the run has it, and as expected; nan where unknown.
+
+        The run's interval comes from its residual where the number matters, which may be few rows: then chance makes it
+        narrow or wide, and new rows do so anew. Where neighbours are alike, new rows keep more of it.
+        """
+        kept = 1.0 - 1.0 / self.alike
         pairs: list[tuple[float, float]] = []
-        for estimate, before, after in zip(estimates, self.before, self.after, strict=True):
+        for estimate, shrink, by_noise in zip(estimates, self.after / self.before, self.by_noise, strict=True):
             half = 0.5 * (estimate.high - estimate.low)
-            known = math.isfinite(half)
-            pairs.append((half, half * float(after / before)) if known else (math.inf, math.nan))
+            if not math.isfinite(half):
+                pairs.append((math.inf, math.nan))
+                continue
+            odd = half / float(by_noise) if by_noise > 0.0 and half > 0.0 else 1.0
+            old_rows = float(shrink) ** 2  # their share of what is known then
+            new_rows = (1.0 - old_rows) * odd ** (2.0 * (kept - 1.0))
+            pairs.append((half, half * float(shrink) * math.sqrt(old_rows + new_rows)))
         return pairs
 
     def to_dict(self, estimates: Sequence[Estimate]) -> dict[str, Any]:
@@ -191,8 +206,23 @@ def designed_for(
         band_before=band_before,
         band_after=knowledge.band(),
         noise=knowledge.noise,
+        alike=knowledge.alike,
+        by_noise=_by_noise(law, before),
     )
     return commands, expected
+
+
+def _by_noise(law: LawOfRun, errors: Array) -> Array:
+    """Half widths of the intervals of a law's numbers, in their units, from errors of the fit's coordinates."""
+    model = law.model
+    shapes = model.structure.shapes(model.reference.period)
+    moved: list[float] = []  # by how much of its unit a number moves with its coordinate
+    for estimate, shape in zip(law.estimates, shapes, strict=False):
+        of_unit = abs(estimate.value)
+        moved.append(of_unit if shape.scale == "log" else of_unit / (abs(model.shape[shape.name]) or math.nan))
+    for estimate, gain in zip(law.estimates[len(shapes) :], model.gains.values(), strict=True):
+        moved.append(abs(estimate.value) / (abs(gain) or math.nan))
+    return QUANTILE * errors * np.array(moved)
 
 
 def _empty_cells(law: LawOfRun, limits: RigLimits, rate: float, seconds: float, one_way: bool) -> CellCounts:
