@@ -1,4 +1,4 @@
-"""The tests of drift are recorded here: they bet on rows outside the band, to one side, or too large or small by a part.
+"""The tests of drift are recorded here: they bet on rows outside the band, to one side, or too large or small.
 
 `models.alarms` says what the tests ask, and how seldom they raise an alarm by chance.
 """
