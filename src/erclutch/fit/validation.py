@@ -25,8 +25,8 @@ _BLOCKS = 4  # of one log in time
 _GROUPS = 4  # fields, motions or logs, at most
 _FEWEST_ROWS = 50  # of a block
 #: Models are in question whose error on the training rows is at most so many times the least of their kind, and no
-#: more than so many of a kind.
-_NEAR, _MOST = 1.4, 3
+#: more than so many of a kind; of laws more, where whole fields or motions tell their forms apart.
+_NEAR, _MOST, _MOST_LAWS = 1.4, 3, 7
 _AT_REST = 0.1  # of the largest least error on any part: what the measure of a part is no smaller than
 #: Squared error of a freer model on each part, over that of the model that more physics binds: fading costs a little.
 _NO_MORE = 1.02
@@ -271,7 +271,7 @@ def _in_question(fitted: Sequence[Fitted], *, further: bool) -> Iterator[Fitted]
     for freedom in (0, 1, 2):
         own = sorted((f for f in fitted if f.outcome.freedom == freedom), key=lambda f: f.outcome.train_cost)
         near = sum(f.outcome.train_cost <= _NEAR**2 * own[0].outcome.train_cost for f in own)
-        count = min(near, _MOST)
+        count = min(near, _MOST_LAWS if further and freedom == 0 else _MOST)
         yield from own[:count]
         plain = [f for f in own[count:] if not slip_stages(f.outcome.model.structure.dynamics)]
         if further and freedom == 0 and plain:

@@ -23,7 +23,7 @@ from erclutch.fit.scoring import TOLERATED, independent_rows, information_criter
 from erclutch.logs.dataset import Dataset
 from erclutch.models.law_model import TorqueModel
 from erclutch.models.laws import PAPER, at_one_field, ladder, law_from_name
-from erclutch.models.laws.yield_stress import CONSTANT
+from erclutch.models.laws.yield_stress import CONSTANT, POWER, SATURATING, TANH
 from erclutch.models.model import full_name
 from erclutch.models.structure import Structure
 from erclutch.signals.array import Mask
@@ -265,7 +265,8 @@ def with_memory(
     wanted = {rung.structure: rung for rung in (rungs[1], rungs[-1])}.values()
     candidates = [_of_rung(rung, base.notes) for rung in wanted]
     if len(set(groups_of(train).field)) >= FEWEST_GROUPS:
-        candidates = [*_of_another_form(train, rungs[-1], known, base), *candidates]  # the last stays the richest
+        others = _of_another_form(train, rungs[-1], known, base)
+        candidates = [*others, *_that_saturate(train, rungs[-1], others), *candidates]  # the last stays the richest
     return candidates, tuple(findings)
 
 
@@ -291,6 +292,24 @@ def _of_another_form(
         rungs = [of_law(train, rung, law.model.structure) for law in few]
     best = min(range(len(few)), key=lambda place: rungs[place].error)
     return [_of_rung(rungs[best], few[best].notes)]
+
+
+def _that_saturate(train: Dataset, rung: Rung, others: Sequence[LawCandidate]) -> list[LawCandidate]:
+    """The law of the last rung and the other law, with a yield effort that saturates in the field.
+
+    A power of the field bends most at the lowest field, where no log may be; a field that is left out chooses.
+    """
+    saturating: list[LawCandidate] = []
+    for structure in (rung.structure, *(other.structure for other in others)):
+        if structure.law.yield_form is not POWER:
+            continue
+        for form in (TANH, SATURATING):
+            specification = f"{structure.specification}/{form.name}"
+            law = law_from_name(specification, structure.device)
+            with one_thread():
+                found = of_law(train, rung, replace(structure, specification=specification, law=law))
+            saturating.append(_of_rung(found, ()))
+    return saturating
 
 
 def _of_rung(rung: Rung, notes: tuple[str, ...]) -> LawCandidate:

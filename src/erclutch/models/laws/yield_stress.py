@@ -32,6 +32,10 @@ def _saturating(E: Any, n: Any, E_s: Any) -> Any:
     return np.tanh(power(E / E_s, n)) / np.tanh(power(1.0 / E_s, n))
 
 
+def _tanh(E: Any, E_s: Any) -> Any:
+    return np.tanh(E / E_s) / np.tanh(1.0 / E_s)
+
+
 def _constant(E: Any) -> Any:
     return 1.0 + 0.0 * E
 
@@ -56,7 +60,15 @@ SATURATING = YieldForm(
     ),
 )
 
+#: The same with an exponent of one: as many numbers as the power law, and less bent next to zero field.
+TANH = YieldForm(
+    "tanh",
+    "tanh",
+    _tanh,
+    (ShapeParameter("E_s", "field at which the yield effort saturates", 0.2, 20.0, FIELD, scale="log"),),
+)
+
 #: For a log with one field: the yield effort is one number. Any other field gives the same effort.
 CONSTANT = YieldForm("constant", "const", _constant, ())
 
-YIELD_FORMS = {form.name: form for form in (SQUARE, POWER, CRITICAL, SATURATING, CONSTANT)}
+YIELD_FORMS = {form.name: form for form in (SQUARE, POWER, CRITICAL, SATURATING, TANH, CONSTANT)}
