@@ -26,7 +26,7 @@ _GROUPS = 4  # fields, motions or logs, at most
 _FEWEST_ROWS = 50  # of a block
 #: Models are in question whose error on the training rows is at most so many times the least of their kind, and no
 #: more than so many of a kind; of laws more, where whole fields or motions tell their forms apart.
-_NEAR, _MOST, _MOST_LAWS = 1.4, 3, 7
+_NEAR, _MOST, _MOST_LAWS = 1.4, 3, 5
 _AT_REST = 0.1  # of the largest least error on any part: what the measure of a part is no smaller than
 #: Squared error of a freer model on each part, over that of the model that more physics binds: fading costs a little.
 _NO_MORE = 1.02

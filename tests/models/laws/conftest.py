@@ -15,7 +15,7 @@ _FORMS = tuple(
     for name in ("bingham", "herschel-bulkley", "casson", "seo-seo", "cho-choi-jhon", "hem", "rbfm-5")
     for form in ("square", "power", "critical")
 )
-SPECIFICATIONS = tuple(dict.fromkeys((*ladder(), *_FORMS, "rbfm-2", "bingham/saturating")))
+SPECIFICATIONS = tuple(dict.fromkeys((*ladder(), *_FORMS, "rbfm-2", "bingham/saturating", "bingham/tanh")))
 
 
 @pytest.fixture(params=SPECIFICATIONS)

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from erclutch.models.laws import law_from_name
 from erclutch.models.laws.smooth import OFF_ZERO
-from erclutch.models.laws.yield_stress import CRITICAL, POWER, SATURATING, SQUARE
+from erclutch.models.laws.yield_stress import CRITICAL, POWER, SATURATING, SQUARE, TANH
 from tests.support.examples import examples
 
 E = np.linspace(0.05, 1.0, 20)[:, None]
@@ -39,9 +39,9 @@ def test_bingham_is_equation_1(n: float) -> None:
     same(viscous, W)
 
 
-@pytest.mark.parametrize("form", ["square", "power", "critical", "saturating"])
+@pytest.mark.parametrize("form", ["square", "power", "critical", "saturating", "tanh"])
 def test_what_reduces_to_bingham(form: str) -> None:
-    field = {"square": (), "power": (1.4,), "critical": (0.3,), "saturating": (1.3, 0.8)}[form]
+    field = {"square": (), "power": (1.4,), "critical": (0.3,), "saturating": (1.3, 0.8), "tanh": (0.8,)}[form]
     bingham = columns_of(f"bingham/{form}", *field)
     for specification, shape in (
         ("herschel-bulkley", (1.0,)),  # m
@@ -205,6 +205,7 @@ def test_exponents_of_the_critical_form() -> None:
 def test_saturating_form_follows_a_small_field_and_levels_off(n: float, E_s: float) -> None:
     same(SATURATING.factor(E, n, E_s), np.tanh((E / E_s) ** n) / np.tanh((1 / E_s) ** n), 1e-6)
     same(SATURATING.factor(np.array([1.0]), n, E_s), np.ones(1))
+    same(TANH.factor(E, E_s), SATURATING.factor(E, 1.0, E_s), 1e-6)
 
 
 def test_power_form_with_exponent_two_is_the_square_form() -> None:

@@ -32,6 +32,7 @@ def synthetic(rows: int = 500) -> Dataset:
         pytest.param("bingham", "lag", marks=pytest.mark.slow),
         ("bingham/critical", "none"),
         ("bingham/saturating", "none"),
+        ("bingham/tanh", "none"),
         ("casson", "none"),
         ("herschel-bulkley", "none"),
         ("hem", "none"),

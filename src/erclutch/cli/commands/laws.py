@@ -68,7 +68,7 @@ def laws(
         table.add_row(label, equation_text(law), law.source + (f" ({law.plugin.label})" if law.plugin else ""))
     terminal.tell(table)
     terminal.tell(
-        "NAME/square, /power, /critical, /saturating or /constant: how the yield effort grows with the field."
+        "NAME/square, /power, /critical, /saturating, /tanh or /constant: how the yield effort grows with the field."
     )
     stages = terminal.table(
         "Stages of --lag, joined by + (w over its root mean square)", ["stage", "on", "equation"], [], left=3

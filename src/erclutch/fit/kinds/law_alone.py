@@ -23,6 +23,7 @@ from erclutch.fit.scoring import TOLERATED, independent_rows, information_criter
 from erclutch.logs.dataset import Dataset
 from erclutch.models.law_model import TorqueModel
 from erclutch.models.laws import PAPER, at_one_field, ladder, law_from_name
+from erclutch.models.laws.smooth import TRANSITION_SLIP
 from erclutch.models.laws.yield_stress import CONSTANT, POWER, SATURATING, TANH
 from erclutch.models.model import full_name
 from erclutch.models.structure import Structure
@@ -183,8 +184,10 @@ def _with_terms_told(train: Dataset, law: FitOutcome[TorqueModel]) -> FitOutcome
     trade_off = law.unknowns <= _SHORT_LAW and (law.rank < law.unknowns or not law.converged)
     if propped:
         without.insert(0, without.pop(1))  # friction first: it is what the fields do not tell
+    # Friction that hardly is there has no slip over which it turns.
+    unknown = set(law.unidentified) | ({"T_f"} if TRANSITION_SLIP.name in law.unidentified else set[str]())
     for terms, words, fewer in without:
-        in_doubt = trade_off or terms & set(law.unidentified) or (propped and terms == {"T_f"})
+        in_doubt = trade_off or terms & unknown or (propped and terms == {"T_f"})
         if not (terms <= added and in_doubt):
             continue
         cured = fit_structure(train, fewer)
@@ -211,14 +214,19 @@ def _second_time_constant(train: Dataset, laws: Sequence[FitOutcome[TorqueModel]
     with one_thread():
         two = fit_structure(train, replace(one.model.structure, dynamics="rise-fall"))
 
+    return [two] if _called_for(train, one, two) else []
+
+
+def _called_for(train: Dataset, plain: FitOutcome[TorqueModel], richer: FitOutcome[TorqueModel]) -> bool:
+    """Whether the training rows give very strong evidence for a law with more numbers."""
     # Rows of one log are alike, so the criterion counts those that are independent, as many for both laws.
-    independent = min(independent_rows(train.effort - law.model.predict(train)) for law in (one, two))
+    independent = min(independent_rows(train.effort - law.model.predict(train)) for law in (plain, richer))
 
     def criterion(law: FitOutcome[TorqueModel]) -> float:
         criteria = information_criteria(law.train_cost, law.train_rows, independent, law.parameters)
         return criteria["bic_independent"]
 
-    return [two] if criterion(two) < criterion(one) - _EVIDENCE else []
+    return criterion(richer) < criterion(plain) - _EVIDENCE
 
 
 def _plainest_of_the_best(laws: Sequence[FitOutcome[TorqueModel]]) -> FitOutcome[TorqueModel]:
@@ -297,18 +305,24 @@ def _of_another_form(
 def _that_saturate(train: Dataset, rung: Rung, others: Sequence[LawCandidate]) -> list[LawCandidate]:
     """The law of the last rung and the other law, with a yield effort that saturates in the field.
 
-    A power of the field bends most at the lowest field, where no log may be; a field that is left out chooses.
+    A power that bends as a magnetic fluid does is steepest at zero field, and leaves no friction there. The exponent of
+    a small field is a further number, which the training rows have to call for.
     """
     saturating: list[LawCandidate] = []
     for structure in (rung.structure, *(other.structure for other in others)):
         if structure.law.yield_form is not POWER:
             continue
-        for form in (TANH, SATURATING):
-            specification = f"{structure.specification}/{form.name}"
-            law = law_from_name(specification, structure.device)
-            with one_thread():
+        fits: list[FitOutcome[TorqueModel]] = []
+        with one_thread():
+            for form in (TANH, SATURATING):
+                specification = f"{structure.specification}/{form.name}"
+                law = law_from_name(specification, structure.device)
                 found = of_law(train, rung, replace(structure, specification=specification, law=law))
-            saturating.append(_of_rung(found, ()))
+                near = [tuple(found.numbers.values())]
+                fits.append(_with_terms_told(train, fit_structure(train, found.structure, starts=near)))
+        plain, richer = fits
+        taken = richer if richer.sound and _called_for(train, plain, richer) else plain
+        saturating.append(LawCandidate(taken.model.structure, outcome=taken))
     return saturating
 
 

@@ -106,7 +106,7 @@ def law_from_name(specification: str, device: str = "single") -> Law:
     """The law for a specification such as ``bingham`` or ``hem/square/forward``.
 
     Args:
-        specification: a name; after slashes a form out of square, power, critical, and ``forward``.
+        specification: a name; after slashes a form out of square, power, critical, saturating, tanh, and ``forward``.
         device: "coaxial" or "single": decides on the form where none is given.
 
     Raises:

@@ -63,7 +63,7 @@ class YieldForm:
     """How the yield stress grows with the field.
 
     Attributes:
-        name: identifier on the command line: square, power, critical, saturating or constant.
+        name: identifier on the command line: square, power, critical, saturating, tanh or constant.
         label: how tables show it.
         factor: ``factor(E, *shape)``, 0 at E = 0 and 1 at E = 1.
         shape: its parameters.
