@@ -309,7 +309,8 @@ def _that_saturate(train: Dataset, rung: Rung, others: Sequence[LawCandidate]) -
     a small field is a further number, which the training rows have to call for.
     """
     saturating: list[LawCandidate] = []
-    for structure in (rung.structure, *(other.structure for other in others)):
+    known = [other.structure for other in others]
+    for structure in (rung.structure, *known):
         if structure.law.yield_form is not POWER:
             continue
         fits: list[FitOutcome[TorqueModel]] = []
@@ -322,7 +323,8 @@ def _that_saturate(train: Dataset, rung: Rung, others: Sequence[LawCandidate]) -
                 fits.append(_with_terms_told(train, fit_structure(train, found.structure, starts=near)))
         plain, richer = fits
         taken = richer if richer.sound and _called_for(train, plain, richer) else plain
-        saturating.append(LawCandidate(taken.model.structure, outcome=taken))
+        if taken.model.structure not in known:  # such a form may have been asked for
+            saturating.append(LawCandidate(taken.model.structure, outcome=taken))
     return saturating
 
 
