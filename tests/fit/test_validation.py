@@ -189,7 +189,7 @@ def test_another_law_gets_the_memory_where_logs_have_fields_of_their_own() -> No
 @pytest.mark.slow
 def test_a_yield_effort_that_saturates_is_tried_where_logs_have_fields_of_their_own() -> None:
     data = bench((0.25, 0.5, 0.75, 1.0), rows=300, saturates_at=0.5)
-    compared = compare(data, Settings("bingham"))
+    compared = compare(data, Settings(("bingham",)))
     taken = compared.entry("bingham/tanh+dahl/field")
     assert compared.recommended == taken.name
     assert taken.test.rmse.value < 0.6 * compared.entry("bingham+dahl/field").test.rmse.value
