@@ -182,6 +182,7 @@ def test_export_gives_the_bits(exports: dict[str, Path], target: str) -> None:
         assert check["other_bits"] == 0 or check["where"].startswith(OTHER_ORDER), check
 
 
+@pytest.mark.timed
 def test_live_on_the_twin(environment: Environment, run: Path) -> None:
     model = run / "models" / f"{MODEL}.json"
     words = ("--run", model, "--headless", "--seconds", 1, "--priority", 0, "--json")
@@ -190,6 +191,7 @@ def test_live_on_the_twin(environment: Environment, run: Path) -> None:
     assert figures["origin"] == "TWIN"
 
 
+@pytest.mark.timed
 def test_live_on_a_rig_with_a_single_device(environment: Environment, tmp_path: Path) -> None:
     """Its recording is a log of one device as it stands: a model of it is fitted, and runs on the rig."""
     words = ("--rig", "brake", "--headless", "--priority", 0, "--json", "--program", "sine")

@@ -80,6 +80,7 @@ def test_tracking_follows(ready: Any) -> None:
     assert trial(slow, 0) == trial(slow, -1) == slice(0, 10_000)
 
 
+@pytest.mark.timed
 def test_real_time_is_the_same_loop(ready: Any) -> None:
     model, saved = ready
     trace = run("sine", model, saved, default_rig(), seconds=3.0, real_time=True)[0]
