@@ -33,6 +33,7 @@ int main(void) {
         core.config.least_slip = Frama_C_double_interval(0.0, 1e12);
         core.config.load_inertia = Frama_C_double_interval(0.0, 1e12);
         core.config.load_friction = Frama_C_double_interval(0.0, 1e12);
+        core.config.load_drag = Frama_C_double_interval(0.0, 1e12);
         core.config.load_band = Frama_C_double_interval(0.0, 1e12);
         core.config.observer = source % 4u;
         core.config.device = source % 2u;

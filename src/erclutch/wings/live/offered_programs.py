@@ -11,6 +11,7 @@ import numpy as np
 from erclutch.errors import SettingError
 from erclutch.signals.array import Array
 from erclutch.signals.device import DeviceName
+from erclutch.wings.live.motion_limits import MOTION, motion_limits, stroke_end
 from erclutch.wings.live.settings import REST, LoopProgram, LoopSettings, Mode, Waveform
 from erclutch.wings.rig.twin.excitation import (
     both_ways_torque,
@@ -203,11 +204,11 @@ def half_sine_table(rig: RigParameters, rows: int, seed: int) -> Array:
 
 def shaft_angle(rig: RigParameters, share: float) -> float:
     """A share of the table's stroke to either side, as an angle of the output shaft in rad."""
-    return share * rig.value("screw.half_stroke") * 2.0 * math.pi / rig.value("screw.lead")
+    return share * stroke_end(rig)
 
 
 def rig_settings(rig: RigParameters, programs: Sequence[LoopProgram], **changes: Any) -> LoopSettings:
-    """Settings with the limits of a rig's supply and drive.
+    """Settings with the limits of a rig's supply and drive, and with how its healthy sides can move.
 
     Args:
         rig: the rig.
@@ -222,4 +223,8 @@ def rig_settings(rig: RigParameters, programs: Sequence[LoopProgram], **changes:
         "rise_rate": rig.value("supply.slew_up") / volts,
         "fall_rate": rig.value("supply.slew_down") / volts,
     }
+    plain = LoopSettings()
+    filter = changes.get("derivative", plain.derivative)
+    moves = motion_limits(rig, changes.get("device", plain.device), filter, changes.get("period", plain.period))
+    own |= {name: moves[name] for name in MOTION}  # a hand may take the output anywhere
     return LoopSettings(programs=tuple(programs), **{**own, **changes})

@@ -3,13 +3,20 @@
 from __future__ import annotations
 
 from erclutch.signals.device import DeviceName
-from erclutch.wings.live.offered_programs import shaft_angle
+from erclutch.wings.live.motion_limits import (
+    MOTION,
+    PEAK,
+    USUAL_FILTER,
+    AnyFilter,
+    acceleration_noise,
+    alpha_count,
+    motion_limits,
+    theta_count,
+)
 from erclutch.wings.live.session import LiveModel
 from erclutch.wings.rig.twin.parameters import RigParameters
 
-#: Times its rated torque that a device gives while its rotor rings on the torque meter, or its fluid is at rest.
-_RINGING = 2.0
-#: The same of the largest effort of a log, where no rated torque is known.
+#: Times the largest effort of a log that a device gives, where no rated torque is known.
 _BEYOND_LOG = 8.0
 #: Times the largest slip of a log, and as much of a jump in a period: what an encoder reads beyond is no motion.
 _FASTEST = 10.0
@@ -23,8 +30,8 @@ _STILL = 0.02
 _CROSSES = 0.5
 #: Of the dry friction of an output or a drive: what its place and way change of it, and the ringing of a meter.
 _FRICTION = 0.7
-#: Share of the stroke beyond its end that an end stop gives way.
-_END = 1.1
+#: Standard deviations by which the counts of an encoder let torque and motion differ: a quick filter passes them on.
+_SCATTER = 3.0
 
 
 def torque_limits(effort: float, band: float, period: float) -> dict[str, float]:
@@ -38,34 +45,44 @@ def torque_limits(effort: float, band: float, period: float) -> dict[str, float]
     }
 
 
-def free_output(rig: RigParameters) -> dict[str, float]:
+def free_output(rig: RigParameters, derivative: AnyFilter | None = None, period: float = 1e-3) -> dict[str, float]:
     """What a loop has to know of an output on which nothing but dry friction acts beside the measured torque.
 
     Then torque and motion tell of each other. A hand, a spring or a weight on the output needs no sensor to be wrong.
     """
+    inertia = rig.value("screw.load_inertia")
     friction = rig.value("screw.coulomb")
+    noise = inertia * alpha_count(rig) * acceleration_noise(derivative or USUAL_FILTER, period)
     return {
-        "load_inertia": rig.value("screw.load_inertia"),
+        "load_inertia": inertia,
         "load_friction": friction,
-        "load_band": _FRICTION * friction,
+        "load_drag": rig.value("screw.viscous"),
+        "load_band": max(_FRICTION * friction, _SCATTER * noise),
     }
 
 
-def free_drive(rig: RigParameters) -> dict[str, float]:
+def free_drive(rig: RigParameters, derivative: AnyFilter | None = None, period: float = 1e-3) -> dict[str, float]:
     """The same of the drive of a brake: nothing but the motor and dry friction acts on it beside the measured torque.
 
     Where a hand turns the brake, its torque is not known, and no sensor needs to be wrong.
     """
+    inertia = rig.value("drive.inertia")
     friction = rig.value("drive.coulomb")
+    noise = inertia * theta_count(rig) * acceleration_noise(derivative or USUAL_FILTER, period)
     return {
-        "load_inertia": rig.value("drive.inertia"),
+        "load_inertia": inertia,
         "load_friction": friction,
-        "load_band": _FRICTION * friction,
+        "load_drag": rig.value("drive.viscous"),
+        "load_band": max(_FRICTION * friction, _SCATTER * noise),
     }
 
 
 def sensor_limits(
-    device: DeviceName, model: LiveModel | None, rig: RigParameters | None, period: float = 1e-3
+    device: DeviceName,
+    model: LiveModel | None,
+    rig: RigParameters | None,
+    derivative: AnyFilter | None = None,
+    period: float = 1e-3,
 ) -> dict[str, float]:
     """Settings of a loop that say what its sensors can read.
 
@@ -73,6 +90,7 @@ def sensor_limits(
         device: what hangs on the rig.
         model: that estimates; None where there is none.
         rig: the device's parameters; None where they are not known.
+        derivative: the loop's filter of the speeds; that of `LoopSettings` by default.
         period: of the loop in s.
 
     Returns:
@@ -81,11 +99,10 @@ def sensor_limits(
     limits = torque_limits(0.0, 0.0, period) if model is None else torque_limits(model.effort, model.band, period)
     if rig is not None:
         clutches = ("rated_torque_1", "rated_torque_2") if device == "coaxial" else ("rated_torque_1",)
-        limits["torque_limit"] = _RINGING * sum(rig.value(f"clutch.{name}") for name in clutches)
+        limits["torque_limit"] = PEAK * sum(rig.value(f"clutch.{name}") for name in clutches)
         limits["torque_rate"] = _CROSSES * limits["torque_limit"] / period
+        limits |= motion_limits(rig, device, derivative or USUAL_FILTER, period)
     else:
         slip = 0.0 if model is None else model.slip
-        limits |= dict.fromkeys(("theta_glitch", "alpha_glitch", "theta_fastest", "alpha_fastest"), _FASTEST * slip)
-    if rig is not None and device == "coaxial":
-        limits["alpha_limit"] = shaft_angle(rig, _END)
+        limits |= dict.fromkeys(MOTION, _FASTEST * slip)
     return limits

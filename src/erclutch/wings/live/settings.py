@@ -147,6 +147,7 @@ class LoopSettings:
     torque_still: float = 0.0
     load_inertia: float = 0.0
     load_friction: float = 0.0
+    load_drag: float = 0.0
     load_band: float = 0.0
     field_limit: float = 0.5
     motor_limit: float = 0.95

@@ -30,6 +30,8 @@ void erc_core_init(erc_core *core, const erc_config *config, const erc_row *tabl
         core->model = *model;
     }
     core->dt = 1e-9 * (double)config->period_ns;
+    core->momentum.g = config->filter_g;
+    core->momentum.h = config->filter_h;
     core->theta.wrap = config->theta_wrap;
     core->theta.glitch = config->theta_glitch;
     core->alpha.wrap = config->alpha_wrap;

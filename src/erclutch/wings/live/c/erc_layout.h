@@ -192,4 +192,4 @@ typedef struct {
     uint32_t observer, crc;
 } erc_config;
 #undef ERC_SETTING
-_Static_assert(sizeof(erc_config) == 16 + 8 + 43 * 8 + 8 + 16 + 72 * ERC_PROGRAMS + 8, "config");
+_Static_assert(sizeof(erc_config) == 16 + 8 + 44 * 8 + 8 + 16 + 72 * ERC_PROGRAMS + 8, "config");

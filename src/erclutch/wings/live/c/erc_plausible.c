@@ -122,11 +122,12 @@ static uint32_t impossible(const erc_core *core, double torque) {
     return stuck(config, m) ? ERC_STUCK : 0u;
 }
 
-/* By how much the model's torque has moved of late: a rotor rings on its torque meter by no more. */
-static double moved(const erc_meter *m) {
-    double low = m->earlier[0], high = m->earlier[0];
+/* By how much the model's torque has moved of late: a rotor rings on its torque meter by no more. Of a step, the meter may
+ * read more than the model's torque as late as the meter's shows yet. */
+static double moved(const erc_meter *m, double now) {
+    double low = now, high = now;
     uint32_t i;
-    for (i = 1u; i < ERC_EARLIER; i++) {
+    for (i = 0u; i < ERC_EARLIER; i++) {
         low = m->earlier[i] < low ? m->earlier[i] : low;
         high = m->earlier[i] > high ? m->earlier[i] : high;
     }
@@ -142,7 +143,7 @@ static bool disagrees(const erc_core *core, double torque) {
     if (!(band > 0.0) || !isfinite(core->estimate)) {
         return false;
     }
-    const double rings = moved(&core->meter);
+    const double rings = moved(&core->meter, core->estimate);
     const double observed = s->learned[s->side < 0.0].gain * expected + s->rest;
     const bool opposes = torque * expected < 0.0 && fabs(expected) > OPPOSED * band && fabs(torque) > band + rings;
     const bool follows = core->config.observer == ERC_BY_SENSOR && core->step - s->step <= 1u;
@@ -209,21 +210,29 @@ static double torque_on_load(const erc_core *core) {
     return core->config.device == ERC_SINGLE ? core->driven - core->torque : core->torque;
 }
 
-/* Of this a share may be off: for the inertia that takes so much torque, for the scale of the motor's torque, and for its
- * lag where it changes. */
+/* Of this a share may be off: for the inertia that takes so much torque, for the drag, for the scale of the motor's
+ * torque, and for its lag where it changes. */
 static double uncertain(const erc_core *core, double taken) {
     const erc_momentum *m = &core->momentum;
     if (core->config.device != ERC_SINGLE) {
-        return fabs(m->torque);
+        return fabs(m->late[0]) + core->config.load_drag * fabs(speed_of_load(core));
     }
     return fabs(taken) + MOTOR_SHARE * fabs(core->driven) + MOTOR_LAGS * fabs(core->driven - m->driven);
 }
 
-/* What is left of a torque after the dry friction of that side; *rests: how much of it rests. */
+/* What is left of a torque after the friction of that side; *rests: how much of the dry friction rests. */
 static double less_friction(const erc_core *core, double torque, double *rests) {
     const double way = tanh(speed_of_load(core) / NEAR_REST);
     *rests = 1.0 - fabs(way);
-    return torque - core->config.load_friction * way;
+    return torque - core->config.load_friction * way - core->config.load_drag * speed_of_load(core);
+}
+
+/* The torque in this period, as late as the speed that it changes: through the filter of that speed. */
+static void delay(erc_momentum *m, double torque) {
+    const double late = (2.0 - m->g - m->h) * m->late[0] - (1.0 - m->g) * m->late[1] + m->h * HALF * (torque + m->torque);
+    m->late[1] = m->late[0];
+    m->late[0] = late;
+    m->torque = torque;
 }
 
 /* The filtered torque less what the filtered speed of that side has taken of it in this period. */
@@ -231,7 +240,7 @@ static double unbalanced(erc_core *core) {
     erc_momentum *m = &core->momentum;
     const double by = MOMENTUM_RATE * core->dt, moves = by / (1.0 + by);
     double rests;
-    const double passed = less_friction(core, m->torque, &rests);
+    const double passed = less_friction(core, m->late[0], &rests);
     const double faster = moves * (speed_of_load(core) - m->speed);
     const double taken = core->config.load_inertia * faster / core->dt;
     m->speed += faster;
@@ -279,14 +288,14 @@ uint32_t erc_momentum_plausible(erc_core *core) {
     if (!m->begun) {
         m->begun = true;
         m->speed = speed_of_load(core);
-        m->torque = torque_on_load(core);
+        m->torque = m->late[0] = m->late[1] = torque_on_load(core);
         m->passed = m->rests = 0.0;
         m->driven = core->driven;
         m->size = uncertain(core, 0.0);
     }
+    delay(m, torque_on_load(core));
     const double off = fabs(unbalanced(core));
     const double may = config->load_band + BREAKS_AWAY * config->load_friction * m->rests + OFF_SHARE * m->size;
-    m->torque = torque_on_load(core);
     if (core->config.device == ERC_SINGLE && !(fabs(speed_of_load(core)) <= SLOW * config->least_slip)) {
         m->doubted = 0u; /* drags of bearings and gears are not known */
         return 0u;

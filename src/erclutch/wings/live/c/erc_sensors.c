@@ -9,7 +9,8 @@
 #define WARM_UP 64u              /* samples before the speed is known well enough to reject a jump */
 #define CLOCK_SLACK_NS 20000000u /* the rig's time stamps may be off the count of samples by this much */
 #define STOPS 0.0625            /* of the largest jump in speed: no slower side is known to be stuck when it stops dead */
-#define TURNED 2.0               /* times its speed by which an end stop changes that of a side */
+#define TURNED 2.0               /* times the speed with which a side came by which an end stop changes it */
+#define HALF 0.5
 #define COUNTS 4.0               /* of an encoder: a side that is to have moved by fewer may stand on one of them */
 
 /* Time passes without a reading. */
@@ -43,22 +44,39 @@ static void watch(erc_encoder *encoder, double raw) {
     encoder->reading = raw;
 }
 
-/* Whether an encoder reads the same while its side had to move: none stops dead from a speed, and stays to the bit. */
-static int stuck(const erc_encoder *encoder, double dt) {
-    const double speed = fabs(encoder->moving), way = speed * dt * (double)ERC_STILL;
-    return encoder->still >= ERC_STILL && encoder->glitch > 0.0 && speed > STOPS * encoder->glitch &&
-           way > COUNTS * encoder->count && encoder->taken >= WARM_UP;
+/* Whether an encoder reads the same while its side had to move: none stops dead from a speed, and stays to the bit, unless
+ * its torque is large. That of a brake which closes is. */
+static int stuck(const erc_core *core, const erc_encoder *encoder) {
+    const double speed = fabs(encoder->moving), way = speed * core->dt * (double)ERC_STILL;
+    const double limit = core->config.torque_limit;
+    const double share = limit > 0.0 && isfinite(core->torque) ? fabs(core->torque) / limit : 0.0;
+    return encoder->still >= ERC_STILL && encoder->glitch > 0.0 &&
+           speed > (share > STOPS ? share : STOPS) * encoder->glitch && way > COUNTS * encoder->count &&
+           encoder->taken >= WARM_UP;
 }
 
-/* By how much faster or slower than predicted a side can be. An end stop turns it, and the filter is late meanwhile. */
+static bool beyond_end(const erc_encoder *encoder, double x) {
+    return encoder->end > 0.0 && fabs(x) > encoder->end;
+}
+
+/* By how much faster or slower than predicted a side can be. An end stop turns it, and the filter is late meanwhile: the
+ * stop still pushes when the side has no speed any more. */
 static double most_jump(const erc_encoder *encoder, double x, double predicted) {
-    const bool stopped = encoder->end > 0.0 && fabs(predicted) > encoder->end && (x - predicted) * predicted < 0.0;
-    return encoder->glitch + (stopped ? TURNED * fabs(encoder->speed) : 0.0);
+    const bool stopped = beyond_end(encoder, predicted) && (x - predicted) * predicted < 0.0;
+    return encoder->glitch + (stopped ? TURNED * encoder->came : 0.0);
+}
+
+/* As how many periods the time since the last reading counts. Where samples are missing, a side that speeds up is off by
+ * the square of the time; and the filter finds back to it over several periods. */
+static double as_periods(const erc_core *core, const erc_encoder *encoder, uint64_t periods) {
+    const double missing = (double)(periods - 1u);
+    return encoder->behind + (1.0 + missing) * (1.0 + HALF * core->config.filter_h * missing);
 }
 
 /* Why a reading cannot be; 0 if it can. The device cannot have moved so far since the last one, and no faster than it
  * ever moves while its speed is not known yet. */
-static uint32_t impossible(const erc_encoder *encoder, double raw, double dt, uint64_t periods) {
+static uint32_t impossible(const erc_core *core, const erc_encoder *encoder, double raw, uint64_t periods) {
+    const double dt = core->dt;
     if (!isfinite(raw)) {
         return ERC_SAMPLE_INVALID;
     }
@@ -69,14 +87,14 @@ static uint32_t impossible(const erc_encoder *encoder, double raw, double dt, ui
         return ERC_OUT_OF_RANGE;
     }
     if (encoder->taken >= WARM_UP && encoder->glitch > 0.0 &&
-        fabs(x - predicted) > most_jump(encoder, x, predicted) * dt * (double)periods) {
+        fabs(x - predicted) > most_jump(encoder, x, predicted) * dt * as_periods(core, encoder, periods)) {
         return ERC_GLITCH;
     }
     if (encoder->taken > 0u && encoder->fastest > 0.0 &&
         fabs(x - encoder->measured) > encoder->fastest * dt * (double)(encoder->since + 1u)) {
         return ERC_OUT_OF_RANGE;
     }
-    return stuck(encoder, dt) ? ERC_STUCK : 0u;
+    return stuck(core, encoder) ? ERC_STUCK : 0u;
 }
 
 /* Take a reading: the recursion of LiveDerivative in signals/speed.py, term by term. After a gap the innovation has grown
@@ -96,11 +114,19 @@ static uint32_t take(erc_encoder *encoder, double raw, double dt, double g, doub
         encoder->position = predicted + g * innovation;
         encoder->speed += h * innovation / (dt * (double)(encoder->since + 1u));
     }
+    if (!beyond_end(encoder, x) || fabs(encoder->speed) > encoder->came) {
+        encoder->came = fabs(encoder->speed);
+    }
     encoder->since = 0u;
     if (encoder->taken < WARM_UP) {
         encoder->taken++;
     }
     return events;
+}
+
+/* What is left of missing samples once a reading was taken: the filter forgets at least half of its gain of them. */
+static void settle(const erc_core *core, erc_encoder *encoder, uint64_t periods) {
+    encoder->behind = (1.0 - HALF * core->config.filter_g) * (as_periods(core, encoder, periods) - 1.0);
 }
 
 /* How many samples lie between the last one and this one; UINT64_MAX if it is not to be used. */
@@ -158,14 +184,16 @@ static uint32_t take_one(erc_core *core, const erc_sample *sample, int *good) {
     predict(&core->alpha, core->dt, gap);
     watch(&core->theta, sample->theta);
     watch(&core->alpha, sample->alpha);
-    const uint32_t theta = impossible(&core->theta, sample->theta, core->dt, gap + 1u);
-    const uint32_t alpha = impossible(&core->alpha, sample->alpha, core->dt, gap + 1u);
+    const uint32_t theta = impossible(core, &core->theta, sample->theta, gap + 1u);
+    const uint32_t alpha = impossible(core, &core->alpha, sample->alpha, gap + 1u);
     if (theta != 0u || alpha != 0u) {
         core->lost_by = theta | alpha | (theta != 0u ? ERC_THETA_DOUBTED : 0u) | (alpha != 0u ? ERC_ALPHA_DOUBTED : 0u);
     } else {
         const double g = core->config.filter_g, h = core->config.filter_h;
         *good = 1;
         events |= take(&core->theta, sample->theta, core->dt, g, h);
+        settle(core, &core->theta, gap + 1u);
+        settle(core, &core->alpha, gap + 1u);
         return events | take(&core->alpha, sample->alpha, core->dt, g, h);
     }
     predict(&core->theta, core->dt, 1u);

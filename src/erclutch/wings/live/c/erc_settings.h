@@ -14,6 +14,7 @@ ERC_SETTING(FROM_ZERO, torque_band)         /* [N*m] by which a torque may jump 
 ERC_SETTING(FROM_ZERO, torque_still)        /* [N*m] of the model's torque that a live sensor shows; 0: none is stuck */
 ERC_SETTING(FROM_ZERO, load_inertia)        /* [kg*m^2] moved by the measured torque (a single device: and the motor) and dry friction alone; 0: not compared */
 ERC_SETTING(FROM_ZERO, load_friction)       /* [N*m] that dry friction */
+ERC_SETTING(FROM_ZERO, load_drag)           /* [N*m*s/rad] its viscous drag */
 ERC_SETTING(FROM_ZERO, load_band)           /* [N*m] by which the measured torque and the motion of that load may disagree */
 ERC_SETTING(ABOVE_ZERO, field_limit)        /* largest field */
 ERC_SETTING(ABOVE_ZERO, motor_limit)        /* [N*m] largest torque of the motor */

@@ -15,6 +15,8 @@ typedef struct {
     double end;                  /* angle beyond which an end stop may turn it; 0: none */
     double reading, count;       /* the last one as it came; the least by which two have differed */
     double moving;               /* speed when the reading last changed */
+    double came;                 /* speed with which it came to its end stop, while it is beyond; else its speed */
+    double behind;               /* periods that count besides, after samples that were missing */
     uint64_t since;              /* periods since the last good reading */
     uint32_t still;              /* periods since the reading changed */
     uint32_t taken;              /* good readings since the start, up to the warm-up */
@@ -66,7 +68,9 @@ typedef struct {
 /* What is known of the momentum of the output, or of the drive of a single device: where nothing but dry friction acts on
  * that side beside the measured torque and the motor's, each tells what the other has to be. Torques in N m. */
 typedef struct {
-    double torque;       /* a period ago: as late as the speed that is filtered */
+    double g, h;         /* gains of the filter through which the speed of that side came */
+    double torque;       /* a period ago */
+    double late[2];      /* through that filter, in this period and the last one: as late as the speed */
     double passed;       /* the torque less friction, through a filter */
     double speed;        /* of that side, through the same */
     double driven;       /* by the motor, through the same */

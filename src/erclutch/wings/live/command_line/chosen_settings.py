@@ -11,6 +11,7 @@ from erclutch.errors import SettingError
 from erclutch.files import plain_words, toml_of
 from erclutch.wings.live.command_line.chosen_rig import PERIOD
 from erclutch.wings.live.command_line.live_options import DEFAULTS, ControlOptions, RigOptions
+from erclutch.wings.live.motion_limits import MOTION
 
 if TYPE_CHECKING:
     from erclutch.signals.channels import LiveChannel
@@ -23,9 +24,9 @@ if TYPE_CHECKING:
 _AS_RECORDED = {"motor_limit": 1e9}
 
 #: Of an output on which nothing acts beside the measured torque and dry friction: only the user knows that.
-_LOAD = ("load_inertia", "load_friction", "load_band")
+_LOAD = ("load_inertia", "load_friction", "load_drag", "load_band")
 
-_NO_JUMPS = dict.fromkeys(("theta_glitch", "alpha_glitch", "theta_fastest", "alpha_fastest"), 0.0)
+_NO_JUMPS = dict.fromkeys(MOTION, 0.0)
 
 
 def settings_of(
@@ -196,9 +197,10 @@ def _sensing(
     if rig.origin.startswith("RECORDING"):
         return settings
     known = device == "coaxial" or rig.origin == "TWIN"
-    limits = sensor_limits(device, model, parameters if known else None, PERIOD)
+    limits = sensor_limits(device, model, parameters if known else None, settings.derivative, PERIOD)
     if rig.origin == "TWIN":  # nobody holds its output or turns its drive
-        limits |= free_output(parameters) if device == "coaxial" else free_drive(parameters)
+        free = free_output if device == "coaxial" else free_drive
+        limits |= free(parameters, settings.derivative, PERIOD)
     if not known and model is not None:
         limits["least_slip"] = 0.05 * model.slip
     return replace(settings, **limits)

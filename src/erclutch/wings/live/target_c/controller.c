@@ -60,6 +60,8 @@ uint32_t erc_control_reset(erc_core *core, const erc_config *config) {
     }
     core->dt = 1e-9 * (double)(uint32_t)core->config.period_ns;
     core->estimate = core->meter.reading = zero / zero; /* nothing is known yet */
+    core->momentum.g = @FILTER_G@; /* speeds through such a filter are as late */
+    core->momentum.h = @FILTER_H@;
     core->step = 1u; /* the first sample counts as the first after a gap */
     (void)NAME_reset(&core->model);
     erc_torque_start(core);

@@ -26,7 +26,9 @@ from erclutch.export.step_record import feels_state
 from erclutch.export.target_check import Check
 from erclutch.export.targets import c
 from erclutch.signals.array import Array
+from erclutch.signals.speed import live
 from erclutch.wings.live.layout import CONSTANTS, EVENT_BITS, EVENTS, LEAST, MOST, SETTINGS
+from erclutch.wings.live.motion_limits import USUAL_FILTER
 from erclutch.wings.live.sensor_limits import torque_limits
 from erclutch.wings.live.settings import LoopSettings
 
@@ -168,6 +170,7 @@ def _places(step: ExportedStep) -> dict[str, str]:
     coaxial = ("applied[0]", "applied[1]", "theta_dot", "alpha_dot")
     signals = coaxial if step.elements == 2 else ("applied[0]", "theta_dot - alpha_dot")
     given = [*signals, *(("known",) if step.measures else ())]
+    usual = live(USUAL_FILTER, step.period or 1e-3)
     return {
         "HELD": str(step.elements),
         "REST": f"NAME_{rest}",
@@ -175,6 +178,8 @@ def _places(step: ExportedStep) -> dict[str, str]:
         "TRIP": f"{LoopSettings().trip}u",
         "MEASURED": _MEASURED if step.measures else "",
         "FASTEST": step.precision.constant(_FASTEST * max(abs(end) for end in step.slip.range)),
+        "FILTER_G": step.precision.constant(usual.g),
+        "FILTER_H": step.precision.constant(usual.h),
         "ABOVE_ZERO": _of_kind("ABOVE_ZERO"),
         "FROM_ZERO": _of_kind("FROM_ZERO"),
         "SIGNED": _of_kind("SIGNED"),
