@@ -117,6 +117,28 @@ def test_no_impossible_reading_of_any_sensor_drives_the_field(control: str, pair
             assert fault.held, (control, sensor, kind, fault)
 
 
+def test_a_wrong_encoder_that_comes_by_where_it_was_last_seen_to_go_is_not_believed_again() -> None:
+    """The angle goes on as it was last seen, 20 rows later the reading that is turned crosses it: the field came back."""
+    sample = np.zeros(1, SAMPLE)
+    fields = LoopProgram("fields", Mode.FIELDS, amplitude=0.3)
+    core = Core(replace(rig_settings(RIG, (fields,)), rise_rate=1e6, fall_rate=1e6), None)
+    for k in range(200):
+        sample["seq"], sample["time_ns"], sample["alpha"] = k + 1, (k + 1) * 1_000_000, 0.01 * k
+        if k >= 100:
+            sample["alpha"] = 9.0 if k < 110 else 0.01 * k
+        frame = core.step(sample, k)[1]
+        if k == 99:
+            assert frame["field1"] > 0.0
+        if k >= 110:
+            assert frame["field1"] < 0.3
+        if k >= 114:
+            assert frame["field1"] == 0.0
+    assert core.state == State.TRIPPED
+    assert frame["events"] & EVENT_BITS["alpha-doubted"] == 0
+    core.order(Order.RESET)
+    assert core.state == State.READY
+
+
 def test_a_healthy_sensor_is_not_doubted(pair: LiveModel) -> None:
     settings = study.settings_of("torque", pair, RIG)
     frames = study.frames_of(settings, pair.library, RIG, seed=1)

@@ -18,6 +18,9 @@
 #define MOMENTUM_RATE 150.0 /* 1/s of the filter of torque and motion */
 #define NEAR_REST 3.0       /* rad/s: dry friction is elastic, and turns only some way after the motion has */
 #define BREAKS_AWAY 1.2     /* times its sliding friction that an output at rest withstands beyond it */
+#define STANDS 0.02         /* rad/s: between two counts of an encoder */
+#define SETTLED 32u         /* periods at rest after which nothing rings or is late any more */
+#define AT_REST 0.3         /* of the band, at such a rest */
 #define OFF_SHARE 0.35      /* of the torque by which the inertia may be off: a torque that is doubled lacks half */
 #define MOTOR_SHARE 0.3     /* of the motor's torque: a tenth of that may be off */
 #define MOTOR_LAGS 6.0      /* of its change: that may pass before the speed shows it */
@@ -215,7 +218,7 @@ static double torque_on_load(const erc_core *core) {
 static double uncertain(const erc_core *core, double taken) {
     const erc_momentum *m = &core->momentum;
     if (core->config.device != ERC_SINGLE) {
-        return fabs(m->late[0]) + core->config.load_drag * fabs(speed_of_load(core));
+        return fabs(taken) + core->config.load_drag * fabs(speed_of_load(core));
     }
     return fabs(taken) + MOTOR_SHARE * fabs(core->driven) + MOTOR_LAGS * fabs(core->driven - m->driven);
 }
@@ -292,10 +295,14 @@ uint32_t erc_momentum_plausible(erc_core *core) {
         m->passed = m->rests = 0.0;
         m->driven = core->driven;
         m->size = uncertain(core, 0.0);
+        m->stands = 0u;
+        return 0u; /* nothing has changed yet */
     }
     delay(m, torque_on_load(core));
     const double off = fabs(unbalanced(core));
-    const double may = config->load_band + BREAKS_AWAY * config->load_friction * m->rests + OFF_SHARE * m->size;
+    m->stands = fabs(speed_of_load(core)) > STANDS ? 0u : m->stands + (m->stands < SETTLED ? 1u : 0u);
+    const double band = (m->stands < SETTLED ? 1.0 : AT_REST) * config->load_band;
+    const double may = band + BREAKS_AWAY * config->load_friction * m->rests + OFF_SHARE * m->size;
     if (core->config.device == ERC_SINGLE && !(fabs(speed_of_load(core)) <= SLOW * config->least_slip)) {
         m->doubted = 0u; /* drags of bearings and gears are not known */
         return 0u;

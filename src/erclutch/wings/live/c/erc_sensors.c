@@ -11,6 +11,7 @@
 #define STOPS 0.0625            /* of the largest jump in speed: no slower side is known to be stuck when it stops dead */
 #define TURNED 2.0               /* times the speed with which a side came by which an end stop changes it */
 #define HALF 0.5
+#define BY_COUNTS 2.0           /* counts that a quick filter takes for a speed */
 #define COUNTS 4.0               /* of an encoder: a side that is to have moved by fewer may stand on one of them */
 
 /* Time passes without a reading. */
@@ -48,11 +49,12 @@ static void watch(erc_encoder *encoder, double raw) {
  * its torque is large. That of a brake which closes is. */
 static int stuck(const erc_core *core, const erc_encoder *encoder) {
     const double speed = fabs(encoder->moving), way = speed * core->dt * (double)ERC_STILL;
+    const double counted = BY_COUNTS * core->config.filter_h * encoder->count / core->dt;
     const double limit = core->config.torque_limit;
     const double share = limit > 0.0 && isfinite(core->torque) ? fabs(core->torque) / limit : 0.0;
     return encoder->still >= ERC_STILL && encoder->glitch > 0.0 &&
-           speed > (share > STOPS ? share : STOPS) * encoder->glitch && way > COUNTS * encoder->count &&
-           encoder->taken >= WARM_UP;
+           speed > (share > STOPS ? share : STOPS) * encoder->glitch && speed > counted &&
+           way > COUNTS * encoder->count && encoder->taken >= WARM_UP;
 }
 
 static bool beyond_end(const erc_encoder *encoder, double x) {
@@ -201,6 +203,14 @@ static uint32_t take_one(erc_core *core, const erc_sample *sample, int *good) {
     return events | core->lost_by;
 }
 
+/* Whether an encoder has been wrong for so long that the field falls: then no later reading takes that back. Where the
+ * angle was last seen to go, a wrong reading comes by sooner or later. */
+static bool lost_for_good(const erc_core *core) {
+    const bool doubted = (core->lost_by & (ERC_THETA_DOUBTED | ERC_ALPHA_DOUBTED)) != 0u;
+    return doubted && core->missing > core->config.hold_samples &&
+           (core->state == ERC_RUNNING || core->state == ERC_READY);
+}
+
 /* All samples of a step. Counts periods in a row without a good one. */
 uint32_t erc_sensors_take(erc_core *core, const erc_sample *samples, uint32_t count, uint64_t periods) {
     uint32_t events = 0u;
@@ -209,12 +219,15 @@ uint32_t erc_sensors_take(erc_core *core, const erc_sample *samples, uint32_t co
     for (uint32_t i = 0; i < count; i++) {
         events |= take_one(core, &samples[i], &good);
     }
-    if (good) {
+    const bool lost = lost_for_good(core);
+    if (good && !lost) {
         core->missing = 0u;
         return events | erc_momentum_plausible(core);
     }
     core->momentum.begun = false;
-    if ((events & (ERC_THETA_DOUBTED | ERC_ALPHA_DOUBTED)) == 0u) {
+    if (lost) {
+        events |= core->lost_by;
+    } else if ((events & (ERC_THETA_DOUBTED | ERC_ALPHA_DOUBTED)) == 0u) {
         events |= ERC_SAMPLE_LOST;
         core->lost_by = ERC_SAMPLE_LOST;
     }

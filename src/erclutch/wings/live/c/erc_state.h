@@ -76,6 +76,7 @@ typedef struct {
     double driven;       /* by the motor, through the same */
     double size, rests;  /* of the torque, and the share of the time at rest, through the same */
     uint32_t doubted;    /* how long both have disagreed, in periods; agreement takes one off */
+    uint32_t stands;     /* periods at rest */
     uint32_t little;     /* agreements that say little */
     bool begun;
 } erc_momentum;
