@@ -118,7 +118,7 @@ def test_no_impossible_reading_of_any_sensor_drives_the_field(control: str, pair
 
 
 def test_a_wrong_encoder_that_comes_by_where_it_was_last_seen_to_go_is_not_believed_again() -> None:
-    """The angle goes on as it was last seen, 20 rows later the reading that is turned crosses it: the field came back."""
+    """The angle goes on as it was last seen; 20 rows later a turned reading crosses it, and the field came back."""
     sample = np.zeros(1, SAMPLE)
     fields = LoopProgram("fields", Mode.FIELDS, amplitude=0.3)
     core = Core(replace(rig_settings(RIG, (fields,)), rise_rate=1e6, fall_rate=1e6), None)
