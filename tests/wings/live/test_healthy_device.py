@@ -111,7 +111,7 @@ def test_the_hardest_push_of_the_rig_is_no_jump_whatever_the_filter_and_the_samp
 ) -> None:
     """The drive swings under the largest torque that motor and clutch can give at once."""
     derivative = Derivative("kalman", cutoff)
-    limits = motion_limits(RIG, "single", derivative, 1e-3)
+    limits: dict[str, Any] = motion_limits(RIG, "single", derivative, 1e-3)
     core = Core(LoopSettings(device="single", derivative=derivative, **limits), None)
     torque = STRONGEST + 2.0 * RIG.value("clutch.rated_torque_1")
     time = 1e-3 * np.arange(400)
@@ -126,7 +126,7 @@ def test_the_hardest_push_of_the_rig_is_no_jump_whatever_the_filter_and_the_samp
 
 
 def test_a_reading_further_than_the_rig_can_push_is_a_jump() -> None:
-    limits = motion_limits(RIG, "single", Derivative("kalman"), 1e-3)
+    limits: dict[str, Any] = motion_limits(RIG, "single", Derivative("kalman"), 1e-3)
     core, sample, events = Core(LoopSettings(device="single", **limits), None), np.zeros(1, SAMPLE), 0
     for k in range(100):
         sample["seq"], sample["time_ns"], sample["theta"] = k + 1, (k + 1) * 1_000_000, 0.05 * k + 0.03 * (k == 99)
