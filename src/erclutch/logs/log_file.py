@@ -11,7 +11,13 @@ from typing import TYPE_CHECKING
 
 from erclutch.errors import LogError, placed
 from erclutch.logs.log_reader import HEAD, LogReader, LogSource, folder_reader, read_by, reader_of, require_no_run
+<<<<<<< HEAD
+=======
+from erclutch.logs.readers.signal_files import parts_of
+from erclutch.logs.split_stamps import with_whole_stamps
+>>>>>>> 8f07e716 (Channels of several rates in one table are joined by time; seconds and nanoseconds in two columns are one time)
 from erclutch.logs.table import Table
+from erclutch.logs.woven_rows import unwoven
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -71,6 +77,7 @@ def read_table(
     table = read_by(plugin, LogSource(file, data, digest, variable, told, decimal))
     if not table.columns or not table.rows:
         raise LogError("the file has no rows of numbers", remedy=_ROWS_WANTED, where=table.name)
+    table = unwoven(with_whole_stamps(table))
     return replace(table, notes=(*table.notes, *notes), path=str(path))
 
 

@@ -38,7 +38,6 @@ class Table:
         unreadable: columns of the file that are no numbers, with what is wrong: whoever needs one of them says so.
         hollow: columns of the file that hold no number in any row, and were left out.
         path: of the file, as the user gave it; "" for a table that is not of a file.
-        hollow: columns that the reader left out, since no row has a cell in them.
         breaks: rows above which a text has a blank line or a comment, where these part its rows into a few blocks.
     """
 

@@ -1,0 +1,88 @@
+"""Channels of several rates may be woven into one table: each row has the cells of the channel that was sampled then.
+
+Exports of plotting tools for robots are such: the current stands in other rows than the torque, and each row has a
+time. Such cells are not missing; the channels are joined by time, as groups of a measurement file are.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from erclutch.errors import LogError
+from erclutch.logs.clock_planning import stamps_of, time_column
+from erclutch.logs.readers.found_recordings import Found, joined_by_time
+from erclutch.logs.seen_columns import seen_columns
+from erclutch.logs.table import Table
+from erclutch.signals.array import Array, Mask
+
+_TIME = "time"
+_FEWEST = 20  # samples of a channel
+_MOST = 0.75  # share of the rows in which a channel beside whole columns has cells: with more, values are missing
+_STEADY = 4.0  # times its usual distance that the samples of such a channel are apart at most
+_ONE_A_ROW = (0.9, 1.1)  # channels a row where each stands in rows of its own
+
+
+def unwoven(table: Table) -> Table:
+    """The table with all channels at the times of one, that of the effort; as it is where it is no such weave."""
+    if table.unsampled is not None or not any(np.isnan(values).any() for values in table.columns.values()):
+        return table
+    seen = seen_columns(table)
+    stamps = stamps_of(seen)
+    time = "" if table.clock is not None else time_column(seen, ())
+    if stamps is None or time is None or not np.isfinite(stamps).all():
+        return table
+
+    whole = {name: values for name, values in table.columns.items() if name != time and not np.isnan(values).any()}
+    channels = _channels(
+        {name: values for name, values in table.columns.items() if name not in (*whole, time)}, not whole
+    )
+    if channels is None or len(channels) + bool(whole) < 2:
+        return table
+    if whole:
+        channels = [(np.ones(table.rows, np.bool_), [*whole]), *channels]
+
+    # The effort is never made up between two samples: its channel goes first.
+    efforts = {name for name, column in seen.columns.items() if "effort" in column.spoken.may_be}
+    channels.sort(key=lambda channel: (efforts.isdisjoint(channel[1]), -np.count_nonzero(channel[0])))
+    found: dict[str, Found] = {}
+    for rows, names in channels:
+        columns = {_TIME: stamps[rows], **{name: table.columns[name][rows] for name in names}}
+        found[names[0]] = Found(columns, {name: table.units.get(name) for name in names})
+    try:
+        joined = joined_by_time(found, "column")
+    except LogError:  # no time that grows, or none that all have
+        return table
+    at = joined.columns.pop(_TIME)
+    columns = {name: joined.columns[name] for name in table.columns if name in joined.columns}
+    clock = at if table.clock is not None else None
+    if time:
+        columns = {time: at, **columns}
+    note = f"the table holds {len(channels)} channels that were sampled at times of their own"
+    return replace(table, columns=columns, clock=clock, breaks=(), notes=(*table.notes, note, *joined.notes))
+
+
+def _channels(sparse: Mapping[str, Array], woven_alone: bool) -> list[tuple[Mask, list[str]]] | None:
+    """The rows and the columns of each channel; None where a column has values missing as a sensor that fails has.
+
+    Args:
+        sparse: columns with values missing, each (n,).
+        woven_alone: whether all columns but the time are such.
+    """
+    channels: dict[bytes, tuple[Mask, list[str]]] = {}
+    for name, values in sparse.items():
+        rows = np.isfinite(values)
+        channels.setdefault(rows.tobytes(), (rows, []))[1].append(name)
+    cells = sum(np.count_nonzero(rows) for rows, _ in channels.values()) / next(iter(sparse.values())).size
+    for rows, _ in channels.values():
+        places = np.flatnonzero(rows)
+        if places.size < _FEWEST:
+            return None
+        if woven_alone and _ONE_A_ROW[0] <= cells <= _ONE_A_ROW[1]:
+            continue  # in each row the cells of one channel alone
+        steps = np.diff(np.concatenate([[-1], places, [rows.size]]))
+        if places.size > _MOST * rows.size or steps.max() > _STEADY * np.median(steps):
+            return None
+    return list(channels.values())

@@ -1,0 +1,125 @@
+"""Channels of several rates in one table are joined by time; values that a sensor missed are missing as before."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from erclutch.errors import LogError, MappingError
+from erclutch.logs import read
+from erclutch.logs.split_stamps import with_whole_stamps
+from erclutch.logs.table import Table
+from erclutch.logs.woven_rows import unwoven
+from erclutch.signals.array import Array
+from tests.support.command import good
+
+TIME = np.arange(600) / 100
+SPEED = np.sin(3 * TIME)
+EFFORT = np.tanh(10 * SPEED)
+CURRENT = np.repeat([0.0, 0.5, 1.0], 200)
+
+
+def table(columns: dict[str, Array]) -> Table:
+    return Table("a.csv", columns, dict.fromkeys(columns), "0" * 64, path="a.csv")
+
+
+def woven(late: float = 0.002, every: int = 4) -> Table:
+    """Torque and speed in rows of their own, and the current in rows between them, every fourth of them."""
+    times = np.concatenate([TIME, TIME[::every] + late])
+    order = np.argsort(times, kind="stable")
+    holes = np.full(TIME[::every].size, np.nan)
+    columns = {
+        "time": times,
+        "torque": np.concatenate([EFFORT, holes]),
+        "velocity": np.concatenate([SPEED, holes]),
+        "current": np.concatenate([np.full(TIME.size, np.nan), CURRENT[::every]]),
+    }
+    return table({name: values[order] for name, values in columns.items()})
+
+
+def test_channels_in_rows_of_their_own_are_joined_at_the_times_of_the_effort() -> None:
+    joined = unwoven(woven())
+    time = joined.columns["time"]
+    np.testing.assert_array_equal(joined.columns["torque"], EFFORT[1:597])  # as far as all channels go
+    np.testing.assert_array_equal(joined.columns["velocity"], SPEED[1:597])
+    held = CURRENT[::4][np.searchsorted(TIME[::4] + 0.002, time, side="right") - 1]
+    np.testing.assert_array_equal(joined.columns["current"], held)
+    assert any("2 channels that were sampled at times of their own" in note for note in joined.notes)
+    assert any("each value held until the next" in note for note in joined.notes)
+
+
+@pytest.mark.parametrize("every", [2, 5, 20])
+def test_a_slow_channel_beside_whole_columns_is_joined_too(every: int) -> None:
+    angle = np.full(TIME.size, np.nan)
+    angle[::every] = TIME[::every] ** 2
+    joined = unwoven(table({"time": TIME, "torque": EFFORT, "angle": angle, "current": CURRENT}))
+    assert np.isfinite(joined.columns["angle"]).all()
+    last = joined.columns["time"]
+    assert np.abs(joined.columns["angle"] - last**2).max() <= (0.01 * every) ** 2  # straight lines between samples
+
+
+def test_a_slow_effort_is_never_made_up_between_its_samples() -> None:
+    effort = np.full(TIME.size, np.nan)
+    effort[::2] = EFFORT[::2]
+    joined = unwoven(table({"time": TIME, "torque": effort, "velocity": SPEED, "current": CURRENT}))
+    np.testing.assert_array_equal(joined.columns["torque"], EFFORT[::2])
+    np.testing.assert_allclose(joined.columns["velocity"], SPEED[::2])
+
+
+@pytest.mark.parametrize("missed", [slice(100, 500), slice(5, 6), slice(0, 595)])
+def test_values_that_a_sensor_missed_are_missing_as_before(missed: slice) -> None:
+    effort = EFFORT.copy()
+    effort[missed] = np.nan
+    before = table({"time": TIME, "torque": effort, "velocity": SPEED, "current": CURRENT})
+    assert unwoven(before) is before
+
+
+def test_without_a_time_nothing_is_joined() -> None:
+    columns = {name: values for name, values in woven().columns.items() if name != "time"}
+    before = table(columns)
+    assert unwoven(before) is before
+
+
+def test_a_woven_file_is_understood_at_once(tmp_path: Path) -> None:
+    columns = woven().columns
+    cells = ["" if np.isnan(value) else f"{value:.6g}" for row in zip(*columns.values(), strict=True) for value in row]
+    rows = [",".join(cells[at : at + 4]) for at in range(0, len(cells), 4)]
+    (tmp_path / "log.csv").write_text("\n".join(["__time,/joint/torque,/joint/velocity,/brake/current", *rows, ""]))
+    assert (
+        good("inspect", "log.csv", cwd=tmp_path).splitlines()[-1]
+        == "Understood. Fit it: erclutch fit log.csv --out RUN"
+    )
+
+
+def test_a_file_with_values_missing_is_refused_as_before(tmp_path: Path) -> None:
+    rows = [f"{t:g},{e:.4g},{v:.4g}" for t, e, v in zip(TIME, EFFORT, SPEED, strict=True)]
+    rows[50] = f"{TIME[50]:g},,{SPEED[50]:.4g}"
+    (tmp_path / "log.csv").write_text("\n".join(["time,torque,velocity", *rows, ""]))
+    with pytest.raises((LogError, MappingError), match="1 value missing"):
+        read(tmp_path / "log.csv", field="none")
+
+
+@pytest.mark.parametrize(
+    ("seconds", "beyond", "factor"),
+    [
+        ("header.stamp.sec", "header.stamp.nanosec", 1e9),
+        ("stamp_secs", "stamp_nsecs", 1e9),
+        ("sec", "nsec", 1e9),
+        ("time.sec", "time.usec", 1e6),
+    ],
+)
+def test_seconds_and_what_is_beyond_them_are_one_time(seconds: str, beyond: str, factor: float) -> None:
+    stamps = 1.7e9 + TIME * 1.7
+    whole = np.floor(stamps)
+    columns = {seconds: whole, beyond: np.round((stamps - whole) * factor), "torque": EFFORT}
+    made = with_whole_stamps(table(columns))
+    assert list(made.columns) == [seconds, "torque"]
+    np.testing.assert_allclose(made.columns[seconds], stamps, rtol=0, atol=2e-6)
+
+
+@pytest.mark.parametrize("beyond", [EFFORT + 2.0, np.arange(600) * 1e7, np.full(600, np.nan)])
+def test_other_columns_are_no_part_of_a_stamp(beyond: Array) -> None:
+    before = table({"sec": np.floor(TIME), "nsec": beyond, "torque": EFFORT})
+    assert with_whole_stamps(before) is before
