@@ -11,11 +11,7 @@ from typing import TYPE_CHECKING
 
 from erclutch.errors import LogError, placed
 from erclutch.logs.log_reader import HEAD, LogReader, LogSource, folder_reader, read_by, reader_of, require_no_run
-<<<<<<< HEAD
-=======
-from erclutch.logs.readers.signal_files import parts_of
 from erclutch.logs.split_stamps import with_whole_stamps
->>>>>>> 8f07e716 (Channels of several rates in one table are joined by time; seconds and nanoseconds in two columns are one time)
 from erclutch.logs.table import Table
 from erclutch.logs.woven_rows import unwoven
 
