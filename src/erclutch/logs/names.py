@@ -79,12 +79,12 @@ _AGAINST = {
     "field": _set("battery supply bus link sensor cell strain batt bat psu vbat cc dark leak shunt"),
     "slip": _set("rolling entrainment wind air fan pump flow sound stream freestream data "
                  "frame sampling refresh ball disc"),
-    "position": _set("throttle valve pedal gps cursor mouse time phase"),
+    "position": _set("throttle valve pedal gps cursor mouse time phase attack incidence"),
     "effort": _set("ball clamp gravity preload clamping gewichts"),
 }  # fmt: skip
 #: Short names that mean several things.
 NEED_UNIT = _set(
-    "v t m d n u b x tau load id te par tension q y s phi qd dq dx dy xd course effet torsion id "
+    "v t m d n e u b x tau load id te par tension q y s phi qd dq dx dy xd course effet torsion id "
     "friction reibung frottement fx fy fz mx my mz tx ty tz"
 )
 VOLTAGES = _set("u v uq ud udc voltage volt spannung tension voltaje tensao tensione 电压 電圧")
