@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import struct
 import sys
 from collections.abc import Callable
 from contextlib import suppress
@@ -419,3 +420,28 @@ def test_a_module_beside_the_log_is_not_imported(tmp_path: Path, monkeypatch: py
     scipy.io.savemat(tmp_path / "log.mat", {"time": TIME, "field": FORCE, "slip": SLIP, "force": FORCE})
     monkeypatch.chdir(tmp_path)
     assert read_table("log.mat").rows == COUNT
+
+
+def _element(kind: int, data: bytes) -> bytes:
+    """One element of a v5 file: a tag, and data filled up to 8 bytes."""
+    return struct.pack("<II", kind, len(data)) + data + bytes(-len(data) % 8)
+
+
+def _object() -> bytes:
+    """A variable that is a datetime, as MATLAB writes it: an object has no shape in its head."""
+    head = _element(6, struct.pack("<II", 17, 0))
+    names = b"".join(_element(1, text) for text in (b"when", b"MCOS", b"datetime"))
+    shape = _element(5, struct.pack("<ii", 1, 1))
+    number = _element(6, struct.pack("<II", 13, 0)) + shape + _element(1, b"") + _element(6, struct.pack("<I", 7))
+    return _element(14, head + names + _element(14, number))
+
+
+@pytest.mark.parametrize("first", [True, False])
+def test_a_datetime_among_the_variables_hides_none_of_them(tmp_path: Path, first: bool) -> None:
+    path = tmp_path / "log.mat"
+    scipy.io.savemat(path, {"t": TIME, "velocity": SLIP, "force": FORCE})
+    written = path.read_bytes()
+    path.write_bytes(written[:128] + _object() + written[128:] if first else written + _object())
+    table = read_table(path)
+    np.testing.assert_array_equal(table.columns["velocity"], SLIP)
+    assert [*table.columns] == ["t", "velocity", "force"]

@@ -91,3 +91,10 @@ def test_a_column_without_a_number_says_so_where_it_is_named(tmp_path: Path, rea
         path.write_text(json.dumps([dict(zip(names, row, strict=True)) for row in rows]), encoding="utf-8")
     with pytest.raises(MappingError, match="column I holds no number in any row"):
         read(path, field="I")
+
+
+def test_a_signal_s_word_within_a_name_is_proposed_and_never_taken() -> None:
+    plan = _signals({"time": SPAN, "act_vel_se": SWING, "act_torque_abs": SWING**3, "torque_limit": 2.0 + SWING})
+    assert {question.signal for question in plan.questions} >= {"slip", "effort"}
+    assert '--slip "act_vel_se"' in plan.command()
+    assert '--effort "act_torque_abs"' in plan.command()

@@ -267,11 +267,18 @@ def test_units_of_machines_that_write_in_capitals(unit: str, si: str, factor: fl
         ("force_lbf", "lbf"),
         ("torque_ft_lb", "ft*lbf"),
         ("time_s", "s"),
+        ("act_vel_deg_per_s_1", "deg/s"),
+        ("torque_Nm_2", "N*m"),
         ("torque_N_m", "N*m"),
     ],
 )
 def test_the_longest_unit_that_ends_a_name_is_its_unit(name: str, unit: str) -> None:
     assert split_end(name)[1] == unit
+
+
+@pytest.mark.parametrize("name", ["torque_1", "q_12", "i_d_1", "F_N_1", "joint_1_vel"])
+def test_a_joint_s_number_alone_brings_no_unit(name: str) -> None:
+    assert split_end(name) == (name, None)
 
 
 def test_a_shear_rate_per_second_is_no_time(written: Written) -> None:

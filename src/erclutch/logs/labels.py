@@ -23,7 +23,9 @@ _PERIOD = re.compile(
 )
 # Ends of names that are units (``omega_rad_s``), and how units are written; small letters are taken for large ones.
 _AS_THEY_ARE = "A mA V mV kV N kN Pa kPa MPa s ms us mm cm m rad deg rpm T mT"
+_JOINT_DIGITS = 2  # of a joint's number at most
 _SPEEDS = "rad_s=rad/s rads=rad/s radps=rad/s deg_s=deg/s dps=deg/s m_s=m/s mps=m/s mm_s=mm/s mmps=mm/s"
+_PER_SECOND = "rad_per_s=rad/s deg_per_s=deg/s m_per_s=m/s mm_per_s=mm/s"
 _OTHERS = "Nm=N*m N_m=N*m Nmm=N*mm mNm=mN*m C=°C degC=°C lbf=lbf kgf=kgf"
 _POUNDS = "ftlb=ft*lbf ft_lb=ft*lbf lb_ft=ft*lbf lbft=ft*lbf inlb=in*lbf in_lb=in*lbf lb_in=in*lbf"
 # What only looks like a second or a metre at its end: a shear rate, a viscosity, an acceleration.
@@ -32,7 +34,9 @@ _ENDS = {
     **{end: end for end in _AS_THEY_ARE.split()},
     **{
         end: unit
-        for end, _, unit in (pair.partition("=") for pair in f"{_SPEEDS} {_OTHERS} {_POUNDS} {_LONGER}".split())
+        for end, _, unit in (
+            pair.partition("=") for pair in f"{_SPEEDS} {_PER_SECOND} {_OTHERS} {_POUNDS} {_LONGER}".split()
+        )
     },
 }
 #: Names that are a unit and nothing else: the column is told by it.
@@ -85,16 +89,22 @@ def split_label(label: str) -> tuple[str, str | None]:
 def split_end(name: str) -> tuple[str, str | None]:
     """``torque_Nm`` as ``torque`` and ``N*m``, ``rpm`` as itself in ``rpm``; None where no unit ends the name.
 
-    One letter alone before the end is a name of its own (``i_d``, ``F_N``), but for the time (``t_s``).
+    One letter alone before the end is a name of its own (``i_d``, ``F_N``), but for the time (``t_s``). The number of a
+    joint may stand behind the unit (``torque_Nm_2``).
     """
     if bare := _BARE.get(name.strip()) or _BARE.get(name.strip().lower()):
         return name, bare
     front, _, last = name.strip().rpartition("_")
     shorter, _, before = front.rpartition("_")
-    for stem, end in ((shorter, f"{before}_{last}"), (front, last)):
+    shortest, _, first = shorter.rpartition("_")
+    ends = ((shortest, f"{first}_{before}_{last}"), (shorter, f"{before}_{last}"), (front, last))  # the longest first
+    for stem, end in ends:
         unit = _ENDS.get(end) or (_LOWER_ENDS.get(end) if end.islower() else None)
         if unit and (len(stem) > 1 or stem == "t" or (len(stem) == 1 and len(end) > 2)):
             return stem, unit
+    if last.isdecimal() and len(last) <= _JOINT_DIGITS and front:
+        stem, unit = split_end(front)
+        return (f"{stem}_{last}", unit) if unit and stem != front else (name, None)
     return name, None
 
 

@@ -83,7 +83,8 @@ def example_of(
     si_units = SIGNALS[signal].si_units
     short = [column.name for column in free if _is_short(column, signal) and column.fits(si_units) is not False]
     found, _ = candidates(seen, signal, taken)
-    likely = _of_one_part(found or short, beside)
+    within = [column.name for column in free if signal in column.spoken.within and column.fits(si_units) is not False]
+    likely = _of_one_part(found or short or within, beside)
     if partners:
         likely = sorted(likely, key=lambda name: min(_apart(seen, name, partner) for partner in partners))
     if not likely:

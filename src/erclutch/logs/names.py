@@ -128,6 +128,8 @@ class SpokenName:
         heads: signal of a single device -> the head of the name, see `headed`.
         numbered: signals of a single device whose name stands in front of a joint's or a channel's number (``dq3``).
         may_be: signals of a single device for which its form, its head, or a name in front of a number speaks.
+        within: signals of a single device that a word anywhere in the name speaks for (``act_torque_abs``), where no
+            word says that it is something else: enough to propose a column, not to take it.
         turned: signals of which a word of the name makes another thing: what was computed, a limit, a rolling speed.
         is_of_a_model: whether the column is called like a model of friction or a network: it holds what the model says.
         is_time: whether the column is called like the time.
@@ -145,6 +147,7 @@ class SpokenName:
     heads: Mapping[str, str | None]
     numbered: frozenset[str]
     may_be: frozenset[str]
+    within: frozenset[str]
     turned: frozenset[str]
     is_of_a_model: bool
     is_time: bool
@@ -162,6 +165,8 @@ def spoken_name(name: str) -> SpokenName:
     heads = {signal: headed(name, signal) for signal in SINGLE}
     bare = plain_stem.rstrip("0123456789")
     numbered = frozenset(signal for signal in SINGLE if bare != plain_stem and bare in _NAMES[signal])
+    plainly = {*stem_words}.isdisjoint(TOLD | OTHER | _NOT_MEASURED)
+    speaking = {word for word in stem_words if plainly and len(word) > 2}
     against = {signal: _NOT_MEASURED | _AGAINST.get(signal, frozenset()) for signal in NAMES}
     return SpokenName(
         stem,
@@ -174,6 +179,7 @@ def spoken_name(name: str) -> SpokenName:
         heads,
         numbered,
         may_be=frozenset(signal for signal in SINGLE if forms[signal] or heads[signal]) | numbered,
+        within=frozenset(signal for signal in SINGLE if speaking & _NAMES[signal]),
         turned=frozenset(signal for signal in NAMES if {*stem_words} & against[signal]),
         is_of_a_model=plain(name) in _MODELS or bool({*stem_words} & _MODELS),
         is_time=is_time(name),

@@ -5,6 +5,7 @@ Runs in the child process only. What cannot be plain (function handles, objects 
 
 from __future__ import annotations
 
+from contextlib import suppress
 from math import prod
 from pathlib import Path
 from typing import Any, cast
@@ -24,9 +25,12 @@ def load_v5(path: str) -> dict[str, Node]:
     from scipy.io.matlab import loadmat, whosmat
 
     budget = budget_of(Path(path))
-    for _, shape, _ in whosmat(path):  # looks at the heads of the variables alone
-        budget.take_names()
-        budget.take_cells(prod(int(length) for length in shape))
+    # The heads alone are looked at. SciPy's look ends at an object, such as a table or a datetime, whose head has no
+    # shape; then the limits of the child hold alone.
+    with suppress(TypeError):
+        for _, shape, _ in whosmat(path):
+            budget.take_names()
+            budget.take_cells(prod(int(length) for length in shape))
 
     variables = loadmat(path, struct_as_record=False, squeeze_me=False, chars_as_strings=True)
     nodes: dict[str, Node] = {}
