@@ -42,7 +42,7 @@ CHANGES = {
     "law (casson)": (r"casson", r"casson"),
     "log format (text)": (r"^(text|dialect)$", r"\.asc\b|\btext \. read_text\b|import read_text\b"),
     "export target (mujoco)": (r"mujoco", r"mujoco"),
-    "rig (replay)": (r"playback", r"[\"']replay[\"']|playback"),
+    "rig (replay)": (r"playback|^replay$", r"[\"']replay[\"']|playback"),
     "stage of dynamics (two lags)": (r"^two_lags$", r"two[-_]lags"),
 }
 
@@ -193,10 +193,10 @@ class House:
 
     @cached_property
     def shared_stems(self) -> dict[str, list[str]]:
-        """Names of modules that stand more than once; a command's file is named as users call the command."""
+        """Names of modules that stand more than once; files of commands and rigs are named as users call them."""
         at: dict[str, list[str]] = defaultdict(list)
         for module in self.modules:
-            if not module.path.stem.startswith("_") and module.path.parent.name != "commands":
+            if not module.path.stem.startswith("_") and module.path.parent.name not in ("commands", "rigs"):
                 at[module.path.stem].append(str(module.path))
         return {name: places for name, places in sorted(at.items()) if len(places) > 1}
 

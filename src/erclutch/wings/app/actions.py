@@ -49,7 +49,7 @@ READING: tuple[tuple[str, str, str], ...] = (
 )
 #: What a form says of a fit: option, label, what it means, its default.
 FITTING: tuple[tuple[str, str, str, str], ...] = (
-    ("models", "More models", "names with spaces between, also with stages: casson+lag+dahl/field bingham+fnn-16", ""),
+    ("models", "More models", "names as in a ranking, with spaces between, also with other stages", ""),
     ("lag", "Lags and memory", "auto: as far as the data ask for it; none; or stages joined by +", "auto"),
     ("test", "Held out", "share of the rows, at the end of the log", "0.3"),
     ("seed", "Seed", "the same seed gives the same figures", "0"),

@@ -16,7 +16,7 @@ from erclutch.fit.intervals import as_json
 from erclutch.fit.outcome import Estimate
 from erclutch.signals.array import Array
 from erclutch.signals.shown import Shown, one_line
-from erclutch.wings.rheology.flow_law import FLOW_LAWS, Effort, FlowLaw
+from erclutch.wings.rheology.flow_law import Effort, FlowLaw, flow_laws
 from erclutch.wings.rheology.flow_plateau import plateau_of
 
 if TYPE_CHECKING:
@@ -131,7 +131,7 @@ def fit_flow_curve(curve: FlowCurve, law_name: str) -> FlowFit:
 
     Args:
         curve: at least 4 points.
-        law_name: one of `FLOW_LAWS`.
+        law_name: one of `flow_laws`.
 
     Raises:
         SettingError: not a law of shear stress.
@@ -176,7 +176,7 @@ def _require_positive_points(curve: FlowCurve) -> None:
             )
 
 
-def ranked(curve: FlowCurve, laws: Sequence[str] = FLOW_LAWS) -> list[FlowFit]:
+def ranked(curve: FlowCurve, laws: Sequence[str] = ()) -> list[FlowFit]:
     """All laws on a curve, the chosen one first, the others by what they miss at rates that were held out.
 
     A curve is cut into stretches of rates. Each law is fitted without a stretch and judged on it, so that a law with
@@ -184,11 +184,16 @@ def ranked(curve: FlowCurve, laws: Sequence[str] = FLOW_LAWS) -> list[FlowFit]:
     the best within the standard error of the difference, and at most half as far off again. Too few points for that:
     the corrected criterion ranks.
 
+    Args:
+        curve: at least 4 points.
+        laws: their names; all of `flow_laws` by default.
+
     Raises:
         SettingError, CheckError: see `fit_flow_curve`.
     """
-    fits = [fit_flow_curve(curve, name) for name in laws]
-    residuals = [_held_out(curve, name) for name in laws]
+    names = laws or flow_laws()
+    fits = [fit_flow_curve(curve, name) for name in names]
+    residuals = [_held_out(curve, name) for name in names]
     plateau = plateau_of(curve.rate, curve.stress)
     judged: list[tuple[FlowFit, Array | None]] = []
     for fit, residual in zip(fits, residuals, strict=True):

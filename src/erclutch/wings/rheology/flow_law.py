@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -19,14 +20,19 @@ from erclutch.fit.laws.law_starts import scan_points
 from erclutch.fit.laws.variable_projection import Separable, coordinates, parameters, project, triangle_of
 from erclutch.fit.levenberg_marquardt import Linearisation, Minimum, Problem, minimise
 from erclutch.fit.outcome import Estimate
-from erclutch.models.laws import Dimension, Gain, Law, ShapeParameter, law_from_name
+from erclutch.models.laws import Dimension, Gain, Law, ShapeParameter, at_one_field, ladder, law_from_name
 from erclutch.signals.array import Array
 
-#: Laws of shear stress that have a meaning at one field, from the simplest to the richest.
-FLOW_LAWS = ("bingham", "casson", "herschel-bulkley", "seo-seo", "cho-choi-jhon")
 _STIFF = 1e-9  # width of the sign, in normalised rates: all rates are positive, so the sign is no parameter
 _FAINTEST = 1e-6  # of the smallest stress: the least that a gain may add
 _LEAST_INDEX = 0.02  # a gel's stress may hardly grow with the rate: lower than the flow index of a clutch
+
+
+@cache
+def flow_laws() -> tuple[str, ...]:
+    """Our laws of shear stress that have a meaning at one field, from the simplest to the richest."""
+    own = dict.fromkeys(specification.partition("/")[0] for specification in ladder())
+    return tuple(name for name in own if at_one_field(name) is not None)
 
 
 @dataclass(frozen=True)
@@ -81,10 +87,9 @@ class FlowLaw:
             SettingError: not a law of shear stress.
         """
         named = law_from_name(name)
-        if named.name not in FLOW_LAWS:
-            raise SettingError(
-                f"{name} is no law of shear stress at one field", remedy=f"Choose from {', '.join(FLOW_LAWS)}"
-            )
+        if named.name not in flow_laws():
+            known = ", ".join(flow_laws())
+            raise SettingError(f"{name} is no law of shear stress at one field", remedy=f"Choose from {known}")
         law = law_from_name(f"{named.name}/square")
         reference = float(rate.min())
         shapes = _within(law, float((rate / reference).max()))

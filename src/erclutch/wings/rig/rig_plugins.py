@@ -14,13 +14,11 @@ from pathlib import Path
 from typing import ClassVar
 
 from erclutch import registry
-from erclutch.errors import SettingError
+from erclutch.errors import ErclutchError, SettingError
 from erclutch.signals.channels import NamedChannels, named
 from erclutch.signals.device import DEVICES, DeviceName
 
 GROUP = "erclutch.rigs"
-#: Rigs of ours; they take options of the command line.
-OWN = ("twin", "twin-brake", "replay", "udp")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -108,7 +106,7 @@ def hardware(name: str) -> UdpRig | LibraryRig:
         SettingError: there is none (PluginError: it fails, or it returns something else).
     """
     if name not in registry.names(GROUP):
-        raise registry.unknown(GROUP, name, (*OWN, *registry.names(GROUP)))
+        raise _unknown(name)
     plugin = registry.find(GROUP, name)
     make: Callable[[], object] = plugin.of_type(Callable)  # pyright: ignore[reportArgumentType]
     with plugin.working():
@@ -116,6 +114,15 @@ def hardware(name: str) -> UdpRig | LibraryRig:
     if not isinstance(rig, UdpRig | LibraryRig):
         raise plugin.fault(f"returns a {type(rig).__name__}; it must return a UdpRig or a LibraryRig")
     return rig
+
+
+def _unknown(name: str) -> ErclutchError:
+    """That there is no rig of a name; ours are listed first, each at its place."""
+    plugins = registry.plugins(GROUP)
+    ours = [plugin for plugin in plugins if plugin.own]
+    others = [plugin for plugin in plugins if not plugin.own]
+    ours.sort(key=lambda plugin: getattr(plugin.value, "place", len(plugins)))
+    return registry.unknown(GROUP, name, [plugin.name for plugin in (*ours, *others)])
 
 
 def udp_rig(text: str, session: int = 0, device: DeviceName = "coaxial") -> UdpRig:

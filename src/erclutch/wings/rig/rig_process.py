@@ -15,13 +15,12 @@ import signal
 import subprocess
 import sys
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Any
 
-import numpy as np
-
+from erclutch import registry
 from erclutch.errors import ErclutchError
-from erclutch.wings.rig.interface import RigCommand, SteppedRig
+from erclutch.wings.rig.interface import SteppedRig
+from erclutch.wings.rig.rig_plugins import GROUP
 from erclutch.wings.rig.rig_server import RigServer
 
 _PRIORITY = 70
@@ -35,8 +34,8 @@ def start_rig(spec: Mapping[str, Any], *, timeout: float = 120.0) -> tuple[subpr
     """Start a rig's process.
 
     Args:
-        spec: ``kind`` "twin" (``rig_file``, ``seed``, ``locked``, ``single``, ``speed``) or "replay" (``angles``: a
-            .npy file of shape (n, 3), ``period``); ``session``, ``device``, ``port`` (0: any).
+        spec: ``kind``, the name of a rig of ours, and what its own file makes the rig of; ``session``, ``device``,
+            ``port`` (0: any).
         timeout: how long the twin may compile, in s.
 
     Returns:
@@ -66,22 +65,8 @@ def start_rig(spec: Mapping[str, Any], *, timeout: float = 120.0) -> tuple[subpr
 
 def rig_of(spec: Mapping[str, Any]) -> tuple[SteppedRig, float]:
     """The rig of a specification, ready to be stepped, and its lead in m."""
-    if spec["kind"] == "replay":
-        from erclutch.wings.rig.playback import Playback
-
-        return Playback(np.load(Path(spec["angles"]), allow_pickle=False), float(spec["period"])), 2.0 * np.pi
-    from erclutch.wings.rig.twin.parameters import load_rig
-    from erclutch.wings.rig.twin.twin import Twin
-
-    rig = load_rig(spec.get("rig_file") or None)
-
-    seed, speed = int(spec.get("seed", 0)), float(spec.get("speed", 0.0))
-    locked, single = bool(spec.get("locked", False)), bool(spec.get("single", False))
-    warm = Twin(rig)
-    warm.command(RigCommand(0.1, 0.0, 0.1))
-    for _ in range(3):  # compiled now, not in the first step
-        warm.step()
-    return Twin(rig, seed=seed, locked=locked, single=single, speed=speed), rig.value("screw.lead")
+    rig = registry.find(GROUP, spec["kind"]).value
+    return rig.stepped(spec)
 
 
 def main(text: str) -> int:

@@ -73,6 +73,7 @@ def live(
     from erclutch.wings.live.command_line.chosen_settings import knows_inertia, settings_of, supported, tuned
     from erclutch.wings.live.command_line.learn import Rig, learn
     from erclutch.wings.live.command_line.session_report import ended, follow, introduce
+    from erclutch.wings.live.offered_rig import offered_rig
     from erclutch.wings.live.session import Session, SessionOptions
     from erclutch.wings.live.session_figures import SessionFigures
     from erclutch.wings.rig.twin.parameters import load_rig
@@ -85,8 +86,10 @@ def live(
     require(0, 99, priority=loop.priority)
     learns = control.program == "learn"
     if learns:
-        if rig.rig == "replay" or adapt:
-            given = "--adapt" if adapt else "--rig replay"
+        offered = offered_rig(rig.rig)
+        plays_rounds = offered is None or offered.learns
+        if adapt or not plays_rounds:
+            given = "--adapt" if adapt else f"--rig {rig.rig}"
             raise SettingError(f"--program learn with {given}", remedy=f"Leave out {given}: the rounds make the model")
         control, no_model = replace(control, program="rest"), True
     elif learning != NO_LEARN:

@@ -50,15 +50,13 @@ def flowcurve(
 
     from erclutch.wings.rheology.flow_curve import FlowCurve, FlowFit, ranked, yield_text
     from erclutch.wings.rheology.flow_curve_file import read_flow_curves
-    from erclutch.wings.rheology.flow_law import FLOW_LAWS
 
-    chosen = laws or FLOW_LAWS
     read = [(path.name, read_flow_curves(path, shear_rate=shear_rate, stress=stress, sheet=sheet)) for path in files]
     curves = [(name, curve) for name, file in read for curve in file.curves]
     fitted: list[tuple[str, FlowCurve, list[FlowFit]]] = []
     with terminal.progress("fitting flow curves") as bar:
         for done, (name, curve) in enumerate(curves, start=1):
-            fitted.append((name, curve, ranked(curve, chosen)))
+            fitted.append((name, curve, ranked(curve, laws)))
             bar(done, len(curves), "fitting flow curves")
     if json:
         body = [

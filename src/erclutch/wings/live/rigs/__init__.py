@@ -1,0 +1,1 @@
+"""Our own rigs, a file each; its name is what ``--rig`` takes."""
