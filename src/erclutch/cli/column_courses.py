@@ -12,21 +12,33 @@ from erclutch.signals.recording import Recording
 
 def sketch(values: Array, points: int = 60) -> list[list[float]]:
     """Smallest and largest value of each of some stretches of equal length; stretches without a value are left out."""
-    parts = np.array_split(values[np.isfinite(values)], min(points, values.size))
-    return [[float(f"{part.min():.4g}"), float(f"{part.max():.4g}")] for part in parts if part.size]
+    finite = values[np.isfinite(values)]
+    ends: list[list[float]] = []
+    for stretch in np.array_split(finite, min(points, values.size)):
+        if stretch.size:
+            lowest = float(f"{stretch.min():.4g}")
+            highest = float(f"{stretch.max():.4g}")
+            ends.append([lowest, highest])
+    return ends
 
 
 def courses_of(recording: Recording, stretches: int) -> dict[str, Any]:
     """Time and each signal of a recording in stretches of rows: where they begin, smallest and largest value."""
-    cuts = np.unique(np.linspace(0, recording.rows, min(stretches, recording.rows) + 1).astype(np.intp))[:-1]
-    every = {**recording.signals, **recording.extras}
+    count = min(stretches, recording.rows)
+    edges = np.linspace(0, recording.rows, count + 1).astype(np.intp)
+    firsts = np.unique(edges)[:-1]  # first row of each stretch
 
-    def ends(values: Array) -> dict[str, list[float]]:
-        pairs = {"low": np.minimum.reduceat(values, cuts), "high": np.maximum.reduceat(values, cuts)}
-        return {name: [float(f"{value:.5g}") for value in each] for name, each in pairs.items()}
-
+    signals: dict[str, dict[str, Any]] = {}
+    for name, values in {**recording.signals, **recording.extras}.items():
+        lowest = np.minimum.reduceat(values, firsts)
+        highest = np.maximum.reduceat(values, firsts)
+        signals[name] = {
+            "unit": recording.units.get(name, ""),
+            "low": [float(f"{value:.5g}") for value in lowest],
+            "high": [float(f"{value:.5g}") for value in highest],
+        }
     return {
-        "time": [float(f"{value:.8g}") for value in recording.time[cuts]],
+        "time": [float(f"{value:.8g}") for value in recording.time[firsts]],
         "until": float(recording.time[-1]),
-        "signals": {name: {"unit": recording.units.get(name, ""), **ends(values)} for name, values in every.items()},
+        "signals": signals,
     }

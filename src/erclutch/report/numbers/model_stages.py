@@ -32,25 +32,29 @@ class StageGain:
 
 def stage_names(entry: Mapping[str, Any]) -> tuple[str, ...]:
     """Names of the stages of a model, from its entry in run.json."""
-    return tuple(name for name in _name(entry).split("+")[1:] if name != NONE and not is_network(name))
+    _law, *parts = _name(entry).split("+")
+    return tuple(part for part in parts if part != NONE and not is_network(part))
 
 
 def stages_in(entry: Mapping[str, Any]) -> tuple[Stage, ...]:
     """The stages of a model, from its entry in run.json."""
-    return stages_of("+".join(stage_names(entry)) or NONE)
+    chain = "+".join(stage_names(entry))
+    return stages_of(chain or NONE)
 
 
 def stage_values(entry: Mapping[str, Any], stage: Stage) -> dict[str, float]:
     """The numbers of one of a model's stages by name, as the stage computes with them."""
-    return {p.name: float(entry["dynamics"][p.name]) for p in stage.parameters(1.0)}
+    dynamics = entry["dynamics"]
+    return {parameter.name: float(dynamics[parameter.name]) for parameter in stage.parameters(1.0)}
 
 
 def remembers_slip(entry: Mapping[str, Any]) -> bool:
     """Whether a stage on the slip keeps a state."""
-    return any(
-        stage.place == "slip" and stage.initial(SlipAndStrength(0.0, 1.0), stage_values(entry, stage))
-        for stage in stages_in(entry)
-    )
+    at_rest = SlipAndStrength(0.0, 1.0)
+    for stage in stages_in(entry):
+        if stage.place == "slip" and stage.initial(at_rest, stage_values(entry, stage)):
+            return True
+    return False
 
 
 def stage_gain(ranking: Sequence[Mapping[str, Any]]) -> StageGain | None:
@@ -60,23 +64,22 @@ def stage_gain(ranking: Sequence[Mapping[str, Any]]) -> StageGain | None:
     else.
     """
     for entry in ranking:
-        own = stage_names(entry)
-        plainer = [e for e in ranking if _alike(e, entry) and set(stage_names(e)) < set(own)]
-        if plainer:
-            added = tuple(name for name in own if name not in stage_names(plainer[0]))
-            return StageGain(entry, plainer[0], added)
+        stages = stage_names(entry)
+        for other in ranking:
+            others_stages = stage_names(other)
+            if set(others_stages) < set(stages) and _without_stages(other) == _without_stages(entry):
+                added = tuple(name for name in stages if name not in others_stages)
+                return StageGain(entry, other, added)
     return None
 
 
-def _alike(one: Mapping[str, Any], other: Mapping[str, Any]) -> bool:
-    return _without_stages(one) == _without_stages(other) and one.get(APART, "") == other.get(APART, "")
-
-
-def _without_stages(entry: Mapping[str, Any]) -> list[str]:
-    """The law, the network, or both, of which a name is made."""
+def _without_stages(entry: Mapping[str, Any]) -> tuple[list[str], str]:
+    """The law, the network, or both, of which a name is made; and all else that is no stage."""
     first, *others = _name(entry).split("+")
-    return [first, *filter(is_network, others)]
+    networks = [part for part in others if is_network(part)]
+    return [first, *networks], entry.get(APART, "")
 
 
 def _name(entry: Mapping[str, Any]) -> str:
+    """The specification of a model."""
     return str(entry.get(MODEL, entry["name"]))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,7 +10,6 @@ from numpy.typing import NDArray
 from erclutch.report.numbers.correlation import held_out_spans
 from erclutch.runs.run_rows import RunRows
 from erclutch.signals.array import Array
-from erclutch.signals.clock import Span
 
 _PARTS = 50  # of a section, of which means are taken
 _LEAST = 0.05  # share of the range below which a change is noise
@@ -41,7 +39,14 @@ def windows(rows: RunRows, model: str) -> Windows:
     longest = max(span.stop - span.start for span in spans)
     tenth = int(np.clip(np.count_nonzero(rows.test) // 10, 300, 2500))
     width = min(tenth, longest)
-    starts = _starts(spans, width)
+
+    # Sections overlap by three quarters, and each lies inside one span.
+    quarter = max(1, width // 4)
+    of_spans: list[NDArray[np.int64]] = []
+    for span in spans:
+        if span.stop - span.start >= width:
+            of_spans.append(np.arange(span.start, span.stop - width + 1, quarter))
+    starts = np.concatenate(of_spans)
 
     squared_residual = rows.residual(model) ** 2
     squared_slip: Array = np.sum([element.slip**2 for element in rows.data.elements], axis=0)
@@ -60,14 +65,11 @@ def windows(rows: RunRows, model: str) -> Windows:
     shares = events / np.maximum(events.max(axis=0), 1e-300)
     lively = int(starts[np.argmax(shares.sum(axis=1))])
 
-    return Windows((typical, typical + width), (worst, worst + width), (lively, lively + width))
-
-
-def _starts(spans: Sequence[Span], width: int) -> NDArray[np.int64]:
-    """First rows of all sections: they overlap by three quarters, and each lies inside one span."""
-    step = max(1, width // 4)
-    long_enough = [span for span in spans if span.stop - span.start >= width]
-    return np.concatenate([np.arange(span.start, span.stop - width + 1, step) for span in long_enough])
+    return Windows(
+        typical=(typical, typical + width),
+        worst=(worst, worst + width),
+        lively=(lively, lively + width),
+    )
 
 
 def _sums(values: Array, starts: NDArray[np.int64], width: int) -> Array:
@@ -81,10 +83,12 @@ def _events(rows: RunRows, start: int, width: int) -> tuple[float, float]:
 
     Both are counted in means of a fiftieth of the section. What is below a twentieth of the log's range is noise.
     """
-    edges = np.linspace(start, start + width, _PARTS + 1).astype(np.int64)[:-1]
+    stop = start + width
+    firsts = np.linspace(start, stop, _PARTS + 1).astype(np.int64)[:-1]  # of each part
 
     def means(signal: Array) -> Array:
-        return np.add.reduceat(signal[: start + width], edges) / (width / _PARTS)
+        sums = np.add.reduceat(signal[:stop], firsts)
+        return sums / (width / _PARTS)
 
     change = 0.0
     reversals = 0.0

@@ -17,11 +17,29 @@ def describe_error_map(material: Material) -> Plot:
     """Two panels an element: RMSE of the recommended model on the rows held out, and training rows."""
     maps = material.error_maps
     top = _top(maps) * material.effort.factor
-    most = max(int(m.train.max()) for m in maps)
-    panels = [panel for m in maps for panel in _panels(material, m, top, most)]
-    rows = [row for m in maps for row in _rows(m)]
-    height = 0.55 + 1.75 * len(maps)
-    return Plot(panels, PlotTable(_HEADER, rows), height, columns=2, badge=material.print_badge)
+    most = max(int(cells.train.max()) for cells in maps)
+    panels: list[Panel] = []
+    rows: list[tuple[object, ...]] = []
+    for cells in maps:
+        panels += _panels(material, cells, top, most)
+        # A row for each cell that has rows of the log.
+        for i, j in np.argwhere((cells.train > 0) | (cells.test > 0)):
+            row = (
+                cells.element + 1,
+                *cells.field_edges[i : i + 2].tolist(),
+                *cells.slip_edges[j : j + 2].tolist(),
+                int(cells.train[i, j]),
+                int(cells.test[i, j]),
+                float(cells.rmse[i, j]),
+            )
+            rows.append(row)
+    return Plot(
+        panels,
+        PlotTable(_HEADER, rows),
+        height=0.55 + 1.75 * len(maps),
+        columns=2,
+        badge=material.print_badge,
+    )
 
 
 def _top(maps: tuple[ErrorMap, ...]) -> float:
@@ -34,21 +52,35 @@ def _top(maps: tuple[ErrorMap, ...]) -> float:
     return float(np.quantile(np.concatenate(errors), 0.97)) or 1.0
 
 
-def _panels(material: Material, found: ErrorMap, top: float, most: int) -> tuple[Panel, Panel]:
-    name = material.element_name(found.element)
+def _panels(material: Material, cells: ErrorMap, top: float, most: int) -> tuple[Panel, Panel]:
+    """The errors of an element, and its training rows, on the same axes."""
+    name = material.element_name(cells.element)
     tail = f", {name}" if name else ""
-    field = found.field_edges * material.field.factor
-    slip = found.slip_edges * material.slip.factor
+    field = cells.field_edges * material.field.factor
+    slip = cells.slip_edges * material.slip.factor
     x = Axis(f"field {name}".strip(), material.field.unit, float(field[0]), float(field[-1]))
     y = Axis(f"slip {name}".strip(), material.slip.unit, float(slip[0]), float(slip[-1]))
 
-    error = found.rmse * material.effort.factor
-    errors = Cells(field, slip, error, top, "heat", material.effort.titled("RMSE"), crossed=found.blind)
-    about_errors = f"RMSE on the rows held out over field and slip {name}. {worst_cell(material, found)}"
-
-    rows = np.where(found.train > 0, found.train, np.nan)
-    training = Cells(field, slip, rows, float(most), "mass", "training rows", log=True)
-    empty = percent(found.empty_share, 2)
+    errors = Cells(
+        field,
+        slip,
+        cells.rmse * material.effort.factor,
+        top=top,
+        style="heat",
+        label=material.effort.titled("RMSE"),
+        crossed=cells.blind,
+    )
+    training = Cells(
+        field,
+        slip,
+        np.where(cells.train > 0, cells.train, np.nan),
+        top=float(most),
+        style="mass",
+        label="training rows",
+        log=True,
+    )
+    about_errors = f"RMSE on the rows held out over field and slip {name}. {worst_cell(material, cells)}"
+    empty = percent(cells.empty_share, 2)
     about_training = f"Training rows over field and slip {name}; {empty} of the cells hold none."
     return (
         Panel(x, y, [errors], about_errors, caption=f"Error{tail}"),
@@ -56,26 +88,18 @@ def _panels(material: Material, found: ErrorMap, top: float, most: int) -> tuple
     )
 
 
-def worst_cell(material: Material, found: ErrorMap) -> str:
+def worst_cell(material: Material, cells: ErrorMap) -> str:
     """Where the error is largest, in a sentence; empty where no cell has enough rows."""
-    at = found.worst()
-    if at is None:
+    worst = cells.worst()
+    if worst is None:
         return ""
-    i, j = at
-    field = 0.5 * (found.field_edges[i] + found.field_edges[i + 1])
-    slip = 0.5 * (found.slip_edges[j] + found.slip_edges[j + 1])
-    name = material.element_name(found.element)
-    where = f"field {material.field.of(float(field), 2)} and slip {material.slip.of(float(slip), 2)}"
-    error = material.effort.of(float(found.rmse[i, j]))
-    return f"Largest{f' on {name}' if name else ''} near {where}: {error} over {count(int(found.test[i, j]))} rows."
-
-
-def _rows(found: ErrorMap) -> list[tuple[object, ...]]:
-    """A row for each cell that has rows of the log, under `_HEADER`."""
-    rows: list[tuple[object, ...]] = []
-    for i, j in np.argwhere((found.train > 0) | (found.test > 0)):
-        field_ends = found.field_edges[i : i + 2].tolist()
-        slip_ends = found.slip_edges[j : j + 2].tolist()
-        figures = int(found.train[i, j]), int(found.test[i, j]), float(found.rmse[i, j])
-        rows.append((found.element + 1, *field_ends, *slip_ends, *figures))
-    return rows
+    i, j = worst
+    middle_field = 0.5 * (cells.field_edges[i] + cells.field_edges[i + 1])
+    middle_slip = 0.5 * (cells.slip_edges[j] + cells.slip_edges[j + 1])
+    field = material.field.of(float(middle_field), 2)
+    slip = material.slip.of(float(middle_slip), 2)
+    error = material.effort.of(float(cells.rmse[i, j]))
+    rows = count(int(cells.test[i, j]))
+    name = material.element_name(cells.element)
+    element = f" on {name}" if name else ""
+    return f"Largest{element} near field {field} and slip {slip}: {error} over {rows} rows."
