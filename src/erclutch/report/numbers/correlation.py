@@ -74,7 +74,9 @@ def noise_of(values: Array) -> float:
 
 def period_of(rows: RunRows) -> float:
     """Sampling period in s of most of the rows held out."""
-    steps = [_steps(rows, span)[:-1] for span in held_out_spans(rows)] or [np.diff(rows.data.clock.time)]
+    steps = [_steps(rows, span)[:-1] for span in held_out_spans(rows)]
+    if not steps:
+        steps = [np.diff(rows.data.clock.time)]
     return float(np.median(np.concatenate(steps)))
 
 
@@ -103,17 +105,23 @@ def spectrum(rows: RunRows, models: Sequence[str]) -> Spectrum | None:
     spans, longest, period = _alike(rows)
     if longest < _SHORTEST:
         return None
-    width = min(_WINDOW, 1 << (longest // 2).bit_length() - 1)  # a power of two, at least twice in the longest
+    power_of_two = 1 << (longest // 2).bit_length() - 1  # at least twice in the longest
+    width = min(_WINDOW, power_of_two)
     frequency = np.fft.rfftfreq(width, period)[1:]
     # Groups of frequencies, evenly over the logarithm, for a curve of few points.
     edges = np.unique(np.geomspace(1, frequency.size, _POINTS).astype(int))
-    groups = [slice(a - 1, max(b - 1, a)) for a, b in itertools.pairwise(edges)]
-    signals = {"measured": rows.data.effort, **{name: rows.residual(name) for name in models}}
+    groups = [slice(first - 1, max(stop - 1, first)) for first, stop in itertools.pairwise(edges)]
+
+    signals = {"measured": rows.data.effort}
+    for name in models:
+        signals[name] = rows.residual(name)
     density: dict[str, Array] = {}
     for name, values in signals.items():
         power = _welch(values, spans, width, period)[1:]
-        density[name] = np.sqrt(np.array([power[group].mean() for group in groups]))
-    return Spectrum(np.array([frequency[group].mean() for group in groups]), density)
+        of_groups = np.array([power[group].mean() for group in groups])
+        density[name] = np.sqrt(of_groups)
+    middles = np.array([frequency[group].mean() for group in groups])
+    return Spectrum(middles, density)
 
 
 def _welch(values: Array, spans: Sequence[Span], width: int, period: float) -> Array:
@@ -122,11 +130,13 @@ def _welch(values: Array, spans: Sequence[Span], width: int, period: float) -> A
     total = np.zeros(width // 2 + 1)
     count = 0
     for span in spans:
-        for at in range(span.start, span.stop - width + 1, width // 2):
-            piece = values[at : at + width]
-            total += np.abs(np.fft.rfft((piece - piece.mean()) * taper)) ** 2
+        for first in range(span.start, span.stop - width + 1, width // 2):
+            piece = values[first : first + width]
+            tapered = (piece - piece.mean()) * taper
+            total += np.abs(np.fft.rfft(tapered)) ** 2
             count += 1
-    return total * (2.0 * period / (float(taper @ taper) * max(count, 1)))
+    windows = float(taper @ taper) * max(count, 1)
+    return total * (2.0 * period / windows)
 
 
 def autocorrelation(rows: RunRows, models: Sequence[str]) -> Autocorrelation | None:
@@ -135,26 +145,36 @@ def autocorrelation(rows: RunRows, models: Sequence[str]) -> Autocorrelation | N
     if longest < _SHORTEST:
         return None
     most = min(longest // 3, max(50, round(2.0 / period)))  # rows of lag
-    whole = {name: _correlate(rows.residual(name), spans, most) for name in models}
-    # Up to three times the lag at which the longest memory has first fallen to a tenth.
-    gone = [int(np.argmax(np.append(values, 0.0) < 0.1)) for values in whole.values()]
+    whole: dict[str, Array] = {}
+    independent: dict[str, float] = {}
+    gone: list[int] = []  # rows of lag at which a correlation has first fallen to a tenth
+    for name in models:
+        residual = rows.residual(name)
+        values = _correlate(residual, spans, most)
+        whole[name] = values
+        independent[name] = independent_rows(residual[rows.test] ** 2)
+        gone.append(int(np.argmax(np.append(values, 0.0) < 0.1)))
+    # Up to three times the lag at which the longest memory is gone.
     last = int(np.clip(3 * max(gone), min(30, most), most))
     count = sum(span.stop - span.start for span in spans)
     return Autocorrelation(
         lag=np.arange(last + 1, dtype=np.float64) * period,
         values={name: values[: last + 1] for name, values in whole.items()},
         white=1.96 / count**0.5,
-        independent={name: independent_rows(rows.residual(name)[rows.test] ** 2) for name in models},
+        independent=independent,
     )
 
 
 def _correlate(residual: Array, spans: Sequence[Span], most: int) -> Array:
     """Autocorrelation at lags of 0 to so many rows, shape (most + 1,); pairs of rows across a gap do not count."""
-    mean = np.mean(np.concatenate([residual[span.start : span.stop] for span in spans]))
+    pieces = [residual[span.start : span.stop] for span in spans]
+    mean = np.mean(np.concatenate(pieces))
     total = np.zeros(most + 1)
-    for span in spans:
-        piece = residual[span.start : span.stop] - mean
+    for piece in pieces:
         size = 1 << (piece.size + most).bit_length()  # room enough that the ends do not meet
-        power = np.abs(np.fft.rfft(piece, size)) ** 2
+        power = np.abs(np.fft.rfft(piece - mean, size)) ** 2
         total += np.fft.irfft(power, size)[: most + 1]
-    return total / total[0] if total[0] > 0 else np.eye(1, most + 1)[0]
+    if total[0] > 0:
+        return total / total[0]
+    perfect, *_ = np.eye(1, most + 1)  # a residual of nothing: one at lag 0
+    return perfect

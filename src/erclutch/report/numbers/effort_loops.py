@@ -84,12 +84,15 @@ def effort_loops(rows: RunRows, models: Sequence[str]) -> list[EffortLoop]:
     loops: list[EffortLoop] = []
     for element in range(len(rows.data.elements)):
         windows = _windows(rows, element, 2)
-        field = np.abs(rows.data.elements[element].field)
-        moves = _reach(field, windows.starts, windows.stops) / largest if windows.starts.size else 1.0
-        if np.median(moves) > _RESTLESS:  # or there is no such window: shorter ones have a steadier field
+        restless = True
+        if windows.starts.size:
+            field = np.abs(rows.data.elements[element].field)
+            moves = _reach(field, windows.starts, windows.stops) / largest
+            restless = bool(np.median(moves) > _RESTLESS)
+        if restless:  # shorter windows have a steadier field
             windows = _windows(rows, element, 1)
-        chosen = _chosen(rows, element, windows, largest)
-        loops += [_loop(rows, models, element, windows, place) for place in chosen]
+        for place in _chosen(rows, element, windows, largest):
+            loops.append(_loop(rows, models, element, windows, place))
     return loops
 
 
@@ -111,14 +114,17 @@ def loop_areas(rows: RunRows, models: Sequence[str]) -> LoopAreas | None:
         stops = windows.stops[usable]
         if not starts.size:
             continue
-        box = _reach(own.slip, starts, stops) * _reach(rows.data.effort, starts, stops)
-        areas += [float(np.sum(_area(own.slip, effort, starts, stops))) for effort in efforts]
-        boxes += float(np.sum(box))
+        widths = _reach(own.slip, starts, stops)
+        heights = _reach(rows.data.effort, starts, stops)
+        boxes += float(np.sum(widths * heights))
+        for place, effort in enumerate(efforts):
+            areas[place] += float(np.sum(_area(own.slip, effort, starts, stops)))
         periods += starts.size
-    if periods < _FEWEST_PERIODS or not boxes or not areas[0]:
+    measured, *modelled = areas
+    if periods < _FEWEST_PERIODS or not boxes or not measured:
         return None
-    drawn = {name: float(area / areas[0]) for name, area in zip(models, areas[1:], strict=True)}
-    return LoopAreas(periods, abs(float(areas[0])) / boxes, drawn)
+    drawn = {name: float(area / measured) for name, area in zip(models, modelled, strict=True)}
+    return LoopAreas(periods, abs(float(measured)) / boxes, drawn)
 
 
 def _windows(rows: RunRows, element: int, periods: int) -> _Periods:
@@ -145,8 +151,9 @@ def _windows(rows: RunRows, element: int, periods: int) -> _Periods:
     largest = max(float(np.abs(e.field).max()) for e in elements)
     for place, other in enumerate(elements):
         if place != element:
-            busy = np.concatenate([[0], np.cumsum(np.abs(other.field) > _OTHER * largest)])  # rows before each row
-            keep &= busy[last] == busy[first]
+            is_busy = np.abs(other.field) > _OTHER * largest
+            busy_before = np.concatenate([[0], np.cumsum(is_busy)])  # rows before each row
+            keep &= busy_before[last] == busy_before[first]
     return _Periods(first[keep], last[keep], np.concatenate(held)[keep])
 
 
@@ -166,17 +173,20 @@ def _chosen(rows: RunRows, element: int, windows: _Periods, largest: float) -> l
         return []
     own = rows.data.elements[element]
     field = np.abs(own.field)
-    starts, stops = windows.starts, windows.stops
+    starts = windows.starts
+    stops = windows.stops
     mean_field = _mean(field, starts, stops)
-    mean_square = _mean(own.slip * own.slip, starts, stops)
     spread = _reach(field, starts, stops) / largest
+    mean_square = _mean(own.slip * own.slip, starts, stops)
     lively = mean_square >= np.median(mean_square)
     targets = np.linspace(float(mean_field.min()), float(mean_field.max()), _LEVELS)
     chosen: list[int] = []
     for target in targets:
         # Rows held out first, where they have such a field.
-        off = spread + np.abs(mean_field - target) / largest + 0.25 * ~windows.held + 1.0 * ~lively
-        best = int(np.argmin(off))
+        off_target = np.abs(mean_field - target) / largest
+        price = spread + off_target + 0.25 * ~windows.held + 1.0 * ~lively
+        best = int(np.argmin(price))
+        # Windows of nearly one field would tell the same twice.
         apart = [abs(mean_field[best] - mean_field[other]) > 0.05 * largest for other in chosen]
         if best not in chosen and all(apart):
             chosen.append(best)
@@ -194,7 +204,8 @@ def _loop(rows: RunRows, models: Sequence[str], element: int, windows: _Periods,
     steps = 0.5 * (slip[1:] + slip[:-1]) * np.diff(time)
     travel = np.concatenate([[0.0], np.cumsum(steps)])
     travel -= 0.5 * (travel.min() + travel.max())
-    few = np.unique(np.linspace(0, slip.size - 1, min(slip.size, _POINTS)).round().astype(np.intp))
+    even = np.linspace(0, slip.size - 1, min(slip.size, _POINTS))
+    few = np.unique(even.round().astype(np.intp))
     logs = zip(rows.data.sources, rows.data.source_rows, strict=True)
     log = next(name for name, (_, end) in logs if start < end)
     return EffortLoop(
@@ -218,7 +229,8 @@ def _mean(values: Array, starts: Rows, stops: Rows) -> Array:
 
 def _reach(values: Array, starts: Rows, stops: Rows) -> Array:
     """Largest less smallest value of each window."""
-    return np.array([np.ptp(values[a : b + 1]) for a, b in zip(starts.tolist(), stops.tolist(), strict=True)])
+    windows = zip(starts.tolist(), stops.tolist(), strict=True)
+    return np.array([np.ptp(values[start : stop + 1]) for start, stop in windows])
 
 
 def _area(slip: Array, effort: Array, starts: Rows, stops: Rows) -> Array:

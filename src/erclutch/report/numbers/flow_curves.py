@@ -106,11 +106,16 @@ def flow_curves(rows: RunRows, models: Sequence[Model], element: int = 0, wait: 
     own = rows.data.elements[element]
     strength = np.abs(own.field)
     levels = _levels(strength) if wait is None else _met(strength)
-    fields: list[float] = levels.tolist()
     first = float(np.quantile(own.slip, 0.0005))
     last = float(np.quantile(own.slip, 0.9995))
     inside = (own.slip >= first) & (own.slip <= last)
-    slip = _slips(first, last)
+
+    # Points of a curve lie closer together near zero, where laws turn.
+    reach = max(abs(first), abs(last)) or 1.0
+    start = float(np.arcsinh(first / reach * np.sinh(3.0)))
+    end = float(np.arcsinh(last / reach * np.sinh(3.0)))
+    even: Array = np.linspace(start, end, _CURVE)
+    slip: Array = reach * np.sinh(even) / np.sinh(3.0)
 
     dots_after: dict[int, list[Rows]] = {}  # rows of the dots at each level, by the rows in which a field settles
     curves: list[FlowCurves] = []
@@ -119,22 +124,24 @@ def flow_curves(rows: RunRows, models: Sequence[Model], element: int = 0, wait: 
         if settling not in dots_after:
             near = _near(rows, settling, element, levels)
             dots_after[settling] = [_spread(own.slip, mask & inside) for mask in near]
-        effort = np.array([_alone(model, element, np.full(slip.size, level, np.float64), slip) for level in fields])
+        efforts: list[Array] = []
+        for level in levels.tolist():
+            field = np.full(slip.size, level, np.float64)
+            efforts.append(_alone(model, element, field, slip))
         dots: list[Array] = []
-        for at in dots_after[settling]:
-            measured = rows.data.effort[at] - _others(rows, model, element, at)
-            dots.append(np.column_stack([own.slip[at], measured]))
-        curves.append(FlowCurves(model.name, element, levels, slip, effort, tuple(dots)))
+        for near_level in dots_after[settling]:
+            measured = rows.data.effort[near_level] - _others(rows, model, element, near_level)
+            dots.append(np.column_stack([own.slip[near_level], measured]))
+        curve = FlowCurves(
+            model.name,
+            element,
+            fields=levels,
+            slip=slip,
+            effort=np.array(efforts),
+            dots=tuple(dots),
+        )
+        curves.append(curve)
     return curves
-
-
-def _slips(first: float, last: float) -> Array:
-    """Slips of a curve's points, shape (n,): they lie closer together near zero, where laws turn."""
-    reach = max(abs(first), abs(last)) or 1.0
-    start = float(np.arcsinh(first / reach * np.sinh(3.0)))
-    end = float(np.arcsinh(last / reach * np.sinh(3.0)))
-    even: Array = np.linspace(start, end, _CURVE)
-    return reach * np.sinh(even) / np.sinh(3.0)
 
 
 def waited(rows: RunRows, model: Model, element: int = 0) -> int:
@@ -145,13 +152,16 @@ def waited(rows: RunRows, model: Model, element: int = 0) -> int:
     """
     own = rows.data.elements[element]
     levels = _met(np.abs(own.field))
-    low, high = (float(end) for end in np.quantile(own.slip, (0.01, 0.99)))
+    low, high = np.quantile(own.slip, (0.01, 0.99)).tolist()
     parts = np.linspace(low, high, _PARTS + 1)
 
     def shown(wait: int) -> float:
         """Parts of the range of slips with a dot, of the middle one of all curves."""
-        counts = [np.histogram(own.slip[near], parts)[0] for near in _near(rows, wait, element, levels)]
-        return float(np.median([np.count_nonzero(count) for count in counts]))
+        of_curves: list[int] = []
+        for near in _near(rows, wait, element, levels):
+            dots, _ = np.histogram(own.slip[near], parts)
+            of_curves.append(np.count_nonzero(dots))
+        return float(np.median(of_curves))
 
     wait = _settling(rows, model)
     while wait > 1 and low < high and shown(wait) < _SHOWN:
@@ -163,27 +173,36 @@ def field_curves(rows: RunRows, model: Model, element: int, wait: int) -> FieldC
     """Curves of a model over the field of one element, and rows near their slips whose field has stayed for a wait."""
     own = rows.data.elements[element]
     strength = np.abs(own.field)
-    first, last = (float(end) for end in np.quantile(own.slip, (0.01, 0.99)))
+    first, last = np.quantile(own.slip, (0.01, 0.99)).tolist()
     slips = np.linspace(first, last, _LEVELS)
     field = np.linspace(float(strength.min()), float(strength.max()), _CURVE)
     settled, _ = _settled(rows, wait, element)
-    near = 0.1 * float(np.diff(slips).min()) if first < last else np.inf
-    effort: list[Array] = []
+    reach = 0.1 * float(np.diff(slips).min()) if first < last else np.inf
+    efforts: list[Array] = []
     dots: list[Array] = []
     for slip in slips.tolist():
-        effort.append(_alone(model, element, field, np.full(field.size, slip)))
-        at = _spread(strength, settled & (np.abs(own.slip - slip) <= near))
-        measured = rows.data.effort[at] - _others(rows, model, element, at)
-        dots.append(np.column_stack([strength[at], measured]))
-    return FieldCurves(element, slips, field, np.array(effort), tuple(dots))
+        efforts.append(_alone(model, element, field, np.full(field.size, slip)))
+        is_near = np.abs(own.slip - slip) <= reach
+        near = _spread(strength, settled & is_near)
+        measured = rows.data.effort[near] - _others(rows, model, element, near)
+        dots.append(np.column_stack([strength[near], measured]))
+    return FieldCurves(
+        element,
+        slips,
+        field,
+        effort=np.array(efforts),
+        dots=tuple(dots),
+    )
 
 
 def dwelled_fields(strength: Array) -> Array:
     """The few fields at which nearly all rows are, shape (k,); empty where the field takes many values."""
-    low, high = float(strength.min()), float(strength.max())
+    low = float(strength.min())
+    high = float(strength.max())
     if low == high:
         return np.array([low])
-    bins = np.minimum((_BINS * (strength - low) / (high - low)).astype(np.intp), _BINS - 1)  # of each row
+    places = (_BINS * (strength - low) / (high - low)).astype(np.intp)
+    bins = np.minimum(places, _BINS - 1)  # of each row
     share = np.bincount(bins, minlength=_BINS) / strength.size
     dwelt = np.flatnonzero(share >= _DWELT)
     groups = np.split(dwelt, np.flatnonzero(np.diff(dwelt) > 1) + 1)  # bins side by side
@@ -191,14 +210,19 @@ def dwelled_fields(strength: Array) -> Array:
     narrow = max(map(len, groups)) <= 2  # a field at an edge of two bins has rows in both
     if not dwelt.size or len(groups) > _LEVELS + 2 or not nearly_all or not narrow:
         return np.zeros(0)
-    rows = [(bins >= group[0]) & (bins <= group[-1]) for group in groups]
-    return np.array([float(np.median(strength[of_group])) for of_group in rows])
+    fields: list[float] = []
+    for group in groups:
+        of_group = (bins >= group[0]) & (bins <= group[-1])
+        fields.append(float(np.median(strength[of_group])))
+    return np.array(fields)
 
 
 def rare_fields(rows: RunRows, element: int) -> Array:
     """Fields of the curves of an element near which the log has hardly any rows, settled or not, shape (k,)."""
-    levels = _levels(np.abs(rows.data.elements[element].field))
-    rare = [bool(near.mean() < _RARE) for near in _near(rows, 1, element, levels)]
+    strength = np.abs(rows.data.elements[element].field)
+    levels = _levels(strength)
+    shares = [near.mean() for near in _near(rows, 1, element, levels)]
+    rare = [bool(share < _RARE) for share in shares]
     return levels[rare]
 
 
@@ -211,7 +235,11 @@ def grouped(curves: Sequence[Sequence[FlowCurves]], apart: float) -> tuple[tuple
     """
 
     def alike(one: int, other: int) -> bool:
-        return all(np.max(np.abs(laws[one].effort - laws[other].effort)) <= apart for laws in curves)
+        for laws in curves:
+            difference = laws[one].effort - laws[other].effort
+            if not np.max(np.abs(difference)) <= apart:
+                return False
+        return True
 
     alike_to: dict[int, list[int]] = {}  # places of further laws, by the place of the first
     for law in range(len(curves[0])):
@@ -250,8 +278,9 @@ def _others(rows: RunRows, model: Model, element: int, at: Rows) -> Array:
 
 def _steady(model: Model, fields: Sequence[Array], slips: Sequence[Array]) -> Array:
     """Effort at rest with further inputs, such as a temperature, in the middle of their ranges."""
-    middles = [0.5 * (low + high) for low, high in model.extras.values()]
-    return model.steady(fields, slips, [np.full(slips[0].size, middle) for middle in middles])
+    rows = slips[0].size
+    extras = [np.full(rows, 0.5 * (low + high)) for low, high in model.extras.values()]
+    return model.steady(fields, slips, extras)
 
 
 def _levels(strength: Array) -> Array:
@@ -279,10 +308,12 @@ def _settled(
     rows: RunRows, settling: int, element: int, levels: Array | None = None
 ) -> tuple[NDArray[np.bool_], float]:
     """Rows whose field has stayed where it is for so many rows, the other elements without field; how near that is."""
-    fields = [np.abs(e.field) for e in rows.data.elements]
-    slack = 0.04 * (max(float(f.max()) for f in fields) or 1.0)
+    fields = [np.abs(each.field) for each in rows.data.elements]
+    largest = max(float(field.max()) for field in fields) or 1.0
+    slack = 0.04 * largest
     if levels is not None and levels.size > 1:
-        slack = min(slack, 0.3 * float(np.diff(levels).min()))
+        narrowest = float(np.diff(levels).min())
+        slack = min(slack, 0.3 * narrowest)
     settled = _still(fields[element], settling, 2.0 * slack)
     for i, other in enumerate(fields):
         if i != element:
@@ -305,9 +336,11 @@ def _still(field: Array, back: int, reach: float) -> NDArray[np.bool_]:
     from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
     shift = (back - 1) // 2  # so that the window ends with its row
-    span: Array = maximum_filter1d(field, back, origin=shift) - minimum_filter1d(field, back, origin=shift)
-    span[: back - 1] = np.inf
-    return span <= reach
+    highest: Array = maximum_filter1d(field, back, origin=shift)
+    lowest: Array = minimum_filter1d(field, back, origin=shift)
+    moved = highest - lowest
+    moved[: back - 1] = np.inf
+    return moved <= reach
 
 
 def _spread(values: Array, mask: NDArray[np.bool_]) -> Rows:
@@ -316,6 +349,7 @@ def _spread(values: Array, mask: NDArray[np.bool_]) -> Rows:
     if inside.size <= _DOTS:
         return inside
     order = inside[np.argsort(values[inside], kind="stable")]
-    targets = np.linspace(values[order[0]], values[order[-1]], _DOTS)
-    places = np.searchsorted(values[order], targets)
+    rising = values[order]
+    targets = np.linspace(rising[0], rising[-1], _DOTS)
+    places = np.searchsorted(rising, targets)
     return np.unique(order[np.clip(places, 0, order.size - 1)])

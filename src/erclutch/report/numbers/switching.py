@@ -18,7 +18,8 @@ from erclutch.signals.clock import Clock, Span
 _STEP = 0.1  # share of the command's range that is a switch
 _WITHIN = 2.0e-3  # s, in which the command moves so far
 _FEWEST = 20  # switches
-_SHORTEST, _LONGEST = 1e-3, 1e3  # s, of step responses
+_SHORTEST = 1e-3  # s, of step responses
+_LONGEST = 1e3
 _POINTS = 1201  # of a step response
 _MISSING = 0.01  # share of a step below which the field has settled
 
@@ -89,34 +90,41 @@ def after_switch(rows: RunRows, models: Sequence[str]) -> AfterSwitch | None:
         return None
     # Bins of whole periods: 0, 1, 2, 3 and 4, ...
     edges = (ticks - 1.5) * period
-    count = edges.size - 1
-    which = np.searchsorted(edges, since[test], "right") - 1
-    inside = which < count
-    which = which[inside]
-    total = np.bincount(which, minlength=count)[:count]
+    bins = edges.size - 1
+    of_rows = np.searchsorted(edges, since[test], "right") - 1
+    inside = of_rows < bins
+    of_rows = of_rows[inside]
+    counts = np.bincount(of_rows, minlength=bins)[:bins]
     rmse: dict[str, Array] = {}
     for model in models:
-        squares = np.bincount(which, rows.residual(model)[test][inside] ** 2, minlength=count)[:count]
-        rmse[model] = np.sqrt(squares / np.maximum(total, 1))
-    return AfterSwitch(switches, 0.5 * (ticks[1:] + ticks[:-1] - 3) * period, total, rmse)
+        residual = rows.residual(model)[test][inside]
+        squares = np.bincount(of_rows, residual**2, minlength=bins)[:bins]
+        rmse[model] = np.sqrt(squares / np.maximum(counts, 1))
+    middles = 0.5 * (ticks[1:] + ticks[:-1] - 3) * period  # [s]
+    return AfterSwitch(switches, middles, counts, rmse)
 
 
 def _time_since(rows: RunRows, within: int) -> Array:
     """Seconds since the last switch of any element's command in the same stretch; nan where there was none yet."""
-    n = rows.data.rows
-    switch = np.zeros(n, np.bool_)
+    count = rows.data.rows
+    switch = np.zeros(count, np.bool_)
     for element in rows.data.elements:
         reach = float(np.ptp(element.field)) or 1.0
-        jump = np.zeros(n, np.bool_)
-        jump[within:] = np.abs(element.field[within:] - element.field[:-within]) > _STEP * reach
+        step = np.abs(element.field[within:] - element.field[:-within])
+        jump = np.zeros(count, np.bool_)
+        jump[within:] = step > _STEP * reach
         # The first row of a run of such rows is the switch.
         switch[1:] |= jump[1:] & ~jump[:-1]
-    last = np.maximum.accumulate(np.where(switch, np.arange(n), -1))
+
+    # The last switch at or before each row; -1 where there was none.
+    last = np.maximum.accumulate(np.where(switch, np.arange(count), -1))
     time = rows.data.clock.time
     since = np.where(last >= 0, time - time[last], np.nan)
+    # A gap hides switches: what was before it does not count behind it.
     for span in rows.data.clock.spans:
-        lost = last[span.start : span.stop] < span.start + within
-        since[span.start : span.stop][lost] = np.nan
+        own = slice(span.start, span.stop)
+        lost = last[own] < span.start + within
+        since[own][lost] = np.nan
     return since
 
 
@@ -130,24 +138,29 @@ def step_response(entry: Mapping[str, Any]) -> StepResponse | None:
     """How the stages of a model on the command follow a step; None where there is none."""
     if not any(stage.place == "command" for stage in stages_in(entry)):
         return None
+    # The time is made longer until the last quarter of the response has settled.
+    last_quarter = slice(-_POINTS // 4, None)
     horizon = _SHORTEST
     while True:
-        found = _response(entry, horizon)
-        late = slice(-_POINTS // 4, None)
-        missing = max(np.abs(1.0 - found.rising[late]).max(), np.abs(found.falling[late]).max())
-        if missing < _MISSING or horizon > _LONGEST:
-            return found
+        response = _response(entry, horizon)
+        rise_missing = np.abs(1.0 - response.rising[last_quarter]).max()
+        fall_missing = np.abs(response.falling[last_quarter]).max()
+        if max(rise_missing, fall_missing) < _MISSING or horizon > _LONGEST:
+            return response
         horizon *= 1.5
 
 
 def _response(entry: Mapping[str, Any], horizon: float) -> StepResponse:
+    """The response up to a horizon in s: the command steps in the second row."""
     time = np.linspace(0.0, horizon, _POINTS)
-    clock = Clock(time, (Span(0, time.size, horizon / (time.size - 1)),))
+    period = horizon / (time.size - 1)  # [s]
+    clock = Clock(time, (Span(0, time.size, period),))
     rising: Array = np.minimum(np.arange(time.size, dtype=np.float64), 1.0)
     falling: Array = 1.0 - rising
     for stage in stages_in(entry):
-        if stage.place == "command":
-            q = list(stage_values(entry, stage).values())
-            rising = np.asarray(stage.respond(rising, clock, q, slice(None)))
-            falling = np.asarray(stage.respond(falling, clock, q, slice(None)))
+        if stage.place != "command":
+            continue
+        parameters = list(stage_values(entry, stage).values())
+        rising = np.asarray(stage.respond(rising, clock, parameters, slice(None)))
+        falling = np.asarray(stage.respond(falling, clock, parameters, slice(None)))
     return StepResponse(str(entry["name"]), time, rising, falling)

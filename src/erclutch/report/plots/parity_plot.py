@@ -16,29 +16,46 @@ def describe_parity(material: Material) -> Plot:
     residuals = material.distributions
     edges = residuals[0].edges
     columns = {"residual_from": edges[:-1], "residual_to": edges[1:]}
-    columns |= {f"density:{residual.model}": residual.density for residual in residuals}
-    table = PlotTable(list(columns), np.column_stack(list(columns.values())).tolist())
-    return Plot([_parity(material), _distribution(material)], table, 4.7, badge=material.print_badge, legend="above")
+    for residual in residuals:
+        columns[f"density:{residual.model}"] = residual.density
+    numbers = np.column_stack(list(columns.values()))
+    return Plot(
+        [_parity(material), _distribution(material)],
+        PlotTable(list(columns), numbers.tolist()),
+        height=4.7,
+        badge=material.print_badge,
+        legend="above",
+    )
 
 
 def _parity(material: Material) -> Panel:
-    found = parity(material.rows, material.recommended)
-    edges = found.edges * material.effort.factor
+    """The density of the rows held out around the diagonal, of the recommended model."""
+    density = parity(material.rows, material.recommended)
+    edges = density.edges * material.effort.factor
     low = float(edges[0])
     high = float(edges[-1])
-    counts = np.where(found.counts > 0, found.counts, np.nan)
-    cells = Cells(edges, edges, counts, float(found.counts.max()), "mass", "", log=True)
-    diagonal = Line(np.array([low, high]), np.array([low, high]), "ref")
-    beyond = f" {count(found.beyond)} rows lie outside." if found.beyond else ""
-    r2 = material.run.entry(material.recommended)["test"]["r2"][0]
+    cells = Cells(
+        edges,
+        edges,
+        np.where(density.counts > 0, density.counts, np.nan),
+        top=float(density.counts.max()),
+        style="mass",
+        label="",
+        log=True,
+    )
+    ends = np.array([low, high])
+    diagonal = Line(ends, ends, "ref")
+    r2, *_ = material.run.entry(material.recommended)["test"]["r2"]
+    beyond = f" {count(density.beyond)} rows lie outside." if density.beyond else ""
     return Panel(
         Axis("measured", material.effort.unit, low, high),
         Axis("estimated", material.effort.unit, low, high),
         [cells, diagonal],
-        f"Estimated over measured {material.word} of {material.title}, rows held out; on the diagonal they "
+        says=f"Estimated over measured {material.word} of {material.title}, rows held out; on the diagonal they "
         f"agree. R² {number(r2, 4)}.",
-        material.title,
-        f"{material.title}, rows held out. Strong colour: many rows (logarithmic). On the line the two agree.{beyond}",
+        title=material.title,
+        caption=f"{material.title}, rows held out. Strong colour: many rows (logarithmic). On the line the two "
+        f"agree.{beyond}",
         square=True,
         size=(430, 350),
         share=1.6,
@@ -46,30 +63,35 @@ def _parity(material: Material) -> Panel:
 
 
 def _distribution(material: Material) -> Panel:
+    """Histograms of the residuals, and a normal distribution as wide as that of the recommended model."""
     effort = material.effort
     first, *others = material.distributions
     edges = first.edges * effort.factor
+    lowest = float(edges[0])
+    highest = float(edges[-1])
     marks: list[Mark] = [Bars(edges, first.density / effort.factor, "recommended", first.model)]
     for other in others:
         density = other.density / effort.factor
         marks.append(Line(edges, density, material.shown[other.model], other.model, steps=True))
-    marks.append(_normal(edges, first.bias * effort.factor, (first.spread or 1.0) * effort.factor))
+
+    mean = first.bias * effort.factor
+    deviation = (first.spread or 1.0) * effort.factor
+    residual: Array = np.linspace(lowest, highest, 121)
+    z: Array = (residual - mean) / deviation
+    normal: Array = np.exp(-0.5 * z * z) / (deviation * np.sqrt(2 * np.pi))
+    marks.append(Line(residual, normal, "ref"))
     marks.append(ReferenceLine(0.0, "x"))
 
-    names = ", ".join(residual.model for residual in material.distributions)
-    tallest = max(float(residual.density.max()) for residual in material.distributions) / effort.factor
+    names = ", ".join(each.model for each in material.distributions)
+    tallest = max(float(each.density.max()) for each in material.distributions) / effort.factor
+    half = effort.of(first.quantiles[0])
+    nearly_all = effort.of(first.quantiles[2])
     return Panel(
-        Axis("measured less estimated", effort.unit, float(edges[0]), float(edges[-1])),
-        Axis(f"share of rows per {effort.unit or 'unit'}", "", 0.0, 1.06 * tallest),
+        Axis("measured less estimated", effort.unit, lowest, highest),
+        Axis(f"share of rows per {effort.unit or 'unit'}", low=0.0, high=1.06 * tallest),
         marks,
-        f"Distribution of the residual of {names}. Half of the errors of {first.model} "
-        f"are below {effort.of(first.quantiles[0])}, 99 % below {effort.of(first.quantiles[2])}.",
+        says=f"Distribution of the residual of {names}. Half of the errors of {first.model} "
+        f"are below {half}, 99 % below {nearly_all}.",
         caption=f"Filled: {material.title}. Thin line: a normal distribution of the same width.",
         size=(430, 350),
     )
-
-
-def _normal(edges: Array, mean: float, deviation: float) -> Line:
-    x: Array = np.linspace(float(edges[0]), float(edges[-1]), 121)
-    z: Array = (x - mean) / deviation
-    return Line(x, np.exp(-0.5 * z * z) / (deviation * np.sqrt(2 * np.pi)), "ref")

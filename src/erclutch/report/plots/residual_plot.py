@@ -9,7 +9,8 @@ import numpy as np
 from erclutch.errors import CheckError
 from erclutch.report.numbers.correlation import Autocorrelation, Spectrum
 from erclutch.report.numbers.run_material import Material
-from erclutch.report.plots.plot_description import Axis, Line, Panel, Plot, PlotTable, ReferenceLine, Shade
+from erclutch.report.plots.plot_description import Axis, Line, Mark, Panel, Plot, PlotTable, ReferenceLine, Shade
+from erclutch.signals.array import Array
 
 _POINTS = 400  # of a curve that is drawn; the table has them all
 
@@ -20,27 +21,37 @@ def describe_residual(material: Material) -> Plot:
     Raises:
         CheckError: no stretch of the rows held out is long enough.
     """
-    power, memory = material.spectrum, material.autocorrelation
+    power = material.spectrum
+    memory = material.autocorrelation
     if power is None or memory is None:
         raise CheckError(
             "no stretch of 64 rows without a gap is held out, so there is no spectrum",
             where=str(material.run.folder),
             remedy="Hold out more rows with --test",
         )
-    panels = [_spectrum(material, power), _correlation(material, memory)]
-    return Plot(panels, _table(power, memory), 4.0, badge=material.print_badge, legend="above")
+    return Plot(
+        [_spectrum(material, power), _correlation(material, memory)],
+        _table(power, memory),
+        height=4.0,
+        badge=material.print_badge,
+        legend="above",
+    )
 
 
-def _spectrum(material: Material, found: Spectrum) -> Panel:
-    frequency = found.frequency
+def _spectrum(material: Material, power: Spectrum) -> Panel:
+    """Amplitude densities of the measured effort and of the residuals."""
+    frequency = power.frequency
     # A logarithmic axis has no place for zero.
-    curves = {name: np.maximum(d * material.effort.factor, 1e-300) for name, d in found.density.items()}
+    nothing = 1e-300
+    curves: dict[str, Array] = {}
+    for name, density in power.density.items():
+        curves[name] = np.maximum(density * material.effort.factor, nothing)
     lines = [Line(frequency, curves["measured"], "measured", "measured")]
     for name, role in reversed(material.shown.items()):
         lines.append(Line(frequency, curves[name], role, material.titles[name]))
 
     # A few densities near zero shall not stretch the axis over decades.
-    positive = np.concatenate([d[d > 1e-300] for d in curves.values()])
+    positive = np.concatenate([curve[curve > nothing] for curve in curves.values()])
     low = float(np.quantile(positive, 0.002)) / 1.5
     high = 1.6 * float(positive.max())
     unit = f"{material.effort.unit or '1'}/√Hz"
@@ -54,18 +65,22 @@ def _spectrum(material: Material, found: Spectrum) -> Panel:
     )
 
 
-def _correlation(material: Material, found: Autocorrelation) -> Panel:
-    scale, unit = (1e3, "ms") if found.lag[-1] < 1.0 else (1.0, "s")
-    lag = found.lag * scale
+def _correlation(material: Material, memory: Autocorrelation) -> Panel:
+    """Autocorrelations of the residuals, and the band that white noise stays in."""
+    in_ms = memory.lag[-1] < 1.0
+    lag = memory.lag * 1e3 if in_ms else memory.lag
     thin = slice(None, None, max(1, lag.size // _POINTS))
-    lines = [Line(lag[thin], found.values[name][thin], role) for name, role in reversed(material.shown.items())]
+    marks: list[Mark] = [Shade(-memory.white, memory.white), ReferenceLine(0.0)]
+    for name, role in reversed(material.shown.items()):
+        values = memory.values[name]
+        marks.append(Line(lag[thin], values[thin], role))
 
-    lowest = min(-0.1, *(float(v.min()) for v in found.values.values()))
+    lowest = min(-0.1, *(float(values.min()) for values in memory.values.values()))
     slack = 0.04 * (1.0 - lowest)
     return Panel(
-        Axis("lag", unit, 0.0, float(lag[-1])),
+        Axis("lag", "ms" if in_ms else "s", 0.0, float(lag[-1])),
         Axis("autocorrelation", "", lowest - slack, 1.0 + slack),
-        [Shade(-found.white, found.white), ReferenceLine(0.0), *lines],
+        marks,
         f"Autocorrelation of the residuals of {', '.join(material.shown)} over the lag.",
         caption="White noise stays in the grey band. A slow decay: something the model does not know lasts that long.",
     )
