@@ -7,7 +7,7 @@ name of the class; a value of a wing, or of another package, has a method ``note
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any, cast
@@ -75,7 +75,9 @@ def card_of(value: Any) -> Card:
     """The card of a value: its own, or the one that stands here under the name of its class."""
     if hasattr(value, "notebook_card"):
         return value.notebook_card()
-    return next(_CARDS[kind.__name__] for kind in type(value).__mro__ if kind.__name__ in _CARDS)(value)
+    classes = [kind.__name__ for kind in type(value).__mro__]
+    nearest = next(name for name in classes if name in _CARDS)
+    return _CARDS[nearest](value)
 
 
 # --- the presenter ----------------------------------------------------------------------------------------------------
@@ -117,12 +119,14 @@ def plot(value: Any, name: str | None = None, **options: Any) -> Any:
         raise SettingError(f"{card.name} has no plot", remedy="Plot the log, the comparison or the run")
     chosen = name or next(iter(card.plots))
     if chosen not in card.plots:
-        raise SettingError(f"no plot {chosen!r}", remedy=f"Plots of a {type(value).__name__}: {', '.join(card.plots)}")
+        known = ", ".join(card.plots)
+        raise SettingError(f"no plot {chosen!r}", remedy=f"Plots of a {type(value).__name__}: {known}")
     described = card.plots[chosen](**options)
     # A notebook's backend sets itself up when it is loaded: here, not in a style that ends.
     cast(Any, pyplot).draw_if_interactive()
     with style():
-        figure: Any = cast(Any, pyplot).figure(figsize=(described.width, described.height), layout="constrained")
+        size = (described.width, described.height)
+        figure: Any = cast(Any, pyplot).figure(figsize=size, layout="constrained")
         paint(figure, described)
     # Colour bars are axes too, and behind them all; they have no place in the grid of panels.
     in_grid = [axis for axis in figure.axes if axis.get_subplotspec() is not None]
@@ -156,7 +160,8 @@ def titled_column(name: str, unit: str | None) -> str:
     """A column's name with its unit, as readers of logs understand it."""
     if not unit or unit == "?":
         return name
-    return f"{'temperature' if name == TEMPERATURE else name} [{unit}]"
+    readable = "temperature" if name == TEMPERATURE else name
+    return f"{readable} [{unit}]"
 
 
 def as_frame(columns: Mapping[str, Any], index: str | None = None) -> DataFrame:
@@ -176,7 +181,17 @@ def rows_as_frame(header: Sequence[str], rows: Sequence[Sequence[Any]]) -> DataF
 
 def estimates_as_frame(estimates: Sequence[Estimate]) -> DataFrame:
     """Parameters with their 95 % intervals."""
-    rows = [(e.name, e.value, e.low, e.high, e.unit, e.meaning) for e in estimates]
+    rows: list[tuple[Any, ...]] = []
+    for estimate in estimates:
+        row = (
+            estimate.name,
+            estimate.value,
+            estimate.low,
+            estimate.high,
+            estimate.unit,
+            estimate.meaning,
+        )
+        rows.append(row)
     return rows_as_frame(("parameter", "value", "low", "high", "unit", "meaning"), rows)
 
 
@@ -192,7 +207,10 @@ def _extent(columns: Mapping[str, tuple[Array, str]]) -> DataFrame:
     """Lowest, mean and highest value of each signal."""
     rows: list[tuple[str, str, float, float, float]] = []
     for name, (values, unit) in columns.items():
-        rows.append((name, unit, float(values.min()), float(values.mean()), float(values.max())))
+        lowest = float(values.min())
+        mean = float(values.mean())
+        highest = float(values.max())
+        rows.append((name, unit, lowest, mean, highest))
     return rows_as_frame(("signal", "unit", "lowest", "mean", "highest"), rows)
 
 
@@ -207,12 +225,15 @@ def _recording(log: Recording) -> Card:
         columns[name] = (values, "K" if name == TEMPERATURE else "")
 
     def section(*, start: float | None = None, seconds: float | None = None) -> Plot:
-        length = min(log.duration, _SECTION * log.period) if seconds is None else seconds
-        return describe_section(log, start=start, seconds=length)
+        if seconds is None:
+            seconds = min(log.duration, _SECTION * log.period)
+        return describe_section(log, start=start, seconds=seconds)
 
     def rows() -> DataFrame:
-        titled = {titled_column(name, unit): values for name, (values, unit) in columns.items()}
-        return as_frame({"time [s]": log.time, **titled}, "time [s]")
+        titled = {"time [s]": log.time}
+        for name, (values, unit) in columns.items():
+            titled[titled_column(name, unit)] = values
+        return as_frame(titled, "time [s]")
 
     has_effort = "effort" in log.signals or "T" in log.signals
     return Card(
@@ -226,8 +247,11 @@ def _recording(log: Recording) -> Card:
 
 def _signals_of(data: Dataset) -> dict[str, tuple[Array, str]]:
     """Values and unit of each signal."""
-    extras = {name: (values, "") for name, values in data.extras.items()}
-    return {**data.named_signals, "effort": (data.effort, data.units.effort), **extras}
+    signals = dict(data.named_signals)
+    signals["effort"] = (data.effort, data.units.effort)
+    for name, values in data.extras.items():
+        signals[name] = (values, "")
+    return signals
 
 
 def _rows_of(data: Dataset, more: Mapping[str, Any] | None = None) -> DataFrame:
@@ -236,7 +260,8 @@ def _rows_of(data: Dataset, more: Mapping[str, Any] | None = None) -> DataFrame:
     if len(data.sources) > 1:
         rows_a_log = [stop - start for start, stop in data.source_rows]
         columns["log"] = np.repeat(data.sources, rows_a_log)
-    columns |= {titled_column(name, unit): values for name, (values, unit) in _signals_of(data).items()}
+    for name, (values, unit) in _signals_of(data).items():
+        columns[titled_column(name, unit)] = values
     columns |= more or {}
     return as_frame(columns, "time [s]")
 
@@ -260,36 +285,40 @@ def _model(model: Any) -> Card:
     """A law has its numbers in the data's units; every model has the range that it was trained on."""
 
     def numbers() -> DataFrame:
-        header = ("parameter", "value", "unit", "meaning")
-        return rows_as_frame(header, [*model.in_units(), *_trained(model)])
+        rows: list[tuple[Any, ...]] = list(model.in_units())
+        for name in ("field", "slip", "effort"):
+            unit = getattr(model.units, name)
+            low, high = getattr(model.trained_on, name)
+            rows.append((f"lowest {name}", float(low), unit, "of the training rows"))
+            rows.append((f"highest {name}", float(high), unit, "of the training rows"))
+        return rows_as_frame(("parameter", "value", "unit", "meaning"), rows)
 
     def flow_curves() -> Plot:
-        return Plot([_curves(model)], PlotTable((), ()), 2.6)
+        return Plot([_curves(model)], PlotTable((), ()), height=2.6)
 
-    equation = [line.replace(" + -", " - ") for line in model.equation() if not _NUMBER.match(line)]
+    equation: list[str] = []
+    for line in model.equation():
+        if not _NUMBER.match(line):
+            equation.append(line.replace(" + -", " - "))
     return Card(title_of(model.name), numbers, lines=equation, plots={"flow-curves": flow_curves})
-
-
-def _trained(model: Model) -> Iterator[tuple[str, float, str, str]]:
-    units = model.units
-    for name, unit in (("field", units.field), ("slip", units.slip), ("effort", units.effort)):
-        low, high = getattr(model.trained_on, name)
-        yield f"lowest {name}", float(low), unit, "of the training rows"
-        yield f"highest {name}", float(high), unit, "of the training rows"
 
 
 def _curves(model: Model) -> Panel:
     """Effort over slip in settled fields, the other element at rest without field, further inputs at mid-range."""
     covered = model.trained_on
-    elements = 1 if model.structure.device == "single" else 2
     strongest = max(map(abs, covered.field))
-    weakest = min(map(abs, covered.field)) if min(covered.field) > 0 else 0.0
+    weakest = 0.0
+    if min(covered.field) > 0:
+        weakest = min(map(abs, covered.field))
     slip = np.linspace(*covered.slip, _POINTS)
-    at_rest = [np.zeros(_POINTS)] * (elements - 1)
+    elements = 1 if model.structure.device == "single" else 2
+    at_rest = [np.zeros(_POINTS)] * (elements - 1)  # field and slip of the other element
     extras = [np.full(_POINTS, 0.5 * (low + high)) for low, high in model.extras.values()]
+
     unit = unit_text(model.units.field) if model.units.field != "?" else ""
+    levels = np.unique(np.linspace(weakest, strongest, _CURVES))
     lines: list[Mark] = []
-    for place, level in enumerate(np.unique(np.linspace(weakest, strongest, _CURVES))):
+    for place, level in enumerate(levels):
         field = np.full(_POINTS, level)
         effort = np.asarray(model.steady([field, *at_rest], [slip, *at_rest], extras))
         style = f"level{round(6 * place / (_CURVES - 1))}"
@@ -327,12 +356,21 @@ def _ranking(body: Mapping[str, Any]) -> DataFrame:
     """Every model of a run: parameters, RMSE on the rows held out with its band, share of the spread, R², its name."""
     unit = body["units"]["effort"]
     errors = [titled_column(name, unit) for name in ("rmse", "low", "high")]
+    header = ("id", "model", "parameters", *errors, "share", "r2", _IN_FULL)
     rows: list[list[Any]] = []
     for place, entry in enumerate(body["ranking"]):
         test = entry["test"]
-        who = [id_of(place), entry["title"], entry["parameters_count"]]
-        rows.append([*who, *test["rmse"], test["share"][0], test["r2"][0], entry["name"]])
-    return rows_as_frame(("id", "model", "parameters", *errors, "share", "r2", _IN_FULL), rows)
+        row = [
+            id_of(place),
+            entry["title"],
+            entry["parameters_count"],
+            *test["rmse"],
+            test["share"][0],
+            test["r2"][0],
+            entry["name"],
+        ]
+        rows.append(row)
+    return rows_as_frame(header, rows)
 
 
 def _judged(material: Callable[[], Material], name: str, body: Mapping[str, Any], origins: Sequence[str]) -> Card:

@@ -152,7 +152,8 @@ def waited(rows: RunRows, model: Model, element: int = 0) -> int:
     """
     own = rows.data.elements[element]
     levels = _met(np.abs(own.field))
-    low, high = np.quantile(own.slip, (0.01, 0.99)).tolist()
+    low = float(np.quantile(own.slip, 0.01))
+    high = float(np.quantile(own.slip, 0.99))
     parts = np.linspace(low, high, _PARTS + 1)
 
     def shown(wait: int) -> float:
@@ -160,7 +161,7 @@ def waited(rows: RunRows, model: Model, element: int = 0) -> int:
         of_curves: list[int] = []
         for near in _near(rows, wait, element, levels):
             dots, _ = np.histogram(own.slip[near], parts)
-            of_curves.append(np.count_nonzero(dots))
+            of_curves.append(int(np.count_nonzero(dots)))
         return float(np.median(of_curves))
 
     wait = _settling(rows, model)
@@ -173,7 +174,8 @@ def field_curves(rows: RunRows, model: Model, element: int, wait: int) -> FieldC
     """Curves of a model over the field of one element, and rows near their slips whose field has stayed for a wait."""
     own = rows.data.elements[element]
     strength = np.abs(own.field)
-    first, last = np.quantile(own.slip, (0.01, 0.99)).tolist()
+    first = float(np.quantile(own.slip, 0.01))
+    last = float(np.quantile(own.slip, 0.99))
     slips = np.linspace(first, last, _LEVELS)
     field = np.linspace(float(strength.min()), float(strength.max()), _CURVE)
     settled, _ = _settled(rows, wait, element)
@@ -350,6 +352,6 @@ def _spread(values: Array, mask: NDArray[np.bool_]) -> Rows:
         return inside
     order = inside[np.argsort(values[inside], kind="stable")]
     rising = values[order]
-    targets = np.linspace(rising[0], rising[-1], _DOTS)
+    targets = np.linspace(float(rising[0]), float(rising[-1]), _DOTS)
     places = np.searchsorted(rising, targets)
     return np.unique(order[np.clip(places, 0, order.size - 1)])

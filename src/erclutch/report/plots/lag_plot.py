@@ -19,54 +19,77 @@ def describe_lag(material: Material) -> Plot:
         CheckError: the run has neither.
     """
     panels: list[Panel] = []
-    rows: _Rows = []
+    rows: list[tuple[object, ...]] = []
     if material.after_switch is not None:
-        panels.append(_after(material, material.after_switch, rows))
+        panels.append(_after(material, material.after_switch))
+        rows += _rows_after(material.after_switch)
     if material.step_responses:
-        panels.append(_steps(material, material.step_responses, rows))
+        panel, responses = _steps(material, material.step_responses)
+        panels.append(panel)
+        rows += responses
     if not panels:
         raise CheckError(
             "the command hardly ever switches and no model has a lag",
             where=str(material.run.folder),
             remedy="Fit with --lag auto, or log with a switched field",
         )
-    table = PlotTable(("curve", "model", "time_s", "value"), rows)
-    return Plot(panels, table, 2.0 * len(panels), badge=material.print_badge, legend="above")
+    return Plot(
+        panels,
+        PlotTable(("curve", "model", "time_s", "value"), rows),
+        height=2.0 * len(panels),
+        badge=material.print_badge,
+        legend="above",
+    )
 
 
-def _after(material: Material, found: AfterSwitch, rows: _Rows) -> Panel:
-    for name, rmse in found.rmse.items():
-        rows += [("rmse", name, float(since), float(error)) for since, error in zip(found.since, rmse, strict=True)]
+def _rows_after(after: AfterSwitch) -> _Rows:
+    """A row of the table for each bin of each model."""
+    rows: _Rows = []
+    for name, rmse in after.rmse.items():
+        for since, error in zip(after.since, rmse, strict=True):
+            rows.append(("rmse", name, float(since), float(error)))
+    return rows
+
+
+def _after(material: Material, after: AfterSwitch) -> Panel:
+    """The error over the time since a switch."""
     # The axis is logarithmic: the row of the switch itself stands half a period after it.
-    since = np.maximum(found.since * 1e3, 0.5e3 * material.period)  # [ms]
-    curves = {name: rmse * material.effort.factor for name, rmse in found.rmse.items()}
+    since = np.maximum(after.since * 1e3, 0.5e3 * material.period)  # [ms]
+    curves = {name: rmse * material.effort.factor for name, rmse in after.rmse.items()}
     largest = max(float(curve.max()) for curve in curves.values())
+    lines: list[Line] = []
+    for name, role in reversed(material.shown.items()):
+        lines.append(Line(since, curves[name], role, material.titles[name]))
+    titles = ", ".join(material.titles[name] for name in after.rmse)
     return Panel(
         Axis("time since the command switched", "ms", float(since[0]), float(since[-1]), log=True),
         Axis("RMSE", material.effort.unit, 0.0, 1.08 * largest),
-        [Line(since, curves[name], role, material.titles[name]) for name, role in reversed(material.shown.items())],
-        "RMSE over the time since the command last switched, of "
-        f"{', '.join(material.titles[name] for name in found.rmse)}.",
+        lines,
+        f"RMSE over the time since the command last switched, of {titles}.",
         caption="Error over the time since the command last switched, rows held out. A hump on the left is a lag that "
         "the model does not have.",
         size=(430, 250),
     )
 
 
-def _steps(material: Material, found: tuple[StepResponse, ...], rows: _Rows) -> Panel:
-    time = np.linspace(0.0, 1.15 * max(step.settled for step in found), 241)  # [s]
+def _steps(material: Material, responses: tuple[StepResponse, ...]) -> tuple[Panel, _Rows]:
+    """The field in the fluid after a step up, and after a step down where that differs; and rows of the table."""
+    longest = max(response.settled for response in responses)
+    time = np.linspace(0.0, 1.15 * longest, 241)  # [s]
     lines: list[Line] = []
-    for step in found:
-        style = material.shown[step.model]
-        title = material.titles[step.model]
-        up = step.up(time)
-        down = step.down(time)
-        rows += [("step", step.model, float(at), float(share)) for at, share in zip(time, up, strict=True)]
+    rows: _Rows = []
+    for response in responses:
+        model = response.model
+        style = material.shown[model]
+        title = material.titles[model]
+        up = response.up(time)
+        down = response.down(time)
+        rows += [("step", model, float(since), float(share)) for since, share in zip(time, up, strict=True)]
         if np.allclose(down, 1.0 - up, atol=1e-3):
             lines.append(Line(time * 1e3, up, style, title))
             continue
         # Up and down differ: both are drawn.
-        rows += [("fall", step.model, float(at), float(share)) for at, share in zip(time, down, strict=True)]
+        rows += [("fall", model, float(since), float(share)) for since, share in zip(time, down, strict=True)]
         lines.append(Line(time * 1e3, up, style, f"{title}, rise"))
         lines.append(Line(time * 1e3, down, style, f"{title}, fall", dashed=True))
 
@@ -74,11 +97,13 @@ def _steps(material: Material, found: tuple[StepResponse, ...], rows: _Rows) -> 
     highest = max(1.05, *(1.03 * float(line.y.max()) for line in lines))
     caption = "How the field in the fluid follows a step, as the models with a lag have it"
     caption += "; dashed: a step down." if any(line.dashed for line in lines) else "."
-    return Panel(
+    titles = ", ".join(material.titles[response.model] for response in responses)
+    panel = Panel(
         Axis("time since the command stepped", "ms", 0.0, float(time[-1]) * 1e3),
-        Axis("field in the fluid, share of the step", "", lowest, highest),
+        Axis("field in the fluid, share of the step", low=lowest, high=highest),
         lines,
-        f"Step responses of {', '.join(material.titles[step.model] for step in found)}.",
+        f"Step responses of {titles}.",
         caption=caption,
         size=(430, 250),
     )
+    return panel, rows

@@ -23,27 +23,32 @@ def describe_trace(
     Raises:
         SettingError: no row lies there.
     """
-    at = _rows(material, start, seconds)
+    section = _rows(material, start, seconds)
     rows = material.rows
-    time = rows.data.clock.time[at]
+    time = rows.data.clock.time[section]
     factor = material.effort.factor
     # A paper's column has room for two estimates, so the best model stays out.
-    models = {name: role for name, role in reversed(material.shown.items()) if role != "best"} or material.shown
+    models = {name: role for name, role in reversed(material.shown.items()) if role != "best"}
+    if not models:
+        models = material.shown
 
     efforts: list[Mark] = []
     ends = material.band_ends if band else None
     if ends is not None:
         low, high = ends
-        efforts.append(Shade(low[at] * factor, high[at] * factor, x=time))
-    efforts.append(Line(time, rows.data.effort[at] * factor, "measured", "measured"))
+        efforts.append(Shade(low[section] * factor, high[section] * factor, x=time))
+    measured = rows.data.effort[section] * factor
+    efforts.append(Line(time, measured, "measured", "measured"))
     residuals: list[Mark] = [ReferenceLine(0.0)]
     for name, role in models.items():
-        efforts.append(Line(time, rows.predicted[name][at] * factor, role, material.titles[name]))
-        residuals.append(Line(time, rows.residual(name)[at] * factor, role))
+        estimated = rows.predicted[name][section] * factor
+        residual = rows.residual(name)[section] * factor
+        efforts.append(Line(time, estimated, role, material.titles[name]))
+        residuals.append(Line(time, residual, role))
 
     commands: list[Mark] = []
     for place, (element, style) in enumerate(zip(rows.data.elements, ("series0", "series6"), strict=False)):
-        field = element.field[at] * material.field.factor
+        field = element.field[section] * material.field.factor
         commands.append(Line(time, field, style, material.element_name(place), dashed=place > 0))
 
     x = Axis("time", "s", float(time[0]), float(time[-1]))
@@ -54,27 +59,35 @@ def describe_trace(
             Panel(x, Axis("residual", material.effort.unit), residuals, "Measured less estimated."),
             Panel(x, Axis("field", material.field.unit), commands, "The command.", share=1.2),
         ],
-        _table(material, at),
-        3.3,
+        _table(material, section),
+        height=3.3,
         badge=material.print_badge,
         legend="above",
     )
 
 
-def _table(material: Material, at: slice) -> PlotTable:
+def _table(material: Material, section: slice) -> PlotTable:
     """All models of the run, not only those that are drawn."""
     data = material.rows.data
-    elements = {material.element_name(place): element for place, element in enumerate(data.elements)}
+    names = [material.element_name(place) for place in range(len(data.elements))]
     columns = {"time": data.clock.time}
-    columns |= {f"field {name}".strip(): element.field for name, element in elements.items()}
-    columns |= {f"slip {name}".strip(): element.slip for name, element in elements.items()}
+    for name, element in zip(names, data.elements, strict=True):
+        columns[f"field {name}".strip()] = element.field
+    for name, element in zip(names, data.elements, strict=True):
+        columns[f"slip {name}".strip()] = element.slip
     columns["effort"] = data.effort
-    columns |= {f"effort:{name}": material.rows.predicted[name] for name in material.run.names}
-    section = np.column_stack([column[at] for column in columns.values()])
-    return PlotTable(list(columns), section.tolist())
+    for model in material.run.names:
+        columns[f"effort:{model}"] = material.rows.predicted[model]
+    numbers = np.column_stack([column[section] for column in columns.values()])
+    return PlotTable(list(columns), numbers.tolist())
 
 
 def _rows(material: Material, start: float | None, seconds: float | None) -> slice:
+    """Rows of the section that is asked for.
+
+    Raises:
+        SettingError: there are none.
+    """
     usual_first, usual_stop = material.windows.lively
     if start is None and seconds is None:
         return slice(usual_first, usual_stop)
