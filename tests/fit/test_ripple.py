@@ -116,6 +116,7 @@ def test_the_ladder_tries_no_second_ripple_alone() -> None:
     assert [rung.structure.dynamics for rung in rungs] == ["none", "none"]  # the position itself is taken
 
 
+@pytest.mark.slow
 def test_the_ladder_tries_no_ripple_without_a_position() -> None:
     data = replace(log(), extras={})
     assert all("ripple" not in rung.structure.dynamics for rung in grown(data, structure("none")))

@@ -173,6 +173,7 @@ def test_a_table_of_c_has_the_numbers(tmp_path: Path) -> None:
     np.testing.assert_array_equal(np.array(rows)[:, 1], log["field"])
 
 
+@pytest.mark.slow
 def test_limits_come_from_a_file_or_a_log_and_options_go_first(tmp_path: Path) -> None:
     file = tmp_path / "rig.toml"
     file.write_text("[limits]\nfield = 2\nspeed = 9.5\nacceleration = 300\nrest = 0.1\n")

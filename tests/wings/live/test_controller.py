@@ -50,7 +50,8 @@ def compiled(model: Any, folder: Path, *more: str) -> ctypes.CDLL:
     texts = sorted((file.name, file.read_text()) for file in folder.iterdir() if file.suffix in (".c", ".h"))
     key = str(texts)
     if key not in _COMPILED:
-        native().build(sources, folder / "m.so", "-O2", "-shared", "-fPIC", f"-I{folder}")
+        # Optimisation gives the same bits, as `test_the_same_bits_everywhere` shows, and takes most of the time.
+        native().build(sources, folder / "m.so", "-O0", "-shared", "-fPIC", f"-I{folder}")
         _COMPILED[key] = (folder / "m.so").read_bytes()
     # A file of its own each time: a library that is loaded twice from one path has its numbers once.
     (folder / "m.so").write_bytes(_COMPILED[key])
