@@ -366,7 +366,8 @@ def test_rise_and_fall_have_labels_and_lines_of_their_own() -> None:
     slow: dict[str, Any] = chain("a+rise-fall") | {"dynamics": {"delay": 0.0, "tau_rise": 0.002, "tau_fall": 0.05}}
     found = step_responses({"ranking": [slow]}, [slow["name"]])
     material: Any = SimpleNamespace(shown={slow["name"]: "best"}, titles={slow["name"]: "Slow"})
-    lines = [mark for mark in _steps(material, found, []).marks if isinstance(mark, Line)]
+    panel, _ = _steps(material, found)
+    lines = [mark for mark in panel.marks if isinstance(mark, Line)]
     assert [(line.label, line.dashed) for line in lines] == [("Slow, rise", False), ("Slow, fall", True)]
 
 
