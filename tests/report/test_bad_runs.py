@@ -114,3 +114,16 @@ def test_what_has_no_digest_or_cannot_be_written(run: Path, value: object) -> No
     path = run / "run.json"
     path.write_text(json.dumps({**json.loads(path.read_text()), "notes": [value]}))
     assert "run.json" in error_of(run)
+
+
+def test_a_template_that_cannot_be_filled_in_is_told(run: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    import jinja2
+
+    from erclutch.report.html import report_page
+
+    broken = jinja2.Environment(loader=jinja2.DictLoader({}), undefined=jinja2.StrictUndefined)
+    monkeypatch.setattr(report_page, "templates", lambda *_: broken)
+    with pytest.raises(RunError) as caught:
+        report_page.report_html(material_of(read_run(run)))
+    assert "the part verdict of the page cannot be filled in (TemplateNotFound" in str(caught.value)
+    assert str(caught.value).endswith("or fit again with this version if the run is of another one.")

@@ -201,8 +201,21 @@ def test_the_kept_points_are_plain_json(threads: TaskPool, tmp_path: Path) -> No
 def test_the_list_of_experiments_is_json_too(tmp_path: Path) -> None:
     listed = json.loads(good("experiment", "--json", cwd=tmp_path))
     assert "wall" in {each["name"] for each in listed}
-    done = run("experiment", "wall", "--json", cwd=tmp_path)
-    assert (done.code, "as CSV into --out" in done.error) == (2, True)
+
+
+def test_an_experiment_gives_its_numbers_as_json(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What it prints for people is kept back, and the JSON is all that stands on the output."""
+    from erclutch.cli import terminal
+    from erclutch.wings.paper.commands import experiment
+
+    def online(names: list[str], *_: object) -> list[dict[str, object]]:
+        terminal.tell("a table for people")
+        return [{"experiment": name, "rows": []} for name in names]
+
+    monkeypatch.setattr(experiment, "run_online", online)
+    said = json.loads(good("experiment", "zero-field", "--json", cwd=tmp_path))
+    assert said == {"data": "TWIN", "experiments": [{"experiment": "zero-field", "rows": []}]}
+    assert good("experiment", "zero-field", cwd=tmp_path) == "a table for people\n"
 
 
 def test_the_list_of_scenarios_is_json_too(tmp_path: Path) -> None:

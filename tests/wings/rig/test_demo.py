@@ -28,6 +28,9 @@ def test_demo(tmp_path: Path) -> None:
         assert sorted(p.name for p in tmp_path.iterdir()) == ["kept"]
         assert sorted(p.name for p in (tmp_path / "kept").iterdir()) == ["report.html", "run", "twin.parquet"]
     assert json.loads((tmp_path / "kept" / "run" / "run.json").read_text())["kind"] == "erclutch run"
+    said = json.loads(good("demo", "--seconds", "10", "--out", "kept", "--json", cwd=tmp_path))
+    assert said["data"] == "TWIN"
+    assert said["run"]["recommended"] in {each["name"] for each in said["run"]["ranking"]}
     assert 'class="badge twin"' in (tmp_path / "kept" / "report.html").read_text()
 
 

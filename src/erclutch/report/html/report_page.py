@@ -5,7 +5,7 @@ from __future__ import annotations
 import base64
 import hashlib
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import cache
 from importlib.resources import files
 from pathlib import Path
@@ -13,6 +13,7 @@ from typing import Any
 
 from markupsafe import Markup
 
+from erclutch.errors import RunError
 from erclutch.report.html.band_section import BAND
 from erclutch.report.html.dynamics_section import DYNAMICS
 from erclutch.report.html.model_section import MODEL
@@ -131,23 +132,20 @@ def _document(
     scripts = [_asset("report/assets/uplot/uPlot.iife.min.js")] if plots else []
     scripts.append("".join(_asset(f"report/assets/{name}.js") for name in _SCRIPTS))
     title, heading, line = titles
-    return (
-        templates()
-        .get_template("page.html.j2")
-        .render(
-            title=title,
-            heading=heading,
-            line=line,
-            badge=badge[0],
-            badge_means=badge[1],
-            sections=[section for section in sections if not section["folded"]],
-            details=[section for section in sections if section["folded"]],
-            style=Markup("".join(_asset(f"report/assets/{name}.css") for name in _STYLES)),
-            scripts=[Markup(s) for s in scripts],
-            allowed=" ".join(f"'sha256-{_digest(s)}'" for s in scripts),
-            data=safe_json(json.dumps(shared, separators=(",", ":"), allow_nan=False)),
-        )
-    )
+    values: dict[str, Any] = {
+        "title": title,
+        "heading": heading,
+        "line": line,
+        "badge": badge[0],
+        "badge_means": badge[1],
+        "sections": [section for section in sections if not section["folded"]],
+        "details": [section for section in sections if section["folded"]],
+        "style": Markup("".join(_asset(f"report/assets/{name}.css") for name in _STYLES)),
+        "scripts": [Markup(s) for s in scripts],
+        "allowed": " ".join(f"'sha256-{_digest(s)}'" for s in scripts),
+        "data": safe_json(json.dumps(shared, separators=(",", ":"), allow_nan=False)),
+    }
+    return _rendered(templates(), "page", values)
 
 
 def _body(environment: Any, section: Section, values: dict[str, Any]) -> dict[str, Any]:
@@ -157,8 +155,24 @@ def _body(environment: Any, section: Section, values: dict[str, Any]) -> dict[st
         "short": section.short,
         "folded": section.folded,
         "printed": section.printed,
-        "html": Markup(environment.get_template(f"{section.name}.html.j2").render(**values)),
+        "html": Markup(_rendered(environment, section.name, values)),
     }
+
+
+def _rendered(environment: Any, name: str, values: Mapping[str, Any]) -> str:
+    """A template with its values.
+
+    Raises:
+        RunError: it is not there or cannot be filled in, as where a template was changed.
+    """
+    import jinja2
+
+    try:
+        return environment.get_template(f"{name}.html.j2").render(**values)
+    except jinja2.TemplateError as error:
+        problem = f"the part {name} of the page cannot be filled in ({type(error).__name__}: {error})"
+        remedy = "Install erclutch anew, or fit again with this version if the run is of another one"
+        raise RunError(problem, remedy=remedy) from error
 
 
 def _digest(text: str) -> str:

@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import io
+from collections.abc import Generator
+from contextlib import contextmanager, nullcontext, redirect_stdout
+from dataclasses import asdict
 from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -61,7 +65,7 @@ def experiment(
         real_time: Run the loop and the twin each in its process, at 1 kHz, instead of as fast as they go. The
             experiment encoders cannot: a rig's packets carry one encoder's angle.
         rig_file: A rig file (TOML) for the twin.
-        json: Print the list as JSON; an experiment keeps its numbers in --out.
+        json: Print the list, or the numbers of an experiment, as JSON.
     """
     from erclutch.wings.paper.online import EXPERIMENTS, experiment_of
 
@@ -76,14 +80,14 @@ def experiment(
         else:
             terminal.tell(terminal.table("Experiments with the live loop", heads, rows, left=2))
         return
-    if json:
-        remedy = "Leave --json out, or leave NAME out for the list"
-        raise SettingError(f"experiment {name} writes its numbers as CSV into --out", remedy=remedy)
     if name in ("control", "impedance", "wall"):
         if run is not None or seconds is not None or seed or real_time:
             problem = f"experiment {name} takes no --run, --seconds, --seed or --real-time"
             raise SettingError(problem, remedy="Give --seeds, --out and --rig-file alone")
-        _over_seeds(name, seeds, rig_file, out)
+        with _quiet(json):
+            numbers = [_over_seeds(name, seeds, rig_file, out)]
+        if json:
+            terminal.say_json({"data": "TWIN", "experiments": numbers})
         return
     names = list(EXPERIMENTS) if name == "all" else [experiment_of(name).name]
     if real_time and name == "all":
@@ -95,11 +99,21 @@ def experiment(
         "seed": seed,
         "real_time": real_time,
     }
-    run_online(names, run, rig_file, out, options)
+    with _quiet(json):
+        numbers = run_online(names, run, rig_file, out, options)
+    if json:
+        terminal.say_json({"data": "TWIN", "experiments": numbers})
 
 
-def _over_seeds(name: Literal["control"] | HandName, seeds: int, rig_file: Path | None, out: Path) -> None:
-    """Run an experiment on so many seeds; print its table and draw its figure."""
+@contextmanager
+def _quiet(json: bool) -> Generator[None]:
+    """Keep tables and sentences back where JSON is asked for."""
+    with redirect_stdout(io.StringIO()) if json else nullcontext():
+        yield
+
+
+def _over_seeds(name: Literal["control"] | HandName, seeds: int, rig_file: Path | None, out: Path) -> dict[str, Any]:
+    """Run an experiment on so many seeds; print its table, draw its figure, and give the numbers of each run."""
     from erclutch.report.plots.matplotlib_painter import save_plot
     from erclutch.wings.paper.control_figure import describe_control
     from erclutch.wings.paper.hand_experiments import describe_impedance, describe_wall, hand_points, hand_runs
@@ -123,7 +137,10 @@ def _over_seeds(name: Literal["control"] | HandName, seeds: int, rig_file: Path 
         table = _wall_table(runs, seeds)
         plot = describe_wall(runs)
     terminal.tell(table)
-    terminal.say(*save_plot(plot, out / f"{name}.png"))
+    files = save_plot(plot, out / f"{name}.png")
+    terminal.say(*files)
+    cases = [{"seed": each.seed, "inverse": each.model, "controller": each.knows, **each.figures} for each in runs]
+    return {"experiment": name, "runs": cases, "files": list(map(str, files))}
 
 
 def _control_table(runs: list[ControlRun], seeds: int) -> Table:
@@ -241,8 +258,8 @@ def run_online(
     out: Path,
     options: dict[str, Any],
     only: int | None = None,
-) -> None:
-    """Run experiments, print their figures and draw those of the paper, or only one of them."""
+) -> list[dict[str, Any]]:
+    """Run experiments, print their figures and draw those of the paper, or only one of them; give their numbers."""
     from erclutch.models.load import load_model
     from erclutch.wings.live.command_line.chosen_rig import file_of
     from erclutch.wings.live.live_model import live_model
@@ -254,6 +271,7 @@ def run_online(
     online = file_of(of_run, None) or twin_models(rig, ("fnn-16",), terminal.console())[0]
     chosen = live_model(online, "coaxial")
     options["rig_file"] = "" if rig_file is None else str(rig_file.resolve())
+    numbers: list[dict[str, Any]] = []
     for name in names:
         files = [online]
         if EXPERIMENTS[name].rivals:
@@ -262,13 +280,14 @@ def run_online(
         traces = run(name, chosen, saved, rig, **options)
         for figure, trace in enumerate(traces, start=FIGURE_OF[name]):
             if only is None:
-                _show(name, trace, figure, out / f"figure-{figure}")
+                numbers.append(_show(name, trace, figure, out / f"figure-{figure}"))
             elif figure == only:
-                _show(name, trace, figure, out / f"fig{figure}")
+                numbers.append(_show(name, trace, figure, out / f"fig{figure}"))
+    return numbers
 
 
-def _show(name: str, trace: OnlineTrace, figure: int, stem: Path) -> None:
-    """Print what a run came to, and draw its figure."""
+def _show(name: str, trace: OnlineTrace, figure: int, stem: Path) -> dict[str, Any]:
+    """Print what a run came to, draw its figure, and give its numbers."""
     import numpy as np
 
     from erclutch.report.plots.matplotlib_painter import save_plot
@@ -316,4 +335,11 @@ def _show(name: str, trace: OnlineTrace, figure: int, stem: Path) -> None:
 
     pdf = stem.with_name(f"{stem.name}.pdf")
     png = stem.with_name(f"{stem.name}.png")
-    terminal.say(*save_plot(describe_online(trace, figure), pdf, png))
+    drawn = save_plot(describe_online(trace, figure), pdf, png)
+    terminal.say(*drawn)
+    return {
+        "experiment": name,
+        "figure": figure,
+        "rows": [asdict(line) for line in errors],
+        "files": list(map(str, drawn)),
+    }

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import io
 import time
 from collections.abc import Generator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext, redirect_stdout
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -54,6 +55,7 @@ def demo(
     seed: int = 0,
     out: Path = Path("erclutch-demo"),
     open_: Annotated[bool, Parameter(name="--open", negative=())] = False,
+    json: Annotated[bool, Parameter(negative=())] = False,
 ) -> None:
     """Let the digital TWIN collect a log, fit every model of the paper's table II, write a report.
 
@@ -62,20 +64,32 @@ def demo(
         seed: Seed of the commands and the noise.
         out: Folder for the log, the run and the report; the folder of an earlier demo is replaced.
         open_: Open the report.
+        json: Print what the run keeps as JSON instead of the story.
     """
     require(10, 3600, " s", seconds=seconds)
     require(0, seed=seed)
     _may_write(out)
+    with redirect_stdout(io.StringIO()) if json else nullcontext():
+        _told(out, seconds, seed)
+    if json:
+        from erclutch.runs.run_folder import read_run
+
+        files = {"log": f"{out / 'twin.parquet'}", "report": f"{out / 'report.html'}"}
+        terminal.say_json({"data": "TWIN", **files, "run": read_run(out / "run").body})
+    if open_:
+        from erclutch.cli.commands.report import open_file
+
+        open_file(out / "report.html")
+
+
+def _told(out: Path, seconds: float, seed: int) -> None:
+    """The demo with its story."""
     screen = terminal.console()
     began = time.perf_counter()
     screen.print(_WHAT, soft_wrap=not screen.is_terminal)
     screen.print(f"TWIN: {_TWIN}", style="magenta", soft_wrap=not screen.is_terminal)
     _run(out, seconds, seed)
     terminal.tell(f"{time.perf_counter() - began:.0f} s in all.")
-    if open_:
-        from erclutch.cli.commands.report import open_file
-
-        open_file(out / "report.html")
 
 
 def _may_write(folder: Path) -> None:
