@@ -1,0 +1,71 @@
+"""Lines such as ``t:1000, w:0.30, T:1.25 Nm`` have the name of each value before it, as microcontrollers print them."""
+
+from __future__ import annotations
+
+import csv
+import io
+import re
+from dataclasses import replace
+
+from erclutch.errors import LogError
+from erclutch.logs.log_reader import LogReader, LogSource
+from erclutch.logs.readers import text
+from erclutch.logs.readers.text_bytes import DAMAGE, decode
+from erclutch.logs.table import Table
+
+_PAIR = re.compile(
+    r"[\s,;|]*(?P<name>[^\W\d][^:=,;|\t\n]{0,40}?)\s*[:=]\s*"
+    r"(?P<number>[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?|nan|inf)(?P<unit>[ ]?[A-Za-z%°µ][\w/^*°µ]*)?(?=[\s,;|]|$)"
+)
+_FEWEST_PAIRS = 2  # in a line: a header block has a line for each name
+_FEWEST_LINES = 3  # of the same names, among the first bytes
+_LEFT_OUT = 0.1  # of the lines behind the first, at most: with more it is another format
+
+
+def _pairs(line: str) -> list[tuple[str, str, str]]:
+    """Names, numbers and units of a line; none where anything else stands in it."""
+    pairs: list[tuple[str, str, str]] = []
+    at = 0
+    while match := _PAIR.match(line, at):
+        pairs.append((match["name"].strip(), match["number"], (match["unit"] or "").strip()))
+        at = match.end()
+    return pairs if not line[at:].strip(" \t,;|\r") and len(pairs) >= _FEWEST_PAIRS else []
+
+
+def _names(line: str) -> tuple[str, ...]:
+    return tuple(name for name, _, _ in _pairs(line))
+
+
+def _claims(head: bytes) -> bool:
+    lines = head.decode("utf-8", errors="replace").splitlines()[:-1]  # the last may be cut
+    named = [names for line in lines if (names := _names(line))]
+    return len(named) >= _FEWEST_LINES and len({*named}) == 1 and len({*named[0]}) == len(named[0])
+
+
+def _read(source: LogSource) -> Table:
+    """The values as the rows of a table; lines without values are counted."""
+    lines = decode(source.data).splitlines()
+    named = [pairs for line in lines if (pairs := _pairs(line))]
+    if not named:
+        raise LogError("no line has values behind their names", remedy="Give a table of numbers with one row a sample")
+    names = tuple(name for name, _, _ in named[0])
+    rows = [pairs for pairs in named if tuple(name for name, _, _ in pairs) == names]
+    first = next(place for place, line in enumerate(lines) if _names(line) == names)
+    left_out = sum(bool(line.strip()) for line in lines[first:]) - len(rows)
+    if left_out > _LEFT_OUT * len(rows):
+        problem = f"{left_out} lines do not hold the values {', '.join(names)}, as {len(rows)} lines do"
+        raise LogError(problem, remedy="Save each kind of line in a file of its own")
+
+    written = io.StringIO()
+    table = csv.writer(written)
+    units = [unit for _, _, unit in rows[0]]
+    table.writerow(f"{name} [{unit}]" if unit else name for name, unit in zip(names, units, strict=True))
+    table.writerows([number for _, number, _ in pairs] for pairs in rows)
+    read = text.read_text(replace(source, data=written.getvalue().encode()))
+    notes = ["each line has the names of its values"]
+    if left_out:
+        notes.append(f"lines that do not hold these values left out: {left_out}")
+    return replace(read, notes=(*notes, *read.notes))
+
+
+READER = LogReader((), _claims, _read, tells_damage=DAMAGE)

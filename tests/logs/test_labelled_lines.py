@@ -1,0 +1,83 @@
+"""Lines with the name of each value before it, as microcontrollers print them, are rows of a table."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from erclutch.errors import LogError
+from erclutch.logs import read_table
+from erclutch.logs.readers.labelled_lines import READER
+from tests.support.command import good
+
+TIME = np.arange(100) / 50
+SPEED = np.round(np.sin(3 * TIME), 3)
+TORQUE = np.round(np.tanh(10 * SPEED), 3)
+FORMS = {
+    "colons": "time:{t:g}, speed:{w:g}, torque:{f:g}",
+    "spaces behind": "time: {t:g}\tspeed: {w:g}\ttorque: {f:g}",
+    "equals": "time={t:g} speed={w:g} torque={f:g}",
+    "bars": "time = {t:g} | speed = {w:g} | torque = {f:g}",
+    "units": "time: {t:g} s, speed: {w:g} rad/s, torque: {f:g} Nm;",
+}
+
+
+def written(path: Path, form: str, *, above: str = "", between: str = "") -> Path:
+    lines = [form.format(t=t, w=w, f=f) for t, w, f in zip(TIME, SPEED, TORQUE, strict=True)]
+    lines[50:50] = [between] if between else []
+    path.write_text(above + "\n".join([*lines, ""]), encoding="utf-8")
+    return path
+
+
+@pytest.mark.parametrize("form", FORMS)
+@pytest.mark.parametrize("above", ["", "Setup done\nCalibrating...\n"])
+def test_each_line_is_a_row(tmp_path: Path, form: str, above: str) -> None:
+    table = read_table(written(tmp_path / "log.txt", FORMS[form], above=above))
+    assert list(table.columns) == ["time", "speed", "torque"]
+    np.testing.assert_array_equal(table.columns["speed"], SPEED)
+    np.testing.assert_array_equal(table.columns["torque"], TORQUE)
+    assert "each line has the names of its values" in table.notes
+    assert table.units["torque"] == ("Nm" if form == "units" else None)
+
+
+def test_a_line_that_was_cut_is_left_out_with_a_word(tmp_path: Path) -> None:
+    table = read_table(written(tmp_path / "log.txt", FORMS["colons"], between="time:1.0, spe"))
+    assert table.rows == 100
+    assert "lines that do not hold these values left out: 1" in table.notes
+
+
+def test_two_kinds_of_lines_are_no_table(tmp_path: Path) -> None:
+    path = tmp_path / "log.txt"
+    path.write_text("a:1, b:2\n" * 200 + "c:1, d:2\na:1, b:2\n" * 100)
+    assert READER.claims(b"a:1, b:2\n" * 4)
+    with pytest.raises(LogError, match="100 lines do not hold the values a, b, as 300 lines do"):
+        read_table(path)
+
+
+@pytest.mark.parametrize(
+    "head",
+    [
+        b"Sample rate: 100 Hz\nOperator: 3\nTest: 5\nt,w,T\n1,2,3\n",
+        b"t,w,T\n" + b"1,2,3\n" * 20,
+        b"12:30:01, 3\n" * 20,
+        b"date=2020-01-01 time=12:30:01\n" * 20,
+        b"a:1, a:2\n" * 20,
+        b'{"a": 1, "b": 2}\n' * 20,
+    ],
+)
+def test_other_texts_are_not_claimed(head: bytes) -> None:
+    assert not READER.claims(head)
+
+
+@given(st.text(st.sampled_from("ab:=,; \t1.2e-\n"), max_size=300))
+def test_any_text_is_claimed_or_not(text: str) -> None:
+    READER.claims(text.encode())
+
+
+def test_such_a_log_is_understood(tmp_path: Path) -> None:
+    written(tmp_path / "serial.txt", FORMS["units"])
+    assert good("inspect", "serial.txt", cwd=tmp_path).splitlines()[-1].startswith("Understood.")
