@@ -45,7 +45,7 @@ from tests.support.rig_limits import broken, random_limits
 RATE = 1000.0
 FIRST = 2.0  # s of filling sequence before the model has a say
 _MEMORY = "lag+dahl/field"
-_SERVO = 2.0 * math.pi * 20.0  # 1/s
+SERVO = 2.0 * math.pi * 20.0  # 1/s
 
 Play = Callable[[RigLimits, float, int], Commands]
 
@@ -68,7 +68,7 @@ def played(commands: Commands, seed: int) -> Dataset:
         angle = measured.theta
         off = speeds[row] - speed
         integral += off / RATE
-        torque = inertia * ((speeds[row + 1] - speeds[row]) * RATE + _SERVO * off + 0.25 * _SERVO**2 * integral)
+        torque = inertia * ((speeds[row + 1] - speeds[row]) * RATE + SERVO * off + 0.25 * SERVO**2 * integral)
         rows[row] = field, measured.theta - measured.alpha_rotary, measured.torque
         twin.command(RigCommand(E1=field, motor_torque=torque + measured.torque))
         twin.step()

@@ -1,0 +1,157 @@
+"""How many seconds of log make a model of the TWIN pair: `python studies/excite_pair.py --seeds 20`.
+
+What `erclutch excite` chooses without a model stands beside the paper's draws, random steps and a chirp within the same
+limits, and beside the paper's own scenario. The motor follows the speeds by a servo, the output moves as the clutches
+drive it, and the log holds what the pair did. Each sequence is fitted on its own rows, and tested on 20 s of the
+scenario and 20 s of random steps. --out FILE keeps each error, so a run that was ended goes on where it was.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+import numpy as np
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+from erclutch.fit.laws.fit_law import fit_structure
+from erclutch.fit.one_thread import one_thread
+from erclutch.logs import recording_from_arrays
+from erclutch.logs.dataset import Dataset, build_dataset, joined
+from erclutch.models.law_model import TorqueModel
+from erclutch.models.laws import law_from_name
+from erclutch.models.structure import Structure
+from erclutch.wings.design.courses import Commands
+from erclutch.wings.design.fill import chosen_sequence, papers_sequence
+from erclutch.wings.design.limits import RigLimits, limits_of_log
+from erclutch.wings.rig.interface import RigCommand
+from erclutch.wings.rig.twin.scenarios import prepare
+from erclutch.wings.rig.twin.twin import Twin
+from studies.excite import RATE, SERVO, chirp, error, random_steps
+
+TEST_SECONDS = 20.0
+#: Within this many times of the fit to the long log a short log is as good.
+AS_GOOD = 1.1
+Played = tuple[str, Callable[[float, int], Dataset]]
+
+
+def scenario(seconds: float, seed: int) -> Dataset:
+    """The paper's excitation of the pair."""
+    return build_dataset(prepare("training", seconds=seconds, seed=seed).recording(), device="coaxial")
+
+
+def played(commands: Commands, seed: int) -> Dataset:
+    """The log of a pair whose motor follows the speed by a servo; a positive field is the first clutch's."""
+    twin = Twin(seed=seed)
+    inertia = twin.rig.value("drive.inertia")
+    rows = np.zeros((commands.speed.size, 5))
+    angle, integral = 0.0, 0.0
+    measured = twin.sense()
+    speeds = np.append(commands.speed, 0.0).tolist()
+    for row, field in enumerate(commands.field.tolist()):
+        speed = (measured.theta - angle) * RATE
+        angle = measured.theta
+        off = speeds[row] - speed
+        integral += off / RATE
+        wanted = (speeds[row + 1] - speeds[row]) * RATE + SERVO * off + 0.25 * SERVO**2 * integral
+        drag = np.copysign(abs(measured.torque), speed)  # both clutches brake the motor
+        first, second = max(field, 0.0), max(-field, 0.0)
+        rows[row] = first, second, measured.theta, measured.alpha_rotary, measured.torque
+        twin.command(RigCommand(first, second, float(inertia * wanted + drag)))
+        twin.step()
+        measured = twin.sense()
+    names = ("E1", "E2", "theta", "alpha", "T")
+    units = dict(zip(names, ("", "", "rad", "rad", "N*m"), strict=True))
+    log = recording_from_arrays(dict(zip(names, rows.T, strict=True)), rate=RATE, units=units, device="coaxial")
+    return build_dataset(log, device="coaxial")
+
+
+def signed(commands: Commands, seed: int) -> Commands:
+    """The same fields for the pair: each stretch without a zero is the first clutch's or the second's, by chance."""
+    on = commands.field > 0.0
+    stretch = np.cumsum(np.diff(on.astype(int), prepend=0) > 0)
+    sign = np.random.default_rng(seed).choice([-1.0, 1.0], int(stretch[-1]) + 1)
+    return Commands(sign[stretch] * commands.field, commands.speed, commands.position)
+
+
+def sequences(limits: RigLimits) -> list[Played]:
+    """What each sequence makes of some seconds and a seed."""
+
+    def filling(seconds: float, seed: int) -> Dataset:
+        return played(chosen_sequence(limits, RATE, seconds, np.random.default_rng(seed), signed=True), seed)
+
+    def papers(seconds: float, seed: int) -> Dataset:
+        return played(papers_sequence(limits, RATE, seconds, np.random.default_rng(seed), signed=True), seed)
+
+    return [
+        ("excite, filling", filling),
+        ("the paper's draws", papers),
+        ("the paper's scenario", lambda seconds, seed: scenario(seconds, 10 + seed)),
+        ("random steps", lambda seconds, seed: played(signed(random_steps(limits, seconds, seed), seed), seed)),
+        ("chirp", lambda seconds, seed: played(signed(chirp(limits, seconds, seed), seed), seed)),
+    ]
+
+
+def fitted(rows: Dataset) -> TorqueModel:
+    """The law of the study."""
+    structure = Structure("coaxial", "casson", law_from_name("casson", "coaxial"), "lag", False, False)
+    return fit_structure(rows, structure, intervals=False).model
+
+
+def study(seeds: range, long: float, lengths: Sequence[float], out: Path | None) -> None:
+    """Print medians of errors over those of the fit to a long log of both kinds that are tested."""
+    whole = scenario(long, 1)
+    limits = RigLimits(**(limits_of_log(whole) | {"rest": 0.1}))
+    steps = played(signed(random_steps(limits, long, 98), 98), 98)
+    test_steps = played(signed(random_steps(limits, TEST_SECONDS, 99), 99), 99)
+    tests = (scenario(TEST_SECONDS, 2), test_steps)
+    best = [error(fitted(joined([whole, steps])), test) for test in tests]
+    print(f"TWIN pair; casson+lag; seeds {seeds.start} to {seeds.stop - 1}; tests: scenario / random steps")
+    print(f"RMSE of the fit to {long:g} s of each: {best[0]:.4g} / {best[1]:.4g} N m; below: medians over it")
+    print(
+        "| sequence | " + " | ".join(f"{seconds:g} s" for seconds in lengths) + f" | within {AS_GOOD:g} of both after |"
+    )
+    print("|---|" + "---:|" * (len(lengths) + 1))
+
+    known: dict[str, list[float]] = {}
+    if out is not None and out.exists():
+        known = dict(json.loads(line) for line in out.read_text(encoding="utf-8").splitlines())
+    for name, made in sequences(limits):
+        cells: list[str] = []
+        after = "-"
+        for seconds in lengths:
+            shares: list[list[float]] = []  # of each seed, by test
+            for seed in seeds:
+                key = f"{name}, {seconds:g} s, seed {seed}, {long:g} s"
+                if key not in known:
+                    model = fitted(made(seconds, seed))
+                    known[key] = [error(model, test) / own for test, own in zip(tests, best, strict=True)]
+                    if out is not None:
+                        with out.open("a", encoding="utf-8") as kept:
+                            kept.write(json.dumps([key, known[key]]) + "\n")
+                shares.append(known[key])
+            medians = np.median(shares, axis=0)
+            cells.append(" / ".join(f"{median:.2f}" for median in medians))
+            if after == "-" and medians.max() <= AS_GOOD:
+                after = f"{seconds:g} s"
+        print(f"| {name} | " + " | ".join([*cells, after]) + " |", flush=True)
+
+
+def main() -> None:
+    """Print the table."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--seeds", type=int, default=2)
+    parser.add_argument("--first", type=int, default=0, help="seed")
+    parser.add_argument("--lengths", type=float, nargs="+", default=[5.0, 10.0, 20.0], help="seconds of the short logs")
+    parser.add_argument("--long", type=float, default=60.0, help="seconds of the long log")
+    parser.add_argument("--out", type=Path, help="keeps each error, to go on where a run was ended")
+    asked = parser.parse_args()
+    with one_thread():
+        study(range(asked.first, asked.first + asked.seeds), asked.long, asked.lengths, asked.out)
+
+
+if __name__ == "__main__":
+    main()
