@@ -63,9 +63,9 @@ def played(commands: Commands, seed: int) -> Dataset:
         twin.command(RigCommand(first, second, float(inertia * wanted + drag)))
         twin.step()
         measured = twin.sense()
-    names = ("E1", "E2", "theta", "alpha", "T")
-    units = dict(zip(names, ("", "", "rad", "rad", "N*m"), strict=True))
-    log = recording_from_arrays(dict(zip(names, rows.T, strict=True)), rate=RATE, units=units, device="coaxial")
+    units: dict[str, str] = {"E1": "", "E2": "", "theta": "rad", "alpha": "rad", "T": "N*m"}
+    columns = dict(zip(units, rows.T, strict=True))
+    log = recording_from_arrays(columns, rate=RATE, units=units, device="coaxial")
     return build_dataset(log, device="coaxial")
 
 
