@@ -155,6 +155,26 @@ def test_rows_that_are_not_in_an_hdf5_file_are_no_zeros(tmp_path: Path, file: st
     assert np.isnan(read_table(path).columns["missing"]).sum() == 60
 
 
+def test_zeros_whose_checksum_is_zero_too_are_told(tmp_path: Path) -> None:
+    """The checksum of zeros is zero: damage that sets a part and its checksum to zero passed in silence."""
+    import h5py
+
+    path = tmp_path / "a.h5"
+    with h5py.File(path, "w") as made:
+        made.create_dataset("time", data=1e-3 * np.arange(1, 101), chunks=(50,), fletcher32=True)
+        made.create_dataset("F", data=np.linspace(1.0, 2.0, 100), chunks=(50,), fletcher32=True)
+        made.create_dataset("packed", data=np.zeros(100), chunks=(50,), fletcher32=True, compression="gzip")
+        chunks: list[Any] = []
+        made["F"].id.chunk_iter(chunks.append)
+    assert "zeros alone" not in " ".join(read_table(path).notes)
+    with path.open("r+b") as damaged:
+        damaged.seek(chunks[1].byte_offset)
+        damaged.write(bytes(chunks[1].size))
+    table = read_table(path)
+    assert not table.columns["F"][50:].any()
+    assert "F: 1 of 2 stored parts are zeros alone: no checksum tells if a damage made them so" in table.notes
+
+
 @pytest.mark.slow
 def test_what_tdms_does_not_hold_is_said(tmp_path: Path) -> None:
     from nptdms import ChannelObject, TdmsWriter

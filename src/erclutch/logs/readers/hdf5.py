@@ -26,6 +26,7 @@ class _Place:
     texts: dict[str, str]
     nodes: dict[str, Any] = field(default_factory=dict[str, Any])
     units: dict[str, str | None] = field(default_factory=dict[str, "str | None"])
+    notes: list[str] = field(default_factory=list[str])
 
 
 def _texts(attributes: Any) -> dict[str, str]:
@@ -40,6 +41,22 @@ def _texts(attributes: Any) -> dict[str, str]:
         if np.isscalar(single):
             texts[key] = str(single)
     return texts
+
+
+def _zeros_that_check(item: Any, values: np.ndarray[Any, Any]) -> str:
+    """What to say of parts of a data set whose checksum tells nothing; empty where each tells.
+
+    The checksum of zeros is zero: a part that was set to zero together with its checksum passes. Compressed zeros have
+    another one.
+    """
+    if not item.fletcher32 or item.compression is not None or not item.size:
+        return ""
+    parts = [np.ascontiguousarray(values[place]).view(np.uint8) for place in item.iter_chunks()]
+    zeros = sum(not part.any() for part in parts)
+    if zeros == 0:
+        return ""
+    name = item.name.rpartition("/")[2]
+    return f"{name}: {zeros} of {len(parts)} stored parts are zeros alone: no checksum tells if a damage made them so"
 
 
 def find(path: str, variable: str | None) -> Table:
@@ -65,6 +82,8 @@ def find(path: str, variable: str | None) -> Table:
         else:
             place = places.setdefault(group or "/", _Place(texts))
             place.nodes[label] = values
+        if doubt := _zeros_that_check(item, values):
+            place.notes.append(doubt)
         place.units[label] = next((attributes[key] for key in _UNITS if key in attributes), None)
 
     with h5py.File(path, "r") as file:
@@ -79,6 +98,7 @@ def find(path: str, variable: str | None) -> Table:
         recording.period = period[0] if period else None
         recording.units = place.units
         recording.metadata = place.texts
+        recording.notes += place.notes
         recordings[name] = recording
     return found_recordings.chosen(recordings, variable, "group", "no group of the file holds vectors of numbers")
 
@@ -87,5 +107,5 @@ READER = LogReader(
     suffixes=(".h5", ".hdf5"),
     claims=lambda head: head[:8] == mat.HDF5,
     **found_recordings.in_child("hdf5"),
-    tells_damage="seen only in data sets that were written with checksums (fletcher32)",
+    tells_damage="seen only in numbers of data sets with checksums (fletcher32), not in names and units",
 )
