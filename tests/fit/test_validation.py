@@ -186,6 +186,16 @@ def test_another_law_gets_the_memory_where_logs_have_fields_of_their_own() -> No
     assert remembering[0] != remembering[-1]  # the last is the richest rung of the search
 
 
+def test_a_refit_keeps_the_numbers_that_are_held() -> None:
+    data = bench(rows=100, saturates_at=0.5)
+    law = law_from_name("bingham/saturating", "single")
+    model = fit_structure(data, Structure("single", "bingham/saturating", law), intervals=False).model
+    kept = data.elements[0].field < 1.0
+    again, free = (refit_near(data, model, kept, held=held).model for held in (("n",), ()))
+    assert again.shape["n"] == pytest.approx(model.shape["n"], rel=2e-6)
+    assert free.shape["n"] != pytest.approx(model.shape["n"], rel=1e-3)
+
+
 @pytest.mark.slow
 def test_a_yield_effort_that_saturates_is_tried_where_logs_have_fields_of_their_own() -> None:
     data = bench((0.25, 0.5, 0.75, 1.0), rows=300, saturates_at=0.5)

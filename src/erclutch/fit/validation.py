@@ -16,6 +16,7 @@ from erclutch.errors import CheckError
 from erclutch.fit.candidate import Fitted
 from erclutch.fit.log_groups import FEWEST_GROUPS, groups_of
 from erclutch.fit.one_thread import one_thread
+from erclutch.fit.outcome import AnyOutcome
 from erclutch.fit.scoring import TOLERATED, BandedFigure, excess, recommend, score
 from erclutch.logs.dataset import Dataset, time_folds
 from erclutch.models.stages import slip_stages
@@ -175,7 +176,7 @@ def chosen(
     _, recommended = recommend(
         scores={name: scores[name] for name in worth},
         excesses={name: excess(whole[name], whole[least], seed=seed) for name in worth},
-        parameters={name: outcomes[name].parameters for name in worth},
+        parameters={name: _counted(outcomes[name]) for name in worth},
         freedom={name: freedom[name] for name in worth},
     )
 
@@ -190,6 +191,17 @@ def chosen(
         return Choice(recommended, "", {}, at_new_fields)
     rmse = {name: each.rmse for name, each in told_scores.items()}
     return Choice(recommended, parts.words, rmse, at_new_fields)
+
+
+def _counted(outcome: AnyOutcome) -> int:
+    """Parameters by which models are compared that are as good.
+
+    A yield form counts as one number at most: a form with two is there only where the training rows called for it.
+    """
+    law = outcome.model.law_part
+    form = None if law is None else law.structure.law.yield_form
+    further = 0 if form is None else max(0, len(form.shape) - 1)
+    return outcome.parameters - further
 
 
 def _times(weights: Sequence[float], parts: Sequence[Array]) -> list[Array]:

@@ -72,8 +72,10 @@ class LawCandidate(Candidate):
         return replace(outcome, notes=(*self.notes, *outcome.notes))
 
     def refit(self, train: Dataset, kept: Mask, outcome: AnyOutcome, fitted: Sequence[Fitted]) -> AnyOutcome:
-        """See `Candidate.refit`."""
-        return refit_near(train, outcome.model, kept)
+        """The exponent of a form that saturates stays where the fields left cannot tell it; see `Candidate.refit`."""
+        form = self.structure.law.yield_form
+        few = form is SATURATING and _more_numbers_than_fields(train.take(kept), self.structure)
+        return refit_near(train, outcome.model, kept, held=("n",) if few else ())
 
     def fit_again(self, data: Dataset, outcome: AnyOutcome) -> AnyOutcome:
         """The law's numbers get intervals, which `refit` leaves out; see `Candidate.fit_again`."""

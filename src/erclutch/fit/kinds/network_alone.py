@@ -15,6 +15,7 @@ from erclutch.fit.past_samples import past_rows
 from erclutch.logs.dataset import Dataset
 from erclutch.models.law_model import TorqueModel
 from erclutch.models.laws import at_one_field, law_from_name
+from erclutch.models.laws.yield_stress import SATURATING, TANH
 from erclutch.models.model import full_name
 from erclutch.models.networks import PAPER_NETWORKS, NetworkStructure, is_network, network_from_name
 from erclutch.models.networks.network_inputs import stage_numbers_in_user_units
@@ -154,7 +155,9 @@ def constants_for(
         return {}
     same = [law for law in laws if remembered(law.model.structure.dynamics) == network.dynamics]
     if same:
-        law = min(same, key=lambda law: law.train_cost).model
+        # A network's memory has a power of the field: a law with such a form knows its exponent.
+        powers = [law for law in same if law.model.structure.law.yield_form not in (TANH, SATURATING)]
+        law = min(powers or same, key=lambda law: law.train_cost).model
     else:  # no law that was asked for has these stages
         single = train.device == "single"
         bingham = law_from_name("bingham", train.device)

@@ -6,7 +6,7 @@ rows and the best of them polished on all rows, so the figures reported are alwa
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -38,6 +38,7 @@ from erclutch.fit.outcome import Estimate, FitOutcome
 from erclutch.fit.training_range import range_of
 from erclutch.logs.dataset import Dataset
 from erclutch.models.law_model import TorqueModel
+from erclutch.models.laws import ShapeParameter
 from erclutch.models.laws.smooth import TRANSITION_SLIP
 from erclutch.models.model import further_inputs
 from erclutch.models.structure import Reference, Structure
@@ -52,6 +53,7 @@ _MIDDLE_ROWS = 40000  # of a long log: the last steps, on all rows, then start n
 MANY_ROWS = 100_000  # from here on centroids stand for the rows where they can
 _SCAN_POINTS = 48
 _ROUGH_STARTS = 3
+_HELD = 1e-6  # share by which a number that is held may move
 _ROUNDING = 1e-9  # share of a cost by which a sum over rows may be off
 
 
@@ -150,7 +152,9 @@ def fit_structure(
     return _outcome(data, structure, reference, full, _stiff(full, minimum, data), ordered, intervals)
 
 
-def refit_near(data: Dataset, model: TorqueModel, kept: Mask | None = None) -> FitOutcome[TorqueModel]:
+def refit_near(
+    data: Dataset, model: TorqueModel, kept: Mask | None = None, held: Collection[str] = ()
+) -> FitOutcome[TorqueModel]:
     """The law of a model fitted to other rows from the model's own numbers on: the nearest minimum, without intervals.
 
     Few rows weigh, and the dynamics run over all of them. It says what a law would have learned from these rows, at a
@@ -160,11 +164,17 @@ def refit_near(data: Dataset, model: TorqueModel, kept: Mask | None = None) -> F
         data: rows with the whole motion, over which states run.
         model: the law, from whose numbers the search starts.
         kept: rows whose effort is known, shape (n,); None: all.
+        held: nonlinear parameters that keep the model's numbers, by name.
     """
     structure, reference = model.structure, model.reference
-    shapes = structure.shapes(reference.period)
+    shapes: list[ShapeParameter] = []
+    for shape in structure.shapes(reference.period):
+        if shape.name in held:
+            number = model.shape[shape.name]
+            shape = replace(shape, lower=(1.0 - _HELD) * number, upper=(1.0 + _HELD) * number)
+        shapes.append(shape)
     rows = np.arange(data.rows) if kept is None else np.flatnonzero(kept)
-    few = separable(data, structure, reference, shapes, rows[thinned(rows.size, _REFIT_ROWS)])
+    few = separable(data, structure, reference, tuple(shapes), rows[thinned(rows.size, _REFIT_ROWS)])
     data = data if kept is None else data.take(kept)
     nearest = _LINEAR
     if shapes:
