@@ -36,20 +36,25 @@ class HystereticTanh(SlipMemory):
 
     def parameters(self, period: float) -> tuple[ShapeParameter, ...]:
         """The slip of the transition, the time that weighs travel against slip, and the time of the leak."""
-        weight, leak = (3.0 * period, 1000.0 * period), (100.0 * period, 1e4 * period)
+        turn = "slip over which the sign of the memory turns"
+        weight = "travel over slip of equal weight"
+        leak = "time after which the travel is forgotten"
+        usual_weight = (3.0 * period, 1000.0 * period)
+        usual_leak = (100.0 * period, 1e4 * period)
         return (
-            ShapeParameter("w_t", "slip over which the sign of the memory turns", 1e-3, 3.0, SLIP, "log", (0.02, 1.0)),
-            ShapeParameter("t_w", "travel over slip of equal weight", 0.1 * period, 1e5 * period, _TIME, "log", weight),
-            ShapeParameter(
-                "tau_m", "time after which the travel is forgotten", 10.0 * period, 1e6 * period, _TIME, "log", leak
-            ),
+            ShapeParameter("w_t", turn, 1e-3, 3.0, SLIP, "log", (0.02, 1.0)),
+            ShapeParameter("t_w", weight, 0.1 * period, 1e5 * period, _TIME, "log", usual_weight),
+            ShapeParameter("tau_m", leak, 10.0 * period, 1e6 * period, _TIME, "log", usual_leak),
         )
 
     def respond(self, signal: SlipAndStrength, clock: Clock, q: Sequence[Any], rows: slice) -> list[Any]:
         """The output over all rows; see `Stage`."""
+        w_t, t_w, tau_m = q
         steps = steps_of(clock)
-        x = recur(np.exp(-steps / q[2]), signal.slip * steps, 0.0, clock)
-        return [pick(self._turned(signal.slip, x, q[0], q[1]), rows)]
+        keep = np.exp(-steps / tau_m)
+        x = recur(keep, signal.slip * steps, 0.0, clock)
+        turned = self._turned(signal.slip, x, w_t, t_w)
+        return [pick(turned, rows)]
 
     @staticmethod
     def _turned(slip: Any, x: Any, w_t: Any, t_w: Any) -> Any:

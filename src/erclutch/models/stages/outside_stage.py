@@ -21,7 +21,8 @@ class OutsideStage:
     """
 
     def __init__(self, stage: Stage, plugin: Plugin) -> None:
-        self.stage, self.plugin = stage, plugin
+        self.stage = stage
+        self.plugin = plugin
         if not re.fullmatch(re.escape(plugin.name) + r"(-\d+)?(/\w+)*", stage.name):
             raise plugin.fault(f"calls itself {stage.name!r}; its name and its entry point must agree")
         if stage.place not in ("command", "slip", "effort"):
@@ -53,15 +54,22 @@ def made_stage(plugin: Plugin, specification: str) -> Stage:
     name, *forms = specification.split("/")
     digits = name.removeprefix(plugin.name).removeprefix("-")
     count = int(digits) if digits.isdecimal() and len(digits) < 4 else None
-    most = MOST_STATES if family and family.count is not None else 0
-    known: tuple[str, ...] = family.forms if family else ()
-    if set(forms) - set(known) or (digits and not (count and 1 <= count <= most)):
+    most = 0
+    known: tuple[str, ...] = ()
+    if family is not None:
+        most = MOST_STATES if family.count is not None else 0
+        known = family.forms
+    is_count = not digits or (count is not None and 1 <= count <= most)
+    if not is_count or set(forms) - set(known):
         offered = [f"{plugin.name}-N with N from 1 to {most}" if most else plugin.name]
         offered += [f"{plugin.name}/{form}" for form in known]
         raise SettingError(f"unknown stage {specification!r}", remedy=f"Write {', '.join(offered)}")
+
     with plugin.working():
-        chosen = tuple(sorted(set(forms)))
-        stage = family.make(count or family.count or 1, chosen) if family else plugin.of_type(Stage)
+        if family is None:
+            stage = plugin.of_type(Stage)
+        else:
+            stage = family.make(count or family.count or 1, tuple(sorted(set(forms))))
     return stage if plugin.own else cast(Stage, OutsideStage(stage, plugin))
 
 

@@ -57,7 +57,9 @@ class Stiffness:
     def respond(self, signal: SlipAndStrength, clock: Clock, q: Sequence[Any], rows: slice) -> list[Any]:
         """The travel over all rows; see `Stage`."""
         steps = steps_of(clock)
-        return [pick(recur(np.exp(-steps / q[0]), signal.slip * steps, 0.0, clock), rows)]
+        keep = np.exp(-steps / q[0])
+        travel = recur(keep, signal.slip * steps, 0.0, clock)
+        return [pick(travel, rows)]
 
     def initial(self, signal: SlipAndStrength, q: Mapping[str, float]) -> Mapping[str, Any]:
         """The travel starts at zero."""
@@ -66,7 +68,8 @@ class Stiffness:
     def step(self, memory: Memory, signal: SlipAndStrength, q: Mapping[str, float], period: float) -> tuple[Any, ...]:
         """One row."""
         keep = memory.number(float(np.exp(-period / q["tau_x"])))
-        return (memory.keep("travel", keep * memory.before("travel") + signal.slip * memory.number(period)),)
+        travel = keep * memory.before("travel") + signal.slip * memory.number(period)
+        return (memory.keep("travel", travel),)
 
 
 STAGE = StageFamily(lambda count, forms: Stiffness(), ladder=("stiffness",))
