@@ -130,11 +130,11 @@ class LogOptions:
 
     def plan(self, table: Table, log: Path) -> Plan:
         """How the table of a log is read."""
-        from erclutch.logs import ColumnMap, plan_of
-        from erclutch.logs.mapping import beside
+        from erclutch.logs import plan_of
+        from erclutch.logs.mapping import file_mapping
 
-        base = beside(log) if self.map is None else ColumnMap.from_toml(self.map)
-        return plan_of(table, self.column_map().over(base), device=self.device)
+        told = self.column_map().over(file_mapping(log, self.map))
+        return plan_of(table, told, device=self.device)
 
     def read(self, paths: Sequence[Path]) -> list[Recording]:
         """Read logs; folders stand for the logs in them.

@@ -24,7 +24,7 @@ from erclutch.logs.data_frame import table_of_frame
 from erclutch.logs.keywords import new_rate, options_of, window_of
 from erclutch.logs.log_file import read_table, readable, recordings_in, require_file, table_of
 from erclutch.logs.log_reader import HEAD, LogReader, LogSource, folder_reader, reader_of
-from erclutch.logs.mapping import ColumnChoice, ColumnMap, beside, map_over
+from erclutch.logs.mapping import ColumnChoice, ColumnMap, file_mapping, map_over
 from erclutch.logs.plan import NEEDS, Invalid, Plan
 from erclutch.logs.planning import plan_of
 from erclutch.logs.recording_choice import table_of_log
@@ -100,10 +100,7 @@ def read(
     told = map_over(mapping, None)
     if said:
         told = ColumnMap.from_options(said).over(told)
-    if mapping_file is not None:
-        told = told.over(ColumnMap.from_toml(mapping_file))
-    elif isinstance(path, str | Path):
-        told = told.over(beside(Path(path)))
+    told = told.over(file_mapping(path, mapping_file))
 
     if not isinstance(path, str | Path):
         table = table_of_frame(path)
@@ -141,7 +138,7 @@ def read_all(
     from erclutch.logs.several_efforts import logs_of
 
     file = require_file(path)
-    told = mapping.over(beside(file) if mapping_file is None else ColumnMap.from_toml(mapping_file))
+    told = mapping.over(file_mapping(file, mapping_file))
     names = recordings_in(file)
     tables = {name: read_table(file, variable=name or None, decimal=told.decimal) for name in names or [""]}
     logs: list[Recording] = []
@@ -186,7 +183,7 @@ def read_batches(
         SettingError: a constant that is given by segments.
     """
     file = require_file(path)
-    told = map_over(mapping, beside(file) if mapping_file is None else ColumnMap.from_toml(mapping_file))
+    told = map_over(mapping, file_mapping(file, mapping_file))
     plugin = _reader_for(file)
     windows = plugin.of_type(LogReader).windows
     if windows:

@@ -233,6 +233,21 @@ def map_over(mapping: ColumnMap | Mapping[str, Any] | None, base: ColumnMap | No
     return mapping if base is None else mapping.over(base)
 
 
+def file_mapping(log: object, named: str | Path | None = None) -> ColumnMap:
+    """What a mapping file says of a log: the file that is named, else that beside the log.
+
+    Args:
+        log: its path; a log in memory has no file beside it.
+        named: a mapping file in place of that beside the log.
+
+    Raises:
+        MappingError: the mapping file cannot be used.
+    """
+    if named is not None:
+        return ColumnMap.from_toml(named)
+    return beside(Path(log)) if isinstance(log, str | Path) else ColumnMap()
+
+
 def beside(log: Path) -> ColumnMap:
     """The mapping file that belongs to a log, or an empty mapping.
 

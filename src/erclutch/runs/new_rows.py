@@ -18,7 +18,7 @@ from erclutch.logs import map_over, read_all, table_of
 from erclutch.logs.applied import apply_rows
 from erclutch.logs.dataset import Dataset, dataset_of, joined
 from erclutch.logs.keywords import new_rate, options_of, window_of
-from erclutch.logs.mapping import ColumnMap, beside
+from erclutch.logs.mapping import ColumnMap, file_mapping
 from erclutch.logs.planning import plan_of
 from erclutch.logs.reading import Reading
 from erclutch.models.adaptive_band import adapted
@@ -284,11 +284,7 @@ def _read(
     if said:
         mapping = ColumnMap.from_options(said).over(map_over(mapping, None))
         how = replace(how, window=window_of(said), rate=new_rate(said) or how.rate)
-    of_file: ColumnMap | None = None
-    if how.mapping_file is not None:
-        of_file = ColumnMap.from_toml(how.mapping_file)
-    elif isinstance(log, str | Path):
-        of_file = beside(Path(log))
+    of_file = file_mapping(log, how.mapping_file)
     chosen = map_over(mapping, map_over(how.mapping, of_file))
 
     device = model.structure.device
