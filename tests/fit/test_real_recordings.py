@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import json
-import subprocess
-import sys
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+
+from tests.support.command import good
 
 SHARED = Path(__file__).resolve().parents[2].parent / "shared" / "data"
 
@@ -21,17 +21,11 @@ UTFSM = SHARED / "mr_damper_utfsm"
 
 
 def fit(*arguments: str | Path) -> dict[str, Any]:
-    command = [sys.executable, "-m", "erclutch", "fit", *map(str, arguments), "--json"]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=900)
-    assert done.returncode == 0, done.stderr
-    return json.loads(done.stdout)
+    return json.loads(good("fit", *arguments, "--json"))
 
 
 def inspect(*arguments: str | Path) -> dict[str, Any]:
-    command = [sys.executable, "-m", "erclutch", "inspect", *map(str, arguments), "--json"]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=300)
-    assert done.returncode == 0, done.stderr
-    return json.loads(done.stdout)
+    return json.loads(good("inspect", *arguments, "--json"))
 
 
 # --- the NEES damper --------------------------------------------------------------------------------------------------

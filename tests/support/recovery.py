@@ -14,6 +14,7 @@ import os
 from collections.abc import Iterable, Iterator, Mapping
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
+from functools import cache
 from typing import Literal
 
 # One BLAS thread a fit; before NumPy is imported, here and in the workers, which inherit it.
@@ -230,6 +231,12 @@ def dataset(truth: Truth, rows: int = ROWS) -> tuple[Dataset, dict[str, float]]:
     return Dataset("single", (element,), model.effort((element,), clock), clock, units), true
 
 
+@cache
+def _clean(name: str, rows: int) -> tuple[Dataset, dict[str, float]]:
+    """`dataset` of a case, made once for all its repetitions."""
+    return dataset(TRUTHS[name], rows)
+
+
 def noise_of(kind: Noise, rng: np.random.Generator, rows: int) -> Array:
     """Unit noise: white, or with neighbours correlated as `CORRELATIONS` says."""
     rho = CORRELATIONS[kind]
@@ -255,7 +262,7 @@ class _Fit:
 def _fit(job: tuple[str, Noise, int, int]) -> _Fit:
     name, kind, repetition, rows = job
     truth = TRUTHS[name]
-    clean, _ = dataset(truth, rows)
+    clean, _ = _clean(name, rows)
     rng = np.random.default_rng([list(TRUTHS).index(name), kind != "white", repetition])
     effort = clean.effort + truth.noise * float(np.std(clean.effort)) * noise_of(kind, rng, rows)
     data = Dataset("single", clean.elements, effort, clean.clock, clean.units)
@@ -272,7 +279,7 @@ def _fit(job: tuple[str, Noise, int, int]) -> _Fit:
 
 
 def _summary(name: str, noise: Noise, fits: list[_Fit], rows: int) -> Coverage:
-    _, true = dataset(TRUTHS[name], rows)
+    _, true = _clean(name, rows)
     inside: dict[str, int] = {}
     error: dict[str, float] = {}
     bias: dict[str, float] = {}

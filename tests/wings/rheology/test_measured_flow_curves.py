@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import json
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 
 from erclutch.wings.rheology.flow_curve import fit_flow_curve
 from erclutch.wings.rheology.flow_curve_file import read_flow_curves
+from tests.support.command import good
 
 FLOW = Path(__file__).resolve().parents[3].parent / "shared" / "data" / "flow_curves"
 
@@ -42,14 +41,7 @@ def test_all_eight_files_are_read() -> None:
 
 @pytest.mark.slow
 def test_every_law_fits_every_flow_curve() -> None:
-    done = subprocess.run(
-        [sys.executable, "-m", "erclutch", "flowcurve", *sorted(FLOW.glob("*.csv")), "--json"],
-        capture_output=True,
-        text=True,
-        timeout=600,
-    )
-    assert done.returncode == 0, done.stderr
-    for curve in json.loads(done.stdout):
+    for curve in json.loads(good("flowcurve", *sorted(FLOW.glob("*.csv")), "--json")):
         assert len(curve["fits"]) == 5
         assert curve["fits"][0]["log_rmse"] <= 0.06, (curve["file"], curve["curve"])
         errors = {f["law"]: f["log_rmse"] for f in curve["fits"]}
