@@ -87,11 +87,10 @@ def run(words: Sequence[str], problem: str, remedy: str, *, patience: float = 12
     return done.stdout
 
 
-@cache
 def zig_command() -> tuple[str, ...]:
     """The command that runs zig out of its package: its binary, else a Python that starts it, in 25 ms more."""
     found = importlib.util.find_spec("ziglang")
-    places = [] if found is None else found.submodule_search_locations or []
+    places: list[str] = getattr(found, "submodule_search_locations", None) or []
     binaries = [Path(place, name) for place in places for name in ("zig", "zig.exe")]
     there = next((binary for binary in binaries if binary.is_file()), None)
     return (sys.executable, "-P", "-m", "ziglang") if there is None else (str(there),)
