@@ -22,8 +22,8 @@ from erclutch.logs.arrays import table_of_arrays
 from erclutch.logs.batches import WHOLE_FILE, Batch, RowRange, one_batch, windowed_batches
 from erclutch.logs.data_frame import table_of_frame
 from erclutch.logs.keywords import new_rate, options_of, window_of
-from erclutch.logs.log_file import read_table, readable, recordings_in, require_file, table_of
-from erclutch.logs.log_reader import HEAD, LogReader, LogSource, folder_reader, reader_of
+from erclutch.logs.log_file import found_reader, read_table, readable, recordings_in, require_file, table_of
+from erclutch.logs.log_reader import LogReader, LogSource
 from erclutch.logs.mapping import ColumnChoice, ColumnMap, file_mapping, map_over
 from erclutch.logs.plan import NEEDS, Invalid, Plan
 from erclutch.logs.planning import plan_of
@@ -31,7 +31,6 @@ from erclutch.logs.recording_choice import table_of_log
 from erclutch.logs.resample import resampled
 from erclutch.logs.table import Table
 from erclutch.logs.time_window import within
-from erclutch.registry import Plugin
 from erclutch.signals.device import DeviceName
 from erclutch.signals.recording import NAMED_COLUMNS, Recording
 
@@ -182,9 +181,8 @@ def read_batches(
         LogError, MappingError: see `read`; what is wrong with a later stretch names its rows.
         SettingError: a constant that is given by segments.
     """
-    file = require_file(path)
+    file, plugin = found_reader(path)
     told = map_over(mapping, file_mapping(file, mapping_file))
-    plugin = _reader_for(file)
     windows = plugin.of_type(LogReader).windows
     if windows:
         with readable(file), file.open("rb") as content:
@@ -205,21 +203,12 @@ def extent_of(path: str | Path) -> tuple[int, int] | None:
     Raises:
         LogError: the file cannot be read.
     """
-    file = require_file(path)
-    plugin = _reader_for(file)
+    file, plugin = found_reader(path)
     extent = plugin.of_type(LogReader).extent
     if extent is None:
         return None
     with placed(file.name), plugin.working(f"failed on {file.name}"):
         return extent(file)
-
-
-def _reader_for(file: Path) -> Plugin:
-    plugin = folder_reader(file)
-    if plugin is not None:
-        return plugin
-    with readable(file), file.open("rb") as content:
-        return reader_of(content.read(HEAD), file.suffix)[0]
 
 
 def recording_from_arrays(

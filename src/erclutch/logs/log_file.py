@@ -14,6 +14,7 @@ from erclutch.logs.log_reader import HEAD, LogReader, LogSource, folder_reader, 
 from erclutch.logs.split_stamps import with_whole_stamps
 from erclutch.logs.table import Table
 from erclutch.logs.woven_rows import unwoven
+from erclutch.registry import Plugin
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -53,8 +54,7 @@ def read_table(
     Raises:
         LogError: no such file, no permission, not a log, damaged, or without a column of numbers.
     """
-    file = require_file(path)
-    plugin = folder_reader(file)
+    file, plugin = _found(path)
     data = b""
     notes: list[str] = []
     with placed(file.name):
@@ -83,6 +83,29 @@ def require_file(path: str | Path) -> Path:
     Raises:
         LogError: no such file, no log, or no permission.
     """
+    file, _ = _found(path)
+    return file
+
+
+def found_reader(path: str | Path) -> tuple[Path, Plugin]:
+    """The path of a log that is there, and its reader; no more than the head of the file is read.
+
+    Raises:
+        LogError: see `require_file`.
+    """
+    file, plugin = _found(path)
+    if plugin is None:
+        with readable(file), file.open("rb") as content:
+            plugin, _ = reader_of(content.read(HEAD), file.suffix)
+    return file, plugin
+
+
+def _found(path: str | Path) -> tuple[Path, Plugin | None]:
+    """The path of a log that is there, and the reader for which its folder, or several files, are one log.
+
+    Raises:
+        LogError: no such file, no log, or no permission.
+    """
     file = Path(path)
     with placed(str(path)):
         try:
@@ -97,7 +120,7 @@ def require_file(path: str | Path) -> Path:
         except (OSError, ValueError) as error:
             problem = f"the file cannot be read ({error})"
             raise LogError(problem, remedy="Check the path and its permissions") from error
-    return file
+    return file, whole
 
 
 def _digest_of_files(log: Path, reader: LogReader) -> str:
@@ -121,8 +144,7 @@ def recordings_in(path: str | Path) -> list[str]:
     Raises:
         LogError: the file cannot be read.
     """
-    file = require_file(path)
-    plugin = folder_reader(file)
+    file, plugin = _found(path)
     data = b""
     if plugin is None:
         with readable(file):
