@@ -23,7 +23,7 @@ from erclutch.signals.array import Array
 #: Numbers that say how the yield effort grows with the field: two fields give one number for any of them.
 _FIELD_NUMBERS = {shape.name for form in YIELD_FORMS.values() for shape in form.shape} | {"n_m"}
 _FIELDS_FOR_A_CURVE = 3
-_LONG = 7  # constants that stand in one column
+_LONG = 4  # constants that stand in one column
 _FAR = 1.1  # of the largest measured effort, from which on a guess is told
 
 

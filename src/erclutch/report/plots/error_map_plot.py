@@ -11,6 +11,8 @@ from erclutch.report.plots.plot_description import Axis, Cells, Panel, Plot, Plo
 from erclutch.signals.array import Array
 
 _HEADER = ("element", "field_from", "field_to", "slip_from", "slip_to", "train_rows", "test_rows", "test_rmse")
+#: Sizes of a map: a pair has two rows of maps, which are lower, so that its report is no longer than that of a brake.
+_HIGH, _LOW = (430, 300), (430, 215)
 
 
 def describe_error_map(material: Material) -> Plot:
@@ -82,9 +84,10 @@ def _panels(material: Material, cells: ErrorMap, top: float, most: int) -> tuple
     about_errors = f"RMSE on the rows held out over field and slip {name}. {worst_cell(material, cells)}"
     empty = percent(cells.empty_share, 2)
     about_training = f"Training rows over field and slip {name}; {empty} of the cells hold none."
+    size = _LOW if len(material.error_maps) > 1 else _HIGH
     return (
-        Panel(x, y, [errors], about_errors, caption=f"Error{tail}"),
-        Panel(x, y, [training], about_training, caption=f"Training rows{tail}"),
+        Panel(x, y, [errors], about_errors, caption=f"Error{tail}", size=size),
+        Panel(x, y, [training], about_training, caption=f"Training rows{tail}", size=size),
     )
 
 

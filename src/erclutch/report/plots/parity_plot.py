@@ -57,7 +57,7 @@ def _parity(material: Material) -> Panel:
         caption=f"{material.title}, rows held out. Strong colour: many rows (logarithmic). On the line the two "
         f"agree.{beyond}",
         square=True,
-        size=(430, 350),
+        size=(430, 300),
         share=1.6,
     )
 
@@ -93,5 +93,5 @@ def _distribution(material: Material) -> Panel:
         says=f"Distribution of the residual of {names}. Half of the errors of {first.model} "
         f"are below {half}, 99 % below {nearly_all}.",
         caption=f"Filled: {material.title}. Thin line: a normal distribution of the same width.",
-        size=(430, 350),
+        size=(430, 300),
     )
