@@ -122,3 +122,14 @@ def test_a_spoilt_about_is_one_line(tmp_path: Path) -> None:
         read_about(tmp_path)
     with pytest.raises(SettingError, match="3,000 letters"):
         about_with(RunAbout(), note="x" * 3000)
+
+
+@pytest.mark.parametrize(("panels", "four"), [(3, False), (4, True), (6, False)])
+def test_four_curves_of_a_pair_without_a_rival_stand_in_one_row(material: Material, panels: int, four: bool) -> None:
+    from erclutch.report.html import report_page
+
+    values = MODEL.fill(material)
+    assert values is not None
+    figures = [values["figures"][0]] * panels
+    html = report_page._body(report_page.templates(), MODEL, {**values, "figures": figures})["html"]
+    assert ('class="many four figures"' in html) == four
