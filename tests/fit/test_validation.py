@@ -206,6 +206,16 @@ def test_a_yield_effort_that_saturates_is_tried_where_logs_have_fields_of_their_
     assert taken.sound  # friction is next to nothing here: no slip can be told over which it turns, so it is left out
 
 
+@pytest.mark.slow
+def test_each_law_that_is_named_gets_the_memory() -> None:
+    data = bench(rows=150)
+    named = ("bingham/square", "casson/square", "herschel-bulkley/square")
+    laws = [fit_structure(data, Structure("single", name, law_from_name(name, "single"))) for name in named]
+    candidates, _ = with_memory(data, laws, named)
+    remembering = [c.structure.specification for c in candidates if slip_stages(c.structure.dynamics)]
+    assert set(remembering) == set(named)
+
+
 @pytest.mark.parametrize(
     ("network", "allowed"),
     [

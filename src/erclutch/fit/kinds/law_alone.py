@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -106,7 +106,8 @@ class Laws(Kind):
         if settings.lag != AUTO:
             return Grown()
         quicker = [] if steady_command(train) else _second_time_constant(train, laws)
-        remembering, findings = with_memory(train, [*laws, *quicker])
+        named = {name for name, _ in asked(settings, train, KIND) if name in settings.models}
+        remembering, findings = with_memory(train, [*laws, *quicker], {_law_of(name, train) for name in named})
         known = [LawCandidate(law.model.structure, outcome=law) for law in quicker]
         return Grown([*known, *remembering], findings)
 
@@ -239,11 +240,17 @@ def _plainest_of_the_best(laws: Sequence[FitOutcome[TorqueModel]]) -> FitOutcome
 
 
 def with_memory(
-    train: Dataset, laws: Sequence[FitOutcome[TorqueModel]]
+    train: Dataset, laws: Sequence[FitOutcome[TorqueModel]], named: Collection[str | None] = ()
 ) -> tuple[list[LawCandidate], tuple[Finding, ...]]:
     """The best law with stages of memory, as far as blocked validation on the training rows asks for them.
 
-    The findings name columns of the log that would take more of the error off.
+    Laws that were asked for by name get the same memory: without it they would look as if they had lost. The findings
+    name columns of the log that would take more of the error off.
+
+    Args:
+        train: the training rows.
+        laws: the fits to them.
+        named: specifications of the laws that were asked for by name.
     """
     known: list[FitOutcome[TorqueModel]] = []
     for outcome in laws:
@@ -277,6 +284,14 @@ def with_memory(
     if len(set(groups_of(train).field)) >= FEWEST_GROUPS:
         others = _of_another_form(train, rungs[-1], known, base)
         candidates = [*others, *_that_saturate(train, rungs[-1], others), *candidates]  # the last stays the richest
+    made = {candidate.structure.specification for candidate in candidates}
+    for law in known:
+        own = law.model.structure.specification
+        if own in named and own not in made:
+            made.add(own)
+            with one_thread():
+                rung = of_law(train, rungs[-1], law.model.structure)
+            candidates.insert(0, _of_rung(rung, law.notes))
     return candidates, tuple(findings)
 
 
