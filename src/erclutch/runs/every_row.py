@@ -16,12 +16,11 @@ from functools import partial
 from typing import Any, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
 from erclutch.errors import RunError
 from erclutch.fit.comparison import Comparison
 from erclutch.fit.scoring import BinSums, Score, score_of_bins
-from erclutch.logs.any_size import Cut, LogInBlocks, RowsOfLogs
+from erclutch.logs.any_size import Cut, RowsOfLogs
 from erclutch.logs.batches import RowRange, blocks_of, chained, neighbours, one_batch
 from erclutch.logs.dataset import Dataset
 from erclutch.logs.reading import Reading
@@ -112,11 +111,13 @@ class ScoringPlan:
     @property
     def parts(self) -> list[Part]:
         """What the tasks read."""
-        return [
-            Part(log, at, cut, log.cuts[at + 1].file_row if at + 1 < len(log.cuts) else None)
-            for log in self.logs
-            for at, cut in enumerate(log.cuts)
-        ]
+        parts: list[Part] = []
+        for log in self.logs:
+            for number, cut in enumerate(log.cuts):
+                is_last = number + 1 == len(log.cuts)
+                stop = None if is_last else log.cuts[number + 1].file_row
+                parts.append(Part(log, number, cut, stop))
+        return parts
 
 
 @dataclass(frozen=True)
@@ -138,8 +139,10 @@ class Part:
     @property
     def rows(self) -> int:
         """Usable rows."""
-        cuts = self.log.cuts
-        return (cuts[self.at + 1].place if self.stop is not None else self.log.rows) - self.begin.place
+        end = self.log.rows
+        if self.stop is not None:
+            end = self.log.cuts[self.at + 1].place
+        return end - self.begin.place
 
 
 def plan_of(rows: RowsOfLogs, comparison: Comparison, run: str = "") -> ScoringPlan:
@@ -159,8 +162,13 @@ def plan_of_rows(rows: RowsOfLogs, test: Mask, *, seed: int = 0, run: str = "") 
         held_out = HeldOut((0,), (True,))  # nothing of the log was seen
         if number in kept_of:
             kept = slice(*kept_of[number])
-            held_out = _held_out(rows.places[kept], test[kept])
-        logs.append(_log_to_score(log, held_out))
+            places = rows.places[kept]
+            is_test = test[kept]
+            turns = np.concatenate([[0], 1 + np.flatnonzero(is_test[1:] != is_test[:-1])])
+            held_out = HeldOut(tuple(places[turns].tolist()), tuple(is_test[turns].tolist()))
+        period = log.period if log.uniform else None
+        to_score = LogToScore(str(log.path), log.number, log.name, log.digest, log.rows, period, log.cuts, held_out)
+        logs.append(to_score)
     return ScoringPlan(
         run=run,
         device=rows.data.device,
@@ -170,16 +178,6 @@ def plan_of_rows(rows: RowsOfLogs, test: Mask, *, seed: int = 0, run: str = "") 
         middle=float(rows.data.effort.mean()),
         seed=seed,
     )
-
-
-def _held_out(places: NDArray[np.int64], test: Mask) -> HeldOut:
-    turns = np.concatenate([[0], 1 + np.flatnonzero(test[1:] != test[:-1])])
-    return HeldOut(tuple(places[turns].tolist()), tuple(test[turns].tolist()))
-
-
-def _log_to_score(log: LogInBlocks, held_out: HeldOut) -> LogToScore:
-    period = log.period if log.uniform else None
-    return LogToScore(str(log.path), log.number, log.name, log.digest, log.rows, period, log.cuts, held_out)
 
 
 @dataclass(frozen=True)
@@ -200,6 +198,13 @@ class EveryRow:
 
     def to_dict(self) -> dict[str, Any]:
         """As JSON values, with a digest over all of them."""
+        models: dict[str, dict[str, Any]] = {}
+        for name in self.train or self.test:
+            models[name] = {}
+            if name in self.train:
+                models[name]["train"] = self.train[name].to_dict()
+            if name in self.test:
+                models[name]["test"] = self.test[name].to_dict()
         body: dict[str, Any] = {
             "kind": KIND,
             "schema": SCHEMA,
@@ -208,12 +213,7 @@ class EveryRow:
             "kept_rows": self.plan.kept_rows,
             "bin_rows": self.plan.bin_rows,
             "logs": [{"name": log.name, "sha256": log.digest, "rows": log.rows} for log in self.plan.logs],
-            "models": {
-                name: {
-                    key: of[name].to_dict() for key, of in (("train", self.train), ("test", self.test)) if name in of
-                }
-                for name in (self.train or self.test)
-            },
+            "models": models,
             "not_scored": dict(self.not_scored),
         }
         body = without_infinities(body)

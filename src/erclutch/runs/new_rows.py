@@ -114,9 +114,15 @@ def score(
     rows: list[dict[str, Any]] = []
     for each in several:
         run, chosen = opened(each, name)
-        data = joined([_read(one, mapping, said, run, chosen, needs_effort=True)[0] for one in logs])
+        folder = "" if run is None else str(run.folder)
+        parts: list[Dataset] = []
+        for one in logs:
+            data, *_ = _read(one, mapping, said, run, chosen, needs_effort=True)
+            parts.append(data)
+        unseen = joined(parts)
         for called, model in models_of(run, chosen, name):
-            rows.append(score_model(model, data, called).row("" if run is None else str(run.folder)))
+            of_model = score_model(model, unseen, called)
+            rows.append(of_model.row(folder))
     return DataFrame(rows).sort_values("rmse", ignore_index=True)
 
 
@@ -140,7 +146,8 @@ class ModelScore:
 
     def row(self, run: str) -> dict[str, Any]:
         """As columns of a table."""
-        rmse, held = self.figures.rmse, self.held
+        rmse = self.figures.rmse
+        held = self.held
         return {
             "model": self.model,
             "run": run,
@@ -183,8 +190,13 @@ def score_model(model: Model, data: Dataset, name: str) -> ModelScore:
     if model.band is not None:
         ends = model.band.around(effort, data.elements, data.clock)
         held = coverage(data, ends, np.ones(data.rows, np.bool_))
-    where = _where(model, data, outside)
-    return ModelScore(name, scored(data.effort, effort), float(outside.mean()), where, held)
+    return ModelScore(
+        model=name,
+        figures=scored(data.effort, effort),
+        guessed=float(outside.mean()),
+        where=_where(model, data, outside),
+        held=held,
+    )
 
 
 def _where(model: Model, data: Dataset, outside: NDArray[np.bool_]) -> str:
@@ -194,22 +206,26 @@ def _where(model: Model, data: Dataset, outside: NDArray[np.bool_]) -> str:
         tail = f" {number}" if len(data.elements) > 1 else ""
         ranges.append((f"field{tail}", element.field, model.trained_on.field, data.units.field))
         ranges.append((f"slip{tail}", element.slip, model.trained_on.slip, data.units.slip))
+
     shares: list[tuple[float, str]] = []
     inside_all = outside.copy()  # rows that are outside, and within each range by itself
-    for what, values, covered, unit in ranges:
+    for signal, values, covered, unit in ranges:
         low, high = margins(covered)
-        for word, rows, limit in (("below", values < low, covered[0]), ("above", values > high, covered[1])):
-            beyond = rows & outside
-            if beyond.any():
-                text = f"{what} {word} {limit:.4g} {unit.replace('?', '')}".strip()
-                shares.append((float(beyond.mean()), text))
-                inside_all &= ~rows
+        lowest, highest = covered
+        for side, beyond, limit in (("below", values < low, lowest), ("above", values > high, highest)):
+            guessed = beyond & outside
+            if guessed.any():
+                plain_unit = unit.replace("?", "")
+                text = f"{signal} {side} {limit:.4g} {plain_unit}".strip()
+                shares.append((float(guessed.mean()), text))
+                inside_all &= ~beyond
     if inside_all.any():
         shares.append((float(inside_all.mean()), "between training rows, far from all of them"))
     quick = quicker_than_known(model, data)
     if quick.any():
         shares.append((float(quick.mean()), "the slip changes more quickly than in any training log"))
-    return "; ".join(f"{text} ({share:.1%} of rows)" for share, text in sorted(shares, reverse=True))
+    largest_first = sorted(shares, reverse=True)
+    return "; ".join(f"{text} ({share:.1%} of rows)" for share, text in largest_first)
 
 
 def quicker_than_known(model: Model, data: Dataset) -> Mask:
@@ -236,14 +252,15 @@ def band_ends(data: Dataset, model: Model, effort: Array, sensor: bool) -> tuple
     low, high = band.around(effort, data.elements, data.clock)
     if sensor:
         return adapted(band, (low, high), effort, data.effort, data.clock)
-    slips = held_window(model.trained_on.slip)
-    least, most = held_window(model.trained_on.field)
-    fields = min(least, band.field[0]), max(most, band.field[1])
+    lowest_slip, highest_slip = held_window(model.trained_on.slip)
+    lowest_field, highest_field = held_window(model.trained_on.field)
+    lowest_field = min(lowest_field, band.field[0])
+    highest_field = max(highest_field, band.field[1])
     for element in data.elements:
-        for signal, (first, last) in ((element.field, fields), (element.slip, slips)):
-            unlike = (signal < first) | (signal > last)
-            low = np.where(unlike, np.nan, low)
-            high = np.where(unlike, np.nan, high)
+        unlike = (element.field < lowest_field) | (element.field > highest_field)
+        unlike |= (element.slip < lowest_slip) | (element.slip > highest_slip)
+        low = np.where(unlike, np.nan, low)
+        high = np.where(unlike, np.nan, high)
     return low, high
 
 

@@ -45,7 +45,11 @@ def recalibrated(
     base = outcome.model
     seen = seen_rows(data, share, stretches)
     result = recalibrate(base, data, seen)
-    outcomes = [outcome] if result.way == AS_IT_IS else [outcome, _adapted(outcome, result)]
+    outcomes = [outcome]
+    if result.way != AS_IT_IS:
+        outcomes.append(_adapted(outcome, result))
+
+    # Both are judged on the rows that neither saw.
     settings = Settings((base.name,), base.structure.dynamics, 1.0 - share)
     adapted_name = base.name + LABEL
     entries: list[RankedModel] = []
@@ -56,7 +60,8 @@ def recalibrated(
             (banded,) = with_bands(data, ~seen, [entry])
             entries.append(replace(banded, folds=result.folds[result.way], label=adapted_name))
     rmse = {entry.name: entry.test.rmse.value for entry in entries}
-    change = rmse.get(adapted_name, np.inf) / (rmse[base.name] or 1.0) - 1.0
+    base_rmse = rmse[base.name] or 1.0
+    change = rmse.get(adapted_name, np.inf) / base_rmse - 1.0
     if result.way == AS_IT_IS:
         verdict = f"The base is kept: {result.reason}."
     elif change < 0.0:
@@ -97,27 +102,45 @@ def _adapted(base: FitOutcome[Any], result: Recalibration) -> FitOutcome[Any]:
     law: TorqueModel | None = result.model.law_part
     if law is None:  # weights have no estimates
         return replace(base, model=result.model)
-    estimates = [*base.estimates]
-    if OFFSET in law.gains and OFFSET not in {estimate.name for estimate in estimates}:
-        estimates.append(Estimate(OFFSET, "constant effort", law.units.effort, 0.0, 0.0, 0.0))
+    estimates = list(base.estimates)
+    named = {estimate.name for estimate in estimates}
+    if OFFSET in law.gains and OFFSET not in named:
+        offset = Estimate(OFFSET, "constant effort", law.units.effort, value=0.0, low=0.0, high=0.0)
+        estimates.append(offset)
     moved = tuple(_moved(estimate, law, result.numbers) for estimate in estimates)
-    return replace(base, model=result.model, estimates=moved, paper_form=paper_form(law, moved))
+    return replace(
+        base,
+        model=result.model,
+        estimates=moved,
+        paper_form=paper_form(law, moved),
+    )
 
 
 def _moved(estimate: Estimate, law: TorqueModel, numbers: Mapping[str, tuple[float, float, float]]) -> Estimate:
     """An estimate of the base with the adapted model's value and the interval that the new rows give."""
     name = estimate.name
     value = {**law.shape, **law.gains}[name]  # normalised
-    common, *common_ends = numbers.get(GAIN, (0.0, 0.0, 0.0))
+    common, lowest_common, highest_common = numbers.get(GAIN, (0.0, 0.0, 0.0))
     if name in numbers:
         _, low, high = numbers[name]
     elif name in law.gains and common:  # all gains moved together
-        low, high = (value * end / common for end in common_ends)
+        low = value * lowest_common / common
+        high = value * highest_common / common
     else:
         return estimate
-    parameters = {number.name: number for number in (*law.structure.gains(), *law.structure.shapes(law.period))}
-    extra: int | None = getattr(parameters[name], "extra", None)
+
+    # From normalised numbers to those of the user's units.
+    of_law = (*law.structure.gains(), *law.structure.shapes(law.period))
+    parameter = next(each for each in reversed(of_law) if each.name == name)
+    extra: int | None = getattr(parameter, "extra", None)
     scale = 1.0 if extra is None else float(law.reference.extras[extra])
-    times = in_user_units(1.0, parameters[name].dimension, law.reference)
-    value, low, high = (normalised * times / scale for normalised in (value, low, high))
-    return replace(estimate, value=value, low=min(low, high), high=max(low, high), at_bound=None)
+    times = in_user_units(1.0, parameter.dimension, law.reference)
+    one_end = low * times / scale
+    other_end = high * times / scale
+    return replace(
+        estimate,
+        value=value * times / scale,
+        low=min(one_end, other_end),
+        high=max(one_end, other_end),
+        at_bound=None,
+    )

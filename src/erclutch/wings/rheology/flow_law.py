@@ -26,6 +26,14 @@ from erclutch.signals.array import Array
 _STIFF = 1e-9  # width of the sign, in normalised rates: all rates are positive, so the sign is no parameter
 _FAINTEST = 1e-6  # of the smallest stress: the least that a gain may add
 _LEAST_INDEX = 0.02  # a gel's stress may hardly grow with the rate: lower than the flow index of a clutch
+#: Unit of a parameter, by its dimension in stress and in rate.
+_UNITS = {
+    (1, 0): "Pa",
+    (1, -1): "Pa*s",
+    (0, -1): "s",
+    (0, 0): "1",
+    (0, 1): "1/s",
+}
 
 
 @cache
@@ -135,10 +143,15 @@ class FlowLaw:
     def fit(self, rate: Array, stress: Array, effort: Effort) -> Minimum:
         """The best of several local solves, each from a good point of a scan."""
         problem = self.problem(rate, stress)
-        minima = [
-            minimise(problem, start, tolerance=effort.tolerance, max_iterations=effort.iterations)
-            for start in self._starts(rate, stress, effort)
-        ]
+        minima: list[Minimum] = []
+        for start in self._starts(rate, stress, effort):
+            minimum = minimise(
+                problem,
+                start,
+                tolerance=effort.tolerance,
+                max_iterations=effort.iterations,
+            )
+            minima.append(minimum)
         return min(minima, key=lambda minimum: minimum.cost)
 
     def _starts(self, rate: Array, stress: Array, effort: Effort) -> list[Array]:
@@ -150,16 +163,19 @@ class FlowLaw:
             return [column / stress for column in self.law.columns(field, x, _STIFF, *shape)]
 
         relative = Separable(relative_columns, np.ones_like(x), self.shapes, self.law.gains)
-        scanned = list(scan_points(*relative.bounds, effort.points)) if self.shapes else [np.zeros(0)]
+        scanned = [np.zeros(0)]  # a law without a shape has one
+        if self.shapes:
+            scanned = list(scan_points(*relative.bounds, effort.points))
         projected = [(project(relative, parameters(self.shapes, shape)), tuple(shape)) for shape in scanned]
         best_first = sorted(projected, key=lambda pair: pair[0].cost)
 
         # A gain of zero has no logarithm.
         faintest = 10.0 * _FAINTEST * float(stress.min()) / float(x.max())
-        return [
-            np.concatenate([shape, np.log(np.maximum(projection.gains, faintest))])
-            for projection, shape in best_first[: effort.solves]
-        ]
+        starts: list[Array] = []
+        for projection, shape in best_first[: effort.solves]:
+            gains = np.maximum(projection.gains, faintest)
+            starts.append(np.concatenate([shape, np.log(gains)]))
+        return starts
 
     def _stress(self, x: Array, shape: Sequence[Any], gains: Sequence[Any]) -> Any:
         """Stress at normalised rates: numbers, or dual numbers where the parameters are dual."""
@@ -171,17 +187,21 @@ class FlowLaw:
 
     def _numbers(self, point: Array) -> tuple[list[float], list[float]]:
         """The shape parameters and the gains of a point."""
-        shapes = len(self.shapes)
-        return list(parameters(self.shapes, point[:shapes])), np.exp(point[shapes:]).tolist()
+        count = len(self.shapes)
+        shape = list(parameters(self.shapes, point[:count]))
+        gains = np.exp(point[count:]).tolist()
+        return shape, gains
 
     def _dual_numbers(self, point: Array) -> tuple[list[Dual], list[Dual]]:
         """The same numbers, each with its derivative by its own coordinate."""
         shape, gains = self._numbers(point)
         # The coordinate of a linear parameter is the parameter, of each other number its logarithm.
-        slopes = [1.0 if about.scale == "linear" else value for about, value in zip(self.shapes, shape, strict=True)]
-        duals = [Dual(value, {i: slope}) for i, (value, slope) in enumerate(zip(shape, slopes, strict=True))]
-        duals += [Dual(gain, {i: gain}) for i, gain in enumerate(gains, start=len(shape))]
-        return duals[: len(shape)], duals[len(shape) :]
+        dual_shape: list[Dual] = []
+        for i, (about, value) in enumerate(zip(self.shapes, shape, strict=True)):
+            slope = 1.0 if about.scale == "linear" else value
+            dual_shape.append(Dual(value, {i: slope}))
+        dual_gains = [Dual(gain, {i: gain}) for i, gain in enumerate(gains, start=len(shape))]
+        return dual_shape, dual_gains
 
     def estimates(self, problem: Problem, minimum: Minimum, points: int) -> tuple[Estimate, ...]:
         """Parameters in units of the curve, with 95 % intervals of their logarithms.
@@ -207,24 +227,42 @@ class FlowLaw:
 
         estimates: list[Estimate] = []
         for i, about in enumerate(about_all):
-            middle, half_width = float(minimum.point[i]), float(half_widths[i])
-            unit, factor = _unit(about.dimension, self.reference)
+            middle = float(minimum.point[i])
+            half_width = float(half_widths[i])
+            unit = _UNITS[about.dimension.effort, about.dimension.slip]
+            meaning = about.meaning.replace("effort", "stress").replace("slip", "rate")
+            meaning = meaning.removesuffix(" at the reference field")
             if about.name == "K":
                 # The consistency at 1 1/s in place of the reference rate: ln K_1 = ln K - m ln(reference).
-                index = next(j for j, shape in enumerate(self.shapes) if shape.name == "m")
+                index = next(place for place, shape in enumerate(self.shapes) if shape.name == "m")
                 shift = -float(np.log(self.reference))
                 variance = covariance[i, i] + shift**2 * covariance[index, index] + 2 * shift * covariance[i, index]
                 middle += float(minimum.point[index]) * shift
                 half_width = spread.quantile * float(np.sqrt(variance))
                 unit = "Pa*s^m"
+                meaning = "consistency: viscous stress at 1 1/s"
 
-            logarithmic = isinstance(about, Gain) or about.scale == "log"
             ends = np.array([middle, middle - half_width, middle + half_width])
+            if isinstance(about, Gain) or about.scale == "log":
+                with np.errstate(over="ignore"):
+                    ends = np.exp(ends)
             with np.errstate(over="ignore"):
-                value, low, high = (np.exp(ends) if logarithmic else ends) * factor
-            bound = "lower" if minimum.at_lower[i] else "upper" if minimum.at_upper[i] else None
-            meaning = _meaning(about)
-            estimates.append(Estimate(about.name, meaning, unit, float(value), float(low), float(high), bound))
+                value, low, high = ends * self.reference**about.dimension.slip
+            at_bound = None
+            if minimum.at_lower[i]:
+                at_bound = "lower"
+            elif minimum.at_upper[i]:
+                at_bound = "upper"
+            estimate = Estimate(
+                about.name,
+                meaning,
+                unit,
+                value=float(value),
+                low=float(low),
+                high=float(high),
+                at_bound=at_bound,
+            )
+            estimates.append(estimate)
         return tuple(estimates)
 
 
@@ -239,16 +277,3 @@ def _within(law: Law, highest: float) -> tuple[ShapeParameter, ...]:
         else:
             own.append(shape)
     return tuple(own)
-
-
-def _meaning(about: ShapeParameter | Gain) -> str:
-    """A law's words for a clutch in words for a fluid."""
-    if about.name == "K":
-        return "consistency: viscous stress at 1 1/s"
-    return about.meaning.replace("effort", "stress").replace("slip", "rate").removesuffix(" at the reference field")
-
-
-def _unit(dimension: Dimension, reference: float) -> tuple[str, float]:
-    """Unit of a parameter of shear stress, and the factor from normalised rates."""
-    units = {(1, 0): "Pa", (1, -1): "Pa*s", (0, -1): "s", (0, 0): "1", (0, 1): "1/s"}
-    return units[dimension.effort, dimension.slip], reference**dimension.slip

@@ -5,7 +5,7 @@ from __future__ import annotations
 from json import dumps
 from math import isfinite
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 from cyclopts import Parameter
 
@@ -51,32 +51,51 @@ def flowcurve(
     from erclutch.wings.rheology.flow_curve import FlowCurve, FlowFit, ranked, yield_text
     from erclutch.wings.rheology.flow_curve_file import read_flow_curves
 
-    read = [(path.name, read_flow_curves(path, shear_rate=shear_rate, stress=stress, sheet=sheet)) for path in files]
-    curves = [(name, curve) for name, file in read for curve in file.curves]
+    notes: list[str] = []
+    curves: list[tuple[str, FlowCurve]] = []  # with the name of the file
+    for path in files:
+        file = read_flow_curves(path, shear_rate=shear_rate, stress=stress, sheet=sheet)
+        notes += [f"{path.name}: {note}" for note in file.notes]
+        curves += [(path.name, curve) for curve in file.curves]
     fitted: list[tuple[str, FlowCurve, list[FlowFit]]] = []
     with terminal.progress("fitting flow curves") as bar:
         for done, (name, curve) in enumerate(curves, start=1):
             fitted.append((name, curve, ranked(curve, laws)))
             bar(done, len(curves), "fitting flow curves")
+
     if json:
-        body = [
-            {"file": name, "curve": curve.label, "points": curve.rate.size, "fits": [fit.to_dict() for fit in fits]}
-            for name, curve, fits in fitted
-        ]
+        body: list[dict[str, Any]] = []
+        for name, curve, fits in fitted:
+            entry = {
+                "file": name,
+                "curve": curve.label,
+                "points": curve.rate.size,
+                "fits": [fit.to_dict() for fit in fits],
+            }
+            body.append(entry)
         print(dumps(body, indent=1, allow_nan=False))
         return
-    for name, file in read:
-        terminal.tell(*(f"{name}: {note}" for note in file.notes))
+
+    def missed(fit: FlowFit) -> str:
+        return f"{fit.law} {fit.validated:.4f}" if isfinite(fit.validated) else fit.law
+
+    terminal.tell(*notes)
     rows: list[list[str]] = []
-    for name, curve, (fit, *others) in fitted:
-        missed = [f"{f.law} {f.validated:.4f}" if isfinite(f.validated) else f.law for f in (fit, *others[:1])]
-        where = f"{name}: {curve.label}" if len(files) > 1 else curve.label
-        rows.append([where, str(curve.rate.size), missed[0], yield_text(fit), *(missed[1:] or [""])])
+    for name, curve, (chosen, *others) in fitted:
+        row = [
+            f"{name}: {curve.label}" if len(files) > 1 else curve.label,
+            str(curve.rate.size),
+            missed(chosen),
+            yield_text(chosen),
+            missed(others[0]) if others else "",
+        ]
+        rows.append(row)
     title = "Chosen laws, with what each misses at rates held out (RMS of log10 of the stress)"
     columns = ["curve", "points", "chosen", "yield stress [Pa]", "next best"]
     terminal.tell(terminal.table(title, columns, rows, left=1))
     wins = Counter(fits[0].law for *_, fits in fitted)
-    terminal.tell("Chosen for: " + ", ".join(f"{law} {count} of {len(fitted)}" for law, count in wins.most_common()))
+    counts = [f"{law} {count} of {len(fitted)}" for law, count in wins.most_common()]
+    terminal.tell("Chosen for: " + ", ".join(counts))
     if parameters:
-        for name, curve, fits in fitted:
-            terminal.tell(terminal.estimates(f"{name}, {curve.label}: {fits[0].law}", fits[0].estimates))
+        for name, curve, (chosen, *_) in fitted:
+            terminal.tell(terminal.estimates(f"{name}, {curve.label}: {chosen.law}", chosen.estimates))

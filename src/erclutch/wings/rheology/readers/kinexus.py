@@ -20,17 +20,23 @@ _TEXTS = ("Sample Description", "Sequence Name", "Date", "Time stamp")
 
 
 def _blocks(content: str) -> list[Block]:
+    """The table of each action of a sequence."""
     lines = content.splitlines()
-    head = next((at for at, line in enumerate(lines) if _ACTION in line), None)
-    if head is None:
+    heads = [place for place, line in enumerate(lines) if _ACTION in line]
+    if not heads:
         return []
+    head = heads[0]
     delimiter = delimiter_of(lines[head])
     names = cells(lines[head], delimiter)
     action = names.index(_ACTION)
-    points = [(at + 1, cells(line, delimiter)) for at, line in enumerate(lines) if at > head and line.strip()]
+    points: list[tuple[int, list[str]]] = []  # number of the line, and its cells
+    for number, line in enumerate(lines[head + 1 :], start=head + 2):
+        if line.strip():
+            points.append((number, cells(line, delimiter)))
     # A file that fills most rows to the last column does not trim them: a shorter row has lost a delimiter.
-    usual = Counter(len(row) for _, row in points).most_common(1)
-    fewest = len(names) if usual and usual[0][0] == len(names) else action + 1
+    lengths = Counter(len(row) for _, row in points)
+    ((usual, _),) = lengths.most_common(1) or [(0, 0)]
+    fewest = len(names) if usual == len(names) else action + 1
     for number, row in points:
         if len(row) < fewest or any(row[len(names) :]):
             problem = f"line {number} has {len(row)} cells where {len(names)} are expected"
