@@ -384,7 +384,7 @@ def test_signals_leave_nothing_behind(name: str, tmp_path: Path) -> None:
     write_synthetic_log(tmp_path / "log.csv")
     code = (
         "import sys, time\nfrom erclutch import files\nfrom erclutch.cli import main\n"
-        "import erclutch.runs.run_folder as folders\n"
+        "import erclutch.runs.written_run as folders\n"
         "def slow(*given):\n    print('begun', flush=True)\n    time.sleep(60)\n"
         "folders._fill = slow\nsys.argv = ['erclutch', *sys.argv[1:]]\nsys.exit(main())"
     )

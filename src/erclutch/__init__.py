@@ -34,7 +34,8 @@ if TYPE_CHECKING:
     from erclutch.models.networks.network_model import NetworkModel
     from erclutch.models.structure import Structure
     from erclutch.runs.new_rows import predict, score
-    from erclutch.runs.run_folder import read_run, write_run
+    from erclutch.runs.run_folder import read_run
+    from erclutch.runs.written_run import write_run
     from erclutch.signals.recording import Recording
     from erclutch.signals.speed import Derivative
     from erclutch.wings.align.aligned_logs import align
@@ -69,7 +70,8 @@ _HOMES = {
     "models.networks": ("NetworkStructure", "network_from_name"),
     "models.networks.network_model": ("NetworkModel",),
     "fit.networks.fit_network": ("fit_network",),
-    "runs.run_folder": ("read_run", "write_run"),
+    "runs.run_folder": ("read_run",),
+    "runs.written_run": ("write_run",),
     "models.load": ("load_model",),
     "signals.recording": ("Recording",),
 }

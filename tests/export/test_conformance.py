@@ -78,7 +78,8 @@ def test_step_is_numpys_on_ten_thousand_rows(model: Model, precision: str) -> No
 def test_a_fitted_model_gives_predicts_bits(tmp_path: Path, need: Callable[..., None]) -> None:
     """Gains of 1e7 that cancel, large weights: what a unit in the last place of an exp becomes."""
     from erclutch.fit.comparison import Settings, compare
-    from erclutch.runs.run_folder import read_run, write_run
+    from erclutch.runs.run_folder import read_run
+    from erclutch.runs.written_run import write_run
     from tests.support.pair import pair_log, pair_rows
 
     need("gcc")

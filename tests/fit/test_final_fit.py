@@ -16,7 +16,8 @@ from erclutch.logs import recording_from_arrays
 from erclutch.logs.dataset import build_dataset
 from erclutch.report.html.provenance_section import command_of
 from erclutch.runs.new_rows import called_final, models_of
-from erclutch.runs.run_folder import FINAL, read_run, write_run
+from erclutch.runs.run_folder import FINAL, read_run
+from erclutch.runs.written_run import write_run
 from erclutch.signals.recording import Recording
 from tests.support.command import refused
 

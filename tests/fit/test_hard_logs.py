@@ -19,7 +19,8 @@ from erclutch.logs.dataset import Dataset, build_dataset
 from erclutch.report.html.verdict_section import _next, choice
 from erclutch.report.numbers.run_material import material_of
 from erclutch.report.printed_table import ranking_table
-from erclutch.runs.run_folder import read_run, write_run
+from erclutch.runs.run_folder import read_run
+from erclutch.runs.written_run import write_run
 from erclutch.signals.recording import Recording
 
 Array = NDArray[np.float64]

@@ -17,7 +17,8 @@ from erclutch.fit.candidate import kinds
 from erclutch.fit.comparison import Settings, compare
 from erclutch.logs import recording_from_arrays
 from erclutch.logs.dataset import build_dataset
-from erclutch.runs.run_folder import read_run, write_run
+from erclutch.runs.run_folder import read_run
+from erclutch.runs.written_run import write_run
 from erclutch.signals.recording import Recording
 
 PACKAGE = Path(__file__).parents[2] / "examples" / "erclutch-kind-nearest"

@@ -12,7 +12,8 @@ from erclutch.logs import read
 from erclutch.logs.dataset import build_dataset
 from erclutch.logs.synthetic import write_synthetic_log
 from erclutch.report.numbers.run_material import Material, material_of
-from erclutch.runs.run_folder import read_run, write_run
+from erclutch.runs.run_folder import read_run
+from erclutch.runs.written_run import write_run
 
 MODELS = ("quadratic", "bingham", "fnn-2")
 

@@ -17,7 +17,8 @@ from erclutch.logs.synthetic import write_synthetic_log
 from erclutch.report.html.runs_page import sentence, what_changed, write_comparison
 from erclutch.report.numbers.number_text import scale_for
 from erclutch.report.numbers.paired_runs import changes, pair
-from erclutch.runs.run_folder import Run, read_run, write_run
+from erclutch.runs.run_folder import Run, read_run
+from erclutch.runs.written_run import write_run
 from erclutch.signals.recording import Recording
 
 

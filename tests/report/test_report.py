@@ -296,7 +296,7 @@ def test_a_mapping_file_is_part_of_what_repeats_the_run(tmp_path: Path) -> None:
     from erclutch.logs import read
     from erclutch.logs.dataset import build_dataset
     from erclutch.logs.synthetic import write_synthetic_log
-    from erclutch.runs.run_folder import write_run
+    from erclutch.runs.written_run import write_run
 
     log = tmp_path / "log.csv"
     write_synthetic_log(log, 3.0)
@@ -318,7 +318,7 @@ def test_the_error_over_rows_in_motion(still: float, tmp_path: Path) -> None:
     from erclutch.logs import recording_from_arrays
     from erclutch.logs.dataset import build_dataset
     from erclutch.report.html.verdict_section import VERDICT
-    from erclutch.runs.run_folder import write_run
+    from erclutch.runs.written_run import write_run
 
     rng = np.random.default_rng(0)
     n = 4000
@@ -343,7 +343,7 @@ def test_a_negative_inertia_is_explained(mass: float, tmp_path: Path) -> None:
     from erclutch.fit.comparison import Settings, compare
     from erclutch.logs import recording_from_arrays
     from erclutch.logs.dataset import build_dataset
-    from erclutch.runs.run_folder import write_run
+    from erclutch.runs.written_run import write_run
 
     slip = 3.0 * np.sin(np.arange(3000) / 50)
     field = np.repeat(np.random.default_rng(0).choice([0.0, 1.0, 2.0], 30), 100)
@@ -360,7 +360,7 @@ def test_both_clutches_of_a_pair_have_flow_curves(tmp_path: Path) -> None:
     from erclutch.logs import recording_from_arrays
     from erclutch.logs.dataset import build_dataset
     from erclutch.report.html.picture_sections import FLOW_CURVES
-    from erclutch.runs.run_folder import write_run
+    from erclutch.runs.written_run import write_run
 
     t = np.arange(4000) / 1000
     command = 0.4 * np.sin(5 * t)

@@ -22,7 +22,8 @@ from erclutch.report.plots.paper_style import new_figure, style
 from erclutch.report.plots.plot_description import Line, Plot
 from erclutch.report.plots.run_plots import FIGURES, write_figure
 from erclutch.report.plots.trace_plot import describe_trace
-from erclutch.runs.run_folder import Run, read_run, write_run
+from erclutch.runs.run_folder import Run, read_run
+from erclutch.runs.written_run import write_run
 from tests.support.slow_params import slow_but
 
 

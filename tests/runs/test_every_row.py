@@ -24,8 +24,9 @@ from erclutch.logs.reading import Reading
 from erclutch.logs.synthetic import synthetic_log
 from erclutch.runs.every_row import HeldOut, Part, PartSums, plan_of, predictions, score_every_row
 from erclutch.runs.every_row_folder import FILE, FOLDER, KeptParts, read_every_row, unfinished_plan, write_every_row
-from erclutch.runs.run_folder import read_run, write_run
+from erclutch.runs.run_folder import read_run
 from erclutch.runs.tasks import Tasks, tasks_on
+from erclutch.runs.written_run import write_run
 
 pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("read_here")]
 

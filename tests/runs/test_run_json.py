@@ -25,8 +25,9 @@ from erclutch.report.numbers.run_material import material_of
 from erclutch.report.printed_table import parameter_table, ranking_table
 from erclutch.runs.new_rows import predict, score
 from erclutch.runs.recalibrated_run import recalibrated
-from erclutch.runs.run_folder import outcome_of, read_run, write_run
+from erclutch.runs.run_folder import outcome_of, read_run
 from erclutch.runs.run_rows import read_rows
+from erclutch.runs.written_run import write_run
 from tests.support.examples import examples
 
 _GONE: Any = object()

@@ -23,9 +23,10 @@ from erclutch.logs.dataset import build_dataset
 from erclutch.logs.synthetic import write_synthetic_log
 from erclutch.models.load import load_model
 from erclutch.models.model_file import digest_of
-from erclutch.runs import run_folder
+from erclutch.runs import written_run
 from erclutch.runs.new_rows import predict
-from erclutch.runs.run_folder import read_run, write_run
+from erclutch.runs.run_folder import read_run
+from erclutch.runs.written_run import write_run
 from erclutch.signals.recording import Recording
 from tests.support.command import good
 
@@ -265,7 +266,7 @@ def test_nothing_is_left_after_a_failure_in_the_middle(
     def full(*_: Any) -> None:
         raise error
 
-    monkeypatch.setattr(run_folder, writer, full)
+    monkeypatch.setattr(written_run, writer, full)
     expected = RunError if isinstance(error, OSError) else type(error)
     with pytest.raises(expected) as caught:
         write_run(target, compared, [recording], reading={"new": 1}, force=existing)

@@ -309,7 +309,7 @@ def _on_dask(function: Callable[..., R], *args: Any, **kwargs: Any) -> R:
 
 def _prepare(client: Any, where: str) -> None:
     """Refuse a cluster without workers, or with other versions than here: its figures might be others."""
-    from erclutch.runs.run_folder import versions
+    from erclutch.runs.written_run import versions
 
     try:
         client.wait_for_workers(1, timeout=_SECONDS)

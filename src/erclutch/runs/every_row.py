@@ -27,8 +27,8 @@ from erclutch.logs.reading import Reading
 from erclutch.models.model import Model
 from erclutch.models.model_file import digest_of
 from erclutch.models.stages import outside_stages
-from erclutch.runs.run_folder import without_infinities
 from erclutch.runs.tasks import Tasks
+from erclutch.runs.written_run import without_infinities
 from erclutch.signals.array import Array, Mask
 from erclutch.signals.clock import Carry
 from erclutch.signals.device import DeviceName

@@ -33,7 +33,8 @@ from erclutch.runs.every_row import (
     ScoringPlan,
     require_unchanged,
 )
-from erclutch.runs.run_folder import Run, write_json
+from erclutch.runs.run_folder import Run
+from erclutch.runs.written_run import write_json
 
 FILE, FOLDER = "every_row.json", "every_row"
 _ANEW = "Fit the logs again with --force"

@@ -1,4 +1,4 @@
-"""This is the shape of run.json as `run_folder` writes it; a newer version may write further entries."""
+"""This is the shape of run.json as `written_run` writes it; a newer version may write further entries."""
 
 from __future__ import annotations
 
@@ -16,6 +16,9 @@ from erclutch.signals.recording import NAMED_COLUMNS
 from erclutch.signals.speed import DerivativeName
 from erclutch.signals.units import is_written_well
 
+RUN_SCHEMA = 2
+#: What the model of all rows is called where a model of a run is named, and its file.
+FINAL, FINAL_FILE = "final", "models/final.json"
 #: Files of a run whose digests stand in run.json, so that a changed one is noticed.
 GUARDED = ("table.csv", "predictions.parquet")
 #: Like the checks of `model_file`: raises ValueError with the name of an entry, its value and what was expected.

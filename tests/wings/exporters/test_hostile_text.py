@@ -33,7 +33,8 @@ from erclutch.models.model_file import digest_of
 from erclutch.registry import names
 from erclutch.report.html.report_page import report_html
 from erclutch.report.numbers.run_material import material_of
-from erclutch.runs.run_folder import read_run, write_run
+from erclutch.runs.run_folder import read_run
+from erclutch.runs.written_run import write_run
 from erclutch.signals.device import Units
 from tests.support.examples import examples
 

@@ -91,8 +91,8 @@ def fit(
     """
     from erclutch.fit.comparison import Settings
     from erclutch.fit.final_fit import with_final_fit
-    from erclutch.runs.run_folder import may_write, run_to_dict, write_run
     from erclutch.runs.tasks import tasks_on
+    from erclutch.runs.written_run import may_write, run_to_dict, write_run
 
     began = time.perf_counter()
     require_counts(workers, seed, blocks)

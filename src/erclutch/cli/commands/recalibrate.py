@@ -47,7 +47,8 @@ def recalibrate(
     """
     from erclutch.cli import terminal
     from erclutch.runs.recalibrated_run import recalibrated
-    from erclutch.runs.run_folder import may_write, read_run, run_to_dict, write_run
+    from erclutch.runs.run_folder import read_run
+    from erclutch.runs.written_run import may_write, run_to_dict, write_run
 
     if out is not None:
         may_write(out, force)

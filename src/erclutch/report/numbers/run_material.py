@@ -38,8 +38,9 @@ from erclutch.report.numbers.parity import Distribution, distributions
 from erclutch.report.numbers.switching import AfterSwitch, StepResponse, after_switch, step_responses
 from erclutch.report.numbers.windows import Windows, windows
 from erclutch.runs.run_about import RunAbout, read_about
-from erclutch.runs.run_folder import Run, run_to_dict
+from erclutch.runs.run_folder import Run
 from erclutch.runs.run_rows import RunRows, read_rows
+from erclutch.runs.written_run import run_to_dict
 from erclutch.signals.array import Array
 
 if TYPE_CHECKING:

@@ -33,7 +33,7 @@ from erclutch.logs.mapping import file_beside
 from erclutch.logs.name_pattern import constants_of
 from erclutch.logs.reading import Reading
 from erclutch.runs.cluster import finished, saying_kept, task_pool
-from erclutch.runs.run_folder import run_to_dict, unwritable, versions, write_json
+from erclutch.runs.written_run import run_to_dict, unwritable, versions, write_json
 from erclutch.signals.device import DeviceName
 from erclutch.signals.shown import Shown, one_line
 from erclutch.wings.fleet.fleet_statistics import FleetSeries

@@ -114,7 +114,8 @@ def _run(out: Path, seconds: float, seed: int) -> None:
     from erclutch.logs import read
     from erclutch.report.html.report_page import write_report
     from erclutch.report.numbers.run_material import material_of
-    from erclutch.runs.run_folder import read_run, unwritable, write_run
+    from erclutch.runs.run_folder import read_run
+    from erclutch.runs.written_run import unwritable, write_run
     from erclutch.wings.rig.commands.simulate import collect
     from erclutch.wings.rig.twin.scenarios import prepare
 
