@@ -120,7 +120,7 @@ def time_column(seen: SeenColumns, taken: Iterable[str]) -> str | None:
     in_seconds = [column for column in open_ones if column.fits(("s",)) and OTHER.isdisjoint(column.spoken.words)]
     for tells in (_rises_in_each_row, _has_equal_steps):  # a delay and a state of the bench do not
         if len(in_seconds) > 1:
-            in_seconds = [column for column in in_seconds if tells(column.values)]
+            in_seconds = [column for column in in_seconds if tells(column.values[np.isfinite(column.values)])]
     if len(in_seconds) == 1:
         return in_seconds[0].name
     rising = [column for column in open_ones if column.spoken.ends_in_time and column.shape.rises]
