@@ -9,7 +9,7 @@ import pytest
 from scipy.io import savemat
 
 from erclutch.errors import MappingError
-from erclutch.logs import read
+from erclutch.logs import read, read_all
 from erclutch.logs.mapping import ColumnMap
 from erclutch.logs.planning import plan_of
 from erclutch.logs.table import Table
@@ -82,10 +82,10 @@ def test_a_number_of_each_recording_is_its_field(tmp_path: Path) -> None:
     for place in range(3):
         runs[place] = {"I": float(place), "x": PLACE, "F": (1 + place) * FORCE}
     savemat(tmp_path / "runs.mat", {"run": runs, "fs": 100.0})
-    said = good("inspect", "runs.mat", "--variable", "all", cwd=tmp_path)
-    assert said.splitlines()[-1] == "Understood. Fit it: erclutch fit runs.mat --variable all --out RUN"
-    fields = [line.split()[3] for line in said.splitlines() if line.startswith(" runs.mat: run(")]
-    assert fields == ["0", "1", "2"]
+    last = good("inspect", "runs.mat", "--variable", "all", cwd=tmp_path).splitlines()[-1]
+    assert last == "Understood. Fit it: erclutch fit runs.mat --variable all --out RUN"
+    logs = read_all(tmp_path / "runs.mat", ColumnMap())
+    assert [np.unique(log.signals["field"]).tolist() for log in logs] == [[0.0], [1.0], [2.0]]
 
 
 @pytest.mark.parametrize(

@@ -91,7 +91,7 @@ def test_a_column_without_a_number_says_so_where_it_is_named(tmp_path: Path, rea
         path.write_text("\n".join([",".join(names), *lines]), encoding="utf-8")
     else:
         path.write_text(json.dumps([dict(zip(names, row, strict=True)) for row in rows]), encoding="utf-8")
-    with pytest.raises(MappingError, match="column I holds no number in any row"):
+    with pytest.raises(MappingError, match="column 'I' holds no number in any row"):
         read(path, field="I")
 
 

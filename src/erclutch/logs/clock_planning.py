@@ -118,8 +118,9 @@ def time_column(seen: SeenColumns, taken: Iterable[str]) -> str | None:
             return column.name
 
     in_seconds = [column for column in open_ones if column.fits(("s",)) and OTHER.isdisjoint(column.spoken.words)]
+    stated = seen.table.clock is not None or seen.table.sample_period is not None  # which says more
     for tells in (_rises_in_each_row, _has_equal_steps):  # a delay and a state of the bench do not
-        if len(in_seconds) > 1:
+        if len(in_seconds) > 1 and not stated:
             in_seconds = [column for column in in_seconds if tells(column.values[np.isfinite(column.values)])]
     if len(in_seconds) == 1:
         return in_seconds[0].name

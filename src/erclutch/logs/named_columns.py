@@ -71,7 +71,7 @@ def _take_choice(draft: Draft, signal: str, choice: ColumnChoice) -> None:
     try:
         name, unit, factor = locate(draft.table, choice, signal)
         if name in draft.seen.empty:
-            raise MappingError(f"column {name} holds no number in any row", remedy=_another(signal))
+            raise _without_numbers(draft.table, name, signal)
         if signal == _TEMPERATURE:  # a further input, in K
             units.kelvin(draft.table.columns[name] * factor, unit, name)
             draft.signals[signal] = SignalPlan(signal, name, unit, factor, factor, "K", reason=choice.source)
@@ -82,9 +82,11 @@ def _take_choice(draft: Draft, signal: str, choice: ColumnChoice) -> None:
         draft.ask(signal, error)
 
 
-def _another(signal: str) -> str:
-    """What helps where a column has the name of a signal and no numbers."""
-    return f"Name another column with --{signal}" + (", or --field none" if signal == "field" else "")
+def _without_numbers(table: Table, name: str, signal: str) -> MappingError:
+    """The error for a column that was named and has no number."""
+    problem = f"column '{name}' holds no number in any row, so it cannot be the {signal}; the file has: {table.listed}"
+    none = ", or --field none" if signal == "field" else ""
+    return MappingError(problem, remedy=f"Name another column with --{signal}{none}")
 
 
 def locate(table: Table, choice: ColumnChoice, signal: str) -> tuple[str, str | None, float]:
@@ -96,10 +98,10 @@ def locate(table: Table, choice: ColumnChoice, signal: str) -> tuple[str, str | 
         LogError: its cells are no numbers.
     """
     text = str(choice.column).strip()
-    if split_label(text.removeprefix("-").strip())[0] in table.hollow:
-        problem = f"column {split_label(text)[0]} holds no number in any row"
-        raise MappingError(problem, remedy=_another(signal))
     positive = text.removeprefix("-").strip()
+    hollow = split_label(positive)[0]
+    if hollow in table.hollow:
+        raise _without_numbers(table, hollow, signal)
     for name in (text, positive, split_label(text)[0], split_label(positive)[0]):
         if name not in table.columns and name in table.unreadable:
             raise LogError(table.unreadable[name], remedy="Correct its cells, or name another column")
@@ -135,7 +137,4 @@ def locate(table: Table, choice: ColumnChoice, signal: str) -> tuple[str, str | 
     remedy = f"{hint} --{signal} {shell_word(close or 'NAME [unit]')}"
     if "*" in text and signal != "time":
         remedy += "; for a log of each column of such a name add --variable all"
-    problem = f"there is no column '{text}' for {signal}"
-    if {text, split_label(text)[0]} & {*table.hollow}:
-        problem = f"column '{split_label(text)[0]}' holds no number in any row, so it cannot be the {signal}"
-    raise MappingError(f"{problem}; the file has: {table.listed}", remedy=remedy)
+    raise MappingError(f"there is no column '{text}' for {signal}; the file has: {table.listed}", remedy=remedy)

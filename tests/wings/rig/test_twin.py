@@ -290,13 +290,20 @@ def test_commands_never_replace_a_file_unasked(tmp_path: Path, monkeypatch: pyte
     from erclutch.wings.rig.commands.simulate import simulate
 
     monkeypatch.chdir(tmp_path)
-    mine = tmp_path / "control.toml"
-    mine.write_text("mine")
-    commands = partial(simulate, "test"), partial(table, tmp_path), calibrate_twin
-    for command in (*(partial(each, out=mine) for each in commands), partial(tune, tmp_path, out=tmp_path)):
+    commands = {  # each with a name of the kind that it writes
+        "control.csv": partial(simulate, "test"),
+        "control.tex": partial(table, tmp_path),
+        "control.toml": calibrate_twin,
+    }
+    for name, command in commands.items():
+        mine = tmp_path / name
+        mine.write_text("mine")
         with pytest.raises(RunError, match="there is a file already"):
-            command()
-    assert mine.read_text() == "mine"
+            command(out=mine)
+        assert mine.read_text() == "mine"
+    with pytest.raises(RunError, match="there is a file already"):
+        tune(tmp_path, out=tmp_path)
+    assert (tmp_path / "control.toml").read_text() == "mine"
 
 
 @pytest.mark.slow
