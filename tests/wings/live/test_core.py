@@ -120,6 +120,14 @@ def test_no_circle_in_c() -> None:
         )
 
 
+def test_a_name_is_defined_once_or_alike() -> None:
+    """The exported controller is several of these files in one: what one defines, another must not define otherwise."""
+    defined: dict[str, str] = {}
+    for file in SOURCES.glob("*.c"):
+        for name, text in re.findall(r"^#define (\w+) (.*?)\s*(?:/\*.*)?$", file.read_text(), re.MULTILINE):
+            assert defined.setdefault(name, text) == text, (file.name, name)
+
+
 @given(
     seq=st.integers(0, 2**64 - 1),
     values=st.tuples(*[st.floats(width=64)] * 3),

@@ -19,7 +19,7 @@
 #define NEAR_REST 3.0       /* rad/s: dry friction is elastic, and turns only some way after the motion has */
 #define BREAKS_AWAY 1.2     /* times its sliding friction that an output at rest withstands beyond it */
 #define STANDS 0.02         /* rad/s: between two counts of an encoder */
-#define SETTLED 32u         /* periods at rest after which nothing rings or is late any more */
+#define STOOD_STILL 32u     /* periods at rest after which nothing rings or is late any more */
 #define AT_REST 0.3         /* of the band, at such a rest */
 #define OFF_SHARE 0.35      /* of the torque by which the inertia may be off: a torque that is doubled lacks half */
 #define MOTOR_SHARE 0.3     /* of the motor's torque: a tenth of that may be off */
@@ -300,8 +300,8 @@ uint32_t erc_momentum_plausible(erc_core *core) {
     }
     delay(m, torque_on_load(core));
     const double off = fabs(unbalanced(core));
-    m->stands = fabs(speed_of_load(core)) > STANDS ? 0u : m->stands + (m->stands < SETTLED ? 1u : 0u);
-    const double band = (m->stands < SETTLED ? 1.0 : AT_REST) * config->load_band;
+    m->stands = fabs(speed_of_load(core)) > STANDS ? 0u : m->stands + (m->stands < STOOD_STILL ? 1u : 0u);
+    const double band = (m->stands < STOOD_STILL ? 1.0 : AT_REST) * config->load_band;
     const double may = band + BREAKS_AWAY * config->load_friction * m->rests + OFF_SHARE * m->size;
     if (core->config.device == ERC_SINGLE && !(fabs(speed_of_load(core)) <= SLOW * config->least_slip)) {
         m->doubted = 0u; /* drags of bearings and gears are not known */
