@@ -212,7 +212,11 @@ static void step(rig *r, enum sample kind, uint64_t late, uint64_t periods, uint
     steps++;
     if (kind == GOOD || kind == FAULT || kind == WATCHDOG || kind == OLD_AND_NEW) {
         /* A jump that was believed while the speed was not known yet makes what comes next look like a jump. */
-        must(r->core.missing == 0u || (frame.events & ERC_GLITCH) != 0u, "a good sample counts");
+        /* An encoder that was wrong for longer than samples are held is not believed again before a reset. */
+        const int lost = missing > r->core.config.hold_samples && (before == ERC_RUNNING || before == ERC_READY) &&
+                         (frame.events & (ERC_THETA_DOUBTED | ERC_ALPHA_DOUBTED)) != 0u;
+        must(r->core.missing == 0u || (frame.events & ERC_GLITCH) != 0u || lost, "a good sample counts");
+        must(!lost || r->core.missing == missing + periods, "an encoder that is lost stays so");
     } else if (kind == NONE || kind == NOT_FINITE || resync == 0u) {
         must(r->core.missing == missing + periods || r->core.missing == 0u, "periods without a good sample count");
         must(kind == JUMP || r->core.missing != 0u, "what is no good sample does not count");
