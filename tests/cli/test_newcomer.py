@@ -71,10 +71,6 @@ def test_a_meaning_has_room_on_a_narrow_screen(width: int, most: int) -> None:
         ),
         (("report", "run", "--pdf", "--out", "x.html"), "ends in .pdf"),
         (("predict", "log.csv", "--run", "run", "--out", "x"), "ends in .csv, .parquet or .mat"),
-        (("simulate", "training", "--out", "x.xls"), "x.xls: its name cannot end in '.xls'"),
-        (("align", "log.csv", "log.csv", "--out", "x"), "ends in .csv, .parquet or .mat"),
-        (("excite", "--out", "x"), "ends in .csv, .parquet, .mat or .h"),
-        (("excite", "--sequence", "paper", "--out", "x.h"), "ends in .csv, .parquet or .mat"),
     ],
 )
 def test_a_name_that_says_another_kind_of_file_is_refused_before_any_work(
