@@ -270,6 +270,14 @@ def test_a_steady_voltage_beside_a_current_that_changes_is_a_supply() -> None:
     assert [question.signal for question in plan.questions] == ["field"]
 
 
+def test_a_block_without_a_number_of_a_voltage_is_no_supply() -> None:
+    columns = {"t": np.arange(400) / 100, "speed": np.arange(400) % 37 - 18.0, "torque": np.arange(400) % 5.0}
+    fields = {"Voltage": np.full(400, np.nan), "Current": np.repeat([0.5, 2.0], 200)}
+    units = {"t": "s", "speed": "rad/s", "torque": "N*m", "Voltage": "V", "Current": "A"}
+    plan = plan_of(Table("a.csv", {**columns, **fields}, units, "0" * 64), ColumnMap(), whole=False)
+    assert [question.signal for question in plan.questions] == ["field"]
+
+
 def test_a_column_of_two_meanings_goes_to_the_motion_where_the_log_may_have_no_field() -> None:
     time = np.arange(400.0) / 100
     columns = {"t": time, "F": np.sign(np.cos(time)) + 0.1 * np.sin(40 * time), "V": np.cos(time)}

@@ -149,7 +149,10 @@ def varies(values: Array) -> bool:
 
 def _spread(values: Array) -> float:
     """What 90 % of the values differ by, as a share of their median; infinite about a median of zero."""
-    low, middle, high = np.quantile(values[np.isfinite(values)], [0.05, 0.5, 0.95])
+    known = values[np.isfinite(values)]
+    if not known.size:  # a block of a long log may hold no number of a column
+        return float("inf")
+    low, middle, high = np.quantile(known, [0.05, 0.5, 0.95])
     return float((high - low) / abs(middle)) if middle != 0.0 else float("inf")
 
 
