@@ -93,7 +93,7 @@ def _room(path: Path, needed: float) -> None:
         raise RunError("its folder cannot be written", remedy="Give another place")
     free = shutil.disk_usage(path.parent).free
     if needed > free:
-        problem = f"about {needed / 1e6:.0f} MB are needed and {free / 1e6:.0f} MB are free"
+        problem = f"about {needed / 1e6:.2g} MB are needed and {free / 1e6:.2g} MB are free"
         raise RunError(problem, remedy="Give a folder on a disk with room, or a shorter log")
 
 

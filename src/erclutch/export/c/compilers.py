@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import importlib.util
 import os
 import shutil
@@ -83,6 +84,8 @@ def run(words: Sequence[str], problem: str, remedy: str, *, patience: float = 12
         raise ExportError(f"{problem}: {error.strerror or error}", remedy=remedy) from error
     if done.returncode:
         words_of_it = (done.stderr or done.stdout).strip()[:600]
+        if os.strerror(errno.ENOSPC) in words_of_it:  # no other compiler would help
+            remedy = "Make room on that disk, or give another place"
         raise ExportError(f"{problem} (exit {done.returncode}): {words_of_it}", remedy=remedy)
     return done.stdout
 

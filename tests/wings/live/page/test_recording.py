@@ -34,6 +34,7 @@ from erclutch.wings.live.recording.mcap_file import FrameFile, RecordingError, f
 from erclutch.wings.live.recording.recorder import FrameRecorder
 from erclutch.wings.live.recording.recordings import Recordings
 from erclutch.wings.live.ring import RingError, RingInfo, RingReader, State, make_ring
+from tests.support.command import run
 from tests.support.examples import examples
 
 pytestmark = pytest.mark.timed
@@ -328,6 +329,58 @@ def test_the_recorder_says_that_the_disk_is_full_and_the_loop_goes_on(
     while loop.head <= before + 50:
         assert time.monotonic() < limit
         time.sleep(0.01)
+
+
+@pytest.fixture
+def small_recordings(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Recorders whose file may grow to 150 kB, as on a disk that fills up."""
+    started = Recordings._start
+
+    def limited(self: Recordings, *words: Any) -> None:
+        before = resource.getrlimit(resource.RLIMIT_FSIZE)
+        resource.setrlimit(resource.RLIMIT_FSIZE, (150_000, before[1]))
+        try:
+            started(self, *words)
+        finally:
+            resource.setrlimit(resource.RLIMIT_FSIZE, before)
+
+    monkeypatch.setattr(Recordings, "_start", limited)
+
+
+@pytest.mark.slow
+@pytest.mark.usefixtures("small_recordings")
+def test_a_session_whose_recording_was_cut_does_not_end_as_if_all_were_well(tmp_path: Path) -> None:
+    done = run(
+        "live", "--no-model", "--headless", "--seconds", "4", "--record", "--json", "--folder", "logs", cwd=tmp_path
+    )
+    assert done.code == 3
+    assert json.loads(done.out)["exit"] == 3
+    assert "was ended by the disk: it could not be written: File too large" in done.error.splitlines()[-1]
+    (kept,) = (tmp_path / "logs").iterdir()
+    assert sequence(kept).size > 100
+
+
+@pytest.mark.slow
+@pytest.mark.usefixtures("small_recordings")
+def test_rounds_whose_log_was_cut_do_not_go_on(tmp_path: Path) -> None:
+    words = ("--program", "learn", "--round", "4", "--seconds", "30", "--headless", "--json", "--folder", "logs")
+    done = run("live", *words, cwd=tmp_path)
+    assert done.code == 3
+    body = json.loads(done.out)
+    assert (body["exit"], len(body["rounds"])) == (3, 1)
+    assert "was ended by the disk" in body["ended"]
+
+
+@pytest.mark.slow
+def test_a_recording_that_lacks_frames_is_told(tmp_path: Path, start_loop: Callable[..., Any]) -> None:
+    loop = start_loop(capacity=300)
+    said: list[str] = []
+    recordings = Recordings(loop.path, tmp_path, lambda text, level: said.append(text))
+    recordings.start("late", whole=True)
+    assert recordings.wait_for_frames(30.0)
+    recordings.stop()
+    assert len(recordings.faults) == 1
+    assert "late.mcap lacks" in said[-1]
 
 
 @pytest.mark.slow

@@ -135,7 +135,7 @@ def learn(
             break
         file, tripped, whole = _played(rig, table, folder, len(rounds.reports) + 1, told, observed, output)
         if file is None:
-            ended, code = "no frame was logged", 3
+            ended, code = tripped or "no frame was logged", 3
             break
         logged = _logged(file, rig.settings.device)
         if not logged.teaches:
@@ -199,7 +199,9 @@ def _played(
         tripped, whole = follow_round(session, len(table), told, output, wait=page)
         session.stop()
         observers.record(False)
-        files = observers.recordings.files
+        files, faults = observers.recordings.files, observers.recordings.faults
+    if faults:  # a log that lacks frames teaches what it has, and the next one would lack them too
+        return (files[0] if files else None), "; ".join(faults), False
     return (files[0] if files else None), tripped, whole
 
 

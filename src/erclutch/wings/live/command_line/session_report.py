@@ -146,6 +146,8 @@ def ended(
 ) -> int:
     """Tells what was seen, as JSON without an output; the exit code: 0, or 3 and the reason for another end.
 
+    A recording that is lost or lacks frames is such a reason: a script must not take it for what was asked.
+
     Raises:
         KeyboardInterrupt: the loop was told to end before the rig answered.
     """
@@ -160,6 +162,8 @@ def ended(
         reason = f"the loop ended with code {code}: {session.said() or 'killed'}"
     elif not answered:
         reason = _no_sample(session)
+    elif observers is not None:
+        reason = "; ".join(observers.recordings.faults)
     if told and not answered and code == 0:
         raise KeyboardInterrupt
     ended = 3 if reason else 0

@@ -30,8 +30,8 @@ PERIOD = 0.04  # s between chunks
 _SYNC = 1.0  # s between requests to put it on the disk
 _REPORT = 0.25  # s
 _GONE = 2.0  # s without a frame after which it looks whether the loop lives
-#: Frames taken at once: what a recorder that comes late finds is written in pieces.
-_MOST = 4096
+#: Frames taken at once: what a recorder that comes late finds is written in pieces, of which a small disk takes some.
+_MOST = 256
 
 
 @dataclass(frozen=True)

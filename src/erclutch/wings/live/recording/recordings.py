@@ -45,6 +45,7 @@ class Recordings:
     Attributes:
         progress: state of the recording that runs, or of the last one; None before the first.
         files: finished files, oldest first.
+        faults: what was said of each recording that is lost or lacks frames.
     """
 
     def __init__(
@@ -53,6 +54,7 @@ class Recordings:
         self.ring, self.folder = Path(ring), Path(folder)
         self.progress: Progress | None = None
         self.files: list[Path] = []
+        self.faults: list[str] = []
         self._say = say
         self._running: Started | None = None
 
@@ -117,7 +119,11 @@ class Recordings:
             left = partial_of(started.path)
             if left.exists() and left.stat().st_size == 0:
                 left.unlink()
-            self._say(f"the recording to {started.path.name} failed", "alarm")
+            self._fault(f"the recording to {started.path.name} failed", "alarm")
+
+    def _fault(self, text: str, level: str) -> None:
+        self.faults.append(text)
+        self._say(text, level)
 
     def _reserved(self, path: Path) -> Path:
         """A name that is not taken, and from now on is: another session may look for one at the same moment."""
@@ -161,8 +167,11 @@ class Recordings:
             path = Path(self.progress.path)  # its name was taken when it was done
         if path.exists():
             self.files.append(path)
+        lost = self.progress.lost if self.progress else 0
         if full:
-            self._say(f"recording {path.name} was ended by the disk: {why}", "alarm")
+            self._fault(f"recording {path.name} was ended by the disk: {why}", "alarm")
+        elif lost:
+            self._fault(f"recording {path.name} lacks {lost} frames, which the recorder came too late for", "warning")
         else:
             self._say(f"recording {path.name} is complete", "note")
 
@@ -176,7 +185,7 @@ class Recordings:
             pass
         partial_of(started.path).unlink(missing_ok=True)
         if not go_on:
-            self._say(f"the recorder of {started.path.name} was killed; what it wrote was kept", "warning")
+            self._fault(f"the recorder of {started.path.name} was killed; what it wrote was kept", "warning")
             return
         again = self._reserved(started.first)
         self._start(again, after, started.first)
