@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from cyclopts import Parameter
 
 from erclutch.cli.quantities import SECONDS
-from erclutch.errors import RunError, SettingError
+from erclutch.errors import ErclutchError, RunError, SettingError
 from erclutch.files import plain_words, whole_file
 from erclutch.wings.live.command_line.live_options import LEARN
 
@@ -137,7 +137,11 @@ def learn(
         if file is None:
             ended, code = tripped or "no frame was logged", 3
             break
-        logged = _logged(file, rig.settings.device)
+        try:
+            logged = _logged(file, rig.settings.device)
+        except ErclutchError as error:  # a trip after a few samples leaves a log that nothing reads as one
+            ended, code = f"{tripped or 'no trip'}: nothing can be learned of {file.name}, which is kept: {error}", 3
+            break
         if not logged.teaches:
             ended, code = f"{tripped or 'nothing moved'}: no law can be fitted to {file.name}, which is kept", 3
             break
