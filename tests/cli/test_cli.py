@@ -412,6 +412,37 @@ def test_missing_files_and_folders_without_logs(tmp_path: Path) -> None:
         assert words in refused(*arguments, cwd=tmp_path)
 
 
+def test_a_folder_of_folders_names_those_that_hold_logs(tmp_path: Path) -> None:
+    for folder in ("raw", "smoothed", "papers"):
+        (tmp_path / folder).mkdir()
+    (tmp_path / "LICENSE.txt").write_text("Do as you please.\n")
+    (tmp_path / "papers" / "paper.pdf").write_bytes(b"%PDF")
+    for folder in ("raw", "smoothed"):
+        (tmp_path / folder / "log.csv").write_text("t,c\n0,1\n1,2\n")
+    assert "the folder holds no log. Give one of its folders: raw, smoothed." in refused(
+        "inspect", tmp_path, cwd=tmp_path
+    )
+
+
+def test_logs_that_ask_the_same_are_told_once_with_one_command(tmp_path: Path) -> None:
+    slips = [3 * math.sin(k / 9) for k in range(300)]
+    for yielding, field in enumerate(("0x5", "1", "2"), start=1):
+        efforts = [yielding * math.tanh(slip) + 0.1 * slip for slip in slips]
+        rows = (
+            f"{k / 100} {slip:.5f} {effort:.5f}\n" for k, (slip, effort) in enumerate(zip(slips, efforts, strict=True))
+        )
+        (tmp_path / f"{field}A.txt").write_text("".join(rows))
+    said = good("inspect", tmp_path, cwd=tmp_path, code=1)
+    assert said.count("things are missing") == 1
+    assert "The same is asked of 2 more logs, the last 2A.txt" in said
+    assert f"What settles it: erclutch inspect {tmp_path} " in said
+    assert "--name-pattern '{field}A'" in said
+
+    words = ("--time", "c1 [s]", "--slip", "c2 [rad/s]", "--effort", "c3 [N*m]", "--name-pattern", "{field}A")
+    said = good("inspect", tmp_path, *words, cwd=tmp_path)
+    assert said.splitlines()[-1].startswith(f"Understood. Fit them: erclutch fit {tmp_path} --slip")
+
+
 @pytest.mark.parametrize("arguments", [("--device", "triaxial"), ("--blocks", "two"), ("--nonsense",)])
 def test_what_the_parser_refuses(arguments: tuple[str, ...], log: Path) -> None:
     said = refused("fit", log, *arguments, cwd=log.parent, code=1)

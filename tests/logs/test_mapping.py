@@ -10,7 +10,7 @@ import pytest
 
 from erclutch.errors import LogError, MappingError, SettingError, UnitError
 from erclutch.logs import ColumnChoice, ColumnMap, read, recording_from_arrays
-from erclutch.logs.name_pattern import constants_of
+from erclutch.logs.name_pattern import constants_of, proposed
 from erclutch.signals.recording import NO_FIELD
 
 Rows = dict[str, np.ndarray]
@@ -369,3 +369,18 @@ def test_a_rate_has_a_unit(text: str, rate: float) -> None:
     assert ColumnMap.from_dict({"rate": text}).rate == pytest.approx(rate)
     with pytest.raises(MappingError, match="positive number in Hz"):
         ColumnMap.from_dict({"rate": f"{text} m"})
+
+
+@pytest.mark.parametrize(
+    ("name", "pattern"),
+    [
+        ("5mm3Hz0x25A.txt", "{amplitude}mm{frequency}Hz{field}A"),
+        ("run 12_1.5kV.csv", "run {number1}_{field}kV"),
+        ("ramp1A2A.csv", ""),  # which of the two is the field?
+        ("run12.csv", ""),
+        ("log", ""),
+    ],
+)
+def test_a_pattern_is_proposed_where_a_name_holds_a_field(name: str, pattern: str) -> None:
+    assert proposed(name) == pattern
+    assert not pattern or "field" in constants_of(pattern, name)

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from rich.console import Console, ConsoleOptions
 
 HELP_ALL = "--help-all"
-_NO_VALUE = ("()", '""')  # as a default, which then says nothing
+_NO_VALUE = ("()", '""', "False")  # as a default, which then says nothing: a flag that is not given is off
 
 
 @dataclass
@@ -52,8 +52,15 @@ class Flowing(DefaultFormatter):
             told = entry.description
             if isinstance(told, InlineText) and isinstance(told.primary_renderable, Text):
                 told.primary_renderable.plain = " ".join(told.primary_renderable.plain.split())
-        panel.entries = [each.copy(default=None) if each.default in _NO_VALUE else each for each in panel.entries]
+        panel.entries = [each.copy(default=_typed(each.default)) for each in panel.entries]
         super().__call__(console, options, panel)
+
+
+def _typed(default: str | None) -> str | None:
+    """A default as a user would type it: of several values ``pdf png``, and not Python's ``('pdf', 'png')``."""
+    if default is None or default in _NO_VALUE:
+        return None
+    return default.strip("()").replace(",", "").replace("'", "") if default.startswith("(") else default
 
 
 def _show(console: Console, options: ConsoleOptions, panel: HelpPanel) -> None:

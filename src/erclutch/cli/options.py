@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Container, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, cast
@@ -230,6 +230,11 @@ def _signal_of(constant: str) -> str:
     return signal.strip()
 
 
+def _holds_log(folder: Path, suffixes: Container[str]) -> bool:
+    """Whether a folder has a file that may be a log."""
+    return any(file.suffix.lower() in suffixes and file.is_file() for file in folder.iterdir())
+
+
 DEFAULT_READING = LogOptions()
 
 
@@ -263,8 +268,9 @@ def expand(paths: Sequence[Path]) -> list[Path]:
             terminal.console(stderr=True).print(note, soft_wrap=True)  # what is asked for as JSON stays JSON
             tables = [file for file in tables if file.name not in words]
         folders = [folder for folder in path.iterdir() if folder.is_dir() and folder_reader(folder)]
-        if not tables and not folders:
-            remedy = f"Logs end in {', '.join(suffixes)}"
-            raise LogError("the folder holds no log", where=str(path), remedy=remedy)
+        if not folders and len(words) == len(tables):
+            below = sorted(each.name for each in path.iterdir() if each.is_dir() and _holds_log(each, suffixes))
+            named = f"Give one of its folders: {', '.join(below)}" if below else f"Logs end in {', '.join(suffixes)}"
+            raise LogError("the folder holds no log", where=str(path), remedy=named)
         files.extend(sorted([*tables, *folders]))
     return files

@@ -69,6 +69,7 @@ def _taken_by_a_list(words: Sequence[str]) -> str:
 app = App(
     name="erclutch",
     help=TITLE,
+    group_parameters=Group("Options", sort_key=1),
     version=_versions,
     help_format="plaintext",
     result_action="return_value",
@@ -121,7 +122,21 @@ def load_command(words: Sequence[str]) -> None:
     if command is None:
         return
     function = command.plugin.of_type(Callable)  # pyright: ignore[reportArgumentType]
-    if command.plugin.own:
-        return
-    del app[command.name]
-    _offer(command, command.plugin.guarded(function))
+    if not command.plugin.own:
+        del app[command.name]
+        _offer(command, command.plugin.guarded(function))
+    app[command.name].usage = _usage(command.name)
+
+
+def _usage(name: str) -> str:
+    """How a command is typed: its files first, as an option that takes several values would take them too."""
+    files: list[str] = []
+    needed: list[str] = []
+    for argument in app[name].assemble_argument_collection():
+        if argument.index is not None:
+            many = "..." if argument.token_count()[1] else ""
+            file = f"{argument.name}{many}"
+            files.append(file if argument.required else f"[{file}]")
+        elif argument.required and argument.show:
+            needed.append(f"{argument.name} {argument.name.lstrip('-').upper()}")
+    return " ".join(["Usage: erclutch", name, *files, *needed, "[OPTIONS]"])

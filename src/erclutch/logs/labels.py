@@ -24,6 +24,7 @@ _PERIOD = re.compile(
 # Ends of names that are units (``omega_rad_s``), and how units are written; small letters are taken for large ones.
 _AS_THEY_ARE = "A mA V mV kV N kN Pa kPa MPa s ms us mm cm m rad deg rpm T mT"
 _JOINT_DIGITS = 2  # of a joint's number at most
+_TIMES = ("t", "time", "zeit", "temps")
 _SPEEDS = "rad_s=rad/s rads=rad/s radps=rad/s deg_s=deg/s dps=deg/s m_s=m/s mps=m/s mm_s=mm/s mmps=mm/s"
 _PER_SECOND = "rad_per_s=rad/s deg_per_s=deg/s m_per_s=m/s mm_per_s=mm/s"
 _OTHERS = "Nm=N*m N_m=N*m Nmm=N*mm mNm=mN*m C=°C degC=°C lbf=lbf kgf=kgf"
@@ -42,7 +43,8 @@ _ENDS = {
 #: Names that are a unit and nothing else: the column is told by it.
 _BARE = {
     **{unit: unit for unit in ("rpm", "Nm", "kN", "mm", "ms", "us", "mNm", "rad/s", "mm/s", "m/s", "deg/s", "N*m")},
-    **{"N·m": "N*m", "N.m": "N*m", "millis": "ms", "micros": "us", "RPM": "rpm", "r/min": "rpm", "tr/min": "rpm"},
+    **{"N·m": "N*m", "N.m": "N*m", "millis": "ms", "micros": "us"},
+    **dict.fromkeys(("RPM", "r/min", "tr/min", "U/min"), "rpm"),
 }
 _LOWER_ENDS = {end.lower(): unit for end, unit in _ENDS.items() if end not in ("mA", "mV", "mT", "MPa", "T", "C")}
 # Names of a speed that is counted in turns: n is its symbol in ISO 80000-3.
@@ -90,10 +92,17 @@ def split_end(name: str) -> tuple[str, str | None]:
     """``torque_Nm`` as ``torque`` and ``N*m``, ``rpm`` as itself in ``rpm``; None where no unit ends the name.
 
     One letter alone before the end is a name of its own (``i_d``, ``F_N``), but for the time (``t_s``). The number of a
-    joint may stand behind the unit (``torque_Nm_2``).
+    joint may stand behind the unit (``torque_Nm_2``). A blank may stand for the ``_`` where the unit is longer than a
+    letter (``speed rpm``): ``coil A`` may be the first of two coils.
     """
     if bare := _BARE.get(name.strip()) or _BARE.get(name.strip().lower()):
         return name, bare
+    words = name.split()
+    for count in (2, 1):  # ``torque N m`` before ``distance m``
+        stem, end = " ".join(words[:-count]), "_".join(words[-count:])
+        unit = _BARE.get(end) or _ENDS.get(end) or (_LOWER_ENDS.get(end) if end.islower() else None)
+        if stem and unit and (len(end) > 1 or (end == "s" and stem.lower() in _TIMES)):
+            return stem, unit
     front, _, last = name.strip().rpartition("_")
     shorter, _, before = front.rpartition("_")
     shortest, _, first = shorter.rpartition("_")

@@ -12,12 +12,31 @@ from erclutch.signals.recording import SIGNALS
 _FIELD = re.compile(r"\{([A-Za-z_]\w*)(?:\s*(?::|\[)\s*([^{}\[\]]*?)\s*\]?)?\}")
 _NUMBER = r"([+-]?\d+(?:[.x]\d+)?)"
 _UNIT_AFTER = re.compile(r"[A-Za-zµ°%][A-Za-zµ°%/]*")
+_NUMBER_WITH_LETTERS = re.compile(r"\d+(?:[.x]\d+)?([A-Za-z]*)")
+_UNITS_OF_FIELD = ("A", "mA", "V", "kV", "T", "mT")
+_QUANTITIES = {"mm": "amplitude", "Hz": "frequency", "rpm": "speed", "s": "time", "C": "temperature", "Nm": "torque"}
 
 
 def still_needed(pattern: str | None, given: Iterable[str]) -> str | None:
     """A pattern; None where all the signals that it would give are given already."""
     found = {match.group(1) for match in _FIELD.finditer(pattern or "")} & SIGNALS.keys()
     return None if found and found <= {*given} else pattern
+
+
+def proposed(name: str) -> str:
+    """A pattern for a name that holds one number with a field's unit, such as ``5mm3Hz0x25A.txt``; "" for others."""
+    stem = name.rpartition(".")[0] or name
+    found = list(_NUMBER_WITH_LETTERS.finditer(stem))
+    if [match.group(1) in _UNITS_OF_FIELD for match in found].count(True) != 1:
+        return ""
+    pattern, end = "", 0
+    for count, match in enumerate(found, start=1):
+        unit = match.group(1)
+        quantity = "field" if unit in _UNITS_OF_FIELD else _QUANTITIES.get(unit, "")
+        quantity = quantity if quantity and f"{{{quantity}}}" not in pattern else f"number{count}"
+        pattern += f"{stem[end : match.start()]}{{{quantity}}}{unit}"
+        end = match.end()
+    return pattern + stem[end:]
 
 
 def constants_of(pattern: str, name: str) -> dict[str, tuple[float, str | None]]:

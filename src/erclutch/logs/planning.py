@@ -8,6 +8,9 @@ what the user said is taken (`named_columns`, `clock_planning`, `given_numbers`)
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from pathlib import Path
+
 from erclutch.errors import ErclutchError, LogError, MappingError, SettingError, placed
 from erclutch.logs.clock_planning import clock_plan
 from erclutch.logs.draft import Draft
@@ -97,7 +100,10 @@ def plan_of(
                     f"column {each.column} is both {each.signal} and {effort.signal}",
                     remedy=f"Name another column with --{effort.signal} or --{each.signal}",
                 )
-        examples = proposals(draft.seen, told, draft.taken, draft.signals, draft.questions) if draft.questions else ()
+        examples: Sequence[str] = ()
+        if draft.questions:
+            file = Path(table.path).name
+            examples = proposals(draft.seen, told, draft.taken, draft.signals, draft.questions, file)
 
     return Plan(
         log=table.name,

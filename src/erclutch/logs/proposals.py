@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from erclutch.logs import name_pattern
 from erclutch.logs.columns import candidates
 from erclutch.logs.labels import split_label
 from erclutch.logs.mapping import ColumnMap
@@ -23,6 +24,7 @@ def proposals(
     taken: Sequence[str],
     signals: Mapping[str, SignalPlan],
     questions: Mapping[str, Question],
+    name: str = "",
 ) -> list[str]:
     """An option for each question: with what is most likely, or with a place to fill in; then what the rows need.
 
@@ -32,6 +34,7 @@ def proposals(
         taken: columns that are signals, inputs, the time or a counter of samples.
         signals: what was found, by its name.
         questions: what is asked, by the signal that it is about.
+        name: the file's: it may hold the field.
     """
     motions = [each.column for name, each in signals.items() if name in ("slip", "position")]
     options: dict[str, str] = {}
@@ -54,6 +57,8 @@ def proposals(
             asks_for_both = signal in ("slip", "position") and "effort" in questions
             partners = candidates(seen, "effort", others)[0] if asks_for_both else []
             option = _USUAL.get(signal) or example_of(seen, signal, others, [*motions, *proposed], partners)
+        if signal == "field" and ("COLUMN" in option or "none" in option) and (pattern := name_pattern.proposed(name)):
+            option = f"--name-pattern {shlex.quote(pattern)}"
         options[signal] = option
         if signal != "time" or option.startswith("--time"):
             label = shlex.split(option)[1]

@@ -20,6 +20,7 @@ COMMAND = {
 
 def compare(
     runs: Annotated[tuple[Path, ...], Parameter(name="RUN", negative=())],
+    /,
     *,
     model: Annotated[tuple[str, ...], Parameter(negative=(), show_default=False)] = (),
     out: Path | None = None,

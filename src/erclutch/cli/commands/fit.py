@@ -37,6 +37,7 @@ ModelNames = Annotated[tuple[str, ...], Parameter(group=MODELS, consume_multiple
 
 def fit(
     logs: Annotated[tuple[Path, ...], Parameter(name="LOG", negative=())],
+    /,
     *,
     models: ModelNames = ("all",),
     lag: Annotated[str, Parameter(name=("--lag", "--stages"), group=MODELS)] = "auto",

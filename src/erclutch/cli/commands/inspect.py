@@ -34,10 +34,12 @@ COMMAND = {
 }
 
 _FIGURES = ("min", "max", "mean", "missing")
+_LEAST_MEAN = 1e-12  # of the largest value: below it a mean is what is left of a sum
 
 
 def inspect(
     logs: Annotated[tuple[Path, ...], Parameter(name="LOG", negative=())],
+    /,
     *,
     json: Annotated[bool, Parameter(negative=())] = False,
     courses: int = 0,
@@ -66,7 +68,7 @@ def inspect(
     require(0, unit=" s", start=start or 0.0)
     log, *others = expand(logs)
     look_at = _table if json else _table_or_question
-    asked = reading
+    typed, asked = shlex.join(map(str, logs)), reading
     try:
         raw = look_at(log, reading)
     except AlikeRecordingsError:
@@ -86,7 +88,7 @@ def inspect(
         _print_json(look, courses)
     else:
         _tell(look, write_mapping, drawn)
-        _tell_what_is_next(look, asked)
+        _tell_what_is_next(look, typed, asked)
     return int(look.doubtful)
 
 
@@ -162,22 +164,46 @@ def _tell(look: _Look, mapping: Path | None, drawn: Sequence[Path]) -> None:
         terminal.say(f"drawn: {path}")
 
 
-def _tell_what_is_next(look: _Look, reading: LogOptions) -> None:
-    """What stands against the logs and the command that settles it; where nothing does, the command that fits them."""
+def _tell_what_is_next(look: _Look, typed: str, reading: LogOptions) -> None:
+    """What stands against the logs and the command that settles it; where nothing does, the command that fits them.
+
+    Args:
+        look: what was found.
+        typed: the logs or the folder, as the user gave them.
+        reading: how the user said that they are read.
+    """
+    alike = _refused_alike(look)
     for name, why in look.refused.items():
-        terminal.say(f"Not understood yet: {why}" if why.startswith(name) else f"Not understood yet: {name}: {why}")
+        if name not in alike:
+            terminal.say(f"Not understood yet: {why}" if why.startswith(name) else f"Not understood yet: {name}: {why}")
     if look.problem is not None:
         settled = _settling(look.plan, look.problem)
+        if len(alike) == len(look.refused):  # one command settles it for all of them
+            settled = settled.replace(shlex.quote(look.plan.path), typed)
         several = settled and len(look.plan.questions) > 1  # their remedy is that command: it is printed once
         why = f"{look.problem.where}: {look.problem.problem}" if several else str(look.problem)
         terminal.say(f"Not understood yet: {why}")  # one line: it may hold a command to copy
+        if alike:
+            terminal.say(f"The same is asked of {len(alike)} more log{'s'[: len(alike) != 1]}, the last {alike[-1]}")
         if settled:
             terminal.say(f"What settles it: {settled}")
     elif look.plan.doubts:
-        terminal.say(f"In doubt: {'; '.join(look.plan.doubts)}. If that is right, say so: {look.plan.command()}")
-    elif not look.refused and not look.further:
-        command = shlex.join(["erclutch", "fit", str(look.log), *reading.words()])
-        terminal.say(f"Understood. Fit it: {command} --out RUN")
+        doubtful = look.plan.command().replace(shlex.quote(look.plan.path), typed)
+        terminal.say(f"In doubt: {'; '.join(look.plan.doubts)}. If that is right, say so: {doubtful}")
+    elif not look.refused:
+        command = " ".join(["erclutch fit", typed, *map(shlex.quote, reading.words())])
+        terminal.say(f"Understood. Fit {'them' if look.further else 'it'}: {command} --out RUN")
+
+
+def _refused_alike(look: _Look) -> tuple[str, ...]:
+    """The further logs for which the first log's problem stands too: it is told once."""
+    if look.problem is None:
+        return ()
+    told = str(look.problem).replace(look.plan.path, "").replace(look.log.name, "")
+    folder = str(look.log.parent)
+    return tuple(
+        name for name, why in look.refused.items() if why.replace(str(Path(folder, name)), "").replace(name, "") == told
+    )
 
 
 def _read(log: Path, raw: Table, plan: Plan, reading: LogOptions) -> tuple[list[Recording], ErclutchError | None]:
@@ -294,7 +320,11 @@ def _several(recordings: Sequence[Recording]) -> RichTable:
     units = recordings[0].units
     names = [name for name in recordings[0].signals if not name.startswith(("input:", "spare column"))]
     heads = [terminal.with_unit(name, units[name]) for name in names]
-    rows = [[r.name, f"{r.rows:,}", *(ends(r.signals.get(name)) for name in names)] for r in recordings]
+    endings = {Path(r.name).suffix for r in recordings}
+    alike = endings.pop() if len(endings) == 1 else ""  # what all names end in tells none apart
+    rows = [
+        [r.name.removesuffix(alike), f"{r.rows:,}", *(ends(r.signals.get(name)) for name in names)] for r in recordings
+    ]
     title = f"{len(recordings)} logs; columns and signals are shown of the first"
     return terminal.table(title, ["", "rows", *heads], rows, left=1)
 
@@ -380,7 +410,9 @@ def _figures(values: Array) -> tuple[float, float, float, float]:
 
     finite = values[np.isfinite(values)] if np.isfinite(values).any() else np.array([np.nan])
     missing = np.count_nonzero(~np.isfinite(values))
-    return float(finite.min()), float(finite.max()), float(finite.mean()), float(missing)
+    low, high, mean = float(finite.min()), float(finite.max()), float(finite.mean())
+    largest = max(abs(low), abs(high))
+    return low, high, 0.0 if abs(mean) < _LEAST_MEAN * largest else mean, float(missing)
 
 
 def _print_json(look: _Look, courses: int) -> None:

@@ -29,6 +29,7 @@ _UNWRITABLE = partial(unwritable, problem="the folder cannot be written")
 
 def predict(
     logs: Annotated[tuple[Path, ...], Parameter(name="LOG", negative=())],
+    /,
     *,
     run: Path,
     out: Path,

@@ -23,6 +23,7 @@ COMMAND = {
 def recalibrate(
     run: Annotated[Path, Parameter(name="RUN")],
     logs: Annotated[tuple[Path, ...], Parameter(name="LOG", negative=())],
+    /,
     *,
     model: str | None = None,
     share: Annotated[float, SHARE] = 0.7,

@@ -30,6 +30,7 @@ COMMAND = {
 
 def score(
     logs: Annotated[tuple[Path, ...], Parameter(name="LOG", negative=())],
+    /,
     *,
     run: Annotated[tuple[Path, ...], Parameter(consume_multiple=True, negative=())],
     model: str | None = None,

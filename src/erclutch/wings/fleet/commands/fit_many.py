@@ -32,6 +32,7 @@ _WHERE = Group("Where it runs", sort_key=2)
 
 def fit_many(
     logs: Annotated[tuple[Path, ...], Parameter(name="LOG", negative=())],
+    /,
     *,
     out: Annotated[Path, Parameter(group=MODELS)],
     models: ModelNames = ("all",),

@@ -23,6 +23,7 @@ _Names = Annotated[tuple[str, ...], Parameter(consume_multiple=True, negative=()
 
 def flowcurve(
     files: Annotated[tuple[Path, ...], Parameter(name="FILE", negative=())],
+    /,
     *,
     laws: _Names = (),
     shear_rate: str | None = None,
