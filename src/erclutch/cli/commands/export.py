@@ -43,11 +43,12 @@ def export(
     Args:
         model: A model's JSON file, or the folder of a run.
         to: What to write: the name of a target.
-        out: The folder to make; NAME_TARGET by default.
-        run_model: Which model of a run, by its id (m2) or specification, or final, of all rows. Default: recommended.
-        name: Prefix of all C names, at most 20 characters; by default after the run's log, or the model.
+        out: The folder to make. Default: NAME_TARGET.
+        run_model: Which model of the run, by its id (m2) or specification; final: of all rows. Default: the
+            recommended.
+        name: Prefix of all C names, at most 20 characters. Default: after the run's log, or the model.
         precision: Number format of all arithmetic; float32 is for processors without double (Cortex-M4F).
-        period: Sampling period in s (or 1ms) at which the step will be called; that of the training data by default.
+        period: Sampling period at which the step will be called, in s or as 1ms. Default: that of the training data.
         inputs: The step takes speeds, or angles (encoder positions) that it differentiates.
         derivative: Filter that differentiates angles.
         cutoff: Bandwidth of this filter in Hz (lowpass, kalman).

@@ -66,7 +66,8 @@ def fit(
     Args:
         logs: One log or several of the same device; a folder stands for the logs in it.
         models: Laws of `erclutch laws`, networks, both joined by + (a network on the law's residual), each with its own
-            stages if wanted: bingham hem/square fnn-16+lag+dahl-2 bingham+fnn-16; 'paper': its tables, 'all': all laws.
+            stages if wanted: bingham hem/square fnn-16+lag+dahl-2 bingham+fnn-16. 'paper': those of its tables.
+            Default: 'all'.
         lag: 'none'; 'auto': without and with a lag, and memory of the slip as far as the data ask for it; or stages
             out of `erclutch laws`, joined by +, such as lag, rise-fall, dahl/field, effort-lag.
         test: Held out: a share (the end of each log, or of each constant field), 'stretches' (30 % all over each log,

@@ -54,7 +54,7 @@ def inspect(
     The exit code is 1 while anything is missing, in doubt or not understood; then the last line says what settles it.
 
     Args:
-        logs: The log; of several, or of a folder, the columns of the first, and what each is read as.
+        logs: One log or several; a folder stands for the logs in it. Of several, the columns of the first are shown.
         json: Print as JSON instead of tables.
         courses: With --json: smallest and largest value of each signal in so many stretches of the log.
         plots: Folder for two pictures and their numbers: a section of the log, and where it has data.

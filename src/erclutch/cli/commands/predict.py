@@ -49,10 +49,10 @@ def predict(
         logs: A log of the model's device. Several, or a folder of logs, give a folder with a file for each.
         run: The folder of a run, or a model's JSON file.
         out: File to write: .csv, .parquet or .mat. Of several logs: the folder to write.
-        model: Which model of a run, by its id (m2) or specification, or final, of all rows. Default: the recommended.
+        model: Which model of the run, by its id (m2) or specification; final: of all rows. Default: the recommended.
         band: Also write the band, which holds 95 % of rows like those of the run.
         sensor: Also write the band; it learns from the log's measured effort, row by row, from past rows alone.
-        kind: Of the files of several logs.
+        kind: Format of the files, where there are several logs.
         force: Replace a file or folder that is there.
         reading: How to read the log; by default as the run's own logs were read.
     """

@@ -38,10 +38,10 @@ def recalibrate(
     Args:
         run: Folder that erclutch fit --out wrote; its options say how to read the log, unless given anew.
         logs: New log, or several; a folder stands for the logs in it.
-        model: Which model of the run; the recommended one by default.
+        model: Which model of the run, by its id (m2) or specification; final: of all rows. Default: the recommended.
         share: Share of each log's rows that the adaptation sees; the rest judges.
         stretches: Stretches into which the share is divided, spread over each log; 1 takes the first rows.
-        out: Folder to keep the result in, a run like that of erclutch fit.
+        out: Folder to keep the result in; it is a run as of erclutch fit.
         force: Replace a run that is already there.
         json: Print everything as JSON instead of tables.
         reading: How to read the log.

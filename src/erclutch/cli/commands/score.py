@@ -46,7 +46,7 @@ def score(
     Args:
         logs: One log or several of the run's device; a folder stands for the logs in it.
         run: The folder of a run, or a model's JSON file; one or several.
-        model: Score this model of each run alone, by its id (m2) or specification; "final": that of all rows.
+        model: Which model of each run, by its id (m2) or specification; final: of all rows. Default: all.
         json: Print as JSON instead of a table.
         reading: How to read the logs; by default as each run's own logs were read.
     """

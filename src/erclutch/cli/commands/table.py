@@ -31,7 +31,7 @@ def table(
         run: Folder that erclutch fit --out wrote.
         as_: Format: latex (booktabs, and siunitx columns), markdown, html, or csv, which is not rounded.
         what: The ranking of the models, or the parameters of a model with their intervals.
-        model: Whose parameters. Default: those of the recommended model.
+        model: The model whose parameters are printed. Default: the recommended.
         most: Only the first so many models of the ranking.
         out: File to write. Default: the terminal.
         force: Replace a file that is there.

@@ -26,15 +26,15 @@ class LimitOptions:
     rig_limits: Annotated[Path | None, Parameter(group=_LIMITS)] = None
     """TOML file with a table named limits, or a log of the rig: what it did there it may do again."""
     largest: _Number = None
-    """Largest field. Of the paper: 0.5, which is 2000 V."""
+    """Largest field. That of the paper's pair is 0.5, which is 2000 V."""
     field_rate: _Number = None
-    """How fast the field may change, in a second. Default: it may step."""
+    """Largest change of the field in a second. Default: the field may step."""
     speed: _Number = None
-    """Largest slip to either side; of a pair the motor's speed."""
+    """Largest slip to either side; for a pair the motor's speed."""
     acceleration: _Number = None
-    """Largest change of the speed, in a second."""
+    """Largest change of the speed in a second."""
     stroke: _Number = None
-    """Way from end to end; the motion begins in the middle. Default: no end."""
+    """Travel from end to end; the motion begins in the middle. Default: no end."""
     rest: Annotated[float | None, SECONDS, Parameter(group=_LIMITS)] = None
     """Time without field and motion at the start and at the end. Default: 0.5 s."""
     heat: Annotated[float | None, quantity("W"), Parameter(group=_LIMITS)] = None
@@ -42,7 +42,7 @@ class LimitOptions:
     largest_effort: _Number = None
     """Torque or force that the device never exceeds."""
     idle_effort: _Number = None
-    """The same without field; under a field the heat counts the effort on the line between both. Default: the same."""
+    """Torque or force without field; in between, the heat takes a straight line. Default: --largest-effort."""
     one_way: Annotated[bool, Parameter(group=_LIMITS, negative=())] = False
     """The motion never turns back."""
     field_unit: Annotated[str, Parameter(group=_LIMITS)] = ""

@@ -43,13 +43,14 @@ def align(
 
     Args:
         a: The log whose clock and rows are kept.
-        b: The log that is brought to them. Where its clock restarts, each run gets an offset of its own.
+        b: The log that is brought to A's clock and rows. Where its own clock restarts, each part gets an offset.
         out: File to write: .csv, .parquet or .mat.
-        on: The signal that both logs have: its column, or that in A and that in B. Default: the only name in both.
-        near: About what B's clock shows more than A's, such as 2.5s, where several offsets fit equally well.
+        on: Column of the signal that both logs have, or its column in A and its column in B. Default: the only name in
+            both.
+        near: How far B's clock is ahead of A's, roughly, such as 2.5s: for logs in which several offsets fit equally.
         picture: File for the picture: .png, .svg or .pdf, with its numbers beside it as CSV. Default: OUT-clocks.png.
-        time: Time column, of both logs or of A and of B.
-        rate: Sampling rate in Hz instead of a time column, of both logs or of A and of B.
+        time: Time column of both logs, or that of A and that of B.
+        rate: Sampling rate in Hz in place of a time column, of both logs or of A and of B.
         force: Replace files that are there.
     """
     image = picture or out.with_name(f"{out.stem}-clocks.png")

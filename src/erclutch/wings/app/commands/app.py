@@ -18,7 +18,7 @@ COMMAND = {
 
 
 def app(
-    folder: Annotated[Path, Parameter(name="FOLDER")] = Path(),
+    folder: Annotated[Path, Parameter(name="FOLDER", show_default=False)] = Path(),
     /,
     *,
     port: int = 0,
@@ -30,8 +30,8 @@ def app(
     the page keeps nothing else. Ctrl-C ends the server and the commands that run.
 
     Args:
-        folder: With logs and runs, or empty. Default: the current folder.
-        port: Port on this machine; 0: any that is free.
+        folder: Folder of your logs and runs; it may be empty. Default: the current folder.
+        port: Port on this machine; 0 takes any that is free.
         open_: Open the page in the browser.
     """
     import socket

@@ -30,8 +30,8 @@ COMMAND = {
     "place": 2,
 }
 
-_RUN = Group("What a run does not know yet", sort_key=3)
-_PAPER = Group("Of --sequence paper", sort_key=4)
+_RUN = Group("With --run: what the run does not know yet", sort_key=3)
+_PAPER = Group("With --sequence paper", sort_key=4)
 
 
 def excite(
@@ -61,19 +61,21 @@ def excite(
 
     Args:
         out: Sequence to write: .csv, .parquet, .mat, or .h for a table of C.
-        device: What hangs on the rig.
-        seconds: Length of the sequence. Default: 60 s, with a run 10 s, of the paper's 290 s.
-        rate: Rows a second. Default: 1000 Hz, with a run the rate of its log.
+        device: Kind of device on the rig.
+        seconds: Length of the sequence. Default: 60 s; 10 s with --run; 290 s with --sequence paper.
+        rate: Rows a second. Default: 1000 Hz; with --run the rate of its log.
         seed: Seed of the sequence; the same seed gives the same sequence.
-        sequence: fill, or paper: pseudorandom squares and sines of field and motor torque for a pair (section III-B).
+        sequence: fill covers field and motion within the limits; paper takes pseudorandom squares and sines of field
+            and motor torque, as section III-B does for a pair.
         force: Replace a file that is there.
         json: Print what the sequence covers and teaches as JSON.
         limits: What the rig may do.
-        run: The folder of a run. Its rows are the limits that are not given.
+        run: The folder of a run. Limits that are not given come from its rows.
         model: A law of the run. Default: its best law.
         where: Where the device is used, in the units of the run: 'field 0..2 A, slip +-5 rad/s'.
-        criterion: D, all numbers of the law at once; A, the mean of their relative variances; I, the variance of the
-            effort where the device is used, by a law that may be wrong; fill, the cells without a row. Default: I.
+        criterion: What the sequence makes small. D: the doubt about all numbers of the law at once; A: their mean
+            relative variance; I: the variance of the effort where the device is used, by a law that may be wrong;
+            fill: the cells without a row. Default: I.
         lowest: Lowest frequency in Hz.
         highest: Highest frequency in Hz.
         torque: Smallest and largest motor torque in N m.

@@ -56,10 +56,10 @@ def fit_many(
 
     Args:
         logs: Logs; a folder stands for the logs in it and in the folders below.
-        out: Folder for parameters.parquet, fits.parquet, report.html and what is done of each device.
+        out: Folder for parameters.parquet, fits.parquet, report.html and the finished fit of each device.
         models: Models as for `erclutch fit`.
         lag: Stages as for `erclutch fit`.
-        test: Share of each log, its end, that is held out.
+        test: Share of each log that is held out, at its end.
         friction: Fit a friction effort at zero field. Default: as for `erclutch fit`.
         offset: Fit a constant effort. Default: as for friction.
         seed: Seed of the bootstrap that gives the bands, and of the networks' starts.

@@ -33,7 +33,7 @@ class RigOptions:
     address: Annotated[str, Parameter(group=_RIG)] = ""
     """HOST:PORT of the rig behind --rig udp."""
     session: Annotated[int, Parameter(group=_RIG)] = 0
-    """Number that both sides put into their packets with --rig udp."""
+    """Number that both sides put into their packets, with --rig udp."""
     rig_file: Annotated[Path | None, Parameter(group=_RIG)] = None
     """A rig file (TOML) with what differs from the default rig: limits of the supply, screw, twin."""
     seed: Annotated[int, Parameter(group=_RIG)] = 0
@@ -46,8 +46,9 @@ class ControlOptions:
     """What is done."""
 
     program: Annotated[str | None, Parameter(group=EVERY_DAY)] = None
-    """Program that runs first; learn plays rounds, each chosen by what a law does not know yet. Default: tracking-slow
-    on the twin, rest on hardware, recorded commands in a replay."""
+    """Program that runs first, such as rest, tracking-slow, torque-step, impedance (a pair), wall (a brake); a wrong
+    name lists all. learn plays rounds, each chosen by what a law does not know yet. Default: tracking-slow on the twin,
+    rest on hardware, recorded commands in a replay."""
     motor: Annotated[float, quantities.TORQUE, Parameter(group=EVERY_DAY)] = 0.1
     """Constant motor torque of the programs in N m."""
     k_p: Annotated[float, Parameter(group=_MOTION)] = 0.08
@@ -59,8 +60,8 @@ class ControlOptions:
     torque_i: Annotated[float, Parameter(group=TORQUE)] = 20.0
     """Integral gain of torque control: field per N m s."""
     observer: Annotated[ObserverOption | None, Parameter(group=EVERY_DAY)] = None
-    """Torque control in stages, or by torque_p and torque_i (off). In stages, what the device gives beyond its model
-    comes from nothing (none), a torque sensor, or the motion of the drive, whose inertia and friction stand in
+    """How torque is controlled. off: by --torque-p and --torque-i. The others invert the model and learn what it misses
+    from nothing (none), from a torque sensor, or from the motion of the drive, whose inertia and friction stand in
     --rig-file. Default: none where there is a model, else off; off with --adapt, --torque-p or --torque-i."""
     observer_bandwidth: Annotated[float, HERTZ, Parameter(group=TORQUE)] = 20.0
     """Bandwidth of that observer in Hz; above some 60 Hz the TWIN swings."""
@@ -74,7 +75,7 @@ class ControlOptions:
     damping: Annotated[float, quantity("N*m*s/rad"), Parameter(group=_MOTION)] = 4.0e-3
     """Damping of these programs in N m s/rad. The device's own damping is not counted: the inverse takes it away."""
     output_inertia: Annotated[float | None, quantity("kg*m^2"), Parameter(group=_MOTION)] = None
-    """Inertia that the model's torque moves, in kg m2, for --track-bandwidth; erclutch tune finds it."""
+    """Inertia that the model's torque moves, in kg m², for --track-bandwidth; erclutch tune finds it."""
     output_friction: Annotated[float, quantities.TORQUE, Parameter(group=_MOTION)] = 0.0
     """Dry friction of the output in N m, for --track-bandwidth."""
     tuned: Annotated[Path | None, Parameter(group=TORQUE)] = None

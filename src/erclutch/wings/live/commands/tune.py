@@ -94,9 +94,10 @@ def tune(
     Args:
         run: Folder that erclutch fit --out wrote.
         model: Which model; it must have a lag. Default: the recommended one, or the best with a lag.
-        bandwidth: Wanted of motion in Hz: computed torque, impedance, and equation 23.
-        torque_bandwidth: Wanted of the observer of torque control in Hz.
-        output_inertia: Of the moved side in kg m2. Default: from the run where its output moves, else of the rig file.
+        bandwidth: Bandwidth that motion control shall reach in Hz: computed torque, impedance, and equation 23.
+        torque_bandwidth: Bandwidth that the observer of torque control shall reach in Hz.
+        output_inertia: Inertia of the moved side in kg m². Default: from the run where its output moves, else from the
+            rig file.
         output_friction: Dry friction of the moved side in N m. Default: as for the inertia.
         rig_file: A rig file (TOML) with the supply's limits, and inertias that no log shows.
         out: Folder for control.toml (erclutch live --tuned takes it) and the pictures.

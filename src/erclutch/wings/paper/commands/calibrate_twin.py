@@ -61,7 +61,7 @@ def calibrate_twin(
     sample. Without a LOG the paper's summary figures are the target. The search resumes from a journal beside OUT.
 
     Args:
-        log: A log of the pair.
+        log: A log of the pair. Default: none; the paper's summary figures stand for it.
         out: Rig file to write.
         vary: Parameters to vary, as section.name. Default: the paper's open ones, without those marked assumed.
         rig_file: A rig file (TOML) to start from.

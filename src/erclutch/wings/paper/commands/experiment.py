@@ -61,7 +61,7 @@ def experiment(
         out: Folder for the figures and their numbers.
         seconds: Length in place of the experiment's own.
         seed: Seed of the commands and the noise.
-        seeds: Of control, impedance and wall: how many, from 0 on. What is finished in --out is not run again.
+        seeds: How many seeds, from 0 on, for control, impedance and wall. What is finished in --out is not run again.
         real_time: Run the loop and the twin each in its process, at 1 kHz, instead of as fast as they go. The
             experiment encoders cannot: a rig's packets carry one encoder's angle.
         rig_file: A rig file (TOML) for the twin.

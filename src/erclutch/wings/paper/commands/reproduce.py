@@ -51,7 +51,7 @@ def reproduce(
     what: Annotated[What, Parameter(name="WHAT")],
     /,
     *,
-    log: tuple[Path, ...] = (),
+    log: Annotated[tuple[Path, ...], Parameter(negative=())] = (),
     test_log: Path | None = None,
     zero_field: Path | None = None,
     zero_motion: Path | None = None,

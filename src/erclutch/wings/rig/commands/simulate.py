@@ -36,7 +36,7 @@ def simulate(
     """Run one of the paper's scenarios on the digital TWIN and write the log. Without a scenario: list them.
 
     Args:
-        scenario: Which run.
+        scenario: Name of the scenario. Default: none; all are listed.
         out: Log to write: .parquet, .csv or .mat. Default: SCENARIO.parquet.
         seconds: Rig time; default: the scenario's own.
         seed: Seed of the commands and the noise.
