@@ -21,7 +21,7 @@ from erclutch.wings.live.c_core import Core
 from erclutch.wings.live.layout import EVENT_BITS, FRAME, MOST, SAMPLE, SETTINGS
 from erclutch.wings.live.settings import LoopProgram, LoopSettings, Mode, Waveform
 from erclutch.wings.live.targets import controller
-from tests.support import live_proof, proof
+from tests.support import live_proof, proof, two_exports
 from tests.support.slow_params import slow_but
 
 FLOAT32 = ExportOptions("m", "float32", 1e-3)
@@ -378,3 +378,48 @@ def test_the_controller_in_an_fmu(options: ExportOptions, models: Mapping[str, A
         top = float(np.max(np.maximum(found["field1"], found["field2"])))
         assert top == pytest.approx(min(most, top), rel=1e-6), limit
         assert (top > 0.0) == (limit is None or limit > 0.0), limit
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("one_file", [False, True])
+def test_two_controllers_in_one_program_have_their_own_numbers(
+    models: Mapping[str, Any], one_file: bool, tmp_path: Path, need: Callable[..., None]
+) -> None:
+    """In one file, as a unity build joins them, their functions and constants had the same names."""
+    need("gcc")
+    sources: list[Path] = []
+    body: list[str] = []
+    for name, label in (("one", "casson+lag, single"), ("two", "fnn-3+rise-fall, single")):
+        home = tmp_path / name
+        home.mkdir()
+        program = step_of(models[label], ExportOptions(name, "float64", 1e-3))
+        sources += controller.write_core(program, home)
+        body.append(asked_of(program.name))
+    headers = [source.with_suffix(".h") for source in sources]
+    together = two_exports.program(tmp_path, sources, headers, body, one_file=one_file)
+    assert together.refused == ""
+    alone = [
+        two_exports.program(tmp_path, [source], [header], [asked], one_file=False).printed
+        for source, header, asked in zip(sources, headers, body, strict=True)
+    ]
+    assert together.printed == "".join(alone)
+    assert alone[0] != alone[1]
+
+
+def asked_of(name: str) -> str:
+    """C that prints the fields of a controller for a torque, to the bit."""
+    return f"""{{
+    static {name}_controller memory;
+    {name}_settings settings = {name.upper()}_CONTROL_DEFAULTS;
+    {name}_input input = {{0}};
+    {name}_output output;
+    int i;
+    (void){name}_control_reset(&memory, &settings);
+    for (i = 0; i < 50; i++)
+    {{
+        input.wanted = 0.2;
+        input.theta_dot = 5.0 + 0.01 * i;
+        (void){name}_control_step(&memory, &input, &output);
+    }}
+    printf("%a %a\\n", (double)output.field1, (double)output.estimate);
+}}"""

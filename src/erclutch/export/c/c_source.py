@@ -14,6 +14,7 @@ from erclutch.export.c import c_inverse, c_network
 from erclutch.export.c.c_functions import functions
 from erclutch.export.c.c_printer import Printer, function, functions_used, indented, rings_of
 from erclutch.export.c.c_self_check import COMPILE_TIME, exact_function
+from erclutch.export.c.include_guard import once
 from erclutch.export.cost import cost_text
 from erclutch.export.encode import c_string, comment
 from erclutch.export.exported_step import LARGEST_ANGLE, ExportedStep, Window
@@ -209,11 +210,7 @@ def header(step: ExportedStep) -> str:
     search = step.search
     sides = 1 if search.minus == search.origin else 2
     evaluations = 1 + search.segments * sides + search.most
-    return f"""{_header_comment(step)}
-#ifndef {N}H
-#define {N}H
-
-#include <stdint.h>
+    declared = f"""#include <stdint.h>
 
 #ifdef __cplusplus
 extern "C" {{
@@ -256,9 +253,8 @@ uint32_t {n}inverse_now(const {n}state *state, const {n}real input[{N}INPUTS], {
 #ifdef __cplusplus
 }}
 #endif
-
-#endif
 """
+    return f"{_header_comment(step)}\n{once(f'{N}H', declared)}"
 
 
 def _now(step: ExportedStep) -> str:

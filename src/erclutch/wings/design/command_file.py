@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from erclutch.export.c.include_guard import once
 from erclutch.export.encode import comment
 from erclutch.files import whole_file
 from erclutch.logs.log_writer import LabelledColumns, write_log
@@ -15,11 +16,7 @@ from erclutch.signals.array import Array
 from erclutch.wings.design.courses import Commands
 from erclutch.wings.design.limits import DeviceKind
 
-_HEADER = """\
-/* {about} */
-#ifndef ERCLUTCH_COMMANDS_H
-#define ERCLUTCH_COMMANDS_H
-
+_TABLE = """\
 #define ERCLUTCH_COMMANDS_ROWS {rows}
 #define ERCLUTCH_COMMANDS_COLUMNS {columns}
 
@@ -27,8 +24,6 @@ _HEADER = """\
 static const double erclutch_commands[ERCLUTCH_COMMANDS_ROWS][ERCLUTCH_COMMANDS_COLUMNS] = {{
 {table}
 }};
-
-#endif
 """
 
 
@@ -62,13 +57,13 @@ def write_commands(path: Path, columns: LabelledColumns, rows: Array, about: Map
     for row in rows.tolist():
         numbers = ", ".join(f"{number:.9g}" for number in row)
         lines.append(f"  {{{numbers}}}")
-    text = _HEADER.format(
-        about=comment(f"{about['label']}: {dict(about)}"),
+    text = _TABLE.format(
         rows=len(rows),
         columns=len(columns),
         names=comment(", ".join(f"{name} [{unit or 1}]" for name, unit in columns)),
         table=",\n".join(lines),
     )
+    said = comment(f"{about['label']}: {dict(about)}")
     with whole_file(path) as unfinished:
-        unfinished.write_text(text, encoding="utf-8")
+        unfinished.write_text(f"/* {said} */\n{once('ERCLUTCH_COMMANDS_H', text)}", encoding="utf-8")
     return path

@@ -10,6 +10,7 @@ from pathlib import Path
 from erclutch._version import __version__
 from erclutch.errors import ExportError
 from erclutch.export.c.compilers import EXACT, cpp_compilers, native, run
+from erclutch.export.c.include_guard import once
 from erclutch.export.encode import comment, markup
 from erclutch.export.exported_step import KEYWORDS, ExportedStep
 from erclutch.export.step_vectors import vectors_of
@@ -63,12 +64,11 @@ def _class(step: ExportedStep) -> str:
         lines.append(f"    Real {member}{{}};  ///< {comment(f'{name} [{unit}]')}")
     fields = "\n".join(lines)
     unit = comment(step.model.units.effort or "1")
-    return f"""// {step.headline} as a C++ class. Written by erclutch {__version__}.
+    head = f"""// {step.headline} as a C++ class. Written by erclutch {__version__}.
 // Model {step.digest}; {n}.h says more of units and ranges. No allocation, no exceptions, no locks: fit for a
 // real-time loop. One object a device; an object is used by one thread at a time.
-#ifndef {N}_HPP
-#define {N}_HPP
-
+"""
+    declared = f"""// Model {step.digest}
 #include <cstdint>
 
 #include "{n}/{n}.h"
@@ -100,9 +100,8 @@ struct Command {{
 
 {_device(step, members)}
 }}  // namespace {n}_model
-
-#endif
 """
+    return head + once(f"{N}_HPP", declared)
 
 
 def _device(step: ExportedStep, members: Sequence[str]) -> str:

@@ -103,7 +103,7 @@ def texts(step: ExportedStep) -> tuple[str, str]:
     if _known_at_rest(step):
         own = _step_of_known(step.name, own)
     declared = _worded(step, _declared(step))
-    return f"{own}\n{_worded(step, code)}", f"{before}{declared}\n{found}{after}"
+    return f"{own}\n{_worded(step, _with_own_names(code))}", f"{before}{declared}\n{found}{after}"
 
 
 # --- the loop's C in the words of the model's file -------------------------------------------------------------------
@@ -121,6 +121,15 @@ def _body(name: str) -> str:
 def _static(text: str) -> str:
     """Functions that the loop's files share are this file's own."""
     return re.sub(r"^((?:void|double|bool|uint32_t) erc_\w+\()", r"static \1", text, flags=re.MULTILINE)
+
+
+def _with_own_names(code: str) -> str:
+    """Functions and constants of the loop's files under the export's name: a build may join two exports in a file."""
+    for name in re.findall(r"^static [\w ]+?(?!erc_)\b(\w+)\(", code, flags=re.MULTILINE):
+        code = re.sub(rf"\b{name}\(", f"NAME_control_{name}(", code)
+    for name in re.findall(r"^#define (\w+)", code, flags=re.MULTILINE):
+        code = re.sub(rf"\b{name}\b", f"NAME_CONTROL_{name}", code)
+    return code
 
 
 def _members() -> dict[str, str]:
