@@ -85,6 +85,14 @@ def drag(page: Any, panel: str, start: float, stop: float) -> None:
     page.mouse.up()
 
 
+def test_ticks_have_as_many_places_as_their_step(visit: Callable[..., Any], report: Path) -> None:
+    page = visit(report)
+    said = page.evaluate(
+        "[[0.75, 0.25], [0.0075, 0.0025], [7.5, 2.5], [0.4, 0.2], [75, 25]].map(each => digits(...each))"
+    )
+    assert said == ["0.75", "0.0075", "7.5", "0.4", "75"]
+
+
 def hover(page: Any, panel: str, share: float) -> int:
     """Put the pointer on a plot; the row under it."""
     box = place(page, panel)

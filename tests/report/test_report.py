@@ -262,6 +262,11 @@ def test_ticks_are_round_and_inside(low: float, high: float) -> None:
     assert f"{steps[0]:e}"[0] in "125"
 
 
+@pytest.mark.parametrize(("low", "high"), [(-4.8, 4.4), (-1.9, 1.9), (-0.99, 0.99)])
+def test_no_axis_has_a_zero_alone(low: float, high: float) -> None:
+    assert len(round_ticks(low, high, 4)) >= 3
+
+
 def test_logarithmic_ticks() -> None:
     assert round_ticks(0.2, 2000.0, 6, log=True) == pytest.approx([1, 10, 100, 1000])
     assert len(round_ticks(30.0, 90.0, 6, log=True)) >= 1

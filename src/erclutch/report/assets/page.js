@@ -8,8 +8,10 @@ const element = (tag, className = "", textContent = "") => Object.assign(documen
 const redrawn = [];
 
 const minus = (text) => text.replace(/-/g, "−");
+// As many places as the step has: with one, steps of 0.25 would read 0.3, 0.5, 0.8.
 const digits = (value, step) => {
-  const places = Math.max(0, Math.min(7, Math.ceil(-Math.log10(step) - 0.01)));
+  let places = Math.max(0, Math.min(7, Math.ceil(-Math.log10(step) - 0.01)));
+  if (Math.abs(step * 10 ** places % 1 - 0.5) < 1e-6 && places < 7) places += 1;
   return minus(value.toFixed(places)).replace(/^−(0(\.0*)?)$/, "$1");
 };
 

@@ -28,6 +28,7 @@ from erclutch.signals.array import Array
 _LEFT, _RIGHT, _TOP, _BOTTOM = 46.0, 10.0, 24.0, 36.0
 #: Steps of the colour ramps in the style sheet.
 RAMP = 8
+_FEWEST_TICKS = 3
 _BROAD = 600  # a drawing of more units is shown wider, so that its text stays as large
 
 
@@ -87,7 +88,14 @@ def ticks(low: float, high: float, most: int, *, log: bool = False) -> list[floa
         return [low]
     decade = 10.0 ** math.floor(math.log10(wanted))
     step = next(digit * decade for digit in (1, 2, 5, 10) if digit * decade >= wanted * 0.999)
-    # The slack keeps a tick that rounding puts just outside.
+    found = _multiples(step, low, high)
+    if len(found) < _FEWEST_TICKS:  # a lone 0 says nothing of how long the axis is
+        found = _multiples(step / 2, low, high)
+    return found
+
+
+def _multiples(step: float, low: float, high: float) -> list[float]:
+    """All multiples of a step inside a range; the slack keeps one that rounding puts just outside."""
     first = math.ceil(low / step - 1e-9)
     last = math.floor(high / step + 1e-9)
     return [k * step for k in range(first, last + 1)]
