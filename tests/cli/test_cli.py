@@ -23,7 +23,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from erclutch.cli import main
+from erclutch.cli import main, terminal
+from erclutch.fit.laws.fit_law import Estimate
 from erclutch.logs.synthetic import write_synthetic_log
 from erclutch.report.html.printed_page import browser
 from tests.support.command import good, refused
@@ -742,3 +743,16 @@ def test_a_table_leaves_columns_out_until_it_fits(wide: list[int], width: int) -
         text = said.getvalue()
         assert all("x" * wide[heads.index(head)] in text for head in kept)
         assert "…" not in text
+
+
+def test_no_unit_of_a_constant_is_cut_on_a_narrow_screen(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setenv("COLUMNS", "80")
+    unit = "N*m/(rad/s^2)"
+    long = Estimate("m_1", "inertia between fluid and load cell, CH1", unit, -3.221e-6, -5.083e-6, -2.957e-6)
+    bound = Estimate("h_l", "static effort over that at high slip", "1", 5.0, 1.373, 5.0, "upper")
+    terminal.tell(terminal.estimates("Parameters", [long, bound]))
+    said = capsys.readouterr().out
+    assert unit in said
+    assert "at its upper bound" in said

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from erclutch.signals.array import Array
     from erclutch.signals.recording import LogFacts
 
+_BROAD = 100  # columns of a screen that has room for an interval and its bound in one line
 #: Begins a line that tells how far a command is; see `progress`.
 PROGRESS = "erclutch progress: "
 #: Origins of a log that was measured; all others were made by a computer.
@@ -133,19 +134,18 @@ def notes_of(recordings: Sequence[LogFacts]) -> list[str]:
 
 def estimates(title: str, values: Sequence[Estimate]) -> Table:
     """Values with 95 % intervals and units."""
-    rows = [[e.name, e.meaning, number(e.value), _interval(e), e.unit] for e in values]
+    # A bound goes to the next line on a narrow screen, so that a meaning has room there and no unit is cut.
+    between = ", " if console().width >= _BROAD else ",\n"
+    rows = [[e.name, e.meaning, number(e.value), _interval(e, between), e.unit] for e in values]
     made = table(title, ["", "meaning", "value", "95 % interval", "unit"], rows, left=2)
-    intervals = made.columns[3]
-    intervals.no_wrap = False  # a bound may go to the next line, so that a meaning has room on a narrow screen
-    intervals.min_width = max((len(_ends(e)) for e in values), default=0)
     made.columns[4].justify = "left"
     return made
 
 
-def _interval(estimate: Estimate) -> str:
+def _interval(estimate: Estimate, between: str) -> str:
     """The ends of an interval as far as they are known, and a bound that the value is at."""
     bound = f"at its {estimate.at_bound} bound" if estimate.at_bound else ""
-    return ", ".join(filter(None, [_ends(estimate), bound])) or "not identified"
+    return between.join(filter(None, [_ends(estimate), bound])) or "not identified"
 
 
 def _ends(estimate: Estimate) -> str:
