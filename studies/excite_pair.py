@@ -9,7 +9,6 @@ scenario and 20 s of random steps. --out FILE keeps each error, so a run that wa
 from __future__ import annotations
 
 import argparse
-import json
 import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -17,24 +16,18 @@ from pathlib import Path
 import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
-from erclutch.fit.laws.fit_law import fit_structure
 from erclutch.fit.one_thread import one_thread
 from erclutch.logs import recording_from_arrays
 from erclutch.logs.dataset import Dataset, build_dataset, joined
-from erclutch.models.law_model import TorqueModel
-from erclutch.models.laws import law_from_name
-from erclutch.models.structure import Structure
 from erclutch.wings.design.courses import Commands
 from erclutch.wings.design.fill import chosen_sequence, papers_sequence
 from erclutch.wings.design.limits import RigLimits, limits_of_log
 from erclutch.wings.rig.interface import RigCommand
 from erclutch.wings.rig.twin.scenarios import prepare
 from erclutch.wings.rig.twin.twin import Twin
-from studies.excite import RATE, SERVO, chirp, error, random_steps
+from studies.excite import AS_GOOD, LAWS, RATE, SERVO, chirp, error, fitted, keep, kept_errors, random_steps
 
 TEST_SECONDS = 20.0
-#: Within this many times of the fit to the long log a short log is as good.
-AS_GOOD = 1.1
 Played = tuple[str, Callable[[float, int], Dataset]]
 
 
@@ -95,43 +88,39 @@ def sequences(limits: RigLimits) -> list[Played]:
     ]
 
 
-def fitted(rows: Dataset) -> TorqueModel:
-    """The law of the study."""
-    structure = Structure("coaxial", "casson", law_from_name("casson", "coaxial"), "lag", False, False)
-    return fit_structure(rows, structure, intervals=False).model
-
-
-def study(seeds: range, long: float, lengths: Sequence[float], out: Path | None) -> None:
+def study(seeds: range, long: float, lengths: Sequence[float], laws: Sequence[str], out: Path | None) -> None:
     """Print medians of errors over those of the fit to a long log of both kinds that are tested."""
     whole = scenario(long, 1)
     limits = RigLimits(**(limits_of_log(whole) | {"rest": 0.1}))
     steps = played(signed(random_steps(limits, long, 98), 98), 98)
     test_steps = played(signed(random_steps(limits, TEST_SECONDS, 99), 99), 99)
     tests = (scenario(TEST_SECONDS, 2), test_steps)
-    best = [error(fitted(joined([whole, steps])), test) for test in tests]
-    print(f"TWIN pair; casson+lag; seeds {seeds.start} to {seeds.stop - 1}; tests: scenario / random steps")
-    print(f"RMSE of the fit to {long:g} s of each: {best[0]:.4g} / {best[1]:.4g} N m; below: medians over it")
+    reference = fitted(joined([whole, steps]), laws)
+    best = [error(reference, test) for test in tests]
+    print(
+        f"TWIN pair; {' or '.join(laws)}+lag; seeds {seeds.start} to {seeds.stop - 1}; tests: scenario / random steps"
+    )
+    print(
+        f"RMSE of {reference.name}, fitted to {long:g} s of each: {best[0]:.4g} / {best[1]:.4g} N m; "
+        "below: medians over it"
+    )
     print(
         "| sequence | " + " | ".join(f"{seconds:g} s" for seconds in lengths) + f" | within {AS_GOOD:g} of both after |"
     )
     print("|---|" + "---:|" * (len(lengths) + 1))
 
-    known: dict[str, list[float]] = {}
-    if out is not None and out.exists():
-        known = dict(json.loads(line) for line in out.read_text(encoding="utf-8").splitlines())
+    known = kept_errors(out)
     for name, made in sequences(limits):
         cells: list[str] = []
         after = "-"
         for seconds in lengths:
             shares: list[list[float]] = []  # of each seed, by test
             for seed in seeds:
-                key = f"{name}, {seconds:g} s, seed {seed}, {long:g} s"
+                key = f"pair, {name}, {seconds:g} s, seed {seed}, {long:g} s, {' '.join(laws)}"
                 if key not in known:
-                    model = fitted(made(seconds, seed))
+                    model = fitted(made(seconds, seed), laws)
                     known[key] = [error(model, test) / own for test, own in zip(tests, best, strict=True)]
-                    if out is not None:
-                        with out.open("a", encoding="utf-8") as kept:
-                            kept.write(json.dumps([key, known[key]]) + "\n")
+                    keep(out, key, known[key])
                 shares.append(known[key])
             medians = np.median(shares, axis=0)
             cells.append(" / ".join(f"{median:.2f}" for median in medians))
@@ -147,10 +136,12 @@ def main() -> None:
     parser.add_argument("--first", type=int, default=0, help="seed")
     parser.add_argument("--lengths", type=float, nargs="+", default=[5.0, 10.0, 20.0], help="seconds of the short logs")
     parser.add_argument("--long", type=float, default=60.0, help="seconds of the long log")
+    parser.add_argument("--law", nargs="+", default=LAWS, help="among which each log chooses")
     parser.add_argument("--out", type=Path, help="keeps each error, to go on where a run was ended")
     asked = parser.parse_args()
     with one_thread():
-        study(range(asked.first, asked.first + asked.seeds), asked.long, asked.lengths, asked.out)
+        seeds = range(asked.first, asked.first + asked.seeds)
+        study(seeds, asked.long, asked.lengths, tuple(asked.law), asked.out)
 
 
 if __name__ == "__main__":

@@ -23,7 +23,7 @@ from tests.support.installed_plugin import Install
 #: Their unit is that of a rig's field, which no option knows; or they are shares of one, such as field per rad.
 PLAIN = {"--k-p", "--k-d", "--torque-p", "--torque-i", "--field-limit", "--largest", "--field-rate"}
 #: Of a rig's motion: in rad of a brake, in m of a damper.
-PLAIN |= {"--speed", "--acceleration", "--stroke", "--largest-effort", "--idle-effort"}
+PLAIN |= {"--speed", "--acceleration", "--stroke", "--largest-effort", "--idle-effort", "--slow-effort", "--exponent"}
 #: A weight.
 PLAIN |= {"--held"}
 #: A name may be one of several, or a choice of few.

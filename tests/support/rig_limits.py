@@ -14,6 +14,7 @@ from erclutch.wings.design.limits import RigLimits
 NEEDED = {"field": (1e-3, 1e4), "speed": (1e-3, 1e3), "acceleration": (1e-2, 1e5)}
 OFTEN = {"field_rate": (1e-2, 1e6), "stroke": (1e-4, 1e3)}
 IDLE = (0.01, 1.0)  # share of the largest effort, half of the time
+EXPONENT = (0.5, 4.0)
 HEAT = {"heat": (1e-3, 1e3), "effort": (1e-2, 1e3)}
 RESTS = (0.0, 0.1, 0.5)
 
@@ -29,6 +30,8 @@ def random_limits(rng: np.random.Generator) -> RigLimits:
         drawn[name] = math.exp(rng.uniform(math.log(low), math.log(high)))
     if "effort" in drawn and rng.random() < 0.5:
         drawn["idle_effort"] = drawn["effort"] * rng.uniform(*IDLE)
+        drawn["slow_effort"] = drawn["idle_effort"] * rng.uniform(*IDLE)
+        drawn["exponent"] = rng.uniform(*EXPONENT)
     return RigLimits(**drawn, rest=float(rng.choice(RESTS)))
 
 
@@ -37,7 +40,7 @@ def broken(commands: Commands, limits: RigLimits, rate: float, *, signed: bool =
     speed, field, position = commands.speed, commands.field, commands.position
     field_rate = np.abs(np.diff(field)) * rate
     acceleration = np.abs(np.diff(speed)) * rate
-    power = np.mean(_largest_effort(field, limits, rate) * np.abs(speed)) if limits.heat < math.inf else 0.0
+    power = np.mean(_largest_effort(commands, limits, rate) * np.abs(speed)) if limits.heat < math.inf else 0.0
     rest = max(math.ceil(limits.rest * rate), 1)  # rows
     moves_at_rest = any(np.any(course[:rest]) or np.any(course[-rest:]) for course in (field, speed))
     holds = {
@@ -52,10 +55,13 @@ def broken(commands: Commands, limits: RigLimits, rate: float, *, signed: bool =
     return [name for name, is_kept in holds.items() if not is_kept]
 
 
-def _largest_effort(field: Array, limits: RigLimits, rate: float) -> Array:
-    """The effort that a device may give: on the line over the largest field of the last 50 ms."""
-    felt = np.abs(field)
+def _largest_effort(commands: Commands, limits: RigLimits, rate: float) -> Array:
+    """The effort that a device may give: by the largest field of the last 50 ms, and by the speed."""
+    felt = np.abs(commands.field)
     for before in range(1, math.ceil(0.05 * rate) + 1):
-        felt = np.maximum(felt, np.concatenate([np.zeros(min(before, field.size)), np.abs(field[:-before])]))
+        gone = np.abs(commands.field[:-before])
+        felt = np.maximum(felt, np.concatenate([np.zeros(min(before, felt.size)), gone]))
     idle = min(limits.idle_effort, limits.effort)
-    return idle + (limits.effort - idle) * felt / limits.field
+    slow = min(limits.slow_effort, idle)
+    without_field = slow + (idle - slow) * np.abs(commands.speed) / limits.speed
+    return without_field + (limits.effort - without_field) * (felt / limits.field) ** limits.exponent

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import io
 import json
+import math
 import shutil
 import threading
 from dataclasses import replace
@@ -115,6 +116,7 @@ def test_the_second_round_makes_the_intervals_narrower_as_foretold() -> None:
     assert np.isnan(first.before)
     assert second.before > second.residual
     assert second.residual == pytest.approx(0.01, rel=0.1)
+    assert second.noise == pytest.approx(0.01, rel=0.1)
     assert 0.5 < second.open_foretold / second.open < 1.5
     assert second.open < first.open
     _, got, foretold = second.half_widths["T_y"]
@@ -138,17 +140,36 @@ def test_the_second_round_makes_the_intervals_narrower_as_foretold() -> None:
 def test_rounds_end_where_more_of_them_make_the_band_no_narrower(bands: tuple[float, ...], ends: bool) -> None:
     rounds = LearningRounds(BRAKE, 0, 1000.0)
     for number, band in enumerate(bands, start=1):
-        rounds.reports.append(RoundReport(number, "", 10.0, "", "bingham+lag", 1.0, 1.0, 1.0, 1.0, band, band / 1000.0))
-    assert ("no narrower" in rounds.enough(0.001)) == ends
+        rounds.reports.append(a_round(number, band=band, largest=1000.0))
+    assert ("no narrower" in rounds.enough(0.0001)) == ends
 
 
 def test_the_first_round_drives_at_half_of_the_torque_and_its_band_ends_nothing() -> None:
     rounds = LearningRounds(BRAKE, 0, 1000.0)
-    rounds.reports.append(RoundReport(1, "", 10.0, "", "bingham+lag", np.nan, 1.0, 1.0, np.nan, 1.0, 1e-6))
+    rounds.reports.append(a_round(1, band=20.0, largest=1e6))
     assert not rounds.enough(0.5)
-    rounds.reports.append(RoundReport(2, "", 10.0, "", "bingham+lag", 1.0, 1.0, 1.0, 1.0, 2.0, 0.1))
+    rounds.reports.append(a_round(2, band=20.0, largest=10.0))
     assert "within 50.00%" in rounds.enough(0.5)
     assert not rounds.enough(0.05)
+
+
+def test_until_asks_for_what_rounds_can_teach_and_tells_the_floor() -> None:
+    """The band is twice the largest effort here, and no round makes it narrower: the law errs so."""
+    rounds = LearningRounds(BRAKE, 0, 1000.0)
+    rounds.reports += [a_round(1, band=20.0, largest=10.0), a_round(2, band=20.0, largest=10.0)]
+    last = rounds.reports[-1]
+    assert (last.share, last.open_share) == (2.0, 0.1)
+    assert last.floor_share == pytest.approx(1.96 * last.residual / 10.0)
+    ended = rounds.enough(0.1)
+    assert "leave open is within 10.00%" in ended
+    assert "the band is 200.00%, for bingham+lag errs by 1" in ended
+    assert last.to_dict()["floor_share"] == last.floor_share
+
+
+def a_round(number: int, *, band: float, largest: float) -> RoundReport:
+    """A round whose law errs by 1 N m, of which the numbers leave as much open."""
+    surprise = math.nan if number == 1 else 1.0
+    return RoundReport(number, "", 10.0, "", "bingham+lag", surprise, 1.0, 0.5, 1.0, surprise, band, largest)
 
 
 @pytest.mark.parametrize("text", ["3", "0", "-1%", "100%", "much", "nan"])

@@ -24,7 +24,8 @@ from erclutch.wings.design.limits import LINGER, RigLimits, option_of, trailing_
 Ticks = NDArray[np.int64]
 _DIGITS = 9
 _FAR = 1 << 61  # ticks: no limit
-_FULL = 64  # parts of the largest effort, in which a row's effort is counted
+_FULL = 128  # parts of the largest effort, in which a row's effort is counted
+_LEVELS = 128  # of the field felt and of the speed, by which the effort is looked up
 #: A limit that lets the field or the speed reach less than this share of its own limit is refused.
 _LEAST_SHARE = 0.1
 
@@ -67,7 +68,7 @@ class Bounds:
         speed, speed_step: the same of the speed.
         half_stroke: from the middle, in half ticks times a period.
         heat: sum over the sequence of the speeds' sizes times the parts of the largest effort.
-        idle: parts of the largest effort that the device may give without field.
+        parts: of the largest effort that the device may give, shape (levels of the field felt, levels of the speed).
         linger: rows over which the device may feel a field that is gone.
         field_ticks, speed_ticks, position_ticks: ticks in a unit.
         notes: limits that another limit keeps from being reached.
@@ -81,7 +82,7 @@ class Bounds:
     speed_step: int
     half_stroke: int
     heat: int
-    idle: int
+    parts: Ticks
     linger: int
     field_ticks: float
     speed_ticks: float
@@ -116,9 +117,8 @@ class Bounds:
         speed = _reached("speed", limits.speed, speeds, notes)
         # A speed that is held for a single row still costs its braking: the heat of the way up and down.
         heat = limits.heat / limits.effort * rows if limits.heat < math.inf else math.inf  # speed x rows
-        idle_share = min(1.0, limits.idle_effort / limits.effort) if limits.effort < math.inf else 1.0
-        idle = max(1, math.ceil(_FULL * idle_share))
-        without_field = heat * _FULL / idle
+        idle = max(limits.idle_effort, limits.effort / _FULL)
+        without_field = heat * max(1.0, limits.effort / idle) if heat < math.inf else math.inf
         speed = _reached("speed", speed, {"heat": math.sqrt(without_field * limits.acceleration / rate)}, notes)
         field = _reached("field", limits.field, {"field_rate": 0.5 * limits.field_rate * moving}, notes)
         field_ticks, speed_ticks = _ticks_per_unit(field), _ticks_per_unit(speed)
@@ -132,7 +132,7 @@ class Bounds:
             speed_step=_below(limits.acceleration / rate * speed_ticks),
             half_stroke=_below(0.5 * limits.stroke * position_ticks * (1.0 - 1e-8)),
             heat=_below(_FULL * heat * speed_ticks * (1.0 - 1e-9)),
-            idle=idle,
+            parts=_effort_parts(limits, speed / limits.speed),
             linger=math.ceil(LINGER * rate),
             field_ticks=field_ticks,
             speed_ticks=speed_ticks,
@@ -145,6 +145,20 @@ class Bounds:
                 remedy="Give a higher --rate, or less --acceleration",
             )
         return bounds
+
+
+def _effort_parts(limits: RigLimits, reached: float) -> Ticks:
+    """Parts of the largest effort by level of the field felt and of the speed, each rounded up.
+
+    Args:
+        limits: of the rig.
+        reached: the largest level's share of the largest speed.
+    """
+    if limits.effort == math.inf:
+        return np.full((_LEVELS + 1, _LEVELS + 1), _FULL, np.int64)
+    levels = np.arange(_LEVELS + 1) / _LEVELS
+    efforts = limits.effort_at(levels[:, None], reached * levels)
+    return np.clip(np.ceil(_FULL * efforts / limits.effort), 1, _FULL).astype(np.int64)
 
 
 def _reached(what: str, asked: float, allowed: dict[str, float], notes: list[str]) -> float:
@@ -208,25 +222,34 @@ class GrowingSequence:
             fine &= np.abs(position + np.sign(speed) * (2 * way - size)) <= bounds.half_stroke
         if bounds.heat_is_limited:
             share = np.minimum(1.0, 0.15 + done / bounds.rows)  # not all of it at the start
-            parts = self._parts(field)
+            parts = self._parts(field, size)
             fine &= self._heat + np.cumsum(size * parts) + way * parts <= np.floor(share * bounds.heat)
         remaining = bounds.rows - bounds.rest - done
         fine &= -(-size // step) <= remaining
         fine &= -(-np.abs(field) // bounds.field_step) <= remaining
         return int(np.argmin(fine)) if not fine.all() else number
 
-    def _parts(self, fields: Ticks) -> Ticks:
-        """Parts of the largest effort that the device may give in further rows, by the largest field it may feel."""
+    def _parts(self, fields: Ticks, sizes: Ticks) -> Ticks:
+        """Parts of the largest effort that the device may give in further rows.
+
+        Args:
+            fields: of the rows; the largest field counts that the device may still feel.
+            sizes: of the rows' speeds.
+        """
         bounds = self.bounds
-        if bounds.idle == _FULL or not bounds.heat_is_limited:
+        if not bounds.heat_is_limited:
             return np.full(fields.size, _FULL, np.int64)
         felt = trailing_largest(np.concatenate([self._felt, np.abs(fields)]), bounds.linger)[bounds.linger :]
-        return bounds.idle - (-(_FULL - bounds.idle) * felt // bounds.field)  # rounded up
+        field_level = np.minimum(-(-_LEVELS * felt // bounds.field), _LEVELS)  # rounded up
+        speed_level = np.minimum(-(-_LEVELS * sizes // bounds.speed), _LEVELS)
+        return bounds.parts[field_level, speed_level]
 
     def cost(self, fields: Ticks, speeds: Ticks) -> float:
         """Share of the time that a stretch takes, and of the heat."""
-        heat = float((np.abs(speeds) * self._parts(fields)).sum())
-        return speeds.size / self.bounds.rows + heat / self.bounds.heat
+        sizes = np.abs(speeds)
+        heat = float((sizes * self._parts(fields, sizes)).sum())
+        heat_left = max(1, self.bounds.heat - self._heat)
+        return speeds.size / self.left + heat / heat_left
 
     def stop(self, hold: int = 0) -> tuple[Ticks, Ticks]:
         """Field and speed to zero as fast as may be, and some rows there; always safe, but for the rows of the hold."""
@@ -241,7 +264,8 @@ class GrowingSequence:
             return
         before = np.concatenate([[self.speed], speeds[:-1]])
         self.position += int((speeds + before).sum())
-        self._heat += int((np.abs(speeds) * self._parts(fields)).sum())
+        sizes = np.abs(speeds)
+        self._heat += int((sizes * self._parts(fields, sizes)).sum())
         self._felt = np.concatenate([self._felt, np.abs(fields)])[fields.size :][-self.bounds.linger :]
         self.field, self.speed = int(fields[-1]), int(speeds[-1])
         self.rows += speeds.size

@@ -42,7 +42,11 @@ class LimitOptions:
     largest_effort: _Number = None
     """Torque or force that the device never exceeds."""
     idle_effort: _Number = None
-    """Torque or force without field; in between, the heat takes a straight line. Default: --largest-effort."""
+    """Torque or force without field at the largest speed; under a field the heat counts more. Default: --largest-effort."""
+    slow_effort: _Number = None
+    """Torque or force without field at rest; in motion the heat counts more. Default: --idle-effort."""
+    exponent: _Number = None
+    """Power of the field's share by which the effort grows to the largest one. Default: 1."""
     one_way: Annotated[bool, Parameter(group=_LIMITS, negative=())] = False
     """The motion never turns back."""
     field_unit: Annotated[str, Parameter(group=_LIMITS)] = ""
@@ -60,6 +64,8 @@ class LimitOptions:
             "heat": self.heat,
             "effort": self.largest_effort,
             "idle_effort": self.idle_effort,
+            "slow_effort": self.slow_effort,
+            "exponent": self.exponent,
         }
         return {name: limit for name, limit in options.items() if limit is not None}
 

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from erclutch.errors import SettingError
 from erclutch.files import plain_words, toml_of
+from erclutch.signals.array import Array
 
 if TYPE_CHECKING:
     from erclutch.logs.dataset import Dataset
@@ -30,6 +31,8 @@ RANGES: Mapping[str, tuple[float, float]] = {
     "heat": (1e-9, math.inf),
     "effort": (1e-9, math.inf),
     "idle_effort": (0.0, math.inf),
+    "slow_effort": (0.0, math.inf),
+    "exponent": (0.05, 20.0),
 }
 _OPTIONS = {"field": "--largest", "effort": "--largest-effort"}
 _NEEDED = ("field", "speed", "acceleration")
@@ -38,7 +41,10 @@ _SURE = 0.99
 _OVER = 0.01  # s, over which the acceleration of a log is taken
 #: s; a device feels the largest field of so long ago, at most.
 LINGER = 0.05
-_NEAR_LARGEST = 0.9  # share of the largest field beyond which an effort says nothing of the effort without field
+_WEAK = 0.125  # share of the largest field below which an effort is that without field
+_CELLS = (8, 4)  # over the field felt and over the speed, in which a log's efforts are averaged
+_EXPONENTS = (0.05, 4.0)  # that a log may say
+_FEW = 1e-3  # share of a log's rows, below which a cell says nothing
 
 
 def option_of(name: str) -> str:
@@ -59,7 +65,9 @@ class RigLimits:
         rest: time without field and motion at the start and at the end, s.
         heat: largest mean power over the sequence, W: effort times slip.
         effort: effort that the device never exceeds, N m or N; needed for the heat.
-        idle_effort: the same without field. Under a field the heat counts the effort on the line between both.
+        idle_effort: the same without field, at the largest speed.
+        slow_effort: the same without field, at rest.
+        exponent: how the effort grows from there to the largest: by the share of the largest field to this power.
     """
 
     field: float
@@ -71,6 +79,8 @@ class RigLimits:
     heat: float = math.inf
     effort: float = math.inf
     idle_effort: float = math.inf
+    slow_effort: float = math.inf
+    exponent: float = 1.0
 
     def __post_init__(self) -> None:
         for name, (low, high) in RANGES.items():
@@ -80,6 +90,18 @@ class RigLimits:
                 raise SettingError(f"{option_of(name)} {limit:g}", remedy=f"Give {allowed}")
         if self.heat < math.inf and self.effort == math.inf:
             raise SettingError(f"--heat {self.heat:g} without an effort", remedy="Give --largest-effort")
+
+    def effort_at(self, field: Array, speed: Array) -> Array:
+        """The effort that the heat counts, N m or N, where a field is felt at a speed.
+
+        Args:
+            field: share of the largest field.
+            speed: share of the largest speed.
+        """
+        idle = min(self.idle_effort, self.effort)
+        slow = min(self.slow_effort, idle)
+        without_field = slow + (idle - slow) * speed
+        return without_field + (self.effort - without_field) * field**self.exponent
 
     def line(self, motion_unit: str, field_unit: str) -> str:
         """The limits as one line for people."""
@@ -170,24 +192,45 @@ def limits_of_log(data: Dataset) -> dict[str, float]:
         "heat": float(np.mean(np.abs(data.effort * slip))),
         "effort": float(np.abs(data.effort).max()),
     }
-    limits["idle_effort"] = _idle_effort(data, limits["field"], limits["effort"])
+    limits |= _effort_by_field_and_speed(data, limits)
     way_at_speed = float(np.mean(np.abs(slip))) * data.duration
     if max(ways) < 0.5 * way_at_speed:
         limits["stroke"] = max(ways)
     return {name: limit for name, limit in limits.items() if limit > 0.0}
 
 
-def _idle_effort(data: Dataset, largest_field: float, largest_effort: float) -> float:
-    """The smallest effort without field, so that rows lie below the line to the largest field and effort.
+def _effort_by_field_and_speed(data: Dataset, limits: Mapping[str, float]) -> dict[str, float]:
+    """Friction, effort without field and exponent, so that the mean effort of each cell of a log is counted in full.
 
-    A rotor that rings lifts a few rows above the line, which is nothing to a mean power.
+    The heat is a mean power. So a cell's mean counts, and a rotor that rings lifts single rows alone.
     """
+    largest_field, largest_effort, largest_speed = limits["field"] or 1.0, limits["effort"], limits["speed"] or 1.0
     field = np.max(np.abs([element.field for element in data.elements]), axis=0)
-    share = trailing_largest(field, round(LINGER / data.period)) / (largest_field or 1.0)
-    low = share < _NEAR_LARGEST
-    needed = (np.abs(data.effort[low]) - largest_effort * share[low]) / (1.0 - share[low])
-    sure = float(np.quantile(needed, _SURE)) if needed.size else largest_effort
-    return float(np.clip(sure, 1e-3 * largest_effort, largest_effort))
+    felt = trailing_largest(field, round(LINGER / data.period)) / largest_field
+    speed = np.abs(data.elements[0].slip) / largest_speed
+    along_field, along_speed = _CELLS
+    cell = np.minimum(felt * along_field, along_field - 1).astype(int) * along_speed
+    cell += np.minimum(speed * along_speed, along_speed - 1).astype(int)
+    rows = np.bincount(cell, minlength=along_field * along_speed)
+    known = rows > _FEW * field.size
+    sums = [np.bincount(cell, each, rows.size)[known] for each in (felt, speed, np.abs(data.effort))]
+    fields, speeds, efforts = np.array(sums) / rows[known]
+
+    weak = fields < _WEAK
+    if not weak.any():
+        return {"idle_effort": largest_effort, "slow_effort": largest_effort}
+    least = 1e-3 * largest_effort
+    slowest = int(np.argmin(np.where(weak, speeds, np.inf)))
+    slow = max(float(efforts[slowest]), least)
+    slopes = (efforts[weak] - slow) / np.maximum(speeds[weak], _WEAK)
+    idle = min(slow + max(float(slopes.max()), 0.0), largest_effort)
+    without_field = slow + (idle - slow) * speeds[~weak]
+    shares = (efforts[~weak] - without_field) / np.maximum(largest_effort - without_field, least)
+    above = shares > 0.0
+    powers = np.log(np.minimum(shares[above], 1.0)) / np.log(np.minimum(fields[~weak][above], 0.999))
+    low, high = _EXPONENTS
+    exponent = float(np.clip(powers.min(initial=high), low, high))
+    return {"idle_effort": idle, "slow_effort": slow, "exponent": exponent}
 
 
 def trailing_largest(values: NDArray[_Number], rows: int) -> NDArray[_Number]:

@@ -1,4 +1,4 @@
-"""``erclutch live --program learn`` plays rounds until the band is as wide as asked, or nothing more is learned."""
+"""``erclutch live --program learn`` plays rounds until a law's numbers are as sure as asked, or no more is learned."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ class LearnOptions:
     """How ``--program learn`` goes on."""
 
     until: Annotated[str | None, Parameter(group=LEARN)] = None
-    """End when the 95 % band is this share of the largest effort, such as 3%."""
+    """End when the law's numbers leave this share of the largest effort open, such as 3%, by 95 % intervals."""
     round: Annotated[float, SECONDS, Parameter(group=LEARN)] = 10.0
     """Length of a round in s."""
     after: Annotated[Path | None, Parameter(group=LEARN)] = None
@@ -296,7 +296,8 @@ def line_of(report: RoundReport, rig: Rig) -> str:
     unit = next((channel.unit for channel in rig.channels if channel.role == "effort"), "")
     return (
         f"round {report.number}: {report.seconds:.3g} s, {report.law}, band +-{report.band:.3g} {unit} "
-        f"({report.share:.2%} of the largest effort), of which the numbers leave +-{report.open:.3g} open"
+        f"({report.share:.2%} of the largest effort). The numbers leave {report.open_share:.2%} open; "
+        f"the floor is {report.floor_share:.2%}, of which the sensor's noise is {report.noise_share:.2%}"
     )
 
 
@@ -306,7 +307,8 @@ def _tell(rounds: LearningRounds, rig: Rig, folder: Path, ended: str, output: Co
 
     if rounds.reports:
         unit = next((channel.unit for channel in rig.channels if channel.role == "effort"), "")
-        head = ["round", "s", "law", "new rows", "fitted", "left open", "foretold", "band", "of largest"]
+        words = ("round", "s", "law", "new rows", "fitted", "left open", "foretold", "band")
+        head = [*words, "open %", "floor %", "band %"]
         rows = [
             [
                 f"{each.number}{' *' if each.tripped else ''}",
@@ -316,7 +318,7 @@ def _tell(rounds: LearningRounds, rig: Rig, folder: Path, ended: str, output: Co
                     terminal.number(x, 3)
                     for x in (each.before, each.residual, each.open, each.open_foretold, each.band)
                 ),
-                f"{each.share:.2%}",
+                *(f"{share:.2%}" for share in (each.open_share, each.floor_share, each.share)),
             ]
             for each in rounds.reports
         ]

@@ -4,6 +4,9 @@ The law has the memory that the ladder of `fit` asks for, of the few stages that
 tables that are drawn, each with the motion that it would bring, the table is taken that makes the variance of the
 effort smallest where the rig can go (I-optimal, see `design.information`). What a round taught is what the law says of
 its numbers before and after, and how well the law before foretold the rows that came.
+
+A band of the effort has two parts. What the numbers leave open gets smaller with each round, and `--until` asks for it.
+The floor stays: it is what the law's form does not say, and the noise of the sensor.
 """
 
 from __future__ import annotations
@@ -59,10 +62,11 @@ class RoundReport:
         law: that was fitted to all rounds.
         before: RMSE on this round's rows of the law of the rounds before; nan in the first round.
         residual: RMSE of the law on all rows.
-        open: half width of the effort's 95 % interval where the rig can go, without noise.
+        noise: the part of it that changes from row to row, as a sensor's noise does.
+        open: half width of the effort's 95 % interval over all rows, without noise: what further rounds can teach.
         open_foretold: what was expected of it before the round; nan in the first round.
         band: half width of the effort's 95 % band: the numbers' and the residual's.
-        share: the band as a share of the largest effort.
+        largest: effort, by size.
         half_widths: of each number's 95 % interval: name -> (value, now, expected before the round).
     """
 
@@ -73,11 +77,32 @@ class RoundReport:
     law: str
     before: float
     residual: float
+    noise: float
     open: float
     open_foretold: float
     band: float
-    share: float
+    largest: float
     half_widths: dict[str, tuple[float, float, float]] = field(default_factory=dict[str, tuple[float, float, float]])
+
+    @property
+    def share(self) -> float:
+        """The band as a share of the largest effort."""
+        return self.band / self.largest
+
+    @property
+    def open_share(self) -> float:
+        """What the numbers leave open as a share of the largest effort."""
+        return self.open / self.largest
+
+    @property
+    def floor_share(self) -> float:
+        """The band that stays when the numbers are sure, as a share of the largest effort."""
+        return _QUANTILE * self.residual / self.largest
+
+    @property
+    def noise_share(self) -> float:
+        """The sensor's part of the floor, as a share of the largest effort."""
+        return _QUANTILE * self.noise / self.largest
 
     def to_dict(self) -> dict[str, Any]:
         """As JSON values; what is not known is null."""
@@ -86,7 +111,8 @@ class RoundReport:
             for name, (value, now, foretold) in self.half_widths.items()
         }
         plain = {name: as_json(each) if isinstance(each, float) else each for name, each in asdict(self).items()}
-        return plain | {"half_widths": numbers}
+        shares = {"share": self.share, "open_share": self.open_share, "floor_share": self.floor_share}
+        return plain | shares | {"half_widths": numbers}
 
 
 @dataclass(frozen=True)
@@ -95,13 +121,11 @@ class _Expected:
 
     Attributes:
         model: the law before it.
-        use: rows that the rig can bring, over which the open band is taken.
-        open: half width of that band after the round.
+        open: half width of what the numbers leave open after the round.
         shrink: by what each error shrinks, by name.
     """
 
     model: TorqueModel
-    use: Dataset
     open: float
     shrink: dict[str, float]
 
@@ -155,11 +179,13 @@ class LearningRounds:
         gains = [knowledge.worth(rows) for rows in foretold]
         best = int(np.argmax(gains))
 
-        before = knowledge.errors()
-        knowledge.learn_rows(foretold[best])
-        shrinks = (knowledge.errors() / before).tolist()
+        # What the round will have left open is asked over the rows that will be there then, as `take` asks it.
+        then = Knowledge(outcome.model, known, self.limits.rate, "I", joined([known, foretold[best]]))
+        before = then.errors()
+        then.learn_rows(foretold[best])
+        shrinks = (then.errors() / before).tolist()
         names = [estimate.name for estimate in outcome.estimates]
-        self._expected = _Expected(outcome.model, use, knowledge.band(), dict(zip(names, shrinks, strict=True)))
+        self._expected = _Expected(outcome.model, then.band(), dict(zip(names, shrinks, strict=True)))
         return tables[best]
 
     def take(self, logged: LoggedRound, file: str, tripped: str = "") -> RoundReport:
@@ -177,8 +203,7 @@ class LearningRounds:
         with one_thread():
             earlier = self._outcome
             self._outcome = outcome = _fitted(known)
-            use = None if expected is None else expected.use
-            knowledge = Knowledge(outcome.model, known, self.limits.rate, "I", use)
+            knowledge = Knowledge(outcome.model, known, self.limits.rate, "I")
         open_now = knowledge.band()
         band = math.hypot(open_now, _QUANTILE * knowledge.noise)
         half_widths: dict[str, tuple[float, float, float]] = {}
@@ -199,10 +224,11 @@ class LearningRounds:
             law=outcome.model.name,
             before=before,
             residual=knowledge.noise,
+            noise=_noise(outcome.model, known),
             open=open_now,
             open_foretold=math.nan if expected is None else expected.open,
             band=band,
-            share=band / (float(np.abs(known.effort).max()) or 1.0),
+            largest=float(np.abs(known.effort).max()) or 1.0,
             half_widths=half_widths,
         )
         self.reports.append(report)
@@ -214,12 +240,15 @@ class LearningRounds:
         """Why no further round is played; empty where one is.
 
         Args:
-            until: share of the largest effort that the band is to reach; 0: none.
+            until: share of the largest effort that the numbers may leave open; 0: none.
         """
         last = self.reports[-1]
-        # The first round drives at half of the torque: its band says nothing of the rest.
-        if until and last.number > 1 and last.share <= until:
-            return f"the band is within {until:.2%} of the largest effort"
+        # The first round drives at half of the torque: it says nothing of the rest.
+        if until and last.number > 1 and last.open_share <= until:
+            return (
+                f"what the numbers leave open is within {until:.2%} of the largest effort; the band is "
+                f"{last.share:.2%}, for {last.law} errs by {last.residual:.3g} whatever its numbers are"
+            )
         if self.nothing_more:
             return (
                 "nothing more is to be learned: the numbers leave little open, and the last round brought no surprise"
@@ -246,6 +275,13 @@ def _all_rows(rounds: Sequence[LoggedRound]) -> Dataset:
 
 def _rmse(model: TorqueModel, rows: Dataset) -> float:
     return float(np.sqrt(np.mean((rows.effort - model.predict(rows)) ** 2)))
+
+
+def _noise(model: TorqueModel, known: Dataset) -> float:
+    """Standard deviation of what a residual's neighbours do not share: of their differences, over the root of two."""
+    residual = known.effort - model.predict(known)
+    changes = [np.diff(residual[span.start : span.stop]) for span in known.clock.spans]
+    return float(np.sqrt(0.5 * np.mean(np.square(np.concatenate(changes)))))
 
 
 def _fitted(known: Dataset) -> FitOutcome[TorqueModel]:
