@@ -42,9 +42,9 @@ class LimitOptions:
     largest_effort: _Number = None
     """Torque or force that the device never exceeds."""
     idle_effort: _Number = None
-    """Torque or force without field at the largest speed; under a field the heat counts more. Default: --largest-effort."""
+    """Torque or force without field at the largest speed; a field adds to it. Default: --largest-effort."""
     slow_effort: _Number = None
-    """Torque or force without field at rest; in motion the heat counts more. Default: --idle-effort."""
+    """Torque or force without field at rest; motion adds to it. Default: --idle-effort."""
     exponent: _Number = None
     """Power of the field's share by which the effort grows to the largest one. Default: 1."""
     one_way: Annotated[bool, Parameter(group=_LIMITS, negative=())] = False
