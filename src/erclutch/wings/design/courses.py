@@ -245,7 +245,10 @@ class GrowingSequence:
         return bounds.parts[field_level, speed_level]
 
     def cost(self, fields: Ticks, speeds: Ticks) -> float:
-        """Share of the time that a stretch takes, and of the heat."""
+        """What a stretch takes of the time that is left, and of the heat that is left.
+
+        As a share of the whole heat it would be as dear where much of that heat will stay unused.
+        """
         sizes = np.abs(speeds)
         heat = float((sizes * self._parts(fields, sizes)).sum())
         heat_left = max(1, self.bounds.heat - self._heat)

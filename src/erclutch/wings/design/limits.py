@@ -44,6 +44,7 @@ LINGER = 0.05
 _WEAK = 0.125  # share of the largest field below which an effort is that without field
 _CELLS = (8, 4)  # over the field felt and over the speed, in which a log's efforts are averaged
 _EXPONENTS = (0.05, 4.0)  # that a log may say
+_NEARLY_ALL = 0.999  # of the largest field, whose logarithm is not zero
 _FEW = 1e-3  # share of a log's rows, below which a cell says nothing
 
 
@@ -200,37 +201,49 @@ def limits_of_log(data: Dataset) -> dict[str, float]:
 
 
 def _effort_by_field_and_speed(data: Dataset, limits: Mapping[str, float]) -> dict[str, float]:
-    """Friction, effort without field and exponent, so that the mean effort of each cell of a log is counted in full.
+    """Effort without field at the largest speed and at rest, and the exponent: no cell of a log has a larger mean.
 
-    The heat is a mean power. So a cell's mean counts, and a rotor that rings lifts single rows alone.
+    The heat is a mean power, so means count: a rotor that rings lifts single rows alone.
     """
-    largest_field, largest_effort, largest_speed = limits["field"] or 1.0, limits["effort"], limits["speed"] or 1.0
-    field = np.max(np.abs([element.field for element in data.elements]), axis=0)
-    felt = trailing_largest(field, round(LINGER / data.period)) / largest_field
-    speed = np.abs(data.elements[0].slip) / largest_speed
-    along_field, along_speed = _CELLS
-    cell = np.minimum(felt * along_field, along_field - 1).astype(int) * along_speed
-    cell += np.minimum(speed * along_speed, along_speed - 1).astype(int)
-    rows = np.bincount(cell, minlength=along_field * along_speed)
-    known = rows > _FEW * field.size
-    sums = [np.bincount(cell, each, rows.size)[known] for each in (felt, speed, np.abs(data.effort))]
-    fields, speeds, efforts = np.array(sums) / rows[known]
-
+    largest = limits["effort"]
+    fields, speeds, efforts = _cell_means(data, limits)
     weak = fields < _WEAK
-    if not weak.any():
-        return {"idle_effort": largest_effort, "slow_effort": largest_effort}
-    least = 1e-3 * largest_effort
+    if not weak.any() or largest <= 0.0:
+        return {"idle_effort": largest, "slow_effort": largest}
+
+    # Without field: a line through the slowest cell, as steep as the steepest way from there to another one.
+    least = 1e-3 * largest
     slowest = int(np.argmin(np.where(weak, speeds, np.inf)))
     slow = max(float(efforts[slowest]), least)
     slopes = (efforts[weak] - slow) / np.maximum(speeds[weak], _WEAK)
-    idle = min(slow + max(float(slopes.max()), 0.0), largest_effort)
+    idle = min(slow + max(float(slopes.max()), 0.0), largest)
+
+    # Under a field: the largest power of the field's share that leaves no cell above.
     without_field = slow + (idle - slow) * speeds[~weak]
-    shares = (efforts[~weak] - without_field) / np.maximum(largest_effort - without_field, least)
+    shares = (efforts[~weak] - without_field) / np.maximum(largest - without_field, least)
     above = shares > 0.0
-    powers = np.log(np.minimum(shares[above], 1.0)) / np.log(np.minimum(fields[~weak][above], 0.999))
-    low, high = _EXPONENTS
-    exponent = float(np.clip(powers.min(initial=high), low, high))
+    if not above.any():
+        return {"idle_effort": idle, "slow_effort": slow}
+    powers = np.log(np.minimum(shares[above], 1.0)) / np.log(np.minimum(fields[~weak][above], _NEARLY_ALL))
+    exponent = float(np.clip(powers.min(), *_EXPONENTS))
     return {"idle_effort": idle, "slow_effort": slow, "exponent": exponent}
+
+
+def _cell_means(data: Dataset, limits: Mapping[str, float]) -> tuple[Array, Array, Array]:
+    """Share of the largest field felt and of the largest speed, and size of the effort: means of cells."""
+    field = np.max(np.abs([element.field for element in data.elements]), axis=0)
+    felt = trailing_largest(field, round(LINGER / data.period)) / (limits["field"] or 1.0)
+    speed = np.abs(data.elements[0].slip) / (limits["speed"] or 1.0)
+    along_field, along_speed = _CELLS
+    cell = np.minimum(felt * along_field, along_field - 1).astype(int) * along_speed
+    cell += np.minimum(speed * along_speed, along_speed - 1).astype(int)
+
+    rows = np.bincount(cell, minlength=along_field * along_speed)
+    enough = rows > _FEW * field.size
+    felt_mean, speed_mean, effort_mean = (
+        np.bincount(cell, each, rows.size)[enough] / rows[enough] for each in (felt, speed, np.abs(data.effort))
+    )
+    return felt_mean, speed_mean, effort_mean
 
 
 def trailing_largest(values: NDArray[_Number], rows: int) -> NDArray[_Number]:
