@@ -10,9 +10,9 @@ import pytest
 from erclutch.errors import SettingError
 from erclutch.fit.comparison import Settings, compare
 from erclutch.fit.history import history
-from erclutch.fit.no_time import in_no_time
+from erclutch.fit.prediction_bands import pieces
 from erclutch.logs import recording_from_arrays
-from erclutch.logs.dataset import Dataset, build_dataset
+from erclutch.logs.dataset import Dataset, build_dataset, hold_out
 from erclutch.logs.timing import of_points
 
 
@@ -49,5 +49,37 @@ def test_what_needs_a_time_is_refused(asked: Settings, said: str) -> None:
 
 def test_a_history_is_not_looked_for() -> None:
     data = points()
-    assert in_no_time(data)
+    assert data.in_no_time
     assert history(data) is None
+
+
+def swept(levels: int) -> Dataset:
+    """A table of points, sorted by speed, with every field at every speed."""
+    speed = np.repeat(np.linspace(1.0, 50.0, 60), levels)
+    field = np.tile(np.arange(levels) / 2.0, 60)
+    signals = {"field": field, "slip": speed, "effort": 0.1 + field + 0.01 * speed}
+    units = {"field": "A", "slip": "rad/s", "effort": "N*m"}
+    data = build_dataset(recording_from_arrays(signals, units, rate=1.0))
+    return replace(data, notes=(*data.notes, *of_points(data.rows, 1.0).notes))
+
+
+@pytest.mark.parametrize("levels", [1, 2, 3, 5])
+@pytest.mark.parametrize("share", [0.2, 0.3, 0.5])
+def test_points_held_out_lie_within_the_speeds_and_at_all_fields(levels: int, share: float) -> None:
+    data = swept(levels)
+    held = hold_out(data, share)
+    slip, field = data.elements[0].slip, data.elements[0].field
+    assert held.mean() == pytest.approx(share, abs=0.03)
+    assert slip[~held].min() < slip[held].min()
+    assert slip[held].max() < slip[~held].max()
+    assert np.ptp(slip[held]) > 0.75 * np.ptp(slip)
+    for level in np.unique(field):
+        assert held[field == level].mean() == pytest.approx(share, abs=0.1)
+    # A point between two others that are held out is no stretch of one row: it is kept.
+    assert data.take(~held).rows + data.take(held).rows == data.rows
+
+
+def test_a_band_of_points_is_told_by_points_and_not_by_seconds() -> None:
+    data = swept(2)
+    held = hold_out(data, 0.3)
+    assert [name for name, _ in pieces(data, held)] == [f"{held.sum()} points"]

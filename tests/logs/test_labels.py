@@ -115,6 +115,11 @@ def test_names_differ_and_say_so() -> None:
         ("t/s x/mm F/N", {"t/s": "s", "x/mm": "mm", "F/N": "N"}),
         ("Time/s Speed/(mm/s) Force/kN", {"Time/s": "s", "Speed/(mm/s)": "mm/s", "Force/kN": "kN"}),
         ("力/kN n", {"力/kN": "kN"}),  # a Chinese or Japanese name ends where its letters do
+        ("SR_1/s SS_dyne/cm2", {"SR_1/s": "1/s", "SS_dyne/cm2": "dyne/cm2"}),  # not s and cm2
+        ("t/s omega_rad/s v_m/s", {"t/s": "s", "omega_rad/s": "rad/s", "v_m/s": "m/s"}),
+        ("t/s x_mm/s", {"t/s": "s", "x_mm/s": "mm/s"}),
+        ("t/s M_A/Nm n_A/rpm", {"t/s": "s", "M_A/Nm": "Nm", "n_A/rpm": "rpm"}),  # the A is an index
+        ("t/s F_N/kN", {"t/s": "s", "F_N/kN": "kN"}),
         ("Force/N n", {}),
         ("motor/A motor/B", {}),
         ("time rad/s N/m", {}),

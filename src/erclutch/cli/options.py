@@ -101,7 +101,8 @@ class LogOptions:
     """A mapping file (TOML) in place of the one beside the log."""
     variable: _Reading = None
     """Which recording of a file that holds several: a variable, group, sheet, topic, segment. All of them, and each
-    effort of theirs as a log of its own: all; then also --effort 'F_* [N]'."""
+    effort of theirs as a log of its own: all; then also --effort 'F_* [N]'. Rows that a column parts: 'COLUMN=WORD', or
+    'COLUMN=all'."""
     decimal: Annotated[Literal[".", ","] | None, Parameter(group=_READING)] = None
     """Decimal mark of a text log whose numbers may be read in two ways: 1.500 is 1.5 or 1500."""
     keep_values: Annotated[bool, Parameter(group=_READING, negative=())] = False
@@ -120,7 +121,9 @@ class LogOptions:
     @property
     def each(self) -> bool:
         """Whether all recordings of a file are wanted, and all their efforts."""
-        return self.variable == "all"
+        from erclutch.logs.row_groups import wants_each
+
+        return wants_each(self.variable)
 
     def column_map(self) -> ColumnMap:
         """What the command line says about columns."""

@@ -18,7 +18,7 @@ from erclutch import registry
 from erclutch.fit.data_check import steady_command
 from erclutch.fit.finding import Finding
 from erclutch.fit.fit_settings import AUTO, Settings
-from erclutch.fit.no_time import in_no_time, refuse_memory
+from erclutch.fit.no_time import refuse_memory
 from erclutch.fit.outcome import AnyOutcome
 from erclutch.logs.dataset import Dataset
 from erclutch.models.model import Model
@@ -155,7 +155,7 @@ def asked(settings: Settings, train: Dataset, kind: Kind) -> list[tuple[str, str
     # A model that names none is fitted with the stages of the settings, or as far as a lag can be told.
     forms = (settings.lag,)
     if settings.lag == AUTO:
-        forms = ("none",) if steady_command(train) or in_no_time(train) else ("none", "lag")
+        forms = ("none",) if steady_command(train) or train.in_no_time else ("none", "lag")
     refuse_memory(train, [*forms, *(stages for _, stages in own)], past=bool(settings.past))
     pairs = [(specification, form) for form in forms for specification in without]
     return [(specification, canonical(form)) for specification, form in (*pairs, *own)]

@@ -20,7 +20,7 @@ from erclutch.fit.fit_progress import Course, FitProgress, FitStep
 from erclutch.fit.fit_settings import AUTO, Settings
 from erclutch.fit.history import history_finding
 from erclutch.fit.log_zeros import log_differences
-from erclutch.fit.no_time import NO_MEMORY, in_no_time
+from erclutch.fit.no_time import NO_MEMORY
 from erclutch.fit.one_thread import one_thread
 from erclutch.fit.outcome import AnyOutcome
 from erclutch.fit.past_samples import past_finding
@@ -142,7 +142,7 @@ def compare(
     test = hold_out(data, settings.test)
     train = data.take(~test)
     findings = check(data, test) + past_finding(settings.past, data)
-    if settings.lag == AUTO and in_no_time(data):
+    if settings.lag == AUTO and data.in_no_time:
         findings += (NO_MEMORY,)
     elif settings.lag == AUTO and steady_command(train) and not data.one_field:
         findings += (_NO_LAG,)

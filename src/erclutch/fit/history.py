@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 from erclutch.fit.finding import Finding
 from erclutch.fit.ladder import families, with_stage
 from erclutch.fit.laws.fit_law import reference_of
-from erclutch.fit.no_time import in_no_time
 from erclutch.logs.dataset import Dataset
 from erclutch.models.stages import NONE, remembers, slip_stages, stage_named, stages_of
 from erclutch.models.stages.stage import SlipAndStrength
@@ -61,7 +60,7 @@ def history(data: Dataset, error: Array | None = None, dynamics: str = NONE) -> 
         dynamics: stages that the model has already.
     """
     y = data.effort if error is None else error
-    if data.rows < _FEWEST_ROWS or in_no_time(data) or not np.all(np.isfinite(y)):
+    if data.rows < _FEWEST_ROWS or data.in_no_time or not np.all(np.isfinite(y)):
         return None
     reference = reference_of(data)
     rows = np.linspace(0, data.rows - 1, min(data.rows, _MOST_ROWS)).round().astype(np.intp)

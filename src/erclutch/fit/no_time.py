@@ -7,7 +7,6 @@ from collections.abc import Iterable
 from erclutch.errors import SettingError
 from erclutch.fit.finding import Finding
 from erclutch.logs.dataset import Dataset
-from erclutch.logs.timing import IN_NO_TIME
 from erclutch.models.stages import stages_of
 
 #: Places of the stages that take something from one row to the next.
@@ -18,11 +17,6 @@ NO_MEMORY = Finding(
     "the rows are points of a table, none after another in time: models are fitted without a lag and without memory",
     "Give --rate if they are rows of a log",
 )
-
-
-def in_no_time(data: Dataset) -> bool:
-    """Whether rows of any log are points of a table."""
-    return any(note.startswith(IN_NO_TIME) for note in data.notes)
 
 
 def refuse_memory(data: Dataset, specifications: Iterable[str], past: bool) -> None:
@@ -36,7 +30,7 @@ def refuse_memory(data: Dataset, specifications: Iterable[str], past: bool) -> N
     Raises:
         SettingError: a stage that keeps a state, or past samples.
     """
-    if not in_no_time(data):
+    if not data.in_no_time:
         return
     kept = [name for name in specifications if any(stage.place in _IN_TIME for stage in stages_of(name))]
     if kept or past:

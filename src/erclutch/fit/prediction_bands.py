@@ -154,7 +154,7 @@ def coverage(data: Dataset, ends: tuple[Array, Array], rows: Mask) -> Coverage:
 
 
 def pieces(data: Dataset, rows: Mask) -> list[tuple[str, NDArray[np.intp]]]:
-    """Logs, or seconds where the rows are of one log, with the places of their rows.
+    """Logs, or seconds where the rows are of one log, with the places of their rows; points have no seconds.
 
     Seconds with less than half as many rows as usual are left out: they begin or end a stretch.
     """
@@ -163,6 +163,8 @@ def pieces(data: Dataset, rows: Mask) -> list[tuple[str, NDArray[np.intp]]]:
     if np.ptp(log):
         return [(str(data.sources[int(number)]), places[log == number]) for number in np.unique(log)]
 
+    if data.in_no_time:
+        return [(f"{places.size} points", places)]
     second = (np.arange(places.size) * data.period).astype(np.intp)
     seconds: list[tuple[str, NDArray[np.intp]]] = []
     for number in np.unique(second):

@@ -29,6 +29,7 @@ from erclutch.logs.plan import NEEDS, Invalid, Plan
 from erclutch.logs.planning import plan_of
 from erclutch.logs.recording_choice import table_of_log
 from erclutch.logs.resample import resampled
+from erclutch.logs.row_groups import group_of
 from erclutch.logs.table import Table
 from erclutch.logs.time_window import within
 from erclutch.signals.device import DeviceName
@@ -82,7 +83,8 @@ def read(
         device: "single" (field, slip or position, effort) or "coaxial" (E1 and E2 or E; theta or theta_dot; alpha,
             alpha_dot or alpha_raw with a lead; T). None: what a recording of the live loop says, else "single".
         invalid: "error" (default) refuses missing or infinite values, "drop" cuts the log there.
-        variable: which recording of a file that holds several: variable, group, sheet, topic.
+        variable: which recording of a file that holds several: variable, group, sheet, topic; or ``COLUMN=WORD``, the
+            rows in which a column has a word.
         mapping_file: a mapping file in place of the one beside the log.
         table: the log as `read_table` gave it, where that was called before; the file is not read again.
         **options: what the options of ``erclutch fit`` say, by their names: a column for a signal or the time
@@ -138,7 +140,7 @@ def read_all(
 
     file = require_file(path)
     told = mapping.over(file_mapping(file, mapping_file))
-    names = recordings_in(file)
+    names = recordings_in(file, told.variable)
     tables = {name: read_table(file, variable=name or None, decimal=told.decimal) for name in names or [""]}
     logs: list[Recording] = []
     plans = [
@@ -184,7 +186,7 @@ def read_batches(
     file, plugin = found_reader(path)
     told = map_over(mapping, file_mapping(file, mapping_file))
     windows = plugin.of_type(LogReader).windows
-    if windows:
+    if windows and group_of(variable or told.variable) is None:
         with readable(file), file.open("rb") as content:
             digest = hashlib.file_digest(content, "sha256").hexdigest() if part == WHOLE_FILE else ""
         source = LogSource(file, b"", digest, decimal=told.decimal)

@@ -20,6 +20,7 @@ from erclutch.signals.device import Element
 #: The word that asks for such stretches, and the share of the rows that they are.
 STRETCHES, SHARE = "stretches", 0.3
 _WINDOWS, _FEWEST_WINDOWS, _FEWEST_ROWS = 20, 7, 50
+_GOLDEN = (5**0.5 - 1) / 2
 _LEVELS = 4  # of field, slip and its rate, each by its own quantiles
 
 
@@ -39,6 +40,21 @@ def covering(elements: Sequence[Element], start: int, stop: int) -> Mask:
     counts = np.bincount(window * cells + cell, minlength=windows * cells)
     for held in _alike(counts.reshape(windows, cells).astype(np.float64)):
         mask[start:stop] |= window == held
+    return mask
+
+
+def spread_points(elements: Sequence[Element], start: int, stop: int, share: float) -> Mask:
+    """A share of the points [start, stop) of a table, spread over their slips, shape (n,) over all rows.
+
+    A table is sorted by its speeds, so that its last rows are speeds that no other row has. The points of the smallest
+    and of the largest slip are never held out.
+    """
+    mask = np.zeros(elements[0].field.size, np.bool_)
+    keys = [values[start:stop] for element in elements for values in (element.field, element.slip)]
+    ordered = start + np.lexsort(keys)[1:-1]  # by slip, then by field
+    # Steps by the golden ratio never fall in with a period of the table, such as one of three fields.
+    place = np.modf(np.arange(1, ordered.size + 1) * _GOLDEN)[0]
+    mask[ordered[place < share]] = True
     return mask
 
 

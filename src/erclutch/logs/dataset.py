@@ -15,8 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from erclutch.errors import MappingError, SettingError
-from erclutch.logs.covering_stretches import STRETCHES, covering
+from erclutch.logs.covering_stretches import STRETCHES, covering, spread_points
 from erclutch.logs.field_plateaus import plateaus
+from erclutch.logs.timing import IN_NO_TIME
 from erclutch.signals.array import Array, Mask
 from erclutch.signals.clock import Clock, Span, cut_spans, stretches
 from erclutch.signals.device import DEVICES, EFFORT_OF, SPEED_OF, DeviceName, Element, Units, elements_of
@@ -78,6 +79,11 @@ class Dataset(Shown):
     def rows(self) -> int:
         """Number of rows."""
         return int(self.effort.size)
+
+    @property
+    def in_no_time(self) -> bool:
+        """Whether rows of any log are points of a table, none after another."""
+        return any(note.startswith(IN_NO_TIME) for note in self.notes)
 
     @property
     def duration(self) -> float:
@@ -162,7 +168,14 @@ class Dataset(Shown):
         )
 
     def take(self, mask: Mask) -> Dataset:
-        """The rows of a mask. Spans are cut where rows are left out, stretches of a single row are dropped."""
+        """The rows of a mask. Spans are cut where rows are left out, stretches of a single row are dropped.
+
+        Points in no time are cut nowhere: each is a row of its own.
+        """
+        if self.in_no_time:
+            bounds = tuple((int(mask[:start].sum()), int(mask[:stop].sum())) for start, stop in self.source_rows)
+            whole = tuple(Span(start, stop, self.period) for start, stop in bounds if stop - start >= 2)
+            return replace(self.picked(mask), clock=Clock(self.clock.time[mask], whole), source_rows=bounds)
         keep = np.zeros(self.rows, np.bool_)
         spans: list[Span] = []
         for span in self._spans_within(mask):
@@ -173,7 +186,9 @@ class Dataset(Shown):
         return replace(self.picked(keep), clock=Clock(self.clock.time[keep], tuple(spans)), source_rows=bounds)
 
     def with_neighbours(self, mask: Mask) -> Mask:
-        """The rows of a mask that `take` keeps: those with a neighbour, shape (n,)."""
+        """The rows of a mask that `take` keeps: those with a neighbour, or points in no time, shape (n,)."""
+        if self.in_no_time:
+            return mask.copy()
         keep = np.zeros(self.rows, np.bool_)
         for span in self._spans_within(mask):
             keep[span.start : span.stop] = True
@@ -356,7 +371,8 @@ def hold_out(dataset: Dataset, test: float | str | Sequence[str]) -> Mask:
     Args:
         dataset: the rows.
         test: a share above 0 and below 0.9 (of each log: its last rows; of a log that was taken at one field after
-            another, of each stretch), "stretches" (`covering_stretches`), or shell patterns such as ``*0x5A.txt``.
+            another, of each stretch; of points in no time: points all over), "stretches" (`covering_stretches`), or
+            shell patterns such as ``*0x5A.txt``.
 
     Returns:
         Mask (n,), true for test rows.
@@ -373,7 +389,10 @@ def hold_out(dataset: Dataset, test: float | str | Sequence[str]) -> Mask:
         for log in dataset.source_rows:
             for start, stop in constant_stretches(dataset, *log) or [log]:
                 trained = round((1 - share) * (stop - start))
-                mask[start + trained : stop] = True
+                if dataset.in_no_time:
+                    mask |= spread_points(dataset.elements, start, stop, share)
+                else:
+                    mask[start + trained : stop] = True
         return mask
 
     patterns = (test,) if isinstance(test, str) else tuple(cast(Sequence[str], test))

@@ -30,7 +30,7 @@ _PER_SECOND = "rad_per_s=rad/s deg_per_s=deg/s m_per_s=m/s mm_per_s=mm/s"
 _OTHERS = "Nm=N*m N_m=N*m Nmm=N*mm mNm=mN*m C=°C degC=°C lbf=lbf kgf=kgf"
 _POUNDS = "ftlb=ft*lbf ft_lb=ft*lbf lb_ft=ft*lbf lbft=ft*lbf inlb=in*lbf in_lb=in*lbf lb_in=in*lbf"
 # What only looks like a second or a metre at its end: a shear rate, a viscosity, an acceleration.
-_LONGER = "1_s=1/s per_s=1/s Pa_s=Pa*s mPa_s=mPa*s m_s2=m/s^2 rad_s2=rad/s^2"
+_LONGER = "1_s=1/s per_s=1/s Pa_s=Pa*s mPa_s=mPa*s Pas=Pa*s mPas=mPa*s cP=cP m_s2=m/s^2 rad_s2=rad/s^2"
 _ENDS = {
     **{end: end for end in _AS_THEY_ARE.split()},
     **{
@@ -61,6 +61,8 @@ _SYMBOLS = {
     **dict.fromkeys("nw", "rad/s"),
 }
 _FEWEST_ALIKE = 2  # in a file; a single one may be an index (``i_d``)
+# A quotient behind an underscore (``SR_1/s``, ``v_m/s``); a capital letter there is an index (``M_A/Nm``).
+_QUOTIENT = re.compile(r"(.+)_((?:1|m|[^\W\d_]{2,})/[^/()]+)")
 _TIGHT_SLASH = re.compile(r"([^/]*[^\W\d_][^/]*?)/(\([^()]+\)|[^/()]+(?:/[^/()]+)?)")
 _PRESSED = re.compile(r"(?<![a-z])(?:mu|cof|friction|normal|reib\w*)(?![a-z])", re.I)
 _PER_MINUTE = re.compile(r"\s*(?:1\s*/\s*min|min\s*(?:\^|\*\*)?\s*-\s*1|min⁻¹)\s*")
@@ -148,6 +150,12 @@ def without_unit(name: str, unit: str | None) -> str:
 def _front_and_unit(label: str) -> tuple[str, str | None]:
     """What stands in front of the last ``_`` or ``/``, and the unit behind it; None where that is none."""
     label = label.strip()
+    if (
+        (match := _QUOTIENT.fullmatch(label))
+        and units.is_unit(match.group(2))
+        and not units.fits(match.group(2), ("",))
+    ):
+        return match.group(1), match.group(2)
     if match := _TIGHT_SLASH.fullmatch(label):
         front, unit = match.group(1), match.group(2).removeprefix("(").removesuffix(")")
         if not units.is_unit(unit):

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 from erclutch.errors import LogError, placed
 from erclutch.logs.log_reader import HEAD, LogReader, LogSource, folder_reader, read_by, reader_of, require_no_run
+from erclutch.logs.row_groups import group_of, groups_in, rows_of, wants_each
 from erclutch.logs.split_stamps import with_whole_stamps
 from erclutch.logs.table import Table
 from erclutch.logs.woven_rows import unwoven
@@ -47,7 +48,8 @@ def read_table(
 
     Args:
         path: see `read`.
-        variable: which recording of a file that holds several: variable, group, sheet, topic.
+        variable: which recording of a file that holds several: variable, group, sheet, topic; or ``COLUMN=WORD``, the
+            rows in which a column has a word.
         decimal: "." or "," where the numbers of a text may be read in two ways.
         told: called with how many bytes of a long text were read, and of how many.
 
@@ -70,7 +72,13 @@ def read_table(
             digest = hashlib.sha256(data).hexdigest()
     if plugin is None:
         plugin, notes = reader_of(data[:HEAD], file.suffix)
-    table = read_by(plugin, LogSource(file, data, digest, variable, told, decimal))
+    source = LogSource(file, data, digest, variable, told, decimal)
+    group = group_of(variable)
+    if group is not None and variable not in _names_in(plugin, source):
+        with placed(file.name):
+            table = rows_of(read_by(plugin, replace(source, variable=group.recording)), group)
+    else:
+        table = read_by(plugin, source)
     if not table.columns or not table.rows:
         raise LogError("the file has no rows of numbers", remedy=_ROWS_WANTED, where=table.name)
     table = unwoven(with_whole_stamps(table))
@@ -138,23 +146,36 @@ def _digest_of_files(log: Path, reader: LogReader) -> str:
     return digest.hexdigest()
 
 
-def recordings_in(path: str | Path) -> list[str]:
+def recordings_in(path: str | Path, variable: str | None = None) -> list[str]:
     """Names of the recordings that a file holds beside each other; none where it is a recording itself.
 
+    Args:
+        path: of the file.
+        variable: ``COLUMN=all`` for the rows of each word of a column; anything else: what the file holds.
+
     Raises:
-        LogError: the file cannot be read.
+        LogError: the file cannot be read, or has no such column.
     """
+    group = group_of(variable)
+    if group is not None and wants_each(variable):
+        with placed(Path(path).name):
+            parted = groups_in(read_table(path, variable=group.recording), group.column)
+        return [f"{group.recording}; {name}" if group.recording else name for name in parted]
     file, plugin = _found(path)
     data = b""
     if plugin is None:
         with readable(file):
             data = file.read_bytes()
         plugin, _ = reader_of(data[:HEAD], file.suffix)
+    return _names_in(plugin, LogSource(file, data, ""))
+
+
+def _names_in(plugin: Plugin, source: LogSource) -> list[str]:
     names_of = plugin.of_type(LogReader).recordings
     if names_of is None:
         return []
-    with placed(file.name), plugin.working(f"failed on {file.name}"):
-        return list(names_of(LogSource(file, data, "")))
+    with placed(source.path.name), plugin.working(f"failed on {source.path.name}"):
+        return list(names_of(source))
 
 
 @contextmanager

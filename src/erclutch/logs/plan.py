@@ -309,7 +309,7 @@ class Plan:
                 lines.append(f"{key} = {_text(getattr(told, key))}")
         if told.inputs:
             lines.append(f"inputs = [{', '.join(_text(str(choice.column)) for choice in told.inputs)}]")
-        apart = ("time", "lead", "input")
+        apart = ("time", "lead", "input", "variable")
         for question in self.questions:
             if question.signal in apart:
                 lines += [f"# missing: {_plain(question.short)}", f'# {question.signal} = "..."']

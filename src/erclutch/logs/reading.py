@@ -13,6 +13,7 @@ from erclutch.logs.batches import WHOLE_FILE
 from erclutch.logs.keywords import Window, new_rate, window_of
 from erclutch.logs.plan import Invalid
 from erclutch.logs.resample import resampled
+from erclutch.logs.row_groups import wants_each
 from erclutch.logs.table import Table
 from erclutch.logs.time_window import batches_within, within
 from erclutch.signals.device import DeviceName
@@ -70,7 +71,7 @@ class Reading:
             SettingError: a window or a rate that the log cannot have.
         """
         how = self._how(device)
-        if self.variable != "all":
+        if not wants_each(self.variable):
             try:
                 return [self.finished(read(path, self.mapping, variable=self.variable, table=table, **how))]
             except AlikeRecordingsError:

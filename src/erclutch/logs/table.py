@@ -17,6 +17,19 @@ from erclutch.signals.device import DeviceName
 
 
 @dataclass(frozen=True)
+class WordColumn:
+    """A column of a few words, which part the rows: by material, by test, by direction.
+
+    Attributes:
+        words: each once, in the order of the file.
+        of_row: number of each row's word, shape (n,); -1 for an empty cell.
+    """
+
+    words: tuple[str, ...]
+    of_row: NDArray[np.int32]
+
+
+@dataclass(frozen=True)
 class Table:
     """Columns of numbers as a file holds them.
 
@@ -39,6 +52,7 @@ class Table:
         hollow: columns of the file that hold no number in any row, and were left out.
         path: of the file, as the user gave it; "" for a table that is not of a file.
         breaks: rows above which a text has a blank line or a comment, where these part its rows into a few blocks.
+        words: columns of words that part the rows, by name; none in a table that holds the rows of one word.
     """
 
     name: str
@@ -59,6 +73,7 @@ class Table:
     unreadable: Mapping[str, str] = field(default_factory=dict[str, str])
     hollow: tuple[str, ...] = ()
     breaks: tuple[int, ...] = ()
+    words: Mapping[str, WordColumn] = field(default_factory=dict[str, WordColumn])
 
     @property
     def origin(self) -> str:

@@ -61,7 +61,7 @@ def unwoven(table: Table) -> Table:
     if time:
         columns = {time: at, **columns}
     note = f"the table holds {len(channels)} channels that were sampled at times of their own"
-    return replace(table, columns=columns, clock=clock, breaks=(), notes=(*table.notes, note, *joined.notes))
+    return replace(table, columns=columns, clock=clock, breaks=(), words={}, notes=(*table.notes, note, *joined.notes))
 
 
 def _channels(sparse: Mapping[str, Array], woven_alone: bool) -> list[tuple[Mask, list[str]]] | None:

@@ -21,6 +21,7 @@ from erclutch.logs.keywords import new_rate, options_of, window_of
 from erclutch.logs.mapping import ColumnMap, file_mapping
 from erclutch.logs.planning import plan_of
 from erclutch.logs.reading import Reading
+from erclutch.logs.row_groups import wants_each
 from erclutch.models.adaptive_band import adapted
 from erclutch.models.band import leading
 from erclutch.models.load import load_model
@@ -310,7 +311,7 @@ def _read(
         zero = f"0 {model.units.effort.replace('?', '')}".strip()
         columns = {key: choice for key, choice in chosen.columns.items() if key != signal}
         chosen = replace(chosen, columns=columns, constants={**chosen.constants, signal: zero})
-    if chosen.variable == "all" and isinstance(log, str | Path):
+    if wants_each(chosen.variable) and isinstance(log, str | Path):
         logs = [how.finished(each) for each in read_all(log, chosen, device=device)]
         data = joined([dataset_of(each, device, how.derivative) for each in logs])
         return data, np.arange(data.rows), data.clock.time

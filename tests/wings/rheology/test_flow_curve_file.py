@@ -83,6 +83,38 @@ def test_a_viscosity_becomes_a_stress(written: Written, unit: str, factor: float
     assert "stress = viscosity x shear rate" in file.notes
 
 
+@pytest.mark.parametrize(("name", "factor"), [("Viscosity_cP", 1e3), ("eta_mPas", 1e3), ("viscosity_Pa_s", 1.0)])
+def test_a_unit_at_the_end_of_a_name_is_that_of_a_viscosity(written: Written, name: str, factor: float) -> None:
+    viscosity = [factor * y / x for x, y in zip(RATES, STRESSES, strict=True)]
+    assert holds_the_curve(read_flow_curves(written(rows(RATES, viscosity, head=f"rate,{name}", form="{:.9g}"))))
+
+
+def test_a_slash_behind_an_underscore_is_within_the_unit(written: Written) -> None:
+    viscosity = [1e3 * y / x for x, y in zip(RATES, STRESSES, strict=True)]
+    head = "speed_RPM,SR_1/s,Viscosity_cP,SS_dyne/cm2"
+    text = rows(RATES, RATES, viscosity, [10.0 * y for y in STRESSES], head=head, form="{:.9g}")
+    assert holds_the_curve(read_flow_curves(written(text)))
+
+
+@pytest.mark.parametrize("column", ["sample", "Probe", "direction"])
+def test_points_of_several_words_are_asked_about_and_each_is_a_curve(written: Written, column: str) -> None:
+    lines = [f"{word},{x:.6g},{y:.6g}" for word in ("A", "B 2") for x, y in zip(RATES, STRESSES, strict=True)]
+    path = written(f"{column},rate [1/s],stress [Pa]\n" + "\n".join(lines) + "\nC,1,1\nC,1,1\nC,1,1\n")
+    with pytest.raises(MappingError, match=f"column {column} parts the points into 3: A, B 2, C") as caught:
+        read_flow_curves(path)
+    assert f'--sheet "{column}=all"' in caught.value.remedy
+    file = read_flow_curves(path, sheet=[f"{column}=all"])
+    assert holds_the_curve(file, count=2)
+    assert [curve.label for curve in file.curves] == [f"{column}=A", f"{column}=B 2"]
+    assert holds_the_curve(read_flow_curves(path, sheet=[f"{column}=A"]))
+
+
+def test_what_an_instrument_notes_beside_points_parts_no_curve(written: Written) -> None:
+    status = ["low"] * 3 + ["ok"] * 3
+    text = rows(status, RATES, STRESSES, head="Status,rate [1/s],stress [Pa]")
+    assert holds_the_curve(read_flow_curves(written(text)))
+
+
 def test_other_columns_are_left_out_and_listed(written: Written) -> None:
     viscosity = [1e3 * y / x for x, y in zip(RATES, STRESSES, strict=True)]
     number = [float(i) for i in range(1, 7)]

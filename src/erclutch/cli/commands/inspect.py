@@ -275,7 +275,7 @@ def _table(log: Path, reading: LogOptions) -> Table:
 
     variable = reading.variable
     if reading.each:  # the first that is a log of a device: a sheet of settings may stand before it
-        names = recordings_in(log)
+        names = recordings_in(log, variable)
         variable = next(iter(logs_among(log, names, reading.column_map(), reading.device)), next(iter(names), None))
     with terminal.progress("reading") as bar:
 

@@ -15,7 +15,6 @@ from erclutch.fit.fit_settings import AUTO, Settings
 from erclutch.fit.ladder import Rung, grown, helpful, of_law
 from erclutch.fit.laws.fit_law import fit_structure, refit_near
 from erclutch.fit.log_groups import FEWEST_GROUPS, groups_of
-from erclutch.fit.no_time import in_no_time
 from erclutch.fit.one_field import refuse_field_terms
 from erclutch.fit.one_thread import one_thread
 from erclutch.fit.outcome import AnyOutcome, FitOutcome
@@ -265,7 +264,7 @@ def with_memory(
     base = _plainest_of_the_best(known)
     first_rung = replace(base.model.structure, dynamics=best.model.structure.dynamics)
     with one_thread():
-        rungs = grown(train, first_rung, tuple(train.extras), among=() if in_no_time(train) else None)
+        rungs = grown(train, first_rung, tuple(train.extras), among=() if train.in_no_time else None)
         spare = helpful(train, rungs[-1])  # share of the error that a column would take off, by its name
 
     findings: list[Finding] = []

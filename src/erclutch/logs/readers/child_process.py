@@ -23,7 +23,7 @@ from typing import IO, Any, cast
 import numpy as np
 
 from erclutch.errors import LogError
-from erclutch.logs.readers.budget import MORE, Budget, budget_of
+from erclutch.logs.readers.budget import MORE, RAISED, Budget, budget_of
 from erclutch.signals.array import Array
 
 WALL = 5.0  # times that by the clock: a busy machine is slow, and nothing was seen to wait without using the processor
@@ -60,7 +60,7 @@ def run(module: str, path: Path, *arguments: str, memory: int | None = None, sec
                 command, env=environment, stdin=subprocess.DEVNULL, capture_output=True, timeout=WALL * seconds
             )
         except subprocess.TimeoutExpired:
-            raise _too_long(seconds) from None
+            raise _too_late(WALL * seconds) from None
         if done.returncode == _OUT_OF_TIME:
             raise _too_long(seconds)
         return _answer(Path(folder), done.returncode, done.stderr, memory)
@@ -100,7 +100,9 @@ def stream(
                 child.kill()
                 with suppress(BrokenPipeError):
                     child.stdin.close()
-        if late.is_set() or code == _OUT_OF_TIME:
+        if late.is_set():
+            raise _too_late(WALL * seconds)
+        if code == _OUT_OF_TIME:
             raise _too_long(seconds)
         said.seek(0)
         _answer(Path(folder), code, said.read(), memory)
@@ -143,7 +145,13 @@ def _started(
 
 
 def _too_long(seconds: float) -> LogError:
-    return LogError(f"reading the file takes longer than the {seconds:.3g} s that its size allows", remedy=_DAMAGED)
+    return LogError(f"reading the file takes longer than the {seconds:.3g} s that its size allows", remedy=MORE)
+
+
+def _too_late(seconds: float) -> LogError:
+    """By the clock on the wall, which runs on while a busy machine does something else."""
+    remedy = f"Try again when the machine is less busy, or allow more by the environment: {RAISED}=8192 (MiB)"
+    return LogError(f"reading the file took longer than {seconds:.3g} s", remedy=remedy)
 
 
 def _answer(folder: Path, code: int, stderr: bytes, memory: int) -> Answer:

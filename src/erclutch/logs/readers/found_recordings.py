@@ -24,7 +24,7 @@ from erclutch.logs.labels import name_columns, split_label
 from erclutch.logs.log_reader import LogSource
 from erclutch.logs.readers import child_process
 from erclutch.logs.readers.budget import budget_of
-from erclutch.logs.table import Table
+from erclutch.logs.table import Table, WordColumn
 from erclutch.signals.array import Array
 
 _TIME = re.compile(r"t|time|zeit|tout|timestamps?|time_?s", re.I)
@@ -258,17 +258,24 @@ def table_of_answer(source: LogSource, answer: child_process.Answer) -> Table:
     """What `answer_of_table` made of a table, as that table, with name and digest of the file."""
     arrays, texts = answer
     columns = dict(zip(texts["labels"], arrays, strict=False))
-    clock = arrays[-1] if len(arrays) > len(columns) else None
+    rest = arrays[len(columns) :]
+    words = {
+        name: WordColumn(tuple(found), of_row.astype(np.int32))
+        for (name, found), of_row in zip(texts["words"], rest, strict=False)
+    }
+    clock = rest[-1] if len(rest) > len(words) else None
     others: dict[str, Any] = {key: texts[key] for key in _TEXTS}
     others["notes"] = tuple(texts["notes"])
-    return Table(source.name, columns, digest=source.digest, clock=clock, **others)
+    return Table(source.name, columns, digest=source.digest, clock=clock, words=words, **others)
 
 
 def answer_of_table(table: Table) -> child_process.Answer:
-    """A table as a child sends it: vectors, the clock last, and texts."""
+    """A table as a child sends it: vectors, those of words and the clock last, and texts."""
     clock = [] if table.clock is None else [table.clock]
+    parting = [column.of_row.astype(np.float64) for column in table.words.values()]
     texts: dict[str, Any] = {"labels": list(table.columns), **{key: getattr(table, key) for key in _TEXTS}}
-    return [*table.columns.values(), *clock], texts
+    texts["words"] = [(name, column.words) for name, column in table.words.items()]
+    return [*table.columns.values(), *parting, *clock], texts
 
 
 def answer_of(path: str, reader: str, variable: str) -> child_process.Answer:

@@ -25,6 +25,7 @@ from erclutch.logs.readers.budget import Budget
 from erclutch.logs.readers.found_recordings import JOINT, Found, choose, joined_by_time, names_by
 from erclutch.logs.readers.json_layout import flat
 from erclutch.logs.readers.text_bytes import DAMAGE
+from erclutch.logs.row_groups import parting_note, words_of
 from erclutch.logs.table import Table
 from erclutch.signals.array import Array
 
@@ -178,7 +179,11 @@ def _table(source: LogSource, columns: Mapping[str, list[Any]], places: list[str
     if not numbers and unreadable:
         raise LogError(next(iter(unreadable.values())), remedy="Log numbers only", where=source.name)
     names, units, renamed = name_columns(list(numbers))
-    left_out = [f"column {name} holds no numbers ({problem}): left out" for name, problem in unreadable.items()]
+    words = words_of({name: texts[name] for name in texts if name in unreadable})
+    left_out = [
+        parting_note(name, words[name]) if name in words else f"column {name} holds no numbers ({problem}): left out"
+        for name, problem in unreadable.items()
+    ]
     return Table(
         name=source.name,
         columns=dict(zip(names, numbers.values(), strict=True)),
@@ -188,6 +193,7 @@ def _table(source: LogSource, columns: Mapping[str, list[Any]], places: list[str
         clock_name=clock_name,
         notes=(*notes, *left_out, *renamed),
         unreadable=unreadable,
+        words=words,
     )
 
 

@@ -33,6 +33,7 @@ from erclutch.logs.readers.dialect import (
 from erclutch.logs.readers.numerals import SWITCHES, grouped_by_blanks, ungrouped, weigh
 from erclutch.logs.readers.text_bytes import DAMAGE, ToldBytes, decode, hidden_character, opened, text_size, unbroken
 from erclutch.logs.readers.text_tables import read_tables
+from erclutch.logs.row_groups import parting_note, words_of
 from erclutch.logs.table import Table
 from erclutch.signals.array import Array
 
@@ -203,13 +204,14 @@ def _table(frame: pd.DataFrame, body: str, dialect: Dialect, source: LogSource, 
             columns[label] = values
 
     clock_name, clock = dates.clock_of(texts)
+    words = words_of(texts)
     for label, cells in texts.items():
         if label in (clock_name, *clock_name.split(" and ")):
             continue
         present = cells.dropna()
         first = str(present.iloc[0]).strip()[:30] if len(present) else ""
         unreadable[label] = f"column {label} holds text ({first!r}) in {len(present)} of {len(cells)} rows"
-        notes.append(f"{unreadable[label]}: left out")
+        notes.append(parting_note(label, words[label]) if label in words else f"{unreadable[label]}: left out")
     if unreadable and not columns:
         raise LogError(next(iter(unreadable.values())), remedy=_CORRECT)
     notes += [f"column {label} is left out: {problem}" for label, problem in unreadable.items() if label not in texts]
@@ -239,6 +241,7 @@ def _table(frame: pd.DataFrame, body: str, dialect: Dialect, source: LogSource, 
         unreadable=unreadable,
         hollow=tuple(hollow),
         breaks=_breaks(body),
+        words=words,
     )
 
 

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from erclutch.report.notebook import Card
     from erclutch.report.plots.plot_description import Plot
 
+FEWEST_POINTS = 4  # of a curve
 _STRETCHES = 5  # of rates, each held out once
 _NO_DIFFERENCE = 1e-12  # of two mean squares of ln(stress): below the rounding of a fit
 _NEAR = 1.5  # of the best error: a law beyond that is no match for the best
@@ -162,10 +163,9 @@ def fit_flow_curve(curve: FlowCurve, law_name: str) -> FlowFit:
 
 
 def _require_positive_points(curve: FlowCurve) -> None:
-    if curve.rate.size < 4:
-        raise CheckError(
-            f"{curve.rate.size} points, at least 4 are needed", where=curve.label, remedy="Measure more rates"
-        )
+    if curve.rate.size < FEWEST_POINTS:
+        problem = f"{curve.rate.size} points, at least {FEWEST_POINTS} are needed"
+        raise CheckError(problem, where=curve.label, remedy="Measure more rates")
     for name, values in (("shear rate", curve.rate), ("shear stress", curve.stress)):
         bad = ~(np.isfinite(values) & (values > 0))
         if bad.any():

@@ -8,19 +8,22 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 
-from erclutch.errors import ErclutchError, LogError, MappingError, SettingError, placed
+from erclutch.errors import ErclutchError, LogError, MappingError, SettingError, placed, shell_word
 from erclutch.logs import read_table, recordings_in
-from erclutch.logs.table import Table
+from erclutch.logs.row_groups import EACH, group_of, wants_each
+from erclutch.logs.table import Table, listed
 from erclutch.signals.array import Array
-from erclutch.wings.rheology.flow_curve import FlowCurve
+from erclutch.wings.rheology.flow_curve import FEWEST_POINTS, FlowCurve
 from erclutch.wings.rheology.flow_plan import CurvePlan, FlowPlan, oscillation, plan_of, require_several_rates
 
 #: What instruments write for a point that they could not measure.
 _SENTINELS = (-9999.0, -999.0, -99.0, 9999.0, 99999.0, 999999.0)
+_FEWEST_RATES = 3  # of a sweep
 _FAINT = 0.02  # of the largest stress: a stress of the wrong sign below it is noise
 
 
@@ -46,7 +49,8 @@ def read_flow_curves(
         path: a log file of any format that `erclutch.read` knows.
         shear_rate: the column of shear rates, with its unit; None: by name and unit.
         stress: the columns of shear stresses or viscosities; none: by name and unit.
-        sheet: which sheets or tests of the file, by name or by number from 1; none: all that hold a flow curve.
+        sheet: which sheets or tests of the file, by name or by number from 1, or ``COLUMN=WORD`` for the rows in which
+            a column has a word (``COLUMN=all``: of each word); none: all that hold a flow curve.
 
     Raises:
         LogError: the file cannot be read, or holds no flow curve.
@@ -54,8 +58,8 @@ def read_flow_curves(
         SettingError: no such test.
     """
     with placed(str(path)):
-        names = recordings_in(path)
-        chosen = _chosen(names, sheet)
+        chosen = _chosen(path, sheet)
+        each_named = bool(sheet) and not any(wants_each(test) for test in sheet)
         curves: list[FlowCurve] = []
         notes: list[str] = []
         refused: list[ErclutchError] = []
@@ -64,14 +68,19 @@ def read_flow_curves(
                 table = read_table(path, variable=name or None)
                 plan = plan_of(table, shear_rate, stress)
                 require_several_rates(plan, table)
+                _require_one_sample(plan, table)
             except (LogError, MappingError) as error:
                 # A sheet of remarks or an oscillation beside the flow curves ends nothing, a file of them alone does.
-                if len(chosen) == 1 or sheet:
+                if len(chosen) == 1 or each_named:
                     raise
                 refused.append(error)
                 notes.append(f"{name}: no flow curve ({error.problem})")
                 continue
             found, told = curves_of(plan, table, name)
+            short = [curve for curve in found if curve.rate.size < FEWEST_POINTS]
+            if short and not each_named and len(chosen) > 1:  # a word of a few points beside curves
+                notes.append(f"{name}: {short[0].rate.size} points, at least {FEWEST_POINTS} are needed: left out")
+                continue
             curves += found
             notes += [f"{name}: {note}" if name else note for note in (*table.notes, *plan.notes, *told)]
         if not curves:
@@ -81,12 +90,16 @@ def read_flow_curves(
         return FlowFile(tuple(curves), tuple(notes))
 
 
-def _chosen(names: Sequence[str], tests: Sequence[str]) -> list[str]:
+def _chosen(path: str | Path, tests: Sequence[str]) -> list[str]:
     """Names of the recordings to read; "" for a file that is one recording."""
+    names = recordings_in(path)
     if not tests:
         return list(names) or [""]
     chosen: list[str] = []
     for test in tests:
+        if test not in names and group_of(test):  # rows that a column parts
+            chosen += recordings_in(path, test) if wants_each(test) else [test]
+            continue
         numbered = test.isdecimal() and test not in names and 1 <= int(test) <= len(names)
         name = names[int(test) - 1] if numbered else test
         if name not in names:
@@ -94,6 +107,28 @@ def _chosen(names: Sequence[str], tests: Sequence[str]) -> list[str]:
             raise SettingError(f"there is no test {test!r}", where="--sheet", remedy=f"Choose from {listed}")
         chosen.append(name)
     return chosen
+
+
+def _require_one_sample(plan: FlowPlan, table: Table) -> None:
+    """Refuse rows that a column of words parts into several sweeps over the same rates: they are several curves.
+
+    What an instrument notes beside single points, such as that a stress is below its range, parts no sweep.
+
+    Raises:
+        MappingError: there is such a column.
+    """
+    rate = table.columns[plan.curves[0].rate.name]
+    for name, column in table.words.items():
+        sweeps = [rate[(column.of_row == number) & np.isfinite(rate)] for number in range(len(column.words))]
+        ends = sorted((sweep.min(), sweep.max()) for sweep in sweeps if np.unique(sweep).size >= _FEWEST_RATES)
+        if not any(low < before for (_, before), (low, _) in pairwise(ends)):
+            continue
+        one, each = (f"--sheet {shell_word(f'{name}={word}')}" for word in (column.words[0], EACH))
+        raise MappingError(
+            f"column {name} parts the points into {len(column.words)}: {listed(column.words, 6)}",
+            where=table.name,
+            remedy=f"Take each as a curve: {each}; or one: {one}",
+        )
 
 
 def curves_of(plan: FlowPlan, table: Table, test: str = "") -> tuple[list[FlowCurve], list[str]]:

@@ -16,7 +16,7 @@ from typing import Literal
 import numpy as np
 
 from erclutch.errors import MappingError, UnitError, shell_word
-from erclutch.logs.labels import split_label
+from erclutch.logs.labels import split_end, split_label
 from erclutch.logs.table import Table
 from erclutch.signals.array import Mask
 from erclutch.signals.units import parse
@@ -270,18 +270,24 @@ def _said_by_unit(unit: str | None) -> Role:
     return "other"
 
 
+def _unit(table: Table, name: str) -> str | None:
+    """The unit of a column in its file, or the end of its name (``Viscosity_cP``) where that measures a flow curve."""
+    end = split_end(name)[1]
+    return table.units.get(name) or (end if end and _said_by_unit(end) in _SI else None)
+
+
 def _role(table: Table, name: str) -> Role:
     """The role of a column by name and unit.
 
     Raises:
         UnitError: the name and the unit of a column speak of two roles.
     """
-    named, measured = _said_by_name(name), _said_by_unit(table.units.get(name))
+    named, measured = _said_by_name(name), _said_by_unit(_unit(table, name))
     if named in ("unknown", measured) or measured == "unknown":
         return measured if named == "unknown" else named
     if named == "other" or measured == "other":
-        return "other" if named == "other" or table.units.get(name) else named
-    unit = table.units[name]
+        return "other" if named == "other" or _unit(table, name) else named
+    unit = _unit(table, name)
     raise UnitError(
         f"the column {name!r} is {_MEANING[named]} by its name and {_MEANING[measured]} by its unit [{unit}]",
         where=table.name,
@@ -292,7 +298,7 @@ def _role(table: Table, name: str) -> Role:
 def _is_viscosity(table: Table, name: str, asked: dict[str, str]) -> bool:
     """Whether a column that was asked for as a stress is a viscosity by its unit, or by its name without one."""
     unit = split_label(asked[name])[1] if name in asked else None
-    unit = unit or table.units.get(name)
+    unit = unit or _unit(table, name)
     return _said_by_unit(unit) == "viscosity" if unit else _said_by_name(name) == "viscosity"
 
 
@@ -303,7 +309,7 @@ def _distinct(table: Table, names: Sequence[str]) -> list[str]:
         for place, name in enumerate(names)
         if not any(
             name.startswith(other)
-            and table.units.get(name) == table.units.get(other)
+            and _unit(table, name) == _unit(table, other)
             and np.allclose(table.columns[name], table.columns[other], rtol=1e-6, atol=0.0, equal_nan=True)
             for other in names[:place]
         )
@@ -314,8 +320,8 @@ def _rises(table: Table, rate: str, name: str) -> bool:
     """Whether a column without a known name grows with the rate, as every stress of a flow curve does."""
     x, y = np.abs(table.columns[rate]), np.abs(table.columns[name])
     known = np.isfinite(x) & np.isfinite(y)
-    if table.units.get(name) or known.sum() < 3:
-        return not table.units.get(name)
+    if _unit(table, name) or known.sum() < 3:
+        return not _unit(table, name)
     ranks = [np.argsort(np.argsort(values[known])) for values in (x, y)]
     return bool(np.corrcoef(ranks[0], ranks[1])[0, 1] > 0.5) if np.ptp(y[known]) > 0 else True
 
@@ -340,7 +346,7 @@ def _flow_column(table: Table, name: str, role: Quantity, asked: dict[str, str])
         UnitError: the unit is unknown, or of another quantity.
     """
     given = split_label(asked[name])[1] if name in asked else None
-    unit = given or table.units.get(name)
+    unit = given or _unit(table, name)
     if unit is None:
         return FlowColumn(name, _SI[role], 1.0, f"no unit, taken for {_SI[role]}")
     if _said_by_unit(unit) != role:

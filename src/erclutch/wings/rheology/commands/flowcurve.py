@@ -43,7 +43,8 @@ def flowcurve(
         laws: Which laws to fit. Default: all laws that have a meaning at one field.
         shear_rate: The column of shear rates with its unit, such as "D [1/min]". Default: by name and unit.
         stress: Columns of shear stress or viscosity with their units, such as "tau [kPa]". Default: by name and unit.
-        sheet: Sheets or tests of the file, by name or number. Default: all that hold a flow curve.
+        sheet: Sheets or tests of the file, by name or number, or the rows that a column of words parts: "material=all"
+            for a curve of each word. Default: all that hold a flow curve.
         parameters: Also print the chosen law's parameters with intervals.
         json: Print everything as JSON.
     """

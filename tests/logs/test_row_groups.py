@@ -1,0 +1,163 @@
+"""Logs and curves of one file that a column of words tells apart: by material, by trial, by direction."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from erclutch.errors import LogError
+from erclutch.logs import ColumnMap, plan_of, read, read_all, read_table, recordings_in
+from erclutch.logs.row_groups import Group, group_of, wants_each
+from tests.support.command import run
+
+SPEEDS = [10.0 * k for k in range(1, 13)]
+
+
+def points_of(words: list[str], column: str = "material") -> str:
+    """A curve of torque over speed for each word; that of the second is twice that of the first, and so on."""
+    lines = [f"{column},current [A],speed [rpm],torque [Nm]"]
+    for number, word in enumerate(words, start=1):
+        lines += [f"{word},0.5,{speed:g},{number * (0.3 + 0.001 * speed):.6g}" for speed in SPEEDS]
+    return "\n".join(lines) + "\n"
+
+
+def trials_of(words: list[str], column: str = "trial", restarts: bool = True) -> str:
+    """A log for each word; their times restart, or go on."""
+    lines = [f"{column},t [s],current [A],speed [rpm],torque [Nm]"]
+    for number, word in enumerate(words):
+        for k in range(40):
+            t = 0.01 * (k if restarts else k + 40 * number)
+            lines.append(f"{word},{t:.2f},{1 + 0.1 * number:g},{60 * np.sin(20 * t):.4f},{2 * np.sin(20 * t):.4f}")
+    return "\n".join(lines) + "\n"
+
+
+def written(folder: Path, text: str, name: str = "log.csv") -> Path:
+    path = folder / name
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+@pytest.mark.parametrize(
+    ("variable", "group"),
+    [
+        ("material=steel", Group(None, "material", "steel")),
+        ("Sheet 1; material=steel", Group("Sheet 1", "material", "steel")),
+        ("material=all", Group(None, "material", "all")),
+        ("trial = 2 A", Group(None, "trial", "2 A")),
+        ("all", None),
+        ("steel", None),
+        ("material=", None),
+        ("=steel", None),
+        (None, None),
+    ],
+)
+def test_a_group_is_named_by_its_column_and_its_word(variable: str | None, group: Group | None) -> None:
+    assert group_of(variable) == group
+
+
+def test_all_and_all_of_a_column_want_each() -> None:
+    assert [wants_each(each) for each in ("all", "material=all", "material=steel", "Sheet 1", None)] == [
+        *(True, True, False, False, False),
+    ]
+
+
+@pytest.mark.parametrize(
+    ("column", "words", "proposed"),
+    [
+        ("material", ["steel", "brass", "PTFE"], "material=steel"),
+        ("oil", ["A 32", "B 46"], "oil=A 32"),
+        ("direction", ["up", "down"], "direction=all"),
+        ("test", ["Versuch 1", "Versuch 2"], "test=all"),
+    ],
+)
+def test_points_of_several_words_are_asked_about(tmp_path: Path, column: str, words: list[str], proposed: str) -> None:
+    path = written(tmp_path, points_of(words, column))
+    plan = plan_of(read_table(path), ColumnMap())
+    asked = {question.signal: question for question in plan.questions}
+    assert words[0] in asked["variable"].problem
+    assert plan.examples[-1] == f'--variable "{proposed}"'
+
+
+@pytest.mark.parametrize("column", ["trial", "run", "Versuch"])
+def test_logs_whose_times_restart_with_each_word_are_asked_about(tmp_path: Path, column: str) -> None:
+    path = written(tmp_path, trials_of(["a", "b", "c"], column))
+    plan = plan_of(read_table(path), ColumnMap())
+    assert [question.signal for question in plan.questions] == ["variable"]
+    logs = read_all(path, ColumnMap.from_options({"variable": f"{column}=all"}))
+    assert [log.rows for log in logs] == [40, 40, 40]
+    assert [float(log.signals["field"][0]) for log in logs] == [1.0, 1.1, 1.2]
+
+
+def test_words_beside_one_course_of_time_ask_nothing(tmp_path: Path) -> None:
+    table = read_table(written(tmp_path, trials_of(["idle", "load"], "state", restarts=False)))
+    plan = plan_of(table, ColumnMap())
+    assert not plan.questions
+    assert 'column state parts the rows by 2 words: --variable "state=idle" takes those of one' in plan.notes
+
+
+@pytest.mark.parametrize("cells", [["r1", "r2", "r3"] * 12, ["same"] * 36, ["ok"] * 30 + ["odd"] * 1 + [""] * 5])
+def test_remarks_and_names_part_no_rows_unless_their_words_repeat(tmp_path: Path, cells: list[str]) -> None:
+    lines = [f"{cell},{k / 100},{np.sin(k):.3f}" for k, cell in enumerate(cells)]
+    table = read_table(written(tmp_path, "remark,t [s],torque [Nm]\n" + "\n".join(lines) + "\n"))
+    distinct = {cell for cell in cells if cell}
+    assert bool(table.words) == (len(distinct) > 1 and len(cells) >= 3 * len(distinct))
+
+
+def test_the_rows_of_a_word_are_a_log_and_count_only_their_own(tmp_path: Path) -> None:
+    path = written(tmp_path, points_of(["steel", "brass"]))
+    log = read(path, variable="material=brass", time="none")
+    assert log.rows == len(SPEEDS)
+    assert np.allclose(log.signals["effort"], [2 * (0.3 + 0.001 * speed) for speed in SPEEDS])
+    assert f"rows where material is brass: {len(SPEEDS)} of {2 * len(SPEEDS)} rows" in log.notes
+
+
+def test_numbers_part_rows_where_their_column_is_named(tmp_path: Path) -> None:
+    path = written(tmp_path, points_of(["1", "2", "3"], "cell"))
+    assert recordings_in(path, "cell=all") == ["cell=1", "cell=2", "cell=3"]
+    assert read_table(path, variable="cell=2").rows == len(SPEEDS)
+
+
+@pytest.mark.parametrize(
+    ("variable", "problem"),
+    [
+        ("material=wood", "no row has material 'wood' (there are: steel, brass)"),
+        ("metal=steel", "there is no column 'metal' whose words part the rows"),
+    ],
+)
+def test_a_word_or_a_column_that_is_not_there_is_told_with_those_that_are(
+    tmp_path: Path, variable: str, problem: str
+) -> None:
+    path = written(tmp_path, points_of(["steel", "brass"]))
+    with pytest.raises(LogError, match=r"--variable|Choose from") as caught:
+        read_table(path, variable=variable)
+    assert caught.value.problem == problem
+
+
+def test_words_of_json_lines_part_the_rows(tmp_path: Path) -> None:
+    lines = [f'{{"material": "{word}", "speed": {speed}, "torque": 1}}' for word in "ab" for speed in SPEEDS]
+    path = written(tmp_path, "\n".join(lines) + "\n", "log.jsonl")
+    assert read_table(path, variable="material=b").rows == len(SPEEDS)
+
+
+def test_words_of_a_sheet_part_its_rows(tmp_path: Path) -> None:
+    openpyxl = pytest.importorskip("openpyxl")
+    book = openpyxl.Workbook()
+    for line in points_of(["steel", "brass"]).splitlines():
+        book.active.append([float(cell) if cell[0].isdigit() else cell for cell in line.split(",")])
+    path = tmp_path / "log.xlsx"
+    book.save(path)
+    assert recordings_in(path, "material=all") == ["material=steel", "material=brass"]
+    table = read_table(path, variable="material=brass")
+    assert np.allclose(table.columns["torque"], [2 * (0.3 + 0.001 * speed) for speed in SPEEDS])
+
+
+def test_inspect_ends_in_the_command_that_settles_it(tmp_path: Path) -> None:
+    path = written(tmp_path, trials_of(["a", "b"]))
+    done = run("inspect", path)
+    assert done.code == 1
+    assert done.out.strip().splitlines()[-1].endswith('--variable "trial=all"')
+    again = run("inspect", path, "--variable", "trial=all")
+    assert again.code == 0
+    assert "--variable trial=all --out RUN" in again.out
