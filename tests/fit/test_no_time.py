@@ -70,8 +70,8 @@ def test_points_held_out_lie_within_the_speeds_and_at_all_fields(levels: int, sh
     held = hold_out(data, share)
     slip, field = data.elements[0].slip, data.elements[0].field
     assert held.mean() == pytest.approx(share, abs=0.03)
-    assert slip[~held].min() < slip[held].min()
-    assert slip[held].max() < slip[~held].max()
+    assert slip[~held].min() <= slip[held].min()
+    assert slip[held].max() <= slip[~held].max()
     assert np.ptp(slip[held]) > 0.75 * np.ptp(slip)
     for level in np.unique(field):
         assert held[field == level].mean() == pytest.approx(share, abs=0.1)

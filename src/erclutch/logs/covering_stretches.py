@@ -46,15 +46,15 @@ def covering(elements: Sequence[Element], start: int, stop: int) -> Mask:
 def spread_points(elements: Sequence[Element], start: int, stop: int, share: float) -> Mask:
     """A share of the points [start, stop) of a table, spread over their slips, shape (n,) over all rows.
 
-    A table is sorted by its speeds, so that its last rows are speeds that no other row has. The points of the smallest
-    and of the largest slip are never held out.
+    A table is sorted by its speeds, so that its last rows are speeds that no other row has. A point of the
+    smallest and of the largest slip each is never held out.
     """
     mask = np.zeros(elements[0].field.size, np.bool_)
     keys = [values[start:stop] for element in elements for values in (element.field, element.slip)]
     ordered = start + np.lexsort(keys)[1:-1]  # by slip, then by field
     # Steps by the golden ratio never fall in with a period of the table, such as one of three fields.
     place = np.modf(np.arange(1, ordered.size + 1) * _GOLDEN)[0]
-    mask[ordered[place < share]] = True
+    mask[ordered[np.argsort(place)[: round(share * (stop - start))]]] = True
     return mask
 
 
