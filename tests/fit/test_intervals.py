@@ -52,7 +52,7 @@ def test_without_an_order_the_textbook(seed: int, p: int, spare: int, decades: f
 def test_without_an_order_the_quantile_is_students(rows: int) -> None:
     rng = np.random.default_rng(rows)
     found = uncertainty(rng.normal(size=(rows, 3)), rng.normal(size=rows), ordered=False)
-    assert np.isclose(found.quantile, student.ppf(0.975, rows - 3), rtol=1e-3)
+    assert np.allclose(found.quantile, student.ppf(0.975, rows - 3), rtol=1e-3)
 
 
 def test_white_residuals_in_time_are_about_the_textbook() -> None:
@@ -79,8 +79,28 @@ def test_coverage_of_a_mean(rho: float, least: float) -> None:
     hits = 0
     for y in noise:
         found = uncertainty(np.ones((y.size, 1)), y - y.mean(), ordered=True)
-        hits += int(abs(y.mean()) <= found.quantile * found.errors[0])
+        hits += int(abs(y.mean()) <= found.quantile[0] * found.errors[0])
     assert least <= hits / len(noise) <= 0.985
+
+
+def test_what_few_rows_tell_has_a_wider_interval() -> None:
+    """Two bursts of ten rows tell the slope; all 1500 rows tell the mean."""
+    rng = np.random.default_rng(11)
+    x = np.zeros(1500)
+    x[300:310] = x[900:910] = 1.0
+    jacobian = np.column_stack([np.ones_like(x), x])
+    hits = naive = 0
+    runs = 200
+    for _ in range(runs):
+        e = rng.normal(size=x.size)
+        c = np.linalg.lstsq(jacobian, e)[0]
+        found = uncertainty(jacobian, e - jacobian @ c, ordered=True)
+        assert found.quantile[0] < 2.05
+        assert found.quantile[1] > 2.5
+        hits += int(abs(c[1]) <= found.quantile[1] * found.errors[1])
+        naive += int(abs(c[1]) <= found.quantile[0] * found.errors[1])
+    assert hits / runs > 0.85
+    assert naive < hits
 
 
 @pytest.mark.slow
@@ -94,8 +114,8 @@ def test_coverage_of_a_slope_on_a_slow_regressor() -> None:
         c = np.linalg.lstsq(jacobian, e)[0]
         residual = e - jacobian @ c
         found, plain = (uncertainty(jacobian, residual, ordered=o) for o in (True, False))
-        hits += int(abs(c[1]) <= found.quantile * found.errors[1])
-        naive += int(abs(c[1]) <= plain.quantile * plain.errors[1])
+        hits += int(abs(c[1]) <= found.quantile[1] * found.errors[1])
+        naive += int(abs(c[1]) <= plain.quantile[1] * plain.errors[1])
     assert 0.90 <= hits / runs <= 0.985
     assert naive / runs < 0.6  # what is avoided
 
@@ -219,7 +239,7 @@ def test_nothing_to_fit_is_perfectly_known() -> None:
     rng = np.random.default_rng(14)
     jacobian = rng.normal(size=(60, 3))
     found = intervals.unknown(jacobian)
-    assert (found.rank, found.bandwidth, found.quantile) == (3, 1, 1.96)
+    assert (found.rank, found.bandwidth, found.quantile.tolist()) == (3, 1, [1.96] * 3)
     assert found.condition == pytest.approx(np.linalg.cond(jacobian / np.linalg.norm(jacobian, axis=0)))
     assert np.isnan(found.errors).all()
     same = np.column_stack([jacobian, jacobian[:, 0]])

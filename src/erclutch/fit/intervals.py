@@ -27,7 +27,7 @@ class Uncertainty:
     Attributes:
         errors: standard error a parameter, shape (p,); infinite where the data do not identify it.
         covariance: shape (p, p); rows of unidentified parameters are infinite.
-        quantile: half width of the 95 % interval in standard errors.
+        quantile: half width of the 95 % interval in standard errors, a parameter, shape (p,).
         rank: numerical rank of the Jacobian, columns scaled to one.
         condition: ratio of its largest and smallest singular value.
         bandwidth: of the long-run covariance, in rows, after whitening; 1 where rows have no order.
@@ -35,7 +35,7 @@ class Uncertainty:
 
     errors: Array
     covariance: Array
-    quantile: float
+    quantile: Array
     rank: int
     condition: float
     bandwidth: int
@@ -53,7 +53,7 @@ def unknown(jacobian: Array, rows: int | None = None) -> Uncertainty:
     return Uncertainty(
         errors=np.full(p, np.nan),
         covariance=np.full((p, p), np.nan),
-        quantile=1.96,
+        quantile=np.full(p, 1.96),
         rank=rank,
         condition=_condition(s, rank, p),
         bandwidth=1,
@@ -83,6 +83,7 @@ def uncertainty(jacobian: Array, residual: Array, *, ordered: bool) -> Uncertain
     lost = (np.linalg.norm(nowhere, axis=0) > 1e-6) | (norms == 0)
 
     freedom = max(n - p, 1.0)
+    share = np.zeros(p)  # of what tells a parameter, within one bandwidth
     if ordered and n > 4 * p + 40:
         # What each row adds to the error of each parameter, scaled to one: sums of scores would cancel each other.
         added = (q @ inverse.T) * residual[:, None]
@@ -94,6 +95,7 @@ def uncertainty(jacobian: Array, residual: Array, *, ordered: bool) -> Uncertain
         independent = max(n / alike, 2.0 * p)
         freedom = max(independent - p, 1.0)
         covariance = middle * np.outer(scale, scale) * (independent / freedom)
+        share = _told_at_once(q @ inverse.T, bandwidth)
     else:
         covariance = inverse @ inverse.T * float(residual @ residual) / freedom
         bandwidth = 1
@@ -101,7 +103,6 @@ def uncertainty(jacobian: Array, residual: Array, *, ordered: bool) -> Uncertain
     covariance[lost, :] = np.inf
     covariance[:, lost] = np.inf
     variances = np.maximum(np.diag(covariance), 0.0)
-    share = bandwidth / n if bandwidth > 1 else 0.0  # of the rows
     return Uncertainty(
         errors=np.sqrt(variances),
         covariance=covariance,
@@ -209,7 +210,22 @@ def _bartlett(scores: Array, bandwidth: int) -> Array:
     return windows.T @ windows / bandwidth
 
 
-def _quantile(freedom: float, share: float) -> float:
+def _told_at_once(influence: Array, bandwidth: int) -> Array:
+    """Share of what tells a parameter that lies within one bandwidth, shape (p,).
+
+    The bandwidth is such a share of the rows where all rows tell a parameter alike. What few rows tell, as the slip
+    over which friction turns, has as few scores to estimate a variance by.
+
+    Args:
+        influence: how much the residual of a row moves each parameter, shape (n, p).
+        bandwidth: in rows.
+    """
+    square = influence**2
+    told = square / np.maximum(square.sum(axis=0), np.finfo(float).tiny)
+    return np.diag(_bartlett(told, bandwidth))
+
+
+def _quantile(freedom: float, share: Array) -> Array:
     """Kiefer and Vogelsang's polynomial for a bandwidth that is such a share of the rows, wider as Student's t is."""
     from scipy.special import stdtrit
 

@@ -238,7 +238,7 @@ class FlowLaw:
                 shift = -float(np.log(self.reference))
                 variance = covariance[i, i] + shift**2 * covariance[index, index] + 2 * shift * covariance[i, index]
                 middle += float(minimum.point[index]) * shift
-                half_width = spread.quantile * float(np.sqrt(variance))
+                half_width = float(spread.quantile.max(initial=0.0)) * float(np.sqrt(variance))
                 unit = "Pa*s^m"
                 meaning = "consistency: viscous stress at 1 1/s"
 
