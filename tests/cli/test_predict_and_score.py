@@ -252,3 +252,15 @@ def test_in_python_columns_are_said_to_predict_and_score_as_to_read(place: Path)
     assert not np.isclose(part["rmse"][0], erclutch.score(place / "run", log)["rmse"][0], rtol=1e-6)
     with pytest.raises(erclutch.ErclutchError, match=r"Did you mean field\?"):
         erclutch.predict(model, log, feild="u [V]")
+
+
+def test_a_log_that_moves_otherwise_is_told(place: Path, tmp_path: Path) -> None:
+    columns = pd.read_csv(place / "two.csv")
+    columns["t [s]"] *= 6.0
+    columns.to_csv(tmp_path / "slow.csv", index=False)
+    for command in (("score",), ("predict", "--out", tmp_path / "p.csv")):
+        code, said, warned = run(*command, tmp_path / "slow.csv", "--run", place / "run", cwd=tmp_path)
+        assert code == 0
+        assert "slow.csv moves more slowly than every training log" in " ".join((said + warned).split())
+    _, said, warned = run("score", place / "two.csv", "--run", place / "run", cwd=tmp_path)
+    assert "than every training log" not in said + warned

@@ -176,10 +176,31 @@ def _by_training_rows(comparison: Comparison, chosen: RankedModel, unit: str) ->
     if least != chosen.name:
         of_least = number(known[least].value)
         place = f"{comparison.called(least)}, by {of_least}, which is no more than these rows can tell or 5 % less"
+    over_physics = f" {why}" if (why := worth_its_freedom(comparison)) else ""
     return (
         f"Recommended: {called} ({chosen.outcome.parameters} parameters). The training rows chose it: with "
-        f"{comparison.chosen_by} left out in turn it errs by {number(known[chosen.name].value)} {unit}, {place}. The "
-        f"rows held out chose nothing: there it errs by {number(chosen.test.rmse.value)} {unit}."
+        f"{comparison.chosen_by} left out in turn it errs by {number(known[chosen.name].value)} {unit}, {place}."
+        f"{over_physics} The rows held out chose nothing: there it errs by {number(chosen.test.rmse.value)} {unit}."
+    )
+
+
+def worth_its_freedom(comparison: Comparison) -> str:
+    """Why a model with a network goes before the best one with more physics; empty where there is none in question.
+
+    `fit.validation` recommends a freer model only where both hold.
+    """
+    chosen = comparison.entry(comparison.recommended)
+    bound: dict[str, float] = {}
+    for entry in comparison.entries:
+        if entry.validation is not None and entry.outcome.freedom < chosen.outcome.freedom:
+            bound[entry.name] = entry.validation.value
+    if chosen.validation is None or not bound:
+        return ""
+    nearest = min(bound, key=lambda name: bound[name])
+    unit = comparison.data.units.effort.replace("?", "")
+    return (
+        f"The best model with more physics, {comparison.called(nearest)}, errs by {number(bound[nearest])} {unit} "
+        f"over the same parts: clearly more, and nowhere less by over 1 %."
     )
 
 

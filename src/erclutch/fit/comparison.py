@@ -23,6 +23,7 @@ from erclutch.fit.log_zeros import log_differences
 from erclutch.fit.no_time import NO_MEMORY
 from erclutch.fit.one_thread import one_thread
 from erclutch.fit.outcome import AnyOutcome
+from erclutch.fit.pace import motion_held_out
 from erclutch.fit.past_samples import past_finding
 from erclutch.fit.ranking import RankedModel, judged_by_training, scored, with_bands, with_sensor
 from erclutch.fit.scoring import recommend
@@ -141,7 +142,7 @@ def compare(
     settings = settings or Settings()
     test = hold_out(data, settings.test)
     train = data.take(~test)
-    findings = check(data, test) + past_finding(settings.past, data)
+    findings = check(data, test) + past_finding(settings.past, data) + motion_held_out(data, test)
     if settings.lag == AUTO and data.in_no_time:
         findings += (NO_MEMORY,)
     elif settings.lag == AUTO and steady_command(train) and not data.one_field:

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from erclutch.errors import SettingError
+from erclutch.fit.pace import told as motion_told
 from erclutch.fit.prediction_bands import Coverage, coverage
 from erclutch.fit.scoring import Score
 from erclutch.fit.scoring import score as scored
@@ -27,6 +28,7 @@ from erclutch.models.band import leading
 from erclutch.models.load import load_model
 from erclutch.models.model import Model, held_window, margins
 from erclutch.runs.run_folder import FINAL, Run, read_run
+from erclutch.runs.run_rows import read_rows
 from erclutch.signals.array import Array, Mask
 
 if TYPE_CHECKING:
@@ -263,6 +265,14 @@ def band_ends(data: Dataset, model: Model, effort: Array, sensor: bool) -> tuple
         low = np.where(unlike, np.nan, low)
         high = np.where(unlike, np.nan, high)
     return low, high
+
+
+def motion_unlike(run: Run | None, data: Dataset) -> list[str]:
+    """Sentences on logs that move more slowly or more quickly than each log that a run was fitted to."""
+    if run is None:
+        return []
+    rows = read_rows(run)
+    return motion_told(rows.data.take(~rows.test), data)
 
 
 def opened(what: Model | Run | str | Path, name: str | None) -> tuple[Run | None, Model]:

@@ -16,6 +16,7 @@ from erclutch.files.places import is_there, nothing, release, reserve
 
 if TYPE_CHECKING:
     from erclutch.models.model import Model
+    from erclutch.runs.run_folder import Run
     from erclutch.signals.array import Array
 
 COMMAND = {
@@ -74,10 +75,10 @@ def predict(
             for done, file in enumerate(files):
                 bar(done, len(files), file.name)
                 of_file = folder / f"{file.stem}.{kind}"
-                told = _estimated(file, how, chosen, of_file, band=band, sensor=sensor)
+                told = _estimated(file, how, chosen, kept, of_file, band=band, sensor=sensor)
                 terminal.say(f"{file.name}: {told}")
     else:
-        terminal.say(_estimated(files[0], how, chosen, out, band=band, sensor=sensor))
+        terminal.say(_estimated(files[0], how, chosen, kept, out, band=band, sensor=sensor))
     terminal.say(f"Written to {out}")
 
 
@@ -109,12 +110,14 @@ def _refuse_same_names(files: list[Path], out: Path) -> None:
         raise SettingError(f"one file for {len(files)} logs", where=str(out), remedy="Give --out the name of a folder")
 
 
-def _estimated(file: Path, how: LogOptions, model: Model, out: Path, *, band: bool, sensor: bool) -> str:
-    """Write the prediction of one log; what to say of it."""
+def _estimated(
+    file: Path, how: LogOptions, model: Model, run: Run | None, out: Path, *, band: bool, sensor: bool
+) -> str:
+    """Write the prediction of one log by a model of a run, or by a model alone; what to say of it."""
     import numpy as np
 
     from erclutch.logs.log_writer import PREDICTED, write_log
-    from erclutch.runs.new_rows import band_ends, quicker_than_known
+    from erclutch.runs.new_rows import band_ends, motion_unlike, quicker_than_known
 
     recordings = how.read([file])
     recording = recordings[0]
@@ -151,4 +154,6 @@ def _estimated(file: Path, how: LogOptions, model: Model, out: Path, *, band: bo
     write_log(out, labels, [rows], about, rows=len(rows))
     if model.unbounded and outside.any():
         told += f"\nnote: {model.unbounded}."
+    for sentence in motion_unlike(run, data):
+        told += f"\nnote: {sentence}"
     return told

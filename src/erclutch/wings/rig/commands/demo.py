@@ -183,3 +183,8 @@ def _sum_up(material: Material, comparison: Comparison) -> None:
         theirs = material.run.entry(textbook)["test"]["rmse"][0]
         words += f"; the textbook, {material.run.titles[textbook]}, by {material.effort.of(theirs)}"
     screen.print(plain(f"{words}."), style="bold", markup=False, soft_wrap=not screen.is_terminal)
+    why = ranking_table.worth_its_freedom(comparison)
+    if why:
+        of_parts = f"{comparison.chosen_by} of the training rows, left out in turn"
+        it_errs = f"it errs by {material.effort.of(chosen['validation_rmse'][0])}"
+        screen.print(plain(f"On {of_parts}, {it_errs}. {why}"), markup=False, soft_wrap=not screen.is_terminal)
