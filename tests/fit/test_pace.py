@@ -7,9 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from erclutch.logs.dataset import IN_NO_TIME
 from erclutch.fit.pace import motion_held_out, other_motion, told
-from erclutch.logs.dataset import Dataset, joined
+from erclutch.logs.dataset import IN_NO_TIME, Dataset, joined
 from erclutch.signals.array import Array
 from erclutch.signals.clock import Clock, Span
 from erclutch.signals.device import Element, Units
