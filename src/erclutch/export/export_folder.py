@@ -17,7 +17,7 @@ from erclutch._version import __version__
 from erclutch.errors import ErclutchError, ExportError
 from erclutch.export.exported_step import ExportedStep, ExportOptions
 from erclutch.export.step_record import step_of
-from erclutch.files import file_digest, plain_words
+from erclutch.files import file_digest, plain_words, small_text
 from erclutch.models.load import load_model
 from erclutch.models.model_file import UNFIT, number_of, pair_of, require_schema, truth_of
 from erclutch.registry import Plugin, require
@@ -89,7 +89,7 @@ def read_export(folder: str | Path) -> Exported:
     where = str(place)
     again = "Export the model again"
     try:
-        read: Any = json.loads((place / _MARKER).read_text(encoding="utf-8"))
+        read: Any = json.loads(small_text(place / _MARKER))
     except (OSError, ValueError, RecursionError) as error:
         remedy = "Give a folder that erclutch export wrote"
         if (place / "run.json").is_file():

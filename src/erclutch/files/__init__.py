@@ -6,9 +6,11 @@ moved there (`erclutch.files.places`).
 
 from __future__ import annotations
 
+import errno
 import hashlib
 import os
 import shutil
+import stat
 import tempfile
 import tomllib
 from collections.abc import Callable, Generator
@@ -20,6 +22,8 @@ from typing import Any, cast
 from erclutch.errors import ErclutchError, RunError
 from erclutch.files.places import Reservation, held, is_there, nothing, put_beside, put_new, release, replaced, reserve
 
+#: Of a file that is read whole though it is no log.
+MOST_BYTES = 64 << 20
 LOG_ENDINGS = (".csv", ".parquet", ".mat")  # of the logs that are written
 
 
@@ -43,6 +47,36 @@ def plain_words(error: Exception) -> str:
         return "a whole number in it has too many digits"
     missing = isinstance(error, FileNotFoundError)
     return "there is no such file" if missing else getattr(error, "strerror", None) or str(error)
+
+
+def small_file(path: Path) -> bytes:
+    """The bytes of a file that is never large: a rig, a mapping, a model, what a run or an export says of itself.
+
+    Raises:
+        OSError: there is no such file, or it has more than `MOST_BYTES`; or it is a pipe, which may never be filled, or
+            a device, which may never end.
+    """
+    _require_plain(path)
+    with path.open("rb") as file:
+        content = file.read(MOST_BYTES + 1)
+    if len(content) > MOST_BYTES:
+        raise OSError(errno.EFBIG, f"it has more than {MOST_BYTES >> 20} MiB", str(path))
+    return content
+
+
+def small_text(path: Path) -> str:
+    """The text of such a file, which is UTF-8.
+
+    Raises:
+        OSError, UnicodeDecodeError: see `small_file`; `plain_words` says why.
+    """
+    return small_file(path).decode()
+
+
+def _require_plain(path: Path) -> None:
+    mode = path.stat().st_mode
+    if not stat.S_ISREG(mode) and not stat.S_ISDIR(mode):  # of a folder the system tells itself
+        raise OSError(errno.EINVAL, "it is a pipe or a device and no plain file", str(path))
 
 
 def toml_of(content: bytes) -> dict[str, Any]:
@@ -77,7 +111,8 @@ def unwritable(
 
 
 def file_digest(path: Path) -> str:
-    """SHA-256 of a file's bytes, hexadecimal."""
+    """SHA-256 of a file's bytes, hexadecimal; OSError for a pipe or a device."""
+    _require_plain(path)
     with path.open("rb") as file:
         return hashlib.file_digest(file, "sha256").hexdigest()
 

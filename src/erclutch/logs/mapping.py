@@ -36,7 +36,7 @@ from pathlib import Path
 from typing import Any, cast
 
 from erclutch.errors import MappingError, UnitError, placed
-from erclutch.files import plain_words, toml_of
+from erclutch.files import plain_words, small_file, toml_of
 from erclutch.logs.name_pattern import still_needed
 from erclutch.signals.recording import NAMED_COLUMNS, SIGNALS
 
@@ -132,7 +132,7 @@ class ColumnMap:
         """
         path = Path(path)
         try:
-            content = path.read_bytes()
+            content = small_file(path)
             values = toml_of(content)
         except (OSError, ValueError, RecursionError) as error:
             problem = f"the mapping file cannot be read ({plain_words(error)})"

@@ -9,7 +9,7 @@ from typing import Any, cast
 
 from erclutch import registry
 from erclutch.errors import RunError
-from erclutch.files import plain_words
+from erclutch.files import plain_words, small_text
 from erclutch.models import residual_model
 from erclutch.models.law_model import model_from_dict
 from erclutch.models.model import Model
@@ -33,7 +33,7 @@ def load_model(path: str | Path) -> Model:
             remedy="For a run, use erclutch.read_run(folder).model(name), or give a file of its models folder",
         )
     try:
-        body = json.loads(Path(path).read_text(encoding="utf-8"))
+        body = json.loads(small_text(Path(path)))
     except (OSError, ValueError, RecursionError) as error:
         remedy = "Check the path; give a run, or a file of its models folder"
         raise RunError(f"no readable model: {plain_words(error)}", where=str(path), remedy=remedy) from error

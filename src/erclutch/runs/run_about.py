@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any, cast
 
 from erclutch.errors import RunError, SettingError
-from erclutch.files import plain_words, unwritable, whole_file
+from erclutch.files import plain_words, small_text, unwritable, whole_file
 
 FILE = "about.json"
 _LONGEST = 2000  # letters of a text
@@ -88,7 +88,7 @@ def read_about(run_folder: Path) -> RunAbout:
 
 
 def _texts(path: Path) -> dict[str, str]:
-    body: Any = json.loads(path.read_text(encoding="utf-8"))
+    body: Any = json.loads(small_text(path))
     if not isinstance(body, dict) or not all(isinstance(text, str) for text in cast(dict[str, Any], body).values()):
         raise ValueError("it is no object of texts")
     return cast(dict[str, str], body)

@@ -25,7 +25,7 @@ import numpy as np
 
 from erclutch.errors import RunError
 from erclutch.export.exported_step import named_after
-from erclutch.files import file_digest, plain_words
+from erclutch.files import file_digest, plain_words, small_text
 from erclutch.fit.standing import Standing, standing_of_run
 from erclutch.models.load import load_model
 from erclutch.models.model import Model
@@ -226,7 +226,7 @@ def read_run(folder: str | Path) -> Run:
         problem = "not a run: run.json lies in the folder of a run, and this is a file"
         raise RunError(problem, where=str(folder), remedy="Give the --out folder of erclutch fit")
     try:
-        body = json.loads(path.read_text(encoding="utf-8"))
+        body = json.loads(small_text(path))
         json.dumps(body, ensure_ascii=False).encode()  # fails on half a character, which no report can hold
     except (OSError, ValueError, RecursionError) as error:
         what = f"not a run: run.json: {plain_words(error)}"

@@ -6,9 +6,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from erclutch.errors import RunError
+from erclutch.errors import LogError, RunError
 from erclutch.logs.dataset import Dataset
-from erclutch.logs.table import of_arrow
+from erclutch.logs.readers.budget import RAISED
+from erclutch.runs.kept_columns import kept_columns
 from erclutch.runs.run_folder import Run
 from erclutch.signals.array import Array, Mask
 from erclutch.signals.clock import Clock, Span
@@ -40,22 +41,15 @@ def read_rows(run: Run) -> RunRows:
     Raises:
         RunError: predictions.parquet is missing, was changed, or does not fit run.json.
     """
-    import pyarrow
-    import pyarrow.parquet as pq
-
     path = run.file("predictions.parquet")
     try:
-        # Not read_table, which imports pandas to no end.
-        with path.open("rb") as opened, pq.ParquetFile(opened, page_checksum_verification=True) as file:
-            table: Any = file.read()
-        columns: dict[str, Any] = {}
-        for name in table.column_names:
-            if name != "log":  # text
-                columns[name] = of_arrow(table[name].cast(pyarrow.float64()))
+        columns: dict[str, Any] = dict(kept_columns(path))
         columns["test"] = columns["test"] != 0.0
         return _rows_of(run.body, columns)
-    # The last is Arrow's word for a column that no cast makes numbers of.
-    except (OSError, ValueError, KeyError, TypeError, NotImplementedError) as error:
+    except LogError as error:
+        remedy = error.remedy if RAISED in error.remedy else "Fit the log again"
+        raise RunError(f"does not fit run.json: {error.problem}", where=str(path), remedy=remedy) from error
+    except (ValueError, KeyError, TypeError) as error:
         raise RunError(f"does not fit run.json: {error}", where=str(path), remedy="Fit the log again") from error
 
 

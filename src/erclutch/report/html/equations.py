@@ -20,7 +20,7 @@ from markupsafe import Markup
 
 from erclutch.arithmetic.operand import Operand
 from erclutch.errors import RunError
-from erclutch.files import cache_folder
+from erclutch.files import cache_folder, small_text
 from erclutch.models.laws import Law, law_from_name
 from erclutch.models.stages import slip_stages
 from erclutch.models.stages.stage import SlipStage
@@ -115,7 +115,7 @@ def _digest(names: Any, columns: Sequence[str]) -> str:
 
 def _read(kept: Path) -> list[str] | None:
     try:
-        terms: object = json.loads(kept.read_text(encoding="utf-8"))
+        terms: object = json.loads(small_text(kept))
     except (OSError, ValueError):
         return None
     sound = isinstance(terms, list) and all(isinstance(term, str) for term in cast("list[object]", terms))

@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from erclutch.errors import ErclutchError
-from erclutch.files import whole_file
+from erclutch.files import small_text, whole_file
 from erclutch.files.places import put_beside, put_new
 from erclutch.runs.run_about import RunAbout, about_with
 
@@ -212,7 +212,7 @@ class Workspace:
 
     def _abouts(self) -> dict[str, dict[str, str]]:
         with contextlib.suppress(OSError, ValueError, AttributeError):
-            body: Any = json.loads((self.folder / _ABOUT).read_text(encoding="utf-8"))
+            body: Any = json.loads(small_text(self.folder / _ABOUT))
             known = [each.name for each in dataclass_fields(RunAbout)]
             abouts: dict[str, dict[str, str]] = {}
             for log, said in body.items():

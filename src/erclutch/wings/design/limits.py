@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from erclutch.errors import SettingError
-from erclutch.files import plain_words, toml_of
+from erclutch.files import plain_words, small_file, toml_of
 from erclutch.signals.array import Array
 
 if TYPE_CHECKING:
@@ -145,7 +145,7 @@ def limits_of_file(path: Path) -> dict[str, float]:
     """
     where = str(path)
     try:
-        body = toml_of(path.read_bytes())
+        body = toml_of(small_file(path))
     except (OSError, ValueError, RecursionError) as error:
         raise SettingError(plain_words(error), where=where, remedy="Give a TOML file with a table [limits]") from error
     table: Any = body.get("limits")

@@ -23,7 +23,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
 from erclutch.errors import ErclutchError, RunError, SettingError
-from erclutch.files import file_digest, may_write, whole_file
+from erclutch.files import file_digest, may_write, small_text, whole_file
 from erclutch.files.places import nothing, release, reserve
 from erclutch.fit.comparison import Settings, compare
 from erclutch.logs import ColumnMap
@@ -339,7 +339,7 @@ def _begin(folder: Path, body: Mapping[str, Any], force: bool) -> None:
     held: Any = None
     if marker.is_file():
         try:
-            held = json.loads(marker.read_text(encoding="utf-8"))
+            held = json.loads(small_text(marker))
         except ValueError as error:
             if not force:
                 raise RunError(f"{MARKER}: {error}", where=str(folder), remedy="Give --force to begin anew") from error
@@ -382,7 +382,7 @@ def _file(folder: Path, name: str) -> Path:
 def _kept(folder: Path, task: DeviceTask) -> dict[str, Any] | None:
     """What an earlier start found, if it is whole, and the logs and the mappings beside them are the same."""
     try:
-        body = json.loads(_file(folder, task.name).read_text(encoding="utf-8"))
+        body = json.loads(small_text(_file(folder, task.name)))
         same = body["device"] == task.name and body["sha256"] == _digests(task)
         unforeseen = str(body["failed"]).startswith("unforeseen")  # a defect of ours, which may be mended by now
         return body if same and not unforeseen else None

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from erclutch.errors import RunError
+from erclutch.files import small_text
 from erclutch.runs.cluster import TaskPool, finished, saying_kept
 
 T = TypeVar("T")
@@ -38,7 +39,7 @@ class Points:
         if path is None or not path.exists():
             return
         try:
-            text = path.read_text(encoding="utf-8")
+            text = small_text(path)
             whole = text[: text.rfind("\n") + 1]
             if whole != text:
                 path.write_text(whole, encoding="utf-8")

@@ -8,7 +8,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from erclutch.errors import SettingError
-from erclutch.files import plain_words, toml_of
+from erclutch.files import plain_words, small_file, toml_of
 from erclutch.wings.live.command_line.chosen_rig import PERIOD
 from erclutch.wings.live.command_line.live_options import DEFAULTS, ControlOptions, RigOptions
 from erclutch.wings.live.motion_limits import MOTION
@@ -96,7 +96,7 @@ def tuned(control: ControlOptions) -> tuple[ControlOptions, dict[str, float]]:
     if control.tuned is None:
         return control, {}
     try:
-        body = toml_of(control.tuned.read_bytes())
+        body = toml_of(small_file(control.tuned))
     except (OSError, ValueError, RecursionError) as error:
         problem = f"cannot be read ({plain_words(error)})"
         raise SettingError(problem, where=str(control.tuned), remedy="Give a file that erclutch tune wrote") from error

@@ -15,7 +15,7 @@ from cyclopts import Parameter
 
 from erclutch.cli.quantities import SECONDS
 from erclutch.errors import ErclutchError, RunError, SettingError
-from erclutch.files import plain_words, whole_file
+from erclutch.files import plain_words, small_file, whole_file
 from erclutch.wings.live.command_line.live_options import LEARN
 
 if TYPE_CHECKING:
@@ -263,7 +263,7 @@ def _take_again(rounds: LearningRounds, folder: Path, device: Any) -> None:
     """
     path = folder / REPORT
     try:
-        body = json_text.loads(path.read_bytes())
+        body = json_text.loads(small_file(path))
         entries = [(str(entry["file"]), str(entry["tripped"])) for entry in body["rounds"]]
     except (OSError, ValueError, TypeError, KeyError) as error:
         said = plain_words(error) if isinstance(error, OSError) else "is no report of rounds"

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any, cast
 
 from erclutch.errors import SettingError
-from erclutch.files import plain_words, toml_of
+from erclutch.files import plain_words, small_file, toml_of
 
 SECTIONS = ("supply", "fluid", "clutch", "drive", "screw", "sensors", "thermal", "excitation", "integration")
 
@@ -214,7 +214,7 @@ def load_rig(path: str | Path | None) -> RigParameters:
         return default_rig()
     path = Path(path)
     try:
-        body = toml_of(path.read_bytes())
+        body = toml_of(small_file(path))
     except (OSError, ValueError, RecursionError) as error:
         problem = f"the rig file cannot be read ({plain_words(error)})"
         raise SettingError(problem, remedy="Correct the file", where=path.name) from error
