@@ -71,6 +71,12 @@ def test_a_form_becomes_the_choices_that_somebody_made() -> None:
         ("Give --time or --rate HZ", "Give “time” or “rate”: HZ"),
         ("such as --lag lag+dahl/field", "such as “Lags and memory”: lag+dahl/field"),
         ('these: erclutch inspect \'a b.csv\' --E1 "x" --theta-dot "y"', 'these: “E1”: "x", “theta_dot”: "y"'),
+        (
+            'Give them all, with your columns in place of these: erclutch inspect odd.txt --time "c1 [s]" '
+            '--field "COLUMN [A]" --effort "COLUMN [N]"; --field none if it was not logged.',
+            'Choose a column for each below, such as “time”: "c1 [s]"; the foot of this page draws them; '
+            "“field”: not logged if it was not logged.",
+        ),
         ("Use --derivative central, without --lag", "Use --derivative central, without “Lags and memory”"),
     ],
 )

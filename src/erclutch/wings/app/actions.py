@@ -57,6 +57,8 @@ FITTING: tuple[tuple[str, str, str, str], ...] = (
 #: What every log has. Where its guess is taken back, the page asks for it.
 _NEEDED = ("time", "effort", "T")
 _OPTION = re.compile(r"--([A-Za-z][\w-]*)(?:[ =](?=[\"'A-Z0-9]|none\b|drop\b|all\b|\S*[+/]))?")
+_OPTION_AND_VALUE = re.compile(r"""(--[\w-]+) ('[^']*'|"[^"]*"|\S+)""")
+_ALL_ASKED = re.compile(rf"Give them all, with your columns in place of these: ((?:{_OPTION_AND_VALUE.pattern} ?)+)")
 #: Of exports in C: their controllers are most often without double.
 SINGLE_TARGETS = ("c", "cpp")
 
@@ -72,8 +74,16 @@ def on_page(text: str) -> str:
         return match[0] if name is None else f"“{name}”" + (": " if match[0][-1] in " =" else "")
 
     shorter = re.sub(r"erclutch (?:inspect|fit) (?:'[^']*'|\S+) (?=--)", "", text)
+    shorter = _ALL_ASKED.sub(_chosen_below, shorter)
     shorter = re.sub(r"(?<=[\"']) (?=--)", ", ", shorter)
     return re.sub(r"”: none\b", "”: not logged", _OPTION.sub(named, shorter))
+
+
+def _chosen_below(asked: re.Match[str]) -> str:
+    """What a page asks for in place of an option for each open signal: those with a hole stay to be chosen."""
+    known = [f"{option} {value}" for option, value in _OPTION_AND_VALUE.findall(asked[1]) if "COLUMN" not in value]
+    likely = f", such as {' '.join(known)}" if known else ""
+    return f"Choose a column for each below{likely}; the foot of this page draws them"
 
 
 @dataclass(frozen=True)

@@ -131,6 +131,7 @@ class LogAnswers(Desk):
     def _offered_beside(self, name: str, form: Form) -> dict[str, Any]:
         """What the page of a log offers besides: other logs, models, mapping files, how an older log was read."""
         from erclutch.models.laws import shown_laws
+        from erclutch.models.model_titles import title_of
         from erclutch.models.networks import PAPER_NETWORKS
 
         run = form.get("run", "")
@@ -146,7 +147,7 @@ class LogAnswers(Desk):
             alike = f"map={quote(beside)}" if beside in mappings else self._last_reading(older, of_another_log=True)
 
         return {
-            "models": (*shown_laws(), *PAPER_NETWORKS),
+            "models": {name: title_of(name) for name in (*shown_laws(), *PAPER_NETWORKS)},
             "mappings": mappings,
             "run": run,
             "others": [entry.name for entry in self._space.logs() if entry.name != name],

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from erclutch.logs.labels import own_unit
+from erclutch.report.numbers.number_text import number
 from erclutch.wings.app import actions
 
 
@@ -62,7 +63,7 @@ def _range(values: Mapping[str, Any], unit: str, turned: bool) -> str:
         return ""
     low = -values["max"] if turned else values["min"]
     high = -values["min"] if turned else values["max"]
-    return f"{low:.4g} to {high:.4g} {unit}".strip()
+    return f"{number(low, 4)} to {number(high, 4)} {unit}".strip()
 
 
 def polyline(sketch: list[list[float]], turned: bool = False) -> str:

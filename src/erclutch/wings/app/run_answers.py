@@ -11,6 +11,7 @@ from starlette.concurrency import run_in_threadpool
 from starlette.requests import Request
 from starlette.responses import FileResponse, RedirectResponse, Response
 
+from erclutch.report.numbers.number_text import percent
 from erclutch.runs.run_about import RunAbout, about_with, kept_about, write_about
 from erclutch.wings.app import actions
 from erclutch.wings.app.desk import ALONE, Desk, Form, in_short, quoted
@@ -194,5 +195,5 @@ def run_row(entry: Entry, body: Mapping[str, Any] | None) -> dict[str, Any]:
     row["model"] = f"none; nearest: {chosen['title']}" if standing_of_run(body).why_none else chosen["title"]
     error, share = chosen["test"]["rmse"][0], chosen["test"]["share"][0]
     if error is not None and share is not None:
-        row["error"] = f"{error:.3g} {in_short(body['units']['effort'])} ({share:.1%})"
+        row["error"] = f"{error:.3g} {in_short(body['units']['effort'])} ({percent(share)})"
     return row

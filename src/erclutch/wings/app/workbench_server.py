@@ -20,6 +20,7 @@ from starlette.routing import Route
 
 from erclutch.errors import ErclutchError
 from erclutch.models.model_titles import title_of
+from erclutch.report.numbers.number_text import percent
 from erclutch.runs.run_about import kept_about
 from erclutch.wings.app import actions, workspace
 from erclutch.wings.app.desk import ALONE, Answer, Form, address, last_line
@@ -204,7 +205,7 @@ def _doing(job: Job) -> str:
 def _fitted(job: Job) -> list[list[str]]:
     """The models that a job has fitted, each with how far it is off on the training rows; the nearest one first."""
     nearest_first = sorted(job.fitted.items(), key=lambda pair: math.inf if pair[1] is None else pair[1])
-    return [[title_of(name), "" if share is None else f"{share:.1%}"] for name, share in nearest_first]
+    return [[title_of(name), "" if share is None else percent(share, 2)] for name, share in nearest_first]
 
 
 def _scored(job: Job) -> dict[str, Any] | None:
