@@ -470,6 +470,21 @@ def test_no_compiler_at_all_is_one_sentence(tmp_path: Path) -> None:
         assert done.stderr == 'error: there is no C compiler. Get one: pip install "erclutch[live]".\n'
 
 
+@pytest.mark.parametrize("late", [0, 2, 5])
+def test_a_trip_on_a_busy_machine_says_so(late: int, tmp_path: Path, ring_writer: Any) -> None:
+    ring = make_ring(tmp_path / "ring", RingInfo(capacity=64))
+    writer, watch = ring_writer(ring), SessionFigures(RingReader(ring, "oldest"))
+    frame = np.zeros((), FRAME)
+    for tick in range(20):
+        frame["time_ns"] = 10**9 + tick * 1_000_000
+        frame["events"] = EVENT_BITS["trip"] if tick == 19 else EVENT_BITS["sample-lost"] if tick < late else 0
+        frame["lateness_ns"] = 7_900_000
+        writer.write(frame)
+        watch.poll()
+    assert watch.busy.startswith("This machine was busy: in the second before, 5 samples" if late == 5 else "")
+    assert bool(watch.busy) == (late == 5)
+
+
 def test_figures_in_bounded_memory(tmp_path: Path, ring_writer: Any) -> None:
     histogram = Histogram()
     histogram.add(np.array([-5000, 1500, 2500, 300_000_000]))

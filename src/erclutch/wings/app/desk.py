@@ -17,6 +17,7 @@ from starlette.responses import JSONResponse, RedirectResponse, Response
 
 from erclutch._version import __version__
 from erclutch.errors import ErclutchError
+from erclutch.report.numbers.number_text import number
 from erclutch.wings.app import actions, jobs, workspace
 from erclutch.wings.app.jobs import Job, Jobs
 from erclutch.wings.app.workspace import NotThereError, Workspace, WorkspaceError
@@ -59,6 +60,7 @@ class Desk:
             lstrip_blocks=True,
         )
         self._pages.filters["quoted"] = quoted
+        self._pages.filters["number"] = number
         self._pages.filters["unit"] = in_short
         self._pages.filters["alone"] = self._alone_address
         self._pages.globals.update(

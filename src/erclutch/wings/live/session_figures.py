@@ -10,9 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from erclutch.signals.channels import LiveChannel
+from erclutch.wings.live.layout import EVENT_BITS
 from erclutch.wings.live.ring import RingReader
 
 _BINS = 100_000  # of 1 us
+_BEFORE = 1_000_000_000  # ns before a trip that are looked at
+_BUSY = 3  # of these events within, and nobody can tell what is wrong from what came late
+_LOST, _OVERRUN, _TRIP = (EVENT_BITS[name] for name in ("sample-lost", "overrun", "trip"))
 
 
 @dataclass
@@ -62,6 +66,7 @@ class SessionFigures:
         role: of the channel that is to follow the reference; empty where none is.
         lateness, step: histograms of the wake-up's lateness and of the step's time.
         frames: how many were read.
+        busy: that samples or steps came late just before the last trip, in words; empty where they did not.
     """
 
     reader: RingReader
@@ -69,7 +74,9 @@ class SessionFigures:
     lateness: Histogram = field(default_factory=Histogram)
     step: Histogram = field(default_factory=Histogram)
     frames: int = 0
+    busy: str = ""
     _squares: NDArray[np.float64] = field(default_factory=lambda: np.zeros(3))
+    _late: NDArray[np.int64] = field(default_factory=lambda: np.zeros((0, 3), np.int64))
 
     def poll(self) -> NDArray[Any]:
         """Take what is new; returns it."""
@@ -79,6 +86,7 @@ class SessionFigures:
             self.step.add(new["step_ns"].astype(np.int64))
             self.frames += int(new.size)
             self._follow(new)
+            self._explain_trips(new)
         return new
 
     @property
@@ -91,6 +99,24 @@ class SessionFigures:
             pair = np.array([new["reference"], new[self.follower.name]])
             wanted, got = pair[:, np.all(np.isfinite(pair), axis=0)]
             self._squares += ((wanted - got) ** 2).sum(), (wanted**2).sum(), wanted.size
+
+    def _explain_trips(self, new: NDArray[Any]) -> None:
+        """Note what came late; at a trip say what came late in the second before."""
+        columns = (new["time_ns"], new["events"], new["lateness_ns"])
+        rows = np.stack([column.astype(np.int64) for column in columns], axis=1)  # ns, bits, ns
+        late = np.concatenate([self._late, rows[rows[:, 1] & (_LOST | _OVERRUN) > 0]])
+        for tripped in rows[rows[:, 1] & _TRIP > 0, 0]:
+            before = late[(late[:, 0] <= tripped) & (late[:, 0] > tripped - _BEFORE)]
+            lost, overran = (np.count_nonzero(before[:, 1] & bit) for bit in (_LOST, _OVERRUN))
+            self.busy = ""
+            if len(before) >= _BUSY:
+                latest = before[:, 2].max() / 1e6  # ms
+                self.busy = (
+                    f"This machine was busy: in the second before, {lost} sample{'s'[: lost != 1]} of the rig did not "
+                    f"come in time, and {overran} step{'s'[: overran != 1]} came late, by up to {latest:.1f} ms. "
+                    "Close other programs first."
+                )
+        self._late = late[late[:, 0] > rows[-1, 0] - _BEFORE]
 
     @property
     def followed(self) -> tuple[float, float] | None:

@@ -57,6 +57,8 @@ def follow(session: Session, watch: SessionFigures, told: list[int], output: Con
         reason = watch.reader.trip_reason
         if reason not in ("", said):
             output.print(f"fields are held at zero: {_why(reason)}", style="red", markup=False, soft_wrap=True)
+            if watch.busy:
+                output.print(watch.busy, style="red", markup=False, soft_wrap=True)
         return reason
 
     while session.running and session.rig_running and not told:

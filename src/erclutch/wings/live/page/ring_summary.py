@@ -134,6 +134,7 @@ class Watcher:
             "state": self.state,
             "trip": reader.trip_reason,
             "doubt": reader.doubt,
+            "busy": self._figures.busy,
             "realtime": reader.realtime,
             "program": reader.program,
             "missed": reader.missed,

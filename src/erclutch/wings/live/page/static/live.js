@@ -123,13 +123,13 @@ function greet(body) {
 const stepTest = () => hello?.programs.find(({ name }) => name.startsWith("step"))?.name;
 
 function report() {
-  const { state, trip, doubt, lateness, step, realtime, program } = status;
+  const { state, trip, doubt, busy, lateness, step, realtime, program } = status;
   const names = { running: "running", tripped: "tripped", ready: "at rest", silent: "silent", stopped: "stopped", starting: "starting" };
   const chosen = hello?.programs[program], name = chosen?.name;
   store.reference = charts.reference = tracked = (state === "running" && chosen?.reference) || "";
   $("controls").disabled = state === "stopped";
   setState(state, state === "running" && name ? `running ${name}` : names[state] ?? state);
-  if (state === "tripped") banner(trip === "order" ? "Zero field, as ordered, until a reset." : doubt ? `${doubt} (${trip}). Zero field until a reset.` : `Tripped${trip ? ` by ${trip}` : ""}: zero field until a reset.${why(trip)}`, true);
+  if (state === "tripped") banner(trip === "order" ? "Zero field, as ordered, until a reset." : `${doubt ? `${doubt}. Zero field until a reset.` : `Tripped${trip ? ` by ${trip}` : ""}: zero field until a reset.${why(trip)}`} ${busy}`, true);
   else if (state === "ready") banner("Reset. Zero field, and nothing moves until a program is run.", false, true);
   else if (state === "silent") banner("No frame from the loop: it is not running any more, or held up.");
   else if (state === "stopped") banner("The session has ended at zero field.");
