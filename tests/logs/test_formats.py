@@ -371,3 +371,27 @@ def test_each_reader_says_whether_it_tells_damage(tmp_path: Path) -> None:
     assert len(own) >= 11
     assert all(reader.tells_damage.startswith(("seen", "not seen")) for reader in own)
     assert read_table(written(tmp_path, "jsonl")).damage == "not seen: text has no checksums; as .gz it has"
+
+
+@pytest.mark.parametrize("kind", ["scan", "course"])
+def test_a_topic_of_long_lists_beside_one_of_numbers_is_left_out(tmp_path: Path, kind: str) -> None:
+    pytest.importorskip("rosbags")
+    from rosbags.rosbag2 import StoragePlugin, Writer
+    from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+
+    store = get_typestore(Stores.ROS2_HUMBLE)
+    store.register(get_types_from_msg("float64[] numbers\n", f"rig/msg/{kind}"))
+    store.register(get_types_from_msg("float64 speed\nfloat64 torque\n", "rig/msg/Row"))
+    with Writer(tmp_path / "bag", version=9, storage_plugin=StoragePlugin.SQLITE3) as bag:
+        lists = bag.add_connection(f"/{kind}", f"rig/msg/{kind}", typestore=store)
+        rows = bag.add_connection("/rig", "rig/msg/Row", typestore=store)
+        message = store.types[f"rig/msg/{kind}"](np.zeros(2000))
+        bag.write(lists, 0, store.serialize_cdr(message, f"rig/msg/{kind}"))
+        for k in range(20):
+            row = store.types["rig/msg/Row"](float(k), 2.0 * k)
+            bag.write(rows, 10**7 * k, store.serialize_cdr(row, "rig/msg/Row"))
+    table = read_table(tmp_path / "bag")
+    assert table.columns["torque"].tolist() == [2.0 * k for k in range(20)]
+    assert f"topic /{kind}: the field numbers has 2,000 numbers, above 500: left out" in table.notes
+    with pytest.raises(LogError, match=f"topic /{kind}: the field numbers has 2,000 numbers, above 500"):
+        read_table(tmp_path / "bag", variable=f"/{kind}")

@@ -73,3 +73,15 @@ def test_a_rate_that_is_given_counts_for_points_too(tmp_path: Path) -> None:
 def test_inspect_understands_points(tmp_path: Path) -> None:
     written(tmp_path, "RPM,Torque (ft-lbs)", SPEED, 30.0 + SPEED % 9)
     assert good("inspect", "points.csv", cwd=tmp_path).splitlines()[-1].startswith("Understood.")
+
+
+@pytest.mark.parametrize("word", ["cell", "trial", "well"])
+def test_a_time_that_no_row_follows_is_told_and_the_rows_are_taken_as_points(tmp_path: Path, word: str) -> None:
+    times = 12.0 + SPEED % 7  # s, of each point by itself
+    path = written(tmp_path, f"{word},Elapsed_Time_s,RPM,Torque [N*m]", SPEED // 1000, times, SPEED, SPEED % 9)
+    said = good("inspect", path.name, cwd=tmp_path, code=1).splitlines()
+    assert said[-1] == "What settles it: erclutch inspect points.csv --field none"
+    said = good("inspect", path.name, "--field", "none", cwd=tmp_path, code=1).splitlines()
+    assert said[-1] == 'What settles it: erclutch inspect points.csv --field "none" --time none'
+    said = good("inspect", path.name, "--field", "none", "--time", "none", cwd=tmp_path).splitlines()
+    assert said[-1] == "Understood. Fit it: erclutch fit points.csv --field none --time none --out RUN"

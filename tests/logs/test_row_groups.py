@@ -23,12 +23,12 @@ def points_of(words: list[str], column: str = "material") -> str:
     return "\n".join(lines) + "\n"
 
 
-def trials_of(words: list[str], column: str = "trial", restarts: bool = True) -> str:
+def trials_of(words: list[str], column: str = "trial", restarts: bool = True, rows: int = 40) -> str:
     """A log for each word; their times restart, or go on."""
     lines = [f"{column},t [s],current [A],speed [rpm],torque [Nm]"]
     for number, word in enumerate(words):
-        for k in range(40):
-            t = 0.01 * (k if restarts else k + 40 * number)
+        for k in range(rows):
+            t = 0.01 * (k if restarts else k + rows * number)
             lines.append(f"{word},{t:.2f},{1 + 0.1 * number:g},{60 * np.sin(20 * t):.4f},{2 * np.sin(20 * t):.4f}")
     return "\n".join(lines) + "\n"
 
@@ -68,8 +68,8 @@ def test_all_and_all_of_a_column_want_each() -> None:
     [
         ("material", ["steel", "brass", "PTFE"], "material=steel"),
         ("oil", ["A 32", "B 46"], "oil=A 32"),
-        ("direction", ["up", "down"], "direction=all"),
-        ("test", ["Versuch 1", "Versuch 2"], "test=all"),
+        ("Cell_Label", ["5%300K", "12%300K"], "Cell_Label=all"),
+        ("Aufbau", ["links", "rechts"], "Aufbau=all"),
     ],
 )
 def test_points_of_several_words_are_asked_about(tmp_path: Path, column: str, words: list[str], proposed: str) -> None:
@@ -77,10 +77,18 @@ def test_points_of_several_words_are_asked_about(tmp_path: Path, column: str, wo
     plan = plan_of(read_table(path), ColumnMap())
     asked = {question.signal: question for question in plan.questions}
     assert words[0] in asked["variable"].problem
-    assert plan.examples[-1] == f'--variable "{proposed}"'
+    assert plan.examples == (f'--variable "{proposed}"',)
 
 
-@pytest.mark.parametrize("column", ["trial", "run", "Versuch"])
+@pytest.mark.parametrize("column", ["direction", "trial", "Versuch", "Test_Run"])
+def test_points_and_logs_of_several_trials_are_those_of_one_device(tmp_path: Path, column: str) -> None:
+    swept = read(written(tmp_path, points_of(["up", "down"], column)))
+    assert swept.rows == 2 * len(SPEEDS)
+    timed = read(written(tmp_path, trials_of(["a", "b", "c"], column, rows=400), "timed.csv"))
+    assert [stop - start for start, stop in timed.segments] == [400, 400, 400]
+
+
+@pytest.mark.parametrize("column", ["damper", "Probe", "group", "trial"])
 def test_logs_whose_times_restart_with_each_word_are_asked_about(tmp_path: Path, column: str) -> None:
     path = written(tmp_path, trials_of(["a", "b", "c"], column))
     plan = plan_of(read_table(path), ColumnMap())
@@ -154,10 +162,10 @@ def test_words_of_a_sheet_part_its_rows(tmp_path: Path) -> None:
 
 
 def test_inspect_ends_in_the_command_that_settles_it(tmp_path: Path) -> None:
-    path = written(tmp_path, trials_of(["a", "b"]))
+    path = written(tmp_path, trials_of(["a", "b"], "setup"))
     done = run("inspect", path)
     assert done.code == 1
-    assert done.out.strip().splitlines()[-1].endswith('--variable "trial=all"')
-    again = run("inspect", path, "--variable", "trial=all")
+    assert done.out.strip().splitlines()[-1].endswith('--variable "setup=all"')
+    again = run("inspect", path, "--variable", "setup=all")
     assert again.code == 0
-    assert "--variable trial=all --out RUN" in again.out
+    assert "--variable setup=all --out RUN" in again.out

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 from erclutch.errors import MappingError, UnitError
-from erclutch.logs import ColumnMap, Plan, Table, apply, plan_of
+from erclutch.logs import ColumnMap, Plan, Table, apply, plan_of, read_table
 from erclutch.logs.labels import name_columns
 from erclutch.signals.array import Array
 
@@ -324,3 +326,15 @@ def test_a_share_of_the_rated_torque_is_asked_for_what_it_means() -> None:
     effort = plan_of(Table("a.csv", columns, units, "0" * 64), told).signal("effort")
     assert effort is not None
     assert (effort.factor, effort.si) == (0.02, "N*m")
+
+
+@pytest.mark.parametrize(
+    ("name", "signal"), [("pos_counts", "position"), ("torque_counts", "effort"), ("pos_count", "position")]
+)
+def test_a_column_of_counts_is_proposed_with_a_scale_to_fill_in(tmp_path: Path, name: str, signal: str) -> None:
+    other = "Force [N]" if signal == "position" else "velocity [rad/s]"
+    rows = "".join(f"{k / 100},{(k * 37) % 11},{(k * 13) % 1024}\n" for k in range(40))
+    path = tmp_path / "log.csv"
+    path.write_text(f"time [s],{other},{name}\n{rows}", encoding="utf-8")
+    plan = plan_of(read_table(path), ColumnMap())
+    assert any(f'"{name}" --scale' in option for option in plan.examples), plan.examples

@@ -514,3 +514,31 @@ def test_settings_with_numbers_above_the_names_are_no_row(tmp_path: Path, line: 
     (tmp_path / "a.csv").write_text(f"{line}\ntime [s],v [m/s],F [N],step,\n{rows}", encoding="utf-8")
     table = read_table(tmp_path / "a.csv")
     assert (table.rows, [*table.columns]) == (30, ["time", "v", "F", "step"])
+
+
+@pytest.mark.parametrize(
+    ("head", "between", "end"),
+    [("%t,i,v,F\n%[s],[A],[rad/s],[N]\n", ",", ";"), ("t,i,v,F\n", ",", ";  "), ("t\ti\tv\tF\n", "\t", ";")],
+)
+def test_a_semicolon_at_the_end_of_each_row_is_no_cell(tmp_path: Path, head: str, between: str, end: str) -> None:
+    rows = [[f"{k / 100:.2f}", f"{k % 3}.5", f"-{k}.25", f"{2 * k}.125"] for k in range(40)]
+    path = tmp_path / "log.csv"
+    path.write_text(head + "\r\n".join(between.join(row) + end for row in rows) + "\r\n", encoding="utf-8")
+    table = read_table(path)
+    assert {name: values[3] for name, values in table.columns.items()} == {"t": 0.03, "i": 0.5, "v": -3.25, "F": 6.125}
+
+
+@pytest.mark.parametrize("above", ["t,i,F\n", "%t,i,F\n%[s],[A],[N]\n", "t,i,F\ns,A,N\n"])
+def test_a_first_row_without_a_number_is_a_row_and_no_names(tmp_path: Path, above: str) -> None:
+    path = tmp_path / "log.csv"
+    path.write_text(above + "nan,NaN,nan\n" + "".join(f"{k / 100},{k % 3},{k}\n" for k in range(40)), encoding="utf-8")
+    table = read_table(path)
+    assert [*table.columns] == ["t", "i", "F"]
+    assert table.rows == 41
+
+
+def test_semicolons_between_cells_and_decimal_commas_stay(tmp_path: Path) -> None:
+    path = tmp_path / "log.csv"
+    path.write_text("t;F;\n" + "".join(f"0,{k:02d};{k},5;\n" for k in range(40)), encoding="utf-8")
+    table = read_table(path)
+    assert [table.columns[name][3] for name in ("t", "F")] == [0.03, 3.5]

@@ -17,6 +17,8 @@ from erclutch.signals.recording import SIGNALS
 
 _EXAMPLES = {"field": "I [A]", "slip": "V [cm/s]", "position": "D [mm]", "effort": "F [N]", "T": "torque [N*m]"}
 _MOST_PARTS = 12  # columns with a unit, among whose quotients none is by chance a column
+#: What a number tells one of from another: none of them is switched to a level.
+_NUMBERED = frozenset(("cell", "id", "label", "trial", "specimen", "station", "well", "slot", "axis", "group", "run"))
 _NO_UNITS = ("", "-", "1", "%")
 
 
@@ -48,6 +50,8 @@ def missing(seen: SeenColumns, signal: str, taken: Iterable[str], alternatives: 
         position = next((column.name for column in in_lengths if not column.shape.constant), "")
         if position:
             remedy = f"Give a speed, or the position that it is the rate of: --position {shell_word(position)}"
+        elif counted := _in_volts(free, "position"):
+            remedy = f"Give a speed, or the position that it is the rate of: {counted}"
     volts = _in_volts(free, signal)
     if volts:
         remedy = f"Give what its sensor means, such as {volts}"
@@ -132,7 +136,8 @@ def maybe_field(seen: SeenColumns, taken: Iterable[str]) -> list[SeenColumn]:
 
 def field_or_none(seen: SeenColumns, taken: Iterable[str]) -> str:
     """The option for a field that no name tells: a column that keeps a few levels, or none."""
-    leveled = [column.name for column in maybe_field(seen, taken) if column.shape.keeps_levels]
+    open_ones = [column for column in maybe_field(seen, taken) if not {*column.spoken.stem_words} & _NUMBERED]
+    leveled = [column.name for column in open_ones if column.shape.keeps_levels]
     return f"--field {shell_word(seen.table.label(leveled[0])) if len(leveled) == 1 else 'none'}"
 
 
@@ -225,10 +230,18 @@ def _in_volts(free: Iterable[SeenColumn], signal: str) -> str:
     for column in free:
         from_sensor = column.unit in ("V", "mV", "%") or column.unit in COUNTS
         misfits = column.fits(SIGNALS[signal].si_units) is False
-        if from_sensor and misfits and _is_called(column, signal):
-            scale = shell_word(f"{signal}=NUMBER {SIGNALS[signal].si_units[0] or '1'}/{column.unit}")
+        per = column.unit if from_sensor and misfits and _is_called(column, signal) else _counted(column, signal)
+        if per:
+            scale = shell_word(f"{signal}=NUMBER {SIGNALS[signal].si_units[0] or '1'}/{per}")
             return f"--{signal} {shell_word(column.name)} --scale {scale}"
     return ""
+
+
+def _counted(column: SeenColumn, signal: str) -> str:
+    """The word for counts at the end of a name that speaks for the signal (``pos_counts``); "" for other names."""
+    front, _, last = column.name.rpartition("_")
+    counted = front and not column.unit and last.lower() in COUNTS
+    return last.lower() if counted and len(spoken_name(front).forms[signal] or "") > 1 else ""
 
 
 def _likely_label(seen: SeenColumns, column: SeenColumn, signal: str) -> str:

@@ -7,6 +7,7 @@ import numpy as np
 from erclutch.logs.clock_planning import points
 from erclutch.logs.draft import Draft
 from erclutch.logs.seen_columns import SeenColumn
+from erclutch.logs.table import WordColumn
 from erclutch.signals.array import Array
 
 _SPEEDS = ("rad/s", "m/s")
@@ -15,6 +16,8 @@ _FEWEST = 10  # rows: fewer may be in order by chance
 
 def take_points(draft: Draft) -> None:
     """Take the rows as points in no time where the speed goes one way through the table, and no column may be a time.
+
+    Where a column of words parts the rows, through the rows of each word.
 
     A log of a motion turns back or rests, and its rate matters: there the user is asked for it.
     """
@@ -29,7 +32,12 @@ def take_points(draft: Draft) -> None:
         return  # points of a rheometer are for `erclutch flowcurve`
     columns = draft.seen.columns.values()
     speeds = [column for column in columns if "slip" in column.spoken.may_be or column.fits(_SPEEDS)]
-    swept = [column.name for column in speeds if _goes_one_way(column.values)]
+    parted = draft.table.words.values()
+    swept = [
+        column.name
+        for column in speeds
+        if _goes_one_way(column.values) or any(_sweeps_within(column.values, words) for words in parted)
+    ]
     if not swept or any(_may_be_time(column) for column in draft.seen.without(draft.taken)):
         return
 
@@ -38,13 +46,20 @@ def take_points(draft: Draft) -> None:
     draft.clock = points(draft.seen.counters, sentence, f"{swept[0]} goes one way")
 
 
-def _goes_one_way(speed: Array) -> bool:
+def _goes_one_way(speed: Array, fewest: int = _FEWEST) -> bool:
     """Whether a speed of one sign only grows, or only falls."""
-    if speed.size < _FEWEST or not np.isfinite(speed).all() or speed.min() == speed.max():
+    if speed.size < fewest or not np.isfinite(speed).all() or speed.min() == speed.max():
         return False
     steps = np.diff(speed)
     one_sign = speed.min() >= 0.0 or speed.max() <= 0.0
     return bool(one_sign and (np.all(steps >= 0.0) or np.all(steps <= 0.0)))
+
+
+def _sweeps_within(speed: Array, words: WordColumn) -> bool:
+    """Whether a speed goes one way through the rows of each word."""
+    sweeps = [speed[words.of_row == number] for number in range(len(words.words))]
+    longest = max(sweep.size for sweep in sweeps)
+    return longest >= _FEWEST and all(_goes_one_way(sweep, fewest=3) for sweep in sweeps)
 
 
 def _may_be_time(column: SeenColumn) -> bool:

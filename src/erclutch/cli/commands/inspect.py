@@ -228,6 +228,8 @@ def _settling(plan: Plan, problem: ErclutchError) -> str:
         ]
         # Shear rate and shear stress without a time are points of a rheometer, for laws at one field.
         return shlex.join(["erclutch", "flowcurve", plan.path]) if untimed and all(sheared) else plan.command()
+    if "(--time none)" in problem.remedy and plan.signal("slip") is not None:
+        return f"{plan.command().rstrip()} --time none"
     return f"{plan.command().rstrip()} --invalid drop" if "--invalid drop" in problem.remedy else ""
 
 

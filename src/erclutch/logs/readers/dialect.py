@@ -208,7 +208,9 @@ def _first_row(lines: Sequence[str], marks: _Marks, numeric: Sequence[bool]) -> 
 
 
 def _is_data(row: Sequence[str], marks: _Marks, numeric: Sequence[bool]) -> bool:
-    """Whether more than half of the number columns hold a number (or nan) here and at least one does."""
+    """Whether most number columns hold a number (or nan) here and at least one a number, or all say nan."""
+    if {cell.lower() for cell in row if cell} == {"nan"}:
+        return True  # a logger's first row, before its first sample; no names
     cells = [cell for cell, is_numeric in zip(row, numeric, strict=False) if is_numeric]
     numbers = sum(marks.is_number(cell) for cell in cells)
     words = sum(cell.lower() in WORDS for cell in cells)

@@ -51,7 +51,8 @@ def _flatten(label: str, value: Any, row: dict[str, float]) -> None:
             _flatten(f"{label}.{name}" if label else name, getattr(value, name), row)
     elif hasattr(value, "__len__") and not hasattr(value, "encode"):
         if len(value) > _MOST:
-            raise LogError(f"the field {label} has {len(value)} numbers", remedy="Choose a topic of single numbers")
+            problem = f"the field {label} has {len(value):,} numbers, above {_MOST}"
+            raise LogError(problem, remedy="Give a topic of single numbers, such as that of the states of the joints")
         for index, each in enumerate(value):
             _flatten(f"{label}[{index}]", each, row)
     elif hasattr(value, "__float__"):
@@ -84,15 +85,23 @@ def find(path: str, variable: str | None) -> Table:
             topics = {variable: topics[variable]}  # the others need not be looked at
 
         of_numbers: dict[str, list[Any]] = {}
+        of_lists: dict[str, LogError] = {}
         for topic, connections in topics.items():
-            first_rows = _rows(bag, connections, 1)
+            try:
+                first_rows = _rows(bag, connections, 1)
+            except LogError as error:  # a scan, a picture or a whole course in one message
+                of_lists[topic] = LogError(f"topic {topic}: {error.problem}", remedy=error.remedy)
+                continue
             if any(len(row) > 1 for row in first_rows):
                 of_numbers[topic] = connections
+        if of_lists and not of_numbers and variable != found_recordings.ALL:
+            raise next(iter(of_lists.values()))
         topic, connections = found_recordings.choose(of_numbers, variable, "topic", "no topic of the bag holds numbers")
         rows = _rows(bag, connections)
         counted = sum(connection.msgcount for connection in connections)
 
     notes = [f"recording read from topic {topic}"]
+    notes += [f"{error.problem}: left out" for error in of_lists.values()]
     if counted != len(rows):
         notes.append(f"the bag counts {counted} messages, {len(rows)} are there")
     times = np.array([row.pop("") for row in rows])  # ns

@@ -31,7 +31,16 @@ from erclutch.logs.readers.dialect import (
     sniff,
 )
 from erclutch.logs.readers.numerals import SWITCHES, grouped_by_blanks, ungrouped, weigh
-from erclutch.logs.readers.text_bytes import DAMAGE, ToldBytes, decode, hidden_character, opened, text_size, unbroken
+from erclutch.logs.readers.text_bytes import (
+    DAMAGE,
+    ToldBytes,
+    decode,
+    hidden_character,
+    opened,
+    text_size,
+    unbroken,
+    without_row_marks,
+)
 from erclutch.logs.readers.text_tables import read_tables
 from erclutch.logs.row_groups import parting_note, words_of
 from erclutch.logs.table import Table
@@ -61,6 +70,7 @@ def read_text(source: LogSource) -> Table:
         kind, remedy = other_format
         raise LogError(f"the file is {kind}, not a table", remedy=remedy)
 
+    text = without_row_marks(text) if ";" in text else text
     broken = 0  # cells
     if '"' in text:
         text, broken = unbroken(text)

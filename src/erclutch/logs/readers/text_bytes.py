@@ -19,6 +19,8 @@ from erclutch.logs.readers.dialect import SAMPLE
 _BROKEN = re.compile(r"[\r\n]*([+-]?\d[\d.]*(?:[eE][+-]?\d+)?)[\r\n]+")
 
 _BLOCK = 1 << 20
+_HEAD = 1 << 14  # characters in which the rows of a text show how they end
+_FEWEST_ROWS = 3
 _GZIP_COUNTS_TO = 1 << 32  # bytes of a text
 # Letters of the names and units of signals.
 _CHINESE = (
@@ -139,6 +141,21 @@ def text_size(path: Path) -> int:
         said = int.from_bytes(file.read(4), "little")  # without multiples of 4 GiB
     missing = max(size - said, 0)  # a text is larger than its gzip
     return said + -(-missing // _GZIP_COUNTS_TO) * _GZIP_COUNTS_TO
+
+
+def without_row_marks(text: str) -> str:
+    """A text without the semicolon at the end of each row, as in a matrix of MATLAB whose cells stand between commas.
+
+    A semicolon that stands within a row too is what cells stand between, and a lone comma may be a decimal mark.
+    """
+    rows = [line for line in text[:_HEAD].splitlines()[:-1] if re.match(r"[-+.]?\d", line)]
+    marked = len(rows) >= _FEWEST_ROWS and all(
+        row.count(";") == 1 and row.rstrip().endswith(";") and max(row.count(","), row.count("\t")) > 1 for row in rows
+    )
+    if not marked:
+        return text
+    bare, marks = re.subn(r";[ \t]*(?=\r?\n|\r|\Z)", "", text)
+    return bare if marks == text.count(";") else text
 
 
 def unbroken(text: str) -> tuple[str, int]:
