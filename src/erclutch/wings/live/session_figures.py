@@ -107,7 +107,7 @@ class SessionFigures:
         late = np.concatenate([self._late, rows[rows[:, 1] & (_LOST | _OVERRUN) > 0]])
         for tripped in rows[rows[:, 1] & _TRIP > 0, 0]:
             before = late[(late[:, 0] <= tripped) & (late[:, 0] > tripped - _BEFORE)]
-            lost, overran = (np.count_nonzero(before[:, 1] & bit) for bit in (_LOST, _OVERRUN))
+            lost, overran = (int(np.count_nonzero(before[:, 1] & bit)) for bit in (_LOST, _OVERRUN))
             self.busy = ""
             if len(before) >= _BUSY:
                 latest = before[:, 2].max() / 1e6  # ms

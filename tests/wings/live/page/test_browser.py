@@ -181,6 +181,8 @@ def test_ticks_have_the_digits_of_their_step(seen: Seen) -> None:
     module = "import(new URL('charts.js', location).href)"
     texts = f"{module}.then(made => made.tickTexts([-0.0025, 0, 0.0025, 0.005], 0.0025))"
     assert seen.page.evaluate(texts) == ["−0.0025", "0.0000", "0.0025", "0.0050"]
+    ticks = f"{module}.then(made => [made.ticksOf(-0.7, 0.7, 1), made.ticksOf(-1.5, 1.5, 1)])"
+    assert seen.page.evaluate(ticks) == [[-0.5, 0, 0.5], [-1, 0, 1]]  # no zero stands alone
 
 
 def test_an_event_has_one_line(seen: Seen) -> None:

@@ -39,6 +39,16 @@ export function tickTexts(ticks, step) {
   return ticks.map(tick => tick.toFixed(digits).replace("-", "−"));
 }
 
+// Multiples of a step within a low chart; of half of it where that leaves a zero alone, which says nothing of the scale.
+export function ticksOf(low, high, step) {
+  const multiples = size => {
+    const first = Math.ceil(low / size - 1e-9), last = Math.floor(high / size + 1e-9);
+    return Array.from({ length: Math.max(0, last - first + 1) }, (_, k) => (first + k) * size);
+  };
+  const found = multiples(step);
+  return found.length > 1 ? found : multiples(step / 2);
+}
+
 function niceStep(span) {
   const power = 10 ** Math.floor(Math.log10(span));
   return (span / power < 2 ? 0.5 : span / power < 5 ? 1 : 2) * power;
@@ -108,7 +118,7 @@ export class Charts {
       width: Math.max(100, made.plot.clientWidth), height: Math.max(60, made.plot.clientHeight),
       padding: [8, 8, 0, 0], legend: { show: false }, cursor: { sync: { key: "live" }, drag: { x: true, y: false, setScale: false }, points: { size: 6 } },
       scales: { x: { time: false, range: () => made.zoom ?? made.times }, y: { range: () => made.chart.fixed ? [-0.04 * this.limit, 1.06 * this.limit] : [made.range.low, made.range.high] } },
-      axes: [{ ...axis, size: () => timed() ? 26 : 8, gap: 4, values: (_, ticks) => ticks.map(t => timed() ? `${+t.toFixed(3)} s` : "") }, { ...axis, size: 50, gap: 4, space: 18, values: (_, ticks, __, ___, step) => tickTexts(ticks, step), label: made.chart.axis ?? made.chart.unit, labelSize: 16, labelGap: 0, labelFont: axis.font }],
+      axes: [{ ...axis, size: () => timed() ? 26 : 8, gap: 4, values: (_, ticks) => ticks.map(t => timed() ? `${+t.toFixed(3)} s` : "") }, { ...axis, size: 50, gap: 4, space: 18, splits: (_, __, low, high, step) => ticksOf(low, high, step), values: (_, ticks, __, ___, step) => tickTexts(ticks, ticks.length > 1 ? ticks[1] - ticks[0] : step), label: made.chart.axis ?? made.chart.unit, labelSize: 16, labelGap: 0, labelFont: axis.font }],
       series: [{}, ...made.chart.lines.map(([, , variable]) => ({ stroke: colour(variable), width: devicePixelRatio > 1 ? 1.25 : 1, points: { show: false }, spanGaps: false }))],
       hooks: {
         drawClear: [u => this.#shade(u, made)],
