@@ -9,9 +9,7 @@ import numpy as np
 import pytest
 
 from erclutch.errors import MappingError
-from erclutch.logs.clock_planning import time_column
-from erclutch.logs.columns import candidates
-from erclutch.logs.guesses import guess
+from erclutch.logs.columns import candidates, guess
 from erclutch.logs.labels import name_columns
 from erclutch.logs.seen_columns import seen_columns
 from erclutch.logs.table import Table
@@ -28,7 +26,7 @@ def table_of(labels: list[str]) -> Table:
 def meanings(label: str) -> set[str]:
     """The signals that one column alone is taken for."""
     seen = seen_columns(table_of([label]))
-    if time_column(seen, ()):
+    if seen.time_column():
         return {"time"}
     return {s for s in ("field", "slip", "position", "effort") if candidates(seen, s, ())[0]}
 

@@ -7,7 +7,7 @@ import pytest
 
 from erclutch.logs import ColumnMap, Plan, Table, plan_of
 from erclutch.logs.labels import name_columns
-from erclutch.logs.names import headed, is_accounted
+from erclutch.logs.names import spoken_name
 from erclutch.logs.shapes import follows, is_rate_of
 from erclutch.signals import units
 from erclutch.signals.array import Array
@@ -145,7 +145,7 @@ def test_a_column_that_nothing_accounts_for_may_be_the_field(other: str) -> None
     ],
 )  # fmt: skip
 def test_what_only_sounds_like_an_effort_is_none(name: str) -> None:
-    assert headed(name, "effort") is None
+    assert spoken_name(name).heads["effort"] is None
 
 
 @pytest.mark.parametrize(
@@ -158,12 +158,14 @@ def test_what_only_sounds_like_an_effort_is_none(name: str) -> None:
     ],
 )  # fmt: skip
 def test_what_only_sounds_like_a_signal_is_none(name: str, signal: str) -> None:
-    assert headed(name, signal) is None
+    assert spoken_name(name).heads[signal] is None
 
 
 def test_a_name_that_may_be_the_field_is_not_accounted_for() -> None:
-    assert not any(map(is_accounted, ("cmd", "setpoint", "level", "mode", "Kanal", "励磁")))
-    assert all(map(is_accounted, ("target_speed", "oil temperature", "Beschleunigung", "piston velocity (2)", "位置2")))
+    open_ones = ("cmd", "setpoint", "level", "mode", "Kanal", "励磁")
+    accounted = ("target_speed", "oil temperature", "Beschleunigung", "piston velocity (2)", "位置2")
+    assert not any(spoken_name(name).is_accounted for name in open_ones)
+    assert all(spoken_name(name).is_accounted for name in accounted)
 
 
 @pytest.mark.parametrize(

@@ -189,7 +189,7 @@ class LogOptions:
 
     def like(self, run: Run | None, model: Model) -> LogOptions:
         """What was given over how the run's own logs were read; the device is the model's, unless given."""
-        from erclutch.logs.name_pattern import still_needed
+        from erclutch.logs.mapping import still_needed
 
         of_run: Mapping[str, Any] = {} if run is None else run.reading
         columns = self.column_map()

@@ -21,10 +21,10 @@ from erclutch.logs.applied import apply
 from erclutch.logs.arrays import table_of_arrays
 from erclutch.logs.batches import WHOLE_FILE, Batch, RowRange, one_batch, windowed_batches
 from erclutch.logs.data_frame import table_of_frame
-from erclutch.logs.keywords import new_rate, options_of, window_of
-from erclutch.logs.log_file import found_reader, read_table, readable, recordings_in, require_file, table_of
-from erclutch.logs.log_reader import LogReader, LogSource
-from erclutch.logs.mapping import ColumnChoice, ColumnMap, file_mapping, map_over
+from erclutch.logs.keywords import all_options, new_rate, options_of, window_of
+from erclutch.logs.log_file import read_table, recordings_in, table_of
+from erclutch.logs.log_reader import LogReader, LogSource, log_at, readable
+from erclutch.logs.mapping import ColumnChoice, ColumnMap, file_mapping, map_over, told_of
 from erclutch.logs.plan import NEEDS, Invalid, Plan
 from erclutch.logs.planning import plan_of
 from erclutch.logs.recording_choice import table_of_log
@@ -33,7 +33,7 @@ from erclutch.logs.row_groups import group_of
 from erclutch.logs.table import Table
 from erclutch.logs.time_window import within
 from erclutch.signals.device import DeviceName
-from erclutch.signals.recording import NAMED_COLUMNS, Recording
+from erclutch.signals.recording import Recording
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -97,28 +97,19 @@ def read(
         MappingError: signals without a column or with several (UnitError: with a unit that does not fit).
     """
     said = options_of(options)
-    window, rate = window_of(said), new_rate(said)
-    told = map_over(mapping, None)
-    if said:
-        told = ColumnMap.from_options(said).over(told)
-    told = told.over(file_mapping(path, mapping_file))
-
+    repeated = all_options(mapping, said)  # so that the next logs may be read alike
+    window = window_of(said)
+    rate = new_rate(said)
+    told = told_of(path, mapping, said, mapping_file)
     if not isinstance(path, str | Path):
         table = table_of_frame(path)
     elif table is None:
         table = table_of_log(path, told, device, variable or told.variable)
     plan = plan_of(table, told, device=device, invalid=invalid)
     plan.require_sureness()
-    log = replace(within(apply(plan, table), *window), told=_told(mapping, said))
+    log = within(apply(plan, table), *window)
+    log = replace(log, told=repeated)
     return log if rate is None else resampled(log, rate)
-
-
-def _told(mapping: ColumnMap | Mapping[str, Any] | None, said: Mapping[str, Any]) -> dict[str, Any]:
-    """What was said of the columns, as options; a mapping with the keys of a mapping file has no options for all."""
-    labels: Mapping[str, Any] = mapping if isinstance(mapping, Mapping) else {}
-    known = {name.lower() for name in NAMED_COLUMNS}
-    columns = {name.lower(): label for name, label in labels.items() if name.lower() in known}
-    return {**columns, **said}
 
 
 def read_all(
@@ -138,7 +129,7 @@ def read_all(
     """
     from erclutch.logs.several_efforts import logs_of
 
-    file = require_file(path)
+    file = log_at(path).path
     told = mapping.over(file_mapping(file, mapping_file))
     names = recordings_in(file, told.variable)
     tables = {name: read_table(file, variable=name or None, decimal=told.decimal) for name in names or [""]}
@@ -183,7 +174,9 @@ def read_batches(
         LogError, MappingError: see `read`; what is wrong with a later stretch names its rows.
         SettingError: a constant that is given by segments.
     """
-    file, plugin = found_reader(path)
+    log = log_at(path)
+    file = log.path
+    plugin = log.plugin
     told = map_over(mapping, file_mapping(file, mapping_file))
     windows = plugin.of_type(LogReader).windows
     if windows and group_of(variable or told.variable) is None:
@@ -205,7 +198,9 @@ def extent_of(path: str | Path) -> tuple[int, int] | None:
     Raises:
         LogError: the file cannot be read.
     """
-    file, plugin = found_reader(path)
+    log = log_at(path)
+    file = log.path
+    plugin = log.plugin
     extent = plugin.of_type(LogReader).extent
     if extent is None:
         return None

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
 from erclutch.errors import MappingError, UnitError, shell_word
 from erclutch.logs.mapping import NONE, ColumnChoice, ColumnMap
 from erclutch.logs.named_columns import locate
-from erclutch.logs.names import OTHER
 from erclutch.logs.plan import ClockPlan
-from erclutch.logs.seen_columns import SeenColumns
+from erclutch.logs.seen_columns import EVEN, SeenColumns
 from erclutch.logs.table import Table
 from erclutch.signals import units
 from erclutch.signals.array import Array
@@ -26,7 +25,6 @@ _SHEET_STEP = 1.2e-5  # days: 1 Hz or faster
 _RATES = {"fs", "rate", "samplerate", "samplingrate"}
 _PERIODS = {"ts", "dt", "sampletime", "samplingtime", "sampleperiod", "samplingperiod"}
 _LONGEST_PERIOD = 0.5  # s: a larger number may be one of ms
-_EVEN = 1e-3  # share of a step by which equal steps may differ
 
 
 def clock_plan(seen: SeenColumns, told: ColumnMap, taken: Sequence[str]) -> ClockPlan:
@@ -50,10 +48,10 @@ def clock_plan(seen: SeenColumns, told: ColumnMap, taken: Sequence[str]) -> Cloc
 
     header = table.sample_period or _header_period(table)
     choice = told.time
-    if choice is not None and told.declines("time") and NONE not in table.columns:
+    if choice is not None and choice.is_none and NONE not in table.columns:
         return points(counters, f"no time ({choice.source}): the rows are points, none after another", choice.source)
     if choice is None:
-        guessed = time_column(seen, taken)
+        guessed = seen.time_column(taken)
         choice = None if guessed is None else ColumnChoice(guessed, source="guessed from its name or unit")
     if choice is not None:
         name, unit, scale = locate(table, choice, "time")
@@ -104,48 +102,6 @@ def points(counters: Sequence[str], sentence: str, reason: str) -> ClockPlan:
         reason: who said so, or what it was guessed from.
     """
     return ClockPlan("points", period=_APART, not_signals=tuple(counters), reason=reason, sentence=sentence)
-
-
-def time_column(seen: SeenColumns, taken: Iterable[str]) -> str | None:
-    """The column that is the time by its name, with a unit of time or none; or the only one with a unit of time.
-
-    Where no whole name is, the only column whose name ends in a time and whose numbers rise (``Machine_Time``).
-    """
-    free = seen.without(taken)
-    open_ones = [column for column in free if column.fits(("s",)) is not False]
-    for column in open_ones:
-        if column.spoken.is_time:
-            return column.name
-
-    in_seconds = [column for column in open_ones if column.fits(("s",)) and OTHER.isdisjoint(column.spoken.words)]
-    stated = seen.table.clock is not None or seen.table.sample_period is not None  # which says more
-    for tells in (_rises_in_each_row, _has_equal_steps):  # a delay and a state of the bench do not
-        if len(in_seconds) > 1 and not stated:
-            in_seconds = [column for column in in_seconds if tells(column.values[np.isfinite(column.values)])]
-    if len(in_seconds) == 1:
-        return in_seconds[0].name
-    rising = [column for column in open_ones if column.spoken.ends_in_time and column.shape.rises]
-    return rising[0].name if len(rising) == 1 else None
-
-
-def _rises_in_each_row(values: Array) -> bool:
-    return bool(np.all(np.diff(values) > 0.0))
-
-
-def _has_equal_steps(values: Array) -> bool:
-    steps = np.diff(values)
-    return bool(np.ptp(steps) <= _EVEN * np.median(steps)) if steps.size else False
-
-
-def stamps_of(seen: SeenColumns) -> Array | None:
-    """The time in s, or in what the file has, shape (n,); None for a table without a clock."""
-    table = seen.table
-    if table.clock is not None:
-        return table.clock
-    if table.sample_period is not None:
-        return np.arange(table.rows, dtype=np.float64) * table.sample_period
-    name = time_column(seen, ())
-    return None if name is None else table.columns[name]
 
 
 def _header_period(table: Table) -> float | None:
@@ -213,7 +169,7 @@ def _steady_column(seen: SeenColumns, taken: Sequence[str]) -> str:
     if steps.size < 2 or not np.isfinite(steps).all():
         return ""
     step = float(np.median(steps))
-    even = step > 0 and bool(np.all(np.abs(steps - step) <= _EVEN * step))
+    even = step > 0 and bool(np.all(np.abs(steps - step) <= EVEN * step))
     if not even or step.is_integer():
         return ""
     return f"{name} grows by {step:.4g} from row to row: if that is s, give --time {shell_word(f'{name} [s]')}"

@@ -1,28 +1,80 @@
 """Columns that may be a signal are found by what their names, their units and the shapes of their numbers say.
 
-A column that says what another one says is left out: degrees beside radians, a travel beside a position.
+A column that says what another one says is left out: degrees beside radians, a travel beside a position. Where several
+are left, the motion or a coefficient of friction may settle which it is (`guess`).
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
-from erclutch.logs.clock_planning import stamps_of
+from erclutch.errors import MappingError, shell_word
+from erclutch.logs.labels import split_end
 from erclutch.logs.names import NEED_UNIT, OTHER, SINGLE, TOLD, VOLTAGES, headed
-from erclutch.logs.seen_columns import SeenColumn, SeenColumns
-from erclutch.logs.shapes import follows, is_rate_of, is_steady, varies
+from erclutch.logs.quotients import rubbing_force
+from erclutch.logs.seen_columns import KINDS, NO_UNITS, SeenColumn, SeenColumns
+from erclutch.logs.shapes import follows, is_rate_of
 from erclutch.signals import units
 from erclutch.signals.array import Array
 from erclutch.signals.recording import SIGNALS
 
 #: Signals that a unit alone may tell.
 _TOLD_BY_UNIT = ("field", "slip", "position", "effort", "T")
-_NO_UNITS = (None, "", "-", "1", "%")
 _LENGTHS = ("displacement", "disp", "extension", "stroke", "crosshead", "weg", "deplacement", "desplazamiento")
 _WATT = "W"  # power is no signal
 _DIGITS = 2e-3  # share of the largest number by which numbers written with some digits may differ
+
+
+class Guess(NamedTuple):
+    """A column that may be a signal, and what speaks for it: ``name``, ``unit``, with what settled it."""
+
+    column: str
+    reason: str
+
+
+def guess(
+    seen: SeenColumns, signal: str, taken: Iterable[str], units_of_sensor: tuple[str, ...] = (), motion: str = ""
+) -> Guess | None:
+    """The one column that a signal's name or unit points to, or None; see `candidates`.
+
+    Args:
+        seen: the columns of the log.
+        signal: its name.
+        taken: columns that are something else.
+        units_of_sensor: see `candidates`.
+        motion: the column of the slip or position, whose kind decides between a torque and a force.
+
+    Raises:
+        MappingError: several columns would do.
+    """
+    names, reason = candidates(seen, signal, taken, units_of_sensor)
+    if signal == "position":
+        names = _one_motion(seen, names)
+    if signal == "effort" and len(names) > 1 and motion:
+        kind = seen.columns[motion].kind
+        kinds = {name: seen.columns[name].kind for name in names}
+        alike = [name for name in names if kind and kinds[name] == kind]
+        # Each of the others must be known to be of another kind.
+        if len(alike) == 1 and all(kinds.values()):
+            names = alike
+            reason += f", and it is that of a {KINDS[kind]}"
+    if signal == "effort" and len(names) > 1:
+        # A coefficient of friction says by its numbers which force is the friction and which presses.
+        rubbing = rubbing_force(seen)
+        if rubbing in names:
+            names = [rubbing]
+            reason += ", and a coefficient of friction is made of it"
+    if len(names) > 1:
+        table = seen.table
+        problem = f"{signal} may be any of the columns {', '.join(names)}; the file has: {table.listed}"
+        remedy = f"Say which, such as --{signal} {shell_word(table.label(names[0]))}"
+        if signal in ("effort", "T"):
+            remedy += ", or --variable all if each is a log"
+        raise MappingError(problem, remedy=remedy)
+    return Guess(names[0], reason) if names else None
 
 
 def candidates(
@@ -68,7 +120,8 @@ def candidates(
         return distinct(seen, chosen), "name"
 
     # No whole name speaks. A short name may, where its numbers go with another column.
-    heads = {column.name: headed(column.name, signal, seen.shared_words) for column in fitting}
+    stems = {column.name: split_end(column.name)[0] for column in fitting}
+    heads = {name: headed(stem, signal, seen.shared_words) for name, stem in stems.items()}
     shaped: list[str] = []
     for column in fitting:
         short = forms[column.name] or signal in column.spoken.numbered or heads[column.name] in NEED_UNIT
@@ -111,16 +164,15 @@ def _currents(free: Iterable[SeenColumn], named: Sequence[str]) -> list[str]:
 
 def _without_supplies(seen: SeenColumns, fields: Sequence[str]) -> list[str]:
     """Columns that may be the field; a column that hardly changes while another one does is that of a supply."""
-    values = {name: seen.columns[name].values for name in fields}
-    if not any(varies(each) for each in values.values()):
+    if not any(seen.columns[name].varies for name in fields):
         return list(fields)
-    return [name for name, each in values.items() if not is_steady(each)]
+    return [name for name in fields if not seen.columns[name].is_steady]
 
 
 def _unit_speaks(column: SeenColumn, signal: str, si_units: tuple[str, ...]) -> bool:
     """Whether a fitting unit alone tells the signal, since the name speaks for nothing else."""
     told = frozenset[str]() if signal == "field" else TOLD
-    if signal not in _TOLD_BY_UNIT or column.unit_for(si_units) in _NO_UNITS:
+    if signal not in _TOLD_BY_UNIT or column.unit_for(si_units) in (None, *NO_UNITS):
         return False
     if {*column.spoken.stem_words} & (told | OTHER) or signal in column.spoken.turned:
         return False
@@ -138,11 +190,9 @@ def _goes_with(seen: SeenColumns, column: SeenColumn, signal: str) -> bool:
     positions = [other for other in others if "position" in other.spoken.may_be]
     speeds = [other for other in others if "slip" in other.spoken.may_be]
     if signal == "slip":
-        stamps = stamps_of(seen)
-        return any(is_rate_of(column.values, position.values, stamps) for position in positions)
+        return any(is_rate_of(column.values, position.values, seen.stamps) for position in positions)
     if signal == "position" and speeds:
-        stamps = stamps_of(seen)
-        return any(is_rate_of(speed.values, column.values, stamps) for speed in speeds)
+        return any(is_rate_of(speed.values, column.values, seen.stamps) for speed in speeds)
     if signal == "position":  # no other motion is there
         efforts = [other for other in others if (other.spoken.forms["effort"] or "t") not in NEED_UNIT]
         return any(follows(effort.values, column.values) for effort in efforts)
@@ -169,7 +219,7 @@ def distinct(seen: SeenColumns, names: Iterable[str]) -> list[str]:
     return [column.name for column in kept]
 
 
-def one_motion(seen: SeenColumns, names: Iterable[str]) -> list[str]:
+def _one_motion(seen: SeenColumns, names: Iterable[str]) -> list[str]:
     """Positions without those that say the same from another zero: a travel beside an absolute one."""
     kept: list[SeenColumn] = []
     for name in names:

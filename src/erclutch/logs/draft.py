@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from erclutch.errors import MappingError
+from erclutch.errors import MappingError, UnitError
 from erclutch.logs.mapping import ColumnMap
 from erclutch.logs.plan import NEEDS, OPTIONAL, ClockPlan, Question, SignalPlan, Sureness
 from erclutch.logs.seen_columns import SeenColumns
@@ -75,7 +75,8 @@ class Draft:
 
     def ask(self, signal: str, error: MappingError, option: str = "") -> None:
         """Keep an error as a question about a signal, with the option that answers it where that is known."""
-        self.questions[signal] = Question.of(signal, error, option)
+        of_unit = isinstance(error, UnitError)
+        self.questions[signal] = Question(signal, error.problem, error.remedy, of_unit, option)
 
     def take(
         self, signal: str, name: str, unit: str | None, scale: float, reason: str, sureness: Sureness = "given"

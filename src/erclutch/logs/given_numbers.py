@@ -22,16 +22,18 @@ def take_given_numbers(draft: Draft) -> None:
             user said that none was logged. UnitError: a unit that does not fit its signal.
     """
     told = draft.told
-    given: dict[str, tuple[float, str | None, str]] = {}  # number, unit, source
-    if told.name_pattern:
-        for key, (number, unit) in constants_of(told.name_pattern, draft.table.name).items():
-            given[key] = (number, unit, _OF_A_NAME)
+    of_mapping: dict[str, tuple[float, str | None, str]] = {}  # number, unit, source
     for key, text in told.constants.items():
         if "," in text:
             _take_steps(draft, key, text)
         else:
-            given[key] = (*_quantity(key, text), told.source)
+            of_mapping[key] = (*_quantity(key, text), told.source)
+    of_name: dict[str, tuple[float, str | None, str]] = {}
+    if told.name_pattern:
+        for key, (number, unit) in constants_of(told.name_pattern, draft.table.name).items():
+            of_name[key] = (number, unit, _OF_A_NAME)
 
+    given = {**of_name, **of_mapping}
     for key, (number, unit, source) in given.items():
         text = f"{number:g} {unit}" if unit else f"{number:g}"
         chosen = draft.signals.get(key)

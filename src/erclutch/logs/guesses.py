@@ -4,33 +4,24 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import replace
-from typing import NamedTuple
 
 import numpy as np
 
 from erclutch.errors import MappingError, shell_word
-from erclutch.logs.clock_planning import stamps_of
-from erclutch.logs.columns import candidates, one_motion
+from erclutch.logs.columns import Guess, candidates, guess
 from erclutch.logs.draft import Draft
 from erclutch.logs.labels import split_label
-from erclutch.logs.missing_columns import maybe_field, missing, rubbing_force, why_no_field
+from erclutch.logs.missing_columns import missing
+from erclutch.logs.no_field import maybe_field, why_no_field
 from erclutch.logs.plan import NEEDS, Sureness
-from erclutch.logs.seen_columns import KINDS, SeenColumns
 from erclutch.logs.sensor_scales import scaled
-from erclutch.logs.shapes import is_rate_of, is_steady, varies
+from erclutch.logs.shapes import is_rate_of
 from erclutch.logs.stated_field import take_stated_field
 from erclutch.signals.recording import SIGNALS
 from erclutch.signals.units import UNKNOWN
 
 #: A coil that makes a field draws more than this, in A, in V or as logged.
 _FAINT_FIELD = 1e-3
-
-
-class Guess(NamedTuple):
-    """A column that may be a signal, and what speaks for it: ``name``, ``unit``, with what settled it."""
-
-    column: str
-    reason: str
 
 
 def guess_what_is_needed(draft: Draft) -> None:
@@ -95,7 +86,7 @@ def _take_guess(draft: Draft, signal: str, found: Guess, motion: str) -> bool:
     if signal == "position" and motion and not named:
         # A gap and a travel of something else have the unit of a position too.
         speed = table.columns[motion]
-        if not is_rate_of(speed, column.values, stamps_of(draft.seen)):
+        if not is_rate_of(speed, column.values, draft.seen.stamps):
             option = f"--position {shell_word(table.label(column.name))}"
             why = f"column {column.name} has the unit of a position, and column {motion} is not its rate"
             draft.notes.append(f"{why}: left out ({option} takes it)")
@@ -119,56 +110,15 @@ def _take_guess(draft: Draft, signal: str, found: Guess, motion: str) -> bool:
 
 def _tell_supplies(draft: Draft, field: str, taken: Iterable[str]) -> None:
     """Say which columns could be the field by their names and units, and are that of a supply by their numbers."""
-    if not varies(draft.seen.columns[field].values):
+    if not draft.seen.columns[field].varies:
         return
     for column in draft.seen.without(taken):
-        if column.fits(("V", "A")) and "field" in column.spoken.may_be and is_steady(column.values):
+        if column.fits(("V", "A")) and "field" in column.spoken.may_be and column.is_steady:
             low, high = np.nanmin(column.values), np.nanmax(column.values)
             course = (
                 f"keeps near one level, {low:.4g} to {high:.4g} {column.unit_for(('V', 'A'))}, while {field} changes"
             )
             draft.notes.append(f"column {column.name} {course}: taken for a supply, left out")
-
-
-def guess(
-    seen: SeenColumns, signal: str, taken: Iterable[str], units_of_sensor: tuple[str, ...] = (), motion: str = ""
-) -> Guess | None:
-    """The one column that a signal's name or unit points to, or None; see `candidates`.
-
-    Args:
-        seen: the columns of the log.
-        signal: its name.
-        taken: columns that are something else.
-        units_of_sensor: see `candidates`.
-        motion: the column of the slip or position, whose kind decides between a torque and a force.
-
-    Raises:
-        MappingError: several columns would do.
-    """
-    found, reason = candidates(seen, signal, taken, units_of_sensor)
-    if signal == "position":
-        found = one_motion(seen, found)
-    if signal == "effort" and len(found) > 1 and motion:
-        kind = seen.columns[motion].kind
-        kinds = {name: seen.columns[name].kind for name in found}
-        alike = [name for name in found if kind and kinds[name] == kind]
-        # Each of the others must be known to be of another kind.
-        if len(alike) == 1 and all(kinds[name] for name in found):
-            found = alike
-            reason += f", and it is that of a {KINDS[kind]}"
-    if signal == "effort" and len(found) > 1:
-        # A coefficient of friction says by its numbers which force is the friction and which presses.
-        rubbing = rubbing_force(seen)
-        if rubbing in found:
-            found = [rubbing]
-            reason += ", and a coefficient of friction is made of it"
-    if len(found) > 1:
-        table = seen.table
-        problem = f"{signal} may be any of the columns {', '.join(found)}; the file has: {table.listed}"
-        remedy = f"Say which, such as --{signal} {shell_word(table.label(found[0]))}"
-        remedy += ", or --variable all if each is a log" if signal in ("effort", "T") else ""
-        raise MappingError(problem, remedy=remedy)
-    return Guess(found[0], reason) if found else None
 
 
 def _pair_remedy(draft: Draft) -> str:

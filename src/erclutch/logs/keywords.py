@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, cast
 
 from erclutch.errors import MappingError, SettingError, UnitError
 from erclutch.signals import units
@@ -47,6 +47,19 @@ def options_of(keywords: Mapping[str, Any]) -> dict[str, Any]:
         else:
             options[name] = value
     return options
+
+
+def all_options(mapping: object, said: Mapping[str, Any]) -> dict[str, Any]:
+    """What was said of the columns, as options; a mapping with the keys of a mapping file has no options for all.
+
+    Args:
+        mapping: see `erclutch.read`.
+        said: options, which win.
+    """
+    labels = cast("Mapping[str, Any]", mapping if isinstance(mapping, Mapping) else {})
+    known = {name.lower() for name in NAMED_COLUMNS}
+    columns = {name.lower(): label for name, label in labels.items() if name.lower() in known}
+    return {**columns, **said}
 
 
 def told_alike(logs: Sequence[LogFacts]) -> dict[str, Any]:

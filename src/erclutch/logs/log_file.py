@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Generator
-from contextlib import contextmanager
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from erclutch.errors import LogError, placed
-from erclutch.logs.log_reader import HEAD, LogReader, LogSource, folder_reader, read_by, reader_of, require_no_run
+from erclutch.logs.log_reader import LogReader, LogSource, log_at, readable
+from erclutch.logs.readers.budget import Budget, size_of, within
 from erclutch.logs.row_groups import group_of, groups_in, rows_of, wants_each
 from erclutch.logs.split_stamps import with_whole_stamps
 from erclutch.logs.table import Table
@@ -56,12 +58,12 @@ def read_table(
     Raises:
         LogError: no such file, no permission, not a log, damaged, or without a column of numbers.
     """
-    file, plugin = _found(path)
+    log = log_at(path)
+    file = log.path
     data = b""
-    notes: list[str] = []
     with placed(file.name):
-        if plugin is not None:
-            digest = _digest_of_files(file, plugin.of_type(LogReader))
+        if not log.is_file:
+            digest = _digest_of_files(file, log.plugin.of_type(LogReader))
         else:
             with readable(file):
                 if file.stat().st_size > _LARGEST:
@@ -70,65 +72,45 @@ def read_table(
             if not data:
                 raise LogError("the file is empty", remedy=_ROWS_WANTED)
             digest = hashlib.sha256(data).hexdigest()
-    if plugin is None:
-        plugin, notes = reader_of(data[:HEAD], file.suffix)
     source = LogSource(file, data, digest, variable, told, decimal)
     group = group_of(variable)
-    if group is not None and variable not in _names_in(plugin, source):
+    if group is not None and variable not in _names_in(log.plugin, source):
         with placed(file.name):
-            table = rows_of(read_by(plugin, replace(source, variable=group.recording)), group)
+            table = rows_of(read_by(log.plugin, replace(source, variable=group.recording)), group)
     else:
-        table = read_by(plugin, source)
+        table = read_by(log.plugin, source)
     if not table.columns or not table.rows:
         raise LogError("the file has no rows of numbers", remedy=_ROWS_WANTED, where=table.name)
     table = unwoven(with_whole_stamps(table))
-    return replace(table, notes=(*table.notes, *notes), path=str(path))
+    return replace(table, notes=(*table.notes, *log.notes), path=str(path))
 
 
-def require_file(path: str | Path) -> Path:
-    """The path of a log that is there.
-
-    Raises:
-        LogError: no such file, no log, or no permission.
-    """
-    file, _ = _found(path)
-    return file
-
-
-def found_reader(path: str | Path) -> tuple[Path, Plugin]:
-    """The path of a log that is there, and its reader; no more than the head of the file is read.
+def read_by(plugin: Plugin, source: LogSource) -> Table:
+    """The file as a table by a reader; that of another package is named in its notes, and looked at.
 
     Raises:
-        LogError: see `require_file`.
+        LogError: the file is damaged. PluginError: the reader is.
     """
-    file, plugin = _found(path)
-    if plugin is None:
-        with readable(file), file.open("rb") as content:
-            plugin, _ = reader_of(content.read(HEAD), file.suffix)
-    return file, plugin
-
-
-def _found(path: str | Path) -> tuple[Path, Plugin | None]:
-    """The path of a log that is there, and the reader for which its folder, or several files, are one log.
-
-    Raises:
-        LogError: no such file, no log, or no permission.
-    """
-    file = Path(path)
-    with placed(str(path)):
-        try:
-            require_no_run(file)
-            whole = folder_reader(file)
-            if file.is_dir() and whole is None:
-                raise LogError("this is a folder, not a file", remedy="Give one log file")
-            if not file.exists() and whole is None:
-                raise LogError("there is no such file", remedy="Check the path")
-            if whole is None and not file.is_file():
-                raise LogError("this is not a regular file", remedy="Give a log file")
-        except (OSError, ValueError) as error:
-            problem = f"the file cannot be read ({error})"
-            raise LogError(problem, remedy="Check the path and its permissions") from error
-    return file, whole
+    reader: LogReader = plugin.of_type(LogReader)
+    if source.variable and reader.recordings is None:
+        problem = f"a log of this format is one recording: it has no {source.variable!r} for --variable"
+        remedy = "Leave it out, or give --variable '' where a run or mapping has it"
+        raise LogError(problem, where=source.name, remedy=remedy)
+    with plugin.working(f"failed on {source.name}"):
+        budget = Budget(len(source.data) or size_of(source.path))
+        with placed(source.name), within(budget.seconds):
+            table: Any = reader.read(source)
+        if not plugin.own:  # a package of somebody else may return anything
+            if not isinstance(table, Table):
+                raise plugin.fault(f"returns a {type(table).__name__}, it must be a Table of erclutch.logs.table")
+            columns = {name: np.asarray(values, np.float64) for name, values in table.columns.items()}
+            shapes = {values.shape for values in columns.values()}
+            if len(shapes) > 1 or any(len(shape) != 1 for shape in shapes):
+                listed = ", ".join(f"{name} {values.shape}" for name, values in columns.items())
+                raise plugin.fault(f"returns columns that are no vectors of one length: {listed}")
+            notes = (*table.notes, f"read by {plugin.name!r} of {plugin.label}")
+            table = replace(table, columns=columns, notes=notes)
+        return replace(table, damage=reader.tells_damage)
 
 
 def _digest_of_files(log: Path, reader: LogReader) -> str:
@@ -161,13 +143,12 @@ def recordings_in(path: str | Path, variable: str | None = None) -> list[str]:
         with placed(Path(path).name):
             parted = groups_in(read_table(path, variable=group.recording), group.column)
         return [f"{group.recording}; {name}" if group.recording else name for name in parted]
-    file, plugin = _found(path)
+    log = log_at(path)
     data = b""
-    if plugin is None:
-        with readable(file):
-            data = file.read_bytes()
-        plugin, _ = reader_of(data[:HEAD], file.suffix)
-    return _names_in(plugin, LogSource(file, data, ""))
+    if log.is_file:
+        with readable(log.path):
+            data = log.path.read_bytes()
+    return _names_in(log.plugin, LogSource(log.path, data, ""))
 
 
 def _names_in(plugin: Plugin, source: LogSource) -> list[str]:
@@ -176,13 +157,3 @@ def _names_in(plugin: Plugin, source: LogSource) -> list[str]:
         return []
     with placed(source.path.name), plugin.working(f"failed on {source.path.name}"):
         return list(names_of(source))
-
-
-@contextmanager
-def readable(file: Path) -> Generator[None]:
-    """What the system says against reading a file is a LogError."""
-    try:
-        yield
-    except OSError as error:
-        problem = f"the file cannot be read ({error.strerror})"
-        raise LogError(problem, remedy="Check its permissions", where=str(file)) from error

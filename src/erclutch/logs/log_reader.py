@@ -6,16 +6,13 @@ A reader is a file of ``logs/readers`` that assigns ``READER``, or comes from an
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Generator, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
-
-import numpy as np
 
 from erclutch import registry
 from erclutch.errors import LogError, PluginError, placed, printable
-from erclutch.logs.readers.budget import Budget, size_of, within
 from erclutch.logs.table import Table
 from erclutch.registry import Plugin
 
@@ -95,18 +92,60 @@ def log_suffixes() -> tuple[str, ...]:
     return tuple(sorted({suffix for _, reader in _readers([]) for suffix in reader.suffixes}))
 
 
-def folder_reader(path: Path) -> Plugin | None:
-    """The reader for which a folder, or a path of several files, is one log, or None: then a folder holds logs."""
-    if path.is_file():
-        return None
-    readers = _readers([])
-    for plugin, reader in readers:
-        if reader.folder and (path / reader.folder).is_file():
-            return plugin
-    for plugin, reader in readers:
-        if reader.joins is not None and reader.joins(path):
-            return plugin
-    return None
+@dataclass(frozen=True)
+class ReadableLog:
+    """A log that is there, and its reader.
+
+    Attributes:
+        path: of the file, or of the folder that is one log.
+        plugin: the reader.
+        is_file: whether the log is one file; else it is a folder, or several files.
+        notes: a sentence on each reader that could not be asked.
+    """
+
+    path: Path
+    plugin: Plugin
+    is_file: bool
+    notes: list[str]
+
+
+def log_at(path: str | Path) -> ReadableLog:
+    """The log at a path, and its reader; no more than the head of a file is read.
+
+    Raises:
+        LogError: no such file, no log, or no permission.
+    """
+    file = Path(path)
+    with placed(str(path)):
+        try:
+            require_no_run(file)
+            if file.is_file():
+                with readable(file), file.open("rb") as content:
+                    head = content.read(HEAD)
+                plugin, notes = reader_of(head, file.suffix)
+                return ReadableLog(file, plugin, is_file=True, notes=notes)
+
+            of_folder = folder_reader(file)
+            if of_folder is not None:
+                return ReadableLog(file, of_folder, is_file=False, notes=[])
+            if file.is_dir():
+                raise LogError("this is a folder, not a file", remedy="Give one log file")
+            if not file.exists():
+                raise LogError("there is no such file", remedy="Check the path")
+            raise LogError("this is not a regular file", remedy="Give a log file")
+        except (OSError, ValueError) as error:
+            problem = f"the file cannot be read ({error})"
+            raise LogError(problem, remedy="Check the path and its permissions") from error
+
+
+@contextmanager
+def readable(file: Path) -> Generator[None]:
+    """What the system says against reading a file is a LogError."""
+    try:
+        yield
+    except OSError as error:
+        problem = f"the file cannot be read ({error.strerror})"
+        raise LogError(problem, remedy="Check its permissions", where=str(file)) from error
 
 
 def require_no_run(path: Path) -> None:
@@ -142,32 +181,18 @@ def reader_of(head: bytes, suffix: str) -> tuple[Plugin, list[str]]:
     return by_suffix, notes
 
 
-def read_by(plugin: Plugin, source: LogSource) -> Table:
-    """The file as a table by a reader; that of another package is named in its notes, and looked at.
-
-    Raises:
-        LogError: the file is damaged. PluginError: the reader is.
-    """
-    reader: LogReader = plugin.of_type(LogReader)
-    if source.variable and reader.recordings is None:
-        problem = f"a log of this format is one recording: it has no {source.variable!r} for --variable"
-        remedy = "Leave it out, or give --variable '' where a run or mapping has it"
-        raise LogError(problem, where=source.name, remedy=remedy)
-    with plugin.working(f"failed on {source.name}"):
-        budget = Budget(len(source.data) or size_of(source.path))
-        with placed(source.name), within(budget.seconds):
-            table: Any = reader.read(source)
-        if not plugin.own:  # a package of somebody else may return anything
-            if not isinstance(table, Table):
-                raise plugin.fault(f"returns a {type(table).__name__}, it must be a Table of erclutch.logs.table")
-            columns = {name: np.asarray(values, np.float64) for name, values in table.columns.items()}
-            shapes = {values.shape for values in columns.values()}
-            if len(shapes) > 1 or any(len(shape) != 1 for shape in shapes):
-                listed = ", ".join(f"{name} {values.shape}" for name, values in columns.items())
-                raise plugin.fault(f"returns columns that are no vectors of one length: {listed}")
-            notes = (*table.notes, f"read by {plugin.name!r} of {plugin.label}")
-            table = replace(table, columns=columns, notes=notes)
-        return replace(table, damage=reader.tells_damage)
+def folder_reader(path: Path) -> Plugin | None:
+    """The reader for which a folder, or a path of several files, is one log, or None: then a folder holds logs."""
+    if path.is_file():
+        return None
+    readers = _readers([])
+    for plugin, reader in readers:
+        if reader.folder and (path / reader.folder).is_file():
+            return plugin
+    for plugin, reader in readers:
+        if reader.joins is not None and reader.joins(path):
+            return plugin
+    return None
 
 
 def _readers(notes: list[str]) -> list[tuple[Plugin, LogReader]]:

@@ -30,14 +30,14 @@ before it turns the sign (``-F [N]``). What the command line says wins over the 
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, cast
 
 from erclutch.errors import MappingError, UnitError, placed
 from erclutch.files import plain_words, small_file, toml_of
-from erclutch.logs.name_pattern import still_needed
+from erclutch.logs.name_pattern import FIELD
 from erclutch.signals.recording import NAMED_COLUMNS, SIGNALS
 
 #: Units that say no more than that a column holds whole numbers of a converter or an encoder.
@@ -69,6 +69,11 @@ class ColumnChoice:
     unit: str | None = None
     scale: float = 1.0
     source: str = "given"
+
+    @property
+    def is_none(self) -> bool:
+        """Whether the choice is that no column is taken."""
+        return str(self.column).strip() == NONE
 
 
 @dataclass(frozen=True)
@@ -110,7 +115,7 @@ class ColumnMap:
     def declines(self, signal: str) -> bool:
         """Whether no column is to be taken for a signal, whatever the columns are called."""
         choice = self.time if signal == "time" else self.columns.get(signal)
-        return choice is not None and str(choice.column).strip() == NONE
+        return choice is not None and choice.is_none
 
     @classmethod
     def from_labels(cls, labels: Mapping[str, str | int], **others: Any) -> ColumnMap:
@@ -138,7 +143,9 @@ class ColumnMap:
             problem = f"the mapping file cannot be read ({plain_words(error)})"
             raise MappingError(problem, remedy="Correct the mapping file", where=path.name) from error
         digest = hashlib.sha256(content).hexdigest()
-        return replace(cls.from_dict(values, path.name), file=(path.name, digest))
+        with placed(path.name):
+            told = cls.from_dict(values, path.name)
+        return replace(told, file=(path.name, digest))
 
     @classmethod
     def from_dict(cls, values: Mapping[str, Any], source: str = "given") -> ColumnMap:
@@ -147,31 +154,30 @@ class ColumnMap:
         Raises:
             MappingError: an unknown key, or a value of the wrong kind.
         """
-        with placed("" if source == "given" else source):
-            _known(values, _KEYS, "key")
-            columns = _table_of(values, "columns")
-            _known(columns, NAMED_COLUMNS, "signal")
-            scales = _table_of(values, "scales")
-            _known(scales, tuple(SIGNALS), "signal")
-            inputs = values.get("inputs", ())
-            if not isinstance(inputs, list | tuple):
-                raise MappingError(f"inputs is {inputs!r}", remedy='Write it as a list: inputs = ["D [cm]"]')
-            constants = _table_of(values, "constants")
-            twice = sorted(columns.keys() & constants)
-            if twice:
-                raise MappingError(f"{twice[0]} is given as a column and as a constant", remedy="Give one of the two")
-            time = values.get("time")
-            return cls(
-                columns={name: _choice(name, value, source) for name, value in columns.items()},
-                time=None if time is None else _choice("time", time, source),
-                rate=_number(values, "rate", "Hz"),
-                lead=_number(values, "lead", "m"),
-                constants={str(name): str(value) for name, value in constants.items()},
-                scales={name: str(value) for name, value in scales.items()},
-                inputs=tuple(_choice("inputs", label, source) for label in cast("list[Any]", inputs)),
-                source=source,
-                **_texts(values),
-            )
+        _known(values, _KEYS, "key")
+        columns = _table_of(values, "columns")
+        _known(columns, NAMED_COLUMNS, "signal")
+        scales = _table_of(values, "scales")
+        _known(scales, tuple(SIGNALS), "signal")
+        inputs = values.get("inputs", ())
+        if not isinstance(inputs, list | tuple):
+            raise MappingError(f"inputs is {inputs!r}", remedy='Write it as a list: inputs = ["D [cm]"]')
+        constants = _table_of(values, "constants")
+        twice = sorted(columns.keys() & constants)
+        if twice:
+            raise MappingError(f"{twice[0]} is given as a column and as a constant", remedy="Give one of the two")
+        time = values.get("time")
+        return cls(
+            columns={name: _choice(name, value, source) for name, value in columns.items()},
+            time=None if time is None else _choice("time", time, source),
+            rate=_number(values, "rate", "Hz"),
+            lead=_number(values, "lead", "m"),
+            constants={str(name): str(value) for name, value in constants.items()},
+            scales={name: str(value) for name, value in scales.items()},
+            inputs=tuple(_choice("inputs", label, source) for label in cast("list[Any]", inputs)),
+            source=source,
+            **_texts(values),
+        )
 
     @classmethod
     def from_options(cls, options: Mapping[str, Any], source: str = "given") -> ColumnMap:
@@ -221,16 +227,49 @@ class ColumnMap:
         )
 
 
+def told_of(
+    log: object,
+    mapping: ColumnMap | Mapping[str, Any] | None,
+    options: Mapping[str, Any],
+    mapping_file: str | Path | None = None,
+) -> ColumnMap:
+    """All that is said of the columns of a log: options win over the mapping, and that over the mapping file.
+
+    Args:
+        log: see `file_mapping`.
+        mapping: see `erclutch.read`.
+        options: see `ColumnMap.from_options`.
+        mapping_file: see `file_mapping`.
+
+    Raises:
+        MappingError: an unknown key or signal, or a mapping file that cannot be used.
+    """
+    said = ColumnMap.from_options(options).over(column_map(mapping))
+    return said.over(file_mapping(log, mapping_file))
+
+
 def map_over(mapping: ColumnMap | Mapping[str, Any] | None, base: ColumnMap | None) -> ColumnMap:
     """What is given as a mapping (see `erclutch.read`), over another mapping.
 
     Raises:
         MappingError: an unknown key or signal.
     """
-    if not isinstance(mapping, ColumnMap):
-        labels = set(mapping or ()) <= {*NAMED_COLUMNS, "time"}
-        mapping = ColumnMap.from_labels(mapping or {}) if labels else ColumnMap.from_dict(mapping or {})
-    return mapping if base is None else mapping.over(base)
+    told = column_map(mapping)
+    return told if base is None else told.over(base)
+
+
+def column_map(mapping: ColumnMap | Mapping[str, Any] | None) -> ColumnMap:
+    """What is given as a mapping: a plain mapping holds labels, or has the keys of a mapping file.
+
+    Raises:
+        MappingError: an unknown key or signal.
+    """
+    if isinstance(mapping, ColumnMap):
+        return mapping
+    values = mapping or {}
+    if values.keys() <= {*NAMED_COLUMNS, "time"}:
+        return ColumnMap.from_labels(values)
+    return ColumnMap.from_dict(values)
 
 
 def file_mapping(log: object, named: str | Path | None = None) -> ColumnMap:
@@ -243,25 +282,23 @@ def file_mapping(log: object, named: str | Path | None = None) -> ColumnMap:
     Raises:
         MappingError: the mapping file cannot be used.
     """
+    beside = file_beside(Path(log)) if isinstance(log, str | Path) else None
     if named is not None:
         return ColumnMap.from_toml(named)
-    return beside(Path(log)) if isinstance(log, str | Path) else ColumnMap()
-
-
-def beside(log: Path) -> ColumnMap:
-    """The mapping file that belongs to a log, or an empty mapping.
-
-    Raises:
-        MappingError: there is one, but it cannot be used.
-    """
-    path = file_beside(log)
-    if path is None:
+    if beside is None:
         return ColumnMap()
     try:
-        return ColumnMap.from_toml(path)
+        return ColumnMap.from_toml(beside)
     except MappingError as error:
-        remedy = f"{error.remedy}; it is read as it lies beside {log.name}: rename it if it is no mapping"
+        name = Path(str(log)).name
+        remedy = f"{error.remedy}; it is read as it lies beside {name}: rename it if it is no mapping"
         raise MappingError(error.problem, where=error.where, remedy=remedy) from error
+
+
+def still_needed(pattern: str | None, given: Iterable[str]) -> str | None:
+    """A name pattern; None where all the signals that it would give are given already."""
+    signals = {match.group(1) for match in FIELD.finditer(pattern or "")} & SIGNALS.keys()
+    return None if signals and signals <= {*given} else pattern
 
 
 def file_beside(log: Path) -> Path | None:

@@ -7,7 +7,6 @@ from dataclasses import replace
 import numpy as np
 
 from erclutch.errors import MappingError, shell_word
-from erclutch.logs.clock_planning import stamps_of
 from erclutch.logs.draft import Draft
 from erclutch.logs.shapes import is_usual_ratio, over_rate
 from erclutch.signals import units
@@ -46,7 +45,7 @@ def hold_slip_against_position(draft: Draft) -> None:
     clock = draft.clock
     if slip is None or position is None or clock is None or not slip.column or not position.column:
         return
-    stamps = stamps_of(draft.seen)
+    stamps = draft.seen.stamps
     if stamps is None or (slip.si, position.si) not in _RATES:
         return
     speed = draft.table.columns[slip.column] * slip.factor

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
 
 from erclutch.errors import MappingError
 from erclutch.signals import units
-from erclutch.signals.recording import SIGNALS
 
-_FIELD = re.compile(r"\{([A-Za-z_]\w*)(?:\s*(?::|\[)\s*([^{}\[\]]*?)\s*\]?)?\}")
+#: A field of a pattern, with its name and its unit.
+FIELD = re.compile(r"\{([A-Za-z_]\w*)(?:\s*(?::|\[)\s*([^{}\[\]]*?)\s*\]?)?\}")
 _NUMBER = r"([+-]?\d+(?:[.x]\d+)?)"
 _UNIT_AFTER = re.compile(r"[A-Za-zµ°%][A-Za-zµ°%/]*")
 _NUMBER_WITH_LETTERS = re.compile(r"\d+(?:[.x]\d+)?([A-Za-z]*)")
@@ -17,25 +16,22 @@ _UNITS_OF_FIELD = ("A", "mA", "V", "kV", "T", "mT")
 _QUANTITIES = {"mm": "amplitude", "Hz": "frequency", "rpm": "speed", "s": "time", "C": "temperature", "Nm": "torque"}
 
 
-def still_needed(pattern: str | None, given: Iterable[str]) -> str | None:
-    """A pattern; None where all the signals that it would give are given already."""
-    found = {match.group(1) for match in _FIELD.finditer(pattern or "")} & SIGNALS.keys()
-    return None if found and found <= {*given} else pattern
-
-
 def proposed(name: str) -> str:
     """A pattern for a name that holds one number with a field's unit, such as ``5mm3Hz0x25A.txt``; "" for others."""
     stem = name.rpartition(".")[0] or name
-    found = list(_NUMBER_WITH_LETTERS.finditer(stem))
-    if [match.group(1) in _UNITS_OF_FIELD for match in found].count(True) != 1:
+    numbers = list(_NUMBER_WITH_LETTERS.finditer(stem))
+    of_fields = [number for number in numbers if number.group(1) in _UNITS_OF_FIELD]
+    if len(of_fields) != 1:
         return ""
-    pattern, end = "", 0
-    for count, match in enumerate(found, start=1):
-        unit = match.group(1)
+    pattern = ""
+    end = 0  # of the number before
+    for place, number in enumerate(numbers, start=1):
+        unit = number.group(1)
         quantity = "field" if unit in _UNITS_OF_FIELD else _QUANTITIES.get(unit, "")
-        quantity = quantity if quantity and f"{{{quantity}}}" not in pattern else f"number{count}"
-        pattern += f"{stem[end : match.start()]}{{{quantity}}}{unit}"
-        end = match.end()
+        if not quantity or f"{{{quantity}}}" in pattern:
+            quantity = f"number{place}"
+        pattern += f"{stem[end : number.start()]}{{{quantity}}}{unit}"
+        end = number.end()
     return pattern + stem[end:]
 
 
@@ -48,12 +44,12 @@ def constants_of(pattern: str, name: str) -> dict[str, tuple[float, str | None]]
     Raises:
         MappingError: the pattern has no field or one twice, or the name does not match.
     """
-    fields = list(_FIELD.finditer(pattern))
+    fields = list(FIELD.finditer(pattern))
     keys = [match.group(1) for match in fields]
-    if not keys or len(set(keys)) < len(keys) or re.search(r"[{}]", _FIELD.sub("", pattern)):
+    if not keys or len(set(keys)) < len(keys) or re.search(r"[{}]", FIELD.sub("", pattern)):
         problem = f"the name pattern '{pattern}' is not a template with different fields"
         raise MappingError(problem, remedy="Write it like {amplitude}mm{frequency}Hz{field}A")
-    literals = _FIELD.split(pattern)[::3]  # what stands between the fields
+    literals = FIELD.split(pattern)[::3]  # what stands between the fields
     expression = _NUMBER.join(re.escape(literal) for literal in literals)
     stems = [name, *(name[:at] for at, letter in enumerate(name) if letter == ".")]
     matches = (re.fullmatch(expression, stem) for stem in stems)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 import unicodedata
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -124,7 +124,7 @@ class SpokenName:
         plain: the name in small letters, without signs; and so the stem.
         words: of the whole name.
         stem_words: of the stem.
-        forms: signal -> the name that speaks for it, see `called_as`.
+        forms: signal -> the name that speaks for it, see `_called_as`.
         heads: signal of a single device -> the head of the name, see `headed`.
         numbered: signals of a single device whose name stands in front of a joint's or a channel's number (``dq3``).
         may_be: signals of a single device for which its form, its head, or a name in front of a number speaks.
@@ -155,17 +155,29 @@ class SpokenName:
     is_accounted: bool
 
 
-@lru_cache(maxsize=4096)
 def spoken_name(name: str) -> SpokenName:
-    """What a name says; the same for every column of this name."""
+    """What a name says."""
     stem, end = split_end(name)
+    return spoken(name, stem, end)
+
+
+@lru_cache(maxsize=4096)
+def spoken(name: str, stem: str, end: str | None) -> SpokenName:
+    """What a name says; the same for every column of this name.
+
+    Args:
+        name: of a column.
+        stem: the name without the unit that ends it.
+        end: that unit, or None.
+    """
     plain_stem = plain(stem)
     stem_words = tuple(words_of(stem))
-    forms = {signal: called_as(name, signal) for signal in NAMES}
-    heads = {signal: headed(name, signal) for signal in SINGLE}
+    forms = {signal: _called_as(name, stem, signal) for signal in NAMES}
+    heads = {signal: headed(stem, signal) for signal in SINGLE}
     bare = plain_stem.rstrip("0123456789")
     numbered = frozenset(signal for signal in SINGLE if bare != plain_stem and bare in _NAMES[signal])
-    plainly = {*stem_words}.isdisjoint(TOLD | OTHER | _NOT_MEASURED)
+
+    plainly = (TOLD | OTHER | _NOT_MEASURED).isdisjoint(stem_words)
     speaking = {word for word in stem_words if plainly and len(word) > 2}
     against = {signal: _NOT_MEASURED | _AGAINST.get(signal, frozenset()) for signal in NAMES}
     return SpokenName(
@@ -180,11 +192,11 @@ def spoken_name(name: str) -> SpokenName:
         numbered,
         may_be=frozenset(signal for signal in SINGLE if forms[signal] or heads[signal]) | numbered,
         within=frozenset(signal for signal in SINGLE if speaking & _NAMES[signal]),
-        turned=frozenset(signal for signal in NAMES if {*stem_words} & against[signal]),
-        is_of_a_model=plain(name) in _MODELS or bool({*stem_words} & _MODELS),
-        is_time=is_time(name),
-        ends_in_time=ends_in_time(name),
-        is_accounted=is_accounted(name),
+        turned=frozenset(signal for signal in NAMES if not against[signal].isdisjoint(stem_words)),
+        is_of_a_model=plain(name) in _MODELS or not _MODELS.isdisjoint(stem_words),
+        is_time=_is_time(name, stem),
+        ends_in_time=_ends_in_time(stem_words),
+        is_accounted=_is_accounted(stem),
     )
 
 
@@ -193,12 +205,12 @@ def meant_by(name: str, signals: Iterable[str], *, time: bool) -> str:
 
     Short names that mean several things speak for none.
     """
-    if time and is_time(name):
+    said = spoken_name(name)
+    if time and said.is_time:
         return "time"
-    stem, _ = split_end(name)
-    of_something_else = bool({*words_of(stem)} & (TOLD | OTHER))
+    of_something_else = not (TOLD | OTHER).isdisjoint(said.stem_words)
     for signal in sorted(signals):
-        form = called_as(name, signal) if signal in NAMES else None
+        form = said.forms.get(signal)
         if form and form not in NEED_UNIT and (signal == "field" or not of_something_else):
             return signal
     return ""
@@ -216,12 +228,11 @@ def words_of(name: str) -> list[str]:
     return re.sub(r"[^\w\s]|_", " ", re.sub("[\u0300-\u036f]", "", apart)).lower().split()
 
 
-def called_as(name: str, signal: str) -> str | None:
+def _called_as(name: str, stem: str, signal: str) -> str | None:
     """The name that speaks for a signal: the whole of it, or what is left without its unit.
 
     For a single device also what is left without the words beside it; the pair has a motor and an output to tell apart.
     """
-    stem, _ = split_end(name)
     if _PRIME.search(stem):
         return None  # E' is a fluctuation, G" a loss modulus: neither is E or G
     forms = [plain(name), plain(stem)]
@@ -230,18 +241,17 @@ def called_as(name: str, signal: str) -> str | None:
     return next((form for form in forms if form in _NAMES[signal]), None)
 
 
-def headed(name: str, signal: str, shared: Collection[str] = ()) -> str | None:
+def headed(stem: str, signal: str, shared: Collection[str] = ()) -> str | None:
     """The head of a name, where that is a name of a signal of a single device; None for another head.
 
     ``pitch_velocity`` and ``Traction Force`` are headed; a predicted force, a torque's limit, a rolling speed and the
     voltage of a force sensor are not.
 
     Args:
-        name: of the column.
+        stem: the column's name without the unit that ends it.
         signal: its name.
         shared: words that most columns have in their names, which say nothing of a single one.
     """
-    stem, _ = split_end(name)
     if signal not in SINGLE or _PRIME.search(stem):
         return None
     if EASTERN.search(stem):
@@ -265,11 +275,10 @@ def headed(name: str, signal: str, shared: Collection[str] = ()) -> str | None:
     return None
 
 
-def is_time(name: str) -> bool:
+def _is_time(name: str, stem: str) -> bool:
     """Whether a column is called like the time; a large T is a torque."""
     if name == "T":
         return False
-    stem, _ = split_end(name)
     return any(_TIME.fullmatch(letters) for letters in (plain(name), plain(stem)))
 
 
@@ -280,13 +289,11 @@ _NO_TIMES = _set(
 )
 
 
-def ends_in_time(name: str) -> bool:
+def _ends_in_time(words: Sequence[str]) -> bool:
     """Whether the last word of a name is a time, and no word makes a span of it: a machine's, a logger's, a channel's.
 
     French and Spanish names may begin with the time.
     """
-    stem, _ = split_end(name)
-    words = words_of(stem)
     if not words or {*words} & (_NO_TIMES | OTHER):
         return False
     return words[-1] in _TIMES or words[0] in ("temps", "tiempo")
@@ -310,9 +317,8 @@ def _compound(name: str, signal: str) -> str | None:
     return next((end for end in longest_first if EASTERN.search(end) and name.endswith(end)), None)
 
 
-def is_accounted(name: str) -> bool:
+def _is_accounted(stem: str) -> bool:
     """Whether a name says what the column is, and that it is no field: another quantity, or one of another signal."""
-    stem, _ = split_end(name)
     if EASTERN.search(stem):
         others = [*_CJK_OTHERS]
         for signal in SINGLE[1:]:

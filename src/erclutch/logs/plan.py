@@ -124,11 +124,6 @@ class Question:
     of_unit: bool = False
     option: str = ""
 
-    @classmethod
-    def of(cls, signal: str, error: MappingError, option: str = "") -> Question:
-        """The question that an error asks, and the option that answers it."""
-        return cls(signal, error.problem, error.remedy, isinstance(error, UnitError), option)
-
     @property
     def short(self) -> str:
         """The problem without the list of all columns."""

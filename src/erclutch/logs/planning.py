@@ -20,12 +20,13 @@ from erclutch.logs.group_question import ask_about_groups
 from erclutch.logs.guesses import guess_what_is_needed
 from erclutch.logs.mapping import ColumnMap
 from erclutch.logs.motions import hold_effort_against_slip, hold_power, hold_slip_against_position, turn_screw
-from erclutch.logs.named_columns import refuse_unreadable_signals, take_named
+from erclutch.logs.named_columns import take_named
 from erclutch.logs.plan import NEEDS, OPTIONAL, Invalid, Plan, SignalPlan
 from erclutch.logs.points import take_points
 from erclutch.logs.proposals import proposals
 from erclutch.logs.seen_columns import seen_columns
 from erclutch.logs.table import Table
+from erclutch.logs.unreadable_columns import refuse_unreadable_signals
 from erclutch.signals.device import DeviceName
 
 _WIDEST = 1000  # columns: more, and fewer rows, lie on their side

@@ -2,19 +2,26 @@
 
 from __future__ import annotations
 
+import re
 import shlex
 from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from erclutch.errors import shell_word
 from erclutch.logs import name_pattern
 from erclutch.logs.columns import candidates
 from erclutch.logs.labels import split_label
 from erclutch.logs.mapping import ColumnMap
-from erclutch.logs.missing_columns import example_of, field_or_none, has_speed
+from erclutch.logs.missing_columns import has_short_name, sensor_options, usual_unit
+from erclutch.logs.names import spoken_name
+from erclutch.logs.no_field import maybe_field
 from erclutch.logs.plan import Question, SignalPlan
 from erclutch.logs.seen_columns import SeenColumns
+from erclutch.signals.recording import SIGNALS
 
+#: What a number tells one of from another: none of them is switched to a level.
+_NUMBERED = frozenset(("cell", "id", "label", "trial", "specimen", "station", "well", "slot", "axis", "group", "run"))
 _USUAL = {"lead": '--lead "10 mm"', "input": '--input "COLUMN"', "temperature": '--temperature "COLUMN [°C]"'}
 
 
@@ -36,7 +43,7 @@ def proposals(
         questions: what is asked, by the signal that it is about.
         name: the file's: it may hold the field.
     """
-    motions = [each.column for name, each in signals.items() if name in ("slip", "position")]
+    motions = [each.column for signal, each in signals.items() if signal in ("slip", "position")]
     options: dict[str, str] = {}
     proposed: list[str] = []  # the columns in these options, and their labels
 
@@ -44,33 +51,47 @@ def proposals(
     for signal, question in sorted(questions.items(), key=lambda item: item[0] == "field"):
         others = [*taken, *proposed]
         filled_in = not any("COLUMN" in option for option in options.values())
-        may_be_unlogged = "--field none" in question.remedy and not _doubtful(question, proposed)
+        may_be_unlogged = "--field none" in question.remedy and not _may_be_a_column(question, proposed)
         if question.option:
             option = question.option
         elif signal == "field" and may_be_unlogged and filled_in:
-            option = field_or_none(seen, taken=others)
+            # No name tells the field: it is a column that keeps a few levels, or none.
+            leveled: list[str] = []
+            for column in maybe_field(seen, others):
+                if column.shape.keeps_levels and _NUMBERED.isdisjoint(column.spoken.stem_words):
+                    leveled.append(column.name)
+            option = f"--field {shell_word(seen.table.label(leveled[0])) if len(leveled) == 1 else 'none'}"
         elif signal == "time":
             option = _clock_option(seen, signals, questions, others)
         elif signal == "slip" and "--position" in question.remedy:
-            option = f"--position {question.remedy.partition('--position ')[2]}"
+            _, _, position = question.remedy.partition("--position ")
+            option = f"--position {position}"
+        elif signal in _USUAL:
+            option = _USUAL[signal]
         else:
             asks_for_both = signal in ("slip", "position") and "effort" in questions
-            partners = candidates(seen, "effort", others)[0] if asks_for_both else []
-            option = _USUAL.get(signal) or example_of(seen, signal, others, [*motions, *proposed], partners)
-        if signal == "field" and ("COLUMN" in option or "none" in option) and (pattern := name_pattern.proposed(name)):
-            option = f"--name-pattern {shlex.quote(pattern)}"
+            efforts = candidates(seen, "effort", others)[0] if asks_for_both else []
+            option = _column_option(seen, signal, others, [*motions, *proposed], efforts)
+        if signal == "field" and ("COLUMN" in option or "none" in option):
+            pattern = name_pattern.proposed(name)
+            if pattern:
+                option = f"--name-pattern {shlex.quote(pattern)}"
         options[signal] = option
         if signal != "time" or option.startswith("--time"):
             label = shlex.split(option)[1]
-            proposed += [label, split_label(label)[0]]
+            column, _ = split_label(label)
+            proposed += [label, column]
 
     examples = [options[signal] for signal in questions]
-    needed = [*taken, *(name for name in proposed if name in seen.columns)]
-    holes = told.invalid != "drop" and any(not np.isfinite(seen.columns[name].values).all() for name in needed)
-    return [*examples, *(["--invalid drop"] if holes else [])]
+    if told.invalid != "drop":
+        needed = [*taken, *(name for name in proposed if name in seen.columns)]
+        has_holes = any(not np.isfinite(seen.columns[name].values).all() for name in needed)
+        if has_holes:
+            examples.append("--invalid drop")
+    return examples
 
 
-def _doubtful(question: Question, proposed: Sequence[str]) -> bool:
+def _may_be_a_column(question: Question, proposed: Sequence[str]) -> bool:
     """Whether a column with a name of several meanings may be the field, and is proposed for no other signal."""
     _, _, named = question.problem.partition("; ")
     column, may_be, _ = named.partition(" may be it")
@@ -84,9 +105,66 @@ def _clock_option(
     _, named, column = questions["time"].remedy.partition("--time ")
     if named and "NAME" not in column:
         return f"--time {column}"
-    if has_speed(seen, signals, questions):
-        return "--time none"  # a law without memory needs no clock where the speed is logged
-    free = [column.shape for column in seen.without(others)]
+    has_speed = "slip" in signals
+    if "slip" in questions:
+        speeds, _ = candidates(seen, "slip", ())
+        has_speed = has_speed or len(speeds) > 1
+    if has_speed:
+        return "--time none"  # a law without memory needs no clock where the speed is logged; a position needs it
+
+    shapes = [column.shape for column in seen.without(others)]
     moving = not questions.keys() - {"time", "field"}  # else a column of the time may be among the open ones
-    timeless = moving and not any(shape.rises and not shape.counts_rows for shape in free)
-    return '--rate "RATE Hz"' if timeless or not free else '--time "COLUMN [s]"'
+    timeless = moving and not any(shape.rises and not shape.counts_rows for shape in shapes)
+    return '--rate "RATE Hz"' if timeless or not shapes else '--time "COLUMN [s]"'
+
+
+def _column_option(
+    seen: SeenColumns, signal: str, taken: Sequence[str], beside: Sequence[str], partners: Sequence[str]
+) -> str:
+    """An option for a signal that was not found: with a column that may be it, or with a place to fill in.
+
+    Args:
+        seen: the columns of the log.
+        signal: its name.
+        taken: columns that are something else.
+        beside: columns of the motion; of several efforts the one that is called like them goes first.
+        partners: columns that may be the effort; of several motions the one that makes a power with one of them, and is
+            called like it, goes first.
+    """
+    free = seen.without(taken)
+    of_a_sensor = sensor_options(free, signal)
+    if of_a_sensor:
+        return of_a_sensor
+
+    si_units = SIGNALS[signal].si_units
+    fitting = [column for column in free if column.fits(si_units) is not False]
+    short = [column.name for column in fitting if has_short_name(column, signal)]
+    within = [column.name for column in fitting if signal in column.spoken.within]
+    named, _ = candidates(seen, signal, taken)
+    likely = named or short or within
+    if not likely:
+        hole = f"COLUMN [{usual_unit(signal) or '-'}]"
+        return f"--{signal} {shell_word(hole)}"
+
+    # First the columns of the joint that the other columns are of: most words and numbers of their names are the same.
+    known: set[str] = set()
+    for name in beside:
+        known |= _parts(spoken_name(name).stem)
+    likely = sorted(likely, key=lambda name: -len(known & _parts(name)))
+    if partners:
+        likely = sorted(likely, key=lambda name: min(_apart(seen, name, partner) for partner in partners))
+
+    # A unit that nobody wrote is no answer: a column without one is taken as logged.
+    return f"--{signal} {shell_word(seen.table.label(likely[0]))}"
+
+
+def _parts(name: str) -> set[str]:
+    """Words and numbers of a name."""
+    return {*re.findall(r"\d+|[^\W\d_]+", name.lower())}
+
+
+def _apart(seen: SeenColumns, motion: str, effort: str) -> tuple[bool, int]:
+    """How far a motion is from an effort: of another kind, then by the parts of their names that they share."""
+    kind = seen.columns[motion].kind
+    other_kind = seen.columns[effort].kind
+    return kind != other_kind or not kind, -len(_parts(motion) & _parts(effort))

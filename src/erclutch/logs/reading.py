@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from erclutch.errors import AlikeRecordingsError, SettingError
+from erclutch.errors import AlikeRecordingsError, SettingError, placed
 from erclutch.logs import Batch, ColumnMap, RowRange, map_over, read, read_all, read_batches
 from erclutch.logs.batches import WHOLE_FILE
 from erclutch.logs.keywords import Window, new_rate, window_of
@@ -52,8 +52,10 @@ class Reading:
         Raises:
             MappingError: a signal that is none. SettingError: a time or a rate that is none.
         """
+        with placed("" if source == "given" else source):
+            mapping = ColumnMap.from_options(options, source)
         return cls(
-            ColumnMap.from_options(options, source),
+            mapping,
             options.get("map"),
             variable=options.get("variable"),
             derivative=Derivative(

@@ -1,6 +1,7 @@
 """What the columns of a table are called, what their units are and how their numbers run is gathered once, for a plan.
 
-Nothing is decided here: the steps of `erclutch.logs.planning` read these facts in place of the table's columns.
+Here too stands which column is the time, by its name, its unit and its numbers: rates are told by it. Nothing is
+decided for the plan: the steps of `erclutch.logs.planning` read these facts in place of the table's columns.
 """
 
 from __future__ import annotations
@@ -8,20 +9,26 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 
 import numpy as np
 
 from erclutch.errors import UnitError
 from erclutch.logs.labels import own_unit, split_end, without_unit
-from erclutch.logs.names import SpokenName, spoken_name
-from erclutch.logs.shapes import Shape, shape_of
+from erclutch.logs.names import OTHER, SpokenName, spoken
+from erclutch.logs.shapes import Shape, shape_of, spread_of
 from erclutch.logs.table import Table
 from erclutch.signals import units
 from erclutch.signals.array import Array
 
+#: Units of plain numbers.
+NO_UNITS = ("", "-", "1", "%")
 _SAMPLE_NUMBER = "samplenumber"
 _FEWEST_SHARING = 3
+#: Share of a step by which equal steps may differ.
+EVEN = 1e-3
+_STEADY = 0.05  # share of its level by which a supply varies at most
+_VARIES = 0.5  # and by which a field varies at least
 
 #: Kinds of motion by the SI unit of their effort, in words.
 KINDS = {"Pa": "shear rate", "N*m": "turning motion", "N": "motion along a line"}
@@ -50,6 +57,31 @@ class SeenColumn:
     unit: str | None
     values: Array
     shape: Shape
+
+    @property
+    def is_steady(self) -> bool:
+        """Whether the column keeps near one level that is not zero, as the voltage of a supply does."""
+        return self._spread <= _STEADY
+
+    @property
+    def varies(self) -> bool:
+        """Whether the column takes quite different values, as a field that is switched or turned up does."""
+        return self._spread >= _VARIES
+
+    @cached_property
+    def _spread(self) -> float:
+        return spread_of(self.values)
+
+    @property
+    def steps(self) -> Array:
+        """From number to number, shape (n - 1,); what is not finite is passed over."""
+        return np.diff(self.values[np.isfinite(self.values)])
+
+    @property
+    def has_equal_steps(self) -> bool:
+        """Whether the numbers grow by one and the same step, as a time does."""
+        steps = self.steps
+        return steps.size > 0 and bool(np.ptp(steps) <= EVEN * np.median(steps))
 
     @property
     def written_unit(self) -> str | None:
@@ -102,14 +134,51 @@ class SeenColumns:
         left_out = {*taken, *self.empty}
         return [column for column in self.columns.values() if column.name not in left_out]
 
+    def time_column(self, taken: Iterable[str] = ()) -> str | None:
+        """The column that is the time by its name, with a unit of time or none; or the only one with a unit of time.
+
+        Where no whole name is, the only column whose name ends in a time and whose numbers rise (``Machine_Time``).
+
+        Args:
+            taken: columns that are something else.
+        """
+        open_ones = [column for column in self.without(taken) if column.fits(("s",)) is not False]
+        for column in open_ones:
+            if column.spoken.is_time:
+                return column.name
+
+        in_seconds = [column for column in open_ones if column.fits(("s",)) and OTHER.isdisjoint(column.spoken.words)]
+        stated = self.table.clock is not None or self.table.sample_period is not None  # which says more
+        if len(in_seconds) > 1 and not stated:
+            # A delay and a state of the bench do not rise in each row, or not by equal steps.
+            in_seconds = [column for column in in_seconds if np.all(column.steps > 0.0)]
+        if len(in_seconds) > 1 and not stated:
+            in_seconds = [column for column in in_seconds if column.has_equal_steps]
+        if len(in_seconds) == 1:
+            return in_seconds[0].name
+        rising = [column for column in open_ones if column.spoken.ends_in_time and column.shape.rises]
+        return rising[0].name if len(rising) == 1 else None
+
+    @cached_property
+    def stamps(self) -> Array | None:
+        """The time in s, or in what the file has, shape (n,); None for a table without a clock."""
+        table = self.table
+        if table.clock is not None:
+            return table.clock
+        if table.sample_period is not None:
+            return np.arange(table.rows, dtype=np.float64) * table.sample_period
+        name = self.time_column()
+        return None if name is None else table.columns[name]
+
 
 def seen_columns(table: Table, *, whole: bool = True) -> SeenColumns:
     """What is seen of each column of a table, which may be some rows of a log."""
     columns: dict[str, SeenColumn] = {}
     for name, values in table.columns.items():
         unit = table.units.get(name)
-        spoken = spoken_name(without_unit(name, unit))
-        columns[name] = SeenColumn(name, spoken, unit, values, shape_of(values))
+        bare = without_unit(name, unit)
+        stem, end = split_end(bare)
+        columns[name] = SeenColumn(name, spoken(bare, stem, end), unit, values, shape_of(values))
 
     columns_of_log = table.columns.items() if whole else ()
     counted = Counter(word for column in columns.values() for word in {*column.spoken.stem_words})

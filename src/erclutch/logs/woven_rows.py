@@ -12,7 +12,6 @@ from dataclasses import replace
 import numpy as np
 
 from erclutch.errors import LogError
-from erclutch.logs.clock_planning import stamps_of, time_column
 from erclutch.logs.readers.found_recordings import Found, joined_by_time
 from erclutch.logs.seen_columns import seen_columns
 from erclutch.logs.table import Table
@@ -30,8 +29,8 @@ def unwoven(table: Table) -> Table:
     if table.unsampled is not None or not any(np.isnan(values).any() for values in table.columns.values()):
         return table
     seen = seen_columns(table)
-    stamps = stamps_of(seen)
-    time = "" if table.clock is not None else time_column(seen, ())
+    stamps = seen.stamps
+    time = "" if table.clock is not None else seen.time_column()
     if stamps is None or time is None or not np.isfinite(stamps).all():
         return table
 

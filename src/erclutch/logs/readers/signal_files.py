@@ -17,7 +17,8 @@ import numpy as np
 
 from erclutch.errors import ErclutchError, LogError, printable
 from erclutch.logs.clock_planning import clock_plan
-from erclutch.logs.log_reader import HEAD, LogReader, LogSource, claims_nothing, log_suffixes, read_by, reader_of
+from erclutch.logs.log_file import read_by
+from erclutch.logs.log_reader import HEAD, LogReader, LogSource, claims_nothing, log_suffixes, reader_of
 from erclutch.logs.mapping import ColumnMap
 from erclutch.logs.planning import is_log, signals_of
 from erclutch.logs.readers.found_recordings import JOINT, NO_NAME, Found, joined_by_time

@@ -1,0 +1,120 @@
+"""A log without a field is read as such only where every column is known to be something else: this says why it is."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+
+from erclutch.logs.quotients import quotient_of
+from erclutch.logs.seen_columns import NO_UNITS, SeenColumn, SeenColumns
+from erclutch.logs.shapes import FEW, LOOKED_AT, is_rate_of
+from erclutch.signals.array import Array
+from erclutch.signals.recording import SIGNALS
+
+_RETURNS = 0.1  # of the range, by which a column comes back that does not only rise or only fall
+_SAME_COURSE = 2e-3  # of the range, within which two columns are one course
+_SET_ENDS = 0.1  # of the range, by which the ends of a set point and of what follows it differ at most
+_FOLLOWS_CLOSELY = 0.996  # correlation of a set point with what follows it some rows later
+_ESTIMATES = 0.7  # correlation of the signs of two estimates of one thing
+
+
+def maybe_field(seen: SeenColumns, taken: Iterable[str]) -> list[SeenColumn]:
+    """Columns that nobody took and that may hold the field: its unit fits or is unknown, its name is open."""
+    si_units = SIGNALS["field"].si_units
+    known = set(taken)
+    free = [column for column in seen.without(known) if column.fits(si_units) is not False]
+    return [column for column in free if not why_no_field(seen, column, known)]
+
+
+def why_no_field(seen: SeenColumns, column: SeenColumn, taken: Iterable[str]) -> str:
+    """Why a column is not the field, beside columns that are something else; "" where it may be."""
+    if column.unit not in NO_UNITS and column.fits(SIGNALS["field"].si_units):
+        return ""
+    if column.shape.constant:
+        return "never changes"
+    if column.shape.counts_rows:
+        return "counts rows"
+    if column.spoken.is_time:
+        return "is a time"
+    if column.spoken.is_accounted:
+        return "is another quantity by its name"
+    if _is_of_models(seen, column):
+        return "is what a model says of the effort"
+
+    measured = [seen.columns[name] for name in sorted(taken) if name in seen.columns]
+    for other in measured:
+        if _is_same_course(column.values, other.values):
+            return f"is {other.name} in other numbers"
+    for other in measured:
+        if _is_set_point_of(column.values, other.values):
+            return f"is the set point that {other.name} follows"
+    for other in measured:
+        if is_rate_of(column.values, other.values, seen.stamps):
+            return f"is the rate of {other.name}"
+    parts = quotient_of(seen, column)
+    return f"is {parts[0]} over {parts[1]}" if parts else ""
+
+
+def _is_of_models(seen: SeenColumns, column: SeenColumn) -> bool:
+    """Whether a column is called like a model, or goes with such columns: a table of models beside a measured effort.
+
+    One name alone may be that of a device; two are a comparison of models.
+    """
+    models = [other for other in seen.columns.values() if other.spoken.is_of_a_model]
+    if len(models) < 2:
+        return False
+    return column.spoken.is_of_a_model or any(_are_estimates(column.values, model.values) for model in models)
+
+
+def _are_estimates(first: Array, second: Array) -> bool:
+    """Whether two columns that take both signs go together as two estimates of one effort do."""
+    known = np.isfinite(first) & np.isfinite(second)
+    a = np.sign(first[known][:LOOKED_AT])
+    b = np.sign(second[known][:LOOKED_AT])
+    if a.size < FEW or min(np.ptp(a), np.ptp(b)) < 2.0:
+        return False
+    return bool(np.corrcoef(a, b)[0, 1] > _ESTIMATES)
+
+
+def _is_same_course(first: Array, second: Array) -> bool:
+    """Whether a column is another one times a number plus a number, and both come back: stress and force, say.
+
+    Two columns that only rise, such as two ramps, may go together by chance.
+    """
+    known = np.isfinite(first) & np.isfinite(second)
+    a = first[known][:LOOKED_AT]
+    b = second[known][:LOOKED_AT]
+    if a.size < FEW or np.ptp(a) == 0.0 or not _comes_back(b):
+        return False
+    scaled = np.column_stack([np.ones_like(b), (b - b.min()) / np.ptp(b)])
+    line, *_ = np.linalg.lstsq(scaled, a, rcond=None)
+    left = a - scaled @ line
+    return bool(np.ptp(left) <= _SAME_COURSE * np.ptp(a))
+
+
+def _is_set_point_of(column: Array, measured: Array) -> bool:
+    """Whether a column swings between the same two ends as a measured one, which follows it some rows later."""
+    known = np.isfinite(column) & np.isfinite(measured)
+    a = column[known][:LOOKED_AT]
+    b = measured[known][:LOOKED_AT]
+    if a.size < FEW or not _comes_back(a) or not _comes_back(b):
+        return False
+    off = max(abs(a.min() - b.min()), abs(a.max() - b.max()))
+    if off > _SET_ENDS * np.ptp(b):
+        return False
+
+    # The lag at which both correlate most, by their spectra; zeros behind the rows keep the ends apart.
+    size = 2 * a.size
+    spectrum = np.conj(np.fft.rfft(a - a.mean(), size)) * np.fft.rfft(b - b.mean(), size)
+    correlations = np.fft.irfft(spectrum, size)
+    lag = int(correlations[: a.size // 2].argmax())  # rows
+    return lag > 0 and bool(np.corrcoef(a[:-lag], b[lag:])[0, 1] > _FOLLOWS_CLOSELY)
+
+
+def _comes_back(values: Array) -> bool:
+    """Whether a column both falls and rises by a good part of its range."""
+    moved = float(np.ptp(values))
+    falls = float((np.maximum.accumulate(values) - values).max())
+    climbs = float((values - np.minimum.accumulate(values)).max())
+    return moved > 0.0 and min(falls, climbs) > _RETURNS * moved

@@ -1,0 +1,79 @@
+"""A column may be one column over another: a coefficient of friction tells which force rubs and which presses."""
+
+from __future__ import annotations
+
+from itertools import permutations
+
+import numpy as np
+
+from erclutch.logs.seen_columns import NO_UNITS, SeenColumn, SeenColumns
+from erclutch.logs.shapes import FEW, LOOKED_AT
+from erclutch.signals.array import Array
+
+_FRICTION = frozenset({"cof", "friction", "traction", "mu"})
+_MOST_PARTS = 12  # columns with a unit, among whose quotients none is by chance a column
+_DIGITS = 0.05  # of its spread, by which a quotient that was written with some digits is off
+_QUARTERS = (0.25, 0.5, 0.75)
+_ABOUT = 0.1  # of a smoothed quotient, by which it differs from the quotient at its quartiles
+
+
+def rubbing_force(seen: SeenColumns) -> str:
+    """The force over the normal force in a column that is called a coefficient of friction; "" where there is none.
+
+    A smoothed coefficient is no quotient row by row, but it is as large as that of one pair of forces, and of no other.
+    """
+    forces = [column for column in seen.columns.values() if column.unit and column.fits(("N",))]
+    for column in seen.columns.values():
+        has_its_name = not _FRICTION.isdisjoint(column.spoken.stem_words)
+        if not has_its_name or column.unit not in (None, *NO_UNITS):
+            continue
+        parts = quotient_of(seen, column)
+        if parts is not None:
+            return parts[0]
+        if len(forces) > _MOST_PARTS:
+            continue
+        pairs = permutations(forces, 2)
+        alike = [top.name for top, bottom in pairs if _is_as_large(column.values, top.values, bottom.values)]
+        if len(alike) == 1:
+            return alike[0]
+    return ""
+
+
+def quotient_of(seen: SeenColumns, column: SeenColumn) -> tuple[str, str] | None:
+    """The two columns of one kind whose quotient a column is, as a coefficient of friction is; None: it is none."""
+    others = [other for other in seen.without([column.name]) if other.written_unit and not other.shape.constant]
+    if len(others) > _MOST_PARTS:
+        return None
+    for top, bottom in permutations(others, 2):
+        if top.written_unit == bottom.written_unit and _is_quotient(column.values, top.values, bottom.values):
+            return top.name, bottom.name
+    return None
+
+
+def _is_quotient(column: Array, top: Array, bottom: Array) -> bool:
+    """Whether a column is one column over another, as a share or in percent, in each row up to its digits.
+
+    Signs are passed over: a coefficient of friction has none.
+    """
+    known = np.isfinite(column) & np.isfinite(top) & np.isfinite(bottom) & (bottom != 0.0)
+    share = np.abs(column[known][:LOOKED_AT])
+    above = np.abs(top[known][:LOOKED_AT])
+    below = np.abs(bottom[known][:LOOKED_AT])
+    if share.size < FEW or np.std(share) == 0.0:
+        return False
+    with np.errstate(over="ignore"):
+        off_as_share = float(np.median(np.abs(share - 1.0 * above / below)))
+        off_in_percent = float(np.median(np.abs(share - 100.0 * above / below)))
+    return bool(min(off_as_share, off_in_percent) <= _DIGITS * np.std(share))
+
+
+def _is_as_large(column: Array, top: Array, bottom: Array) -> bool:
+    """Whether a column is about as large as one column over another: in the median, and where it is large and small."""
+    known = np.isfinite(column) & np.isfinite(top) & np.isfinite(bottom) & (bottom != 0.0)
+    if np.count_nonzero(known) < FEW:
+        return False
+    with np.errstate(over="ignore"):
+        share = np.quantile(np.abs(column[known]), _QUARTERS)
+        made = np.quantile(np.abs(top[known] / bottom[known]), _QUARTERS)
+    about_alike = np.abs(made - share) <= _ABOUT * share
+    return bool(np.all(share > 0.0) and np.all(about_alike))
