@@ -74,7 +74,14 @@ def _by_value(function: Callable[[Any], Any], slope: Callable[[Any], Any]) -> Un
 
 def _power(x: Any, y: Any) -> Outcome:
     value = np.power(x, y)
-    return value, (lambda: y * np.power(x, y - 1.0), lambda: value * np.log(x))
+
+    def by_base() -> Any:
+        return y * np.power(x, y - 1.0)
+
+    def by_exponent() -> Any:
+        return value * np.log(x)
+
+    return value, (by_base, by_exponent)
 
 
 _UNARY: dict[np.ufunc, Unary] = {
@@ -120,7 +127,9 @@ def pick(x: Any, rows: slice | NDArray[np.int64]) -> Any:
     """Some rows of an array or of a dual of arrays."""
 
     def picked(values: Any) -> Any:
-        return values[rows] if np.ndim(values) else values  # a number is the same in all rows
+        if np.ndim(values) == 0:
+            return values  # a number is the same in all rows
+        return values[rows]
 
     if not isinstance(x, Dual):
         return picked(x)
@@ -132,7 +141,10 @@ def chosen(condition: Any, yes: Any, no: Any) -> Any:
     """``yes`` where a mask is true and ``no`` elsewhere, of numbers, arrays and duals of them."""
     choose: Any = np.where
     value: Any = choose(condition, value_of(yes), value_of(no))
-    seeds = {seed for x in (yes, no) if isinstance(x, Dual) for seed in x.partials}
+    seeds = set[int]()
+    for x in (yes, no):
+        if isinstance(x, Dual):
+            seeds |= x.partials.keys()
     partials: dict[int, Value] = {}
     for seed in sorted(seeds):
         partials[seed] = choose(condition, partial_of(yes, seed), partial_of(no, seed))

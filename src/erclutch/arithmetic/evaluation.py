@@ -57,7 +57,8 @@ class Numbers:
             return entry.astype(self.precision.dtype) if node.kind == "real" else entry
         assert node.operation == "network"
         assert self.network is not None
-        return self.network(np.array(np.broadcast_arrays(*arguments)))
+        inputs = np.array(np.broadcast_arrays(*arguments))
+        return self.network(inputs)
 
     @cached_property
     def _functions(self) -> Mapping[str, Callable[..., Any]]:
@@ -65,7 +66,9 @@ class Numbers:
 
     def zero(self, node: Node) -> Any:
         """A number of the state before the first row."""
-        return np.zeros(1, np.bool_ if node.kind == "truth" else self.precision.dtype)
+        if node.kind == "truth":
+            return np.zeros(1, np.bool_)
+        return np.zeros(1, self.precision.dtype)
 
 
 _np: Any = np
@@ -133,24 +136,24 @@ class _Run:
         if node.operation == "input":
             return self.inputs[str(node.value)]
         if node.operation == "state":
-            later = self.all_rows(self.record.after[str(node.value)])
-            first = np.broadcast_to(self.arithmetic.zero(node), (*later.shape[:-1], 1))
-            return np.concatenate([first, later[..., :-1]], axis=-1)
+            after = self.all_rows(self.record.after[str(node.value)])
+            return _one_row_later(after, self.arithmetic.zero(node))
         if node.operation == "delay":
-            return self.all_rows(node.arguments[0])[..., self._rows_back(node)]
-        return self._applied(node, [self.known[a] for a in node.arguments])
+            delayed = self.all_rows(node.arguments[0])
+            return delayed[..., self._rows_back(node)]
+
+        arguments = [self.known[a] for a in node.arguments]
+        if node.operation != "call":
+            return self.arithmetic.apply(node, arguments)
+        called = self.record.calls[str(node.value)]
+        inputs = dict(zip(called.inputs(), arguments, strict=True))
+        (output,) = evaluate(called, inputs, self.arithmetic)
+        return output
 
     def all_rows(self, node: Node) -> AnyArray:
         """The known value of a node, shape (..., rows)."""
         value = self.known[node]
         return np.broadcast_to(value, (*np.shape(value)[:-1], self.rows))
-
-    def _applied(self, node: Node, arguments: Sequence[Any]) -> Any:
-        if node.operation != "call":
-            return self.arithmetic.apply(node, arguments)
-        called = self.record.calls[str(node.value)]
-        inputs = dict(zip(called.inputs(), arguments, strict=True))
-        return evaluate(called, inputs, self.arithmetic)[0]
 
     def _rows_back(self, node: Node) -> NDArray[np.int64]:
         """For each row the row that a delay reads: none ahead of the last row without one before it."""
@@ -171,11 +174,15 @@ class _Run:
         if state.operation != "state" or not all(_holds(node, inside) for node in part[1:]):
             return False
         zero = self.arithmetic.zero(state)
-        nowhere, everywhere = np.zeros(self.rows, np.bool_), np.ones(self.rows, np.bool_)
-        held: dict[Node, tuple[Any, Any]] = {state: (everywhere, zero)}  # the rows that keep the state; else the value
+        nowhere = np.zeros(self.rows, np.bool_)
+        everywhere = np.ones(self.rows, np.bool_)
+        # Of each node the rows that keep the state, shape (rows,), and its value in all others.
+        held: dict[Node, tuple[Any, Any]] = {state: (everywhere, zero)}
 
         def of(node: Node) -> tuple[Any, Any]:
-            return held[node] if node in inside else (nowhere, self.all_rows(node))
+            if node in inside:
+                return held[node]
+            return nowhere, self.all_rows(node)
 
         for node in part[1:]:
             if node.operation == "choose":
@@ -183,19 +190,22 @@ class _Run:
                 chosen = self.all_rows(condition)
                 yes_kept, yes_value = of(yes)
                 no_kept, no_value = of(no)
-                held[node] = np.where(chosen, yes_kept, no_kept), np.where(chosen, yes_value, no_value)
+                kept = np.where(chosen, yes_kept, no_kept)
+                value = np.where(chosen, yes_value, no_value)
             else:  # "either": a truth from outside makes it true, whatever the state
                 within, outer = sorted(node.arguments, key=lambda a: a not in inside)
                 kept, value = of(within)
                 _, other = of(outer)
-                held[node] = kept & ~other, value | other
+                kept = kept & ~other
+                value = value | other
+            held[node] = kept, value
 
         kept, value = held[self.record.after[str(state.value)]]
         values = np.broadcast_to(value, (*np.shape(zero)[:-1], self.rows))
-        last = np.maximum.accumulate(np.where(kept, -1, np.arange(self.rows)))  # row of the last value from outside
+        from_outside = np.where(kept, -1, np.arange(self.rows))
+        last = np.maximum.accumulate(from_outside)  # row of the last value from outside; -1: none came yet
         after = np.where(last >= 0, values[..., last], zero)
-        first = np.broadcast_to(zero, (*after.shape[:-1], 1))
-        before = np.concatenate([first, after[..., :-1]], axis=-1)
+        before = _one_row_later(after, zero)
         for node, (kept, value) in held.items():
             self.known[node] = np.where(kept, before, value)
         return True
@@ -203,7 +213,13 @@ class _Run:
     def row_by_row(self, part: Sequence[Node]) -> None:
         """The nodes of a cycle."""
         outer = {a for node in part for a in node.arguments if a not in part}
-        values = {node: self._cut(node) for node in outer} | {node: list[Any]() for node in part}  # a value a row
+        values: dict[Node, list[Any]] = {node: [] for node in part}  # of each node a value a row, shape (..., 1)
+        for node in outer:
+            known = self.known[node]
+            if np.shape(known)[-1] == 1:  # the same in all rows
+                values[node] = [known] * self.rows
+            else:
+                values[node] = [known[..., row : row + 1] for row in range(self.rows)]
         states = [node for node in part if node.operation == "state"]
         after = [self.record.after[str(node.value)] for node in states]
         delayed = {node: self._rows_back(node).tolist() for node in part if node.operation == "delay"}
@@ -215,20 +231,25 @@ class _Run:
         self._in_line(self.record, part, places, now, steps)
 
         outer_values = [(places[node], values[node]) for node in outer]
-        state_places, after_places = [places[node] for node in states], [places[node] for node in after]
+        state_places = [places[node] for node in states]
+        after_places = [places[node] for node in after]
         kept = [(places[node], values[node]) for node in part]
+        before = [self.arithmetic.zero(node) for node in states]
         for row in range(self.rows):
-            for place, cut in outer_values:
-                now[place] = cut[row]
-            before = [now[place] for place in after_places] if row else map(self.arithmetic.zero, states)
+            for place, of_rows in outer_values:
+                now[place] = of_rows[row]
             for place, value in zip(state_places, before, strict=True):
                 now[place] = value
             for node, place, arguments in steps:
-                if node.operation == "delay":
-                    back = delayed[node][row]
-                    now[place] = now[arguments[0]] if back == row else values[node.arguments[0]][back]
-                else:
+                if node.operation != "delay":
                     now[place] = self.arithmetic.apply(node, [now[a] for a in arguments])
+                    continue
+                row_back = delayed[node][row]
+                if row_back == row:
+                    now[place] = now[arguments[0]]
+                else:
+                    now[place] = values[node.arguments[0]][row_back]
+            before = [now[place] for place in after_places]
             for place, so_far in kept:
                 so_far.append(now[place])
         for node in part:
@@ -253,17 +274,17 @@ class _Run:
                 places[node] = inside[called.outputs[0]]
                 continue
             places[node] = len(now)
-            constant = node.operation == "constant"
-            now.append(self.arithmetic.apply(node, ()) if constant else None)
-            if not constant:
+            if node.operation == "constant":
+                now.append(self.arithmetic.apply(node, ()))
+            else:
+                now.append(None)
                 steps.append((node, places[node], arguments))
 
-    def _cut(self, node: Node) -> list[Any]:
-        """The known value of a node in each row, shape (..., 1)."""
-        value = self.known[node]
-        if np.shape(value)[-1] == 1:  # the same in all rows
-            return [value] * self.rows
-        return [value[..., row : row + 1] for row in range(self.rows)]
+
+def _one_row_later(values: AnyArray, zero: Any) -> AnyArray:
+    """What each row knows of the row before, shape (..., rows); zero in the first."""
+    first = np.broadcast_to(zero, (*values.shape[:-1], 1))
+    return np.concatenate([first, values[..., :-1]], axis=-1)
 
 
 def _holds(node: Node, inside: set[Node]) -> bool:
@@ -280,12 +301,9 @@ def _parts(record: Record, outputs: Sequence[Node], known: Mapping[Node, Any]) -
     The record keeps them: a search asks for the same outputs many times.
     """
     asked = tuple(outputs), frozenset(known), tuple(record.after.items())
-    if asked not in record.orders:
-        record.orders[asked] = _parts_anew(record, outputs, known)
-    return record.orders[asked]
+    if asked in record.orders:
+        return record.orders[asked]
 
-
-def _parts_anew(record: Record, outputs: Sequence[Node], known: Mapping[Node, Any]) -> list[tuple[list[Node], bool]]:
     def needs(node: Node) -> tuple[Node, ...]:
         if node in known:
             return ()
@@ -298,6 +316,7 @@ def _parts_anew(record: Record, outputs: Sequence[Node], known: Mapping[Node, An
         part = sorted(component, key=lambda node: node.index)
         cyclic = len(part) > 1 or part[0] in needs(part[0])
         parts.append((part, cyclic))
+    record.orders[asked] = parts
     return parts
 
 
@@ -312,22 +331,28 @@ def _components(roots: Sequence[Node], needs: Callable[[Node], Sequence[Node]]) 
         while work:
             node, rest = work[-1]
             if node not in place:
-                place[node] = lowest[node] = len(place)
+                place[node] = len(place)
+                lowest[node] = place[node]
                 pending[node] = None
+
+            unvisited: Node | None = None
             for other in rest:
                 if other not in place:
-                    work.append((other, iter(needs(other))))
+                    unvisited = other
                     break
                 if other in pending:
                     lowest[node] = min(lowest[node], place[other])
-            else:
-                work.pop()
-                if work:
-                    above, _ = work[-1]
-                    lowest[above] = min(lowest[above], lowest[node])
-                if lowest[node] == place[node]:  # nothing earlier can be reached: the part is complete
-                    part = [other for other in pending if place[other] >= place[node]]
-                    for other in part:
-                        del pending[other]
-                    parts.append(part)
+            if unvisited is not None:
+                work.append((unvisited, iter(needs(unvisited))))
+                continue
+
+            work.pop()
+            if work:
+                above, _ = work[-1]
+                lowest[above] = min(lowest[above], lowest[node])
+            if lowest[node] == place[node]:  # nothing earlier can be reached: the part is complete
+                part = [other for other in pending if place[other] >= place[node]]
+                for other in part:
+                    del pending[other]
+                parts.append(part)
     return parts

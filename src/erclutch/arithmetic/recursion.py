@@ -49,7 +49,10 @@ class _Allowance:
 
     def take(self, rows: int) -> bool:
         """Take rows, if so many are left; a program that was refused once is worth a compiler from then on."""
-        self.left = self.left - rows if rows <= self.left else 0
+        if rows > self.left:
+            self.left = 0
+        else:
+            self.left -= rows
         return self.left > 0
 
 
@@ -75,8 +78,10 @@ def steps_of(clock: Clock) -> Array:
 def step_of(clock: Clock) -> Array | float:
     """The sampling step in s where all rows have the same, else that of each row."""
     periods = {span.period for span in clock.spans}
-    only = periods.pop() if len(periods) == 1 else None
-    return steps_of(clock) if only is None else only
+    if len(periods) > 1:
+        return steps_of(clock)
+    period = next(iter(periods), None)
+    return steps_of(clock) if period is None else period
 
 
 def starts_of(clock: Clock) -> list[int]:
@@ -94,11 +99,9 @@ def recur(keep: Any, drive: Any, first: Any, clock: Clock) -> Any:
         clock: the rows' spans.
     """
     drives = np.asarray(value_of(drive))
-    keeps = np.ascontiguousarray(
-        np.broadcast_to(np.asarray(value_of(keep)), drives.shape),
-        np.float64,
-    )
-    x = _solved(keeps, [drives], [value_of(first)], clock)[0]
+    share = np.broadcast_to(np.asarray(value_of(keep)), drives.shape)
+    keeps = np.ascontiguousarray(share, np.float64)
+    (x,) = _solved(keeps, [drives], [value_of(first)], clock)
     if isinstance(drive, ArrayAsInC):
         return array_as_in_c(x)
     seeds = _seeds_of(keep, drive, first)
@@ -127,10 +130,14 @@ def _solved(keep: Array, drives: list[Any], firsts: list[Any], clock: Clock) -> 
         row[starts] = first if np.ndim(first) == 0 else first[starts]
     if clock.carry:
         clock.carry.into(x[:, 0])
+
     if x.size > _FEW_ROWS and _plain.take(x.size):
         _run_plainly(keep, x, starts)
+    elif len(x) == 1:
+        loop = _quick(_run_one, keep.size)
+        loop(keep, x, np.array(starts))
     else:
-        loop = _quick(_run_one if len(x) == 1 else _run_all, keep.size)
+        loop = _quick(_run_all, keep.size)
         loop(keep, x, np.array(starts))
     if clock.carry:
         clock.carry.end.append(x[:, clock.carry.at].copy())
@@ -165,7 +172,8 @@ def _quick(loop: F, rows: int) -> F:
 
 def _run_plainly(keep: Array, right: Array, starts: Sequence[int]) -> None:
     """`_run_one` for each drive, in numbers of Python: these round as the machine does."""
-    kept, bounds = keep.tolist(), [*starts, keep.size]
+    kept = keep.tolist()
+    bounds = [*starts, keep.size]
     for drive in right:
         values = drive.tolist()
         for start, stop in pairwise(bounds):
@@ -222,7 +230,10 @@ def follow(
 
     def begun(firsts: Sequence[Any]) -> list[Array]:
         """The states in the first row of each span; those of the first span may come from the rows before."""
-        states = [np.asarray(np.broadcast_to(np.asarray(x, np.float64), (rows,))[starts]) for x in firsts]
+        states: list[Array] = []
+        for x in firsts:
+            of_all_rows = np.broadcast_to(np.asarray(x, np.float64), (rows,))
+            states.append(np.asarray(of_all_rows[starts]))
         if not (clock.carry and clock.carry.begin):
             return states
         carried = np.array(states)
@@ -232,7 +243,8 @@ def follow(
     def handed_on(states: Sequence[Array]) -> None:
         """Keep the last states for the rows that come later."""
         if clock.carry:
-            clock.carry.end.append(np.array([x[clock.carry.at] for x in states]))
+            last = [x[clock.carry.at] for x in states]
+            clock.carry.end.append(np.array(last))
 
     as_in_c = any(isinstance(value_of(x), ArrayAsInC) for x in inputs)
     begin = begun([value_of(x) for x in first])
@@ -257,7 +269,11 @@ def follow(
         begin = begun([partial_of(x, seed) for x in first])
         partials[seed] = solve([partial_of(x, seed) for x in drive], begin)
         handed_on(partials[seed])
-    return tuple(Dual(x, {seed: partials[seed][i] for seed in seeds}) for i, x in enumerate(states))
+    duals: list[Dual] = []
+    for place, x in enumerate(states):
+        of_state: dict[int, Any] = {seed: partials[seed][place] for seed in seeds}
+        duals.append(Dual(x, of_state))
+    return tuple(duals)
 
 
 def _linearised(
@@ -275,13 +291,15 @@ def _linearised(
 def _rolled(advance: Advance, first: Sequence[Array], inputs: Sequence[Any], clock: Clock) -> list[Array]:
     """The states row by row, in Python's floats or compiled: with the same bits, as IEEE arithmetic has no choice."""
     rows = clock.time.size
-    given = np.column_stack([np.broadcast_to(np.asarray(x, np.float64), (rows,)) for x in inputs])
+    columns = [np.broadcast_to(np.asarray(x, np.float64), (rows,)) for x in inputs]
+    given = np.column_stack(columns)
     begin = np.column_stack(first)  # shape (spans, states)
     states = np.empty((rows, len(first)))
     loop = _loop_of(advance)
     loop.rows += rows
     if loop.rows > _WORTH_COMPILING:
-        loop.compiled()(begin, np.array(starts_of(clock)), given, states)
+        compiled = loop.compiled()
+        compiled(begin, np.array(starts_of(clock)), given, states)
     else:
         # Python's floats are faster than NumPy's, one at a time.
         inputs_of: list[tuple[float, ...]] = [tuple(row) for row in given.tolist()]
@@ -359,9 +377,10 @@ class _Triangular:
     """
 
     def __init__(self, keeps: Sequence[Sequence[Any]], starts: list[int], rows: int) -> None:
+        m = len(keeps)
         self.starts = starts
         self.rows = rows
-        self.states = m = len(keeps)
+        self.states = m
         # The unknowns stand row by row, all states of a row together, so state i of a row stands m + i - j below
         # state j of the row before. BLAS wants each diagonal as a line.
         self.band = np.zeros((2 * m, m * rows), order="F")
@@ -369,7 +388,8 @@ class _Triangular:
         for i, kept in enumerate(keeps):
             for j, keep in enumerate(kept):
                 line = self.band[m + i - j, j::m]
-                line[:-1] = -np.broadcast_to(np.asarray(keep), (rows,))[1:]
+                of_all_rows = np.broadcast_to(np.asarray(keep), (rows,))
+                line[:-1] = -of_all_rows[1:]
                 line[last_of_spans] = 0.0  # nothing goes on into another span
 
     def __call__(self, drive: Sequence[Any], first: Sequence[Array]) -> list[Array]:
@@ -379,7 +399,8 @@ class _Triangular:
         right = np.empty(m * self.rows)
         for i, (driven, begin) in enumerate(zip(drive, first, strict=True)):
             right[i::m] = driven
-            right[[m * start + i for start in self.starts]] = begin
+            places = [m * start + i for start in self.starts]
+            right[places] = begin
         x: Array = dtbsv(2 * m - 1, self.band, right, lower=1, diag=1, overwrite_x=1)
         return [np.ascontiguousarray(x[i::m]) for i in range(m)]
 
@@ -398,7 +419,8 @@ def switched(u: Array, up: Array, down: Array, clock: Clock) -> NDArray[np.bool_
         u = u.copy()
         clock.carry.into(u[:1])
     u = np.ascontiguousarray(u, np.float64)
-    _quick(_run_switched, u.size)(u, up, down, np.array(starts_of(clock)), rising)
+    loop = _quick(_run_switched, u.size)
+    loop(u, up, down, np.array(starts_of(clock)), rising)
     return rising
 
 

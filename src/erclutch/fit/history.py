@@ -29,9 +29,13 @@ Rows = NDArray[np.intp]
 #: Subject of the finding.
 HISTORY = "memory"
 #: Share of the error that a memory must take off before it is worth a word, and how sure that must be.
-_WORTH, _SURE = 0.05, 2.5  # the latter in standard errors over windows
-_WINDOWS, _MOST_ROWS, _FEWEST_ROWS = 32, 20_000, 1000
-_SLIPS, _FIELDS = 16, 4  # knots
+_WORTH = 0.05
+_SURE = 2.5  # standard errors over windows
+_WINDOWS = 32
+_MOST_ROWS = 20_000
+_FEWEST_ROWS = 1000
+_SLIPS = 16  # knots
+_FIELDS = 4  # knots
 _PLACES = (0.05, 0.25, 0.45, 0.65, 0.85)  # of a memory's constants in their usual ranges
 _RIDGE = 3e-4  # rows of a corner, as a share of all rows, below which the function stays near zero there
 
@@ -63,23 +67,31 @@ def history(data: Dataset, error: Array | None = None, dynamics: str = NONE) -> 
     if data.rows < _FEWEST_ROWS or data.in_no_time or not np.all(np.isfinite(y)):
         return None
     reference = reference_of(data)
-    rows = np.linspace(0, data.rows - 1, min(data.rows, _MOST_ROWS)).round().astype(np.intp)
+    count = min(data.rows, _MOST_ROWS)
+    rows = np.linspace(0, data.rows - 1, count).round().astype(np.intp)
     window = np.arange(rows.size) * _WINDOWS // rows.size
+
     # The straight part first: beside a large viscous effort the ridge below would bend more than a memory does.
-    straight = np.column_stack([np.ones(rows.size), *(element.slip[rows] for element in data.elements)])
+    slips = [element.slip[rows] for element in data.elements]
+    straight = np.column_stack([np.ones(rows.size), *slips])
     given = y[rows]
-    y = given - straight @ np.linalg.lstsq(straight, given, rcond=None)[0]
+    gains, *_ = np.linalg.lstsq(straight, given, rcond=None)
+    y = given - straight @ gains
     plain = _TwoFolds(_memoryless(data, reference, rows), y, window)
     left = plain.unexplained()
+
     # Over the whole error of a model: the function may gain what no memory does.
-    whole = max(_rms(left), 0.0 if error is None else _rms(given)) or 1.0
+    whole = _rms(left)
+    if error is not None:
+        whole = max(whole, _rms(given))
+    whole = whole or 1.0
     helpful: list[History] = []
     for name in _candidates(dynamics):
         columns = _memories(data, reference, name, rows)
         better = plain.unexplained(columns)
-        gains = np.bincount(window, left**2 - better**2)  # of each window
-        standard_error = float(np.std(gains, ddof=1)) / gains.size**0.5 or 1.0
-        sure = float(np.mean(gains)) / standard_error
+        taken_off = np.bincount(window, left**2 - better**2)  # of each window
+        standard_error = float(np.std(taken_off, ddof=1)) / taken_off.size**0.5 or 1.0
+        sure = float(np.mean(taken_off)) / standard_error
         share = (_rms(left) - _rms(better)) / whole
         if share >= _WORTH and sure >= _SURE:
             helpful.append(History(name, share, sure))
@@ -121,11 +133,14 @@ def _candidates(dynamics: str) -> Iterator[str]:
     """Of each family the first stage that is richer than what the model has; only stages that keep a state."""
     own = {stage.name for stage in stages_of(dynamics)}
     for ladder in families():
-        if stage_named(ladder[0]).place != "slip" or ladder[0].startswith((_BRISTLES, "stiffness")):
+        lowest = ladder[0]
+        if stage_named(lowest).place != "slip" or lowest.startswith((_BRISTLES, "stiffness")):
             continue
         rungs = [rung for rung, name in enumerate(ladder) if stage_named(name).name in own]
-        stem = ladder[0].partition("/")[0].partition("-")[0]
-        if not rungs and any(name.startswith((stem, _BRISTLES)) for name in own):  # another form of the family
+        without_form, _, _ = lowest.partition("/")
+        stem, _, _ = without_form.partition("-")
+        has_another_form = any(name.startswith((stem, _BRISTLES)) for name in own)
+        if not rungs and has_another_form:
             continue
         above = max(rungs, default=-1) + 1
         if above < len(ladder) and remembers(stage_named(ladder[above])):
@@ -143,9 +158,13 @@ def _memories(data: Dataset, reference: Reference, name: str, rows: Rows) -> Arr
             strength = np.ones(data.rows)
         moved = SlipAndStrength(way * element.slip / reference.slip, strength)
         for place in _PLACES if shapes else _PLACES[:1]:
-            q = [low * (high / low) ** place for low, high in (shape.scanned for shape in shapes)]
-            outputs = stage.respond(moved, data.clock, q, slice(None))
-            columns += [way * np.asarray(column)[rows] for column in stage.columns(outputs, moved.strength)]
+            constants: list[float] = []
+            for shape in shapes:
+                low, high = shape.scanned
+                constants.append(low * (high / low) ** place)
+            outputs = stage.respond(moved, data.clock, constants, slice(None))
+            for column in stage.columns(outputs, moved.strength):
+                columns.append(way * np.asarray(column)[rows])
     return np.column_stack(columns)
 
 
@@ -153,7 +172,8 @@ def _memoryless(data: Dataset, reference: Reference, rows: Rows) -> Array:
     """Piecewise linear functions of field and slip of each element at some rows, shape (n, columns)."""
     columns: list[Array] = []
     for element in data.elements:
-        slip, field = element.slip[rows], np.abs(element.field[rows])
+        slip = element.slip[rows]
+        field = np.abs(element.field[rows])
         slips = _hats(slip, np.quantile(slip, np.linspace(0.0, 1.0, _SLIPS)))
         fields = _hats(field, np.linspace(0.0, reference.field, _FIELDS))
         products = slips[:, :, None] * fields[:, None, :]  # each hat of the slip with each of the field
@@ -174,11 +194,15 @@ class _TwoFolds:
     """
 
     def __init__(self, columns: Array, y: Array, window: Rows) -> None:
-        self.columns, self.y = columns, y
+        self.columns = columns
+        self.y = y
         self.folds: list[Mask] = [window % 2 == fold for fold in (0, 1)]
-        parts = [columns[fitted] for fitted in self.folds]
-        self.grams = [part.T @ part for part in parts]
-        self.moments = [part.T @ y[fitted] for part, fitted in zip(parts, self.folds, strict=True)]
+        self.grams: list[Array] = []
+        self.moments: list[Array] = []
+        for fitted in self.folds:
+            part = columns[fitted]
+            self.grams.append(part.T @ part)
+            self.moments.append(part.T @ y[fitted])
 
     def unexplained(self, more: Array | None = None) -> Array:
         """What is left of y in each window by gains that were fitted to every other window, shape (n,).
@@ -190,14 +214,16 @@ class _TwoFolds:
         left = np.empty(self.y.size)
         for fitted, gram, moment in zip(self.folds, self.grams, self.moments, strict=True):
             # Normal equations of all columns: the blocks of the many are known, those of the few are made here.
-            own, added = self.columns[fitted], wider[fitted]
+            own = self.columns[fitted]
+            added = wider[fitted]
             between = own.T @ added
             whole = np.block([[gram, between], [between.T, added.T @ added]])
             whole[np.diag_indices_from(whole)] += _RIDGE * float(np.count_nonzero(fitted))
             right = np.concatenate([moment, added.T @ self.y[fitted]])
             gains = np.linalg.solve(whole, right)
+            of_own, of_added = gains[: moment.size], gains[moment.size :]
             rest = ~fitted
-            estimated = self.columns[rest] @ gains[: moment.size] + wider[rest] @ gains[moment.size :]
+            estimated = self.columns[rest] @ of_own + wider[rest] @ of_added
             left[rest] = self.y[rest] - estimated
         return left
 

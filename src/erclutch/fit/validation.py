@@ -25,9 +25,10 @@ from erclutch.signals.array import Array, Mask
 _BLOCKS = 4  # of one log in time
 _GROUPS = 4  # fields, motions or logs, at most
 _FEWEST_ROWS = 50  # of a block
-#: Models are in question whose error on the training rows is at most so many times the least of their kind, and no
-#: more than so many of a kind; of laws more, where whole fields or motions tell their forms apart.
-_NEAR, _MOST, _MOST_LAWS = 1.4, 3, 5
+#: Models are in question whose error on the training rows is at most so many times the least of their kind.
+_NEAR = 1.4
+_MOST = 3  # of a kind
+_MOST_LAWS = 5  # where whole fields or motions tell their forms apart
 _AT_REST = 0.1  # of the largest least error on any part: what the measure of a part is no smaller than
 #: Squared error of a freer model on each part, over that of the model that more physics binds: fading costs a little.
 _NO_MORE = 1.02
@@ -151,18 +152,23 @@ def chosen(
     with one_thread():
         for number, part in enumerate(parts.masks):
             told(number / count, f"choosing: part {number + 1} of {count} is left out")
-            for name, predicted in _refitted(contenders, train, train.with_neighbours(~part)).items():
+            others = train.with_neighbours(~part)
+            for name, predicted in _refitted(contenders, train, others).items():
                 errors[name].append(train.effort[part] - predicted[part])
     usable: dict[str, list[Array]] = {}
     for name, own in errors.items():
-        if len(own) == count and all(np.all(np.isfinite(error)) for error in own):
+        all_finite = all(np.all(np.isfinite(error)) for error in own)
+        if len(own) == count and all_finite:
             usable[name] = own
     if not usable:
         return None
 
     # Errors of all parts in a row, in the effort's unit: what people are told.
     effort = np.concatenate(measured)
-    told_scores = {name: score(effort, effort - np.concatenate(own), seed=seed) for name, own in usable.items()}
+    rmse: dict[str, BandedFigure] = {}
+    for name, own in usable.items():
+        estimated = effort - np.concatenate(own)
+        rmse[name] = score(effort, estimated, seed=seed).rmse
 
     # What is compared has each field and each motion count the same.
     weights = part_weights(usable) if parts.further else [1.0] * count
@@ -189,7 +195,6 @@ def chosen(
             at_new_fields[name][rows] = np.concatenate(own[: parts.fields])
     if len(allowed) < 2:
         return Choice(recommended, "", {}, at_new_fields)
-    rmse = {name: each.rmse for name, each in told_scores.items()}
     return Choice(recommended, parts.words, rmse, at_new_fields)
 
 
@@ -219,10 +224,10 @@ def part_weights(errors: Mapping[str, Sequence[Array]]) -> list[float]:
     Args:
         errors: by model, measured less estimated effort on each part.
     """
-    rmse: list[list[float]] = []
+    rmse: list[list[float]] = []  # of each model, one a part
     for of_model in errors.values():
         rmse.append([float(np.sqrt(np.mean(error**2))) for error in of_model])
-    least = np.array(rmse).min(axis=0)  # (parts,)
+    least = np.array(rmse).min(axis=0)  # shape (parts,)
     measure = np.maximum(least, _AT_REST * float(least.max()))
     if not measure.all():
         return [1.0] * measure.size
@@ -247,7 +252,8 @@ def worth_their_freedom(
     allowed: dict[str, int] = {}
     for level in sorted(set(freedom.values())):
         bound = min(allowed, key=lambda name: float(whole[name] @ whole[name]), default=None)
-        for name in (name for name, own in freedom.items() if own == level):
+        as_free = [name for name, own in freedom.items() if own == level]
+        for name in as_free:
             if bound is None or _worth(errors[name], errors[bound], seed):
                 allowed[name] = level
     return allowed
@@ -255,9 +261,11 @@ def worth_their_freedom(
 
 def _worth(errors: Sequence[Array], bound: Sequence[Array], seed: int) -> bool:
     """Whether errors by parts are clearly less than those of a model that is bound by more physics."""
-    on_each = all(_NO_MORE * float(b @ b) >= float(e @ e) for e, b in zip(errors, bound, strict=True))
+    for freer, bound_one in zip(errors, bound, strict=True):
+        if not _NO_MORE * float(bound_one @ bound_one) >= float(freer @ freer):
+            return False
     saved = excess(np.concatenate(bound), np.concatenate(errors), seed=seed)
-    return on_each and saved.value > TOLERATED and saved.low > 0.0
+    return saved.value > TOLERATED and saved.low > 0.0
 
 
 def _refitted(contenders: Sequence[Fitted], train: Dataset, kept: Mask) -> dict[str, Array]:
@@ -281,10 +289,12 @@ def _in_question(fitted: Sequence[Fitted], *, further: bool) -> Iterator[Fitted]
     what holds at the fields and motions of its rows alone.
     """
     for freedom in (0, 1, 2):
-        own = sorted((f for f in fitted if f.outcome.freedom == freedom), key=lambda f: f.outcome.train_cost)
-        near = sum(f.outcome.train_cost <= _NEAR**2 * own[0].outcome.train_cost for f in own)
-        count = min(near, _MOST_LAWS if further and freedom == 0 else _MOST)
-        yield from own[:count]
-        plain = [f for f in own[count:] if not slip_stages(f.outcome.model.structure.dynamics)]
-        if further and freedom == 0 and plain:
+        own = [f for f in fitted if f.outcome.freedom == freedom]
+        own.sort(key=lambda f: f.outcome.train_cost)
+        near = [f for f in own if f.outcome.train_cost <= _NEAR**2 * own[0].outcome.train_cost]
+        tells_laws_apart = further and freedom == 0
+        taken = near[: _MOST_LAWS if tells_laws_apart else _MOST]
+        yield from taken
+        plain = [f for f in own[len(taken) :] if not slip_stages(f.outcome.model.structure.dynamics)]
+        if tells_laws_apart and plain:
             yield plain[0]
