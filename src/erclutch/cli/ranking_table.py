@@ -11,6 +11,7 @@ from erclutch.cli.terminal import estimates, narrowed, number, with_unit
 from erclutch.fit.scoring import MANY_AT_REST, TOLERATED
 from erclutch.logs.covering_stretches import STRETCHES
 from erclutch.logs.dataset import constant_stretches
+from erclutch.signals.array import rms
 from erclutch.signals.clock import stretches
 
 #: Models that are shown where not all of them are asked for.
@@ -232,7 +233,7 @@ def at_rest(comparison: Comparison) -> str:
         return ""
     chosen = comparison.entry(comparison.recommended)
     error = (comparison.data.effort - chosen.predicted)[comparison.test][~still]
-    moving = number(float(np.sqrt(np.mean(error**2))), zeros=True)
+    moving = number(rms(error), zeros=True)
     overall = number(chosen.test.rmse.value, zeros=True)
     unit = comparison.data.units.effort.replace("?", "")
     return (

@@ -15,7 +15,7 @@ from erclutch.fit.sensor_check import sensor_findings
 from erclutch.fit.training_range import range_of
 from erclutch.logs.dataset import Dataset
 from erclutch.logs.resample import RESAMPLED
-from erclutch.signals.array import Array, Mask
+from erclutch.signals.array import Array, Mask, rms
 from erclutch.signals.recording import NO_FIELD
 
 #: Subject of the finding that the rows held out have a single field.
@@ -321,7 +321,7 @@ def _unlike(data: Dataset) -> Finding | None:
         return None
     larger, smaller = _ANOTHER_UNIT
     for name, values in (("effort", data.effort), ("slip", data.elements[0].slip)):
-        sizes = np.array([float(np.sqrt(np.mean(values[start:stop] ** 2))) for start, stop in data.source_rows])
+        sizes = np.array([rms(values[start:stop]) for start, stop in data.source_rows])
         usual = float(np.median(sizes))
         odd = np.flatnonzero((sizes > larger * usual) | (sizes < usual / smaller))
         if odd.size and usual > 0:

@@ -18,7 +18,7 @@ from erclutch.fit.log_groups import FEWEST_GROUPS, groups_of, motion_of, quantil
 from erclutch.logs.dataset import Dataset
 from erclutch.models.band import Band, leading
 from erclutch.models.haste import Haste
-from erclutch.signals.array import Array, Mask
+from erclutch.signals.array import Array, Mask, rms
 
 #: Time constant of the lag, in times in which the phase of the quickest motion turns by 1 rad: such a lag still tells
 #: motions ten times as quick.
@@ -99,7 +99,7 @@ def _by_logs(haste: Array, size: Array, log: NDArray[np.intp], level: float) -> 
     for number in np.unique(log):
         own = log == number
         if haste[own].any() and size[own].any():
-            hastes.append(float(np.sqrt(np.mean(haste[own] ** 2))))
+            hastes.append(rms(haste[own]))
             sizes.append(max(float(np.quantile(size[own], level)), 1e-9))
     of_haste = np.log(hastes)
     of_error = np.log(sizes)

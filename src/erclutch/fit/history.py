@@ -20,7 +20,7 @@ from erclutch.logs.dataset import Dataset
 from erclutch.models.stages import NONE, remembers, slip_stages, stage_named, stages_of
 from erclutch.models.stages.stage import SlipAndStrength
 from erclutch.models.structure import Reference
-from erclutch.signals.array import Array, Mask
+from erclutch.signals.array import Array, Mask, rms
 
 #: A LuGre state is a Dahl state with two more numbers, and a travel is no friction: neither is told of here.
 _BRISTLES = "lugre"
@@ -81,9 +81,9 @@ def history(data: Dataset, error: Array | None = None, dynamics: str = NONE) -> 
     left = plain.unexplained()
 
     # Over the whole error of a model: the function may gain what no memory does.
-    whole = _rms(left)
+    whole = rms(left)
     if error is not None:
-        whole = max(whole, _rms(given))
+        whole = max(whole, rms(given))
     whole = whole or 1.0
     helpful: list[History] = []
     for name in _candidates(dynamics):
@@ -92,7 +92,7 @@ def history(data: Dataset, error: Array | None = None, dynamics: str = NONE) -> 
         taken_off = np.bincount(window, left**2 - better**2)  # of each window
         standard_error = float(np.std(taken_off, ddof=1)) / taken_off.size**0.5 or 1.0
         sure = float(np.mean(taken_off)) / standard_error
-        share = (_rms(left) - _rms(better)) / whole
+        share = (rms(left) - rms(better)) / whole
         if share >= _WORTH and sure >= _SURE:
             helpful.append(History(name, share, sure))
     return max(helpful, key=lambda memory: memory.share, default=None)
@@ -226,7 +226,3 @@ class _TwoFolds:
             estimated = self.columns[rest] @ of_own + wider[rest] @ of_added
             left[rest] = self.y[rest] - estimated
         return left
-
-
-def _rms(values: Array) -> float:
-    return float(np.sqrt(np.mean(values**2)))

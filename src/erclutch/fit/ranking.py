@@ -17,7 +17,7 @@ from erclutch.fit.prediction_bands import HeldBand, calibrated, judged
 from erclutch.fit.scoring import TOLERATED, BandedFigure, Score, excess, independent_rows, information_criteria, score
 from erclutch.logs.dataset import Dataset
 from erclutch.models.model import Model
-from erclutch.signals.array import Array
+from erclutch.signals.array import Array, rms
 from erclutch.signals.shown import Shown, one_line
 
 #: Travels after which a state of memory has forgotten where it started, to 5 %.
@@ -151,7 +151,7 @@ def with_bands(
         outcome: Any = entry.outcome
         outcome = replace(outcome, model=replace(outcome.model, band=band))
         figures = judged(data, test, entry.predicted, band, plain)
-        rmse = [float(np.sqrt(np.mean(error[rows] ** 2))) for rows in held_out if rows.size]
+        rmse = [rms(error[rows]) for rows in held_out if rows.size]
         by_log = (min(rmse), max(rmse), len(rmse)) if len(rmse) > 1 else None
         banded.append(replace(entry, outcome=outcome, band=figures, by_log=by_log))
     return banded
@@ -217,8 +217,8 @@ def _adds(model: Model, data: Dataset, predicted: Array, test: NDArray[np.bool_]
     """What the network of a law with one adds, on the rows held out."""
     assert model.correction is not None
     law: Array = model.law_part.predict(data)
-    alone = float(np.sqrt(np.mean((data.effort - law)[test] ** 2)))
-    both = float(np.sqrt(np.mean((data.effort - predicted)[test] ** 2)))
+    alone = rms((data.effort - law)[test])
+    both = rms((data.effort - predicted)[test])
     change = "no less"
     if alone > 0:
         change = f"{abs(1.0 - both / alone):.1%} {'less' if both <= alone else 'more'}"

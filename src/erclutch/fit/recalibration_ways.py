@@ -18,7 +18,7 @@ from erclutch.models.networks.network_inputs import inputs_of
 from erclutch.models.networks.network_model import NetworkModel
 from erclutch.models.stages import stages_at
 from erclutch.models.structure import OFFSET as CONSTANT_EFFORT
-from erclutch.signals.array import Array
+from erclutch.signals.array import Array, rms
 
 Rows = NDArray[np.intp]
 
@@ -81,7 +81,7 @@ def ways_of(model: Model, data: Dataset, rows: Rows, effort: Array) -> Iterator[
         effort: of the base on these rows, shape (n,).
     """
     gain = Number(GAIN, 1.0, 1.0, lower=0.0)
-    usual_effort = float(np.sqrt(np.mean(effort**2))) or 1.0
+    usual_effort = rms(effort) or 1.0
     offset = Number(OFFSET, 0.0, usual_effort)
     ones = np.ones(effort.size)
     yield _linear("common gain", [gain], [effort], lambda c: model.scaled(c[0]))

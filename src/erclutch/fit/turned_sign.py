@@ -12,7 +12,7 @@ from erclutch.fit.fit_settings import AUTO, Settings
 from erclutch.fit.kinds.law_alone import LawCandidate, structures_of, with_memory
 from erclutch.fit.outcome import AnyOutcome
 from erclutch.logs.dataset import Dataset
-from erclutch.signals.array import Array, Mask
+from erclutch.signals.array import Array, Mask, rms
 
 
 def with_turned_fit(
@@ -31,7 +31,7 @@ def with_turned_fit(
     law = remembering[-1].fit(train, (), 1) if remembering else base[-1]
     spread = float(np.std(data.effort[test])) or 1.0
     error: Array = turned.effort - law.model.predict(turned)
-    rmse = float(np.sqrt(np.mean(error[test] ** 2)))
+    rmse = rms(error[test])
     as_it_is = min((o.train_cost / o.train_rows for o in outcomes if not o.weights), default=np.inf) ** 0.5
     message = (
         f"{finding.message}; with the effort turned, {law.model.name} errs by {rmse / spread:.1%} of the standard "

@@ -20,7 +20,7 @@ from erclutch.fit.outcome import AnyOutcome
 from erclutch.fit.scoring import TOLERATED, BandedFigure, excess, recommend, score
 from erclutch.logs.dataset import Dataset, time_folds
 from erclutch.models.stages import slip_stages
-from erclutch.signals.array import Array, Mask
+from erclutch.signals.array import Array, Mask, rms
 
 _BLOCKS = 4  # of one log in time
 _GROUPS = 4  # fields, motions or logs, at most
@@ -76,7 +76,7 @@ def cross_validated(train: Dataset, fitted: Fitted, blocks: int) -> tuple[float,
         others = train.with_neighbours(~block)
         outcome = fitted.candidate.refit(train, others, fitted.outcome, ())
         error: Array = train.effort - outcome.model.predict(train)
-        errors.append(float(np.sqrt(np.mean(error[block] ** 2))))
+        errors.append(rms(error[block]))
     return tuple(errors)
 
 
@@ -226,7 +226,7 @@ def part_weights(errors: Mapping[str, Sequence[Array]]) -> list[float]:
     """
     rmse: list[list[float]] = []  # of each model, one a part
     for of_model in errors.values():
-        rmse.append([float(np.sqrt(np.mean(error**2))) for error in of_model])
+        rmse.append([rms(error) for error in of_model])
     least = np.array(rmse).min(axis=0)  # shape (parts,)
     measure = np.maximum(least, _AT_REST * float(least.max()))
     if not measure.all():

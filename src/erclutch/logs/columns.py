@@ -6,7 +6,7 @@ are left, the motion or a coefficient of friction may settle which it is (`guess
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -103,25 +103,24 @@ def candidates(
     fitting = [column for column in free if fits[column.name] is not False]
     forms = {column.name: column.spoken.forms[signal] for column in fitting}
 
-    named = [
-        column
-        for column in fitting
-        if forms[column.name]
-        and (fits[column.name] or forms[column.name] not in NEED_UNIT)
-        and told.isdisjoint(column.spoken.words)
-    ]
+    named: list[SeenColumn] = []
+    for column in fitting:
+        form = forms[column.name]
+        speaks = form and (fits[column.name] or form not in NEED_UNIT)
+        if speaks and told.isdisjoint(column.spoken.words):
+            named.append(column)
     exact = [column for column in named if column.spoken.plain_stem == forms[column.name]]
     if named or units_of_sensor:
-        chosen = [column.name for column in exact or named]
-        if signal == "field" and {forms[name] for name in chosen} <= VOLTAGES:
-            chosen += _currents(free, chosen)
+        names = [column.name for column in exact or named]
         if signal == "field":
-            chosen = _without_supplies(seen, chosen)
-        return distinct(seen, chosen), "name"
+            names = _fields(seen, free, names, forms)
+        return distinct(seen, names), "name"
 
     # No whole name speaks. A short name may, where its numbers go with another column.
-    stems = {column.name: split_end(column.name)[0] for column in fitting}
-    heads = {name: headed(stem, signal, seen.shared_words) for name, stem in stems.items()}
+    heads: dict[str, str | None] = {}
+    for column in fitting:
+        stem, _ = split_end(column.name)
+        heads[column.name] = headed(stem, signal, seen.shared_words)
     shaped: list[str] = []
     for column in fitting:
         short = forms[column.name] or signal in column.spoken.numbered or heads[column.name] in NEED_UNIT
@@ -132,40 +131,45 @@ def candidates(
 
     by_unit = [column.name for column in free if fits[column.name] and _unit_speaks(column, signal, si_units)]
     headed_so = [name for name, head in heads.items() if head and (fits[name] or head not in NEED_UNIT)]
-    if headed_so:
-        # A head is no whole name: another column with such a unit may be the signal as well. Where all but the words
-        # that most columns share is the head (C_1_Displacement), it is a whole one.
-        whole: list[str] = []
-        for name in headed_so:
-            words = seen.columns[name].spoken.stem_words
-            own = "".join(word for word in words if word not in seen.shared_words)
-            if len(words) > 1 and own == heads[name]:
-                whole.append(name)
-        found = whole or [*headed_so, *(name for name in by_unit if name not in headed_so)]
-        if signal == "field" and {heads.get(name) for name in found} <= VOLTAGES:
-            found += _currents(free, found)
-        if signal == "field":
-            found = _without_supplies(seen, found)
-        return distinct(seen, found), "name"
-    return distinct(seen, by_unit), "unit"
+    if not headed_so:
+        return distinct(seen, by_unit), "unit"
+
+    # A head is no whole name: another column with such a unit may be the signal as well. Where all but the words that
+    # most columns share is the head (C_1_Displacement), it is a whole one.
+    whole: list[str] = []
+    for name in headed_so:
+        words = seen.columns[name].spoken.stem_words
+        own = "".join(word for word in words if word not in seen.shared_words)
+        if len(words) > 1 and own == heads[name]:
+            whole.append(name)
+    names = whole or [*headed_so, *(name for name in by_unit if name not in headed_so)]
+    if signal == "field":
+        names = _fields(seen, free, names, heads)
+    return distinct(seen, names), "name"
 
 
-def _currents(free: Iterable[SeenColumn], named: Sequence[str]) -> list[str]:
-    """Columns in amperes beside voltages: the current of a coil is its field as much as its voltage is."""
-    return [
-        column.name
-        for column in free
-        if column.name not in named
-        and column.fits(("A",))
-        and not column.shape.constant
-        and not {*column.spoken.stem_words} & (TOLD | OTHER)
-    ]
+def _fields(
+    seen: SeenColumns, free: Iterable[SeenColumn], named: Sequence[str], forms: Mapping[str, str | None]
+) -> list[str]:
+    """Columns that may be the field: beside voltages the currents too, and none that is the voltage of a supply.
 
+    Args:
+        seen: the columns of the log.
+        free: columns that are nothing else.
+        named: those of them that are called like the field.
+        forms: what speaks for the field in their names.
+    """
+    fields = [*named]
+    if {forms.get(name) for name in named} <= VOLTAGES:
+        # The current of a coil is its field as much as its voltage is.
+        for column in free:
+            a_current = column.fits(("A",)) and not column.shape.constant
+            if column.name not in named and a_current and (TOLD | OTHER).isdisjoint(column.spoken.stem_words):
+                fields.append(column.name)
 
-def _without_supplies(seen: SeenColumns, fields: Sequence[str]) -> list[str]:
-    """Columns that may be the field; a column that hardly changes while another one does is that of a supply."""
+    # A column that hardly changes while another one does is that of a supply.
     if not any(seen.columns[name].varies for name in fields):
-        return list(fields)
+        return fields
     return [name for name in fields if not seen.columns[name].is_steady]
 
 
@@ -174,11 +178,13 @@ def _unit_speaks(column: SeenColumn, signal: str, si_units: tuple[str, ...]) -> 
     told = frozenset[str]() if signal == "field" else TOLD
     if signal not in _TOLD_BY_UNIT or column.unit_for(si_units) in (None, *NO_UNITS):
         return False
-    if {*column.spoken.stem_words} & (told | OTHER) or signal in column.spoken.turned:
+    if not (told | OTHER).isdisjoint(column.spoken.stem_words) or signal in column.spoken.turned:
         return False
     own = "effort" if signal == "T" else signal
-    if any(len(column.spoken.forms[other] or "") > 2 for other in SINGLE if other != own):
-        return False  # a force sensor in volts is no field
+    for other in SINGLE:
+        form = column.spoken.forms[other] or ""
+        if other != own and len(form) > 2:
+            return False  # a force sensor in volts is no field
     return signal == "field" or not column.shape.constant
 
 
@@ -200,7 +206,8 @@ def _goes_with(seen: SeenColumns, column: SeenColumn, signal: str) -> bool:
     # A load beside a displacement is that of a testing machine.
     if column.spoken.forms["effort"] == "load":
         for other in others:
-            if other.spoken.forms["position"] in _LENGTHS or other.spoken.heads["position"] in _LENGTHS:
+            named_so = other.spoken.forms["position"] in _LENGTHS
+            if named_so or other.spoken.heads["position"] in _LENGTHS:
                 return True
     return any(follows(column.values, motion.values) for motion in (*positions, *speeds))
 
@@ -232,10 +239,14 @@ def _one_motion(seen: SeenColumns, names: Iterable[str]) -> list[str]:
 
 def _one_quantity(column: SeenColumn, other: SeenColumn) -> bool:
     """Whether two columns with units hold one quantity: degrees beside radians."""
-    unit, other_unit = column.written_unit, other.written_unit
-    if not unit or not other_unit or not units.is_unit(unit) or not units.is_unit(other_unit):
+    unit = column.written_unit
+    other_unit = other.written_unit
+    if not unit or not other_unit:
         return False
-    first, second = units.parse(unit), units.parse(other_unit)
+    if not units.is_unit(unit) or not units.is_unit(other_unit):
+        return False
+    first = units.parse(unit)
+    second = units.parse(other_unit)
     if first.dimension != second.dimension or first.factor == second.factor:
         return False
 
@@ -245,11 +256,15 @@ def _one_quantity(column: SeenColumn, other: SeenColumn) -> bool:
     largest = float(np.abs(one[known]).max(initial=0.0))
     if not largest > 0.0:
         return False
-    return bool(np.abs(one - two)[known].max() <= _DIGITS * largest)
+    off = np.abs(one - two)[known]
+    return bool(off.max() <= _DIGITS * largest)
 
 
 def _move_alike(first: Array, second: Array) -> bool:
     """Whether two positions in one unit differ in where they count from, and in nothing else."""
     known = np.isfinite(first) & np.isfinite(second)
-    moved = float(np.ptp(first[known])) if known.any() else 0.0
-    return bool(moved > 0.0 and np.ptp((first - second)[known]) <= _DIGITS * moved)
+    if not known.any():
+        return False
+    moved = float(np.ptp(first[known]))
+    apart = (first - second)[known]
+    return bool(moved > 0.0 and np.ptp(apart) <= _DIGITS * moved)

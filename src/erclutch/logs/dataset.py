@@ -18,7 +18,7 @@ from erclutch.errors import MappingError, SettingError
 from erclutch.logs.covering_stretches import STRETCHES, covering, spread_points
 from erclutch.logs.field_plateaus import plateaus
 from erclutch.logs.timing import IN_NO_TIME
-from erclutch.signals.array import Array, Mask
+from erclutch.signals.array import Array, Mask, rms
 from erclutch.signals.clock import Clock, Span, cut_spans, stretches
 from erclutch.signals.device import DEVICES, EFFORT_OF, SPEED_OF, DeviceName, Element, Units, elements_of
 from erclutch.signals.recording import Recording
@@ -95,14 +95,14 @@ class Dataset(Shown):
     def at_rest(self) -> Mask:
         """Rows in which no element slips by more than 2 % of the usual (RMS) slip, shape (n,)."""
         slips = np.array([element.slip for element in self.elements])
-        usual = float(np.sqrt(np.mean(slips**2)))
+        usual = rms(slips)
         return np.max(np.abs(slips), axis=0) < _AT_REST * usual
 
     @property
     def one_way(self) -> bool:
         """Whether the slip of each element keeps its sign, and never comes near rest."""
         for element in self.elements:
-            usual = float(np.sqrt(np.mean(element.slip**2))) or 1.0
+            usual = rms(element.slip) or 1.0
             forward = np.sign(element.slip[0]) * element.slip / usual
             if not float(forward.min()) > _NEAR_REST:
                 return False

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -25,54 +25,78 @@ _FAINT_FIELD = 1e-3
 
 
 def guess_what_is_needed(draft: Draft) -> None:
-    """Guess each signal that the device needs; ask where nothing or too much would do."""
+    """Guess each signal that the device needs; ask where nothing or too much would do.
+
+    Raises:
+        MappingError: a scale that is none. UnitError: a unit that does not fit its signal.
+    """
     taken = [*draft.taken, *draft.table.truths]
-    unlogged_field = False
+    field_may_be_unlogged = False
     for group in NEEDS[draft.device]:
-        settled = any(
-            all(signal in draft.signals for signal in option) or draft.questions.keys() & {*option} for option in group
-        )
-        doubt: MappingError | None = None
+        settled = False
+        for option in group:
+            is_asked = not draft.questions.keys().isdisjoint(option)
+            if is_asked or all(signal in draft.signals for signal in option):
+                settled = True
+
+        doubts: list[MappingError] = []
         for option in group:
             # An alternative to what is there (E beside E1 and E2), not something more (theta).
             says_the_same = ("E",) in group or (option == ("alpha_raw",) and "alpha" in draft.signals)
+            if settled and says_the_same:
+                continue
             for signal in option:
-                known = signal in draft.signals or signal in draft.questions or signal in draft.declined
-                if known or (settled and says_the_same):
+                if signal in draft.signals or signal in draft.questions or signal in draft.declined:
                     continue
+                units_of_sensor: tuple[str, ...] = ()
                 scale = draft.told.scales.get(signal)
-                _, _, sensor = scaled(scale, signal) if scale else (1.0, None, None)
-                motion = next(
-                    (draft.signals[each].column for each in ("slip", "position") if each in draft.signals), ""
-                )
+                if scale:
+                    _, _, sensor = scaled(scale, signal)
+                    units_of_sensor = (sensor,) if sensor else ()
+                motions = [draft.signals[each].column for each in ("slip", "position") if each in draft.signals]
+                motion = motions[0] if motions else ""
                 try:
-                    found = guess(draft.seen, signal, taken, (sensor,) if sensor else (), motion)
+                    likely = guess(draft.seen, signal, taken, units_of_sensor, motion)
                 except MappingError as error:
-                    doubt = doubt or error
+                    doubts.append(error)
                     continue
-                if found is not None and _take_guess(draft, signal, found, motion):
-                    taken.append(found.column)
+                if likely is not None and _take_guess(draft, signal, likely, motion):
+                    taken.append(likely.column)
                     if signal == "field":
-                        _tell_supplies(draft, found.column, taken)
+                        _tell_supplies(draft, likely.column, taken)
             settled = settled or all(signal in draft.signals for signal in option)
+        if settled:
+            continue
 
-        if not settled:
-            needed = next(signal for signal in group[0] if signal not in draft.signals)
-            names = " or ".join(" and ".join(option) for option in group)
-            or_a_pair = _pair_remedy(draft)
-            error = doubt or missing(draft.seen, needed, taken, names)
-            draft.ask(needed, MappingError(error.problem, remedy=error.remedy + or_a_pair))
-            unlogged_field = unlogged_field or (needed == "field" and doubt is None)
+        needed = next(signal for signal in group[0] if signal not in draft.signals)
+        names = " or ".join(" and ".join(option) for option in group)
+        error = doubts[0] if doubts else missing(draft.seen, needed, taken, names)
+        draft.ask(needed, MappingError(error.problem, remedy=error.remedy + _pair_remedy(draft)))
+        if needed == "field" and not doubts:
+            field_may_be_unlogged = True
 
-    if unlogged_field:  # asked for only where a column may be it
-        inputs = [str(choice.column) for choice in draft.told.inputs]
-        inputs += [split_label(label)[0] for label in inputs]
-        if not maybe_field(draft.seen, [*taken, *inputs]):
-            del draft.questions["field"]
-            if take_stated_field(draft):
-                return
-            whys = [(column.name, why_no_field(draft.seen, column, taken)) for column in draft.seen.without(taken)]
-            draft.take_no_field([f"{name} {why}" for name, why in whys if why])
+    if field_may_be_unlogged:
+        _settle_the_field(draft, taken)
+
+
+def _settle_the_field(draft: Draft, taken: Sequence[str]) -> None:
+    """Take the field from what the file states, or as not logged, where no column may be it; else it stays asked."""
+    inputs: list[str] = []
+    for choice in draft.told.inputs:
+        label = str(choice.column)
+        name, _ = split_label(label)
+        inputs += [label, name]
+    if maybe_field(draft.seen, [*taken, *inputs]):
+        return
+    del draft.questions["field"]
+    if take_stated_field(draft):
+        return
+    whys: list[str] = []
+    for column in draft.seen.without(taken):
+        why = why_no_field(draft.seen, column, taken)
+        if why:
+            whys.append(f"{column.name} {why}")
+    draft.take_no_field(whys)
 
 
 def _take_guess(draft: Draft, signal: str, found: Guess, motion: str) -> bool:
@@ -100,9 +124,10 @@ def _take_guess(draft: Draft, signal: str, found: Guess, motion: str) -> bool:
         sureness = "likely" if column.shape.looks_like(signal) else "doubtful"
     draft.take(signal, column.name, column.unit_for(si_units), 1.0, f"guessed from its {found.reason}", sureness)
     taken = draft.signals[signal]
+    if signal != "field" or column.spoken.forms["field"] == "field":
+        return True
     strongest = float(np.nanmax(np.abs(column.values), initial=0.0)) * abs(taken.factor)
-    called_field = column.spoken.forms["field"] == "field"
-    if signal == "field" and not called_field and taken.si in ("A", "V", UNKNOWN) and 0.0 < strongest < _FAINT_FIELD:
+    if taken.si in ("A", "V", UNKNOWN) and 0.0 < strongest < _FAINT_FIELD:
         doubt = f"which never exceeds {strongest:.3g}, as the output of a sensor: --field none if it drives no coil"
         draft.signals[signal] = replace(taken, sureness="doubtful", doubt=doubt)
     return True
@@ -114,10 +139,10 @@ def _tell_supplies(draft: Draft, field: str, taken: Iterable[str]) -> None:
         return
     for column in draft.seen.without(taken):
         if column.fits(("V", "A")) and "field" in column.spoken.may_be and column.is_steady:
-            low, high = np.nanmin(column.values), np.nanmax(column.values)
-            course = (
-                f"keeps near one level, {low:.4g} to {high:.4g} {column.unit_for(('V', 'A'))}, while {field} changes"
-            )
+            low = np.nanmin(column.values)
+            high = np.nanmax(column.values)
+            level = f"{low:.4g} to {high:.4g} {column.unit_for(('V', 'A'))}"
+            course = f"keeps near one level, {level}, while {field} changes"
             draft.notes.append(f"column {column.name} {course}: taken for a supply, left out")
 
 

@@ -1,9 +1,15 @@
 """A plan is made of a table, a step after another; each step stands in a file of its own and is done once.
 
-What the columns are called, which units they have and how their numbers run is seen first (`seen_columns`). Then
-what the user said is taken (`named_columns`, `clock_planning`, `given_numbers`), what is needed besides is guessed
-(`guesses`, by `columns`), and what is left is looked at (`further_columns`, `motions`). What is open is asked
-(`proposals`). Nothing is converted here: `erclutch.logs.applied.apply` does what the plan says.
+1. What is seen of the columns: names, units, how their numbers run, which is the time (`seen_columns`).
+2. What the user said: columns (`named_columns`), the clock (`clock_planning`), numbers (`given_numbers`). A column that
+   is called like a signal and holds no numbers ends it here (`unreadable_columns`).
+3. What is needed besides is guessed (`guesses`). Columns that may be a signal are found by `columns`, and by
+   `quotients`. Where none is, `missing_columns` says what to do; a log has no field where `no_field` tells of each
+   column what else it is, and the file may still state one (`stated_field`).
+4. What is left is looked at (`points`, `further_columns`), and what belongs together is held together (`motions`).
+5. What is open is asked: `proposals` has the options that answer it.
+
+Nothing is converted here: `erclutch.logs.applied.apply` does what the plan says.
 """
 
 from __future__ import annotations

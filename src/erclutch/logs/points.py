@@ -22,14 +22,16 @@ def take_points(draft: Draft) -> None:
     A log of a motion turns back or rests, and its rate matters: there the user is asked for it.
     """
     question = draft.questions.get("time")
-    slip, effort = draft.signals.get("slip"), draft.signals.get("effort")
     untimed = question is not None and draft.told.time is None and question.problem.startswith("no time column")
-    of_file = bool(draft.table.path)  # arrays in memory have a rate that their owner knows
-    if not (untimed and of_file) or slip is None or effort is None or not slip.column or not effort.column:
+    if not untimed or not draft.table.path:  # arrays in memory have a rate that their owner knows
         return
-
+    slip = draft.signals.get("slip")
+    effort = draft.signals.get("effort")
+    if slip is None or effort is None or not slip.column or not effort.column:
+        return
     if draft.seen.columns[slip.column].kind == "Pa":
         return  # points of a rheometer are for `erclutch flowcurve`
+
     columns = draft.seen.columns.values()
     speeds = [column for column in columns if "slip" in column.spoken.may_be or column.fits(_SPEEDS)]
     parted = draft.table.words.values()
@@ -50,9 +52,12 @@ def _goes_one_way(speed: Array, fewest: int = _FEWEST) -> bool:
     """Whether a speed of one sign only grows, or only falls."""
     if speed.size < fewest or not np.isfinite(speed).all() or speed.min() == speed.max():
         return False
+    if speed.min() < 0.0 < speed.max():
+        return False
     steps = np.diff(speed)
-    one_sign = speed.min() >= 0.0 or speed.max() <= 0.0
-    return bool(one_sign and (np.all(steps >= 0.0) or np.all(steps <= 0.0)))
+    grows = np.all(steps >= 0.0)
+    falls = np.all(steps <= 0.0)
+    return bool(grows or falls)
 
 
 def _sweeps_within(speed: Array, words: WordColumn) -> bool:

@@ -34,22 +34,32 @@ def unwoven(table: Table) -> Table:
     if stamps is None or time is None or not np.isfinite(stamps).all():
         return table
 
-    whole = {name: values for name, values in table.columns.items() if name != time and not np.isnan(values).any()}
-    channels = _channels(
-        {name: values for name, values in table.columns.items() if name not in (*whole, time)}, not whole
-    )
+    whole: list[str] = []  # columns with a cell in each row
+    sparse: dict[str, Array] = {}
+    for name, values in table.columns.items():
+        if name == time:
+            continue
+        if np.isnan(values).any():
+            sparse[name] = values
+        else:
+            whole.append(name)
+    channels = _channels(sparse, woven_alone=not whole)
     if channels is None or len(channels) + bool(whole) < 2:
         return table
     if whole:
-        channels = [(np.ones(table.rows, np.bool_), [*whole]), *channels]
+        each_row = np.ones(table.rows, np.bool_)
+        channels = [(each_row, whole), *channels]
 
     # The effort is never made up between two samples: its channel goes first.
     efforts = {name for name, column in seen.columns.items() if "effort" in column.spoken.may_be}
     channels.sort(key=lambda channel: (efforts.isdisjoint(channel[1]), -np.count_nonzero(channel[0])))
     found: dict[str, Found] = {}
     for rows, names in channels:
-        columns = {_TIME: stamps[rows], **{name: table.columns[name][rows] for name in names}}
-        found[names[0]] = Found(columns, {name: table.units.get(name) for name in names})
+        columns = {_TIME: stamps[rows]}
+        for name in names:
+            columns[name] = table.columns[name][rows]
+        units = {name: table.units.get(name) for name in names}
+        found[names[0]] = Found(columns, units)
     try:
         joined = joined_by_time(found, "column")
     except LogError:  # no time that grows, or none that all have
@@ -63,7 +73,7 @@ def unwoven(table: Table) -> Table:
     return replace(table, columns=columns, clock=clock, breaks=(), words={}, notes=(*table.notes, note, *joined.notes))
 
 
-def _channels(sparse: Mapping[str, Array], woven_alone: bool) -> list[tuple[Mask, list[str]]] | None:
+def _channels(sparse: Mapping[str, Array], *, woven_alone: bool) -> list[tuple[Mask, list[str]]] | None:
     """The rows and the columns of each channel; None where a column has values missing as a sensor that fails has.
 
     Args:
@@ -73,8 +83,10 @@ def _channels(sparse: Mapping[str, Array], woven_alone: bool) -> list[tuple[Mask
     channels: dict[bytes, tuple[Mask, list[str]]] = {}
     for name, values in sparse.items():
         rows = np.isfinite(values)
-        channels.setdefault(rows.tobytes(), (rows, []))[1].append(name)
-    cells = sum(np.count_nonzero(rows) for rows, _ in channels.values()) / next(iter(sparse.values())).size
+        _, names = channels.setdefault(rows.tobytes(), (rows, []))
+        names.append(name)
+    filled = sum(np.count_nonzero(rows) for rows, _ in channels.values())
+    cells = filled / next(iter(sparse.values())).size  # a row
     for rows, _ in channels.values():
         places = np.flatnonzero(rows)
         if places.size < _FEWEST:

@@ -1,4 +1,4 @@
-"""The types of arrays that all rooms share: `Array` of float64 numbers and `Mask` of truth values, of any shape."""
+"""The types of arrays that all rooms share: `Array` of float64 numbers and `Mask` of truth values; and their size."""
 
 from __future__ import annotations
 
@@ -7,3 +7,8 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
+
+
+def rms(values: Array) -> float:
+    """The root mean square of an array of any shape."""
+    return float(np.sqrt(np.mean(values**2)))

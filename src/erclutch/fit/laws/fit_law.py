@@ -42,7 +42,7 @@ from erclutch.models.laws import ShapeParameter
 from erclutch.models.laws.smooth import TRANSITION_SLIP
 from erclutch.models.model import further_inputs
 from erclutch.models.structure import Reference, Structure
-from erclutch.signals.array import Array, Mask
+from erclutch.signals.array import Array, Mask, rms
 from erclutch.signals.recording import TEMPERATURE
 
 __all__ = ["Estimate", "FitOutcome", "fit_structure", "reference_of"]
@@ -82,7 +82,7 @@ def _root_mean_square(values: Array) -> float:
     if np.isfinite(square):
         return float(np.sqrt(square))
     largest = float(np.max(np.abs(values)))
-    return largest * float(np.sqrt(np.mean((values / largest) ** 2)))
+    return largest * rms(values / largest)
 
 
 def fit_structure(

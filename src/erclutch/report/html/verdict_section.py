@@ -21,6 +21,7 @@ from erclutch.report.html.symbols import plain_symbol
 from erclutch.report.numbers.number_text import capital, count, number, percent, span
 from erclutch.report.numbers.run_material import Material
 from erclutch.runs.every_row_folder import read_every_row
+from erclutch.signals.array import rms
 
 _FEW_INDEPENDENT = 0.02
 #: How a finding asks for a memory of the slip (`fit.history`).
@@ -109,7 +110,7 @@ def _rest(material: Material) -> _Rest:
     moving = test & ~still
     error = material.rows.residual(material.recommended)[moving]
     effort = material.rows.data.effort[moving]
-    rmse = float(np.sqrt(np.mean(error**2))) if error.size else 0.0
+    rmse = rms(error) if error.size else 0.0
     spread = float(np.std(effort)) if effort.size else 0.0
     share = rmse / spread if spread else float("nan")
     return _Rest(float(still[test].mean()), float(still[~test].mean()), error.size, rmse, share)

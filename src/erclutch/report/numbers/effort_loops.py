@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from erclutch.report.numbers.correlation import spans_inside
 from erclutch.runs.run_rows import RunRows
-from erclutch.signals.array import Array
+from erclutch.signals.array import Array, rms
 from erclutch.signals.clock import Span
 
 Rows = NDArray[np.intp]
@@ -131,7 +131,7 @@ def _windows(rows: RunRows, element: int, periods: int) -> _Periods:
     """All windows of so many periods in which the other element of a pair is without field."""
     elements = rows.data.elements
     slip = elements[element].slip
-    dead = _DEAD * float(np.sqrt(np.mean(slip**2)))
+    dead = _DEAD * rms(slip)
     starts: list[Rows] = []
     stops: list[Rows] = []
     held: list[NDArray[np.bool_]] = []

@@ -16,7 +16,7 @@ from erclutch.models.stages import stages_at
 from erclutch.models.stages.stage import Place
 from erclutch.runs.run_folder import Run
 from erclutch.runs.run_rows import RunRows, read_rows
-from erclutch.signals.array import Array
+from erclutch.signals.array import Array, rms
 
 Rows = NDArray[np.int64]
 
@@ -249,12 +249,8 @@ def _same(contenders: Sequence[Contender], block: int, seed: int) -> tuple[SameM
             if not (np.all(np.isfinite(of_first)) and np.all(np.isfinite(of_other))):
                 continue
             share = excess(of_other, of_first, block=block, seed=seed)
-            same.append(SameModel(name, other.label, _rms(of_first), _rms(of_other), share))
+            same.append(SameModel(name, other.label, rms(of_first), rms(of_other), share))
     return tuple(same)
-
-
-def _rms(residual: Array) -> float:
-    return float(np.sqrt(np.mean(residual * residual)))
 
 
 def changes(first: Contender, other: Contender) -> tuple[Change, ...]:

@@ -26,7 +26,7 @@ from erclutch.fit.laws.law_problem import separable
 from erclutch.fit.laws.variable_projection import Projection, coordinates, linearised
 from erclutch.logs.dataset import Dataset
 from erclutch.models.law_model import TorqueModel
-from erclutch.signals.array import Array, Mask
+from erclutch.signals.array import Array, Mask, rms
 from erclutch.signals.clock import Clock, Span
 from erclutch.signals.device import Element, slips_of
 from erclutch.wings.design.courses import Commands, GrowingSequence
@@ -169,7 +169,7 @@ class Knowledge:
         self._criterion = criterion
         derivatives = self.sensitivity.rows(known)  # shape (n, k + p)
         residual = known.effort - model.predict(known)
-        self.noise = float(np.sqrt(np.mean(residual**2)))
+        self.noise = rms(residual)
 
         # Neighbours are alike: so many rows count as one, in the new rows as in the old, of the same time.
         self.alike = correlated_rows(residual)

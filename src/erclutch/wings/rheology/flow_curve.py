@@ -14,7 +14,7 @@ import numpy as np
 from erclutch.errors import CheckError
 from erclutch.fit.intervals import as_json
 from erclutch.fit.outcome import Estimate
-from erclutch.signals.array import Array
+from erclutch.signals.array import Array, rms
 from erclutch.signals.shown import Shown, one_line
 from erclutch.wings.rheology.flow_law import Effort, FlowLaw, flow_laws
 from erclutch.wings.rheology.flow_plateau import plateau_of
@@ -156,7 +156,7 @@ def fit_flow_curve(curve: FlowCurve, law_name: str) -> FlowFit:
         stop=minimum.stop,
         estimates=law.estimates(law.problem(curve.rate, curve.stress), minimum, points),
         log_rmse=float(np.sqrt(cost / points) / np.log(10.0)),
-        rmse=float(np.sqrt(np.mean((curve.stress - predicted) ** 2))),
+        rmse=rms(curve.stress - predicted),
         aicc=float(aicc),
         predicted=predicted,
     )
@@ -197,7 +197,7 @@ def ranked(curve: FlowCurve, laws: Sequence[str] = ()) -> list[FlowFit]:
     plateau = plateau_of(curve.rate, curve.stress)
     judged: list[tuple[FlowFit, Array | None]] = []
     for fit, residual in zip(fits, residuals, strict=True):
-        validated = np.inf if residual is None else float(np.sqrt(np.mean(residual**2)) / np.log(10.0))
+        validated = np.inf if residual is None else float(rms(residual) / np.log(10.0))
         judged.append((replace(fit, validated=validated, yield_shown=_shows(fit, plateau)), residual))
     judged.sort(key=lambda pair: (pair[0].validated, pair[0].aicc, pair[0].log_rmse))
     best, reference = judged[0]
