@@ -134,7 +134,8 @@ def clock_of(plan: ClockPlan, table: Table, rows: NDArray[np.int64], notes: list
     if plan.kind in ("rate", "header"):
         assert period is not None
         breaks = np.unique(np.searchsorted(rows, table.breaks))
-        return timing.from_rate(rows.size, period, breaks[(breaks > 0) & (breaks < rows.size)].tolist())
+        inside = (breaks > 0) & (breaks < rows.size)
+        return timing.from_rate(rows.size, period, breaks[inside].tolist())
     if plan.kind == "points":
         assert period is not None
         return timing.of_points(rows.size, period)
@@ -143,7 +144,8 @@ def clock_of(plan: ClockPlan, table: Table, rows: NDArray[np.int64], notes: list
         stamps = table.clock[rows]
     else:
         column = table.planned(plan.column)[rows]
-        stamps = column * plan.factor if plan.zero == 0.0 else (column - plan.zero) * plan.factor
+        since_zero = column if plan.zero == 0.0 else column - plan.zero
+        stamps = since_zero * plan.factor
     latest = float(np.abs(stamps).max(initial=0.0))
     if latest > _LATEST:
         remedy = f"Check its unit: --time {shell_word(f'{plan.column} [ms]')}, or give --rate"
@@ -155,8 +157,10 @@ def clock_of(plan: ClockPlan, table: Table, rows: NDArray[np.int64], notes: list
     for name, values in table.columns.items():
         if name not in plan.not_signals:
             taken = values[rows]
-            now, before = taken[1:], taken[:-1]
-            same[1:] &= (now == before) | (np.isnan(now) & np.isnan(before))
+            now = taken[1:]
+            before = taken[:-1]
+            both_empty = np.isnan(now) & np.isnan(before)
+            same[1:] &= (now == before) | both_empty
     clock = timing.from_stamps(stamps, same, column=plan.column, hint=period)
     if plan.kind == "column" and not plan.unit and clock.period >= SLOW:
         remedy = f"if it counts milliseconds, give --time {shell_word(f'{plan.column} [ms]')}"
@@ -184,12 +188,17 @@ def runs_of(plan: ClockPlan, table: Table) -> RunsOfClock:
     Raises:
         TimingError: time that cannot be put right.
     """
-    stamps = {"column": table.columns.get(plan.column), "dates": table.clock}.get(plan.kind)
+    stamps: Array | None = None
+    if plan.kind == "column":
+        stamps = table.columns.get(plan.column)
+    elif plan.kind == "dates":
+        stamps = table.clock
     stamped = np.arange(table.rows)
     restarts: list[int] = []  # of the stamped rows, those whose stamp is before that of the row before
     if stamps is not None:
         stamped = np.flatnonzero(np.isfinite(stamps))
-        restarts = (1 + np.flatnonzero(np.diff(stamps[stamped]) < 0)).tolist()
+        goes_back = np.diff(stamps[stamped]) < 0
+        restarts = (1 + np.flatnonzero(goes_back)).tolist()
     runs: list[tuple[NDArray[np.int64], timing.LogClock]] = []
     notes: list[str] = []
     with placed(table.name):
@@ -198,7 +207,8 @@ def runs_of(plan: ClockPlan, table: Table) -> RunsOfClock:
                 notes.append(f"{part.size} rows between two restarts of the clock left out")
                 continue
             cut = {name: values[part] for name, values in table.columns.items()}
-            run = replace(table, columns=cut, clock=None if table.clock is None else table.clock[part], breaks=())
+            dates = None if table.clock is None else table.clock[part]
+            run = replace(table, columns=cut, clock=dates, breaks=())
             clock = clock_of(plan, run, np.arange(part.size), notes)
             notes.extend(clock.notes)
             runs.append((part[clock.keep], clock))
@@ -224,7 +234,9 @@ def _unusable_rows(
         LogError: a value that is not finite, or one that nothing measures.
     """
     columns = {each.signal: each.column for each in plan.signals if each.column}
-    unsampled = np.zeros(table.rows, dtype=np.bool_) if table.unsampled is None else table.unsampled
+    unsampled = table.unsampled
+    if unsampled is None:
+        unsampled = np.zeros(table.rows, dtype=np.bool_)
     holes: dict[str, Mask] = {}
     for signal, values in values_of.items():
         missing = ~np.isfinite(values) & ~unsampled
@@ -234,7 +246,8 @@ def _unusable_rows(
         _refuse_or_note(table, holes, plan.invalid, notes)
 
     for signal, values in values_of.items():
-        size = np.abs(np.where(np.isfinite(values) & ~unmeasured, values, 0.0))
+        counts = np.isfinite(values) & ~unmeasured
+        size = np.abs(np.where(counts, values, 0.0))
         if float(size.max(initial=0.0)) > _LARGEST:
             row = int(size.argmax())
             unit = next((each.si for each in plan.signals if each.signal == signal), "")
@@ -262,7 +275,8 @@ def _refuse_or_note(table: Table, holes: Mapping[str, Mask], invalid: Invalid, n
     if invalid == "error":
         raise LogError(text, remedy="Correct them, or cut the log there with --invalid drop")
     total = int(np.logical_or.reduce(list(holes.values())).sum())
-    others = "".join(f", column {other} {int(rows.sum())}" for other, rows in list(holes.items())[1:])
+    _, *others_with_holes = holes.items()
+    others = "".join(f", column {other} {int(rows.sum())}" for other, rows in others_with_holes)
     notes.append(f"{text}{others}: {total} rows dropped, the log cut there")
 
 
@@ -275,7 +289,9 @@ def _segments(clock: timing.LogClock, usable: Mask) -> tuple[NDArray[np.int64], 
     first[list(clock.starts)] = True
     part = np.cumsum(first)  # which segment of the clock a row is in
     place = np.flatnonzero(usable)
-    after_a_gap = (np.diff(place) > 1) | (np.diff(part[usable]) > 0)
+    rows_left_out = np.diff(place) > 1
+    gap_of_clock = np.diff(part[usable]) > 0
+    after_a_gap = rows_left_out | gap_of_clock
     begins = np.concatenate(([True], after_a_gap))
     starts = np.flatnonzero(begins).astype(np.int64)
     return starts, np.append(starts[1:], place.size)

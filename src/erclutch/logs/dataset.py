@@ -89,7 +89,8 @@ class Dataset(Shown):
     def duration(self) -> float:
         """Seconds recorded, gaps left out."""
         time = self.clock.time
-        return float(sum(time[span.stop - 1] - time[span.start] for span in self.clock.spans))
+        seconds = [time[span.stop - 1] - time[span.start] for span in self.clock.spans]
+        return float(sum(seconds))
 
     @property
     def at_rest(self) -> Mask:
@@ -111,8 +112,11 @@ class Dataset(Shown):
     @property
     def one_field(self) -> bool:
         """Whether the field of each element is the same in all rows."""
-        fields = [element.field for element in self.elements]
-        return all(np.ptp(field) <= _STEADY * float(np.abs(field).max()) for field in fields)
+        for element in self.elements:
+            largest = float(np.abs(element.field).max())
+            if not np.ptp(element.field) <= _STEADY * largest:
+                return False
+        return True
 
     @property
     def period(self) -> float:
@@ -129,7 +133,8 @@ class Dataset(Shown):
     def rates(self) -> tuple[float, float]:
         """Lowest and highest sampling rate of the stretches with equal steps, in Hz; equal where they are one rate."""
         periods = [span.period for span in self.clock.spans if span.period is not None] or [self.period]
-        slow, fast = max(periods), min(periods)
+        slow = max(periods)
+        fast = min(periods)
         if slow - fast > _SAME_RATE * fast:
             return 1 / slow, 1 / fast
         return 1 / self.period, 1 / self.period
@@ -182,8 +187,11 @@ class Dataset(Shown):
             offset = spans[-1].stop if spans else 0
             keep[span.start : span.stop] = True
             spans.append(Span(offset, offset + span.stop - span.start, span.period))
-        bounds = tuple((int(keep[:start].sum()), int(keep[:stop].sum())) for start, stop in self.source_rows)
-        return replace(self.picked(keep), clock=Clock(self.clock.time[keep], tuple(spans)), source_rows=bounds)
+        bounds: list[tuple[int, int]] = []
+        for start, stop in self.source_rows:
+            bounds.append((int(keep[:start].sum()), int(keep[:stop].sum())))
+        clock = Clock(self.clock.time[keep], tuple(spans))
+        return replace(self.picked(keep), clock=clock, source_rows=tuple(bounds))
 
     def with_neighbours(self, mask: Mask) -> Mask:
         """The rows of a mask that `take` keeps: those with a neighbour, or points in no time, shape (n,)."""
@@ -265,7 +273,8 @@ def _drawn_out(angle: Array, clock: Clock) -> tuple[Array, int]:
     if np.ptp(angle) > _TURN:
         return angle, 0
     parts = [angle[span.start : span.stop] for span in clock.spans]
-    turns = sum(int(np.count_nonzero(np.abs(np.diff(part)) > np.pi)) for part in parts)
+    jumps = [np.abs(np.diff(part)) > np.pi for part in parts]
+    turns = sum(int(np.count_nonzero(of_part)) for of_part in jumps)
     if not turns:
         return angle, 0
     return np.concatenate([np.unwrap(part) for part in parts]), turns
@@ -285,9 +294,11 @@ def dataset_of(log: Recording, device: DeviceName, derivative: Derivative) -> Da
         log = log.only(neighboured)
         notes.append(f"{lone} row{'s' if lone > 1 else ''} between two gaps left out: they have no neighbour")
     period = log.period if log.uniform else None
-    clock = Clock(log.time, tuple(Span(start, stop, period) for start, stop in log.segments))
+    spans = [Span(start, stop, period) for start, stop in log.segments]
+    clock = Clock(log.time, tuple(spans))
 
-    signals, units = dict(log.signals), dict(log.units)
+    signals = dict(log.signals)
+    units = dict(log.units)
     for position, speed in SPEED_OF.items():
         if position in signals and speed not in signals:
             if units.get(position) == "rad":
@@ -311,9 +322,9 @@ def dataset_of(log: Recording, device: DeviceName, derivative: Derivative) -> Da
         for first, second in (("E1", "E2"), ("theta_dot", "alpha_dot")):
             one, other = units.get(first), units.get(second)
             if one is not None and other is not None and one != other:
-                one, other = one or "1", other or "1"
-                remedy = f"Give both the same unit, for example --{first} '{first} [{one}]'"
-                raise MappingError(f"{first} is in {one} and {second} in {other}", where=log.name, remedy=remedy)
+                problem = f"{first} is in {one or '1'} and {second} in {other or '1'}"
+                remedy = f"Give both the same unit, for example --{first} '{first} [{one or '1'}]'"
+                raise MappingError(problem, where=log.name, remedy=remedy)
 
     return Dataset(
         device=device,
@@ -419,12 +430,20 @@ def constant_stretches(dataset: Dataset, start: int, stop: int) -> list[tuple[in
     Between them there is a gap, or the field goes from level to level. The end of such a log is a field that no earlier
     row has, so a share of it is held out of each stretch.
     """
-    spans = [(span.start, span.stop) for span in dataset.clock.spans if start <= span.start and span.stop <= stop]
+    spans: list[tuple[int, int]] = []
+    for span in dataset.clock.spans:
+        if start <= span.start and span.stop <= stop:
+            spans.append((span.start, span.stop))
     fields = [element.field for element in dataset.elements]
     reach = _STEADY * max(float(np.abs(field).max()) for field in fields)
-    if not any(np.ptp(field[start:stop]) > reach for field in fields):
+
+    def constant(first: int, last: int) -> bool:
+        """Whether no field changes in some rows."""
+        return all(np.ptp(field[first:last]) <= reach for field in fields)
+
+    if constant(start, stop):
         return []
-    if all(np.ptp(field[first:last]) <= reach for field in fields for first, last in spans):
+    if all(constant(first, last) for first, last in spans):
         return spans
 
     # No gap from field to field: plateaus are sought, and cut where the log has a gap.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import replace
 
 import numpy as np
@@ -10,13 +10,11 @@ import numpy as np
 from erclutch.errors import MappingError, shell_word
 from erclutch.logs.columns import Guess, candidates, guess
 from erclutch.logs.draft import Draft
-from erclutch.logs.labels import split_label
 from erclutch.logs.missing_columns import missing
-from erclutch.logs.no_field import maybe_field, why_no_field
+from erclutch.logs.no_field import settle_the_field
 from erclutch.logs.plan import NEEDS, Sureness
 from erclutch.logs.sensor_scales import scaled
 from erclutch.logs.shapes import is_rate_of
-from erclutch.logs.stated_field import take_stated_field
 from erclutch.signals.recording import SIGNALS
 from erclutch.signals.units import UNKNOWN
 
@@ -70,33 +68,14 @@ def guess_what_is_needed(draft: Draft) -> None:
 
         needed = next(signal for signal in group[0] if signal not in draft.signals)
         names = " or ".join(" and ".join(option) for option in group)
+        or_a_pair = _pair_remedy(draft)
         error = doubts[0] if doubts else missing(draft.seen, needed, taken, names)
-        draft.ask(needed, MappingError(error.problem, remedy=error.remedy + _pair_remedy(draft)))
+        draft.ask(needed, MappingError(error.problem, remedy=error.remedy + or_a_pair))
         if needed == "field" and not doubts:
             field_may_be_unlogged = True
 
     if field_may_be_unlogged:
-        _settle_the_field(draft, taken)
-
-
-def _settle_the_field(draft: Draft, taken: Sequence[str]) -> None:
-    """Take the field from what the file states, or as not logged, where no column may be it; else it stays asked."""
-    inputs: list[str] = []
-    for choice in draft.told.inputs:
-        label = str(choice.column)
-        name, _ = split_label(label)
-        inputs += [label, name]
-    if maybe_field(draft.seen, [*taken, *inputs]):
-        return
-    del draft.questions["field"]
-    if take_stated_field(draft):
-        return
-    whys: list[str] = []
-    for column in draft.seen.without(taken):
-        why = why_no_field(draft.seen, column, taken)
-        if why:
-            whys.append(f"{column.name} {why}")
-    draft.take_no_field(whys)
+        settle_the_field(draft, taken)
 
 
 def _take_guess(draft: Draft, signal: str, found: Guess, motion: str) -> bool:

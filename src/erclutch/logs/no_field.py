@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
+from erclutch.logs.draft import Draft
+from erclutch.logs.labels import split_label
 from erclutch.logs.quotients import quotient_of
 from erclutch.logs.seen_columns import NO_UNITS, SeenColumn, SeenColumns
 from erclutch.logs.shapes import FEW, LOOKED_AT, is_rate_of
+from erclutch.logs.stated_field import take_stated_field
 from erclutch.signals.array import Array
 from erclutch.signals.recording import SIGNALS
 
@@ -17,6 +20,26 @@ _SAME_COURSE = 2e-3  # of the range, within which two columns are one course
 _SET_ENDS = 0.1  # of the range, by which the ends of a set point and of what follows it differ at most
 _FOLLOWS_CLOSELY = 0.996  # correlation of a set point with what follows it some rows later
 _ESTIMATES = 0.7  # correlation of the signs of two estimates of one thing
+
+
+def settle_the_field(draft: Draft, taken: Sequence[str]) -> None:
+    """Take the field from what the file states, or as not logged, where no column may be it; else it stays asked."""
+    inputs: list[str] = []
+    for choice in draft.told.inputs:
+        label = str(choice.column)
+        name, _ = split_label(label)
+        inputs += [label, name]
+    if maybe_field(draft.seen, [*taken, *inputs]):
+        return
+    del draft.questions["field"]
+    if take_stated_field(draft):
+        return
+    whys: list[str] = []
+    for column in draft.seen.without(taken):
+        why = why_no_field(draft.seen, column, taken)
+        if why:
+            whys.append(f"{column.name} {why}")
+    draft.take_no_field(whys)
 
 
 def maybe_field(seen: SeenColumns, taken: Iterable[str]) -> list[SeenColumn]:
