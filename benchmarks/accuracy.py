@@ -32,7 +32,8 @@ from numpy.typing import NDArray
 
 from erclutch.fit.comparison import Settings, compare
 from erclutch.logs import read
-from erclutch.logs.dataset import Dataset, build_dataset, hold_out
+from erclutch.logs.dataset import Dataset, build_dataset
+from erclutch.logs.held_out import hold_out
 
 NEES = {"columns": {"field": "Y [V]", "slip": "V [cm/s]", "effort": "F [N]"}}
 UTFSM = {

@@ -18,7 +18,8 @@ from erclutch.fit.fit_settings import Settings
 from erclutch.fit.one_thread import one_thread
 from erclutch.fit.outcome import AnyOutcome
 from erclutch.logs.any_size import read_rows
-from erclutch.logs.dataset import Dataset, build_dataset, hold_out
+from erclutch.logs.dataset import Dataset, build_dataset
+from erclutch.logs.held_out import hold_out
 from erclutch.logs.reading import Reading
 from erclutch.runs.every_row import plan_of_rows, score_every_row
 from erclutch.runs.tasks import Tasks

@@ -36,7 +36,8 @@ import numpy as np
 from erclutch.fit.comparison import Settings, compare
 from erclutch.fit.prediction_bands import HeldBand, calibrated, judged
 from erclutch.logs import read
-from erclutch.logs.dataset import Dataset, build_dataset, hold_out, joined
+from erclutch.logs.dataset import Dataset, build_dataset, joined
+from erclutch.logs.held_out import hold_out
 from erclutch.logs.synthetic import RATE, synthetic_log
 from erclutch.signals.clock import Clock, Span
 from erclutch.signals.device import Element, Units

@@ -26,7 +26,8 @@ if TYPE_CHECKING:
     from erclutch.fit.networks.fit_network import fit_network
     from erclutch.fit.recalibration import Recalibration, recalibrate
     from erclutch.logs import ColumnMap, read, read_table, recording_from_arrays
-    from erclutch.logs.dataset import Dataset, build_dataset, hold_out
+    from erclutch.logs.dataset import Dataset, build_dataset
+    from erclutch.logs.held_out import hold_out
     from erclutch.models.law_model import TorqueModel
     from erclutch.models.laws import law_from_name
     from erclutch.models.load import load_model
@@ -54,7 +55,8 @@ present_by(_notebook)
 
 _HOMES = {
     "fit.comparison": ("Comparison", "Settings", "compare"),
-    "logs.dataset": ("Dataset", "build_dataset", "hold_out"),
+    "logs.dataset": ("Dataset", "build_dataset"),
+    "logs.held_out": ("hold_out",),
     "signals.speed": ("Derivative",),
     "errors": ("ErclutchError",),
     "fit.recalibration": ("Recalibration", "recalibrate"),

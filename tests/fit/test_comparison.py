@@ -17,7 +17,8 @@ from erclutch.fit.laws.fit_law import fit_structure, refit_near
 from erclutch.fit.networks.fit_network import fit_network
 from erclutch.fit.recalibration import recalibrate
 from erclutch.logs import read, recording_from_arrays
-from erclutch.logs.dataset import Dataset, build_dataset, time_folds
+from erclutch.logs.dataset import Dataset, build_dataset
+from erclutch.logs.held_out import time_folds
 from erclutch.logs.synthetic import write_synthetic_log
 from erclutch.models.law_model import TorqueModel
 from erclutch.models.laws import ladder

@@ -13,7 +13,8 @@ from hypothesis import strategies as st
 
 from erclutch.errors import MappingError, SettingError
 from erclutch.logs import recording_from_arrays
-from erclutch.logs.dataset import Dataset, build_dataset, hold_out, time_folds
+from erclutch.logs.dataset import Dataset, build_dataset
+from erclutch.logs.held_out import hold_out, time_folds
 from erclutch.logs.synthetic import synthetic_log
 from erclutch.signals.clock import Clock, Span, stretches
 from erclutch.signals.device import Element, Units

@@ -8,8 +8,9 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from erclutch.logs.dataset import Dataset, hold_out
+from erclutch.logs.dataset import Dataset
 from erclutch.logs.field_plateaus import plateaus
+from erclutch.logs.held_out import hold_out
 from erclutch.signals.clock import Clock, Span
 from erclutch.signals.device import Element, Units
 

@@ -17,7 +17,8 @@ import pytest
 from erclutch.errors import ErclutchError
 from erclutch.logs import ColumnMap, read, read_table, timing
 from erclutch.logs.applied import apply
-from erclutch.logs.dataset import build_dataset, hold_out, time_folds
+from erclutch.logs.dataset import build_dataset
+from erclutch.logs.held_out import hold_out, time_folds
 from erclutch.logs.keywords import rate_of, seconds_of
 from erclutch.logs.labels import header_pairs, sample_period, split_label
 from erclutch.logs.planning import plan_of

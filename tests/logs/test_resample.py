@@ -13,7 +13,8 @@ from erclutch.errors import SettingError, ShortLogError
 from erclutch.fit.data_check import check
 from erclutch.fit.past_samples import past_rows
 from erclutch.logs import recording_from_arrays, resample
-from erclutch.logs.dataset import build_dataset, hold_out
+from erclutch.logs.dataset import build_dataset
+from erclutch.logs.held_out import hold_out
 from erclutch.logs.keywords import rate_of
 from erclutch.logs.resample import PASSED, resampled
 from erclutch.signals.array import Array

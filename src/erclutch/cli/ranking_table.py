@@ -10,7 +10,7 @@ from rich.table import Table
 from erclutch.cli.terminal import estimates, narrowed, number, with_unit
 from erclutch.fit.scoring import MANY_AT_REST, TOLERATED
 from erclutch.logs.covering_stretches import STRETCHES
-from erclutch.logs.dataset import constant_stretches
+from erclutch.logs.held_out import constant_stretches
 from erclutch.signals.array import rms
 from erclutch.signals.clock import stretches
 

@@ -30,7 +30,8 @@ from erclutch.fit.scoring import recommend
 from erclutch.fit.standing import Standing, standing
 from erclutch.fit.turned_sign import with_turned_fit
 from erclutch.fit.validation import chosen, cross_validated
-from erclutch.logs.dataset import Dataset, hold_out, require_dataset
+from erclutch.logs.dataset import Dataset, require_dataset
+from erclutch.logs.held_out import hold_out
 from erclutch.models.model_titles import id_of, title_of, titles_of
 from erclutch.registry import Plugin
 from erclutch.signals.shown import Shown, one_line

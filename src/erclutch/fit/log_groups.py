@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from erclutch.logs.dataset import Dataset, constant_stretches
+from erclutch.logs.dataset import Dataset
+from erclutch.logs.held_out import constant_stretches
 from erclutch.signals.array import Array
 
 #: Two logs have the same motion if slip and its rate differ by less than this factor, root mean square.

@@ -18,7 +18,8 @@ from erclutch.fit.log_groups import FEWEST_GROUPS, groups_of
 from erclutch.fit.one_thread import one_thread
 from erclutch.fit.outcome import AnyOutcome
 from erclutch.fit.scoring import TOLERATED, BandedFigure, excess, recommend, score
-from erclutch.logs.dataset import Dataset, time_folds
+from erclutch.logs.dataset import Dataset
+from erclutch.logs.held_out import time_folds
 from erclutch.models.stages import slip_stages
 from erclutch.signals.array import Array, Mask, rms
 

@@ -15,7 +15,8 @@ from erclutch.fit.laws.describe_law import paper_form
 from erclutch.fit.outcome import Estimate, FitOutcome
 from erclutch.fit.ranking import RankedModel, scored, with_bands
 from erclutch.fit.recalibration import AS_IT_IS, GAIN, OFFSET, Recalibration, recalibrate
-from erclutch.logs.dataset import Dataset, constant_stretches
+from erclutch.logs.dataset import Dataset
+from erclutch.logs.held_out import constant_stretches
 from erclutch.models.law_model import TorqueModel
 from erclutch.models.parameter_units import in_user_units
 from erclutch.runs.run_folder import Run, outcome_of

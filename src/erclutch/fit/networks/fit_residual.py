@@ -18,7 +18,8 @@ from erclutch.errors import CheckError
 from erclutch.fit.laws.fit_law import fit_structure
 from erclutch.fit.networks.fit_network import fit_rows
 from erclutch.fit.outcome import FitOutcome
-from erclutch.logs.dataset import Dataset, time_folds
+from erclutch.logs.dataset import Dataset
+from erclutch.logs.held_out import time_folds
 from erclutch.models.covered_cells import cells_of
 from erclutch.models.law_model import TorqueModel
 from erclutch.models.networks import NetworkStructure

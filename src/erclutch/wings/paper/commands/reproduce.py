@@ -194,7 +194,7 @@ def _own_runs(
     log: tuple[Path, ...], others: tuple[tuple[str, Path], ...], what: What, reading: LogOptions
 ) -> dict[str, Dataset]:
     """Rows of the training log and of the other logs; where there are none, the end of the first is the test."""
-    from erclutch.logs.dataset import hold_out
+    from erclutch.logs.held_out import hold_out
 
     data = reading.dataset(reading.read(log))
     given = {name: reading.dataset(reading.read([path])) for name, path in others}

@@ -1,0 +1,110 @@
+"""Rows are kept from fitting: the last share in time, stretches all over, whole logs, or blocks in time."""
+
+from __future__ import annotations
+
+import fnmatch
+import itertools
+from collections.abc import Sequence
+from numbers import Real
+from pathlib import PurePath
+from typing import cast
+
+import numpy as np
+
+from erclutch.errors import SettingError
+from erclutch.logs.covering_stretches import STRETCHES, covering, spread_points
+from erclutch.logs.dataset import STEADY, Dataset
+from erclutch.logs.field_plateaus import plateaus
+from erclutch.signals.array import Mask
+
+
+def hold_out(dataset: Dataset, test: float | str | Sequence[str]) -> Mask:
+    """Rows that are kept from fitting: the last share in time, stretches all over, or whole logs by their names.
+
+    Args:
+        dataset: the rows.
+        test: a share above 0 and below 0.9 (of each log: its last rows; of a log that was taken at one field after
+            another, of each stretch; of points in no time: points all over), "stretches" (`covering_stretches`), or
+            shell patterns such as ``*0x5A.txt``.
+
+    Returns:
+        Mask (n,), true for test rows.
+
+    Raises:
+        SettingError: the share is out of range, a pattern matches no log, or nothing is left to train on.
+    """
+    mask = np.zeros(dataset.rows, np.bool_)
+    if isinstance(test, Real):
+        share = float(test)
+        if not 0 < share < 0.9:
+            remedy = "Give a share above 0 and below 0.9, for example 0.3, or a pattern of logs' names: 'run7*'"
+            raise SettingError(f"a test share of {share}", where="--test", remedy=remedy)
+        for log in dataset.source_rows:
+            for start, stop in constant_stretches(dataset, *log) or [log]:
+                trained = round((1 - share) * (stop - start))
+                if dataset.in_no_time:
+                    mask |= spread_points(dataset.elements, start, stop, share)
+                else:
+                    mask[start + trained : stop] = True
+        return mask
+
+    patterns = (test,) if isinstance(test, str) else tuple(cast(Sequence[str], test))
+    if patterns == (STRETCHES,):
+        for log in dataset.source_rows:
+            for start, stop in constant_stretches(dataset, *log) or [log]:
+                mask |= covering(dataset.elements, start, stop)
+        return mask
+    for pattern in patterns:
+        hits = [i for i, name in enumerate(dataset.sources) if fnmatch.fnmatchcase(PurePath(name).name, pattern)]
+        if not hits:
+            problem = f"the test pattern {pattern!r} matches none of {len(dataset.sources)} logs"
+            raise SettingError(problem, remedy=f"Logs are called for example {dataset.sources[0]!r}")
+        for i in hits:
+            mask[slice(*dataset.source_rows[i])] = True
+    if mask.all():
+        raise SettingError("all logs are held out, none is left to train on", remedy="Narrow the test patterns")
+    return mask
+
+
+def constant_stretches(dataset: Dataset, start: int, stop: int) -> list[tuple[int, int]]:
+    """Stretches of a log that was taken at one constant field after another; empty for any other log.
+
+    Between them there is a gap, or the field goes from level to level. The end of such a log is a field that no earlier
+    row has, so a share of it is held out of each stretch.
+    """
+    spans: list[tuple[int, int]] = []
+    for span in dataset.clock.spans:
+        if start <= span.start and span.stop <= stop:
+            spans.append((span.start, span.stop))
+    fields = [element.field for element in dataset.elements]
+    reach = STEADY * max(float(np.abs(field).max()) for field in fields)
+
+    def constant(first: int, last: int) -> bool:
+        """Whether no field changes in some rows."""
+        return all(np.ptp(field[first:last]) <= reach for field in fields)
+
+    if constant(start, stop):
+        return []
+    if all(constant(first, last) for first, last in spans):
+        return spans
+
+    # No gap from field to field: plateaus are sought, and cut where the log has a gap.
+    parts: list[tuple[int, int]] = []
+    levels = plateaus([field[start:stop] for field in fields])
+    for first, last in spans:
+        parts += [(max(first, start + begin), min(last, start + end)) for begin, end in levels]
+    return [(begin, end) for begin, end in parts if end > begin]
+
+
+def time_folds(dataset: Dataset, count: int) -> list[Mask]:
+    """Masks of ``count`` contiguous stretches of rows, for cross-validation over time; each row is in one of them.
+
+    Raises:
+        SettingError: fewer than 2 blocks, or blocks of fewer than 20 rows.
+    """
+    if count < 2 or dataset.rows // count < 20:
+        problem = f"{count} blocks of {dataset.rows} rows"
+        raise SettingError(problem, remedy="Give 2 blocks or more, of at least 20 rows each")
+    edges = np.linspace(0, dataset.rows, count + 1).round().astype(int)
+    row = np.arange(dataset.rows)
+    return [(row >= first) & (row < last) for first, last in itertools.pairwise(edges)]
