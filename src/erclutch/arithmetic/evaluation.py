@@ -190,15 +190,12 @@ class _Run:
                 chosen = self.all_rows(condition)
                 yes_kept, yes_value = of(yes)
                 no_kept, no_value = of(no)
-                kept = np.where(chosen, yes_kept, no_kept)
-                value = np.where(chosen, yes_value, no_value)
+                held[node] = np.where(chosen, yes_kept, no_kept), np.where(chosen, yes_value, no_value)
             else:  # "either": a truth from outside makes it true, whatever the state
                 within, outer = sorted(node.arguments, key=lambda a: a not in inside)
                 kept, value = of(within)
                 _, other = of(outer)
-                kept = kept & ~other
-                value = value | other
-            held[node] = kept, value
+                held[node] = kept & ~other, value | other
 
         kept, value = held[self.record.after[str(state.value)]]
         values = np.broadcast_to(value, (*np.shape(zero)[:-1], self.rows))

@@ -172,20 +172,28 @@ class Dataset(Shown):
         Points in no time are cut nowhere: each is a row of its own.
         """
         if self.in_no_time:
-            bounds = tuple((int(mask[:start].sum()), int(mask[:stop].sum())) for start, stop in self.source_rows)
-            whole = tuple(Span(start, stop, self.period) for start, stop in bounds if stop - start >= 2)
-            return replace(self.picked(mask), clock=Clock(self.clock.time[mask], whole), source_rows=bounds)
+            bounds = self._source_rows_of(mask)
+            whole = [Span(start, stop, self.period) for start, stop in bounds if stop - start >= 2]
+            clock = Clock(self.clock.time[mask], tuple(whole))
+            return replace(self.picked(mask), clock=clock, source_rows=bounds)
+
         keep = np.zeros(self.rows, np.bool_)
         spans: list[Span] = []
         for span in self._spans_within(mask):
             offset = spans[-1].stop if spans else 0
             keep[span.start : span.stop] = True
             spans.append(Span(offset, offset + span.stop - span.start, span.period))
+        clock = Clock(self.clock.time[keep], tuple(spans))
+        return replace(self.picked(keep), clock=clock, source_rows=self._source_rows_of(keep))
+
+    def _source_rows_of(self, keep: Mask) -> tuple[tuple[int, int], ...]:
+        """The rows of each log among those that are kept."""
         bounds: list[tuple[int, int]] = []
         for start, stop in self.source_rows:
-            bounds.append((int(keep[:start].sum()), int(keep[:stop].sum())))
-        clock = Clock(self.clock.time[keep], tuple(spans))
-        return replace(self.picked(keep), clock=clock, source_rows=tuple(bounds))
+            first = int(keep[:start].sum())
+            behind = int(keep[:stop].sum())
+            bounds.append((first, behind))
+        return tuple(bounds)
 
     def with_neighbours(self, mask: Mask) -> Mask:
         """The rows of a mask that `take` keeps: those with a neighbour, or points in no time, shape (n,)."""
