@@ -79,8 +79,8 @@ def proposals(
         options[signal] = option
         if signal != "time" or option.startswith("--time"):
             label = shlex.split(option)[1]
-            column, _ = split_label(label)
-            proposed += [label, column]
+            name_of, _ = split_label(label)
+            proposed += [label, name_of]
 
     examples = [options[signal] for signal in questions]
     if told.invalid != "drop":
