@@ -31,6 +31,7 @@ from erclutch.errors import ErclutchError
 from erclutch.logs import ColumnMap, Plan, Table, apply, plan_of, read_table, recordings_in, table_of_log
 from erclutch.logs.labels import name_columns
 from erclutch.logs.recording_choice import AlikeRecordingsError
+from erclutch.logs.row_groups import wants_each
 from erclutch.wings.rheology.flow_curve_file import read_flow_curves
 
 MANIFEST = Path(__file__).with_name("strangers.toml")
@@ -105,14 +106,14 @@ def _is_right(words: list[str], path: Path, truth: dict[str, Any]) -> str:
     device = told.pop("device", None)
     invalid: Any = told.pop("invalid", None)
     try:
-        names = [variable] if variable != "all" else recordings_in(path)
+        names = recordings_in(path, variable) if wants_each(variable) else [variable]
         mapping = ColumnMap.from_options(told)
         faults: list[str] = []
         rows = 0
         for name in names:
             table = read_table(path, variable=name) if name else table_of_log(path, mapping, device)  # type: ignore[arg-type]
             plan = plan_of(table, mapping, device=device, invalid=invalid)  # type: ignore[arg-type]
-            if variable == "all" and not plan.is_of_a_log:
+            if wants_each(variable) and not plan.is_of_a_log:
                 continue
             faults += _faults(plan, table, truth)
             faults += [question.short for question in plan.questions]

@@ -9,6 +9,7 @@ from erclutch.logs.draft import Draft
 from erclutch.logs.names import words_of
 from erclutch.logs.row_groups import EACH
 from erclutch.logs.table import WordColumn, listed
+from erclutch.logs.timing import DISORDER
 from erclutch.signals.array import Array
 
 #: Words for the parts of one measurement, whose rows are one log whichever part they are of.
@@ -20,6 +21,25 @@ _PARTS = (
 _KINDS = "material sample specimen fluid oil grease batch company supplier maker motor damper device unit model product"
 
 _SELDOM = 0.01  # of the rows
+_POINTS = "--time none"
+
+
+def ask_about_order(draft: Draft) -> None:
+    """Ask what the time is where the column of that name runs backwards every few rows: each row has a time of its own.
+
+    So are points of an instrument, which waits at each of them. A time that begins anew with each word is left alone.
+    """
+    table, clock, slip = draft.table, draft.clock, draft.signals.get("slip")
+    if clock is None or clock.kind != "column" or draft.told.time is not None or slip is None:
+        return
+    stamps = table.columns[clock.column]
+    back = np.count_nonzero(np.diff(stamps) < 0.0)
+    if back <= DISORDER * stamps.size or any(_begins_anew(stamps, words) for words in table.words.values()):
+        return
+    draft.clock = None
+    problem = f"column {clock.column} runs backwards {back} times in {stamps.size} rows, as no time of a log does"
+    remedy = 'Take the rows as points (--time none), or name the time: --time "NAME [s]"'
+    draft.ask("time", MappingError(problem, remedy=remedy), _POINTS)
 
 
 def ask_about_groups(draft: Draft) -> None:
@@ -28,10 +48,11 @@ def ask_about_groups(draft: Draft) -> None:
     Rows of one course of time are one log, whatever is written beside them; so are the trials of one measurement.
     """
     table = draft.table
-    if not table.words or not table.path or draft.clock is None or draft.questions.keys() & {"slip", "effort"}:
+    clock, asked = draft.clock, draft.questions.get("time")
+    points = clock.kind == "points" if clock is not None else asked is not None and asked.option == _POINTS
+    if not table.words or not table.path or draft.questions.keys() & {"slip", "effort"}:
         return
-    points = draft.clock.kind == "points"
-    stamps = table.columns.get(draft.clock.column)
+    stamps = None if clock is None else table.columns.get(clock.column)
     for name, column in table.words.items():
         called = {*words_of(name)}
         begins = 0 if points or stamps is None else _begins_anew(stamps, column)

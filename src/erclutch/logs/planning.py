@@ -22,7 +22,7 @@ from erclutch.logs.clock_planning import clock_plan
 from erclutch.logs.draft import Draft
 from erclutch.logs.further_columns import take_further_columns
 from erclutch.logs.given_numbers import take_given_numbers
-from erclutch.logs.group_question import ask_about_groups
+from erclutch.logs.group_question import ask_about_groups, ask_about_order
 from erclutch.logs.guesses import guess_what_is_needed
 from erclutch.logs.mapping import ColumnMap
 from erclutch.logs.motions import hold_effort_against_slip, hold_power, hold_slip_against_position, turn_screw
@@ -94,6 +94,7 @@ def plan_of(
         guess_what_is_needed(draft)
         if whole:
             take_points(draft)
+            ask_about_order(draft)
             ask_about_groups(draft)
         take_further_columns(draft)
         turn_screw(draft)

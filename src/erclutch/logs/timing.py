@@ -24,7 +24,7 @@ _SHORTEST = 1e-12  # s: no logger samples at a THz
 _JITTER = 1e-3  # share of the period that stamps may wander and still be called uniform
 _PAUSE = 11.0  # long steps between two stretches whose clock began anew
 _AROUND = 40  # rows on either side of a long step
-_DISORDER = 0.05  # share of the steps from which on backward ones are no slips of a clock
+DISORDER = 0.05  # share of the steps from which on backward ones are no slips of a clock
 _FAR_APART = 10  # rows over which the period is told
 _LATE = 0.5  # periods by which a clock stays late behind a lost row
 _BUSY = 60  # rows over which late stamps average out
@@ -194,7 +194,7 @@ def _refuse_no_clock(stamps: Array, column: str) -> None:
         more = f" ({back.size} times in all)" if back.size > 1 else ""
         order = f"{stamps[row]:.10g} s after {stamps[row - 1]:.10g} s"
         mend = "Split the log there, sort it, or choose another time column (--time) or a rate (--rate)"
-        if back.size > _DISORDER * stamps.size:
+        if back.size > DISORDER * stamps.size:
             mend = "The rows follow no time: take them as points (--time none), or give a rate (--rate)"
         raise TimingError(f"column {column} runs backwards at data row {row + 1}: {order}{more}", remedy=mend)
 
