@@ -159,3 +159,9 @@ def test_the_period_in_a_header(pairs: dict[str, str], period: tuple[float, str]
     if found and period:
         assert found[0] == pytest.approx(period[0])
         assert found[1] == period[1]
+
+
+def test_the_end_of_a_quotient_in_words_is_no_unit() -> None:
+    for name in ("T_per_rpm_Nm_per_rpm", "stiffness_N_per_mm", "gain_Nm_per_A"):
+        assert split_end(name) == (name, None)
+    assert split_end("omega_rad_per_s") == ("omega", "rad/s")

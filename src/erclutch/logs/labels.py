@@ -111,6 +111,8 @@ def split_end(name: str) -> tuple[str, str | None]:
     ends = ((shortest, f"{first}_{before}_{last}"), (shorter, f"{before}_{last}"), (front, last))  # the longest first
     for stem, end in ends:
         unit = _ENDS.get(end) or (_LOWER_ENDS.get(end) if end.islower() else None)
+        if unit and stem.lower().endswith("_per"):
+            return name, None  # the last of a quotient that is no unit of ours
         if unit and (len(stem) > 1 or stem == "t" or (len(stem) == 1 and len(end) > 2)):
             return stem, unit
     if last.isdecimal() and len(last) <= _JOINT_DIGITS and front:
