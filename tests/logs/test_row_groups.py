@@ -169,3 +169,12 @@ def test_inspect_ends_in_the_command_that_settles_it(tmp_path: Path) -> None:
     again = run("inspect", path, "--variable", "setup=all")
     assert again.code == 0
     assert "--variable setup=all --out RUN" in again.out
+
+
+@pytest.mark.parametrize("names", ["gamma,tau", "γ,τ", "Gamma,Tau"])
+def test_a_gamma_beside_a_tau_is_for_flowcurve(tmp_path: Path, names: str) -> None:
+    rows = "".join(f"{word},{x},{20 + x}\n" for word in "AB" for x in range(1, 13))
+    written(tmp_path, f"amostra,{names}\n{rows}")
+    assert run("inspect", "log.csv", cwd=tmp_path).out.strip().splitlines()[-1] == (
+        "What settles it: erclutch flowcurve log.csv"
+    )

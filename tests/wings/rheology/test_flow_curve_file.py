@@ -109,6 +109,15 @@ def test_points_of_several_words_are_asked_about_and_each_is_a_curve(written: Wr
     assert holds_the_curve(read_flow_curves(path, sheet=[f"{column}=A"]))
 
 
+def test_a_gamma_beside_a_tau_of_several_samples_is_settled_by_one_command(written: Written) -> None:
+    lines = [f"{word},1,{x:.6g},{y:.6g}" for word in ("A", "B") for x, y in zip(RATES, STRESSES, strict=True)]
+    path = written("amostra,fase,gamma,tau\n" + "\n".join(lines) + "\n")
+    with pytest.raises(MappingError, match="no column is surely the shear rate") as caught:
+        read_flow_curves(path)
+    assert caught.value.remedy.endswith('such as --shear-rate "gamma [1/s]" --sheet "amostra=all"')
+    assert holds_the_curve(read_flow_curves(path, shear_rate="gamma [1/s]", sheet=["amostra=all"]), count=2)
+
+
 def test_what_an_instrument_notes_beside_points_parts_no_curve(written: Written) -> None:
     status = ["low"] * 3 + ["ok"] * 3
     text = rows(status, RATES, STRESSES, head="Status,rate [1/s],stress [Pa]")

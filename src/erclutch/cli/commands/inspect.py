@@ -218,16 +218,22 @@ def _read(log: Path, raw: Table, plan: Plan, reading: LogOptions) -> tuple[list[
         return [], error
 
 
+def _is_of_a_rheometer(plan: Plan) -> bool:
+    """Whether a table without a time holds a shear rate and a shear stress, by names or units."""
+    if not any(question.signal == "time" for question in plan.questions):
+        return False
+    letters = {name.lower() for name in plan.labels}
+    if {"gamma", "γ"} & letters and {"tau", "τ"} & letters:
+        return True
+    chosen = [plan.signal("slip"), plan.signal("effort")]
+    return all(each is not None and (each.unit in ("1/s", "Pa") or "shear" in each.column.lower()) for each in chosen)
+
+
 def _settling(plan: Plan, problem: ErclutchError) -> str:
     """The command that answers all questions about a log; "" where only another file helps."""
     if plan.questions:
-        untimed = any(question.signal == "time" for question in plan.questions)
-        chosen = [plan.signal("slip"), plan.signal("effort")]
-        sheared = [
-            each is not None and (each.unit in ("1/s", "Pa") or "shear" in each.column.lower()) for each in chosen
-        ]
-        # Shear rate and shear stress without a time are points of a rheometer, for laws at one field.
-        return shlex.join(["erclutch", "flowcurve", plan.path]) if untimed and all(sheared) else plan.command()
+        # Points of a rheometer are for laws at one field.
+        return shlex.join(["erclutch", "flowcurve", plan.path]) if _is_of_a_rheometer(plan) else plan.command()
     if "(--time none)" in problem.remedy and plan.signal("slip") is not None:
         return f"{plan.command().rstrip()} --time none"
     return f"{plan.command().rstrip()} --invalid drop" if "--invalid drop" in problem.remedy else ""

@@ -66,7 +66,7 @@ def read_flow_curves(
         for name in chosen:
             try:
                 table = read_table(path, variable=name or None)
-                plan = plan_of(table, shear_rate, stress)
+                plan = _plan_of(table, shear_rate, stress, sheet)
                 require_several_rates(plan, table)
                 _require_one_sample(plan, table)
             except (LogError, MappingError) as error:
@@ -107,6 +107,23 @@ def _chosen(path: str | Path, tests: Sequence[str]) -> list[str]:
             raise SettingError(f"there is no test {test!r}", where="--sheet", remedy=f"Choose from {listed}")
         chosen.append(name)
     return chosen
+
+
+def _plan_of(table: Table, shear_rate: str | None, stress: Sequence[str], tests: Sequence[str]) -> FlowPlan:
+    """The plan of a table; what it asks for is asked together with the rows that a column of words parts.
+
+    Raises:
+        MappingError: see `plan_of`.
+    """
+    try:
+        return plan_of(table, shear_rate, stress)
+    except MappingError as error:
+        if tests or not table.words or '"' not in error.remedy:
+            raise
+        parted = f"{next(iter(table.words))}={EACH}"
+        raise MappingError(
+            error.problem, where=error.where, remedy=f"{error.remedy} --sheet {shell_word(parted)}"
+        ) from None
 
 
 def _require_one_sample(plan: FlowPlan, table: Table) -> None:

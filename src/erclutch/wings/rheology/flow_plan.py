@@ -411,6 +411,8 @@ def _compare(table: Table, curve: CurvePlan, viscosity: FlowColumn) -> None:
 def _missing(table: Table, roles: dict[str, Role], rates: Sequence[str]) -> MappingError:
     what, option, unit = ("shear stress", "--stress", "Pa") if rates else ("shear rate", "--shear-rate", "1/s")
     unknown = [name for name, role in roles.items() if role == "unknown"] or list(roles) or ["NAME"]
+    # A gamma beside a tau is a rate or a strain: only the user knows, and no other column is more likely.
+    unknown.sort(key=lambda name: _plain(name) not in ("gamma", "gamma point", "shear"))
     return MappingError(
         f"no column is surely the {what} (there are: {', '.join(table.labels)})",
         where=table.name,
