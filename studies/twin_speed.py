@@ -2,7 +2,7 @@
 
 Each figure from a process of its own: compiling for the first time (into an empty cache) and loading what is compiled;
 290 s of rig time (the training run, all columns made, nothing written); the same as a command, with its start and its
-file; the largest memory of the 20-minute run.
+file; what each further second of rig time takes of that command; the largest memory of the 20-minute run.
 """
 
 from __future__ import annotations
@@ -35,9 +35,10 @@ def run(name: str, seconds: float, cache: str | None = None) -> tuple[float, flo
     return start, rest, memory
 
 
-def command(folder: str) -> float:
+def command(folder: str, seconds: float) -> float:
     """CPU s of `erclutch simulate training`, from its start to its file."""
-    words = [sys.executable, "-m", "erclutch", "simulate", "training", "--force", "--out", f"{folder}/training.parquet"]
+    words = [sys.executable, "-m", "erclutch", "simulate", "training", "--seconds", f"{seconds:g}"]
+    words += ["--force", "--out", f"{folder}/training.parquet"]
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
     subprocess.run(words, stdout=subprocess.DEVNULL, check=True)
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
@@ -56,9 +57,13 @@ def main() -> None:
     times = sorted(run("training", 290.0)[1] for _ in range(asked.repeats))
     print(f"290 s of rig time: {times[0]:.2f} - {times[-1]:.2f} CPU s ({asked.repeats} runs)")
     with tempfile.TemporaryDirectory() as folder:
-        times = sorted(command(folder) for _ in range(asked.repeats))
+        pairs = [(command(folder, 290.0), command(folder, 580.0)) for _ in range(asked.repeats)]
+    times = sorted(short for short, _ in pairs)
     shares = f"{290.0 / times[-1]:.0f} - {290.0 / times[0]:.0f} times real time"
     print(f"the same by erclutch simulate training: {times[0]:.2f} - {times[-1]:.2f} CPU s, {shares}")
+    further = sorted((long - short) / 290.0 for short, long in pairs)  # CPU s a second of rig time
+    shares = f"{1.0 / further[-1]:.0f} - {1.0 / further[0]:.0f} times real time"
+    print(f"of it each further second: {1e3 * further[0]:.2f} - {1e3 * further[-1]:.2f} CPU ms, {shares}")
     _, long, memory = run("temperature", 1200.0)
     print(f"20 minutes of rig time: {long:.1f} CPU s, at most {memory:.0f} MB")
 
