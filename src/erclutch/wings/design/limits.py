@@ -217,6 +217,9 @@ def _effort_by_field_and_speed(data: Dataset, limits: Mapping[str, float]) -> di
     slow = max(float(efforts[slowest]), least)
     slopes = (efforts[weak] - slow) / np.maximum(speeds[weak], _WEAK)
     idle = min(slow + max(float(slopes.max()), 0.0), largest)
+    if data.device == "coaxial":
+        # Nobody commands the output of a pair: at the whole power of its log it would be driven into its ends.
+        return {"idle_effort": idle}
 
     # Under a field: the largest power of the field's share that leaves no cell above.
     without_field = slow + (idle - slow) * speeds[~weak]
