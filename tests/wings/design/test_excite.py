@@ -22,6 +22,7 @@ from erclutch.wings.design.limit_options import LimitOptions
 from erclutch.wings.design.limits import RigLimits, limits_of_file, limits_of_log
 from tests.support.command import good, run
 from tests.support.examples import examples
+from tests.support.pair import pair_rows
 from tests.support.rig_limits import EXPONENT, HEAT, IDLE, NEEDED, OFTEN, RESTS, broken
 
 BRAKE = RigLimits(field=2.0, speed=20.0, acceleration=500.0)
@@ -151,6 +152,13 @@ def test_the_effort_that_the_heat_counts_follows_the_speed_and_the_field_of_a_lo
     counted = limits.effort_at(field / limits.field, np.abs(slip) / limits.speed)
     power = np.mean(np.abs(slip * effort))
     assert power <= np.mean(np.abs(slip) * counted) < 1.25 * power
+
+
+def test_of_a_pair_the_heat_counts_the_field_alone() -> None:
+    """Nobody commands its output, which more power would drive into its ends."""
+    known = limits_of_log(pair_rows(4.0))
+    assert "idle_effort" in known
+    assert not {"slow_effort", "exponent"} & set(known)
 
 
 def test_a_log_without_a_weak_field_counts_the_largest_effort() -> None:
