@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import ast
 import base64
 import hashlib
 import json
 import re
+import shlex
 import shutil
 import tomllib
 from collections.abc import Callable
@@ -20,6 +22,7 @@ import numpy as np
 import pytest
 
 import erclutch
+from erclutch.errors import printable
 from erclutch.logs.synthetic import write_synthetic_log
 from erclutch.report.html.packed_rows import unpacked
 from erclutch.report.html.provenance_section import command_of
@@ -283,6 +286,25 @@ def test_the_next_step_is_the_controller(material: Material, tmp_path: Path) -> 
     folder, name = file.split("/")
     good("export", material.run.folder, *step["code"].split()[3:], cwd=tmp_path)
     assert (tmp_path / folder / name).is_file()
+
+
+@pytest.mark.parametrize("name", ["$(touch stolen)", "`touch stolen`", "a b;c", "it's", "x\x1b[31m\u202ey\nz", '"'])
+def test_a_command_to_copy_is_one_command_whatever_the_folder_is_called(
+    material: Material, name: str, tmp_path: Path
+) -> None:
+    from erclutch.report.html.verdict_section import VERDICT
+
+    (tmp_path / name).symlink_to(material.run.folder)
+    run = replace(material.run, folder=tmp_path / name)
+    codes = [step["code"] for step in VERDICT.fill(replace(material, run=run))["next"]]
+    assert all(code.isprintable() for code in codes)
+    shell = [shlex.split(code) for code in codes if code.startswith(("erclutch export", "erclutch excite"))]
+    assert len(shell) > 0
+    for words in shell:
+        assert printable(name) in words
+    (call,) = (code for code in codes if code.startswith("erclutch.predict"))
+    arguments = call.removeprefix("erclutch.predict")
+    assert ast.literal_eval(arguments) == (printable(name), "LOG")
 
 
 def test_each_law_has_its_equation(html: str, material: Material) -> None:

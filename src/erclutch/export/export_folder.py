@@ -6,6 +6,7 @@ It is written beside its final name and moved there when it is whole.
 from __future__ import annotations
 
 import json
+import shlex
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from functools import partial
@@ -93,7 +94,7 @@ def read_export(folder: str | Path) -> Exported:
     except (OSError, ValueError, RecursionError) as error:
         remedy = "Give a folder that erclutch export wrote"
         if (place / "run.json").is_file():
-            remedy = f"This is a run: erclutch export {place} makes one"
+            remedy = f"This is a run: erclutch export {shlex.quote(str(place))} makes one"
         problem = f"not an export: export.json: {plain_words(error)}"
         raise ExportError(problem, where=where, remedy=remedy) from error
     body = cast(dict[str, Any], read) if isinstance(read, dict) else {}

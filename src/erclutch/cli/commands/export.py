@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -86,7 +87,7 @@ def export(
         screen.print(f"  binary {line}", markup=False)
     for note in step.notes:
         screen.print(f"note: {note}.", markup=False)
-    screen.print(f"Check it here: erclutch verify {folder}", markup=False)
+    screen.print(f"Check it here: erclutch verify {shlex.quote(str(folder))}", markup=False)
 
 
 def _limits(text: str | None, unit: str) -> tuple[float, float] | None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 import shlex
 from collections.abc import Iterator, Mapping
@@ -10,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from erclutch.errors import printable
 from erclutch.fit.scoring import MANY_AT_REST, TOLERATED, independent_rows
 from erclutch.fit.standing import NEXT_TO_NOTHING, standing_of_run
 from erclutch.registry import names
@@ -233,6 +235,7 @@ def _next(material: Material) -> list[dict[str, str]]:
     if body["settings"]["lag"] == "none":
         text = "No model with a lag was tried. On a switched device it often matters more than the law."
         steps.append((text, _fit_again(body, {"lag": "auto"})))
+    folder = printable(material.run.folder.name)  # copied into a shell: it must see one word
     if not body["settings"]["blocks"]:
         text = "Ranking on the rows held out flatters the winner a little: cross-validate."
         steps.append((text, _fit_again(body, {"blocks": 5})))
@@ -245,18 +248,18 @@ def _next(material: Material) -> list[dict[str, str]]:
         has_law = any(not entry["fit"]["weights"] for entry in body["ranking"])
         command = ""
         if has_law and "excite" in names("erclutch.commands"):
-            words = ["erclutch", "excite", "--run", material.run.folder.name, "--criterion", "fill"]
+            words = ["erclutch", "excite", "--run", folder, "--criterion", "fill"]
             command = shlex.join([*words, "--out", "next.csv"])
         steps.append((text, command))
     if standing_of_run(body).why_none:
         return [{"text": text, "code": code} for text, code in steps]
     name = material.run.c_name
     text = f"Take it to a controller: {name}_c/{name}.c, C99 in one file, with its check."
-    steps.append((text, f"erclutch export {material.run.folder.name} --precision float32"))
+    steps.append((text, shlex.join(["erclutch", "export", folder, "--precision", "float32"])))
     if "final" in body:
         text = f"The same model fitted to all {count(body['final']['rows'])} rows, which no figure here judges:"
-        steps.append((text, f"erclutch export {material.run.folder.name} --model final --precision float32"))
-    code = f'erclutch.predict("{material.run.folder.name}", "LOG")'
+        steps.append((text, shlex.join(["erclutch", "export", folder, "--model", "final", "--precision", "float32"])))
+    code = f'erclutch.predict({json.dumps(folder, ensure_ascii=False)}, "LOG")'
     steps.append(("Use the model in Python: LOG is a file, or a DataFrame in its place.", code))
     return [{"text": text, "code": code} for text, code in steps]
 

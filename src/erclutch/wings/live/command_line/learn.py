@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json as json_text
 import math
+import shlex
 import time
 from collections.abc import Callable
 from contextlib import AbstractContextManager
@@ -157,7 +158,7 @@ def learn(
     _write(folder, rig, rounds, ended)
     _tell(rounds, rig, folder, ended, output)
     if code and folder.is_dir():
-        output.print(f"go on with: --program learn --after {folder}", markup=False, soft_wrap=True)
+        output.print(f"go on with: --program learn --after {shlex.quote(str(folder))}", markup=False, soft_wrap=True)
     if rig.loop.json:
         print(json_text.dumps(_body(rig, rounds, ended) | {"folder": str(folder), "exit": code}))
     return code
@@ -328,4 +329,4 @@ def _tell(rounds: LearningRounds, rig: Rig, folder: Path, ended: str, output: Co
         title = f"{last.law} after round {last.number}: half width of the 95 % interval"
         output.print(terminal.table(title, ["", "value", "got", "foretold"], numbers))
     output.print(f"ended: {ended}", markup=False, soft_wrap=True)
-    output.print(f"fit them all: erclutch fit {folder}/*.mcap", markup=False, soft_wrap=True)
+    output.print(f"fit them all: erclutch fit {shlex.quote(str(folder))}/*.mcap", markup=False, soft_wrap=True)

@@ -14,6 +14,7 @@ import argparse
 import contextlib
 import json
 import os
+import shlex
 import signal
 import sys
 import time
@@ -119,7 +120,7 @@ class FrameRecorder:
         try:
             self.file.close()
         except OSError as error:
-            remedy = f"erclutch inspect {self.file.path}.partial reads what is there"
+            remedy = f"erclutch inspect {shlex.quote(f'{self.file.path}.partial')} reads what is there"
             self.ended = f"{self.ended or 'it could not be closed: ' + (error.strerror or str(error))}; {remedy}"
         self.reader.close()
 

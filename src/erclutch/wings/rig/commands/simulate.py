@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -68,7 +69,7 @@ def simulate(
     terminal.tell(f"TWIN {scenario}: {run.rows:,} rows, {run.rows / 1000:g} s of rig time, seed {seed}")
     terminal.say(f"{path}: {size:.1f} MB")
     device = "" if run.scenario.single else " --device coaxial"
-    terminal.say(f"Next: erclutch fit {path}{device}")
+    terminal.say(f"Next: erclutch fit {shlex.quote(str(path))}{device}")
 
 
 def collect(run: TwinRun, path: Path) -> Path:
