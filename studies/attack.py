@@ -104,7 +104,12 @@ def at_once(work: Callable[..., Row], tasks: Sequence[tuple[object, ...]], until
 
 def _in_its_time(work: Callable[..., Row], task: tuple[object, ...], until: float, waiting: int) -> Row:
     now = time.monotonic()
-    return work(*task, until=now + (until - now) * min(CORES / waiting, 1.0))
+    try:
+        return work(*task, until=now + (until - now) * min(CORES / waiting, 1.0))
+    except Exception as error:  # whatever it is, the other rows have their try
+        row = Row(" ".join(map(str, task)), tries=1)
+        row.fail(f"{type(error).__name__}: {error}")
+        return row
 
 
 def races(until: float, count: int) -> Iterator[Row]:

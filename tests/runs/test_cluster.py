@@ -7,10 +7,12 @@ import os
 import pickle
 import signal
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
 from erclutch.errors import LogError, SettingError
+from erclutch.runs import cluster
 from erclutch.runs.cluster import WorkerLostError, finished, in_order, task_pool
 
 
@@ -72,3 +74,12 @@ def test_two_clusters_of_one_machine_at_once_are_heard_on_the_loopback_alone() -
     assert len(ears) >= 4
     assert {ear.ip for ear in ears} == {"127.0.0.1"}
     assert 8787 not in {ear.port for ear in ears}
+
+
+def test_a_part_of_dask_that_does_not_end_in_time_loses_no_work() -> None:
+    """On a busy machine the command ended with a traceback after all its work."""
+
+    def close(timeout: float) -> None:
+        raise TimeoutError(f"timed out after {timeout} s.")
+
+    cluster._close(SimpleNamespace(close=close))  # pyright: ignore[reportPrivateUsage]

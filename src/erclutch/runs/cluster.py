@@ -256,16 +256,22 @@ def _dask(cluster: str, workers: int) -> Generator[TaskPool]:
             only_here["scheduler_kwargs"] = {"dashboard": False}
             with _interrupts_held():
                 place = LocalCluster(n_workers=workers, threads_per_worker=1, **only_here)
-                stack.callback(place.close, timeout=_SECONDS)
+                stack.callback(_close, place)
         try:
             client: Any = Client(place, timeout=_SECONDS, set_as_default=False)
         except (OSError, ValueError, OverflowError) as error:
             problem = f"no Dask scheduler answers within {_SECONDS} s ({type(error).__name__})"
             raise SettingError(problem, where=cluster, remedy="Check the address, and that it runs") from error
-        stack.callback(client.close, timeout=_SECONDS)
+        stack.callback(_close, client)
         _prepare(client, cluster)
         with _ended(_DaskExecutor(client.get_executor(pure=False))) as executor:
             yield TaskPool(executor, IN_FLIGHT, (BrokenExecutor, KilledWorker))
+
+
+def _close(part: Any) -> None:
+    """End a part of Dask; one that a busy machine does not end in time ends with this process, and its work is done."""
+    with suppress(TimeoutError, OSError):
+        part.close(timeout=_SECONDS)
 
 
 @contextmanager

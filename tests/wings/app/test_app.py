@@ -31,7 +31,8 @@ from erclutch.runs.run_about import RunAbout, about_with
 from erclutch.wings.app import actions
 from erclutch.wings.app.jobs import Job, Jobs
 from erclutch.wings.app.run_answers import run_row
-from erclutch.wings.app.workspace import Entry, Workspace, WorkspaceError, plain_name, shown_folder
+from erclutch.wings.app.workbench_server import Workbench
+from erclutch.wings.app.workspace import SHOWN, Entry, Workspace, WorkspaceError, plain_name, shown_folder
 from erclutch.wings.live.page.access import TOKEN_HEADER, Access
 
 CHROMIUM = Path("/usr/bin/chromium")
@@ -330,6 +331,19 @@ def test_idle_connections_do_not_shut_the_owner_out(served: Served) -> None:
             with suppress(OSError):
                 raw.sendall(b"GET / HTTP/1.1\r\nHost: " if place % 2 else b"")
         assert [served.ask("GET", "/")[0] for _ in range(3)] == [200, 200, 200]
+
+
+def test_a_folder_with_many_runs_is_shown_at_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each run that was shown was read: 10^5 runs took minutes."""
+    looked: list[str] = []
+    monkeypatch.setattr(Workspace, "body", lambda self, name: looked.append(name))
+    for number in range(SHOWN + 20):
+        (tmp_path / f"run{number}").mkdir()
+        (tmp_path / f"run{number}" / "run.json").write_text("{}")
+    bench = Workbench(tmp_path, Access(1, "token"), tmp_path)
+    page = bytes(bench._overview().body).decode()  # pyright: ignore[reportPrivateUsage]
+    assert "Of 220 entries of a kind the newest 200 are shown." in page
+    assert page.count('type="checkbox"') == len(looked) == SHOWN
 
 
 @pytest.mark.slow

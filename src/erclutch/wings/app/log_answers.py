@@ -19,7 +19,7 @@ from erclutch.wings.app import actions
 from erclutch.wings.app.desk import Desk, Form, fields, last_line, quoted
 from erclutch.wings.app.jobs import Job
 from erclutch.wings.app.log_page import polyline, signals_of
-from erclutch.wings.app.workspace import WorkspaceError, plain_name
+from erclutch.wings.app.workspace import SHOWN, WorkspaceError, plain_name
 
 _STRETCHES = 800  # of a log whose signals are drawn
 _PATIENCE = 60.0  # s for what a page asks in the background
@@ -157,7 +157,7 @@ class LogAnswers(Desk):
 
     def _last_reading(self, log: str, *, of_another_log: bool = False) -> str | None:
         """How the newest run of a log read it, as the query of a page, which may be the page of another log."""
-        for entry in self._space.runs():  # the newest first
+        for entry in self._space.runs()[:SHOWN]:  # the newest first
             run = self._space.body(entry.name)
             if not run or not run.get("reading"):
                 continue

@@ -27,7 +27,7 @@ from erclutch.wings.app.desk import ALONE, Answer, Form, address, last_line
 from erclutch.wings.app.jobs import Job
 from erclutch.wings.app.log_answers import LogAnswers
 from erclutch.wings.app.run_answers import RunAnswers, run_row
-from erclutch.wings.app.workspace import Entry, NotThereError
+from erclutch.wings.app.workspace import SHOWN, Entry, NotThereError
 from erclutch.wings.live.page.access import HEADERS, Access
 from erclutch.wings.live.page.page_server import Guard
 
@@ -100,13 +100,16 @@ class Workbench(LogAnswers, RunAnswers):
 
     def _overview(self) -> Response:
         space = self._space
-        results = space.results()
+        logs, runs, results = space.logs(), space.runs(), space.results()
+        most = max(map(len, (logs, runs, results)))
+        logs, runs, results = logs[:SHOWN], runs[:SHOWN], results[:SHOWN]
         return self._page(
             "home",
             title="Overview",
-            logs=space.logs(),
-            runs=[self._row(run) for run in space.runs()],
+            logs=logs,
+            runs=[self._row(run) for run in runs],
             results=results,
+            left_out=f"Of {most:,} entries of a kind the newest {SHOWN} are shown." if most > SHOWN else "",
             exports={each.name for each in results if (space.folder / each.name / "export.json").is_file()},
             jobs=[job for job in self.jobs if not job.whole],
         )

@@ -27,6 +27,8 @@ LARGEST = 4 << 30
 _LONGEST_NAME = 120
 _ABOUT = ".erclutch-about.json"  # what was said of the logs
 _MOST_INSIDE = 20_000  # files of a folder
+#: The newest entries of a kind that are shown, and looked into: each run that is costs a millisecond.
+SHOWN = 200
 _WRITTEN = (".html", ".pdf", ".png", ".svg", ".json", ".zip")
 
 
