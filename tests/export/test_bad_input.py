@@ -43,6 +43,19 @@ def test_a_name_that_is_no_c_identifier(law: Callable[..., TorqueModel], name: s
     assert list(tmp_path.iterdir()) == []
 
 
+def test_a_run_in_place_of_its_model_is_refused_with_the_call_that_gives_it(tmp_path: Path) -> None:
+    class Run:
+        """A run as far as an export looks at it."""
+
+        def model(self) -> None:
+            """The recommended model."""
+
+    for given, remedy in (("a.run", r"erclutch.read_run\('a.run'\).model\(\)"), (Run(), r"run.model\(\)")):
+        with pytest.raises(ExportError, match=remedy):
+            export_model(given, tmp_path / "out")
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_a_name_too_long_for_c(law: Callable[..., TorqueModel]) -> None:
     with pytest.raises(ExportError, match="21 characters"):
         step_of(law("bingham"), ExportOptions(name="a" * 21))

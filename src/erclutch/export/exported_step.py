@@ -7,6 +7,7 @@ import re
 import unicodedata
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from os import PathLike
 from typing import Any, Literal, cast
 
 import numpy as np
@@ -218,8 +219,15 @@ def described_step(model: Any, options: ExportOptions | None = None) -> Exported
     options = options or ExportOptions()
     # A model of another package may answer all but say no equation: then there is nothing to make C of.
     if not (isinstance(cast(object, model), ModelBase) and hasattr(model, "from_fluid")):
+        if isinstance(model, str | PathLike):
+            name = repr(str(cast(object, model)))
+            remedy = f"Export its model: erclutch.read_run({name}).model()"
+            raise ExportError(f"{name} is the name of a file or run, not a model", remedy=remedy)
+        if callable(getattr(model, "model", None)):  # a run
+            remedy = "Export its recommended model: run.model()"
+            raise ExportError(f"{type(model).__name__} is not a model, but holds models", remedy=remedy)
         raise ExportError(
-            f"a {type(model).__module__}.{type(model).__name__} cannot be exported: its equation is not known, "
+            f"{type(model).__module__}.{type(model).__name__} cannot be exported: its equation is not known, "
             "so no C can be made of it",
             remedy="Export a TorqueModel or NetworkModel: erclutch fit writes them, and a fitted LawRegressor has "
             "one in its model_",
