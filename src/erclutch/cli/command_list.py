@@ -52,15 +52,16 @@ class Command:
 
 def commands() -> list[Command]:
     """All commands, by heading and place."""
-    listed = [_own(plugin) if plugin.own else _foreign(plugin) for plugin in registry.plugins(GROUP)]
+    listed: list[Command] = []
+    for plugin in registry.plugins(GROUP):
+        if not plugin.own:
+            listed.append(_foreign(plugin))
+            continue
+        mark = _MARK.search(registry.own_text(plugin))
+        assert mark is not None, f"COMMAND of {plugin.source} is no literal that spans lines"
+        about = ast.literal_eval(mark.group(1))
+        listed.append(Command(plugin, about["help"], about["panel"], about["place"]))
     return sorted(listed, key=lambda command: (_rank(command.panel), command.panel, command.place, command.name))
-
-
-def _own(plugin: Plugin) -> Command:
-    marked = _MARK.search(registry.own_text(plugin))
-    assert marked is not None, f"COMMAND of {plugin.source} is no literal that spans lines"
-    told = ast.literal_eval(marked.group(1))
-    return Command(plugin, told["help"], told["panel"], told["place"])
 
 
 def _foreign(plugin: Plugin) -> Command:
@@ -70,15 +71,12 @@ def _foreign(plugin: Plugin) -> Command:
         summary = str(metadata(plugin.package).json.get("summary", ""))
     except PackageNotFoundError:
         summary = ""
-    return Command(plugin, f"{summary} ({plugin.label})".strip(), _heading(plugin.part), _AFTER_OURS)
-
-
-def _heading(part: str) -> str:
-    """The heading that a part of the group names: one of ours, or one of its own."""
-    if not part:
-        return OF_OTHERS
-    words = part.replace("_", " ")
-    return next((panel for panel in PANELS if panel.lower() == words.lower()), words[:1].upper() + words[1:])
+    panel = OF_OTHERS
+    if plugin.part:  # of the group's name: one of our headings, or a heading of its own
+        words = plugin.part.replace("_", " ")
+        ours = [panel for panel in PANELS if panel.lower() == words.lower()]
+        panel = ours[0] if ours else words[:1].upper() + words[1:]
+    return Command(plugin, f"{summary} ({plugin.label})".strip(), panel, _AFTER_OURS)
 
 
 def _rank(panel: str) -> int:

@@ -31,7 +31,8 @@ _HELP = _Help()
 @contextmanager
 def whole_help(*, whole: bool) -> Generator[None]:
     """Show all options for a while, or fold those that few need."""
-    before, _HELP.whole = _HELP.whole, whole
+    before = _HELP.whole
+    _HELP.whole = whole
     try:
         yield
     finally:
@@ -69,6 +70,9 @@ def _show(console: Console, options: ConsoleOptions, panel: HelpPanel) -> None:
         return
     title = str(panel.title).partition(":")[0]
     names = [entry.names[0] for entry in panel.entries if entry.names]
-    few = ", ".join(names[:3]) + (", ..." if len(names) > 3 else "")
+    first = names[:3]
+    if len(names) > 3:
+        first.append("...")
     count = f"{len(names)} option{'s' if len(names) > 1 else ''}"
-    console.print(f"{title}: {count} ({few}), with {HELP_ALL}", markup=False, highlight=False, soft_wrap=True)
+    line = f"{title}: {count} ({', '.join(first)}), with {HELP_ALL}"
+    console.print(line, markup=False, highlight=False, soft_wrap=True)

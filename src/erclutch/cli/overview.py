@@ -38,13 +38,15 @@ def first_steps(known: Container[str]) -> str:
 def overview(commands: Sequence[Command]) -> str:
     """All commands under their headings, as wide as the terminal."""
     width = min(max(shutil.get_terminal_size().columns, 40), 100)
-    across = max(len(name) for name in (*_OPTIONS, *(command.name for command in commands))) + 4
-    said = ["Usage: erclutch COMMAND", "", *textwrap.wrap(TITLE, width)]
+    names = [*_OPTIONS, *(command.name for command in commands)]
+    across = max(map(len, names)) + 4
+    lines = ["Usage: erclutch COMMAND", "", *textwrap.wrap(TITLE, width)]
     for panel, listed in groupby(commands, key=lambda command: command.panel):
-        said += ["", panel, *_listed({command.name: command.help for command in listed}, across, width)]
-    said += ["", "Options", *_listed(_OPTIONS, across, width)]
-    said += ["", *textwrap.wrap("erclutch COMMAND --help explains a command and its usual options.", width)]
-    return "\n".join(said) + "\n"
+        helps = {command.name: command.help for command in listed}
+        lines += ["", panel, *_listed(helps, across, width)]
+    lines += ["", "Options", *_listed(_OPTIONS, across, width)]
+    lines += ["", *textwrap.wrap("erclutch COMMAND --help explains a command and its usual options.", width)]
+    return "\n".join(lines) + "\n"
 
 
 def _listed(told: dict[str, str], across: int, width: int) -> list[str]:
@@ -52,5 +54,6 @@ def _listed(told: dict[str, str], across: int, width: int) -> list[str]:
     lines: list[str] = []
     for name, text in told.items():
         first, *further = textwrap.wrap(text, max(width - across, 20))
-        lines += [f"  {name:{across - 2}}{first}", *(f"{'':{across}}{line}" for line in further)]
+        lines.append(f"  {name:{across - 2}}{first}")
+        lines += [f"{'':{across}}{line}" for line in further]
     return lines

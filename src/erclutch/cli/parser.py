@@ -32,12 +32,18 @@ def _versions() -> str:
     from importlib.util import find_spec
 
     zig = "zig" if find_spec("ziglang") else "none"
-    compiler = os.environ.get("CC") or next(filter(None, map(shutil.which, ("gcc", "clang", "cc"))), zig)
-    packages = ", ".join(f"{name} {version(name)}" for name in ("numpy", "scipy", "numba", "pandas", "matplotlib"))
-    python = f"{platform.python_implementation()} {platform.python_version()}"
-    return (
-        f"{__version__}\n{python} on {platform.platform()}\n{packages}\nC compiler: {compiler}\nTo cite:\n{_CITATION}"
-    )
+    installed = [found for name in ("gcc", "clang", "cc") if (found := shutil.which(name))]
+    compiler = os.environ.get("CC") or next(iter([*installed, zig]))
+    packages = [f"{name} {version(name)}" for name in ("numpy", "scipy", "numba", "pandas", "matplotlib")]
+    lines = [
+        __version__,
+        f"{platform.python_implementation()} {platform.python_version()} on {platform.platform()}",
+        ", ".join(packages),
+        f"C compiler: {compiler}",
+        "To cite:",
+        _CITATION,
+    ]
+    return "\n".join(lines)
 
 
 def _misused(error: CycloptsError) -> object:
@@ -58,11 +64,12 @@ def _taken_by_a_list(words: Sequence[str]) -> str:
     """Where an option that takes several values stands before a file, it takes the file too: which, and the way out."""
     from pathlib import Path
 
-    options = [(at, word) for at, word in enumerate(words) if word.startswith("--")]
-    for (at, option), (end, _) in itertools.pairwise([*options, (len(words), "")]):
-        taken = next((word for word in words[at + 2 : end] if Path(word).exists()), None)
-        if taken is not None:
-            return f"\n{option} takes all words up to the next option, {taken} too. Write {taken} before {option}."
+    places = [place for place, word in enumerate(words) if word.startswith("--")]
+    for place, next_place in itertools.pairwise([*places, len(words)]):
+        option = words[place]
+        for word in words[place + 2 : next_place]:  # the first value is its own
+            if Path(word).exists():
+                return f"\n{option} takes all words up to the next option, {word} too. Write {word} before {option}."
     return ""
 
 
@@ -86,8 +93,8 @@ _HEADINGS = {
 
 def _offer(command: Command, function: str | Callable[..., Any]) -> None:
     """Put a function, or the name by which Cyclopts imports it when it is called for, under the command's heading."""
-    heading, place = _HEADINGS[command.panel], command.place
-    app.command(function, name=command.name, help=command.help, group=heading, sort_key=place)
+    heading = _HEADINGS[command.panel]
+    app.command(function, name=command.name, help=command.help, group=heading, sort_key=command.place)
 
 
 for _command in _COMMANDS.values():

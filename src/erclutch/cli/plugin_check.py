@@ -37,8 +37,10 @@ def fault_of(plugin: Plugin, seconds: float = SECONDS) -> str:
         )
     except subprocess.TimeoutExpired:
         return f"it does not come to an end within {seconds:g} s"
-    said = [line for line in done.stdout.splitlines() if line.startswith(_END)]
-    return said[-1].removeprefix(_END) if said else f"it ends the program (code {done.returncode})"
+    ends = [line for line in done.stdout.splitlines() if line.startswith(_END)]
+    if not ends:
+        return f"it ends the program (code {done.returncode})"
+    return ends[-1].removeprefix(_END)
 
 
 def recorded_fault(group: str, name: str) -> str:
@@ -69,18 +71,21 @@ def _not_exported(law: str, stage: str) -> str:
 
     model = _model_of(law, stage)
     rng = np.random.default_rng(0)
-    fields, slips = rng.uniform(0.0, _LARGEST, 200), rng.uniform(-_SLIP, _SLIP, 200)
-    effort = np.asarray(model.steady([fields], [slips], [np.ones(200) for _ in model.extras]))
-    if effort.shape != (200,):
-        return f"it answers 200 rows by an array of shape {effort.shape}"
-    if not np.isfinite(effort).all():
-        return f"its effort is not finite in {np.count_nonzero(~np.isfinite(effort))} of 200 rows within its range"
+    rows = 200
+    fields = rng.uniform(0.0, _LARGEST, rows)
+    slips = rng.uniform(-_SLIP, _SLIP, rows)
+    extras = [np.ones(rows) for _ in model.extras]
+    effort = np.asarray(model.steady([fields], [slips], extras))
+    if effort.shape != (rows,):
+        return f"it answers {rows} rows by an array of shape {effort.shape}"
+    infinite = np.count_nonzero(~np.isfinite(effort))
+    if infinite:
+        return f"its effort is not finite in {infinite} of {rows} rows within its range"
     for row in range(3):  # the export computes one row at a time
-        alone = float(
-            model.steady([fields[row : row + 1]], [slips[row : row + 1]], [np.ones(1) for _ in model.extras])[0]
-        )
+        field, slip = fields[row : row + 1], slips[row : row + 1]
+        alone = float(model.steady([field], [slip], [np.ones(1) for _ in model.extras])[0])
         if not np.isclose(alone, effort[row], rtol=1e-9, atol=0.0):
-            return f"its effort of a row depends on other rows: {alone:g} alone, {effort[row]:g} among 200"
+            return f"its effort of a row depends on other rows: {alone:g} alone, {effort[row]:g} among {rows}"
     source(step_of(model, ExportOptions("checked", "float64", 1e-3)))
     return ""
 
@@ -97,7 +102,9 @@ def _model_of(law: str, stage: str) -> TorqueModel:
 
     def middle(shape: Any) -> float:
         low, high = float(shape.lower), float(shape.upper)
-        return low * (high / low) ** 0.4 if shape.scale == "log" else low + 0.4 * (high - low)
+        if shape.scale == "log":
+            return low * (high / low) ** 0.4
+        return low + 0.4 * (high - low)
 
     shapes = {shape.name: middle(shape) for shape in structure.shapes(1e-3)}
     gains = {gain.name: 0.1 for gain in structure.gains()}
@@ -106,4 +113,6 @@ def _model_of(law: str, stage: str) -> TorqueModel:
 
 
 if __name__ == "__main__":
-    print(f"{_END}{' '.join(recorded_fault(*sys.argv[1:3]).split())}", flush=True)
+    fault = recorded_fault(*sys.argv[1:3])
+    one_line = " ".join(fault.split())
+    print(f"{_END}{one_line}", flush=True)

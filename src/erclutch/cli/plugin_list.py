@@ -19,7 +19,7 @@ def list_plugins(*, json: bool, check: bool = False) -> bool:
     from erclutch.cli.plugin_check import fault_of
     from erclutch.errors import PluginError
 
-    def state(plugin: registry.Plugin) -> str:
+    def problem_of(plugin: registry.Plugin) -> str:
         if plugin in registry.hidden(plugin.group):
             return f"not used: {plugin.name} is erclutch's own"
         if check:
@@ -30,16 +30,15 @@ def list_plugins(*, json: bool, check: bool = False) -> bool:
             return error.problem
         return ""
 
-    found = [
-        (plugin, "" if plugin.own else state(plugin))
-        for group in registry.GROUPS
-        for plugin in (*registry.plugins(group), *registry.hidden(group))
-    ]
+    problems: list[tuple[registry.Plugin, str]] = []
+    for group in registry.GROUPS:
+        for plugin in (*registry.plugins(group), *registry.hidden(group)):
+            problems.append((plugin, "" if plugin.own else problem_of(plugin)))
     if json:
-        terminal.say_json([{**plugin.to_dict(), "problem": problem} for plugin, problem in found])
-        return not any(problem for _, problem in found)
-    table = terminal.table("Plug-ins", ["group", "name", "package", "problem"], [], left=4)
-    for plugin, problem in found:
-        table.add_row(plugin.group, plugin.name, plugin.label, problem)
-    terminal.tell(table)
-    return not any(problem for _, problem in found)
+        terminal.say_json([{**plugin.to_dict(), "problem": problem} for plugin, problem in problems])
+    else:
+        table = terminal.table("Plug-ins", ["group", "name", "package", "problem"], [], left=4)
+        for plugin, problem in problems:
+            table.add_row(plugin.group, plugin.name, plugin.label, problem)
+        terminal.tell(table)
+    return not any(problem for _, problem in problems)

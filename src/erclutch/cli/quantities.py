@@ -38,9 +38,11 @@ def _number(option: str, text: str, unit: str, example: str) -> float:
     try:
         if unit != "GB":
             return units.in_unit(text, unit)
-        number, own = units.quantity(text)
-        if own is None or own in _BYTES:
-            return number * _BYTES[own or "GB"]
+        number, written_unit = units.quantity(text)
+        if written_unit is None:
+            return number
+        if written_unit in _BYTES:
+            return number * _BYTES[written_unit]
     except UnitError:
         pass
     written = example or f"2{unit or ''}"
@@ -48,5 +50,9 @@ def _number(option: str, text: str, unit: str, example: str) -> float:
     raise SettingError(f"{option} {text!r} is no {kind}", remedy=f"Write it like {option} {written}")
 
 
-SECONDS, HERTZ, TORQUE, ANGLE = quantity("s"), quantity("Hz"), quantity("N*m", "0.2"), quantity("rad", "360deg")
-SHARE, MEMORY = quantity("", "70%"), quantity("GB")
+SECONDS = quantity("s")
+HERTZ = quantity("Hz")
+TORQUE = quantity("N*m", "0.2")
+ANGLE = quantity("rad", "360deg")
+SHARE = quantity("", "70%")
+MEMORY = quantity("GB")

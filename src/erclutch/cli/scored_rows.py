@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -17,8 +16,9 @@ if TYPE_CHECKING:
     from erclutch.logs.any_size import RowsOfLogs
     from erclutch.logs.reading import Reading
     from erclutch.models.model import Model
-    from erclutch.runs.every_row import EveryRow, ScoringPlan
+    from erclutch.runs.every_row import EveryRow
     from erclutch.runs.run_folder import Run
+    from erclutch.runs.scoring_plan import ScoringPlan
     from erclutch.runs.tasks import Tasks
 
 
@@ -31,8 +31,8 @@ def score_left_out(
         LogError, MappingError: a log changed meanwhile.
         RunError: the folder cannot be written.
     """
-    from erclutch.runs.every_row import plan_of
     from erclutch.runs.run_folder import read_run
+    from erclutch.runs.scoring_plan import plan_of
 
     run = "" if folder is None else str(read_run(folder).body["digest"])
     models = {entry.name: entry.outcome.model for entry in comparison.entries}
@@ -65,43 +65,45 @@ def _scored(
     from erclutch.runs.every_row_folder import KeptParts, write_every_row
 
     kept = None if folder is None else KeptParts(folder, plan)
-    with _told_when_interrupted(folder), terminal.progress("scoring") as bar:
-        figures = score_every_row(
-            plan, models, how, tasks, kept=kept, progress=lambda done, total: bar(done, total, "scoring every row")
-        )
-        if folder is not None:
-            write_every_row(folder, figures)
-    return figures
-
-
-@contextmanager
-def _told_when_interrupted(folder: Path | None) -> Generator[None]:
-    """Whatever ends the scoring, the user is told that the run is there and how the scoring goes on."""
     try:
-        yield
-    except BaseException:
+        with terminal.progress("scoring") as bar:
+
+            def show(done: int, total: int) -> None:
+                bar(done, total, "scoring every row")
+
+            figures = score_every_row(plan, models, how, tasks, kept=kept, progress=show)
+            if folder is not None:
+                write_every_row(folder, figures)
+    except BaseException:  # whatever ends the scoring, the run is there and the scoring can go on
         if folder is not None:
             terminal.say(f"The run is kept in {folder}; the same command with --resume scores the rest.")
         raise
+    return figures
 
 
 def table(figures: EveryRow, recommended: str, unit: str) -> Table:
     """The figures of every row, best first."""
     scores = figures.test or figures.train
     ranked = sorted(scores, key=lambda name: scores[name].rmse.value)
-    lines = [
-        [
-            "*" if name == recommended else "",
-            name,
-            terminal.number(scores[name].rmse.value, zeros=True),
-            f"{terminal.number(scores[name].rmse.low, 3)} - {terminal.number(scores[name].rmse.high, 3)}",
-            f"{100 * scores[name].share.value:.1f} %",
-            terminal.number(scores[name].largest.value, 3),
-            terminal.number(figures.train[name].rmse.value, zeros=True) if name in figures.train else "",
-        ]
-        for name in ranked
-    ]
-    held_out = next(iter(figures.test.values())).rows if figures.test else 0
+    lines: list[list[str]] = []
+    for name in ranked:
+        score = scores[name]
+        rmse = score.rmse
+        trained = figures.train.get(name)
+        lines.append(
+            [
+                "*" if name == recommended else "",
+                name,
+                terminal.number(rmse.value, zeros=True),
+                f"{terminal.number(rmse.low, 3)} - {terminal.number(rmse.high, 3)}",
+                f"{100 * score.share.value:.1f} %",
+                terminal.number(score.largest.value, 3),
+                "" if trained is None else terminal.number(trained.rmse.value, zeros=True),
+            ]
+        )
+    held_out = 0
+    if figures.test:
+        held_out = next(iter(figures.test.values())).rows
     title = f"Every row: {figures.plan.rows:,}, of which {held_out:,} are held out (* recommended)"
-    heads = ["", "model", terminal.with_unit("test RMSE", unit), "95 % band", "of std", "max error", "train RMSE"]
-    return terminal.table(title, heads, lines, left=2)
+    headings = ["", "model", terminal.with_unit("test RMSE", unit), "95 % band", "of std", "max error", "train RMSE"]
+    return terminal.table(title, headings, lines, left=2)

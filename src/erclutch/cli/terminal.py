@@ -136,22 +136,18 @@ def estimates(title: str, values: Sequence[Estimate]) -> Table:
     """Values with 95 % intervals and units."""
     # A bound goes to the next line on a narrow screen, so that a meaning has room there and no unit is cut.
     between = ", " if console().width >= _BROAD else ",\n"
-    rows = [[e.name, e.meaning, number(e.value), _interval(e, between), e.unit] for e in values]
+    rows: list[list[str]] = []
+    for estimate in values:
+        parts: list[str] = []
+        if math.isfinite(estimate.high - estimate.low):
+            parts.append(f"{number(estimate.low)} - {number(estimate.high)}")
+        if estimate.at_bound:
+            parts.append(f"at its {estimate.at_bound} bound")
+        interval = between.join(parts) or "not identified"
+        rows.append([estimate.name, estimate.meaning, number(estimate.value), interval, estimate.unit])
     made = table(title, ["", "meaning", "value", "95 % interval", "unit"], rows, left=2)
     made.columns[4].justify = "left"
     return made
-
-
-def _interval(estimate: Estimate, between: str) -> str:
-    """The ends of an interval as far as they are known, and a bound that the value is at."""
-    bound = f"at its {estimate.at_bound} bound" if estimate.at_bound else ""
-    return between.join(filter(None, [_ends(estimate), bound])) or "not identified"
-
-
-def _ends(estimate: Estimate) -> str:
-    """The ends of an interval; "" where they are not known."""
-    known = math.isfinite(estimate.high - estimate.low)
-    return f"{number(estimate.low)} - {number(estimate.high)}" if known else ""
 
 
 def coverage(field: Array, slip: Array, name: str, units: tuple[str, str] = ("", "")) -> str:
@@ -174,9 +170,9 @@ def coverage(field: Array, slip: Array, name: str, units: tuple[str, str] = ("",
             cells += "·" if count == 0 else _SHADES[shade]
         middle = (rows[row] + rows[row + 1]) / 2
         lines.append(f"{middle:>10.3g} {cells}")
-    left = f"{columns[0]:.3g}"
-    right = f"{columns[-1]:.3g}"
-    lines.append(f"{'':>10} {left}{right:>{60 - len(left)}}")
+    leftmost = f"{columns[0]:.3g}"
+    rightmost = f"{columns[-1]:.3g}"
+    lines.append(f"{'':>10} {leftmost}{rightmost:>{60 - len(leftmost)}}")
     return "\n".join(lines)
 
 

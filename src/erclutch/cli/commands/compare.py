@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -48,64 +47,72 @@ def compare(
         raise SettingError("--open needs a file", remedy="Give --out FILE.html too")
     if out is not None:
         may_write_report(out, force, (".html",))
-    found = pair([read_run(run) for run in runs], model)
+    pairing = pair([read_run(run) for run in runs], model)
     if json:
-        terminal.say_json(_as_json(found))
+        terminal.say_json(_as_json(pairing))
     else:
-        _print(found, runs)
+        _print(pairing)
     if out is not None:
         from erclutch.cli.commands.report import say_written
         from erclutch.report.html.runs_page import write_comparison
 
-        written = write_comparison(found, out)
+        written = write_comparison(pairing, out)
         if not json:
             say_written(written, open_)
 
 
-def _as_json(found: Pairing) -> dict[str, Any]:
+def _as_json(pairing: Pairing) -> dict[str, Any]:
     """Figures in the effort's unit, each as value, low, high; differences are to the first run."""
-    contenders = [
-        {
-            "run": str(c.run.folder),
-            "model": c.model,
-            "rmse": c.figures.rmse.to_list(),
-            "difference": None if c.more is None else c.more.to_list(),
-            "share": None if c.share is None else c.share.to_list(),
-        }
-        for c in found.contenders
-    ]
-    differing = {setting: list(values) for setting, values in found.differing}
-    unit = found.contenders[0].run.body["units"]["effort"]
-    return {"rows": found.rows, "unit": unit, "runs": contenders, "done_differently": differing}
+    runs: list[dict[str, Any]] = []
+    for contender in pairing.contenders:
+        more, share = contender.more, contender.share  # of the first run there are none
+        runs.append(
+            {
+                "run": str(contender.run.folder),
+                "model": contender.model,
+                "rmse": contender.figures.rmse.to_list(),
+                "difference": None if more is None else more.to_list(),
+                "share": None if share is None else share.to_list(),
+            }
+        )
+    return {
+        "rows": pairing.rows,
+        "unit": pairing.contenders[0].run.body["units"]["effort"],
+        "runs": runs,
+        "done_differently": {setting: list(values) for setting, values in pairing.differing},
+    }
 
 
-def _print(found: Pairing, runs: Sequence[Path]) -> None:
+def _print(pairing: Pairing) -> None:
     from erclutch.cli import terminal
     from erclutch.report.html.runs_page import band, joined, sentence, what_changed
     from erclutch.report.numbers.number_text import count, plain
 
     screen = terminal.console()
-    scale = joined(found).effort
-    screen.print(plain(f"{count(found.rows)} rows that all {len(runs)} runs held out"), markup=False)
-    head = f"RMSE [{scale.unit}]" if scale.unit else "RMSE"
-    rows = [
-        [
-            c.label,
-            c.run.titles[c.model],
-            scale.bare(c.figures.rmse.value, 4),
-            scale.band(c.figures.rmse.to_list()),
-            band(c.more, scale.factor),
-            band(c.share, 100.0, "%"),
-        ]
-        for c in found.contenders
-    ]
-    columns = ["run", "model", head, "95 % band", "difference", "in per cent"]
-    screen.print(terminal.table(f"Differences to {found.contenders[0].label}, paired", columns, rows, left=2))
-    if found.differing:
-        labels = [c.label for c in found.contenders]
-        lines = [[name, *values] for name, values in found.differing]
-        screen.print(terminal.table("What was done differently", ["setting", *labels], lines, left=len(labels) + 1))
+    scale = joined(pairing).effort
+    labels = [contender.label for contender in pairing.contenders]
+    screen.print(plain(f"{count(pairing.rows)} rows that all {len(labels)} runs held out"), markup=False)
+    rows: list[list[str]] = []
+    for contender in pairing.contenders:
+        rmse = contender.figures.rmse
+        rows.append(
+            [
+                contender.label,
+                contender.run.titles[contender.model],
+                scale.bare(rmse.value, 4),
+                scale.band(rmse.to_list()),
+                band(contender.more, scale.factor),
+                band(contender.share, 100.0, "%"),
+            ]
+        )
+    error = f"RMSE [{scale.unit}]" if scale.unit else "RMSE"
+    columns = ["run", "model", error, "95 % band", "difference", "in per cent"]
+    screen.print(terminal.table(f"Differences to {labels[0]}, paired", columns, rows, left=2))
+    if pairing.differing:
+        settings = [[name, *values] for name, values in pairing.differing]
+        columns = ["setting", *labels]
+        screen.print(terminal.table("What was done differently", columns, settings, left=len(columns)))
     else:
         screen.print("Settings, reading and versions are the same.", markup=False)
-    screen.print(plain(what_changed(found)), markup=False)
-    screen.print(plain(sentence(found, scale)), style="bold", markup=False)
+    screen.print(plain(what_changed(pairing)), markup=False)
+    screen.print(plain(sentence(pairing, scale)), style="bold", markup=False)

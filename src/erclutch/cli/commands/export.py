@@ -71,20 +71,32 @@ def export(
         raise ExportError("--model needs the folder of a run", where=str(model), remedy="Give the run, or leave it out")
     if model.is_dir():
         run = read_run(model)
-        chosen, name = run.model(run_model), name or run.c_name
+        chosen = run.model(run_model)
+        name = name or run.c_name
     else:
         chosen = load_model(model)
-    speeds, clamp = Derivative(derivative, cutoff), _limits(limits, chosen.units.effort)
-    options = ExportOptions(name, precision, period, inputs, speeds, clamp, alarms, adapt)
+    options = ExportOptions(
+        name=name,
+        precision=precision,
+        period=period,
+        inputs=inputs,
+        derivative=Derivative(derivative, cutoff),
+        limits=_limits(limits, chosen.units.effort),
+        alarms=alarms,
+        adapt=adapt,
+    )
     step = step_of(chosen, options)
     folder = export_model(chosen, out or Path(f"{step.name}_{to}"), to, options, force=force)
+
     screen = terminal.console()
-    title, inputs_text = title_of(step.model.name), ", ".join(step.inputs)
-    screen.print(f"{title} as {precision}, inputs {inputs_text}, to {folder}:", markup=False)
-    screen.print("  " + ", ".join(sorted(p.name for p in folder.iterdir())), markup=False)
+    title = title_of(step.model.name)
+    screen.print(f"{title} as {precision}, inputs {', '.join(step.inputs)}, to {folder}:", markup=False)
+    files = sorted(path.name for path in folder.iterdir())
+    screen.print(f"  {', '.join(files)}", markup=False)
     binaries = folder / "binaries.txt"
-    for line in binaries.read_text(encoding="utf-8").splitlines() if binaries.is_file() else ():
-        screen.print(f"  binary {line}", markup=False)
+    if binaries.is_file():
+        for line in binaries.read_text(encoding="utf-8").splitlines():
+            screen.print(f"  binary {line}", markup=False)
     for note in step.notes:
         screen.print(f"note: {note}.", markup=False)
     screen.print(f"Check it here: erclutch verify {shlex.quote(str(folder))}", markup=False)
@@ -99,8 +111,9 @@ def _limits(text: str | None, unit: str) -> tuple[float, float] | None:
         return None
     low, comma, high = text.partition(",")
     try:
-        own = units.quantity(high)[1] if comma else None
-        low = low if own is None or units.quantity(low)[1] else f"{low} {own}"
+        unit_of_high = units.quantity(high)[1] if comma else None
+        if unit_of_high is not None and not units.quantity(low)[1]:
+            low = f"{low} {unit_of_high}"
         return units.in_unit(low, unit), units.in_unit(high, unit)
     except UnitError as error:
         remedy = f"Write the limits like --limits -2,2, or --limits '-2,2 {unit.replace('?', 'N')}'"

@@ -33,6 +33,10 @@ COMMAND = {
 MODELS = Group("Models and figures", sort_key=1)
 LONG_LOGS = folded("Logs beyond memory", 5)
 ModelNames = Annotated[tuple[str, ...], Parameter(group=MODELS, consume_multiple=True, negative=(), show_default=False)]
+# Types of options, and where they stand in the help; a flag has no --no-flag.
+_OF_MODELS = Parameter(group=MODELS)
+_Flag = Annotated[bool, Parameter(group=MODELS, negative=())]
+_Times = Annotated[tuple[str, ...], Parameter(group=MODELS, consume_multiple=True, negative=())]
 
 
 def fit(
@@ -41,24 +45,22 @@ def fit(
     *,
     models: ModelNames = ("all",),
     lag: Annotated[str, Parameter(name=("--lag", "--stages"), group=MODELS)] = "auto",
-    test: Annotated[
-        tuple[str, ...], Parameter(group=MODELS, consume_multiple=True, negative=(), show_default=False)
-    ] = ("0.3",),
-    blocks: Annotated[int, Parameter(group=MODELS)] = 0,
-    friction: Annotated[bool | None, Parameter(group=MODELS)] = None,
-    offset: Annotated[bool | None, Parameter(group=MODELS)] = None,
-    seed: Annotated[int, Parameter(group=MODELS)] = 0,
-    past: Annotated[tuple[str, ...], Parameter(group=MODELS, consume_multiple=True, negative=())] = (),
-    polish: Annotated[bool, Parameter(group=MODELS, negative=())] = False,
-    workers: Annotated[int, Parameter(group=MODELS)] = 1,
+    test: ModelNames = ("0.3",),
+    blocks: Annotated[int, _OF_MODELS] = 0,
+    friction: Annotated[bool | None, _OF_MODELS] = None,
+    offset: Annotated[bool | None, _OF_MODELS] = None,
+    seed: Annotated[int, _OF_MODELS] = 0,
+    past: _Times = (),
+    polish: _Flag = False,
+    workers: Annotated[int, _OF_MODELS] = 1,
     memory: Annotated[float, MEMORY, Parameter(group=LONG_LOGS)] = 1.5,
     cluster: Annotated[str | None, Parameter(group=LONG_LOGS)] = None,
     resume: Annotated[bool, Parameter(group=LONG_LOGS, negative=())] = False,
-    out: Annotated[Path | None, Parameter(group=MODELS)] = None,
-    force: Annotated[bool, Parameter(group=MODELS, negative=())] = False,
-    final: Annotated[bool, Parameter(group=MODELS, negative=())] = False,
-    all_: Annotated[bool, Parameter(name="--all", group=MODELS, negative=())] = False,
-    json: Annotated[bool, Parameter(group=MODELS, negative=())] = False,
+    out: Annotated[Path | None, _OF_MODELS] = None,
+    force: _Flag = False,
+    final: _Flag = False,
+    all_: Annotated[_Flag, Parameter(name="--all")] = False,
+    json: _Flag = False,
     reading: LogOptions = DEFAULT_READING,
 ) -> None:
     """Fit all models to a log, score them on rows held out, rank them, and recommend one.
@@ -114,7 +116,7 @@ def fit(
         offset=offset,
         seed=seed,
         workers=workers,
-        past=tuple(int(word) if word.isdecimal() else word for word in past),  # rows, or times as they were written
+        past=_times_ago(past),
         polish=polish,
     )
     how = reading.how()
@@ -129,9 +131,9 @@ def fit(
             write_run(out, comparison, rows.logs, reading=reading.to_dict(), force=force)
         figures = scored_rows.score_left_out(rows, comparison, how, tasks, out) if rows.left_out else None
     if json:
-        body = run_to_dict(comparison, rows.logs, reading.to_dict())
+        body = dict(run_to_dict(comparison, rows.logs, reading.to_dict()))
         if figures is not None:
-            body = {**body, "every_row": figures.to_dict()}
+            body["every_row"] = figures.to_dict()
         print(dumps(body, indent=1, allow_nan=False))
         return
     if figures is not None:
@@ -156,6 +158,11 @@ def _print_every_row(figures: EveryRow, recommended: str, unit: str) -> None:
         terminal.tell(f"not scored on every row: {name}: {why}")
 
 
+def _times_ago(words: Sequence[str]) -> tuple[int | str, ...]:
+    """Counts of rows as numbers, and times as they were written."""
+    return tuple(int(word) if word.isdecimal() else word for word in words)
+
+
 def _print_all(rows: RowsOfLogs, comparison: Comparison, seconds: float, *, whole: bool) -> None:
     """What was read, what came out, and how long it took."""
     terminal.tell("\n".join(terminal.recording_lines(rows.logs)))
@@ -168,7 +175,8 @@ def _print_all(rows: RowsOfLogs, comparison: Comparison, seconds: float, *, whol
             "model that was judged; no row is left to judge this one."
         )
     count = len(comparison.entries)
-    terminal.tell(f"{count} model{'s' if count > 1 else ''} in {seconds:.1f} s")
+    models = f"{count} models" if count > 1 else "1 model"
+    terminal.tell(f"{models} in {seconds:.1f} s")
 
 
 def _read(logs: Sequence[Path], how: Reading, device: DeviceName | None, memory: float) -> RowsOfLogs:
@@ -217,10 +225,10 @@ def _held_out(test: tuple[str, ...]) -> float | tuple[str, ...]:
         return test
     (word,) = test
     try:
-        share = float(word.removesuffix("%"))
+        number = float(word.removesuffix("%"))
     except ValueError:
         return test
-    return share / (100.0 if word.endswith("%") else 1.0)
+    return number / 100.0 if word.endswith("%") else number
 
 
 def print_comparison(comparison: Comparison, *, whole: bool = False) -> None:
@@ -236,21 +244,21 @@ def print_comparison(comparison: Comparison, *, whole: bool = False) -> None:
     chosen = comparison.entry(comparison.recommended)
     held = int(comparison.test.sum())
     terminal.tell(f"fitted on {comparison.data.rows - held:,} rows, scored on {held:,} rows held out")
-    which = ranking_table.held_out(comparison)
-    if which:
-        terminal.tell(which)
+    which_rows = ranking_table.held_out(comparison)
+    if which_rows:
+        terminal.tell(which_rows)
     terminal.tell(*(f"{finding.level}: {finding}" for finding in comparison.findings), style="yellow")
     screen.print()
     screen.print(ranking_table.ranking(comparison, screen.width, whole=whole))
-    more = ranking_table.left_out(comparison)
-    if more and not whole:
-        terminal.tell(more)
+    not_shown = ranking_table.left_out(comparison)
+    if not_shown and not whole:
+        terminal.tell(not_shown)
     terminal.tell(*ranking_table.notes(comparison, whole=whole), style="dim")
     screen.print()
     terminal.tell(ranking_table.verdict(comparison), style="bold")
-    moving = ranking_table.at_rest(comparison)
-    if moving:
-        terminal.tell(moving)
+    over_motion = ranking_table.at_rest(comparison)
+    if over_motion:
+        terminal.tell(over_motion)
     terminal.tell(*ranking_table.prediction(chosen, comparison.data.units.effort))
     terminal.tell(f"Its specification: {chosen.name}")
     screen.print()

@@ -84,19 +84,18 @@ def predict(
 
 def _may_write_folder(out: Path, force: bool) -> None:
     """A folder of predictions may be replaced where that is asked for, and no other folder."""
-    may_replace = _are_predictions if force else nothing
+    from erclutch.logs.log_writer import is_prediction
+
+    def are_predictions(folder: Path) -> bool:
+        """Whether a folder holds nothing but predictions."""
+        return folder.is_dir() and all(is_prediction(path) for path in folder.iterdir())
+
+    may_replace = are_predictions if force else nothing
     reserve(out, may_replace)
     if is_there(out) and not may_replace(out):
         release(out)
         problem = "exists and holds more than predictions" if force else "exists already"
         raise RunError(problem, where=str(out), remedy="Give --out another name")
-
-
-def _are_predictions(folder: Path) -> bool:
-    """Whether a folder holds nothing but predictions."""
-    from erclutch.logs.log_writer import is_prediction
-
-    return folder.is_dir() and all(is_prediction(path) for path in folder.iterdir())
 
 
 def _refuse_same_names(files: list[Path], out: Path) -> None:

@@ -56,31 +56,34 @@ def recalibrate(
     base = read_run(run)
     reading = reading.like(base, base.model(model))
     recordings = reading.read(logs)
-    found = recalibrated(base, reading.dataset(recordings), model=model, share=share, stretches=stretches)
+    data = reading.dataset(recordings)
+    adapted = recalibrated(base, data, model=model, share=share, stretches=stretches)
     if not json:
         terminal.tell("\n".join(terminal.recording_lines(recordings)))
-        _print(found)
+        _print(adapted)
     if out is not None:
-        write_run(out, found, recordings, reading=reading.to_dict(), force=force)
+        write_run(out, adapted, recordings, reading=reading.to_dict(), force=force)
     if json:
-        terminal.say_json(run_to_dict(found, recordings, reading.to_dict()))
+        terminal.say_json(run_to_dict(adapted, recordings, reading.to_dict()))
         return
     terminal.say(*terminal.kept_lines(out))
 
 
-def _print(found: Comparison) -> None:
+def _print(adapted: Comparison) -> None:
     from erclutch.cli import ranking_table, terminal
 
-    about = found.recalibration or {}
-    seen = found.data.rows - int(found.test.sum())
-    terminal.tell(f"adapted on {seen:,} rows, judged on {found.data.rows - seen:,}")
-    rows = [
-        [way, terminal.number(sum(rmse**2 for rmse in each) ** 0.5 / len(each) ** 0.5, zeros=True)]
-        for way, each in about["unseen_blocks_rmse"].items()
-    ]
-    unit = terminal.with_unit("RMSE", found.data.units.effort)
-    blocks = len(about["unseen_blocks_rmse"][about["way"]])
-    terminal.tell(terminal.table(f"What moves, on {blocks} unseen blocks of these rows", ["", unit], rows, left=1))
-    terminal.tell(ranking_table.ranking(found, terminal.console().width))
+    about = adapted.recalibration or {}
+    judged = int(adapted.test.sum())
+    terminal.tell(f"adapted on {adapted.data.rows - judged:,} rows, judged on {judged:,}")
+    rmse_of_blocks: dict[str, list[float]] = about["unseen_blocks_rmse"]  # by the way of adapting
+    rows: list[list[str]] = []
+    for way, errors in rmse_of_blocks.items():
+        overall = sum(rmse**2 for rmse in errors) ** 0.5 / len(errors) ** 0.5
+        rows.append([way, terminal.number(overall, zeros=True)])
+    blocks = len(rmse_of_blocks[about["way"]])
+    title = f"What moves, on {blocks} unseen blocks of these rows"
+    unit = terminal.with_unit("RMSE", adapted.data.units.effort)
+    terminal.tell(terminal.table(title, ["", unit], rows, left=1))
+    terminal.tell(ranking_table.ranking(adapted, terminal.console().width))
     terminal.tell(about["verdict"], style="bold")
-    terminal.tell(*ranking_table.parameters(found))
+    terminal.tell(*ranking_table.parameters(adapted))

@@ -120,8 +120,8 @@ def _table(scores: Sequence[_Scored], data: Dataset, runs: int) -> Table:
         columns["inside"].append("no band" if score.held is None else f"{score.held.share:.1%}")
         columns[worst].append("" if score.held is None else f"{score.held.worst:.1%}")
 
-    of = str(scores[0].run) if runs == 1 else f"{runs} runs"
-    title = f"Models of {of} on {data.rows:,} rows of {data.where}"
+    whose = str(scores[0].run) if runs == 1 else f"{runs} runs"
+    title = f"Models of {whose} on {data.rows:,} rows of {data.where}"
     less_needed = ("95 % band", worst, "of std", "guessed")
     return terminal.narrowed(title, columns, less_needed, terminal.console().width)
 
@@ -137,7 +137,9 @@ def _trained_on(run: Run, recordings: Sequence[Recording]) -> list[str]:
     """A warning where logs are some that the run was fitted to, known by their digests."""
     # A fit that was given patterns of names kept whole logs apart: these are new to it.
     test: Any = run.body["settings"]["test"]
-    patterns = [str(pattern) for pattern in cast(list[Any], test)] if isinstance(test, list) else []
+    patterns: list[str] = []
+    if isinstance(test, list):
+        patterns = [str(pattern) for pattern in cast(list[Any], test)]
     known: set[str] = set()
     for log in run.body["logs"]:
         if not any(fnmatchcase(str(log["name"]), pattern) for pattern in patterns):

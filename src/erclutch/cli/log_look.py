@@ -1,0 +1,159 @@
+"""`erclutch inspect` looks at logs: the table of the first, how each is read, and what stands against it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from erclutch.cli import terminal
+from erclutch.cli.log_advice import advice_on
+from erclutch.cli.options import LogOptions
+from erclutch.errors import ErclutchError, SettingError
+
+if TYPE_CHECKING:
+    from erclutch.logs import Plan, Table
+    from erclutch.logs.dataset import Dataset
+    from erclutch.signals.recording import Recording
+
+
+@dataclass(frozen=True)
+class LogLook:
+    """What a look at logs found.
+
+    Attributes:
+        log: the first of them; its columns are shown.
+        raw: its table.
+        plan: how it is read.
+        missing: what the user must say of it, a phrase each.
+        read: its recordings; none where something stands against them.
+        problem: what stands against them.
+        further: the recordings of further logs.
+        refused: why a log is not read beside the others, by its name.
+        rows: the first recording.
+        covered: all recordings, as far as they fit together.
+        advice: what logs teach nothing new, and what no log has.
+    """
+
+    log: Path
+    raw: Table
+    plan: Plan
+    missing: tuple[str, ...]
+    read: list[Recording]
+    problem: ErclutchError | None
+    further: list[Recording]
+    refused: dict[str, str]
+    rows: Dataset | None
+    covered: Dataset | None
+    advice: list[str]
+
+    @property
+    def every(self) -> list[Recording]:
+        """All recordings; none where the first log is not understood."""
+        return [*self.read, *self.further] if self.read else []
+
+    @property
+    def refused_alike(self) -> tuple[str, ...]:
+        """The further logs for which the first log's problem stands too: it is told once."""
+        if self.problem is None:
+            return ()
+        of_first = str(self.problem).replace(self.plan.path, "").replace(self.log.name, "")
+        alike: list[str] = []
+        for name, why in self.refused.items():
+            path = str(self.log.parent / name)
+            if why.replace(path, "").replace(name, "") == of_first:
+                alike.append(name)
+        return tuple(alike)
+
+    @property
+    def doubtful(self) -> bool:
+        """Whether anything is missing, in doubt or not understood."""
+        return self.problem is not None or bool(self.refused or self.plan.doubts)
+
+
+def look_at(log: Path, others: Sequence[Path], raw: Table, reading: LogOptions) -> LogLook:
+    """Read the first log, whose table is there already, and the others beside it.
+
+    Raises:
+        SettingError: an option cannot be as it is; what a log has against it is kept instead.
+    """
+    from erclutch.logs import apply
+
+    plan = reading.plan(raw, log)
+    missing: tuple[str, ...] = ()
+    if not reading.each:  # where each recording is read on its own, each has its own effort
+        missing = tuple(question.short for question in plan.questions)
+
+    read: list[Recording] = []
+    problem: ErclutchError | None = None
+    try:
+        read = reading.read([log]) if reading.each else [reading.how().finished(apply(plan, raw))]
+    except SettingError:
+        raise
+    except ErclutchError as error:
+        problem = error
+
+    further: list[Recording] = []
+    refused: dict[str, str] = {}
+    for other in others:
+        try:
+            further += reading.read([other])
+        except SettingError:
+            raise
+        except ErclutchError as error:
+            refused[other.name] = str(error)
+
+    rows: Dataset | None = None
+    if read:
+        rows = reading.dataset(read[:1])
+    covered = rows
+    if read and len(read) + len(further) > 1:
+        try:
+            covered = reading.dataset([*read, *further])
+        except ErclutchError as error:  # such as logs in different units
+            refused[error.where] = str(error)
+    advice: list[str] = []
+    if covered is not None and len(covered.sources) > 1:
+        advice = advice_on(covered)
+
+    return LogLook(
+        log=log,
+        raw=raw,
+        plan=plan,
+        missing=missing,
+        read=read,
+        problem=problem,
+        further=further,
+        refused=refused,
+        rows=rows,
+        covered=covered,
+        advice=advice,
+    )
+
+
+def table_of_first(log: Path, reading: LogOptions) -> Table:
+    """The log as it is; of a file that holds several recordings and all are wanted, the first.
+
+    Raises:
+        LogError: it cannot be read, or an option must say how.
+    """
+    from erclutch.logs import recordings_in, table_of_log
+    from erclutch.logs.recording_choice import logs_among
+
+    variable = reading.variable
+    if reading.each:
+        # A sheet of settings may stand before the first that is a log of a device.
+        names = recordings_in(log, variable)
+        of_devices = logs_among(log, names, reading.column_map(), reading.device)
+        variable = next(iter([*of_devices, *names]), None)
+    with terminal.progress("reading") as bar:
+
+        def show(done: int, size: int) -> None:
+            """How far the reader is, in bytes."""
+            if done < size:
+                bar(done, size, f"{done / 1e6:.0f} of {size / 1e6:.0f} MB read")
+            else:
+                bar(done, None, "columns, clock and checks")
+
+        return table_of_log(log, reading.column_map(), reading.device, variable, show)

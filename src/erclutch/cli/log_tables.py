@@ -1,0 +1,152 @@
+"""Tables of a log on the terminal: its columns, its signals, its segments between gaps, what it covers."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
+
+from erclutch.cli import terminal
+
+if TYPE_CHECKING:
+    from rich.table import Table as RichTable
+
+    from erclutch.logs import Table
+    from erclutch.logs.dataset import Dataset
+    from erclutch.signals.array import Array
+    from erclutch.signals.recording import Recording
+
+_MOST_SEGMENTS = 12
+_LEAST_MEAN = 1e-12  # of the largest value: below it a mean is what is left of a sum
+_PAUSE = 1.5  # medians of a clock's steps
+_FEW_PAUSES = 0.1  # of all steps; more is no pause but the way in which the column counts
+
+
+class Figures(NamedTuple):
+    """Smallest, largest and mean of a column's finite values, NaN where it has none, and how many are missing."""
+
+    min: float
+    max: float
+    mean: float
+    missing: float
+
+
+def figures(values: Array) -> Figures:
+    """Figures of a column or a signal."""
+    import numpy as np
+
+    finite = values[np.isfinite(values)]
+    missing = values.size - finite.size
+    if not finite.size:
+        finite = np.array([np.nan])
+    low, high, mean = float(finite.min()), float(finite.max()), float(finite.mean())
+    if abs(mean) < _LEAST_MEAN * max(abs(low), abs(high)):
+        mean = 0.0
+    return Figures(low, high, mean, float(missing))
+
+
+def tell_columns(log: Path, raw: Table) -> None:
+    """Columns of a file as they are, and what is known of the whole file."""
+    terminal.tell(f"{log.name}: {raw.rows:,} row{'s'[: raw.rows != 1]}, {len(raw.columns)} columns")
+    rows: list[list[str]] = []
+    for name, values in raw.columns.items():
+        numbers = [terminal.number(figure) for figure in figures(values)]
+        rows.append([name, raw.units.get(name) or "-", *numbers])
+    terminal.tell(terminal.table("Columns", ["name", "unit", "smallest", "largest", "mean", "missing"], rows, left=2))
+    terminal.tell(f"  damage to the file is {raw.damage}")
+    if raw.clock is not None:
+        terminal.tell(f"  {_dates(raw.clock_name, raw.clock)}")
+
+
+def _dates(name: str, clock: Array) -> str:
+    """What a column of dates holds, and its pauses: they say how many stretches the log has."""
+    import numpy as np
+
+    steps = np.diff(clock)  # [s]
+    pauses = 0
+    if steps.size:
+        pauses = int(np.count_nonzero(steps > _PAUSE * np.median(steps)))
+    many = ""
+    if 0 < pauses <= _FEW_PAUSES * steps.size:
+        many = f", {pauses} pause{'s' if pauses > 1 else ''}"
+    return f"column {name} holds dates and times over {clock[-1] - clock[0]:.4g} s{many}"
+
+
+def several(recordings: Sequence[Recording]) -> RichTable:
+    """Several logs, a row each; the signals that follow are those of the first."""
+    first = recordings[0]
+    names = [name for name in first.signals if not name.startswith(("input:", "spare column"))]
+    headings = [terminal.with_unit(name, first.units[name]) for name in names]
+    endings = {Path(recording.name).suffix for recording in recordings}
+    shared_ending = endings.pop() if len(endings) == 1 else ""  # what all names end in tells none apart
+    rows: list[list[str]] = []
+    for recording in recordings:
+        ranges: list[str] = []
+        for name in names:
+            values = recording.signals.get(name)
+            ranges.append("" if values is None else _range(values))
+        rows.append([recording.name.removesuffix(shared_ending), f"{recording.rows:,}", *ranges])
+    title = f"{len(recordings)} logs; columns and signals are shown of the first"
+    return terminal.table(title, ["", "rows", *headings], rows, left=1)
+
+
+def tell_signals(recording: Recording, data: Dataset) -> None:
+    """What was decided while a log was read, its signals, and its segments where it has gaps."""
+    terminal.tell("\n".join(terminal.recording_lines([recording], most=50)))
+    signals = [(name, recording.units[name], values) for name, values in recording.signals.items()]
+    if "position" in recording.signals and "slip" not in recording.signals:
+        signals.append(("slip (derived)", data.units.slip, data.elements[0].slip))
+    rows: list[list[str]] = []
+    for name, unit, values in signals:
+        low, high, mean, _ = figures(values)
+        rows.append([name, unit or "1", terminal.number(low), terminal.number(high), terminal.number(mean)])
+    terminal.tell(terminal.table("Signals", ["name", "unit", "smallest", "largest", "mean"], rows, left=2))
+    if len(recording.segments) > 1:
+        terminal.tell(_segments(recording, data))
+
+
+def _segments(recording: Recording, data: Dataset) -> RichTable:
+    """The segments between gaps, with the field of each."""
+    import numpy as np
+
+    spans = data.clock.spans
+    rows: list[list[str]] = []
+    for number, span in enumerate(spans[:_MOST_SEGMENTS], start=1):
+        count = span.stop - span.start
+        begin = terminal.number(float(recording.time[span.start]), 5)
+        end = terminal.number(float(recording.time[span.stop - 1]), 5)
+        fields = np.concatenate([element.field[span.start : span.stop] for element in data.elements])
+        rows.append([str(number), f"{count:,}", begin, end, _range(fields)])
+    title = "Segments between gaps"
+    if len(spans) > _MOST_SEGMENTS:
+        title += f", the first {_MOST_SEGMENTS} of {len(spans)}"
+    field = terminal.with_unit("field", data.units.field)
+    return terminal.table(title, ["", "rows", "from [s]", "to [s]", field], rows)
+
+
+def _range(values: Array) -> str:
+    """Smallest and largest value; of a constant that value alone."""
+    low, high, _, _ = figures(values)
+    smallest, largest = terminal.number(low), terminal.number(high)
+    return smallest if smallest == largest else f"{smallest} .. {largest}"
+
+
+def tell_coverage(data: Dataset) -> None:
+    """Where all logs have rows, and what is odd in them."""
+    units = (data.units.field, data.units.slip)
+    for number, element in enumerate(data.elements, start=1):
+        of_element = f" of CH{number}" if len(data.elements) > 1 else ""
+        terminal.tell(terminal.coverage(element.field, element.slip, of_element, units))
+    terminal.tell(*findings(data), style="yellow")
+
+
+def findings(data: Dataset) -> list[str]:
+    """What is odd in a log, each with its level."""
+    from erclutch.fit.history import effort_finding
+    from erclutch.fit.sensor_check import sensor_findings
+
+    odd = list(sensor_findings(data))
+    memory = effort_finding(data)
+    if memory is not None:
+        odd.append(memory)
+    return [f"{finding.level}: {finding}" for finding in odd]
