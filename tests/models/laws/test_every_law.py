@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from erclutch.arithmetic.dual import Dual, partial_of, seed, value_of
 from erclutch.errors import SettingError
-from erclutch.models.laws import Law, ladder, law_from_name, law_names
+from erclutch.models.laws import Law, ladder, law_from_name, law_names, quick_laws
 from erclutch.models.laws.smooth import OFF_ZERO
 from erclutch.models.laws.yield_stress import CONSTANT, YIELD_FORMS
 from tests.support.examples import examples
@@ -162,6 +162,10 @@ def test_the_ladder_and_its_names() -> None:
     for specification in ladder():
         name = specification.partition("/")[0]
         assert name in law_names() or name.startswith("rbfm-")
+    # Laws that are fitted while a log grows are the simple ones of the ladder, in its order.
+    quick = quick_laws()
+    assert quick
+    assert list(quick) == [name for name in ladder() if name in quick]
     # The device decides on the form where none is given.
     assert "n" in [s.name for s in law_from_name("bingham", "single").shape]
     assert [s.name for s in law_from_name("bingham", "coaxial").shape] == ["w_s"]

@@ -7,6 +7,7 @@ for the coaxial pair (the paper's), power for a single one. With ``constant`` th
 
 from __future__ import annotations
 
+import math
 from contextlib import suppress
 from dataclasses import replace
 from typing import Any
@@ -34,6 +35,7 @@ __all__ = [
     "ladder",
     "law_from_name",
     "law_names",
+    "quick_laws",
     "shown_laws",
     "shown_of",
 ]
@@ -52,9 +54,15 @@ def families() -> dict[str, LawFamily]:
     Raises:
         PluginError: a law of another package cannot be loaded.
     """
-    found: dict[str, LawFamily] = {plugin.name: plugin.of_type(LawFamily) for plugin in registry.plugins(GROUP)}
-    last = max(place for family in found.values() for place in family.ladder.values()) + 1
-    return dict(sorted(found.items(), key=lambda item: (min(item[1].ladder.values(), default=last), item[0])))
+    by_name: dict[str, LawFamily] = {}
+    for plugin in registry.plugins(GROUP):
+        by_name[plugin.name] = plugin.of_type(LawFamily)
+
+    def place(name: str) -> tuple[float, str]:
+        """A law that is not on the ladder stands behind those that are."""
+        return min(by_name[name].ladder.values(), default=math.inf), name
+
+    return {name: by_name[name] for name in sorted(by_name, key=place)}
 
 
 def ladder() -> tuple[str, ...]:
@@ -62,9 +70,24 @@ def ladder() -> tuple[str, ...]:
 
     A law of another package is fitted where it is named: an installed package changes no figure, and breaks no fit.
     """
-    own = [plugin.of_type(LawFamily) for plugin in registry.plugins(GROUP) if plugin.own]
-    places = sorted((place, name) for family in own for name, place in family.ladder.items())
-    return tuple(name for _, name in places)
+    places: list[tuple[int, str]] = []
+    for _, family in _own_families():
+        places += [(place, specification) for specification, place in family.ladder.items()]
+    return tuple(specification for _, specification in sorted(places))
+
+
+def quick_laws() -> tuple[str, ...]:
+    """Our own laws whose numbers are known from few rows, from the simplest to the richest."""
+    places: list[tuple[int, str]] = []
+    for name, family in _own_families():
+        if family.quick:
+            places.append((min(family.ladder.values()), name))
+    return tuple(name for _, name in sorted(places))
+
+
+def _own_families() -> list[tuple[str, LawFamily]]:
+    own = [plugin for plugin in registry.plugins(GROUP) if plugin.own]
+    return [(plugin.name, plugin.of_type(LawFamily)) for plugin in own]
 
 
 def shown_of(name: str, family: LawFamily) -> tuple[str, ...]:
@@ -90,11 +113,17 @@ def at_one_field(specification: str, device: str = "single") -> str | None:
     if law_from_name(specification, device).yield_form is None:
         return None
     name, *options = specification.strip().lower().split("/")
-    steady = "/".join([name, CONSTANT.name, *(["forward"] if "forward" in options else [])])
+    steady = f"{name}/{CONSTANT.name}"
+    if "forward" in options:
+        steady += "/forward"
     law = law_from_name(steady, device)
     numbers = [typical(shape) for shape in law.shape]
-    weak, strong = (law.columns(np.full(_SLIPS.size, field), _SLIPS, *numbers) for field in (0.25, 1.0))
-    return steady if all(np.allclose(*pair) for pair in zip(weak, strong, strict=True)) else None
+    at_weak_field = law.columns(np.full(_SLIPS.size, 0.25), _SLIPS, *numbers)
+    at_strong_field = law.columns(np.full(_SLIPS.size, 1.0), _SLIPS, *numbers)
+    for weak, strong in zip(at_weak_field, at_strong_field, strict=True):
+        if not np.allclose(weak, strong):
+            return None
+    return steady
 
 
 def law_names() -> tuple[str, ...]:
@@ -124,11 +153,16 @@ def law_from_name(specification: str, device: str = "single") -> Law:
         law = family.law
     else:
         form = _yield_form(name, forms, device)
+        numbers = [] if number is None else [number]
         with plugin.working():
-            law = family.law(form, *(() if number is None else (number,)))
-    law = law if plugin.own else checked(law, plugin)
-    law = law if form is None else replace(law, yield_form=form)
-    return _forward(law) if "forward" in options else law
+            law = family.law(form, *numbers)
+    if not plugin.own:
+        law = checked(law, plugin)
+    if form is not None:
+        law = replace(law, yield_form=form)
+    if "forward" in options:
+        law = _forward(law)
+    return law
 
 
 def _plugin(name: str) -> tuple[Plugin, int | None]:
@@ -139,30 +173,38 @@ def _plugin(name: str) -> tuple[Plugin, int | None]:
         family = registry.find(GROUP, stem)
         if family.of_type(LawFamily).count is not None:
             return family, int(digits)
-    wanted = name if name in known else _aliases().get(name)
-    if wanted is None:
-        raise registry.unknown(GROUP, name, (*law_names(), "fnn-N", "rbfn-N"))
-    plugin = registry.find(GROUP, wanted)
+    if name not in known:
+        name = _of_alias(name)
+    plugin = registry.find(GROUP, name)
     return plugin, plugin.of_type(LawFamily).count
 
 
-def _aliases() -> dict[str, str]:
-    found: dict[str, str] = {}
+def _of_alias(alias: str) -> str:
+    """The name of the first law that has an alias.
+
+    Raises:
+        SettingError: none has it.
+    """
     for plugin in registry.plugins(GROUP):
-        with suppress(PluginError):  # one that is broken has no aliases
-            found.update({alias: plugin.name for alias in plugin.of_type(LawFamily).aliases if alias not in found})
-    return found
+        with suppress(PluginError):  # a law that is broken has no aliases
+            if alias in plugin.of_type(LawFamily).aliases:
+                return plugin.name
+    raise registry.unknown(GROUP, alias, (*law_names(), "fnn-N", "rbfn-N"))
 
 
 def _yield_form(name: str, forms: list[str], device: str) -> YieldForm:
-    wanted = forms or ["square" if device == "coaxial" else "power"]
-    form = YIELD_FORMS.get(wanted[0])
-    if form is None or len(wanted) > 1:
-        raise SettingError(
-            f"unknown yield stress {'/'.join(wanted)!r} in {name}/{'/'.join(wanted)!r}",
-            remedy=f"Write one of {', '.join(f'{name}/{known}' for known in YIELD_FORMS)}, each also with /forward",
-        )
-    return form
+    """The one form that is asked for, else the usual one of the device.
+
+    Raises:
+        SettingError: an unknown form, or several.
+    """
+    usual = "square" if device == "coaxial" else "power"
+    wanted = "/".join(forms) or usual
+    if wanted not in YIELD_FORMS:
+        known = ", ".join(f"{name}/{form}" for form in YIELD_FORMS)
+        problem = f"unknown yield stress {wanted!r} in {name}/{wanted!r}"
+        raise SettingError(problem, remedy=f"Write one of {known}, each also with /forward")
+    return YIELD_FORMS[wanted]
 
 
 def _forward(law: Law) -> Law:

@@ -33,4 +33,5 @@ data suffice to fit it, so judge every other model by how far it beats it. `bing
 Where all data lie on one side of $E_c$, the data do not identify $E_c$, and its interval says so.""",
     curves="w_s=0.05 n=2 T_y=1 eta=0.3",
     ladder={"bingham": 30, "bingham/critical": 40},
+    quick=True,
 )

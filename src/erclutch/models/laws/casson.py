@@ -48,4 +48,5 @@ LAW = LawFamily(
 instead of breaking. $r$ is the viscous effort over the yield effort: $\eta = r\,T_y$ is printed beside it.""",
     curves="w_s=0.05 r=0.3 n=2 T_y=1",
     ladder={"casson": 50},
+    quick=True,
 )

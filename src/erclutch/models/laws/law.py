@@ -157,6 +157,8 @@ class LawFamily:
             as the richer model. Ours have 10, 20, ... 110, and ``--models all`` fits these.
         aliases: further names.
         count: of a family such as rbfm-N: the N that the name without a number stands for.
+        quick: whether its numbers are few and known from few rows, so that it can be fitted while a log grows
+            (``erclutch live --program learn``).
     """
 
     law: Law | Callable[..., Law]
@@ -166,6 +168,7 @@ class LawFamily:
     ladder: Mapping[str, int] = field(default_factory=dict[str, int])
     aliases: tuple[str, ...] = ()
     count: int | None = None
+    quick: bool = False
 
 
 EFFORT = Dimension(effort=1)

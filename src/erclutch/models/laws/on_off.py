@@ -17,11 +17,13 @@ from erclutch.models.laws.smooth import TRANSITION_SLIP, direction
 _STEP_WIDTH = 0.02
 
 
-def _step(E: Any, E_on: Any) -> Any:
+def stimulus(E: Any, E_on: Any) -> Any:
+    """0 below the field E_on, and 1 above."""
     return 0.5 + 0.5 * np.tanh((np.abs(E) - E_on) / _STEP_WIDTH)
 
 
-def _columns(on: Any, w: Any, w_s: Any) -> tuple[Any, ...]:
+def columns(on: Any, w: Any, w_s: Any) -> tuple[Any, ...]:
+    """Columns of T_on and eta; ``on`` is the stimulus."""
     return on * direction(w, w_s), w
 
 
@@ -30,10 +32,10 @@ LAW = LawFamily(
         name="on-off",
         title="On-off step",
         source="practice, [8] of Huang and Ishikawa",
-        columns=_columns,
+        columns=columns,
         shape=(TRANSITION_SLIP,),
         gains=(Gain("T_on", "yield effort when on", EFFORT, part="yield"), VISCOSITY),
-        stimulus=_step,
+        stimulus=stimulus,
         stimulus_shape=(ShapeParameter("E_on", "field from which the device counts as on", 0.05, 0.95, FIELD),),
     ),
     formula="T_on sgn w + eta w where E > E_on, eta w below",

@@ -40,12 +40,17 @@ def checked(law: Any, plugin: Plugin) -> Law:
 
 
 def _try_out(law: Law, plugin: Plugin) -> None:
-    names = [p.name for p in (*law.stimulus_shape, *law.shape, *law.gains)]
+    names = [number.name for number in (*law.stimulus_shape, *law.shape, *law.gains)]
     if len(set(names)) < len(names):
         raise plugin.fault(f"has two parameters of one name: {', '.join(names)}")
-    field = _FIELDS if law.stimulus is None else law.stimulus(_FIELDS, *map(typical, law.stimulus_shape))
+    field = _FIELDS
+    if law.stimulus is not None:
+        field = law.stimulus(_FIELDS, *map(typical, law.stimulus_shape))
     columns: Any = law.columns(field, _SLIPS, *map(typical, law.shape))
-    given = f"{len(cast('tuple[Any, ...]', columns))} columns" if type(columns) is tuple else type(columns).__name__
+    given = type(columns).__name__
+    if type(columns) is tuple:
+        count = len(cast("tuple[Any, ...]", columns))
+        given = f"{count} columns"
     if given != f"{len(law.gains)} columns":
         gains = ", ".join(gain.name for gain in law.gains)
         raise plugin.fault(f"must return a tuple with a column for each of its gains ({gains}), it returns {given}")
@@ -57,4 +62,6 @@ def _try_out(law: Law, plugin: Plugin) -> None:
 def typical(shape: ShapeParameter) -> float:
     """A number from the middle of the usual range of a parameter."""
     low, high = shape.scanned
-    return float(np.sqrt(low * high)) if shape.scale == "log" else 0.5 * (low + high)
+    if shape.scale == "log":
+        return float(np.sqrt(low * high))
+    return 0.5 * (low + high)

@@ -12,11 +12,13 @@ from erclutch.models.laws.law import VISCOSITY, YIELD, Law, LawFamily
 from erclutch.models.laws.smooth import TRANSITION_SLIP, direction
 
 
-def _square(E: Any) -> Any:
+def stimulus(E: Any) -> Any:
+    """The square of the command."""
     return E * E
 
 
-def _columns(squared: Any, w: Any, w_s: Any) -> tuple[Any, ...]:
+def columns(squared: Any, w: Any, w_s: Any) -> tuple[Any, ...]:
+    """Columns of T_y and eta; ``squared`` is the stimulus."""
     return squared * direction(w, w_s), w
 
 
@@ -25,10 +27,10 @@ LAW = LawFamily(
         name="quadratic",
         title="Quadratic in E",
         source="practice, [9] and [10] of Huang and Ishikawa",
-        columns=_columns,
+        columns=columns,
         shape=(TRANSITION_SLIP,),
         gains=(YIELD, VISCOSITY),
-        stimulus=_square,
+        stimulus=stimulus,
     ),
     formula="T_y E^2 sgn w + eta w",
     about="""The practice that the paper argues against, as a baseline: the yield effort follows the square of the

@@ -55,12 +55,14 @@ class Symbolic(Operand):
 def _expression(x: Any) -> Any:
     if isinstance(x, Symbolic):
         return x.expression
-    # The regularisation at zero is no part of the published equation.
-    return sympy.Integer(0) if x in (TINY, OFF_ZERO) else _rational(x)
+    return _rational(x)
 
 
 @cache
 def _rational(x: float) -> Any:
+    """A number of a law's function as a fraction; the regularisation at zero is no part of the published equation."""
+    if x in (TINY, OFF_ZERO):
+        return sympy.Integer(0)
     return sympy.nsimplify(x, rational=True)
 
 
@@ -95,28 +97,29 @@ def equation(law: Law) -> Any:
 
 @lru_cache(maxsize=512)
 def _tidy(expression: Any) -> Any:
+    """Powers of powers and of products as single powers, with their exponents as sums."""
+
+    def is_power(part: Any) -> bool:
+        return bool(part.is_Pow)
+
+    def with_expanded_exponent(part: Any) -> Any:
+        return part.base ** sympy.expand(part.exp)
+
     flat = sympy.expand_power_base(sympy.powdenest(expression, force=True), deep=True)
-    return sympy.powsimp(flat, deep=True, force=True).replace(_is_power, _with_expanded_exponent)
-
-
-def _is_power(part: Any) -> bool:
-    return bool(part.is_Pow)
-
-
-def _with_expanded_exponent(part: Any) -> Any:
-    return part.base ** sympy.expand(part.exp)
-
-
-def _awkward(part: Any) -> bool:
-    return bool(part.is_Rational and part.q > 1000)
-
-
-def _to_four_digits(part: Any) -> Any:
-    return part.n(4)
+    single = sympy.powsimp(flat, deep=True, force=True)
+    return single.replace(is_power, with_expanded_exponent)
 
 
 def _short(expression: Any) -> Any:
-    return expression.replace(_awkward, _to_four_digits)
+    """Fractions that nobody reads to four digits."""
+
+    def is_awkward(part: Any) -> bool:
+        return bool(part.is_Rational and part.q > 1000)
+
+    def to_four_digits(part: Any) -> Any:
+        return part.n(4)
+
+    return expression.replace(is_awkward, to_four_digits)
 
 
 def short_equation(law: Law) -> Any:
@@ -151,16 +154,16 @@ def symbol_latex(name: str) -> str:
     return _WRITTEN.get(name) or str(sympy.latex(sympy.Symbol(name)))
 
 
-def _gathered(exponent: Any) -> Any:
-    """An exponential with its exponent as a product."""
-    return sympy.exp(sympy.factor(exponent))
-
-
 def equation_latex(law: Law) -> str:
     """The equation as LaTeX, gain times column in the law's own order."""
+
+    def gathered(exponent: Any) -> Any:
+        """An exponential with its exponent as a product."""
+        return sympy.exp(sympy.factor(exponent))
+
     written: list[str] = []
     for gain, column in _terms(law):
-        shown = _short(column.replace(sympy.exp, _gathered))
+        shown = _short(column.replace(sympy.exp, gathered))
         names = {symbol: symbol_latex(symbol.name) for symbol in shown.free_symbols}
         factor = str(sympy.latex(shown, symbol_names=names))
         if shown.is_Add:

@@ -9,11 +9,12 @@ from typing import Any
 import numpy as np
 
 from erclutch.models import model_file
-from erclutch.models.law_model import model_from_dict
+from erclutch.models.law_model import TorqueModel, model_from_dict
 from erclutch.models.networks import NetworkStructure, network_from_name
 from erclutch.models.networks.network_inputs import STRENGTH
 from erclutch.models.networks.network_model import KIND, NetworkModel, Scaling, table_shapes
 from erclutch.models.stages import slip_stages, stages_of
+from erclutch.signals.array import Array
 
 _STEEPEST = 10.0  # exponent of the field in a memory's strength
 
@@ -33,16 +34,20 @@ def _network_from(body: Mapping[str, Any], alone: bool) -> NetworkModel:
     strength = {name: model_file.number_of(body["dynamics"][name], name, positive=True) for name in names}
     if strength.get("n_m", 0.0) > _STEEPEST:
         raise ValueError(f"n_m is {strength['n_m']:g}, above {_STEEPEST:g}")
-    scaling, count = body["scaling"], len(structure.inputs)
-    weights = {
-        name: model_file.table_of(body["weights"][name], name, *shape)
-        for name, shape in table_shapes(structure).items()
-    }
+    scaling = body["scaling"]
+    count = len(structure.inputs)
+    weights: dict[str, Array] = {}
+    for name, shape in table_shapes(structure).items():
+        weights[name] = model_file.table_of(body["weights"][name], name, *shape)
     if np.any(np.abs(weights.get("spreads", 1.0)) < model_file.SMALLEST):  # squared, so the sign has no say
         raise ValueError("a spread is 0")
-    period = model_file.number_of(body["period_s"], "period_s", positive=True) if "period_s" in body else None
+    period: float | None = None
+    if "period_s" in body:
+        period = model_file.number_of(body["period_s"], "period_s", positive=True)
     units = model_file.units_of(body)
-    beyond = model_from_dict(body["beyond"]) if "beyond" in body else None
+    beyond: TorqueModel | None = None
+    if "beyond" in body:
+        beyond = model_from_dict(body["beyond"])
     if beyond is not None and (beyond.structure.device, beyond.units) != (structure.device, units):
         raise ValueError(f"the law {beyond.name} beyond the rows is of another device or has other units")
     if beyond is not None and not set(beyond.extras) <= set(structure.extras):
@@ -72,12 +77,16 @@ def _network_from(body: Mapping[str, Any], alone: bool) -> NetworkModel:
 
 def _stage_numbers_from(numbers: Mapping[str, Any], structure: NetworkStructure, period: float) -> dict[str, float]:
     """Numbers of the stages; those in the unit of the slip may be as large as they like."""
-    found: dict[str, float] = {}
-    for p in (p for stage in stages_of(structure.dynamics) for p in stage.parameters(period)):
-        found[p.name] = model_file.number_of(numbers[p.name], p.name, positive=p.lower > 0)
-        if found[p.name] < 0 or (not p.dimension.slip and found[p.name] > p.upper):
-            raise ValueError(f"{p.name} is {found[p.name]:g}, not from 0 to {p.upper:g}")
-    return found
+    of_stages: dict[str, float] = {}
+    for stage in stages_of(structure.dynamics):
+        for parameter in stage.parameters(period):
+            name = parameter.name
+            value = model_file.number_of(numbers[name], name, positive=parameter.lower > 0)
+            too_large = not parameter.dimension.slip and value > parameter.upper
+            if value < 0 or too_large:
+                raise ValueError(f"{name} is {value:g}, not from 0 to {parameter.upper:g}")
+            of_stages[name] = value
+    return of_stages
 
 
 def _structure_from(body: Mapping[str, Any]) -> NetworkStructure:

@@ -45,9 +45,10 @@ def drawn_table(limits: TableLimits, seconds: float, rng: np.random.Generator, l
         level: the most of the drive that a block draws, as a share.
     """
     rows = round(seconds * limits.rate)
+    block = round(_BLOCK * limits.rate)  # rows
     blocks: list[Array] = []
-    for start in range(0, rows, round(_BLOCK * limits.rate)):
-        length = min(round(_BLOCK * limits.rate), rows - start)
+    for start in range(0, rows, block):
+        length = min(block, rows - start)
         blocks.append(_block(limits, length, rng, level))
     table = np.concatenate(blocks)
     still = min(rows // 2, round(_REST * limits.rate))
@@ -71,7 +72,9 @@ def _block(limits: TableLimits, rows: int, rng: np.random.Generator, level: floa
     share = level * rng.uniform(_LEAST_LEVEL, 1.0)
 
     if limits.device == "single":
-        drive = share * min(1.0, limits.drive / _RATED) * both_ways_torque(rows, rng)
+        rated_share = min(1.0, limits.drive / _RATED)
+        drive = share * rated_share * both_ways_torque(rows, rng)
         return np.column_stack([np.abs(field), np.zeros(rows), drive])
-    drive = min(share * 2.0, limits.drive / _PAIR[1]) * torque_sequence(rows, rng, *_PAIR)
+    largest_share = limits.drive / _PAIR[1]
+    drive = min(share * 2.0, largest_share) * torque_sequence(rows, rng, *_PAIR)
     return np.column_stack([np.maximum(field, 0.0), np.maximum(-field, 0.0), drive])

@@ -62,23 +62,25 @@ class ForetoldMotion:
         self._last = rounds[-1]
         self._driven = all(each.drive is not None for each in rounds)
         speeds = [np.array(_speeds(each.rows)) for each in rounds]  # each (speeds, n)
-        self.largest = max(float(np.abs(each).max()) for each in speeds)
+        self.largest = max(_largest(of_round) for of_round in speeds)
         self._turn = 1e-3 * self.largest  # speed over which a direction turns
-        self._coefficients = self._learned(rounds, speeds) if self._driven else np.zeros((len(speeds[0]), 5))
+        self._coefficients = np.zeros((len(speeds[0]), 5))
+        if self._driven:
+            self._coefficients = self._learned(rounds, speeds)
         self._tabulate()
 
     def rows(self, tables: Array) -> list[Dataset]:
         """Rows that tables would bring, shape (tables, n, 3), from rest; the effort is zero."""
         speeds = self._simulated(tables) if self._driven else self._repeated(tables)
-        period = self._last.rows.period
-        device = self._last.rows.device
+        last = self._last.rows
+        count = len(tables[0])
+        clock = Clock(np.arange(count) * np.float64(last.period), (Span(0, count, last.period),))
+        no_effort = np.zeros(count)
         foretold: list[Dataset] = []
         for table, of_table in zip(tables, speeds, strict=True):
-            fields = (table[:, 0], table[:, 1])
-            slips = slips_of(device, list(of_table))
-            elements = tuple(Element(field, slip) for field, slip in zip(fields, slips, strict=False))
-            clock = Clock(np.arange(len(table)) * np.float64(period), (Span(0, len(table), period),))
-            foretold.append(Dataset(device, elements, np.zeros(len(table)), clock, self._last.rows.units))
+            slips = slips_of(last.device, list(of_table))
+            elements = tuple(Element(table[:, number], slip) for number, slip in enumerate(slips))
+            foretold.append(Dataset(last.device, elements, no_effort, clock, last.units))
         return foretold
 
     def _learned(self, rounds: Sequence[LoggedRound], speeds: Sequence[Array]) -> Array:
@@ -92,13 +94,15 @@ class ForetoldMotion:
                 middle = np.arange(span.start + half, span.stop - half)
                 change = of_round[:, middle + half] - of_round[:, middle - half]
                 wanted.append(change / (2 * half * each.rows.period))
-                known.append(self._terms(each.drive[middle], each.rows.effort[middle], of_round[:, middle]))
-        accelerations = np.concatenate(wanted, axis=1)
-        terms = np.concatenate(known, axis=1)
+                terms = self._terms(each.drive[middle], each.rows.effort[middle], of_round[:, middle])
+                known.append(terms)
+        all_accelerations = np.concatenate(wanted, axis=1)
+        all_terms = np.concatenate(known, axis=1)
         solve: Any = np.linalg.lstsq
         coefficients: list[Array] = []
-        for of_speed, acceleration in zip(terms, accelerations, strict=True):
-            coefficients.append(np.asarray(solve(of_speed, acceleration, rcond=None)[0], np.float64))
+        for terms, accelerations in zip(all_terms, all_accelerations, strict=True):  # a speed each
+            solution = solve(terms, accelerations, rcond=None)[0]
+            coefficients.append(np.asarray(solution, np.float64))
         return np.array(coefficients)
 
     def _terms(self, drive: Array, effort: Array, speeds: Array) -> Array:
@@ -107,14 +111,15 @@ class ForetoldMotion:
         of_speeds: list[Array] = []
         for load, speed in zip(loads, speeds, strict=True):
             direction = np.tanh(speed / self._turn)
-            of_speeds.append(np.column_stack([drive, load, direction, speed, np.ones_like(speed)]))
+            constant = np.ones_like(speed)
+            of_speeds.append(np.column_stack([drive, load, direction, speed, constant]))
         return np.array(of_speeds)
 
     def _tabulate(self) -> None:
         """Settled efforts of each element over field and slip; the others rest without field."""
         elements = self._last.rows.elements
-        strongest = max(float(np.abs(element.field).max()) for element in elements) or 1.0
-        fastest = _BEYOND * max(float(np.abs(element.slip).max()) for element in elements)
+        strongest = max(_largest(element.field) for element in elements) or 1.0
+        fastest = _BEYOND * max(_largest(element.slip) for element in elements)
         self._field_grid = np.linspace(0.0, strongest, _FIELDS)
         bent = np.sinh(np.linspace(-7.0, 7.0, _SLIPS))  # fine about zero, where the law turns
         self._slip_grid = fastest * bent / bent[-1]
@@ -125,14 +130,16 @@ class ForetoldMotion:
         for number in range(len(elements)):
             fields = [field if other == number else rest for other in range(len(elements))]
             slips = [slip if other == number else rest for other in range(len(elements))]
-            self._efforts.append(self.model.steady(fields, slips).reshape(_FIELDS, _SLIPS))
+            efforts = self.model.steady(fields, slips)
+            self._efforts.append(efforts.reshape(_FIELDS, _SLIPS))
         none = [np.zeros(1)] * len(elements)
         self._at_rest = float(self.model.steady(none, none)[0])  # counted with each element
 
     def _effort(self, fields: Array, speeds: Array) -> Array:
         """Settled effort, shape (tables,), of fields (elements, tables) and speeds (speeds, tables)."""
         slips = slips_of(self._last.rows.device, list(speeds))
-        total = np.full(speeds.shape[1], -self._at_rest * (len(slips) - 1))
+        counted_twice = self._at_rest * (len(slips) - 1)
+        total = np.full(speeds.shape[1], -counted_twice)
         for efforts, field, slip in zip(self._efforts, fields, slips, strict=True):
             field_at, field_share = _place(self._field_grid, field)
             slip_at, slip_share = _place(self._slip_grid, slip)
@@ -167,8 +174,10 @@ class ForetoldMotion:
             for number in range(numbers):
                 nudged = speeds.copy()
                 nudged[number] += nudge
-                slope = (self._acceleration(fields, drive, nudged)[number] - now[number]) / nudge
-                change[number] = step * now[number] / (1.0 - step * np.minimum(slope, 0.0))
+                after = self._acceleration(fields, drive, nudged)
+                slope = (after[number] - now[number]) / nudge
+                stiffness = 1.0 - step * np.minimum(slope, 0.0)
+                change[number] = step * now[number] / stiffness
             speeds = np.clip(speeds + change, -limit, limit)
         return out
 
@@ -183,8 +192,15 @@ def _speeds(rows: Dataset) -> list[Array]:
     return speeds_of(rows.device, [element.slip for element in rows.elements])
 
 
+def _largest(values: Array) -> float:
+    """By size."""
+    return float(np.abs(values).max())
+
+
 def _place(grid: Array, at: Array) -> tuple[Cells, Array]:
     """Which cell of a grid, and how far in it from 0 to 1."""
     within = np.clip(at, grid[0], grid[-1])
-    cell = np.clip(np.searchsorted(grid, within, side="right") - 1, 0, grid.size - 2).astype(np.intp)
-    return cell, (within - grid[cell]) / (grid[cell + 1] - grid[cell])
+    below = np.searchsorted(grid, within, side="right") - 1
+    cell = np.clip(below, 0, grid.size - 2).astype(np.intp)
+    width = grid[cell + 1] - grid[cell]
+    return cell, (within - grid[cell]) / width

@@ -25,15 +25,14 @@ from erclutch.fit.one_thread import one_thread
 from erclutch.fit.outcome import FitOutcome
 from erclutch.logs.dataset import Dataset, joined
 from erclutch.models.law_model import TorqueModel
-from erclutch.models.laws import law_from_name
+from erclutch.models.laws import law_from_name, quick_laws
 from erclutch.models.structure import Structure
 from erclutch.signals.array import Array
 from erclutch.wings.design.information import Knowledge
 from erclutch.wings.live.learning.drawn_tables import TableLimits, drawn_table
 from erclutch.wings.live.learning.foretold_motion import ForetoldMotion, LoggedRound
 
-#: Laws that few rows suffice for; the second is taken where it lowers the error by so much.
-_LAWS = ("bingham", "casson")
+#: A richer law is taken where it lowers the error to this share.
 _BETTER = 0.98
 #: Stages that the ladder tries: all of them would take minutes between two rounds.
 _MEMORY = ("dahl/field", "lugre/field", "inertia", "effort-lag")
@@ -289,7 +288,7 @@ def _fitted(known: Dataset) -> FitOutcome[TorqueModel]:
     one_way = all(bool(np.all(element.slip >= 0.0)) for element in known.elements)
     single = known.device == "single" and not one_way
     chosen: FitOutcome[TorqueModel] | None = None
-    for name in _LAWS:
+    for name in quick_laws():
         structure = Structure(known.device, name, law_from_name(name, known.device), "lag", single, single)
         tried = fit_structure(known, structure, intervals=False)
         if chosen is None or tried.train_cost < _BETTER**2 * chosen.train_cost:
