@@ -359,7 +359,7 @@ def test_the_field_for_the_next_step_gives_its_effort(
 
 @pytest.mark.parametrize("label", slow_but(AHEAD[:1], AHEAD[:3]))
 def test_behind_a_dead_time_the_next_effort_is_out_of_reach(models: dict[str, Model], label: str) -> None:
-    from erclutch.export.c.c_source import header
+    from erclutch.export.c.c_header import header
 
     made = program(_with_delay(models[label], 1.3e-3))
     assert not feels_next_field(made)

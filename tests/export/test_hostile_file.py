@@ -14,7 +14,8 @@ import pytest
 
 from erclutch.errors import ErclutchError, RunError
 from erclutch.export import ExportOptions, export_model, step_of
-from erclutch.export.c.c_source import header, source
+from erclutch.export.c.c_header import header
+from erclutch.export.c.c_source import source
 from erclutch.export.export_folder import read_export
 from erclutch.models.band import Band
 from erclutch.models.law_model import TorqueModel

@@ -20,7 +20,8 @@ from hypothesis import strategies as st
 
 from erclutch.errors import ErclutchError, RunError, printable
 from erclutch.export import ExportOptions, export_model, step_of
-from erclutch.export.c.c_source import header, source
+from erclutch.export.c.c_header import header
+from erclutch.export.c.c_source import source
 from erclutch.export.encode import c_string, comment, markup, matlab_string
 from erclutch.fit.comparison import Settings, compare
 from erclutch.logs import read, read_table

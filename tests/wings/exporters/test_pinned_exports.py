@@ -21,7 +21,7 @@ import pytest
 
 from erclutch._version import __version__
 from erclutch.arithmetic.precision import FLOAT32, FLOAT64
-from erclutch.export.c import c_source
+from erclutch.export.c import c_header
 from erclutch.export.c.compilers import Compiler
 from erclutch.export.cost import operations, state_bytes
 from erclutch.export.exported_step import ExportedStep, ExportOptions
@@ -119,7 +119,7 @@ def texts(step: ExportedStep, folder: Path, patch: pytest.MonkeyPatch) -> dict[s
     patch.setattr(c, "vectors_header", lambda *_: "")  # numbers are looked at below
     for module in (c, cpp):
         patch.setattr(module, "vectors_of", lambda _: None)
-    patch.setattr(c_source, "measured", lambda _: (1.25e-9, 2.5e-9))
+    patch.setattr(c_header, "measured", lambda _: (1.25e-9, 2.5e-9))
     patch.setattr(Compiler, "build", lambda _, sources, out, *flags: out.write_bytes(" ".join(flags).encode()))
     found: dict[str, dict[str, str]] = {}
     for to in ("c", "python", "cpp", "simulink", "mujoco"):

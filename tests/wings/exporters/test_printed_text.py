@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from erclutch.export.c.c_header import header
 from erclutch.export.c.c_printer import table
-from erclutch.export.c.c_source import header
 from erclutch.export.exported_step import ExportOptions
 from erclutch.export.step_numbers import band_of, run
 from erclutch.export.step_record import step_of, step_record

@@ -10,13 +10,28 @@ from erclutch.export.exported_step import ExportedStep
 from erclutch.export.step_record import feels_state, next_record, search_record, settled_record, step_record
 
 
-def head(step: ExportedStep, n: str) -> str:
+def inverse(step: ExportedStep, n: str) -> str:
+    """The search for a field."""
+    search = step.search
+    ends = [end for end in (search.plus, search.minus) if end != search.origin]
+    strides = [step.precision.constant((end - search.origin) / search.segments) for end in ends]
+    parts = [
+        _slips(step, n),
+        _miss(step, n),
+        _close(step, n),
+        table(f"{n}real", f"{n}steps", strides),
+        _search(step, n, len(ends)),
+    ]
+    return "\n".join(parts)
+
+
+def _slips(step: ExportedStep, n: str) -> str:
     """Slips and further inputs within their windows, and whether one was outside."""
-    inputs = {f"u{i}": f"input[{i}]" for i in range(len(step.inputs))}
+    inputs = {f"u{place}": f"input[{place}]" for place in range(len(step.inputs))}
     printer = Printer(n, step.precision, search_record(step), inputs)
     lines = list(printer.lines())
     *held, outside = printer.results()
-    lines += [f"w[{k}] = {text};" for k, text in enumerate(held)]
+    lines += [f"w[{place}] = {text};" for place, text in enumerate(held)]
     lines.append(f"return ({outside}) * {n.upper()}OUTSIDE_RANGE;")
     count = _signals_at_rest(step)
     return f"""/* Slips and further inputs near their training ranges. */
@@ -27,27 +42,12 @@ static uint32_t {n}slips(const {n}real input[{n.upper()}INPUTS], {n}real w[{coun
 """
 
 
-def inverse(step: ExportedStep, n: str) -> str:
-    """The search for a field."""
-    search = step.search
-    ends = [end for end in (search.plus, search.minus) if end != search.origin]
-    strides = [step.precision.constant((end - search.origin) / search.segments) for end in ends]
-    parts = [
-        head(step, n),
-        _miss(step, n),
-        _close(step, n),
-        table(f"{n}real", f"{n}steps", strides),
-        _search(step, n, len(ends)),
-    ]
-    return "\n".join(parts)
-
-
 def _state(step: ExportedStep, n: str) -> str:
     """The parameter of the state, ahead of others; only where it makes a difference."""
     return f"const {n}state *state, " if feels_state(step) else ""
 
 
-def _given(step: ExportedStep) -> str:
+def _state_given(step: ExportedStep) -> str:
     """The state as an argument, ahead of others."""
     return "state, " if feels_state(step) else ""
 
@@ -66,15 +66,17 @@ def _miss(step: ExportedStep, n: str) -> str:
     """By how much a field misses the wanted effort, and the magnitude of a number."""
     zero = f"0.0{step.precision.suffix}"
     count = _signals_at_rest(step)
-    names = {f"w{i}": f"w[{i}]" for i in range(count)}
+    names = {f"w{place}": f"w[{place}]" for place in range(count)}
     printer = Printer(n, step.precision, settled_record(step), names)
-    name = "rest_miss" if feels_state(step) else "miss"
+    name, of_next = "miss", ""
+    if feels_state(step):
+        name, of_next = "rest_miss", _next_miss(step, n)
     return f"""/* Effort at rest for a signed field, less the wanted one. */
 static {n}real {n}{name}({n}real field, const {n}real w[{count}], {n}real wanted)
 {{
 {_difference(printer)}
 }}
-{_next_miss(step, n) if feels_state(step) else ""}
+{of_next}
 static {n}real {n}magnitude({n}real x)
 {{
     return (x < {zero}) ? -x : x;
@@ -110,11 +112,15 @@ static {n}real {n}miss(const {n}state *state, {n}real field, const {n}real w[{co
 
 
 def _close(step: ExportedStep, n: str) -> str:
-    search, w = step.search, held_count(step)
+    search = step.search
+    w = held_count(step)
     suffix = step.precision.suffix
-    zero, half = f"0.0{suffix}", f"0.5{suffix}"
-    tolerance, width = step.precision.constant(search.tolerance), step.precision.constant(search.width)
-    state, given = _state(step, n), _given(step)
+    zero = f"0.0{suffix}"
+    half = f"0.5{suffix}"
+    tolerance = step.precision.constant(search.tolerance)
+    width = step.precision.constant(search.width)
+    state = _state(step, n)
+    given = _state_given(step)
     most = search.most
     about = f"The field between a and b where the miss crosses zero: secants and halvings in turn, {most} at most"
     return f"""/* {about}. */
@@ -162,10 +168,13 @@ static {n}real {n}close({state}const {n}real w[{w}], {n}real wanted, const {n}re
 
 
 def _search(step: ExportedStep, n: str, sides: int) -> str:
-    search, w = step.search, held_count(step)
+    search = step.search
+    w = held_count(step)
     zero = f"0.0{step.precision.suffix}"
-    origin, tolerance = step.precision.constant(search.origin), step.precision.constant(search.tolerance)
-    state, given = _state(step, n), _given(step)
+    origin = step.precision.constant(search.origin)
+    tolerance = step.precision.constant(search.tolerance)
+    state = _state(step, n)
+    given = _state_given(step)
     return f"""/* Brackets outward from {search.origin:.6g}, so the field found is the one nearest to it. */
 static uint32_t {n}search({state}const {n}real w[{w}], {n}real wanted, {n}real *field)
 {{

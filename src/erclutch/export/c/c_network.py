@@ -22,16 +22,24 @@ def network(model: NetworkModel, n: str, p: Precision) -> str:
         p: precision of the C.
     """
     folded = model.folded
-    return "\n".join(
-        [
-            *(table(f"{n}real", f"{n}{name}", numbers) for name, numbers in _tables(folded, p).items()),
-            f"/* The effort's scale lies in the tables{'.' if _is_rbfn(folded) else ', and those of the inputs.'} */",
-            f"static {n}real {n}network({_parameters(folded, n)})",
-            "{",
-            indented([*_declarations(folded, n, p), *_moved_inputs(folded, n, p), *_forward(folded, n, p)]),
-            "}\n",
-        ]
-    )
+    tables = [table(f"{n}real", f"{n}{name}", numbers) for name, numbers in _tables(folded, p).items()]
+    about = "The effort's scale lies in the tables, and those of the inputs."
+    if _is_rbfn(folded):
+        about = "The effort's scale lies in the tables."
+    count = len(folded.structure.inputs)
+    parameters = f"const {n}real v[{count}]"
+    if _is_written_out(folded):
+        parameters = ", ".join(f"{n}real v{j}" for j in range(count))
+    body = [*_declarations(folded, n, p), *_moved_inputs(folded, n, p), *_forward(folded, n, p)]
+    lines = [
+        *tables,
+        f"/* {about} */",
+        f"static {n}real {n}network({parameters})",
+        "{",
+        indented(body),
+        "}\n",
+    ]
+    return "\n".join(lines)
 
 
 def _is_rbfn(model: NetworkModel) -> bool:
@@ -72,30 +80,18 @@ def _tables(model: NetworkModel, p: Precision) -> dict[str, list[str]]:
 # --- head of the function ---------------------------------------------------------------------------------------------
 
 
-def _parameters(model: NetworkModel, n: str) -> str:
-    count = len(model.structure.inputs)
-    if _is_written_out(model):
-        return ", ".join(f"{n}real v{j}" for j in range(count))
-    return f"const {n}real v[{count}]"
-
-
 def _declarations(model: NetworkModel, n: str, p: Precision) -> Iterator[str]:
+    widths = [len(model.structure.inputs)]  # of what each layer takes
+    if not _is_rbfn(model):
+        widths += model.structure.hidden[:-1]
     yield "uint32_t i;"
-    if _has_inner_loops(model):
+    if max(widths) > WRITTEN_OUT:  # a line of C does not write them out
         yield "uint32_t j;"
     for layer, neurons in enumerate(model.structure.hidden, start=1):
         yield f"{n}real a{layer}[{neurons}];"
     zero = _zero(p)
     yield f"{n}real s[4] = {{{zero}, {zero}, {zero}, {zero}}};"
     yield f"{n}real total;"
-
-
-def _has_inner_loops(model: NetworkModel) -> bool:
-    """Whether some layer has more inputs than a line of C writes out."""
-    widths = [len(model.structure.inputs)]
-    if not _is_rbfn(model):
-        widths += model.structure.hidden[:-1]
-    return max(widths) > WRITTEN_OUT
 
 
 def _moved_inputs(model: NetworkModel, n: str, p: Precision) -> Iterator[str]:

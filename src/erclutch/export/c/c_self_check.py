@@ -47,10 +47,13 @@ def exact_function(n: str, p: Precision) -> str:
     # float64 the step is less than float32 can add to 1: so constants that became float32 show, too.
     step = 2.0 ** -(p.fraction // 2 + 3)
     # The first odd number whose reciprocal, rounded, is not what it is divided by.
-    odd = next(k for k in range(3, 999, 2) if number(1.0) / number(k) * number(k) != number(1.0))
-    numbers = ", ".join(p.constant(x) for x in (1.0, tiny, 1.0 + step, 1.0 - step, float(odd)))
-    odd_text = p.constant(float(odd))
-    step_bits = f"0x{int(np.asarray(step, p.dtype).view(p.bits)):x}{p.bits_suffix}"
+    odd = 3.0
+    while number(1.0) / number(odd) * number(odd) == number(1.0):
+        odd += 2.0
+    numbers = ", ".join(p.constant(value) for value in (1.0, tiny, 1.0 + step, 1.0 - step, odd))
+    odd_text = p.constant(odd)
+    bits = int(np.asarray(step, p.dtype).view(p.bits))
+    step_bits = f"0x{bits:x}{p.bits_suffix}"
     return f"""/* 1 where the compiler kept the arithmetic of this file, else 0: each operation is rounded to nearest by
    itself, in the order of the brackets. The numbers are read as if they could change: no compiler can know the results
    ahead, so these operations are done as all others are. */

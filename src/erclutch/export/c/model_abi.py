@@ -31,16 +31,18 @@ _CALLED = {
 def wrapper(step: ExportedStep) -> str:
     """NAME_abi.c: erc_model_* around the step."""
     n = step.name
-    declared = [*(f"{function}(void)" for function in _ASKED), _EXACT, _RESET, *_CALLED, _RUN]
-    switch = ""
+    asked = [f"{function}(void)" for function in _ASKED]
+    declared = [*asked, _EXACT, _RESET, *_CALLED, _RUN]
+    further = ""  # functions that not every model has
     if step.model.correction is not None:
         declared.append(_SWITCH)
-        switch = f"\n{_SWITCH}\n{{\n    {n}_use_residual(({n}_state *)state, on);\n}}\n"
+        further += f"\n{_SWITCH}\n{{\n    {n}_use_residual(({n}_state *)state, on);\n}}\n"
     if step.alarms:
         declared.append(_BAND)
-        held = f"((const {n}_state *)state)"
-        ends = f"    band[0] = (double){held}->low;\n    band[1] = (double){held}->high;\n"
-        switch += f"\n{_BAND}\n{{\n{ends}}}\n"
+        of_state = f"((const {n}_state *)state)"
+        ends = f"    band[0] = (double){of_state}->low;\n    band[1] = (double){of_state}->high;\n"
+        further += f"\n{_BAND}\n{{\n{ends}}}\n"
+    declarations = "".join(f"EXPORT {function};\n" for function in declared)
     return f"""/* The model ABI, version {VERSION}: {n} behind names that are the same for every model. */
 #include <stddef.h>
 
@@ -52,9 +54,9 @@ def wrapper(step: ExportedStep) -> str:
 #define EXPORT __attribute__((visibility("default")))
 #endif
 
-{"".join(f"EXPORT {function};{chr(10)}" for function in declared)}
+{declarations}
 {_about(n)}
-{_calls(n, len(step.inputs))}{switch}"""
+{_calls(n, len(step.inputs))}{further}"""
 
 
 def _about(n: str) -> str:

@@ -11,8 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from erclutch.errors import ExportError
+from erclutch.export.c.c_header import header
 from erclutch.export.c.c_printer import table
-from erclutch.export.c.c_source import header, source
+from erclutch.export.c.c_source import source
 from erclutch.export.c.compilers import STRICT, Compiler, foreign, natives, run
 from erclutch.export.exported_step import ExportedStep
 from erclutch.export.step_vectors import Vectors, vectors_of

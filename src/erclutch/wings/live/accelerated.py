@@ -36,25 +36,32 @@ def _runner() -> Callable[..., None]:
 
     step = step_function()
 
+    # fmt: off
     @numba.njit(nogil=True, error_model="numpy")
     def run(
-        core: Any, state: Any, parts: Any, locked: Any, hand: Any, rotary: Any, noise: Any, first: Any,
-        dt: Any, steps: Any, words: Any, numbers: Any, command: Any, frames: Any, other: Any,
-    ) -> None:  # fmt: skip
+        core: Any, state: Any, parts: Any,  # what is changed: the core, the twin; and what the twin is made of
+        locked: Any, hand: Any, rotary: Any, noise: Any,  # how the rig is held and read
+        first: Any, dt: Any, steps: Any,  # number of the first row; the twin's steps a row, and the time of each
+        words: Any, numbers: Any,  # a sample, as integers and as numbers
+        command: Any, frames: Any, other: Any,  # what comes out
+    ) -> None:
         row = np.zeros(7)
-        turns = 2.0 * math.pi / parts.screw.lead
+        turns = 2.0 * math.pi / parts.screw.lead  # rad of the shaft a metre of the table
         for k in range(noise.size):
             sense(state, parts, noise[k], row)
+            by_table = row[4] * turns
+            by_shaft = row[5]
             if hand.size:
                 state[OMEGA_L] = hand[min(first + k, hand.size - 1)]
             words[_SEQ] = first + k + 1
             words[_TIME] = (first + k + 1) * 1000000
             numbers[_THETA] = row[3]
-            numbers[_ALPHA] = row[5] if rotary else row[4] * turns
+            numbers[_ALPHA] = by_shaft if rotary else by_table
             numbers[_TORQUE] = row[6]
-            other[k] = row[4] * turns if rotary else row[5]
+            other[k] = by_table if rotary else by_shaft
             step(core.ctypes, words.ctypes, 1, first + k, 0, 0, command.ctypes, frames[k].ctypes)
             advance(state, parts, command[_FIELD1], command[_FIELD2], command[_MOTOR], locked, dt, steps)
+    # fmt: on
 
     return run
 
@@ -92,12 +99,17 @@ class AcceleratedRun:
     ) -> None:
         self.core = Core(settings, model)
         self._run = _runner()
-        self._parts = single_clutch(parts_of(rig)) if single else parts_of(rig)
+        self._parts = parts_of(rig)
+        if single:
+            self._parts = single_clutch(self._parts)
         self._steps = substeps(rig)
         self._state = np.zeros(SIZE)
         self._state[OMEGA] = speed
-        self._locked, self._rotary = locked or hand is not None, rotary
-        self._hand = np.zeros(0) if hand is None else np.ascontiguousarray(hand, np.float64)
+        self._rotary = rotary
+        self._locked = locked or hand is not None
+        self._hand = np.zeros(0)
+        if hand is not None:
+            self._hand = np.ascontiguousarray(hand, np.float64)
         self._random = np.random.default_rng(seed)
         self._sample = np.zeros(SAMPLE.itemsize // 8, np.uint64)
         self._command = np.zeros(COMMAND.itemsize // 8)
@@ -118,16 +130,23 @@ class AcceleratedRun:
             Frames, dtype `FRAME`, shape (rows,), with times as if each step had been on time; and the other encoder's
             alpha in rad, shape (rows,).
         """
-        words, other = np.zeros((rows, _WORDS)), np.empty(rows)
+        words = np.zeros((rows, _WORDS))
+        other = np.empty(rows)
         noise = self._random.standard_normal(rows)
+        # fmt: off
         self._run(
-            self.core.memory, self._state, self._parts, self._locked, self._hand, self._rotary, noise, self._rows,
-            PERIOD / self._steps, self._steps, self._sample, self._sample.view(np.float64), self._command, words, other,
-        )  # fmt: skip
+            self.core.memory, self._state, self._parts,
+            self._locked, self._hand, self._rotary, noise,
+            self._rows, PERIOD / self._steps, self._steps,
+            self._sample, self._sample.view(np.float64),
+            self._command, words, other,
+        )
+        # fmt: on
         frames = words.view(FRAME).reshape(rows)
         frames["seq"] = np.arange(self._rows, self._rows + rows)
         frames["time_ns"] = frames["seq"] * np.uint64(round(PERIOD * 1e9))
-        frames["lateness_ns"] = frames["step_ns"] = 0
+        frames["lateness_ns"] = 0
+        frames["step_ns"] = 0
         self._rows += rows
         return frames, other
 

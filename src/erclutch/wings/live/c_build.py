@@ -72,8 +72,11 @@ def build(
         CompilerError: none is there, it failed, or the cache cannot be written.
     """
     chosen = compiler or find_compiler()
-    options = [*FLAGS, *chosen.flags, *flags, *(shared_flags(Path(name)) if shared else ())]
-    headers = sorted({h for s in sources for h in s.parent.glob("*.h")})
+    options = [*FLAGS, *chosen.flags, *flags]
+    if shared:
+        options += shared_flags(Path(name))
+    folders = {source.parent for source in sources}
+    headers = sorted(header for folder in folders for header in folder.glob("*.h"))
     parts = [_version(chosen), *chosen.command, *options, *libraries]
     digest = hashlib.sha256("\0".join(parts).encode())
     for file in (*sources, *headers):
@@ -82,12 +85,14 @@ def build(
     words = [*chosen.command, *options, *map(str, sources)]
 
     def compiled(folder: Path) -> Path:
+        made = folder / name
+        problem = f"{' '.join(chosen.command)} failed"
+        remedy = 'Set CC to another compiler, or pip install "erclutch[live]", which brings one'
         try:
-            remedy = 'Set CC to another compiler, or pip install "erclutch[live]", which brings one'
-            run([*words, "-o", str(folder / name), *libraries], f"{' '.join(chosen.command)} failed", remedy)
+            run([*words, "-o", str(made), *libraries], problem, remedy)
         except ExportError as error:
             raise CompilerError(error.problem, where=name, remedy=error.remedy) from error
-        return folder / name
+        return made
 
     return cached(target, compiled)
 
@@ -102,8 +107,12 @@ def cached(target: Path, make: Callable[[Path], Path]) -> Path:
     Raises:
         CompilerError: the cache cannot be written.
     """
-    if _whole(target):
-        return target
+    try:
+        kept_digest = _digest_of(target).read_text(encoding="ascii")
+        if hashlib.sha256(target.read_bytes()).hexdigest() == kept_digest:
+            return target
+    except (OSError, ValueError):
+        pass  # it is not there, or not whole
     try:
         target.parent.parent.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryDirectory(prefix=".building-", dir=target.parent.parent) as folder:
@@ -124,18 +133,13 @@ def _digest_of(made: Path) -> Path:
     return made.with_name(f"{made.name}.sha256")
 
 
-def _whole(target: Path) -> bool:
-    try:
-        return hashlib.sha256(target.read_bytes()).hexdigest() == _digest_of(target).read_text(encoding="ascii")
-    except (OSError, ValueError):
-        return False
-
-
 def loop_program(compiler: Compiler | None = None) -> Path:
     """The loop, ready to run."""
-    return build("erclutch-loop", sorted(SOURCES.glob("*.c")), libraries=("-lm", "-ldl"), compiler=compiler)
+    sources = sorted(SOURCES.glob("*.c"))
+    return build("erclutch-loop", sources, libraries=("-lm", "-ldl"), compiler=compiler)
 
 
 def core_library(compiler: Compiler | None = None) -> Path:
     """The loop's core as a library."""
-    return build("liberclutch-core.so", [SOURCES / name for name in CORE], shared=True, compiler=compiler)
+    sources = [SOURCES / name for name in CORE]
+    return build("liberclutch-core.so", sources, shared=True, compiler=compiler)

@@ -47,9 +47,18 @@ def _loaded() -> ctypes.CDLL:
 @cache
 def step_function() -> Any:
     """``erc_core_step`` with its argument types, for compiled callers; all cores share it."""
-    address, word, long = ctypes.c_void_p, ctypes.c_uint32, ctypes.c_uint64
     function = _loaded().erc_core_step
-    function.argtypes, function.restype = (address, address, word, long, long, word, address, address), None
+    function.restype = None
+    function.argtypes = (
+        ctypes.c_void_p,  # the core
+        ctypes.c_void_p,  # samples,
+        ctypes.c_uint32,  # and how many
+        ctypes.c_uint64,  # number of the deadline
+        ctypes.c_uint64,  # by how many ns the loop woke after it
+        ctypes.c_uint32,
+        ctypes.c_void_p,  # what comes out: the command,
+        ctypes.c_void_p,  # and the frame
+    )
     return function
 
 
@@ -68,16 +77,20 @@ class Core:
     def __init__(self, settings: LoopSettings, model: Path | None = None) -> None:
         self._library = _loaded()
         lib = self._library
-        lib.erc_core_size.restype = lib.erc_core_config_size.restype = ctypes.c_uint32
-        lib.erc_core_state.restype = ctypes.c_uint32
+        for function in (lib.erc_core_size, lib.erc_core_config_size, lib.erc_core_state):
+            function.restype = ctypes.c_uint32
         config, self._table = config_of(settings)
         assert lib.erc_core_config_size() == CONFIG.itemsize
         self._memory = np.zeros(lib.erc_core_size() // 8 + 1)
-        self._model = None if model is None else _Model(model)  # its memory must live as long as the core
         self._core = ctypes.c_void_p(self._memory.ctypes.data)
         table = ctypes.c_void_p(self._table.ctypes.data)
-        lib.erc_core_init(self._core, config, table, self._model.pointers if self._model else None)
-        self._command, self._frame = np.zeros(1, COMMAND), np.zeros(1, FRAME)
+        pointers: Any = None
+        if model is not None:
+            self._model = _Model(model)  # its memory must live as long as the core
+            pointers = self._model.pointers
+        lib.erc_core_init(self._core, config, table, pointers)
+        self._command = np.zeros(1, COMMAND)
+        self._frame = np.zeros(1, FRAME)
         self._out = (self._command.ctypes.data, self._frame.ctypes.data)
         self._step = step_function()
 

@@ -56,10 +56,12 @@ class Observers(contextlib.AbstractContextManager["Observers"]):
         self._ended = threading.Event()
         self._lock = threading.RLock()
         self.recordings = Recordings(ring, folder, self.say)
-        limits = CommandLimits(tuple(name for name, *_ in programs), motor_limit)
-        texts = [{"name": name, "text": text, "reference": unit} for name, text, unit in programs]
-        shown = {"programs": texts, "stroke": stroke, "lead": lead}
-        self.page = PageProcess(str(ring), limits, port=port, shown=shown) if page else None
+        self.page: PageProcess | None = None
+        if page:
+            limits = CommandLimits(tuple(name for name, *_ in programs), motor_limit)
+            texts = [{"name": name, "text": text, "reference": unit} for name, text, unit in programs]
+            shown = {"programs": texts, "stroke": stroke, "lead": lead}
+            self.page = PageProcess(str(ring), limits, port=port, shown=shown)
         self._thread = threading.Thread(target=self._look_after, daemon=True)
         self._thread.start()
 
@@ -108,13 +110,15 @@ class Observers(contextlib.AbstractContextManager["Observers"]):
                 self.page.tell(self._state())
 
     def _state(self) -> dict[str, Any]:
-        progress = self.recordings.progress
-        recording = {
+        recording: dict[str, Any] = {
             "on": self.recordings.running,
             "folder": str(self.recordings.folder),
             "files": [path.name for path in self.recordings.files[-20:]],
-            **({} if progress is None else {**asdict(progress), "path": Path(progress.path).name}),
         }
+        progress = self.recordings.progress
+        if progress is not None:
+            recording |= asdict(progress)
+            recording["path"] = Path(progress.path).name
         return {"recording": recording, "notes": self._notes[-_NOTES:]}
 
     def close(self) -> None:

@@ -144,13 +144,14 @@ def transitions(settings: LoopSettings = _PUSH, model: Path | None = None) -> It
             assert played.core.state == state
             frame = played.play(periods)
             names = tuple(name for name, bit in EVENT_BITS.items() if frame["events"] & bit)
-            after = State.STOPPED if "stopping" in names else State(played.core.state)
-            yield Transition(state, event, after, _field(names, float(frame["field1"]), after), names)
-
-
-def _field(names: tuple[str, ...], field: float, after: State) -> str:
-    if after is not State.RUNNING or field == 0.0:
-        return "zero"
-    if "degrade" in names:
-        return "reduced"
-    return "held" if "hold" in names else "by the program"
+            after = State(played.core.state)
+            if "stopping" in names:
+                after = State.STOPPED
+            field = "by the program"
+            if after is not State.RUNNING or frame["field1"] == 0.0:
+                field = "zero"
+            elif "degrade" in names:
+                field = "reduced"
+            elif "hold" in names:
+                field = "held"
+            yield Transition(state, event, after, field, names)

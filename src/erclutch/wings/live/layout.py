@@ -43,8 +43,8 @@ CONSTANTS: dict[str, int] = dict(_constants())
 
 def _structs() -> dict[str, np.dtype[Any]]:
     """Each struct of the header as a dtype."""
-    types: dict[str, Any] = dict(_TYPES)
-    found: dict[str, np.dtype[Any]] = {}
+    types: dict[str, Any] = dict(_TYPES)  # a struct may have others as members
+    structs: dict[str, np.dtype[Any]] = {}
     for body, struct in _STRUCT.findall(_HEADER):
         fields: list[Any] = []
         for kind, names in _MEMBERS.findall(body):
@@ -57,9 +57,9 @@ def _structs() -> dict[str, np.dtype[Any]]:
                     fields.append((name, types[kind], (count,)))
                 else:
                     fields.append((name, types[kind]))
-        found[struct] = np.dtype(fields, align=True)
-        types[struct] = found[struct]
-    return found
+        structs[struct] = np.dtype(fields, align=True)
+        types[struct] = structs[struct]
+    return structs
 
 
 STRUCTS = _structs()
@@ -116,9 +116,9 @@ PROGRAM = STRUCTS["erc_program"]
 
 #: Bits of ``events`` from bit 0 on: name, meaning.
 EVENTS: tuple[tuple[str, str], ...] = tuple(
-    (name.lower().replace("_", "-"), text) for name, text in _EVENT.findall(_HEADER)
+    (name.lower().replace("_", "-"), meaning) for name, meaning in _EVENT.findall(_HEADER)
 )
-EVENT_BITS: dict[str, int] = {name: 1 << i for i, (name, _) in enumerate(EVENTS)}
+EVENT_BITS: dict[str, int] = {name: 1 << bit for bit, (name, _) in enumerate(EVENTS)}
 
 
 def frames_of(channels: Sequence[LiveChannel]) -> np.dtype[Any]:
@@ -134,15 +134,16 @@ def frames_of(channels: Sequence[LiveChannel]) -> np.dtype[Any]:
     first = ["seq", "time_ns"]
     last = ["flags", "events", "lateness_ns", "step_ns"]
     names = [*first, *(channel.name for channel in channels), *last]
-    in_frame = [members[slot] for slot in (*first, *(channel.slot for channel in channels), *last)]
-    formats = [member[0] for member in in_frame]
-    offsets = [member[1] for member in in_frame]
+    places = [*first, *(channel.slot for channel in channels), *last]
+    formats = [members[place][0] for place in places]
+    offsets = [members[place][1] for place in places]
     return np.dtype({"names": names, "formats": formats, "offsets": offsets, "itemsize": FRAME.itemsize})
 
 
 def sealed(record: np.ndarray[Any, np.dtype[Any]]) -> bytes:
     """The bytes of an order or a configuration, with the checksum of all before it in its last member, ``crc``."""
-    record["crc"] = zlib.crc32(record.tobytes()[: -record.dtype["crc"].itemsize])
+    before = record.tobytes()[: -record.dtype["crc"].itemsize]
+    record["crc"] = zlib.crc32(before)
     return record.tobytes()
 
 

@@ -110,6 +110,24 @@ class LoopMargins:
         return f"{self.least:.2g} to {self.gain:.2f}" if self.least else f"{self.gain:.2f}"
 
 
+@dataclass(frozen=True)
+class TunedLoop:
+    """One loop as it was tuned.
+
+    Attributes:
+        name: for people.
+        bandwidth, largest: in Hz, asked for and allowed. limit: what does not allow more.
+        loop, margins: of the loop at its bandwidth.
+    """
+
+    name: str
+    bandwidth: float
+    largest: float
+    limit: str
+    loop: LinearLoop
+    margins: LoopMargins
+
+
 def _sum(one: Array, other: Array) -> Array:
     """Of two polynomials in 1/z."""
     rows = max(one.size, other.size)

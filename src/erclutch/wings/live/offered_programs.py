@@ -64,57 +64,89 @@ def standard_programs(
         stiffness: of the impedance in N m/rad.
     """
     effort = effort or _OF_TWIN[device]
-    trackings = _trackings(rig, motor) if device == "coaxial" else ()
-    programs = (REST, *trackings, *_excitations(rig, motor, seed, device, drive))
+    programs = [REST]
+    if device == "coaxial":
+        programs += _trackings(rig, motor)
+    programs += _excitations(rig, motor, seed, device, drive)
     if not model:
-        return programs
+        return tuple(programs)
+
     if device == "single":
-        held = min(motor, _to_digits(_HELD * effort))  # by motor and brake: a stronger motor runs away
-        return (*programs, *_torques(held, _SWING * held, _SWING * held, held), _wall(held))
-    asked = _to_digits(_SINE * effort), _to_digits(_STEP * effort)
-    spring = min(_SPRING, _to_digits(_PULL * effort / stiffness)) if stiffness > 0.0 else _SPRING
-    return (*programs, *_torques(motor, *asked, 0.0), _impedance(motor, spring))
+        held = min(motor, _as_shown(_HELD * effort))  # by motor and brake: a stronger motor runs away
+        programs += _torques(held, _SWING * held, _SWING * held, held)
+        programs.append(_wall(held))
+        return tuple(programs)
+
+    programs += _torques(motor, _as_shown(_SINE * effort), _as_shown(_STEP * effort), 0.0)
+    spring = _SPRING
+    if stiffness > 0.0:
+        spring = min(spring, _as_shown(_PULL * effort / stiffness))
+    impedance = LoopProgram(
+        "impedance",
+        Mode.IMPEDANCE,
+        Waveform.SQUARE,
+        spring,
+        0.25,
+        motor_torque=motor,
+        relative=True,
+        meaning=f"spring and damper to a point that steps by {spring:g} rad to either side of where the output is",
+    )
+    programs.append(impedance)
+    return tuple(programs)
 
 
-def _to_digits(number: float) -> float:
-    """A number to two digits, as it is shown."""
+def _as_shown(number: float) -> float:
+    """A number to two digits."""
     return float(f"{number:.2g}")
 
 
 def _trackings(rig: RigParameters, motor: float) -> tuple[LoopProgram, ...]:
+    """The table follows references (equation 23)."""
+    mm = 1e3 * _AMPLITUDE
     lead = rig.value("screw.lead")
-    height = 2.0 * math.pi * _AMPLITUDE / lead
+    angle = 2.0 * math.pi * _AMPLITUDE / lead  # of the shaft
 
-    def tracking(name: str, shape: Waveform, share: float, frequency: float, meaning: str) -> LoopProgram:
-        relative = shape is Waveform.SQUARE
+    def tracking(name: str, shape: Waveform, amplitude: float, frequency: float, meaning: str) -> LoopProgram:
         return LoopProgram(
-            name, Mode.TRACK, shape, height * share, frequency, motor_torque=motor, relative=relative, meaning=meaning
+            name,
+            Mode.TRACK,
+            shape,
+            amplitude,
+            frequency,
+            motor_torque=motor,
+            relative=shape is Waveform.SQUARE,
+            meaning=f"PD tracking of {meaning}",
         )
 
-    mm = 1e3 * _AMPLITUDE
     return (
-        tracking("tracking-slow", Waveform.SINE, 1.0, 0.4, f"PD tracking of {mm:.0f} mm at 0.4 Hz, equation 23"),
-        tracking("tracking-fast", Waveform.SINE, 0.2, 2.0, f"PD tracking of {0.2 * mm:.0f} mm at 2 Hz"),
-        tracking("step", Waveform.SQUARE, 0.125, 0.5, f"PD tracking of steps of {0.25 * mm:.0f} mm about where it is"),
+        tracking("tracking-slow", Waveform.SINE, angle * 1.0, 0.4, f"{mm:.0f} mm at 0.4 Hz, equation 23"),
+        tracking("tracking-fast", Waveform.SINE, angle * 0.2, 2.0, f"{0.2 * mm:.0f} mm at 2 Hz"),
+        tracking("step", Waveform.SQUARE, angle * 0.125, 0.5, f"steps of {0.25 * mm:.0f} mm about where it is"),
     )
 
 
 def _excitations(
     rig: RigParameters, motor: float, seed: int, device: DeviceName, drive: bool
 ) -> tuple[LoopProgram, ...]:
-    rows, soft = 1000 * _SECONDS, shaft_angle(rig, SOFT) if device == "coaxial" else 0.0
+    """Random fields, and no field; what a log is made of."""
+    rows = 1000 * _SECONDS
+    soft = shaft_angle(rig, SOFT) if device == "coaxial" else 0.0
 
     def repeated(name: str, table: Array, soft: float, meaning: str) -> LoopProgram:
         return LoopProgram(name, Mode.FIELDS, Waveform.TABLE, table=table, soft=soft, repeat=True, meaning=meaning)
 
-    sines, squares = field_table(rig, rows, seed, motor=motor, sines=1.0), field_table(rig, rows, seed, sines=0.0)
+    sines = field_table(rig, rows, seed, motor=motor, sines=1.0)
+    squares = field_table(rig, rows, seed, sines=0.0)
     if device == "single":
         for table in (sines, squares):
-            table[:, 0], table[:, 1] = table[:, 0] + table[:, 1], 0.0
+            table[:, 0] += table[:, 1]
+            table[:, 1] = 0.0
             table[:, 2] = drive * both_ways_torque(rows, np.random.default_rng(seed))  # else it runs away
     if not drive:
-        fields = (("sine", sines), ("square", squares))
-        return tuple(repeated(name, table, 0.0, f"random {name}s of field, IV-B") for name, table in fields)
+        return (
+            repeated("sine", sines, 0.0, "random sines of field, IV-B"),
+            repeated("square", squares, 0.0, "random squares of field, IV-B"),
+        )
     how = "constant" if device == "coaxial" else "random"
     return (
         repeated("sine", sines, soft, f"random sines of field at {how} motor torque, IV-B"),
@@ -125,9 +157,9 @@ def _excitations(
 
 def _torques(motor: float, sine: float, step: float, middle: float) -> tuple[LoopProgram, ...]:
     """Torques in N m about a middle: a brake gives no torque of the other sign."""
+    about = f" about {middle:g} N m" if middle else ""
 
     def torque(name: str, shape: Waveform, amplitude: float, meaning: str) -> LoopProgram:
-        about = f" about {middle:g} N m" if middle else ""
         return LoopProgram(
             name,
             Mode.TORQUE,
@@ -142,13 +174,6 @@ def _torques(motor: float, sine: float, step: float, middle: float) -> tuple[Loo
     return (
         torque("torque-sine", Waveform.SINE, sine, f"{sine:g} N m at 5 Hz"),
         torque("torque-step", Waveform.SQUARE, step, f"steps between {step:g} and -{step:g} N m"),
-    )
-
-
-def _impedance(motor: float, spring: float) -> LoopProgram:
-    meaning = f"spring and damper to a point that steps by {spring:g} rad to either side of where the output is"
-    return LoopProgram(
-        "impedance", Mode.IMPEDANCE, Waveform.SQUARE, spring, 0.25, motor_torque=motor, relative=True, meaning=meaning
     )
 
 
@@ -168,11 +193,12 @@ def starting_with(programs: Sequence[LoopProgram], name: str) -> tuple[LoopProgr
     Raises:
         SettingError: there is none of that name.
     """
-    chosen = [p for p in programs if p.name == name]
-    if not chosen:
-        known = ", ".join(p.name for p in programs)
+    first = [program for program in programs if program.name == name]
+    others = [program for program in programs if program.name != name]
+    if not first:
+        known = ", ".join(program.name for program in programs)
         raise SettingError(f"there is no program {name!r}", remedy=f"Choose one of {known}")
-    return (*chosen, *(p for p in programs if p.name != name))
+    return (*first, *others)
 
 
 def recorded(commands: Array) -> LoopProgram:
@@ -190,9 +216,13 @@ def field_table(rig: RigParameters, rows: int, seed: int, *, motor: float | None
         motor: constant motor torque; None: random between 0.05 and 0.1 N m.
         changes: of the excitation, for example the share of sines.
     """
-    rng, settings = np.random.default_rng(seed), field_settings(rig, **changes)
+    rng = np.random.default_rng(seed)
+    settings = field_settings(rig, **changes)
     field = field_sequence(rows, rng, settings)
-    torque = np.full(rows, motor) if motor is not None else torque_sequence(rows, rng, 0.05, 0.10, settings=settings)
+    if motor is None:
+        torque = torque_sequence(rows, rng, 0.05, 0.10, settings=settings)
+    else:
+        torque = np.full(rows, motor)
     return np.column_stack([np.maximum(field, 0.0), np.maximum(-field, 0.0), torque])
 
 
@@ -224,7 +254,11 @@ def rig_settings(rig: RigParameters, programs: Sequence[LoopProgram], **changes:
         "fall_rate": rig.value("supply.slew_down") / volts,
     }
     plain = LoopSettings()
-    filter = changes.get("derivative", plain.derivative)
-    moves = motion_limits(rig, changes.get("device", plain.device), filter, changes.get("period", plain.period))
+    moves = motion_limits(
+        rig,
+        changes.get("device", plain.device),
+        changes.get("derivative", plain.derivative),
+        changes.get("period", plain.period),
+    )
     own |= {name: moves[name] for name in MOTION}  # a hand may take the output anywhere
     return LoopSettings(programs=tuple(programs), **{**own, **changes})

@@ -31,6 +31,8 @@ CAPACITY = 1 << 16
 _MAGIC, _VERSION = CONSTANTS["ERC_RING_MAGIC"], CONSTANTS["ERC_RING_VERSION"]
 _FIXED = tuple(name for name in FRAME.names or () if FRAME[name] != np.float64)
 _NAME = re.compile(r"[a-z][a-z0-9_]{0,22}")
+_REMEDY = "Give the ring of a session of this version of erclutch"
+_NO_CHANNELS = "its table of channels is none"
 _HEAD_AT = (HEADER.fields or {})["head"][1]
 _SENSORS = {"torque-doubted": "torque meter", "theta-doubted": "drive encoder", "alpha-doubted": "output encoder"}
 _FAULTS = {
@@ -51,8 +53,9 @@ def doubt_in_words(trip: str) -> str:
         return ""
     if {"torque-doubted", "alpha-doubted", "disagrees"} <= {*names}:  # torque and motion of the output are compared
         return "The torque meter and the output encoder contradict each other, and one of them is wrong"
-    said = f"{' or '.join(sensors)} {' or '.join(faults) or 'is in doubt'}"
-    return said[:1].upper() + said[1:]
+    fault = " or ".join(faults) or "is in doubt"
+    sentence = f"{' or '.join(sensors)} {fault}"
+    return sentence[:1].upper() + sentence[1:]
 
 
 class State(IntEnum):
@@ -105,7 +108,9 @@ _NUMBERS = ("period_ns", "start_ns", "start_unix_ns", "field_limit", "motor_limi
 def ring_folder() -> Path:
     """Where rings live: memory, where the system has a folder of it."""
     memory = Path("/dev/shm")
-    return memory if memory.is_dir() and os.access(memory, os.W_OK) else Path(tempfile.gettempdir())
+    if memory.is_dir() and os.access(memory, os.W_OK):
+        return memory
+    return Path(tempfile.gettempdir())
 
 
 def make_ring(path: str | Path, info: RingInfo) -> Path:
@@ -116,7 +121,9 @@ def make_ring(path: str | Path, info: RingInfo) -> Path:
     """
     target = Path(path)
     header = np.zeros((), HEADER)
-    header["magic"], header["version"], header["frame_size"] = _MAGIC, _VERSION, FRAME.itemsize
+    header["magic"] = _MAGIC
+    header["version"] = _VERSION
+    header["frame_size"] = FRAME.itemsize
     _write_texts(header, info, _TEXTS)
     header["channels"] = len(info.channels)
     for at, channel in zip(header["channel"], info.channels, strict=False):
@@ -181,15 +188,16 @@ class RingReader:
     def _checked(self) -> RingInfo:
         header = self._header[0]
         size = HEADER.itemsize + int(header["capacity"]) * FRAME.itemsize
-        found = (int(header["magic"]), int(header["version"]), int(header["frame_size"]), len(self._map))
-        if found != (_MAGIC, _VERSION, FRAME.itemsize, size) or int(header["capacity"]) < 2:
+        marks = (int(header["magic"]), int(header["version"]), int(header["frame_size"]), len(self._map))
+        if marks != (_MAGIC, _VERSION, FRAME.itemsize, size) or int(header["capacity"]) < 2:
             raise RingError(
-                f"this is no ring of version {_VERSION} (magic, version, size of a frame, bytes: {found})",
+                f"this is no ring of version {_VERSION} (magic, version, size of a frame, bytes: {marks})",
                 where=str(self.path),
-                remedy="Give the ring of a session of this version of erclutch",
+                remedy=_REMEDY,
             )
         texts = {name: bytes(header[name]).decode(errors="replace") for name in _TEXTS}
-        return RingInfo(**texts, **{name: header[name].item() for name in _NUMBERS}, channels=self._channels(header))
+        numbers = {name: header[name].item() for name in _NUMBERS}
+        return RingInfo(**texts, **numbers, channels=self._channels(header))
 
     def _channels(self, header: Any) -> tuple[LiveChannel, ...]:
         """The table of channels.
@@ -197,18 +205,23 @@ class RingReader:
         Raises:
             RingError: it is none.
         """
-        count, table = int(header["channels"]), header["channel"]
-        if count <= len(table):
-            texts = ([bytes(text).decode(errors="replace") for text in each] for each in table[:count])
-            found = tuple(LiveChannel(**dict(zip(table.dtype.names, each, strict=True))) for each in texts)
-            names = [channel.name for channel in found]
-            sound = all(_NAME.fullmatch(c.name) and c.role in ROLES and is_written_well(c.unit) for c in found)
-            if sound and not {*names} & {*_FIXED, "time", "lateness", "step"}:
-                with contextlib.suppress(ValueError):  # a slot that is none, or a name twice
-                    frames_of(found)
-                    return found
-        remedy = "Give the ring of a session of this version of erclutch"
-        raise RingError("its table of channels is none", where=str(self.path), remedy=remedy)
+        table = header["channel"]
+        count = int(header["channels"])
+        if count > len(table):
+            raise RingError(_NO_CHANNELS, where=str(self.path), remedy=_REMEDY)
+        channels: list[LiveChannel] = []
+        for entry in table[:count]:
+            texts = {name: bytes(entry[name]).decode(errors="replace") for name in table.dtype.names}
+            channels.append(LiveChannel(**texts))
+        try:
+            frames_of(channels)
+        except ValueError as error:  # a slot that is none, or a name twice
+            raise RingError(_NO_CHANNELS, where=str(self.path), remedy=_REMEDY) from error
+        for channel in channels:
+            named = _NAME.fullmatch(channel.name) and channel.name not in (*_FIXED, "time", "lateness", "step")
+            if not named or channel.role not in ROLES or not is_written_well(channel.unit):
+                raise RingError(_NO_CHANNELS, where=str(self.path), remedy=_REMEDY)
+        return tuple(channels)
 
     @property
     def head(self) -> int:
@@ -249,7 +262,8 @@ class RingReader:
     @property
     def counts(self) -> dict[str, int]:
         """How often each event of `EVENTS` came up since the start."""
-        return {name: int(n) for (name, _), n in zip(EVENTS, self._header["counts"][0], strict=False)}
+        counts = self._header["counts"][0]
+        return {name: int(count) for (name, _), count in zip(EVENTS, counts, strict=False)}
 
     @property
     def trip_reason(self) -> str:
@@ -278,7 +292,10 @@ class RingReader:
     def read(self, limit: int | None = None) -> NDArray[Any]:
         """The frames since the last call, oldest first, at most ``limit``: a copy of shape (n,), as `dtype` says."""
         head = self.head
-        self._skip_to(head - self._safe)
+        oldest = head - self._safe
+        if self._next < oldest:
+            self.lost += oldest - self._next
+            self._next = oldest
         stop = head if limit is None else min(head, self._next + limit)
         frames = self._copied(self._next, stop)
         self.lost += max(0, stop - self._next) - int(frames.size)
@@ -292,14 +309,11 @@ class RingReader:
 
     def _copied(self, first: int, stop: int) -> NDArray[Any]:
         """Frames of these numbers, without what the writer may have reached meanwhile."""
-        index = np.arange(first, stop, dtype=np.uint64)
-        frames = self._frames[index % np.uint64(self.info.capacity)]
-        return frames[(index >= max(0, self.head - self._safe)) & (frames["seq"] == index)]
-
-    def _skip_to(self, oldest: int) -> None:
-        if self._next < oldest:
-            self.lost += oldest - self._next
-            self._next = oldest
+        numbers = np.arange(first, stop, dtype=np.uint64)
+        frames = self._frames[numbers % np.uint64(self.info.capacity)]
+        untouched = numbers >= max(0, self.head - self._safe)
+        whole = frames["seq"] == numbers
+        return frames[untouched & whole]
 
 
 def _mapped(path: Path) -> mmap.mmap:

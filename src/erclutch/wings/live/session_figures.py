@@ -92,13 +92,20 @@ class SessionFigures:
     @property
     def follower(self) -> LiveChannel | None:
         """The channel that is to follow the reference: of a pair's two angles the output's, which comes last."""
-        return next((c for c in reversed(self.reader.info.channels) if c.role == self.role), None)
+        for channel in reversed(self.reader.info.channels):
+            if channel.role == self.role:
+                return channel
+        return None
 
     def _follow(self, new: NDArray[Any]) -> None:
-        if self.follower is not None:
-            pair = np.array([new["reference"], new[self.follower.name]])
-            wanted, got = pair[:, np.all(np.isfinite(pair), axis=0)]
-            self._squares += ((wanted - got) ** 2).sum(), (wanted**2).sum(), wanted.size
+        follower = self.follower
+        if follower is None:
+            return
+        pair = np.array([new["reference"], new[follower.name]])
+        finite = np.all(np.isfinite(pair), axis=0)
+        wanted, measured = pair[:, finite]
+        off = wanted - measured
+        self._squares += (off**2).sum(), (wanted**2).sum(), wanted.size
 
     def _explain_trips(self, new: NDArray[Any]) -> None:
         """Note what came late; at a trip say what came late in the second before."""

@@ -9,7 +9,8 @@ from xml.etree.ElementTree import Element, SubElement
 
 from erclutch._version import __version__
 from erclutch.errors import ErclutchError
-from erclutch.export.c.c_source import FLAGS, header, source
+from erclutch.export.c.c_header import header
+from erclutch.export.c.c_source import FLAGS, source
 from erclutch.export.exported_step import ExportedStep
 from erclutch.export.step_record import has_memory
 

@@ -82,7 +82,8 @@ def model_of(
     from erclutch.wings.live.offered_rig import offered_rig
 
     if path is not None:
-        return live_model(path, device, adapt=adapt, units=what.named and what.named.units)
+        units = None if what.named is None else what.named.units
+        return live_model(path, device, adapt=adapt, units=units)
     offered = offered_rig(rig.rig)
     if offered is None or not offered.is_twin:
         return None
@@ -97,10 +98,14 @@ def channels_of_rig(rig: RigChoice, device: DeviceName, model: LiveModel | None)
     from erclutch.signals.device import Units
     from erclutch.signals.units import UNKNOWN
 
-    units, named = model and model.units, rig.named
+    units = None if model is None else model.units
+    named = rig.named
     if named is None:
         return channels_of(device, units)
+    if units is None and rig.origin.startswith("RECORDING"):
+        units = Units(UNKNOWN, UNKNOWN, UNKNOWN)
+    elif units is None:
+        units = USUAL[device]
     known = {name: unit for name, unit in asdict(named.units).items() if unit != UNKNOWN}
-    usual = Units(UNKNOWN, UNKNOWN, UNKNOWN) if rig.origin.startswith("RECORDING") else USUAL[device]
-    merged = replace(units or usual, **known)
-    return named.of(channels_of(device, merged, motor=named.motor))
+    units = replace(units, **known)
+    return named.of(channels_of(device, units, motor=named.motor))

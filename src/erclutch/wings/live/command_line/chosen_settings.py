@@ -28,6 +28,9 @@ _LOAD = ("load_inertia", "load_friction", "load_drag", "load_band")
 
 _NO_JUMPS = dict.fromkeys(MOTION, 0.0)
 
+#: The program that runs first where none is named, by the rig; on others they rest.
+_FIRST = {"twin": "tracking-slow", "twin-brake": "sine"}
+
 
 def settings_of(
     rig: RigChoice,
@@ -56,7 +59,13 @@ def settings_of(
     """
     of_rig, control = options
     settings = _settings(parameters, control, device, model, channels, replay, of_rig)
-    return _for_rig(_sensing(settings, rig, device, model, parameters), rig, device, control, tuning)
+    settings = _sensing(settings, rig, device, model, parameters)
+    settings = replace(settings, **tuning)
+    if not rig.origin.startswith("RECORDING"):
+        settings = _within_supply(settings, rig, device, control.field_limit)
+    if device == "single":
+        settings = replace(settings, stroke=0.0)  # it has none that ends
+    return settings
 
 
 def supported(control: ControlOptions, rig: RigChoice, model: LiveModel | None, adapt: bool) -> ControlOptions:
@@ -100,10 +109,12 @@ def tuned(control: ControlOptions) -> tuple[ControlOptions, dict[str, float]]:
     except (OSError, ValueError, RecursionError) as error:
         problem = f"cannot be read ({plain_words(error)})"
         raise SettingError(problem, where=str(control.tuned), remedy="Give a file that erclutch tune wrote") from error
+    known = (*TUNED, *_LOAD)
     for name, value in body.items():
-        if name not in (*TUNED, *_LOAD) or isinstance(value, bool) or not isinstance(value, int | float):
-            known = ", ".join((*TUNED, *_LOAD))
-            raise SettingError(f"{name} = {value!r}", where=str(control.tuned), remedy=f"Give numbers to {known}")
+        is_number = isinstance(value, int | float) and not isinstance(value, bool)
+        if name not in known or not is_number:
+            remedy = f"Give numbers to {', '.join(known)}"
+            raise SettingError(f"{name} = {value!r}", where=str(control.tuned), remedy=remedy)
     _, usual, _ = DEFAULTS
     options: dict[str, float] = {}  # that nobody gave
     further: dict[str, float] = {}
@@ -138,51 +149,63 @@ def _settings(
     from erclutch.signals.speed import Derivative
     from erclutch.wings.live.offered_programs import rig_settings, shaft_angle, standard_programs, starting_with
 
-    names = ("k_p", "k_d", "torque_p", "torque_i", "theta_wrap", "alpha_wrap", "stiffness", "damping")
-    gains = {name: getattr(control, name) for name in names}
-    common: dict[str, Any] = {"derivative": Derivative("kalman", control.speed_bandwidth), "device": device, **gains}
-    common |= _stages(parameters, control)
+    common: dict[str, Any] = {
+        "device": device,
+        "derivative": Derivative("kalman", control.speed_bandwidth),
+        **_values(control, "k_p", "k_d", "torque_p", "torque_i", "theta_wrap", "alpha_wrap", "stiffness", "damping"),
+        **_stages(parameters, control),
+    }
     if replay is not None:
-        largest = 0.0 if replay.table is None else float(abs(replay.table[:, :2]).max())
-        rate = (2.0 * largest or 1.0) / PERIOD
+        largest = 0.0  # field of the recording
+        if replay.table is not None:
+            largest = float(abs(replay.table[:, :2]).max())
+        rate = (2.0 * largest or 1.0) / PERIOD  # from one end to the other in a period
         limits = {"field_limit": largest or 1.0, "rise_rate": rate, "fall_rate": rate}
         return rig_settings(parameters, (replay,), **common, **_AS_RECORDED, **_NO_JUMPS, **limits)
+
     # Torques of the programs are those of the rig file: a force needs programs of its own.
-    turns = all(channel.unit in ("N*m", "?") for channel in channels if channel.role == "estimate")
-    drive = device == "coaxial" or (turns and any(channel.role == "motor" for channel in channels))
+    estimates = [channel for channel in channels if channel.role == "estimate"]
+    turns = all(channel.unit in ("N*m", "?") for channel in estimates)
+    has_motor = any(channel.role == "motor" for channel in channels)
     programs = standard_programs(
         parameters,
         model=model is not None and turns,
         motor=control.motor,
         seed=rig.seed,
         device=device,
-        drive=drive,
+        drive=device == "coaxial" or (turns and has_motor),
         effort=0.0 if model is None else model.effort,
         stiffness=control.stiffness,
     )
-    first = control.program or {"twin": "tracking-slow", "twin-brake": "sine"}.get(rig.rig, "rest")
-    first = "sine" if device == "single" and first == "tracking-slow" else first
+    first = control.program or _FIRST.get(rig.rig, "rest")
+    if device == "single" and first == "tracking-slow":
+        first = "sine"  # it has no table
     stroke = shaft_angle(parameters, 0.9)
     return rig_settings(parameters, starting_with(programs, first), **common, stroke=stroke)
 
 
+def _values(control: ControlOptions, *names: str) -> dict[str, Any]:
+    """Options that are settings of the same name."""
+    return {name: getattr(control, name) for name in names}
+
+
 def _stages(parameters: RigParameters, control: ControlOptions) -> dict[str, Any]:
     """Settings of computed torque, and of the stages: gains and the drag on the drive are learned from motion alone."""
-    found: dict[str, Any] = {"track_bandwidth": control.track_bandwidth}
+    stages = _values(control, "track_bandwidth")
     if control.track_bandwidth:
-        found |= {name: getattr(control, name) for name in ("output_inertia", "output_friction")}
+        stages |= _values(control, "output_inertia", "output_friction")
     if control.observer == "off":
-        return found
-    found |= {name: getattr(control, name) for name in ("observer", "observer_bandwidth", "torque_lead")}
+        return stages
+    stages |= _values(control, "observer", "observer_bandwidth", "torque_lead")
     if control.observer == "sensor":
-        found["torque_lag"] = 1e-3
+        stages["torque_lag"] = 1e-3
     elif control.observer == "motion":
-        found["gain_rate"] = 0.2
-        found["drive_inertia"] = parameters.value("drive.inertia")
-        found["drive_friction"] = parameters.value("drive.coulomb")
-        found["drive_drag_1"] = parameters.value("drive.viscous")
-        found["drive_drag_2"] = parameters.value("drive.viscous")
-    return found
+        stages["gain_rate"] = 0.2
+        stages["drive_inertia"] = parameters.value("drive.inertia")
+        stages["drive_friction"] = parameters.value("drive.coulomb")
+        stages["drive_drag_1"] = parameters.value("drive.viscous")
+        stages["drive_drag_2"] = parameters.value("drive.viscous")
+    return stages
 
 
 def _sensing(
@@ -206,27 +229,36 @@ def _sensing(
     return replace(settings, **limits)
 
 
-def _for_rig(
-    settings: LoopSettings, rig: RigChoice, device: DeviceName, control: ControlOptions, tuned: dict[str, float]
-) -> LoopSettings:
-    """The settings as tuned, within the rig's supply; a single device has no stroke that ends.
+def _within_supply(settings: LoopSettings, rig: RigChoice, device: DeviceName, asked: float | None) -> LoopSettings:
+    """The settings with a field limit within the rig's supply, and rates in proportion.
 
     The supply of a rig that is not ours, with a single device that names no limit, is the operator's to know.
+
+    Args:
+        settings: with the field limit and the rates of the rig file.
+        rig: what is driven.
+        device: what hangs on it.
+        asked: the field limit that the operator asks for; None: that of the supply.
 
     Raises:
         SettingError: a field limit that is none, or beyond the supply's.
     """
     from erclutch.wings.rig.rig_plugins import RigDevice
 
-    settings, asked = replace(settings, **tuned), control.field_limit
-    if not rig.origin.startswith("RECORDING"):
-        most = settings.field_limit
-        if isinstance(rig, RigDevice):
-            most = rig.field_limit or (most if device == "coaxial" or asked is None else math.inf)
-        if asked is not None and not 0 < asked <= min(most, 1e9):
-            remedy = "Give a number above 0" + (f", at most the supply's {most:g}" if most < math.inf else "")
-            raise SettingError(f"--field-limit {asked:g}", remedy=remedy)
-        share = (asked if most == math.inf and asked else most) / settings.field_limit
-        rates = {"rise_rate": settings.rise_rate * share, "fall_rate": settings.fall_rate * share}
-        settings = replace(settings, field_limit=asked or most, **rates)
-    return replace(settings, stroke=0.0) if device == "single" else settings
+    most = settings.field_limit
+    if isinstance(rig, RigDevice):
+        if rig.field_limit:
+            most = rig.field_limit
+        elif device == "single" and asked is not None:
+            most = math.inf
+    if asked is not None and not 0 < asked <= min(most, 1e9):
+        at_most = f", at most the supply's {most:g}" if most < math.inf else ""
+        raise SettingError(f"--field-limit {asked:g}", remedy=f"Give a number above 0{at_most}")
+    full = asked if asked and most == math.inf else most  # the field of which the supply's rates are
+    share = full / settings.field_limit
+    return replace(
+        settings,
+        field_limit=asked or most,
+        rise_rate=settings.rise_rate * share,
+        fall_rate=settings.fall_rate * share,
+    )

@@ -34,14 +34,16 @@ _NO_SAMPLE = (
 def introduce(output: Console, session: Session, observers: Observers | None, model: LiveModel | None) -> None:
     """What is driven and by what, before the first frame."""
     output.print(f"{session.origin}: {session.rig.name}", markup=False)
-    listed = (str(channel) for channel in session.reader().info.channels if channel.role != "reference")
+    reader = session.reader()
+    listed = [str(channel) for channel in reader.info.channels if channel.role != "reference"]
     output.print(f"channels: {', '.join(listed)}", markup=False, soft_wrap=True)
     if session.origin == "HARDWARE":
         output.print(f"largest field: {session.settings.field_limit:g}", markup=False)
-    output.print(f"model: {f'{model.name} ({model.digest[:12]})' if model else 'none'}", markup=False)
-    if model and model.note:
+    called = "none" if model is None else f"{model.name} ({model.digest[:12]})"
+    output.print(f"model: {called}", markup=False)
+    if model is not None and model.note:
         output.print(f"note: {model.note}.", markup=False)
-    output.print(f"loop: {session.reader().realtime}", markup=False, soft_wrap=True)
+    output.print(f"loop: {reader.realtime}", markup=False, soft_wrap=True)
     if observers is not None and observers.url:
         output.print(f"page: {observers.url}", markup=False, soft_wrap=True)
 
@@ -50,19 +52,21 @@ def follow(session: Session, watch: SessionFigures, told: list[int], output: Con
     """Read frames until the loop ends, or until somebody says so."""
     from erclutch.wings.live.orders import Order
 
-    said, answers, warn_at = "", False, time.monotonic() + _PATIENCE
+    known_reason = ""  # why the loop is tripped, as it was told last
+    answers = False
+    warn_at = time.monotonic() + _PATIENCE
 
-    def look(said: str) -> str:
+    def look(known_reason: str) -> str:
         watch.poll()
         reason = watch.reader.trip_reason
-        if reason not in ("", said):
+        if reason not in ("", known_reason):
             output.print(f"fields are held at zero: {_why(reason)}", style="red", markup=False, soft_wrap=True)
             if watch.busy:
                 output.print(watch.busy, style="red", markup=False, soft_wrap=True)
         return reason
 
     while session.running and session.rig_running and not told:
-        said = look(said)
+        known_reason = look(known_reason)
         if not answers and watch.reader.sensor_seq:
             answers = True
             output.print("the rig answers", markup=False)
@@ -72,7 +76,7 @@ def follow(session: Session, watch: SessionFigures, told: list[int], output: Con
         time.sleep(_POLL)
     session.order(Order.STOP)  # told to, or the rig is gone
     session.wait(2.0)
-    look(said)
+    look(known_reason)
 
 
 def _no_sample(session: Session) -> str:
@@ -87,6 +91,7 @@ def _figures(session: Session, watch: SessionFigures) -> dict[str, Any]:
     from erclutch.wings.live.session_figures import SHARES
 
     reader = watch.reader
+    off_reference, reference = watch.followed or (None, None)
     return {
         "origin": session.origin,
         "frames": watch.frames,
@@ -94,19 +99,23 @@ def _figures(session: Session, watch: SessionFigures) -> dict[str, Any]:
         "lost_by_reader": reader.lost,
         "lateness_us": [*watch.lateness.percentiles(SHARES), watch.lateness.largest],
         "step_us": [*watch.step.percentiles(SHARES), watch.step.largest],
-        "events": {name: n for name, n in reader.counts.items() if n},
+        "events": {name: count for name, count in reader.counts.items() if count},
         "realtime": reader.realtime,
         "tripped": reader.trip_reason,
-        **dict(zip(("off_reference_rms", "reference_rms"), watch.followed or (None, None), strict=True)),
+        "off_reference_rms": off_reference,
+        "reference_rms": reference,
     }
 
 
 def _why(trip: str) -> str:
     """What tripped the loop, by name and in words."""
-    if doubt := doubt_in_words(trip):
+    doubt = doubt_in_words(trip)
+    if doubt:
         return f"{doubt[:1].lower()}{doubt[1:]} ({trip})"
-    said = [meaning for name, meaning in EVENTS if name in trip.split(": ")]
-    return f"{trip} ({'; '.join(said)})" if said else trip
+    meanings = [meaning for name, meaning in EVENTS if name in trip.split(": ")]
+    if not meanings:
+        return trip
+    return f"{trip} ({'; '.join(meanings)})"
 
 
 def _show(session: Session, watch: SessionFigures, notes: Sequence[str], output: Console) -> None:
@@ -116,22 +125,24 @@ def _show(session: Session, watch: SessionFigures, notes: Sequence[str], output:
     seconds = watch.frames * watch.reader.info.period_ns * 1e-9
     title = f"{session.origin}: {watch.frames:,} steps ({seconds:.1f} s), {watch.reader.missed} deadlines missed"
     output.print(terminal.table(title, ["us", "p50", "p99", "p99.9", "largest"], watch.rows()))
-    counts = (
-        f"{name}: {n:,} ({n / max(watch.frames, 1):.0%} of the steps)" if n > 0.01 * watch.frames else f"{name}: {n}"
-        for name, n in watch.reader.counts.items()
-        if n and name != "overrun"
-    )
+    counts: list[str] = []
+    for name, count in watch.reader.counts.items():
+        if not count or name == "overrun":
+            continue
+        share = count / max(watch.frames, 1)
+        if count > 0.01 * watch.frames:
+            counts.append(f"{name}: {count:,} ({share:.0%} of the steps)")
+        else:
+            counts.append(f"{name}: {count}")
     output.print(", ".join(counts) or "no event", markup=False)
     for name, meaning in EVENTS:
         if watch.reader.counts.get(name) and name not in _BY_ORDER:
             output.print(f"  {name}: {meaning}", style="dim", markup=False, soft_wrap=True)
     if watch.follower is not None and watch.followed is not None:
         off, wanted = watch.followed
-        unit = watch.follower.unit
-        said = (
-            f"{watch.follower.label} off the reference by {off:.3g} {unit} rms; the reference has {wanted:.3g} {unit}"
-        )
-        output.print(said, markup=False)
+        label, unit = watch.follower.label, watch.follower.unit
+        line = f"{label} off the reference by {off:.3g} {unit} rms; the reference has {wanted:.3g} {unit}"
+        output.print(line, markup=False)
         if off > 0.5 * wanted and watch.role == "effort":
             output.print(_ASTRAY, style="yellow", markup=False, soft_wrap=True)
     for note in notes:
@@ -159,7 +170,8 @@ def ended(
     if observers is not None:
         observers.record(False)  # so that its note says that the file is whole
     notes = () if observers is None else observers.notes
-    answered, reason = watch.reader.sensor_seq > 0, ""
+    answered = watch.reader.sensor_seq > 0
+    reason = ""
     if code != 0 or watch.reader.state is not State.STOPPED:
         reason = f"the loop ended with code {code}: {session.said() or 'killed'}"
     elif not answered:

@@ -6,7 +6,7 @@ import math
 import signal
 import tempfile
 from collections.abc import Generator
-from contextlib import ExitStack, contextmanager
+from contextlib import AbstractContextManager, ExitStack, contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -30,7 +30,8 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from erclutch.wings.live.companions import Observers
-    from erclutch.wings.live.session import Session
+    from erclutch.wings.live.ring import State
+    from erclutch.wings.live.session import LiveModel, Session
     from erclutch.wings.live.settings import LoopSettings
     from erclutch.wings.rig.twin.parameters import RigParameters
 
@@ -91,35 +92,39 @@ def live(
         if adapt or not plays_rounds:
             given = "--adapt" if adapt else f"--rig {rig.rig}"
             raise SettingError(f"--program learn with {given}", remedy=f"Leave out {given}: the rounds make the model")
-        control, no_model = replace(control, program="rest"), True
+        control = replace(control, program="rest")
+        no_model = True
     elif learning != NO_LEARN:
         raise SettingError("--until, --round and --after are about rounds", remedy="Give --program learn too")
     with ExitStack() as stack:
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="erclutch-")))
         file = file_of(run, model)
-        parameters, (control, tuning) = load_rig(rig.rig_file), tuned(control)
+        parameters = load_rig(rig.rig_file)
+        control, tuning = tuned(control)
         knows_inertia(control)
         what, program = rig_of(rig, reading, folder, file, control, loop)
         device = device_of(what)
-        chosen = None if no_model else model_of(file, rig, what, parameters, output, device, adapt)
+        chosen: LiveModel | None = None
+        if not no_model:
+            chosen = model_of(file, rig, what, parameters, output, device, adapt)
         control = supported(control, what, chosen, adapt)
         channels = channels_of_rig(what, device, chosen)
-        options = rig, control
-        settings = settings_of(what, device, chosen, channels, parameters, options, tuning, program)
-        run_as = SessionOptions(loop.seconds, loop.priority, loop.cpu, settings.programs[0].name, channels)
+        settings = settings_of(what, device, chosen, channels, parameters, (rig, control), tuning, program)
+        first = settings.programs[0]
+        run_as = SessionOptions(loop.seconds, loop.priority, loop.cpu, first.name, channels)
         told = stack.enter_context(_interrupts())
         if learns:
+
+            def observed(
+                session: Session, settings: LoopSettings, loop: LoopOptions
+            ) -> AbstractContextManager[Observers | None]:
+                return _observers(session, settings, parameters, loop)
+
             rounds_on = Rig(what, settings, channels, loop, rig.seed)
-            return learn(
-                rounds_on,
-                learning,
-                told,
-                lambda session, settings, loop: _observers(session, settings, parameters, loop),
-                output,
-            )
+            return learn(rounds_on, learning, told, observed, output)
         session = stack.enter_context(Session(what, settings, chosen, run_as))
         observers = stack.enter_context(_observers(session, settings, parameters, loop))
-        watch = SessionFigures(session.reader(), settings.programs[0].mode.reference)
+        watch = SessionFigures(session.reader(), first.mode.reference)
         introduce(output, session, observers, chosen)
         follow(session, watch, told, output)
         code = session.wait(5.0)
@@ -131,11 +136,14 @@ def _explained(output: Console) -> int:
     from erclutch.cli import terminal
     from erclutch.wings.live.explained_states import transitions
 
-    answers = list(transitions())
-    for state in dict.fromkeys(answer.state for answer in answers):
-        rows = [[t.event, t.next.name.lower(), t.field, ", ".join(t.said)] for t in answers if t.state is state]
-        title = f"In the state {state.name.lower()}"
-        output.print(terminal.table(title, ["event", "next state", "field", "events in the frame"], rows, left=4))
+    rows_of: dict[State, list[list[str]]] = {}  # of the table of each state
+    for answer in transitions():
+        events = ", ".join(answer.said)
+        row = [answer.event, answer.next.name.lower(), answer.field, events]
+        rows_of.setdefault(answer.state, []).append(row)
+    headings = ["event", "next state", "field", "events in the frame"]
+    for state, rows in rows_of.items():
+        output.print(terminal.table(f"In the state {state.name.lower()}", headings, rows, left=4))
     output.print("Asked of tracking. Torque, impedance and wall are answered alike.")
     return 0
 
@@ -144,12 +152,15 @@ def _explained(output: Console) -> int:
 def _interrupts() -> Generator[list[int]]:
     """Ctrl-C and SIGTERM end the session in order, instead of wherever Python happens to be."""
     told: list[int] = []
-    kinds = (signal.SIGINT, signal.SIGTERM)
-    before = [signal.signal(kind, lambda kind, _frame: told.append(kind)) for kind in kinds]
+
+    def note(kind: int, _frame: object) -> None:
+        told.append(kind)
+
+    before = {kind: signal.signal(kind, note) for kind in (signal.SIGINT, signal.SIGTERM)}
     try:
         yield told
     finally:
-        for kind, handler in zip(kinds, before, strict=True):
+        for kind, handler in before.items():
             signal.signal(kind, handler)
 
 
@@ -165,7 +176,7 @@ def _observers(
     with Observers(
         session.ring,
         session.carry_out,
-        programs=[(p.name, p.meaning, p.mode.reference) for p in settings.programs],
+        programs=[(program.name, program.meaning, program.mode.reference) for program in settings.programs],
         motor_limit=settings.motor_limit,
         folder=loop.folder,
         page=not loop.headless,

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple
 
 from cyclopts import Parameter
 
@@ -16,10 +15,9 @@ from erclutch.files import may_write_file
 
 if TYPE_CHECKING:
     from erclutch.models.model import Model
-    from erclutch.report.plots.plot_description import Plot
     from erclutch.runs.run_folder import Run
     from erclutch.signals.array import Array
-    from erclutch.wings.live.loop_margins import LinearLoop, LoopMargins, TorquePath
+    from erclutch.wings.live.loop_margins import LinearLoop, TorquePath, TunedLoop
     from erclutch.wings.rig.twin.parameters import RigParameters
 
 COMMAND = {
@@ -54,22 +52,12 @@ TUNED = {
 }
 
 
-@dataclass(frozen=True)
-class TunedLoop:
-    """One loop as it was tuned.
+class MovedSide(NamedTuple):
+    """What the torque moves: inertia in kg m2, dry friction in N m, and where both come from."""
 
-    Attributes:
-        name: for people.
-        bandwidth, largest: in Hz, asked for and allowed. limit: what does not allow more.
-        loop, margins: see `erclutch.wings.live.loop_margins`.
-    """
-
-    name: str
-    bandwidth: float
-    largest: float
-    limit: str
-    loop: LinearLoop
-    margins: LoopMargins
+    inertia: float
+    friction: float
+    source: str
 
 
 def tune(
@@ -108,20 +96,22 @@ def tune(
     from erclutch.report.plots.matplotlib_painter import save_plot
     from erclutch.report.plots.paper_style import placed
     from erclutch.runs.run_folder import read_run
+    from erclutch.wings.live.tuning_plot import describe_loops
     from erclutch.wings.rig.twin.parameters import load_rig
 
     require(0.1, unit=" Hz", bandwidth=bandwidth, torque_bandwidth=torque_bandwidth)
     may_write_file(out / "control.toml", force)
-    rig, found = load_rig(rig_file), read_run(run)
-    chosen = _model(found, model)
+    rig = load_rig(rig_file)
+    kept = read_run(run)
+    chosen = _model(kept, model)
     path, slope = torque_path(chosen)
-    mass = _moved_side(found, chosen, rig, output_inertia, output_friction)
+    moved = _moved_side(kept, chosen, rig, output_inertia, output_friction)
     loops = tuned_loops(path, rig, bandwidth, torque_bandwidth)
-    gains = settings_of(path, slope, mass, bandwidth, torque_bandwidth)
+    gains = settings_of(path, slope, moved, bandwidth, torque_bandwidth)
     if json:
-        terminal.say_json(_as_json(chosen, path, mass, loops, gains))
+        terminal.say_json(_as_json(chosen, path, moved, loops, gains))
     else:
-        _show(chosen, path, mass, loops, gains)
+        _show(chosen, path, moved, loops, gains)
     with placed(out / "control.toml") as partial:
         partial.write_text(_toml(chosen, loops, gains), encoding="utf-8")
     pictures = save_plot(describe_loops(loops), *(out / f"loops.{kind}" for kind in as_))
@@ -142,10 +132,16 @@ def _model(run: Run, name: str | None) -> Model:
         name = run.recommended if run.recommended in lagging else lagging[0]
     model = run.model(name)
     if not model.times:
-        remedy = f"Choose one of {', '.join(lagging)}" if lagging else "Fit the log with --lag rise-fall"
+        remedy = "Fit the log with --lag rise-fall"
+        if lagging:
+            remedy = f"Choose one of {', '.join(lagging)}"
         raise SettingError(f"{model.name} has no lag", where=str(run.folder), remedy=remedy)
-    if model.units.effort not in ("N*m", "?") or model.extras:
-        problem = f"{model.name} gives {model.units.effort}" if not model.extras else f"{model.name} has further inputs"
+    problem = ""
+    if model.extras:
+        problem = f"{model.name} has further inputs"
+    elif model.units.effort not in ("N*m", "?"):
+        problem = f"{model.name} gives {model.units.effort}"
+    if problem:
         raise SettingError(problem, where=str(run.folder), remedy="Give a model of a torque in N m over field and slip")
     return model
 
@@ -162,55 +158,70 @@ def torque_path(model: Model) -> tuple[TorquePath, float]:
     from erclutch.signals.device import Element
     from erclutch.wings.live.loop_margins import TorquePath
 
-    low, high = (share * model.trained_on.field[1] for share in _STEP)
+    highest = model.trained_on.field[1]
+    low, high = _STEP[0] * highest, _STEP[1] * highest
     slip = 0.5 * max(abs(end) for end in model.trained_on.slip)
     rows = _SETTLED + _ROWS
     time: Array = _PERIOD * np.arange(rows, dtype=np.float64)
     clock = Clock(time, (Span(0, rows, _PERIOD),))
 
     def stepped(before: float, after: float) -> Array:
-        first = Element(np.where(np.arange(rows) < _SETTLED, before, after), np.full(rows, slip))
-        other = (Element(np.zeros(rows), np.full(rows, -slip)),) if model.structure.device == "coaxial" else ()
-        return model.effort((first, *other), clock)[_SETTLED - 1 :]
+        """Torque from the row before the step on; the other clutch of a pair has no field."""
+        field: Array = np.full(rows, after)
+        field[:_SETTLED] = before
+        elements = [Element(field, np.full(rows, slip))]
+        if model.structure.device == "coaxial":
+            elements.append(Element(np.zeros(rows), np.full(rows, -slip)))
+        return model.effort(tuple(elements), clock)[_SETTLED - 1 :]
 
-    ways = [stepped(low, high), stepped(high, low)]
-    shares = [(way[1:] - way[0]) / (way[-1] - way[0]) for way in ways]
+    rise = stepped(low, high)
+    fall = stepped(high, low)
+    shares = [(torque[1:] - torque[0]) / (torque[-1] - torque[0]) for torque in (rise, fall)]  # of the way, by row
     if not np.isfinite(shares).all():
         raise CheckError(f"{model.name} gives no torque for a field", remedy="Choose another model of the run")
     slower = min(shares, key=lambda share: float(share.sum()))
     # The pulse ends where the torque stays within 0.1 % of its end.
-    last_off = int(np.flatnonzero(np.abs(1.0 - slower) > 1e-3)[-1:].sum())
+    off = np.flatnonzero(np.abs(1.0 - slower) > 1e-3)
+    last_off = int(off[-1]) if off.size else 0
     pulse = np.diff(np.append(0.0, slower))[: last_off + 2]
     estimated = np.append(0.0, pulse / pulse.sum())
-    given = estimated if slower[0] > _AT_ONCE else np.append([0.0, estimated[1] + estimated[2]], estimated[3:])
-    return TorquePath(_PERIOD, given, estimated), float((ways[0][-1] - ways[0][0]) / (high - low))
+    torque = estimated
+    if slower[0] <= _AT_ONCE:
+        # The log's torque is that of the row's begin: what the first row has comes with the second.
+        torque = np.append([0.0, estimated[1] + estimated[2]], estimated[3:])
+    slope = float((rise[-1] - rise[0]) / (high - low))
+    return TorquePath(_PERIOD, torque, estimated), slope
 
 
-def _moved_side(
-    run: Run, model: Model, rig: RigParameters, inertia: float | None, friction: float | None
-) -> tuple[float, float, str]:
-    """Inertia and friction of what is moved, and where they come from.
+def _moved_side(run: Run, model: Model, rig: RigParameters, inertia: float | None, friction: float | None) -> MovedSide:
+    """Inertia and friction of what is moved: as the options say, as the run shows, or as the rig file has them.
 
     A pair moves its output, a single device its drive, which no log of a run shows.
     """
-    single = run.body["device"] == "single"
-    seen = None if single else output_numbers(run, model.name)
-    where = "rig file" if seen is None else "run"
-    if single:
-        values = rig.value("drive.inertia"), rig.value("drive.coulomb")
+    source = "rig file"
+    if run.body["device"] == "single":
+        known = rig.value("drive.inertia"), rig.value("drive.coulomb")
     else:
-        whole = rig.value("screw.rotor_inertia") + rig.value("screw.load_inertia")
-        values = seen or (whole, rig.value("screw.coulomb"))
-    if inertia is not None or friction is not None:
-        where = "options" if None not in (inertia, friction) else f"options; {where}"
-    moved_inertia, moved_friction = values
-    if inertia is not None:
-        moved_inertia = inertia
-    if friction is not None:
-        moved_friction = friction
-    require(1e-9, unit=" kg m2", output_inertia=moved_inertia)
-    require(0.0, unit=" N m", output_friction=moved_friction)
-    return moved_inertia, moved_friction, where
+        shown = output_numbers(run, model.name)
+        if shown is not None:
+            source = "run"
+            known = shown
+        else:
+            whole = rig.value("screw.rotor_inertia") + rig.value("screw.load_inertia")
+            known = whole, rig.value("screw.coulomb")
+    known_inertia, known_friction = known
+    if inertia is not None and friction is not None:
+        source = "options"
+    elif inertia is not None or friction is not None:
+        source = f"options; {source}"
+    moved = MovedSide(
+        known_inertia if inertia is None else inertia,
+        known_friction if friction is None else friction,
+        source,
+    )
+    require(1e-9, unit=" kg m2", output_inertia=moved.inertia)
+    require(0.0, unit=" N m", output_friction=moved.friction)
+    return moved
 
 
 def output_numbers(run: Run, model: str) -> tuple[float, float] | None:
@@ -226,7 +237,8 @@ def output_numbers(run: Run, model: str) -> tuple[float, float] | None:
     rows = read_rows(run)
     data = rows.data
     speed = -0.5 * (data.elements[0].slip + data.elements[1].slip)
-    at = np.concatenate([np.arange(span.start, span.stop - _WINDOW, _WINDOW) for span in data.clock.spans])
+    windows = [np.arange(span.start, span.stop - _WINDOW, _WINDOW) for span in data.clock.spans]
+    at = np.concatenate(windows)  # first row of each window
     moving = np.abs(speed[at]) > 0.2 * np.std(speed)
     if np.std(speed) < 1.0 or np.count_nonzero(moving) < 100:
         return None
@@ -235,8 +247,11 @@ def output_numbers(run: Run, model: str) -> tuple[float, float] | None:
     time = data.clock.time[at + _WINDOW] - data.clock.time[at]
     acceleration = (speed[at + _WINDOW] - speed[at]) / time
     known = np.column_stack([acceleration, np.sign(speed[at])])
-    inertia, friction = np.linalg.lstsq(known[moving], torque[moving], rcond=None)[0].tolist()
-    return (inertia, max(0.0, friction)) if inertia > 0.0 else None
+    solution = np.linalg.lstsq(known[moving], torque[moving], rcond=None)[0]
+    inertia, friction = solution.tolist()
+    if inertia <= 0.0:
+        return None
+    return inertia, max(0.0, friction)
 
 
 # --- loops and gains --------------------------------------------------------------------------------------------------
@@ -261,27 +276,29 @@ def tuned_loops(path: TorquePath, rig: RigParameters, bandwidth: float, torque_b
         "the supply's rate": rate / volts / math.pi / 2,
     }
 
-    def motion(f: float) -> LinearLoop:
-        return lm.motion_loop(path, f, _INTEGRAL * 2.0 * math.pi * f, speed)
+    def motion(hertz: float) -> LinearLoop:
+        return lm.motion_loop(path, hertz, _INTEGRAL * 2.0 * math.pi * hertz, speed)
 
-    def torque(f: float) -> LinearLoop:
-        return lm.torque_loop(path, f, f, _torque_lag(path))
+    def torque(hertz: float) -> LinearLoop:
+        return lm.torque_loop(path, hertz, hertz, _torque_lag(path))
 
-    shapes = {"torque": torque, "motion": motion}
-    found: list[TunedLoop] = []
-    for name, wanted in (("torque", torque_bandwidth), ("motion", bandwidth)):
+    loops: list[TunedLoop] = []
+    for name, option, wanted, loop_at in (
+        ("torque", "--torque-bandwidth", torque_bandwidth, torque),
+        ("motion", "--bandwidth", bandwidth, motion),
+    ):
         most = min(limits.values())
-        lag = lm.largest_bandwidth(shapes[name], most)
-        own = {**limits, "the lag of the torque": lag if lag < 0.99 * most else math.inf}
-        limit = min(own, key=lambda key: own[key])
-        if wanted > own[limit]:
-            option = "--bandwidth" if name == "motion" else "--torque-bandwidth"
-            raise SettingError(
-                f"{option} {wanted:g} Hz: {limit} allows {own[limit]:.3g} Hz", remedy="Give at most that"
-            )
-        loop = shapes[name](wanted)
-        found.append(TunedLoop(name, wanted, own[limit], limit, loop, lm.margins_of(loop)))
-    return found
+        by_lag = lm.largest_bandwidth(loop_at, most)
+        # Where the search ends at the other limits, it is not the lag that limits.
+        own_limits = {**limits, "the lag of the torque": by_lag if by_lag < 0.99 * most else math.inf}
+        limit = min(own_limits, key=lambda name: own_limits[name])
+        largest = own_limits[limit]
+        if wanted > largest:
+            problem = f"{option} {wanted:g} Hz: {limit} allows {largest:.3g} Hz"
+            raise SettingError(problem, remedy="Give at most that")
+        loop = loop_at(wanted)
+        loops.append(lm.TunedLoop(name, wanted, largest, limit, loop, lm.margins_of(loop)))
+    return loops
 
 
 def _torque_lag(path: TorquePath) -> float:
@@ -289,15 +306,14 @@ def _torque_lag(path: TorquePath) -> float:
 
 
 def settings_of(
-    path: TorquePath, slope: float, mass: tuple[float, float, str], bandwidth: float, torque_bandwidth: float
+    path: TorquePath, slope: float, moved: MovedSide, bandwidth: float, torque_bandwidth: float
 ) -> Mapping[str, float]:
     """Settings of `TUNED` for both bandwidths."""
     import math
 
     stiff = 2.0 * math.pi * bandwidth
-    inertia, friction, _ = mass
-    spring = inertia * stiff * stiff
-    damper = 2.0 * inertia * stiff
+    spring = moved.inertia * stiff * stiff
+    damper = 2.0 * moved.inertia * stiff
     return {
         "observer_bandwidth": torque_bandwidth,
         "integral_rate": torque_bandwidth,  # 1/s; the same number is about a sixth of the bandwidth in rad/s
@@ -305,8 +321,8 @@ def settings_of(
         "torque_lag": _torque_lag(path),
         "track_bandwidth": bandwidth,
         "track_integral": _INTEGRAL * stiff,
-        "output_inertia": inertia,
-        "output_friction": friction,
+        "output_inertia": moved.inertia,
+        "output_friction": moved.friction,
         "k_p": spring / abs(slope),
         "k_d": damper / abs(slope),
         "stiffness": spring,
@@ -318,41 +334,52 @@ def settings_of(
 
 
 def _as_json(
-    model: Model, path: TorquePath, mass: tuple[float, float, str], loops: list[TunedLoop], gains: Mapping[str, float]
+    model: Model, path: TorquePath, moved: MovedSide, loops: list[TunedLoop], gains: Mapping[str, float]
 ) -> dict[str, Any]:
-    margins = [
-        {
-            "loop": one.name,
-            "bandwidth": one.bandwidth,
-            "largest": one.largest,
-            "by": one.limit,
-            "phase_deg": one.margins.phase,
-            "delay_s": one.margins.delay,
-            "sensitivity": one.margins.sensitivity,
-        }
-        for one in loops
-    ]
-    moved = {"inertia": mass[0], "friction": mass[1], "from": mass[2]}
-    settings = {name: gains[name] for name in TUNED}
-    return {"model": model.name, "lag_s": path.lag, "moved_side": moved, "margins": margins, "settings": settings}
+    margins: list[dict[str, Any]] = []
+    for tuned in loops:
+        margins.append(
+            {
+                "loop": tuned.name,
+                "bandwidth": tuned.bandwidth,
+                "largest": tuned.largest,
+                "by": tuned.limit,
+                "phase_deg": tuned.margins.phase,
+                "delay_s": tuned.margins.delay,
+                "sensitivity": tuned.margins.sensitivity,
+            }
+        )
+    return {
+        "model": model.name,
+        "lag_s": path.lag,
+        "moved_side": {"inertia": moved.inertia, "friction": moved.friction, "from": moved.source},
+        "margins": margins,
+        "settings": {name: gains[name] for name in TUNED},
+    }
 
 
-def _show(
-    model: Model, path: TorquePath, mass: tuple[float, float, str], loops: list[TunedLoop], gains: Mapping[str, float]
-) -> None:
+def _show(model: Model, path: TorquePath, moved: MovedSide, loops: list[TunedLoop], gains: Mapping[str, float]) -> None:
     terminal.tell(
-        f"{model.name}: the torque is {1e3 * path.lag:.2f} ms late. The moved side has {mass[0]:.3g} kg m2 and "
-        f"{mass[1]:.2g} N m of friction ({mass[2]})."
+        f"{model.name}: the torque is {1e3 * path.lag:.2f} ms late. The moved side has {moved.inertia:.3g} kg m2 and "
+        f"{moved.friction:.2g} N m of friction ({moved.source})."
     )
     rows: list[list[str]] = []
-    for one in loops:
-        bandwidths = [f"{one.bandwidth:g}", f"{one.largest:.3g}", one.limit]
-        phase = f"{one.margins.phase:.0f}"
-        delay = f"{1e3 * one.margins.delay:.1f}"
-        sensitivity = f"{one.margins.sensitivity:.2f}"
-        rows.append([one.name, *bandwidths, one.margins.gains, phase, delay, sensitivity])
-    heads = ["loop", "Hz", "at most", "by", "gain margin", "phase [deg]", "delay [ms]", "sensitivity"]
-    terminal.tell(terminal.table("Margins", heads, rows))
+    for tuned in loops:
+        margins = tuned.margins
+        rows.append(
+            [
+                tuned.name,
+                f"{tuned.bandwidth:g}",
+                f"{tuned.largest:.3g}",
+                tuned.limit,
+                margins.gains,
+                f"{margins.phase:.0f}",
+                f"{1e3 * margins.delay:.1f}",
+                f"{margins.sensitivity:.2f}",
+            ]
+        )
+    headings = ["loop", "Hz", "at most", "by", "gain margin", "phase [deg]", "delay [ms]", "sensitivity"]
+    terminal.tell(terminal.table("Margins", headings, rows))
     values = [[name, f"{gains[name]:.4g}", unit] for name, unit in TUNED.items()]
     terminal.tell(terminal.table("Settings", ["name", "value", "unit"], values))
 
@@ -360,45 +387,12 @@ def _show(
 def _toml(model: Model, loops: list[TunedLoop], gains: Mapping[str, float]) -> str:
     digest = model.to_dict()["digest"]
     lines = [f"# Control of {model.name} ({digest[:12]}), by erclutch tune. erclutch live --tuned takes this file."]
-    for one in loops:
-        m = one.margins
+    for tuned in loops:
+        margins = tuned.margins
         lines.append(
-            f"# {one.name}: {one.bandwidth:g} Hz of at most {one.largest:.3g}; gain margin {m.gains}, phase "
-            f"{m.phase:.0f} deg, delay {1e3 * m.delay:.1f} ms, sensitivity {m.sensitivity:.2f}"
+            f"# {tuned.name}: {tuned.bandwidth:g} Hz of at most {tuned.largest:.3g}; gain margin {margins.gains}, "
+            f"phase {margins.phase:.0f} deg, delay {1e3 * margins.delay:.1f} ms, "
+            f"sensitivity {margins.sensitivity:.2f}"
         )
-    return "\n".join([*lines, *(f"{name} = {gains[name]:.6g}  # {unit}" for name, unit in TUNED.items())]) + "\n"
-
-
-def describe_loops(loops: list[TunedLoop]) -> Plot:
-    """Bode plot, sensitivity and step of both loops: of motion the reference steps, of torque what no model knows."""
-    import numpy as np
-
-    from erclutch.report.plots.plot_description import PAGE, Axis, Line, Panel, Plot, PlotTable, ReferenceLine
-
-    titles = (
-        "gain of the loop",
-        "phase of the loop",
-        "sensitivity |1 / (1 + L)|",
-        "step of the reference, or of a torque beyond the model",
-    )
-    axes = (Axis("gain", "dB", -40.0, 40.0), Axis("phase", "deg", -360.0, 0.0), Axis("sensitivity", "", 0.0, 2.5))
-    marks: list[list[Any]] = [[ReferenceLine(0.0)], [ReferenceLine(-180.0)], [ReferenceLine(1.0)], []]
-    columns: list[Array] = []
-    for style, one in zip(("series1", "series3"), loops, strict=True):
-        f, response = one.loop.response()
-        phase: Array = np.degrees(np.unwrap(np.angle(response)))
-        phase -= 360.0 * round((float(phase[0]) + 180.0) / 360.0)
-        gain: Array = 20.0 * np.log10(np.abs(response))
-        sensitivity: Array = 1.0 / np.abs(1.0 + response)
-        curves = gain, phase, sensitivity
-        for panel, curve in zip(marks, curves, strict=False):
-            panel.append(Line(f, curve, style, one.name))
-        step = one.loop.step()[:400]
-        time: Array = one.loop.period * np.arange(step.size, dtype=np.float64)
-        marks[3].append(Line(time, step, style, one.name))
-        columns += [f, *curves] if not columns else curves
-    across = [Axis("frequency", "Hz", 0.1, 500.0, log=True)] * 3 + [Axis("time", "s", 0.0, 0.4)]
-    up = (*axes, Axis("step", "", -0.2, 1.6))
-    panels = [Panel(x, y, own, title=title) for x, y, own, title in zip(across, up, marks, titles, strict=True)]
-    names = ["frequency [Hz]", *(f"{one.name}, {what}" for one in loops for what in ("dB", "deg", "sensitivity"))]
-    return Plot(panels, PlotTable(names, np.column_stack(columns).tolist()), 4.6, PAGE, columns=2, legend="shared")
+    lines += [f"{name} = {gains[name]:.6g}  # {unit}" for name, unit in TUNED.items()]
+    return "\n".join(lines) + "\n"

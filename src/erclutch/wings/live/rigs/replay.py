@@ -47,9 +47,12 @@ def _chosen(asked: AskedRig) -> tuple[ServedRig, LoopProgram]:
 
     # What the log knows of its units.
     effort = log.units.get(EFFORT_OF[device], UNKNOWN)
-    field = next((log.units[name] for name in ("field", "E1", "E") if name in log.units), UNKNOWN)
-    speed = {"rad": "rad/s", "m": "m/s"}.get(log.units.get("position", ""), UNKNOWN)
-    slip = log.units.get("slip", speed) if single else "rad/s"
+    fields = [log.units[name] for name in ("field", "E1", "E") if name in log.units]
+    field = next(iter(fields), UNKNOWN)
+    slip = "rad/s"
+    if single:
+        of_position = log.units.get("position", "")
+        slip = log.units.get("slip", {"rad": "rad/s", "m": "m/s"}.get(of_position, UNKNOWN))
     named = NamedChannels(
         {},
         Units(effort, field, slip),

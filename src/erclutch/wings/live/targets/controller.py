@@ -11,14 +11,14 @@ import re
 import tempfile
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from erclutch.errors import ExportError
+from erclutch.export.c.c_header import header
 from erclutch.export.c.c_printer import table
-from erclutch.export.c.c_source import header, source
+from erclutch.export.c.c_source import source
 from erclutch.export.c.compilers import Compiler, foreign, native, natives, run
 from erclutch.export.encode import comment
 from erclutch.export.exported_step import ExportedStep
@@ -47,6 +47,8 @@ _REVERSAL = 2.0
 _MEASURED = "const double zero = 0.0, known = core->meter.good && erc_slipping(core) ? input->torque : zero / zero;"
 #: Files of the loop that the controller is made of, in the order in which they call each other.
 _PARTS = ("plausible", "torque", "interlock")
+#: Constants of the loop that the controller names too.
+_NAMED = ("COAXIAL", "SINGLE", "BY_MODEL", "BY_SENSOR", "BY_MOTION", "STILL", "EARLIER", "ZERO_BEFORE_TRIP")
 _NUMBER = re.compile(r"(?<![\w.])(\d+\.\d*(?:e[-+]?\d+)?|\d+e[-+]?\d+)(?![\w.])")
 
 
@@ -58,17 +60,22 @@ def write(step: ExportedStep, folder: Path) -> None:
     """
     write_core(step, folder)
     c.write_bench(step, folder)
-    n, rows = step.name, sample_rows(step)
+    n = step.name
+    rows = sample_rows(step)
     with tempfile.TemporaryDirectory() as work:
         printed = _printed(native(), folder, Path(work), step, rows)
     (folder / f"{n}_control_check.c").write_text(_check_source(step, rows, printed), encoding="ascii")
-    make = (folder / "Makefile").read_text(encoding="ascii")
+
+    # The check of the controller stands beside that of the model in each rule of the Makefile.
+    makefile = folder / "Makefile"
+    make = makefile.read_text(encoding="ascii")
     make = make.replace(f"check: {n}_check\n\t./{n}_check\n", f"check: {n}_check {n}_control_check\n\t./{n}_check\n")
     make = make.replace(f"\t./{n}_check\n", f"\t./{n}_check\n\t./{n}_control_check\n", 1)
     build = f"{n}_control_check: {n}_control_check.c {n}.c {n}.h\n"
-    build += f"\t$(CC) $(CFLAGS) $(EXACT) $(WARN) {n}_control_check.c {n}.c -o $@\n\n.PHONY: clean\n"
-    make = make.replace(".PHONY: clean\n", build).replace(f"rm -f {n}_check", f"rm -f {n}_check {n}_control_check")
-    (folder / "Makefile").write_text(make, encoding="ascii")
+    build += f"\t$(CC) $(CFLAGS) $(EXACT) $(WARN) {n}_control_check.c {n}.c -o $@\n"
+    make = make.replace(".PHONY: clean\n", f"{build}\n.PHONY: clean\n")
+    make = make.replace(f"rm -f {n}_check", f"rm -f {n}_check {n}_control_check")
+    makefile.write_text(make, encoding="ascii")
 
 
 def write_core(step: ExportedStep, folder: Path) -> list[Path]:
@@ -93,17 +100,20 @@ def texts(step: ExportedStep) -> tuple[str, str]:
         raise ExportError(problem, where=step.model.name, remedy="Export a model without further inputs, of speeds")
     code = _read("target_c/controller.c")
     for name in _PARTS:
-        code = code.replace(f"@{name.upper()}@", _static(_body(f"c/erc_{name}.c")))
+        # Functions that the loop's files share are this file's own.
+        part = re.sub(r"^((?:void|double|bool|uint32_t) erc_\w+\()", r"static \1", _body(name), flags=re.MULTILINE)
+        code = code.replace(f"@{name.upper()}@", part)
     for key, value in _places(step).items():
         code = code.replace(f"@{key}@", value)
-    plain = header(step).replace("#include <stdint.h>", "#include <stdbool.h>\n#include <stdint.h>", 1)
-    before, found, after = plain.rpartition("#ifdef __cplusplus\n}\n")
-    assert found
-    own = source(step, frozenset({"exp", "tanh"}))
+    model_code = source(step, frozenset({"exp", "tanh"}))
     if _known_at_rest(step):
-        own = _step_of_known(step.name, own)
+        model_code = _step_of_known(step.name, model_code)
+
+    model_header = header(step).replace("#include <stdint.h>", "#include <stdbool.h>\n#include <stdint.h>", 1)
+    before, end_of_cplusplus, after = model_header.rpartition("#ifdef __cplusplus\n}\n")
+    assert end_of_cplusplus
     declared = _worded(step, _declared(step))
-    return f"{own}\n{_worded(step, _with_own_names(code))}", f"{before}{declared}\n{found}{after}"
+    return f"{model_code}\n{_worded(step, _with_own_names(code))}", f"{before}{declared}\n{end_of_cplusplus}{after}"
 
 
 # --- the loop's C in the words of the model's file -------------------------------------------------------------------
@@ -113,14 +123,14 @@ def _read(name: str) -> str:
     return (_HERE / name).read_text(encoding="utf-8")
 
 
-def _body(name: str) -> str:
+def _body(part: str) -> str:
     """A file of the loop without its includes."""
-    return re.sub(r"^#include .*\n", "", _read(name), flags=re.MULTILINE)
+    return re.sub(r"^#include .*\n", "", _read(f"c/erc_{part}.c"), flags=re.MULTILINE)
 
 
-def _static(text: str) -> str:
-    """Functions that the loop's files share are this file's own."""
-    return re.sub(r"^((?:void|double|bool|uint32_t) erc_\w+\()", r"static \1", text, flags=re.MULTILINE)
+def _loop_code() -> str:
+    """All C of the loop that the controller is made of."""
+    return "".join([*map(_body, _PARTS), _read("target_c/controller.c")])
 
 
 def _with_own_names(code: str) -> str:
@@ -134,68 +144,90 @@ def _with_own_names(code: str) -> str:
 
 def _members() -> dict[str, str]:
     """Each setting that the controller looks at, with the line of the loop's layout that declares it."""
-    code = "".join([*(_body(f"c/erc_{part}.c") for part in _PARTS), _read("target_c/controller.c")])
-    used = set(re.findall(r"config(?:->|\.)(\w+)", code))
-    found = {"period_ns": "    uint64_t period_ns;"}
+    used = set(re.findall(r"config(?:->|\.)(\w+)", _loop_code()))
+    members = {"period_ns": "    uint64_t period_ns;"}
     for name, note in SETTINGS.items():
         if name in used:
             unit = f"[{note.unit}] " if note.unit else ""
-            found[name] = f"    double {name}; /* {unit}{note.meaning} */"
-    return found
+            members[name] = f"    double {name}; /* {unit}{note.meaning} */"
+    return members
 
 
 def _of_kind(kind: str) -> str:
     """The controller's settings of a kind, as C."""
-    return ", ".join(f"config->{name}" for name in _members() if name in SETTINGS and SETTINGS[name].kind == kind)
+    names = [name for name in _members() if name in SETTINGS and SETTINGS[name].kind == kind]
+    return ", ".join(f"config->{name}" for name in names)
 
 
 def defaults(step: ExportedStep) -> dict[str, float]:
     """Settings to begin with: the range of the training data, and a supply that goes over it in a period."""
     period = step.period or 1e-3
     largest = step.field.range[1]
+    fastest = _fastest_slip(step)
+    band = 0.0 if step.model.band is None else step.model.band.settled
     known = {
         "period_ns": round(period * 1e9),
         "field_limit": largest,
         "rise_rate": largest / period,
         "fall_rate": largest / period,
         "torque_lead": 2.0 * period,
-        "least_slip": 0.05 * max(abs(end) for end in step.slip.range),
+        "least_slip": 0.05 * fastest,
         "torque_scale": step.scale / 16.0,
+        "theta_glitch": _REVERSAL * fastest,
+        "alpha_glitch": _REVERSAL * fastest,
+        **torque_limits(step.scale, band, period),
     }
-    known |= dict.fromkeys(("theta_glitch", "alpha_glitch"), _REVERSAL * max(abs(end) for end in step.slip.range))
-    band = 0.0 if step.model.band is None else step.model.band.settled
-    known |= torque_limits(step.scale, band, period)
     plain = LoopSettings()
     return {name: known.get(name, getattr(plain, name, 0.0)) for name in _members()}
 
 
+def _fastest_slip(step: ExportedStep) -> float:
+    """The largest slip of the log, either way."""
+    return max(abs(end) for end in step.slip.range)
+
+
 def settings_of() -> dict[str, str]:
     """The settings of a controller and their types in the loop's C."""
-    return {**{name: line.split()[0] for name, line in _members().items()}, "observer": "uint32_t"}
+    types = {name: line.split()[0] for name, line in _members().items()}
+    types["observer"] = "uint32_t"
+    return types
 
 
 def _places(step: ExportedStep) -> dict[str, str]:
-    rest = "rest_miss" if feels_state(step) else "miss"
-    coaxial = ("applied[0]", "applied[1]", "theta_dot", "alpha_dot")
-    signals = coaxial if step.elements == 2 else ("applied[0]", "theta_dot - alpha_dot")
-    given = [*signals, *(("known",) if step.measures else ())]
+    """What stands in ``target_c/controller.c`` at each place that its text leaves open."""
+    miss = "rest_miss" if feels_state(step) else "miss"
+    signals = ["applied[0]", "theta_dot - alpha_dot"]
+    if step.elements == 2:
+        signals = ["applied[0]", "applied[1]", "theta_dot", "alpha_dot"]
+    if step.measures:
+        signals.append("known")
     usual = live(USUAL_FILTER, step.period or 1e-3)
+    constant = step.precision.constant
+    known, step_call = "", "NAME_step(&core->model, sample, &core->estimate)"
+    if _known_at_rest(step):
+        # The step holds fields within the log's range, the inverse does not.
+        largest = constant(step.field.range[1])
+        same = f"core->field == core->stages.found && fabs(core->field) <= {largest}"
+        is_known = f"asked && !core->stages.locked && {same}"
+        known = f"const double *known = ({is_known}) ? &core->stages.gave : NULL; /* the inverse has said it */"
+        step_call = "NAME_step_known(&core->model, sample, known, &core->estimate)"
     return {
         "HELD": str(step.elements),
-        "REST": f"NAME_{rest}",
+        "REST": f"NAME_{miss}",
         "HOLD": f"{LoopSettings().hold}u",
         "TRIP": f"{LoopSettings().trip}u",
         "MEASURED": _MEASURED if step.measures else "",
-        "FASTEST": step.precision.constant(_FASTEST * max(abs(end) for end in step.slip.range)),
-        "FILTER_G": step.precision.constant(usual.g),
-        "FILTER_H": step.precision.constant(usual.h),
+        "FASTEST": constant(_FASTEST * _fastest_slip(step)),
+        "FILTER_G": constant(usual.g),
+        "FILTER_H": constant(usual.h),
         "ABOVE_ZERO": _of_kind("ABOVE_ZERO"),
         "FROM_ZERO": _of_kind("FROM_ZERO"),
         "SIGNED": _of_kind("SIGNED"),
-        "MOST": step.precision.constant(MOST),
-        "LEAST": step.precision.constant(LEAST),
-        "SAMPLE": "\n    ".join(f"sample[{i}] = {text};" for i, text in enumerate(given)),
-        **_places_of_known(step),
+        "MOST": constant(MOST),
+        "LEAST": constant(LEAST),
+        "SAMPLE": "\n    ".join(f"sample[{place}] = {signal};" for place, signal in enumerate(signals)),
+        "KNOWN": known,
+        "STEP": step_call,
     }
 
 
@@ -204,26 +236,13 @@ def _known_at_rest(step: ExportedStep) -> bool:
     return not feels_state(step) and step.field.range[0] <= 0.0
 
 
-def _places_of_known(step: ExportedStep) -> dict[str, str]:
-    if not _known_at_rest(step):
-        return {"KNOWN": "", "STEP": "NAME_step(&core->model, sample, &core->estimate)"}
-    # The step holds fields within the log's range, the inverse does not.
-    largest = step.precision.constant(step.field.range[1])
-    same = ["asked", "!core->stages.locked", "core->field == core->stages.found", f"fabs(core->field) <= {largest}"]
-    known = f"const double *known = ({' && '.join(same)}) ? &core->stages.gave : NULL;"
-    return {
-        "KNOWN": f"{known} /* the inverse has said it */",
-        "STEP": "NAME_step_known(&core->model, sample, known, &core->estimate)",
-    }
-
-
 def _step_of_known(n: str, text: str) -> str:
     """The model's C with a step that takes the effort before its limits from its caller, if the caller knows it."""
     given = f"{n}_state *state, const {n}_real input[{n.upper()}_INPUTS]"
     head = f"uint32_t {n}_step({given}, {n}_real *effort)\n{{\n"
     known = f"static uint32_t {n}_step_known({given}, const {n}_real *known, {n}_real *effort)\n{{\n"
-    before, found, rest = text.partition(head)
-    assert found
+    before, _, rest = text.partition(head)
+    assert rest
     body, end, after = rest.partition("\n}\n")
     body, count = re.subn(r"( unlimited = )(.*);", r"\1((known != NULL) && (row_good != 0u)) ? *known : (\2);", body)
     assert count == 1
@@ -235,40 +254,32 @@ def _step_of_known(n: str, text: str) -> str:
 
 def _declared(step: ExportedStep) -> str:
     """The controller's part of the header."""
-    lines = dict.fromkeys(_members().values())
-    numbers = [
-        f"{int(value)}u" if name == "period_ns" else step.precision.constant(float(value))
-        for name, value in defaults(step).items()
-    ]
-    structs = re.findall(
-        r"/\* What (?:a device gives|the stages|is known).*?\} erc_\w+;\n", _read("c/erc_state.h"), re.DOTALL
-    )
-    text = (
-        _read("target_c/controller.h").replace("@SETTINGS@", "\n".join(lines)).replace("@STAGES@", "\n".join(structs))
-    )
-    text = text.replace("@DEFAULTS@", ", \\\n    ".join([*numbers, "NAME_BY_MODEL"]))
+    lines = list(_members().values())
+    numbers: list[str] = []
+    for name, value in defaults(step).items():
+        is_integer = name == "period_ns"
+        numbers.append(f"{int(value)}u" if is_integer else step.precision.constant(float(value)))
+    struct = re.compile(r"/\* What (?:a device gives|the stages|is known).*?\} erc_\w+;\n", re.DOTALL)
+    structs = struct.findall(_read("c/erc_state.h"))
     units = step.model.units
+    text = _read("target_c/controller.h")
+    text = text.replace("@SETTINGS@", "\n".join(lines))
+    text = text.replace("@STAGES@", "\n".join(structs))
+    text = text.replace("@DEFAULTS@", ", \\\n    ".join([*numbers, "NAME_BY_MODEL"]))
     text = text.replace("@UNITS@", comment(f"{units.effort or '1'} and {units.slip or '1'}"))
-    code = "".join(_body(f"c/erc_{part}.c") for part in _PARTS) + _read("target_c/controller.c")
-    events = {name: text for name, text in EVENTS if f"ERC_{_macro(name)}" in code}
-    named = ("COAXIAL", "SINGLE", "BY_MODEL", "BY_SENSOR", "BY_MOTION", "STILL", "EARLIER", "ZERO_BEFORE_TRIP")
+
+    code = _loop_code()
+    macros: list[str] = []
+    for name, meaning in EVENTS:
+        macro = _macro(name)
+        if f"ERC_{macro}" in code:
+            macros.append(f"#define NAME_EVENT_{macro} ((uint32_t){EVENT_BITS[name]}u) /* {meaning} */")
+    for name in _NAMED:
+        value = CONSTANTS[f"ERC_{name}"]
+        macros.append(f"#define NAME_{name} {value}u")
     device = "SINGLE" if step.elements == 1 else "COAXIAL"
-    macros = [
-        f"#define NAME_EVENT_{_macro(name)} ((uint32_t){EVENT_BITS[name]}u) /* {text} */"
-        for name, text in events.items()
-    ]
-    macros += [f"#define NAME_{name} {CONSTANTS[f'ERC_{name}']}u" for name in named]
-    return "\n".join(
-        [
-            "/* --- control --- */",
-            "",
-            "",
-            *macros,
-            f"#define NAME_DEVICE NAME_{device}",
-            "",
-            text,
-        ]
-    )
+    macros.append(f"#define NAME_DEVICE NAME_{device}")
+    return "\n".join(["/* --- control --- */", "", "", *macros, "", text])
 
 
 def _macro(event: str) -> str:
@@ -277,7 +288,8 @@ def _macro(event: str) -> str:
 
 def _worded(step: ExportedStep, text: str) -> str:
     """C of the loop with the model's number type, functions and prefix."""
-    n, p = step.name, step.precision
+    n = step.name
+    suffix = step.precision.suffix
     text = re.sub(r"core->config\.device\b", "ERC_DEVICE", text)
     text = re.sub(
         r"if \(isfinite\((\w+)\)\) \{\n", r"if (isfinite(\1)) {\n        /*@ assert \\is_finite(\1); */\n", text
@@ -285,10 +297,11 @@ def _worded(step: ExportedStep, text: str) -> str:
     text = re.sub(r"\bisfinite\(([^()]*)\)", rf"({n}_finite(\1) != 0u)", text)
     text = re.sub(r"\b(exp|tanh)\(", rf"{n}_\1(", text).replace("fabs(", f"{n}_magnitude(")
     text = text.replace("erc_inverse(core, ", f"{n}_inverse(")
-    text = _NUMBER.sub(rf"\1{p.suffix}", text) if p.suffix else text
+    if suffix:
+        text = _NUMBER.sub(rf"\1{suffix}", text)
     text = re.sub(r"\bdouble\b", f"{n}_real", text)
-    for old, new in (("erc_config", "settings"), ("erc_core", "controller")):
-        text = re.sub(rf"\b{old}\b", f"{n}_{new}", text)
+    text = re.sub(r"\berc_config\b", f"{n}_settings", text)
+    text = re.sub(r"\berc_core\b", f"{n}_controller", text)
     events = "|".join(map(_macro, EVENT_BITS))
     text = re.sub(rf"\bERC_({events})\b", r"NAME_EVENT_\1", text)
     text = re.sub(r"\bNAME_(?=[A-Z])", f"{n.upper()}_", text.replace("ERC_", "NAME_"))
@@ -302,10 +315,11 @@ def sample_rows(step: ExportedStep, odd: int = 24) -> Array:
     """Samples of a drive that turns while the wanted torque swings, some of them with an odd value, shape (n, 7)."""
     rng = np.random.default_rng(int(step.digest[:12], 16))
     k = np.arange(_ROWS)
-    top = max(abs(end) for end in step.slip.range)
-    wanted = step.scale * np.sin(2.0 * np.pi * k / 128.0) * np.where(k < _ROWS // 2, 0.3, 1.2)
-    speed = 0.4 * top * (1.0 + 0.5 * np.sin(2.0 * np.pi * k / 300.0))
-    output = 0.1 * top * np.sin(2.0 * np.pi * k / 97.0) * (step.elements == 2)
+    fastest = _fastest_slip(step)
+    swing = np.where(k < _ROWS // 2, 0.3, 1.2)  # within the model's efforts, then beyond
+    wanted = step.scale * np.sin(2.0 * np.pi * k / 128.0) * swing
+    speed = 0.4 * fastest * (1.0 + 0.5 * np.sin(2.0 * np.pi * k / 300.0))
+    output = 0.1 * fastest * np.sin(2.0 * np.pi * k / 97.0) * (step.elements == 2)
     speed[300:330] = output[300:330]  # both sides at one speed
     speed[330:400] *= -1.0
     torque = 0.9 * wanted + 0.02 * step.scale * rng.standard_normal(_ROWS)
@@ -322,9 +336,14 @@ def sample_rows(step: ExportedStep, odd: int = 24) -> Array:
 def _check_source(step: ExportedStep, rows: Array, printed: str = "", *, plain: bool = False) -> str:
     """A tiny main: prints bits and flags of every sample, or compares them with those that are given."""
     n, p = step.name, step.precision
-    expected = [line.split() for line in printed.splitlines()] or [["0"] * (len(OUTPUTS) + 1)] * len(rows)
-    bits = [[*(f"0x{word}{p.bits_suffix}" for word in words[:-1]), f"{words[-1]}u"] for words in expected]
-    answers = table(p.c_bits, "answers", ["{" + ", ".join(row) + "}" for row in bits], 1, f"[{len(OUTPUTS) + 1}]")
+    expected = [line.split() for line in printed.splitlines()]  # bits of each output, and the flags
+    if not expected:
+        expected = [["0"] * (len(OUTPUTS) + 1)] * len(rows)
+    lines: list[str] = []
+    for *words, flags in expected:
+        numbers = [f"0x{word}{p.bits_suffix}" for word in words]
+        lines.append("{" + ", ".join([*numbers, f"{flags}u"]) + "}")
+    answers = table(p.c_bits, "answers", lines, 1, f"[{len(OUTPUTS) + 1}]")
     return f"""/* Checks the controller of {n} on this machine: make check. Exit code 0 if every bit is as expected.
    With PRINT defined it prints all bits instead. The samples go through it with each observer in turn. */
 #include <inttypes.h>
@@ -348,12 +367,17 @@ def _main(step: ExportedStep, rows: int, plain: bool) -> str:
     """The loop over the samples: with each observer in turn, from a reset each quarter; or plain, by the defaults."""
     n, p = step.name, step.precision
     form = "%0" + f'{p.width // 4}" PRIx{p.width} " '
-    given = "\n".join(f"        input.{name} = number(samples[i][{k}]);" for k, name in enumerate(INPUTS))
-    compared = "\n".join(f"        good &= is_same(output.{name}, answers[i][{k}]);" for k, name in enumerate(OUTPUTS))
-    every, turns = (rows, "") if plain else (rows // 4, f"settings.observer = 1u + (i / {rows // 4}u) % 3u;")
-    told = {"gain_rate": "2", "integral_rate": "5", "drive_inertia": f"1 / ({n}_real)4096"}
-    tuned = "" if plain else "\n".join(f"    settings.{name} = ({n}_real){value};" for name, value in told.items())
+    given = "\n".join(f"        input.{name} = number(samples[i][{place}]);" for place, name in enumerate(INPUTS))
+    compared = "\n".join(
+        f"        good &= is_same(output.{name}, answers[i][{place}]);" for place, name in enumerate(OUTPUTS)
+    )
     shown = ", ".join(f"bits_of(output.{name})" for name in OUTPUTS)
+    every, turns, tuned = rows, "", ""
+    if not plain:
+        every = rows // 4
+        turns = f"settings.observer = 1u + (i / {every}u) % 3u;"
+        values = {"gain_rate": "2", "integral_rate": "5", "drive_inertia": f"1 / ({n}_real)4096"}
+        tuned = "\n".join(f"    settings.{name} = ({n}_real){value};" for name, value in values.items())
     return f"""int main(void)
 {{
     static {n}_controller controller;
@@ -391,35 +415,43 @@ def _main(step: ExportedStep, rows: int, plain: bool) -> str:
 
 def answers(step: ExportedStep, rows: Array, folder: Path) -> NDArray[np.uint64]:
     """Bits of each sample's outputs and its flags, by the default settings, shape (n, 4); the C lies in the folder."""
-    lines = _printed(native(), folder, folder, step, rows, plain=True).splitlines()
-    return np.array(
-        [[*(int(word, 16) for word in line.split()[:-1]), int(line.split()[-1])] for line in lines], np.uint64
-    )
+    printed = _printed(native(), folder, folder, step, rows, plain=True)
+    bits: list[list[int]] = []
+    for line in printed.splitlines():
+        *words, flags = line.split()
+        bits.append([*(int(word, 16) for word in words), int(flags)])
+    return np.array(bits, np.uint64)
 
 
 def _printed(
     compiler: Compiler, folder: Path, work: Path, step: ExportedStep, rows: Array, *, plain: bool = False
 ) -> str:
     """What the controller makes of the samples, by a compiler."""
-    bench, n = work / "bench.c", step.name
+    n = step.name
+    bench = work / "bench.c"
+    program = work / "bench"
     text = _check_source(step, rows, plain=plain).replace("return bad == 0u ? 0 : 1;", "return 0;")
     bench.write_text(text, encoding="ascii")
     static = ("-static",) if compiler.runner else ()
-    compiler.build([bench, folder / f"{n}.c"], work / "bench", "-DPRINT", f"-I{folder}", "-O2", *static)
-    return run([*compiler.runner, str(work / "bench")], f"{n} compiled by {compiler.name} failed", "Export it again")
+    compiler.build([bench, folder / f"{n}.c"], program, "-DPRINT", f"-I{folder}", "-O2", *static)
+    return run([*compiler.runner, str(program)], f"{n} compiled by {compiler.name} failed", "Export it again")
 
 
 def verify(step: ExportedStep, folder: Path) -> Iterator[Check]:
     """The model's vectors and the controller's, under every compiler and emulator of this machine."""
     yield from c.verify(step, folder)
     rows = sample_rows(step)
-    said = re.search(r"answers\[.*?= \{\n(.*?)\n\};", (folder / f"{step.name}_control_check.c").read_text(), re.DOTALL)
-    if said is None:
+    check = (folder / f"{step.name}_control_check.c").read_text()
+    vectors = re.search(r"answers\[.*?= \{\n(.*?)\n\};", check, re.DOTALL)
+    if vectors is None:
         raise ExportError("the test vectors are gone", where=str(folder), remedy="Export the model again")
-    expected = [re.findall(r"0x([0-9a-f]+)|\b(\d+)u", line) for line in said[1].splitlines()]
-    wanted = [" ".join(a or b for a, b in line) for line in expected if line]
+    expected: list[str] = []  # lines as the bench prints them
+    for line in vectors[1].splitlines():
+        words = [bits or flags for bits, flags in re.findall(r"0x([0-9a-f]+)|\b(\d+)u", line)]
+        if words:
+            expected.append(" ".join(words))
     with tempfile.TemporaryDirectory() as work:
         for compiler in (*natives(), *foreign()):
-            printed = _printed(compiler, folder, Path(work), step, rows).split("\n")[: len(wanted)]
-            other: Any = sum(a != b for a, b in zip(printed, wanted, strict=True))
-            yield Check(f"controller, {compiler.name}", len(wanted), other, 0.0)
+            printed = _printed(compiler, folder, Path(work), step, rows).split("\n")[: len(expected)]
+            other = sum(line != wanted for line, wanted in zip(printed, expected, strict=True))
+            yield Check(f"controller, {compiler.name}", len(expected), other, 0.0)

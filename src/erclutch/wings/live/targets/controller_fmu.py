@@ -33,24 +33,35 @@ def interface(step: ExportedStep) -> Interface:
     """The controller's variables, and what binds the FMU to its C."""
     n, units = step.name, step.model.units
     effort, field = units.effort or "1", step.units[0]
-    of = {"wanted": effort, "torque": effort, "motor_torque": effort, "theta_dot": units.slip, "alpha_dot": units.slip}
-    inputs = [Port(name, of.get(name, "?"), None, 0.0, _MEANING[name]) for name in controller.INPUTS]
-    top = (0.0, step.field.range[1])
-    outputs = [Port("field1", field, top), Port("field2", field, top), Port("estimate", effort, None)]
+    unit_of = {
+        "wanted": effort,
+        "torque": effort,
+        "motor_torque": effort,
+        "theta_dot": units.slip,
+        "alpha_dot": units.slip,
+    }
+    inputs = [Port(name, unit_of.get(name, "?"), None, 0.0, _MEANING[name]) for name in controller.INPUTS]
+    field_range = (0.0, step.field.range[1])
+    outputs = [
+        Port("field1", field, field_range),
+        Port("field2", field, field_range),
+        Port("estimate", effort, None),
+    ]
     starts = controller.defaults(step)
-    named = [name for name in controller.settings_of() if name not in ("period_ns", "observer")]
+    settings = [name for name in controller.settings_of() if name not in ("period_ns", "observer")]
+    parameters = [Port(name, "?", None, starts[name]) for name in settings]
     about = "1: the model alone, 2: a torque sensor, 3: the drive's motion"
-    parameters = [Port(name, "?", None, starts[name]) for name in named]
-    copied = "\n".join(f"    settings.{name} = ({n}_real)parameter[{i}];" for i, name in enumerate(named))
-    given = "\n".join(f"    input.{name} = in[{i}];" for i, name in enumerate(controller.INPUTS))
-    taken = "\n".join(f"    out[{i}] = output.{name};" for i, name in enumerate(controller.OUTPUTS))
+    parameters.append(Port("observer", "1", (1.0, 3.0), 1.0, about))
+    copied = "\n".join(f"    settings.{name} = ({n}_real)parameter[{place}];" for place, name in enumerate(settings))
+    given = "\n".join(f"    input.{name} = in[{place}];" for place, name in enumerate(controller.INPUTS))
+    taken = "\n".join(f"    out[{place}] = output.{name};" for place, name in enumerate(controller.OUTPUTS))
     binding = f"""typedef {n}_controller erc_state;
 typedef {n}_real erc_real;
 #define erc_reset(state) {n}_reset(&(state)->model)
 
 static void erc_use({n}_controller *state, const double *parameter)
 {{
-    const double observer = parameter[{len(named)}];
+    const double observer = parameter[{len(settings)}];
     {n}_settings settings = {n.upper()}_CONTROL_DEFAULTS;
 {copied}
     settings.observer = (observer >= 1.0 && observer < 4.0) ? (uint32_t)observer : 9u;
@@ -68,10 +79,18 @@ static uint32_t erc_step({n}_controller *state, const {n}_real *in, {n}_real *ou
     return flags;
 }}
 """
-    parameters.append(Port("observer", "1", (1.0, 3.0), 1.0, about))
     flags = (2 ** (len(EVENTS) + 1) - 1, f"those of the model and the events of {n}.h")
     code = controller.texts(step)
-    return Interface(tuple(inputs), tuple(outputs), tuple(parameters), "fixed", True, flags, code, binding)
+    return Interface(
+        tuple(inputs),
+        tuple(outputs),
+        tuple(parameters),
+        "fixed",
+        True,
+        flags,
+        code,
+        binding,
+    )
 
 
 def write(step: ExportedStep, folder: Path) -> None:
@@ -91,7 +110,7 @@ def verify(step: ExportedStep, folder: Path) -> Iterator[Check]:
         controller.write_core(step, Path(work))
         expected = controller.answers(step, rows, Path(work))
     for where, outputs, flags in simulated(step, face, folder, 3, ("CoSimulation",), rows):
-        held = outputs.astype(step.precision.dtype).view(step.precision.bits)
-        found = np.column_stack([held.astype(np.uint64), flags.astype(np.uint64)])
-        other = int(np.count_nonzero((found != expected).any(axis=1)))
+        bits = outputs.astype(step.precision.dtype).view(step.precision.bits)
+        simulated_rows = np.column_stack([bits.astype(np.uint64), flags.astype(np.uint64)])
+        other = int(np.count_nonzero((simulated_rows != expected).any(axis=1)))
         yield Check(where, len(rows), other, 0.0)
