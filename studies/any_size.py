@@ -21,7 +21,8 @@ from erclutch.logs.any_size import read_rows
 from erclutch.logs.dataset import Dataset, build_dataset
 from erclutch.logs.held_out import hold_out
 from erclutch.logs.reading import Reading
-from erclutch.runs.every_row import plan_of_rows, score_every_row
+from erclutch.runs.every_row import score_every_row
+from erclutch.runs.scoring_plan import plan_of_rows
 from erclutch.runs.tasks import Tasks
 
 

@@ -74,20 +74,38 @@ def fitted(rows: Dataset, laws: Sequence[str] = LAWS, stages: str = "lag") -> To
     return chosen.model
 
 
+class Servo:
+    """The drive of the TWIN follows speeds.
+
+    Args:
+        speeds: in rad/s, one a row.
+        inertia: of the drive in kg m2.
+    """
+
+    def __init__(self, speeds: Array, inertia: float) -> None:
+        self._speeds: list[float] = np.append(speeds, 0.0).tolist()
+        self._inertia = inertia
+        self._angle = 0.0
+        self._integral = 0.0
+
+    def asked(self, row: int, angle: float) -> tuple[float, float]:
+        """The drive's speed in rad/s at a row, and the torque in N m that brings it to the next speed if it is free."""
+        speed = (angle - self._angle) * RATE
+        self._angle = angle
+        off = self._speeds[row] - speed
+        self._integral += off / RATE
+        change = (self._speeds[row + 1] - self._speeds[row]) * RATE
+        return speed, self._inertia * (change + SERVO * off + 0.25 * SERVO**2 * self._integral)
+
+
 def played(commands: Commands, seed: int) -> Dataset:
     """The log of a brake whose drive follows the speed by a servo, and whose field is the command."""
     twin = Twin(seed=seed, locked=True, single=True)
-    inertia = twin.rig.value("drive.inertia")
+    servo = Servo(commands.speed, twin.rig.value("drive.inertia"))
     rows = np.zeros((commands.speed.size, 3))
-    angle, integral = 0.0, 0.0
     measured = twin.sense()
-    speeds = np.append(commands.speed, 0.0).tolist()
     for row, field in enumerate(commands.field.tolist()):
-        speed = (measured.theta - angle) * RATE
-        angle = measured.theta
-        off = speeds[row] - speed
-        integral += off / RATE
-        torque = inertia * ((speeds[row + 1] - speeds[row]) * RATE + SERVO * off + 0.25 * SERVO**2 * integral)
+        _, torque = servo.asked(row, measured.theta)
         rows[row] = field, measured.theta - measured.alpha_rotary, measured.torque
         twin.command(RigCommand(E1=field, motor_torque=torque + measured.torque))
         twin.step()

@@ -25,7 +25,7 @@ from erclutch.wings.design.limits import RigLimits, limits_of_log
 from erclutch.wings.rig.interface import RigCommand
 from erclutch.wings.rig.twin.scenarios import prepare
 from erclutch.wings.rig.twin.twin import Twin
-from studies.excite import AS_GOOD, LAWS, RATE, SERVO, chirp, error, fitted, keep, kept_errors, random_steps
+from studies.excite import AS_GOOD, LAWS, RATE, Servo, chirp, error, fitted, keep, kept_errors, random_steps
 
 TEST_SECONDS = 20.0
 Played = tuple[str, Callable[[float, int], Dataset]]
@@ -39,21 +39,15 @@ def scenario(seconds: float, seed: int) -> Dataset:
 def played(commands: Commands, seed: int) -> Dataset:
     """The log of a pair whose motor follows the speed by a servo; a positive field is the first clutch's."""
     twin = Twin(seed=seed)
-    inertia = twin.rig.value("drive.inertia")
+    servo = Servo(commands.speed, twin.rig.value("drive.inertia"))
     rows = np.zeros((commands.speed.size, 5))
-    angle, integral = 0.0, 0.0
     measured = twin.sense()
-    speeds = np.append(commands.speed, 0.0).tolist()
     for row, field in enumerate(commands.field.tolist()):
-        speed = (measured.theta - angle) * RATE
-        angle = measured.theta
-        off = speeds[row] - speed
-        integral += off / RATE
-        wanted = (speeds[row + 1] - speeds[row]) * RATE + SERVO * off + 0.25 * SERVO**2 * integral
+        speed, torque = servo.asked(row, measured.theta)
         drag = np.copysign(abs(measured.torque), speed)  # both clutches brake the motor
         first, second = max(field, 0.0), max(-field, 0.0)
         rows[row] = first, second, measured.theta, measured.alpha_rotary, measured.torque
-        twin.command(RigCommand(first, second, float(inertia * wanted + drag)))
+        twin.command(RigCommand(first, second, float(torque + drag)))
         twin.step()
         measured = twin.sense()
     units: dict[str, str] = {"E1": "", "E2": "", "theta": "rad", "alpha": "rad", "T": "N*m"}

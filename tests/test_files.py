@@ -386,7 +386,7 @@ def test_signals_leave_nothing_behind(name: str, tmp_path: Path) -> None:
         "import sys, time\nfrom erclutch import files\nfrom erclutch.cli import main\n"
         "import erclutch.runs.written_run as folders\n"
         "def slow(*given):\n    print('begun', flush=True)\n    time.sleep(60)\n"
-        "folders._fill = slow\nsys.argv = ['erclutch', *sys.argv[1:]]\nsys.exit(main())"
+        "folders.write_models = slow\nsys.argv = ['erclutch', *sys.argv[1:]]\nsys.exit(main())"
     )
     words = ("fit", "log.csv", "--models", "bingham", "--lag", "none", "--json", "--out", "run")
     with subprocess.Popen(

@@ -22,9 +22,10 @@ from erclutch.logs.batches import neighbours
 from erclutch.logs.dataset import Dataset, build_dataset
 from erclutch.logs.reading import Reading
 from erclutch.logs.synthetic import synthetic_log
-from erclutch.runs.every_row import HeldOut, Part, PartSums, plan_of, predictions, score_every_row
+from erclutch.runs.every_row import PartSums, predictions, score_every_row
 from erclutch.runs.every_row_folder import FILE, FOLDER, KeptParts, read_every_row, unfinished_plan, write_every_row
 from erclutch.runs.run_folder import read_run
+from erclutch.runs.scoring_plan import HeldOut, Part, plan_of
 from erclutch.runs.tasks import Tasks, tasks_on
 from erclutch.runs.written_run import write_run
 

@@ -18,166 +18,24 @@ from typing import Any, Protocol
 import numpy as np
 
 from erclutch.errors import RunError
-from erclutch.fit.comparison import Comparison
 from erclutch.fit.scoring import BinSums, Score, score_of_bins
-from erclutch.logs.any_size import Cut, RowsOfLogs
 from erclutch.logs.batches import RowRange, blocks_of, chained, neighbours, one_batch
 from erclutch.logs.dataset import Dataset
 from erclutch.logs.reading import Reading
 from erclutch.models.model import Model
 from erclutch.models.model_file import digest_of
 from erclutch.models.stages import outside_stages
+from erclutch.runs.scoring_plan import LogToScore, Part, ScoringPlan
 from erclutch.runs.tasks import Tasks
 from erclutch.runs.written_run import without_infinities
 from erclutch.signals.array import Array, Mask
 from erclutch.signals.clock import Carry
-from erclutch.signals.device import DeviceName
 
 KIND, SCHEMA = "erclutch every row", 1
-_MOST_BINS, _SHORTEST_BIN = 65_536, 256
 _AHEAD = 2048  # rows before a block that are computed once more, so that what a delay reaches back to is known
 
 #: Called with the rows that were scored so far, and all rows.
 ScoringProgress = Callable[[int, int], None]
-
-
-@dataclass(frozen=True)
-class HeldOut:
-    """Which rows of a log are held out: a row that was not kept is what the kept row before it is.
-
-    Attributes:
-        turns: places among the log's usable rows from which on that changes, increasing.
-        held: whether rows from there on are held out, one for each turn; rows before the first turn are as behind it.
-    """
-
-    turns: tuple[int, ...]
-    held: tuple[bool, ...]
-
-    def of(self, first: int, rows: int) -> Mask:
-        """Whether each of so many rows from a place on is held out, shape (rows,)."""
-        behind = np.searchsorted(self.turns, np.arange(first, first + rows), side="right") - 1
-        return np.array(self.held, np.bool_)[np.maximum(behind, 0)]
-
-
-@dataclass(frozen=True)
-class LogToScore:
-    """A log whose rows are scored.
-
-    Attributes:
-        path, number, name, digest: see `LogInBlocks`.
-        rows: usable rows.
-        period: sampling period in s; None where steps differ.
-        cuts: where its tasks begin.
-        held_out: which of its rows are held out.
-    """
-
-    path: str
-    number: int | None
-    name: str
-    digest: str
-    rows: int
-    period: float | None
-    cuts: tuple[Cut, ...]
-    held_out: HeldOut
-
-
-@dataclass(frozen=True)
-class ScoringPlan:
-    """What is scored.
-
-    Attributes:
-        run: digest of run.json; "" where the run is in no folder.
-        device: how signals become elements.
-        logs: in the order of the fit.
-        kept_rows: rows that the models were fitted to or judged on before.
-        bin_rows: rows of a bin.
-        middle: effort near the mean, which sums of the effort are counted from.
-        seed: of the bands.
-    """
-
-    run: str
-    device: DeviceName
-    logs: tuple[LogToScore, ...]
-    kept_rows: int
-    bin_rows: int
-    middle: float
-    seed: int
-
-    @property
-    def rows(self) -> int:
-        """All rows."""
-        return sum(log.rows for log in self.logs)
-
-    @property
-    def parts(self) -> list[Part]:
-        """What the tasks read."""
-        parts: list[Part] = []
-        for log in self.logs:
-            for number, cut in enumerate(log.cuts):
-                is_last = number + 1 == len(log.cuts)
-                stop = None if is_last else log.cuts[number + 1].file_row
-                parts.append(Part(log, number, cut, stop))
-        return parts
-
-
-@dataclass(frozen=True)
-class Part:
-    """Rows of one task.
-
-    Attributes:
-        log: the log.
-        at: which of its parts, counted from 0.
-        begin: its first row.
-        stop: row of the file behind its last; None is the end of the log.
-    """
-
-    log: LogToScore
-    at: int
-    begin: Cut
-    stop: int | None
-
-    @property
-    def rows(self) -> int:
-        """Usable rows."""
-        end = self.log.rows
-        if self.stop is not None:
-            end = self.log.cuts[self.at + 1].place
-        return end - self.begin.place
-
-
-def plan_of(rows: RowsOfLogs, comparison: Comparison, run: str = "") -> ScoringPlan:
-    """The plan for logs of which stretches were kept, and for the comparison of these."""
-    return plan_of_rows(rows, comparison.test, seed=comparison.settings.seed, run=run)
-
-
-def plan_of_rows(rows: RowsOfLogs, test: Mask, *, seed: int = 0, run: str = "") -> ScoringPlan:
-    """The plan for logs of which stretches were kept, and for the mask of those that are held out."""
-    total = sum(log.rows for log in rows.in_blocks)
-    bin_rows = _SHORTEST_BIN
-    while total > bin_rows * _MOST_BINS:
-        bin_rows *= 2
-    kept_of = dict(zip(rows.numbers, rows.data.source_rows, strict=True))
-    logs: list[LogToScore] = []
-    for number, log in enumerate(rows.in_blocks):
-        held_out = HeldOut((0,), (True,))  # nothing of the log was seen
-        if number in kept_of:
-            kept = slice(*kept_of[number])
-            places = rows.places[kept]
-            is_test = test[kept]
-            turns = np.concatenate([[0], 1 + np.flatnonzero(is_test[1:] != is_test[:-1])])
-            held_out = HeldOut(tuple(places[turns].tolist()), tuple(is_test[turns].tolist()))
-        period = log.period if log.uniform else None
-        to_score = LogToScore(str(log.path), log.number, log.name, log.digest, log.rows, period, log.cuts, held_out)
-        logs.append(to_score)
-    return ScoringPlan(
-        run=run,
-        device=rows.data.device,
-        logs=tuple(logs),
-        kept_rows=rows.data.rows,
-        bin_rows=bin_rows,
-        middle=float(rows.data.effort.mean()),
-        seed=seed,
-    )
 
 
 @dataclass(frozen=True)
@@ -200,11 +58,13 @@ class EveryRow:
         """As JSON values, with a digest over all of them."""
         models: dict[str, dict[str, Any]] = {}
         for name in self.train or self.test:
-            models[name] = {}
+            figures: dict[str, Any] = {}
             if name in self.train:
-                models[name]["train"] = self.train[name].to_dict()
+                figures["train"] = self.train[name].to_dict()
             if name in self.test:
-                models[name]["test"] = self.test[name].to_dict()
+                figures["test"] = self.test[name].to_dict()
+            models[name] = figures
+        logs = [{"name": log.name, "sha256": log.digest, "rows": log.rows} for log in self.plan.logs]
         body: dict[str, Any] = {
             "kind": KIND,
             "schema": SCHEMA,
@@ -212,7 +72,7 @@ class EveryRow:
             "rows": self.plan.rows,
             "kept_rows": self.plan.kept_rows,
             "bin_rows": self.plan.bin_rows,
-            "logs": [{"name": log.name, "sha256": log.digest, "rows": log.rows} for log in self.plan.logs],
+            "logs": logs,
             "models": models,
             "not_scored": dict(self.not_scored),
         }
@@ -271,8 +131,11 @@ def score_every_row(
     """
     able, unable = scorable(models)
     parts = plan.parts
-    found = {} if kept is None else kept.sums(len(parts), len(able))
-    sums = {number: each for number, each in found.items() if not each.fault(parts[number], len(able))}
+    sums: dict[int, PartSums] = {}  # by the part's number
+    if kept is not None:
+        for number, of_part in kept.sums(len(parts), len(able)).items():
+            if not of_part.fault(parts[number], len(able)):
+                sums[number] = of_part
     missing = [number for number in range(len(parts)) if number not in sums]
     done = sum(int(each.rows.sum()) for each in sums.values())
 
@@ -280,7 +143,8 @@ def score_every_row(
         progress(done + rows, plan.rows)
 
     score = partial(_score_part, plan, able, how, report if tasks.here else None)
-    for number, (asked, of_part) in zip(missing, tasks(score, [parts[number] for number in missing]), strict=True):
+    answers = tasks(score, [parts[number] for number in missing])
+    for number, (asked, of_part) in zip(missing, answers, strict=True):
         part = parts[number]
         wrong = of_part.fault(part, len(able)) if asked == part else "they are of other rows"
         if wrong:
@@ -329,13 +193,17 @@ class PartSums:
         of_models = {name: (models, bins) for name in ("error", "square", "largest")}
         if not bins or shapes != {**dict.fromkeys(shapes, (bins,)), **of_models}:
             return f"they have the shapes {shapes}"
-        if not all(np.isfinite(each).all() for each in (self.rows, self.effort, self.effort_square)):
+        finite = [np.isfinite(sums).all() for sums in (self.rows, self.effort, self.effort_square)]
+        if not all(finite):
             return "not all of them are finite"
         if not ((self.square >= 0.0).all() and (self.largest >= 0.0).all()):
             return "not all of them are numbers"
+        held = part.log.held_out.of(part.begin.place, part.rows)
         counted = self.rows.sum(), self.rows[self.held].sum()
-        expected = part.rows, np.count_nonzero(part.log.held_out.of(part.begin.place, part.rows))
-        return "" if counted == expected else f"they count {counted} rows and rows held out, not {expected}"
+        expected = part.rows, np.count_nonzero(held)
+        if counted != expected:
+            return f"they count {counted} rows and rows held out, not {expected}"
+        return ""
 
     def scores(self, names: Sequence[str], held: bool, seed: int) -> dict[str, Score]:
         """Figures by model on the bins that are held out, or on the others; none where there are no such bins."""
@@ -358,8 +226,10 @@ class PartSums:
 
 def joined_sums(parts: Sequence[PartSums]) -> PartSums:
     """The bins of several parts, one after another."""
-    names = list(PartSums.__dataclass_fields__)
-    return PartSums(**{name: np.concatenate([getattr(part, name) for part in parts], axis=-1) for name in names})
+    whole: dict[str, Any] = {}
+    for name in PartSums.__dataclass_fields__:
+        whole[name] = np.concatenate([getattr(part, name) for part in parts], axis=-1)
+    return PartSums(**whole)
 
 
 def _score_part(
@@ -413,13 +283,17 @@ def predictions(
         data = chained([before, block]) if before is not None and goes_on else block
         first = data.rows - block.rows
         # Delays and past samples reach back; besides, a model needs some time to forget the edge of a block.
-        reach = [max(model.times.get("delay", 0.0) / block.period, *model.past, 0) for model in models.values()]
-        ahead = _AHEAD + 2 * int(max(reach, default=0.0))
+        reach = 0.0  # [rows]
+        for model in models.values():
+            delay = model.times.get("delay", 0.0) / block.period
+            reach = max(reach, delay, *model.past)
+        ahead = _AHEAD + 2 * int(reach)
         following = max(data.clock.spans[-1].start, data.rows - ahead)  # from here the next block computes once more
         predicted: dict[str, Array] = {}
         for name, model in models.items():
             carry = Carry(states[name] if goes_on else [], following)
-            predicted[name] = model.predict(replace(data, clock=replace(data.clock, carry=carry)))[first:]
+            with_states = replace(data, clock=replace(data.clock, carry=carry))
+            predicted[name] = model.predict(with_states)[first:]
             states[name] = carry.end
         yield data, first, predicted
         before = neighbours(data, following, data.rows)
@@ -428,10 +302,11 @@ def predictions(
 def _sums(measured: Array, predicted: Mapping[str, Array], held: Mask, place: int, plan: ScoringPlan) -> PartSums:
     """Sums over the bins of some neighbouring rows; a bin ends where a row is held out and its neighbour is not."""
     bins = (place + np.arange(measured.size)) // plan.bin_rows  # number of each row's bin
-    another = (bins[1:] != bins[:-1]) | (held[1:] != held[:-1])
-    begins = np.flatnonzero(np.concatenate([[True], another]))
+    another_bin = bins[1:] != bins[:-1]
+    another_part = held[1:] != held[:-1]
+    begins = np.flatnonzero(np.concatenate([[True], another_bin | another_part]))
     effort = measured - plan.middle
-    errors = [measured - each for each in predicted.values()]
+    errors = [measured - estimated for estimated in predicted.values()]
 
     def added(values: Array) -> Array:
         return np.add.reduceat(values, begins)

@@ -23,17 +23,9 @@ from erclutch.errors import RunError
 from erclutch.files import file_digest, plain_words, small_text
 from erclutch.logs.any_size import Cut
 from erclutch.models.model_file import digest_of, keeps_digest
-from erclutch.runs.every_row import (
-    KIND,
-    SCHEMA,
-    EveryRow,
-    HeldOut,
-    LogToScore,
-    PartSums,
-    ScoringPlan,
-    require_unchanged,
-)
+from erclutch.runs.every_row import KIND, SCHEMA, EveryRow, PartSums, require_unchanged
 from erclutch.runs.run_folder import Run
+from erclutch.runs.scoring_plan import HeldOut, LogToScore, ScoringPlan
 from erclutch.runs.written_run import write_json
 
 FILE, FOLDER = "every_row.json", "every_row"
@@ -49,7 +41,8 @@ class KeptParts:
 
     def __init__(self, run_folder: Path, plan: ScoringPlan) -> None:
         self._folder = folder = run_folder / FOLDER
-        body = _plan_to_dict(plan)
+        of_plan = json.loads(json.dumps(asdict(plan)))  # lists for tuples, as they come back from the file
+        body = {"kind": f"{KIND}: plan", "schema": SCHEMA, **of_plan}
         if (folder / "plan.json").is_file():
             if _plan_body(folder) != body:
                 raise RunError("what was scored belongs to another plan", where=str(folder), remedy=_ANEW)
@@ -102,10 +95,6 @@ def _replaced(path: Path, write: Callable[[Path], None]) -> None:
     beside = path.with_name(f"{path.name}.partial")
     write(beside)
     beside.replace(path)
-
-
-def _plan_to_dict(plan: ScoringPlan) -> dict[str, Any]:
-    return {"kind": f"{KIND}: plan", "schema": SCHEMA, **json.loads(json.dumps(asdict(plan)))}
 
 
 def _plan_body(folder: Path) -> dict[str, Any]:

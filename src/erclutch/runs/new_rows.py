@@ -236,7 +236,9 @@ def quicker_than_known(model: Model, data: Dataset) -> Mask:
     haste = None if model.band is None else model.band.haste
     if haste is None:
         return np.zeros(data.rows, np.bool_)
-    _, slip = leading([e.field for e in data.elements], [e.slip for e in data.elements])
+    fields = [element.field for element in data.elements]
+    slips = [element.slip for element in data.elements]
+    _, slip = leading(fields, slips)
     return haste.beyond(slip, data.clock)
 
 
@@ -292,7 +294,8 @@ def opened(what: Model | Run | str | Path, name: str | None) -> tuple[Run | None
         raise SettingError(problem, where=where, remedy="Give the run's folder, or no name")
     if not isinstance(what, str | Path) and not hasattr(what, "trained_on"):
         raise SettingError(f"a {type(what).__name__} is no model", remedy="Give a model, a run, or the path of either")
-    return None, load_model(what) if isinstance(what, str | Path) else what
+    model = load_model(what) if isinstance(what, str | Path) else what
+    return None, model
 
 
 def _read(
@@ -311,7 +314,8 @@ def _read(
     how = Reading.from_options(kept, "as the run")
     if said:
         mapping = ColumnMap.from_options(said).over(map_over(mapping, None))
-        how = replace(how, window=window_of(said), rate=new_rate(said) or how.rate)
+        rate = new_rate(said) or how.rate
+        how = replace(how, window=window_of(said), rate=rate)
     of_file = file_mapping(log, how.mapping_file)
     chosen = map_over(mapping, map_over(how.mapping, of_file))
 
@@ -333,4 +337,5 @@ def _read(
         return data, np.arange(data.rows), data.clock.time
     if data.rows < recording.rows:  # lone rows between gaps
         kept = np.concatenate([kept[start:stop] for start, stop in recording.segments if stop - start >= 2])
-    return data, kept, range(table.rows) if isinstance(log, str | Path) else log.index
+    index = range(table.rows) if isinstance(log, str | Path) else log.index
+    return data, kept, index

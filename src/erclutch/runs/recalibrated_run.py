@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -77,12 +77,17 @@ def recalibrated(
         "share": share,
         "stretches": stretches,
         "way": result.way,
-        "numbers": {name: [*map(as_json, values)] for name, values in result.numbers.items()},
-        "unseen_blocks_rmse": {name: [*map(as_json, values)] for name, values in result.folds.items()},
+        "numbers": _lists(result.numbers),
+        "unseen_blocks_rmse": _lists(result.folds),
         "verdict": verdict,
     }
     settings = replace(settings, blocks=len(result.folds[AS_IT_IS]))
     return Comparison(data, ~seen, settings, (), tuple(entries), best, best, recalibration=about)
+
+
+def _lists(numbers: Mapping[str, Sequence[float]]) -> dict[str, list[Any]]:
+    """Numbers by name as JSON values."""
+    return {name: [as_json(number) for number in several] for name, several in numbers.items()}
 
 
 def seen_rows(data: Dataset, share: float, stretches: int) -> Mask:

@@ -68,7 +68,11 @@ def kept_about(run_folder: Path) -> RunAbout:
     if not path.is_file():
         return RunAbout()
     try:
-        return about_with(RunAbout(), **_texts(path))
+        body: Any = json.loads(small_text(path))
+        texts = cast("dict[str, Any]", body)
+        if not isinstance(body, dict) or not all(isinstance(text, str) for text in texts.values()):
+            raise ValueError("it is no object of texts")
+        return about_with(RunAbout(), **texts)
     except (OSError, ValueError, TypeError, SettingError) as error:
         problem = f"cannot be understood: {plain_words(error)}"
         raise RunError(problem, where=str(path), remedy="Remove this file and say it again") from error
@@ -85,13 +89,6 @@ def read_about(run_folder: Path) -> RunAbout:
         return said
     day = datetime.fromtimestamp(written.stat().st_mtime).astimezone().date()
     return replace(said, date=day.isoformat())
-
-
-def _texts(path: Path) -> dict[str, str]:
-    body: Any = json.loads(small_text(path))
-    if not isinstance(body, dict) or not all(isinstance(text, str) for text in cast(dict[str, Any], body).values()):
-        raise ValueError("it is no object of texts")
-    return cast(dict[str, str], body)
 
 
 def write_about(run_folder: Path, about: RunAbout) -> None:

@@ -61,14 +61,14 @@ def _rows_of(body: Mapping[str, Any], columns: Mapping[str, Any]) -> RunRows:
         raise ValueError(f"{rows} rows, {held} of them held out")
     units = body["units"]
     tails = [""] if body["device"] == "single" else ["1", "2"]
-    spans = tuple(
-        Span(int(start), int(stop), None if period is None else float(period)) for start, stop, period in body["spans"]
-    )
+    spans: list[Span] = []
+    for start, stop, period in body["spans"]:
+        spans.append(Span(int(start), int(stop), None if period is None else float(period)))
     data = Dataset(
         device=body["device"],
         elements=tuple(Element(columns[f"field{tail}"], columns[f"slip{tail}"]) for tail in tails),
         effort=columns["effort"],
-        clock=Clock(columns["time"], spans),
+        clock=Clock(columns["time"], tuple(spans)),
         units=Units(units["effort"], units["field"], units["slip"]),
         sources=tuple(str(log["name"]) for log in body["logs"]),
         source_rows=tuple((int(start), int(stop)) for start, stop in body["source_rows"]),

@@ -26,7 +26,6 @@ from erclutch.signals.recording import LogFacts
 
 if TYPE_CHECKING:
     from erclutch.fit.comparison import Comparison, RankedModel
-    from erclutch.fit.outcome import AnyOutcome
 
 _LIBRARIES = ("numpy", "scipy", "pandas", "pyarrow", "pint")
 _REMEDY = "Give --out a folder on a disk that can be written and has space"
@@ -63,19 +62,17 @@ def write_run(
     target = Path(folder)
     may_write(target, force)
     with whole_folder(target, unwritable) as partial:
-        _fill(partial, run_to_dict(comparison, recordings, reading), comparison)
+        body = run_to_dict(comparison, recordings, reading)
+        write_models(partial, {entry.name: entry.outcome.model for entry in comparison.entries})
+        if comparison.final is not None:
+            write_json(partial / FINAL_FILE, comparison.final.model.to_dict())
+        _write_table(partial / "table.csv", comparison)
+        _write_predictions(partial / "predictions.parquet", comparison)
+        # What `fit --json` prints, and what keeps the folder together.
+        body["files"] = {name: file_digest(partial / name) for name in GUARDED}
+        body["digest"] = digest_of(body)
+        write_json(partial / "run.json", body)
     return target
-
-
-def _fill(folder: Path, body: Mapping[str, Any], comparison: Comparison) -> None:
-    write_models(folder, {entry.name: entry.outcome.model for entry in comparison.entries})
-    if comparison.final is not None:
-        write_json(folder / FINAL_FILE, comparison.final.model.to_dict())
-    _write_table(folder / "table.csv", comparison)
-    _write_predictions(folder / "predictions.parquet", comparison)
-    # What `fit --json` prints, and what keeps the folder together.
-    whole = {**body, "files": {name: file_digest(folder / name) for name in GUARDED}}
-    write_json(folder / "run.json", {**whole, "digest": digest_of(whole)})
 
 
 def write_models(folder: Path, models: Mapping[str, Model]) -> None:
@@ -95,41 +92,57 @@ def run_to_dict(
 ) -> dict[str, Any]:
     """Everything of a run but the rows, as JSON values."""
     data = comparison.data
-    return {
+    logs: list[dict[str, Any]] = []
+    for log in recordings:
+        logs.append(
+            {
+                "name": log.name,
+                "sha256": log.digest,
+                "rows": log.rows,
+                "segments": len(log.segments),
+                "period_s": log.period,
+                "origin": log.origin,
+                "mapping": list(log.mapping) if log.mapping else None,
+            }
+        )
+    ranking: list[dict[str, Any]] = []
+    for place, entry in enumerate(comparison.entries):
+        ranking.append(_entry_to_dict(entry, id_of(place), comparison.titles[entry.name]))
+    body: dict[str, Any] = {
         "kind": "erclutch run",
         "schema": RUN_SCHEMA,
         "versions": versions(),
         "settings": comparison.settings.to_dict(),
         "reading": None if reading is None else dict(reading),
-        **({} if reading is not None else {"told": told_alike(recordings)}),
+    }
+    if reading is None:
+        body["told"] = told_alike(recordings)
+    body |= {
         "device": data.device,
         "units": asdict(data.units),
-        "logs": [
-            {"name": r.name, "sha256": r.digest, "rows": r.rows, "segments": len(r.segments), "period_s": r.period}
-            | {"origin": r.origin, "mapping": list(r.mapping) if r.mapping else None}
-            for r in recordings
-        ],
+        "logs": logs,
         "notes": list(data.notes),
         "source_rows": [list(rows) for rows in data.source_rows],
         "spans": [[span.start, span.stop, span.period] for span in data.clock.spans],
         "train_rows": int(np.count_nonzero(~comparison.test)),
         "test_rows": int(np.count_nonzero(comparison.test)),
         "findings": [asdict(finding) for finding in comparison.findings],
-        "ranking": [
-            _entry_to_dict(entry, id_of(place), comparison.titles[entry.name])
-            for place, entry in enumerate(comparison.entries)
-        ],
+        "ranking": ranking,
         "best": comparison.best,
         "recommended": comparison.recommended,
-        **({"chosen_by": comparison.chosen_by} if comparison.chosen_by else {}),
-        **({} if comparison.recalibration is None else {"recalibration": dict(comparison.recalibration)}),
-        **({} if comparison.final is None else {"final": _final_to_dict(comparison.final)}),
     }
-
-
-def _final_to_dict(final: AnyOutcome) -> dict[str, Any]:
-    """The model of all rows: its name, how many rows it was fitted to, and its digest."""
-    return {"name": final.model.name, "rows": final.train_rows, "model_digest": final.model.to_dict()["digest"]}
+    if comparison.chosen_by:
+        body["chosen_by"] = comparison.chosen_by
+    if comparison.recalibration is not None:
+        body["recalibration"] = dict(comparison.recalibration)
+    if comparison.final is not None:
+        final = comparison.final.model
+        body["final"] = {
+            "name": final.name,
+            "rows": comparison.final.train_rows,
+            "model_digest": final.to_dict()["digest"],
+        }
+    return body
 
 
 def versions() -> dict[str, str]:
@@ -142,32 +155,36 @@ def versions() -> dict[str, str]:
 
 
 def _entry_to_dict(entry: RankedModel, model_id: str, title: str) -> dict[str, Any]:
+    model = entry.outcome.model
     fit = entry.outcome.to_dict()
     del fit["model"]
-    return without_infinities(
-        {
-            "name": entry.name,
-            **({"model": entry.outcome.model.name} if entry.label else {}),
-            "file": f"models/{file_name(entry.name)}.json",
-            "model_digest": entry.outcome.model.to_dict()["digest"],
-            "id": model_id,
-            "title": title,
-            "sound": entry.sound,
-            # Delay and time constants in s, of a law as fitted, of a network as given to it; empty without any.
-            "dynamics": {name: float(value) for name, value in entry.outcome.model.times.items()},
-            "parameters_count": entry.outcome.parameters,
-            "train": entry.train.to_dict(),
-            "test": entry.test.to_dict(),
-            "excess_over_best": entry.excess.to_list(),
-            "criteria": entry.criteria,
-            "folds_rmse": list(entry.folds),
-            **({} if entry.band is None else {"band": asdict(entry.band)}),
-            **({} if entry.validation is None else {"validation_rmse": entry.validation.to_list()}),
-            **({} if entry.by_log is None else {"rmse_by_log": list(entry.by_log)}),
-            "fit": fit,
-            "notes": list(entry.notes),
-        }
-    )
+    body: dict[str, Any] = {"name": entry.name}
+    if entry.label:
+        body["model"] = model.name
+    body |= {
+        "file": f"models/{file_name(entry.name)}.json",
+        "model_digest": model.to_dict()["digest"],
+        "id": model_id,
+        "title": title,
+        "sound": entry.sound,
+        # Delay and time constants in s, of a law as fitted, of a network as given to it; empty without any.
+        "dynamics": {name: float(value) for name, value in model.times.items()},
+        "parameters_count": entry.outcome.parameters,
+        "train": entry.train.to_dict(),
+        "test": entry.test.to_dict(),
+        "excess_over_best": entry.excess.to_list(),
+        "criteria": entry.criteria,
+        "folds_rmse": list(entry.folds),
+    }
+    if entry.band is not None:
+        body["band"] = asdict(entry.band)
+    if entry.validation is not None:
+        body["validation_rmse"] = entry.validation.to_list()
+    if entry.by_log is not None:
+        body["rmse_by_log"] = list(entry.by_log)
+    body["fit"] = fit
+    body["notes"] = list(entry.notes)
+    return without_infinities(body)
 
 
 def without_infinities(value: Any) -> Any:
@@ -176,7 +193,9 @@ def without_infinities(value: Any) -> Any:
         return {key: without_infinities(item) for key, item in cast(dict[str, Any], value).items()}
     if isinstance(value, list):
         return [without_infinities(item) for item in cast(list[Any], value)]
-    return None if isinstance(value, float) and not np.isfinite(value) else value
+    if isinstance(value, float) and not np.isfinite(value):
+        return None
+    return value
 
 
 _COLUMNS = ("rmse", "share", "r2", "mse", "largest")
@@ -186,11 +205,16 @@ def _write_table(path: Path, comparison: Comparison) -> None:
     unit = comparison.data.units.effort
     with path.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file, lineterminator="\n")
-        bands = [f"test_{name}{end}" for name in _COLUMNS for end in ("", "_low", "_high")]
-        writer.writerow(["rank", "model", "parameters", "effort_unit", *bands, "train_rmse", "train_mse", "aic", "bic"])
+        heads = ["rank", "model", "parameters", "effort_unit"]
+        for name in _COLUMNS:
+            heads += [f"test_{name}", f"test_{name}_low", f"test_{name}_high"]
+        writer.writerow([*heads, "train_rmse", "train_mse", "aic", "bic"])
         for rank, entry in enumerate(comparison.entries, start=1):
-            figures = [v for name in _COLUMNS for v in getattr(entry.test, name).to_list()]
-            figures += [entry.train.rmse.value, entry.train.mse.value, entry.criteria["aic"], entry.criteria["bic"]]
+            figures: list[float] = []
+            for name in _COLUMNS:
+                figures += getattr(entry.test, name).to_list()
+            figures += [entry.train.rmse.value, entry.train.mse.value]
+            figures += [entry.criteria["aic"], entry.criteria["bic"]]
             writer.writerow([rank, entry.name, entry.outcome.parameters, unit, *map(repr, figures)])
 
 
@@ -201,26 +225,29 @@ def _write_predictions(path: Path, comparison: Comparison) -> None:
     data = comparison.data
     columns: dict[str, tuple[Any, str]] = {"time": (data.clock.time, "s")}
     if len(data.sources) > 1:
-        names = np.repeat(data.sources, [b - a for a, b in data.source_rows])
+        rows_of_logs = [stop - start for start, stop in data.source_rows]
+        names = np.repeat(data.sources, rows_of_logs)
         columns["log"] = (pa.array(names).dictionary_encode(), "")
     columns |= data.named_signals
     columns["effort"] = (data.effort, data.units.effort)
     columns["test"] = (comparison.test, "")
     for entry in comparison.entries:
         columns[f"effort:{entry.name}"] = (entry.predicted, data.units.effort)
-    arrays = [values if isinstance(values, pa.Array) else pa.array(values) for values, _ in columns.values()]
-    fields = [
-        pa.field(name, array.type, metadata={"unit": unit})
-        for (name, (_, unit)), array in zip(columns.items(), arrays, strict=True)
-    ]
-    floats = [f.name for f in fields if f.type == pa.float64()]
+    arrays: list[Any] = []
+    fields: list[Any] = []
+    for name, (values, unit) in columns.items():
+        array = values if isinstance(values, pa.Array) else pa.array(values)
+        arrays.append(array)
+        fields.append(pa.field(name, array.type, metadata={"unit": unit}))
+    floats = [field.name for field in fields if field.type == pa.float64()]
+    others = [field.name for field in fields if field.name not in floats]
     # The open file and not its name: Arrow takes no name that is not UTF-8.
     with path.open("wb") as file:
         pq.write_table(
             pa.Table.from_arrays(arrays, schema=pa.schema(fields)),
             file,
             compression="zstd",
-            use_dictionary=[f.name for f in fields if f.name not in floats],
+            use_dictionary=others,
             use_byte_stream_split=floats,
             write_page_checksum=True,
         )

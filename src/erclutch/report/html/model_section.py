@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 
 from erclutch.export.monotone import monotone_share, worst_turn
-from erclutch.models.law_model import TorqueModel
 from erclutch.models.laws.yield_stress import YIELD_FORMS
 from erclutch.models.stages import slip_stages
 from erclutch.report.html.parameters_section import equation_of, meaning_of_letters, parameter_row
@@ -30,38 +29,44 @@ _FAR = 1.1  # of the largest measured effort, from which on a guess is told
 def _fill(material: Material) -> dict[str, Any]:
     """Curves, and what to know of them; a law's constants."""
     name = material.recommended
-    entry, law = material.run.entry(name), material.law_parts.get(name)
-    rows = [_constant(material, number) for number in entry["fit"]["parameters"]]
-    half = (len(rows) + 1) // 2
+    entry = material.run.entry(name)
+    rows: list[dict[str, Any]] = []
+    for number in entry["fit"]["parameters"]:
+        row = parameter_row(number)
+        why = why_not_measured(material, number)
+        if why:
+            row = {**row, "why": why}
+        rows.append(row)
+    halves = [rows] if rows else []
+    if len(rows) > _LONG:
+        half = (len(rows) + 1) // 2
+        halves = [rows[:half], rows[half:]]
+
+    equation, letters = None, ""
+    law = material.law_parts.get(name)
+    if law is not None:
+        equation = equation_of(law)
+        letters = f"For w > 0; {meaning_of_letters(material, law)}"
+        of_stages = [plain_symbol(output) for stage in slip_stages(law.structure.dynamics) for output in stage.outputs]
+        if of_stages:
+            letters += (
+                f" {', '.join(of_stages)} come from the stages on the slip, whose equations stand under “Details”."
+            )
     return {
         "title": material.title,
         "rival": material.titles[material.rival] if material.rival else "",
         "wait": "" if material.without_field else Scale(1e3, "ms").of(material.dot_wait * material.period, 2),
         "figures": describe_model(material).panels,
         "says": [*_curve_words(material), *_network_words(material)],
-        "halves": [rows[:half], rows[half:]] if len(rows) > _LONG else [rows] if rows else [],
+        "halves": halves,
         "lost": [row for row in rows if "why" in row],
-        "equation": None if law is None else equation_of(law),
-        "letters": "" if law is None else f"For w > 0; {meaning_of_letters(material, law)}{_letters_of_stages(law)}",
+        "equation": equation,
+        "letters": letters,
         "weights": entry["fit"]["weights"],
     }
 
 
 MODEL = Section("model", "The model", "Model", _fill)
-
-
-def _letters_of_stages(law: TorqueModel) -> str:
-    """Which letters of the equation come from the stages on the slip; empty without any."""
-    letters = [plain_symbol(name) for stage in slip_stages(law.structure.dynamics) for name in stage.outputs]
-    if not letters:
-        return ""
-    return f" {', '.join(letters)} come from the stages on the slip, whose equations stand under “Details”."
-
-
-def _constant(material: Material, number: Mapping[str, Any]) -> dict[str, Any]:
-    """A constant as a row, and why it was not measured where it was not."""
-    row, why = parameter_row(number), why_not_measured(material, number)
-    return {**row, "why": why} if why else row
 
 
 def why_not_measured(material: Material, number: Mapping[str, Any]) -> str:

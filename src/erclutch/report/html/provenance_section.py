@@ -17,10 +17,26 @@ def _fill(material: Material) -> dict[str, Any]:
     """Where every number comes from."""
     body = material.body
     reading = material.run.reading
+    logs: list[dict[str, Any]] = []
+    mappings: dict[tuple[str, str], dict[str, str]] = {}  # files that said which column is which, each once
+    for log in body["logs"]:
+        logs.append(
+            {
+                "name": log["name"],
+                "origin": log["origin"] or "RECORDING",
+                "rows": count(log["rows"]),
+                "gaps": log["segments"] - 1,
+                "rate": f"{number(1.0 / log['period_s'], 5)} Hz",
+                "sha256": log["sha256"],
+            }
+        )
+        if log.get("mapping"):
+            name, sha256 = log["mapping"]
+            mappings[name, sha256] = {"name": name, "sha256": sha256}
     return {
-        "logs": [_log(log) for log in body["logs"]],
+        "logs": logs,
         "means": material.badge_means,
-        "mappings": _mappings(body),
+        "mappings": list(mappings.values()),
         "notes": body["notes"],
         "settings": [(key, setting_text(value)) for key, value in body["settings"].items()],
         "reading": [(key, setting_text(value)) for key, value in reading.items()],
@@ -33,23 +49,6 @@ def _fill(material: Material) -> dict[str, Any]:
 
 
 PROVENANCE = Section("provenance", "Where every number comes from", "Provenance", _fill, folded=True, printed=True)
-
-
-def _log(log: Mapping[str, Any]) -> dict[str, Any]:
-    return {
-        "name": log["name"],
-        "origin": log["origin"] or "RECORDING",
-        "rows": count(log["rows"]),
-        "gaps": log["segments"] - 1,
-        "rate": f"{number(1.0 / log['period_s'], 5)} Hz",
-        "sha256": log["sha256"],
-    }
-
-
-def _mappings(body: Mapping[str, Any]) -> list[dict[str, str]]:
-    """Mapping files that said which column is which, each once."""
-    found = dict.fromkeys(tuple(log["mapping"]) for log in body["logs"] if log.get("mapping"))
-    return [{"name": name, "sha256": sha256} for name, sha256 in found]
 
 
 def setting_text(value: Any) -> str:

@@ -231,7 +231,14 @@ def _of_errors(material: Material, entry: Mapping[str, Any]) -> Iterator[str]:
 def _next(material: Material) -> list[dict[str, str]]:
     """What to do, with commands where there are any."""
     body = material.body
-    steps = [_remedy_step(body, finding["remedy"]) for finding in body["findings"]]
+    steps: list[tuple[str, str]] = []  # what to do, and the command
+    for finding in body["findings"]:
+        setting = _SETTING.fullmatch(finding["remedy"])
+        if setting is None:
+            steps.append((f"{capital(finding['remedy'])}.", ""))
+        else:  # a remedy that is a setting of the fit becomes the whole command
+            command = _fit_again(body, {"lag": setting["stages"]})
+            steps.append(("Fit again with the memory of the slip:", command))
     if body["settings"]["lag"] == "none":
         text = "No model with a lag was tried. On a switched device it often matters more than the law."
         steps.append((text, _fit_again(body, {"lag": "auto"})))
@@ -262,14 +269,6 @@ def _next(material: Material) -> list[dict[str, str]]:
     code = f'erclutch.predict({json.dumps(folder, ensure_ascii=False)}, "LOG")'
     steps.append(("Use the model in Python: LOG is a file, or a DataFrame in its place.", code))
     return [{"text": text, "code": code} for text, code in steps]
-
-
-def _remedy_step(body: Mapping[str, Any], remedy: str) -> tuple[str, str]:
-    """What a finding asks for; a remedy that is a setting of the fit becomes the whole command."""
-    setting = _SETTING.fullmatch(remedy)
-    if setting is None:
-        return f"{capital(remedy)}.", ""
-    return "Fit again with the memory of the slip:", _fit_again(body, {"lag": setting["stages"]})
 
 
 def _fit_again(body: Mapping[str, Any], changed: Mapping[str, Any]) -> str:

@@ -17,7 +17,7 @@ from erclutch.logs import map_over, table_of
 from erclutch.logs.applied import apply, runs_of
 from erclutch.logs.clock_planning import clock_plan
 from erclutch.logs.log_writer import write_log
-from erclutch.logs.mapping import ColumnChoice, ColumnMap, beside
+from erclutch.logs.mapping import ColumnChoice, ColumnMap, file_mapping
 from erclutch.logs.named_columns import locate
 from erclutch.logs.planning import plan_of
 from erclutch.logs.seen_columns import seen_columns
@@ -101,7 +101,8 @@ class AlignedLogs(Shown):
         Raises:
             MappingError, LogError: see `erclutch.read`.
         """
-        own = replace(mapping or ColumnMap(), time=ColumnChoice(_TIME, "s", source="two clocks"), rate=None)
+        time = ColumnChoice(_TIME, "s", source="two clocks")
+        own = replace(mapping or ColumnMap(), time=time, rate=None)
         return apply(plan_of(self.joined, own, device=device), self.joined)
 
     def write(self, path: str | Path) -> Path:
@@ -123,7 +124,9 @@ class AlignedLogs(Shown):
             plain = name.replace(",", " ").replace('"', " ")
             labels.append((plain, units.get(name) or ""))
         rows = np.column_stack(list(columns.values()))
-        metadata: dict[str, Any] = {"label": self.joined.origin} if self.joined.origin else {}
+        metadata: dict[str, Any] = {}
+        if self.joined.origin:
+            metadata["label"] = self.joined.origin
         metadata["aligned"] = self.joined.name
         metadata["clocks"] = [
             {"offset_s": match.offset, "origin_s": match.origin, "drift_ppm": 1e6 * match.drift}
@@ -165,10 +168,10 @@ def align(
     return align_tables(table_a, table_b, names, maps=maps, near=near)
 
 
-def _opened(log: str | Path | DataFrame) -> tuple[Table, ColumnMap | None]:
+def _opened(log: str | Path | DataFrame) -> tuple[Table, ColumnMap]:
     """A log's table, and what the mapping beside its file says."""
-    mapping = beside(Path(log)) if isinstance(log, str | Path) else None
-    return table_of(log, mapping.variable if mapping else None), mapping
+    mapping = file_mapping(log)
+    return table_of(log, mapping.variable), mapping
 
 
 def align_tables(
@@ -209,7 +212,10 @@ def align_tables(
 
     own = {name: values[rows_a] for name, values in a.columns.items() if name not in clocks_a}
     count = clock_a.time.size
-    moved: dict[str, Array] = {name: np.full(count, np.nan) for name in b.columns if name not in clocks_b}
+    moved: dict[str, Array] = {}  # columns of B at A's times
+    for name in b.columns:
+        if name not in clocks_b:
+            moved[name] = np.full(count, np.nan)
     there = np.zeros(count, np.bool_)  # rows of A that B has
     for match, (rows, clock) in zip(matches, runs_b, strict=True):
         wanted = match.on_b(clock_a.time)  # [s], on B's clock
@@ -269,7 +275,8 @@ def _shared(a: Table, b: Table, on: Sequence[str], clocks_a: set[str], clocks_b:
     if len(on) > 2:
         raise MappingError(f"--on has {len(on)} names", remedy="Give one name, or that of A and that of B")
     if not on:
-        both = [name for name in a.columns if name in b.columns and name not in clocks_a | clocks_b]
+        clocks = clocks_a | clocks_b
+        both = [name for name in a.columns if name in b.columns and name not in clocks]
         if len(both) != 1:
             shared = f"share the columns {', '.join(both)}" if both else "share no column by its name"
             raise MappingError(
@@ -313,8 +320,10 @@ def _joined(
             if free != name and log is b:
                 renamed[name] = free
 
+    metadata: dict[str, Any] = {}
     origin = a.origin or b.origin
-    metadata: dict[str, Any] = {"erclutch": json.dumps({"label": origin})} if origin else {}
+    if origin:
+        metadata["erclutch"] = json.dumps({"label": origin})
     table = Table(
         f"{a.name} + {b.name}",
         {name: values[there] for name, values in columns.items()},

@@ -144,9 +144,11 @@ def _described(a: Track, b: Track, line: ClockLine, step: StepSeen, independent:
     constant = total(step.slope)
     linear = total(along * step.slope)
     square = total(along**2 * step.slope)
-    each = np.array([[constant, linear], [linear, square]]).transpose(2, 0, 1)  # information, shape (windows, 2, 2)
+    information_by_place = np.array([[constant, linear], [linear, square]])
+    each = information_by_place.transpose(2, 0, 1)  # of each window, shape (windows, 2, 2)
     inverse = np.asarray(np.linalg.pinv(each.sum(axis=0)), np.float64)
-    against = np.asarray(np.linalg.solve(np.eye(2) - each @ inverse, scores.T[:, :, None]), np.float64)
+    of_others = np.eye(2) - each @ inverse  # share of the information that all other windows have
+    against = np.asarray(np.linalg.solve(of_others, scores.T[:, :, None]), np.float64)
     moves = inverse @ against[:, :, 0].T  # of the line by each window, shape (2, windows)
 
     def half_width(direction: Array) -> float:
@@ -156,6 +158,7 @@ def _described(a: Track, b: Track, line: ClockLine, step: StepSeen, independent:
         variance = (1.0 - 1.0 / WINDOWS) * np.sum((direction @ moves) ** 2)
         return float(stdtrit(freedom, 0.975) * np.sqrt(variance))
 
+    gain = step.gain * float(np.std(b.values)) / float(np.std(a.values))
     overlap = overlap_of(a, b, line)
     origin = overlap[0]
     offset = float(line.middle + line.drift * (origin - line.at))  # [s]
@@ -173,7 +176,7 @@ def _described(a: Track, b: Track, line: ClockLine, step: StepSeen, independent:
         drift=line.drift,
         drift_interval=(line.drift - drift_half, line.drift + drift_half),
         overlap=overlap,
-        gain=step.gain * float(np.std(b.values)) / float(np.std(a.values)),
+        gain=gain,
         correlation=step.correlation,
         independent=independent,
         centres=centres[lively],

@@ -19,7 +19,8 @@ def describe_clocks(
 ) -> Plot:
     """Three panels: both signals on their own clocks, on A's clock, and the offset that is left over time."""
     a, all_b = traces
-    b, match = all_b[0], matches[0]
+    b = all_b[0]
+    match = matches[0]
     low, high = _section(a, b, match)
     sign = np.sign(match.gain)  # a signal of the other sign is turned, so that both curves can lie on each other
 
@@ -30,12 +31,19 @@ def describe_clocks(
     line_a = line(a.time, _scaled(a), "measured", "A")
     before = line(b.time, _scaled(b) * sign, "recommended", "B")
     after = line(match.on_a(b.time), _scaled(b) * sign, "recommended", "B")
-    centres = np.concatenate([m.centres for m in matches])  # [s]
-    left = 1e3 * np.concatenate([m.residuals for m in matches])  # [ms]
+    centres = np.concatenate([each.centres for each in matches])  # [s]
+    left = 1e3 * np.concatenate([each.residuals for each in matches])  # [ms]
 
-    rows = [("offset left", float(t), float(v)) for t, v in zip(centres, left, strict=True)]
-    for name, curve in (("A", line_a), ("B before", before), ("B after", after)):
-        rows += [(name, float(t), float(v)) for t, v in zip(curve.x, curve.y, strict=True)]
+    rows: list[tuple[str, float, float]] = []
+
+    def tabulate(name: str, times: Array, values: Array) -> None:
+        for moment, value in zip(times.tolist(), values.tolist(), strict=True):
+            rows.append((name, moment, value))
+
+    tabulate("offset left", centres, left)
+    tabulate("A", line_a.x, line_a.y)
+    tabulate("B before", before.x, before.y)
+    tabulate("B after", after.x, after.y)
     time = Axis("time on the clock of A", "s", low, high)
     signal = Axis(f"{title}, scaled")
     return Plot(

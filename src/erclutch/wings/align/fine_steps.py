@@ -114,7 +114,9 @@ def _seen(grid: Array, x: Array, y: Array, there: Mask, taps: tuple[Array, Array
     fx = fx - fx.mean()
     fy = fy - fy.mean()
 
-    xx, xy, yy = float(fx @ fx), float(fx @ fy), float(fy @ fy)
+    xx = float(fx @ fx)
+    xy = float(fx @ fy)
+    yy = float(fy @ fy)
     gain = xy / (yy or 1.0)
     correlation = xy / (float(np.sqrt(xx * yy)) or 1.0)
     period = float(grid[1] - grid[0])  # [s]
@@ -129,9 +131,11 @@ def _seen(grid: Array, x: Array, y: Array, there: Mask, taps: tuple[Array, Array
 
 def _far_from_gaps(there: Mask, reach: int) -> Mask:
     """Rows that a filter of such a reach can have without touching a gap."""
-    before, behind = np.zeros(reach + 1), np.full(reach, there.sum())
-    total = np.concatenate([before, np.cumsum(there), behind])  # rows that are there, so far
-    return np.asarray(total[2 * reach + 1 :] - total[: there.size] == 2 * reach + 1)
+    before = np.zeros(reach + 1)
+    behind = np.full(reach, there.sum())
+    so_far = np.concatenate([before, np.cumsum(there), behind])  # rows that are there
+    window = 2 * reach + 1
+    return np.asarray(so_far[window:] - so_far[: there.size] == window)
 
 
 def _taps(weights: Array) -> tuple[Array, Array]:
@@ -151,7 +155,9 @@ def _taps(weights: Array) -> tuple[Array, Array]:
 def flat(x: Array, y: Array, there: Mask) -> Array:
     """All frequencies below 0.7 of the highest, without the mean."""
     frequency = np.linspace(0.0, 1.0, 33)
-    return np.where(frequency > 0.0, np.clip((0.9 - frequency) / 0.2, 0.0, 1.0), 0.0)
+    weights = np.clip((0.9 - frequency) / 0.2, 0.0, 1.0)
+    weights[0] = 0.0
+    return weights
 
 
 def by_agreement(x: Array, y: Array, there: Mask) -> Array:
@@ -171,7 +177,8 @@ def by_agreement(x: Array, y: Array, there: Mask) -> Array:
 
     def spectra(signal: Array) -> NDArray[np.complex128]:
         segments = signal[rows]
-        return np.fft.rfft((segments - segments.mean(axis=1, keepdims=True)) * taper)
+        centred = segments - segments.mean(axis=1, keepdims=True)
+        return np.fft.rfft(centred * taper)
 
     fx, fy = spectra(x), spectra(y)
     cross = np.abs(np.mean(np.conj(fx) * fy, axis=0))

@@ -65,13 +65,18 @@ SINGLE_TARGETS = ("c", "cpp")
 
 def on_page(text: str) -> str:
     """A message of a command, with the names of the form's fields in place of options."""
-    labels = {option: option for option, *_ in READING} | {option: name for option, name, *_ in FITTING}
-    labels |= {signal.replace("_", "-"): signal for signals in ASKED.values() for signal in signals}
+    labels = {option: option for option, *_ in READING}
+    labels |= {option: name for option, name, *_ in FITTING}
+    for signals in ASKED.values():
+        labels |= {signal.replace("_", "-"): signal for signal in signals}
     labels |= {"out": "Name of the run", "device": "Device"}
 
     def named(match: re.Match[str]) -> str:
         name = labels.get(match[1])
-        return match[0] if name is None else f"“{name}”" + (": " if match[0][-1] in " =" else "")
+        if name is None:
+            return match[0]
+        has_value = match[0][-1] in " ="
+        return f"“{name}”: " if has_value else f"“{name}”"
 
     shorter = re.sub(r"erclutch (?:inspect|fit) (?:'[^']*'|\S+) (?=--)", "", text)
     shorter = _ALL_ASKED.sub(_chosen_below, shorter)
@@ -135,8 +140,9 @@ class Chosen:
             "end": texts.get("until"),
             "skip": texts.get("skip"),
         }
-        given = "".join(f", {key}={value!r}" for key, value in words.items() if value is not None)
-        return (f", {mapping!r}" if mapping else "") + given
+        arguments = [f", {mapping!r}"] if mapping else []
+        arguments += [f", {key}={value!r}" for key, value in words.items() if value is not None]
+        return "".join(arguments)
 
 
 def chosen_of(form: Mapping[str, str]) -> Chosen:
@@ -150,10 +156,13 @@ def chosen_of(form: Mapping[str, str]) -> Chosen:
         raise WorkspaceError(f"there is no device {device[:40]!r}", remedy=f"Choose {' or '.join(ASKED)}")
     columns: dict[str, str] = {}
     for signal in ASKED[device]:
-        label = _label(form, signal)
+        column = form.get(f"column.{signal}", "")
+        unit = form.get(f"unit.{signal}", "").strip()
+        chosen = label(column, unit, f"turn.{signal}" in form)
         before = form.get(f"given.{signal}", "")
-        if label != form.get(f"was.{signal}", ""):
-            before = label or (NONE if signal not in _NEEDED else "")
+        if chosen != form.get(f"was.{signal}", ""):
+            taken_back = "" if signal in _NEEDED else NONE
+            before = chosen or taken_back
         if before:
             columns[signal] = _text(before)
     texts = {option: _text(form[option]) for option, _, _ in READING if form.get(option, "").strip()}
@@ -185,13 +194,6 @@ def _option(name: str, text: str) -> list[str]:
     return [f"--{name}={text}"] if text.startswith("-") else [f"--{name}", text]
 
 
-def _label(form: Mapping[str, str], signal: str) -> str:
-    """What the form says of a signal, as a command names a column."""
-    column = form.get(f"column.{signal}", "")
-    unit = form.get(f"unit.{signal}", "").strip()
-    return label(column, unit, f"turn.{signal}" in form)
-
-
 def label(column: str, unit: str, turned: bool) -> str:
     """How a command names a column: "-NAME [unit]" with its sign turned."""
     if not column:
@@ -218,13 +220,14 @@ SAID: tuple[tuple[str, str, str], ...] = (
 
 def fit_words(form: Mapping[str, str], logs: Sequence[str], run: str) -> list[str]:
     """`erclutch fit` as a form asks for it."""
-    words = ["fit", *(plain_name(log) for log in logs), *chosen_of(form).words()]
+    words = ["fit", *map(plain_name, logs), *chosen_of(form).words()]
     models = _models(form)
     if models != ["all"]:
         words += ["--models", *models]
     for option, _, _, usual in FITTING[1:]:
         text = _text(form.get(option, "")) or usual
-        words += _option(option, text) if text != usual else []
+        if text != usual:
+            words += _option(option, text)
     return [*words, "--out", run]
 
 
@@ -241,8 +244,11 @@ def fit_in_python(form: Mapping[str, str], logs: Sequence[str], run: str) -> str
     chosen = chosen_of(form)
     models = _models(form)
     lag = _text(form.get("lag", ""))
-    settings = [f"models={tuple(models)!r}"] if models != ["all"] else []
-    settings += [f"lag={lag!r}"] if lag not in ("", "auto") else []
+    settings: list[str] = []
+    if models != ["all"]:
+        settings.append(f"models={tuple(models)!r}")
+    if lag not in ("", "auto"):
+        settings.append(f"lag={lag!r}")
     device = f", device={chosen.device!r}" if chosen.device != "single" else ""
     dataset = f"erclutch.build_dataset(logs{device})"
     reads = [f"    erclutch.read({name!r}{chosen.keywords()})," for name in logs]

@@ -59,15 +59,21 @@ class RunAnswers(Desk):
         """What was said of a run; of a run of which nobody said anything, what was said of its log."""
         folder = self._space.run(name)
         about = kept_about(folder)
-        if about == RunAbout() and logs and (known := self._space.about(logs[0])) != RunAbout():
-            about = known
-            write_about(folder, about)
-        return about
+        if about != RunAbout() or not logs:
+            return about
+        of_log = self._space.about(logs[0])
+        if of_log != RunAbout():
+            write_about(folder, of_log)
+        return of_log
 
     def _exports(self, name: str) -> list[str]:
         """The exports of a run, the newest first."""
-        made = (each.name for each in self._space.results() if each.name.startswith(f"{name}-"))
-        return [each for each in made if (self._space.folder / each / "export.json").is_file()]
+        exports: list[str] = []
+        for result in self._space.results():
+            is_export = (self._space.folder / result.name / "export.json").is_file()
+            if is_export and result.name.startswith(f"{name}-"):
+                exports.append(result.name)
+        return exports
 
     async def _say_of_run(self, request: Request, form: Form) -> Response:
         folder = self._space.run(request.path_params["name"])
@@ -192,8 +198,11 @@ def run_row(entry: Entry, body: Mapping[str, Any] | None) -> dict[str, Any]:
     reading: Mapping[str, Any] = body.get("reading") or {}
     window = [str(reading.get(key, "")) for key in ("begin", "end", "skip")]
     row["held_out"] = " ".join([*window, str(body.get("settings", {}).get("test"))])  # other rows where these differ
-    row["model"] = f"none; nearest: {chosen['title']}" if standing_of_run(body).why_none else chosen["title"]
-    error, share = chosen["test"]["rmse"][0], chosen["test"]["share"][0]
+    row["model"] = chosen["title"]
+    if standing_of_run(body).why_none:
+        row["model"] = f"none; nearest: {chosen['title']}"
+    error = chosen["test"]["rmse"][0]
+    share = chosen["test"]["share"][0]
     if error is not None and share is not None:
         row["error"] = f"{error:.3g} {in_short(body['units']['effort'])} ({percent(share)})"
     return row

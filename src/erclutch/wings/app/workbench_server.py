@@ -89,8 +89,12 @@ class Workbench(LogAnswers, RunAnswers):
             "/compare": self._compare,
             "/twin": self._twin,
         }
-        routes = [Route(path, self._told(answer), methods=["GET"]) for path, answer in get.items()]
-        routes += [Route(path, self._told(self._with_form(a)), methods=["POST"]) for path, a in post.items()]
+        routes: list[Route] = []
+        for path, answer in get.items():
+            routes.append(Route(path, self._told(answer), methods=["GET"]))
+        for path, answer_form in post.items():
+            answer = self._with_form(answer_form)
+            routes.append(Route(path, self._told(answer), methods=["POST"]))
         routes.append(Route("/upload/{name}", self._told(self._upload), methods=["PUT"]))
         self.app = Guard(Starlette(routes=routes), access, headers=_OWN, command="erclutch app")
 
@@ -101,16 +105,20 @@ class Workbench(LogAnswers, RunAnswers):
     def _overview(self) -> Response:
         space = self._space
         logs, runs, results = space.logs(), space.runs(), space.results()
-        most = max(map(len, (logs, runs, results)))
-        logs, runs, results = logs[:SHOWN], runs[:SHOWN], results[:SHOWN]
+        left_out = ""
+        most = max(len(logs), len(runs), len(results))
+        if most > SHOWN:
+            left_out = f"Of {most:,} entries of a kind the newest {SHOWN} are shown."
+        results = results[:SHOWN]
+        exports = {each.name for each in results if (space.folder / each.name / "export.json").is_file()}
         return self._page(
             "home",
             title="Overview",
-            logs=logs,
-            runs=[self._row(run) for run in runs],
+            logs=logs[:SHOWN],
+            runs=[self._row(run) for run in runs[:SHOWN]],
             results=results,
-            left_out=f"Of {most:,} entries of a kind the newest {SHOWN} are shown." if most > SHOWN else "",
-            exports={each.name for each in results if (space.folder / each.name / "export.json").is_file()},
+            left_out=left_out,
+            exports=exports,
             jobs=[job for job in self.jobs if not job.whole],
         )
 
@@ -148,13 +156,20 @@ class Workbench(LogAnswers, RunAnswers):
 
     async def _job_state(self, request: Request) -> Response:
         job = self._found(request)
+        doing = job.doing
+        if job.fitted:
+            newest = next(reversed(job.fitted))
+            doing = doing.replace(newest, title_of(newest))
+        # Models by how far each is off on the training rows, the nearest first; where that is not known, last.
+        nearest_first = sorted(job.fitted.items(), key=lambda pair: math.inf if pair[1] is None else pair[1])
+        fitted = [(title_of(name), "" if share is None else percent(share, 2)) for name, share in nearest_first]
         return JSONResponse(
             {
                 "state": job.state,
                 "share": job.share,
-                "doing": _doing(job),
+                "doing": doing,
                 "seconds": round(job.seconds, 1),
-                "fitted": _fitted(job),
+                "fitted": fitted,
                 "address": address(job),
                 "lines": "\n".join(job.lines),
             }
@@ -197,18 +212,6 @@ class Workbench(LogAnswers, RunAnswers):
         out = self._space.free("twin-log.parquet")
         words = ["simulate", "training", "--seconds=60", "--out", out]
         return self._begin(request, "A log of the digital TWIN", words, out)
-
-
-def _doing(job: Job) -> str:
-    """What a job does at this moment, with the title of a model in place of its name."""
-    newest = next(reversed(job.fitted), None)
-    return job.doing if newest is None else job.doing.replace(newest, title_of(newest))
-
-
-def _fitted(job: Job) -> list[list[str]]:
-    """The models that a job has fitted, each with how far it is off on the training rows; the nearest one first."""
-    nearest_first = sorted(job.fitted.items(), key=lambda pair: math.inf if pair[1] is None else pair[1])
-    return [[title_of(name), "" if share is None else percent(share, 2)] for name, share in nearest_first]
 
 
 def _scored(job: Job) -> dict[str, Any] | None:

@@ -93,7 +93,9 @@ class Workspace:
 
     def _visible(self) -> Iterable[Path]:
         with contextlib.suppress(OSError):
-            yield from (p for p in self.folder.iterdir() if not p.name.startswith((".", "-")) and self._holds(p))
+            for path in self.folder.iterdir():
+                if not path.name.startswith((".", "-")) and self._holds(path):
+                    yield path
 
     def _holds(self, path: Path) -> bool:
         """Whether a path, its links followed, is in the workspace."""
@@ -140,7 +142,8 @@ class Workspace:
     def free(self, name: str) -> str:
         """A name that nothing has: this one, or with a number."""
         stem, suffix = os.path.splitext(plain_name(name))
-        free, number = name, 1
+        free = name
+        number = 1
         while (self.folder / free).exists():
             number += 1
             free = f"{stem}-{number}{suffix}"
@@ -163,7 +166,8 @@ class Workspace:
 
         name = self.free(name)
         partial = self.folder / f".{secrets.token_hex(8)}.part"
-        digest, size = hashlib.sha256(), 0
+        digest = hashlib.sha256()
+        size = 0  # bytes
         try:
             with partial.open("xb") as file:
                 async for piece in content:
@@ -256,8 +260,9 @@ def plain_name(name: str) -> str:
     Raises:
         WorkspaceError: a path, a hidden name, a name like an option, control characters, or too many characters.
     """
-    bad = set('/\\:*?"<>|') & set(name)
-    if bad or not name.isprintable() or name.startswith((".", "-", " ")) or name.endswith((".", " ")) or not name:
+    has_bad_sign = not name.isprintable() or bool(set('/\\:*?"<>|') & set(name))
+    has_bad_end = name.startswith((".", "-", " ")) or name.endswith((".", " "))
+    if not name or has_bad_sign or has_bad_end:
         problem = f"{name!r} cannot be the name of a file here"
         raise WorkspaceError(problem, remedy='Use letters, digits, "-", "_", "." and spaces; no "-" or "." in front')
     if len(name.encode()) > _LONGEST_NAME:

@@ -79,7 +79,10 @@ def region_of(text: str) -> Region:
             remedy = "Write it like --where 'field 0..2 A, slip +-5 rad/s'"
             raise SettingError(f"--where {text!r}: {part.strip()!r} is no range", remedy=remedy)
         name, both, low, high = match.groups()
-        ranges[name] = (-float(both), float(both)) if both else (float(low), float(high))
+        if both:
+            ranges[name] = -float(both), float(both)
+        else:
+            ranges[name] = float(low), float(high)
     everywhere = (-math.inf, math.inf)
     return Region(ranges.get("field", everywhere), ranges.get("slip", everywhere))
 
@@ -181,13 +184,17 @@ class Knowledge:
         largest = float(np.abs(known.effort).max())
         gains = np.array(list(model.gains.values()))
         shapes = derivatives.shape[1] - gains.size
-        deviations = np.concatenate([np.full(shapes, _PRIOR), np.full(gains.size, _PRIOR * largest)])
+        deviations = np.full(derivatives.shape[1], _PRIOR)
+        deviations[shapes:] *= largest  # a gain's is over the effort
         self.prior = np.diag(deviations**-2.0)
         self.information = self.prior + known_weight * (derivatives.T @ derivatives)
         # A coordinate of a shape is a logarithm, so its error is relative already.
-        self._scales = np.concatenate([np.ones(shapes), np.maximum(np.abs(gains), 1e-3 * largest)])
-        where = known if use is None else use
-        used = derivatives if use is None else self.sensitivity.rows(use)
+        gain_sizes = np.maximum(np.abs(gains), 1e-3 * largest)
+        self._scales = np.concatenate([np.ones(shapes), gain_sizes])
+        if use is None:
+            where, used = known, derivatives
+        else:
+            where, used = use, self.sensitivity.rows(use)
         self._use = used if wanted is None else used[wanted]
 
         grid = CellGrid.of(known, where)
@@ -201,7 +208,8 @@ class Knowledge:
 
     def gains(self, sequence: GrowingSequence, offers: Sequence[Stretch]) -> list[float]:
         """What each stretch takes off the criterion: the logarithm of what is not known."""
-        return [self._worth(rows, cells, self.weight) for rows, cells in self._rows(sequence, offers)]
+        of_offers = self._rows(sequence, offers)
+        return [self._worth(derivatives, cells, self.weight) for derivatives, cells in of_offers]
 
     def take(self, sequence: GrowingSequence, stretch: Stretch) -> None:
         """The stretch will be logged."""
@@ -210,7 +218,8 @@ class Knowledge:
 
     def learn(self, commands: Commands) -> None:
         """A whole sequence will be logged."""
-        self.learn_rows(self.sensitivity.of_commands([(commands.field, commands.speed)], 1.0 / self._rate))
+        whole = [(commands.field, commands.speed)]
+        self.learn_rows(self.sensitivity.of_commands(whole, 1.0 / self._rate))
 
     def learn_rows(self, rows: Dataset) -> None:
         """Rows will be logged; their effort is not looked at."""
@@ -218,19 +227,23 @@ class Knowledge:
 
     def worth(self, log: Dataset) -> float:
         """What a log that is there would take off the logarithm of the criterion; its effort is not looked at."""
-        return self._worth(self.sensitivity.rows(log), self._cells(log), self.weight * self._rate * log.period)
+        weight = self.weight * self._rate * log.period  # of a row of that log
+        return self._worth(self.sensitivity.rows(log), self._cells(log), weight)
 
     def criterion(self, information: Array, doubt: Doubt | None = None) -> float:
         """Logarithm of the criterion, the smaller the better; of a law that is believed, or with what is doubted."""
         if self._criterion == "D":
             return -float(np.linalg.slogdet(information)[1])
         if self._criterion == "A":
-            return math.log(float(np.sum(np.diag(_inverse(information)) / self._scales**2)))
+            relative = np.diag(_inverse(information)) / self._scales**2
+            return math.log(float(np.sum(relative)))
         if doubt is None:
-            return math.log(float(np.mean(_variances(self._use, _inverse(information)))))
-        covariance = _inverse(doubt.left_to_numbers(information))
-        seen, own = doubt.seen_from(self._use, self._use_cells)
-        return math.log(float(np.mean(_variances(seen, covariance) + own)))
+            variances = _variances(self._use, _inverse(information))
+        else:
+            covariance = _inverse(doubt.left_to_numbers(information))
+            seen, own = doubt.seen_from(self._use, self._use_cells)
+            variances = _variances(seen, covariance) + own
+        return math.log(float(np.mean(variances)))
 
     def errors(self) -> Array:
         """Standard error of each number: of the coordinates, then of the gains; shape (k + p,)."""
@@ -238,12 +251,14 @@ class Knowledge:
 
     def band(self) -> float:
         """Half width of the effort's 95 % interval over the rows of use: what the numbers leave open, without noise."""
-        covariance = _inverse(self.information)
-        return QUANTILE * math.sqrt(float(np.mean(_variances(self._use, covariance))))
+        variances = _variances(self._use, _inverse(self.information))
+        return QUANTILE * math.sqrt(float(np.mean(variances)))
 
     def _cells(self, rows: Dataset) -> Cells:
         """The cell of each row, shape (n,); nobody asks where the law is believed."""
-        return np.zeros(rows.rows, np.intp) if self.doubt is None else self.doubt.grid.cells(rows)
+        if self.doubt is None:
+            return np.zeros(rows.rows, np.intp)
+        return self.doubt.grid.cells(rows)
 
     def _worth(self, derivatives: Array, cells: Cells, weight: float) -> float:
         """What rows would take off the criterion."""

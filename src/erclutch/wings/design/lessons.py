@@ -8,7 +8,6 @@ show that the device has changed.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -67,7 +66,8 @@ def lessons_of(model: TorqueModel, rows: Dataset) -> Lessons:
         for log in kept:
             others = [other for other in kept if other != log]
             without = _standard_errors(prior + information[others].sum(axis=0))
-            seen = _share_seen(visits, log, others) >= _SEEN_ROWS
+            visited = visits[others].any(axis=0)  # cells that the others visit
+            seen = float(visits[log][visited].sum() / visits[log].sum()) >= _SEEN_ROWS
             losses.append(float(np.max(without / with_all)) if seen else np.inf)
         least = min(losses)
         if least > ALLOWED_GROWTH:
@@ -84,8 +84,11 @@ def _information(model: TorqueModel, rows: Dataset) -> tuple[Array, Array]:
     """The information matrix of the prior, (numbers, numbers), and of each log, (logs, numbers, numbers)."""
     knowledge = Knowledge(model, rows, 1.0 / rows.period)
     derivatives = knowledge.sensitivity.rows(rows)
-    logs = [derivatives[start:stop] for start, stop in rows.source_rows]
-    return knowledge.prior, np.array([knowledge.weight * (log.T @ log) for log in logs])
+    information: list[Array] = []
+    for start, stop in rows.source_rows:
+        of_log = derivatives[start:stop]
+        information.append(knowledge.weight * (of_log.T @ of_log))
+    return knowledge.prior, np.array(information)
 
 
 def _standard_errors(information: Array) -> Array:
@@ -97,16 +100,12 @@ def _standard_errors(information: Array) -> Array:
 def _visits(model: TorqueModel, rows: Dataset) -> Cells:
     """How many rows each log has in each cell over field and slip of each element, shape (logs, cells)."""
     cells_of_one = CELLS * CELLS
-    visits = np.zeros((len(rows.sources), len(rows.elements) * cells_of_one), np.intp)
+    cells = len(rows.elements) * cells_of_one
+    visits = np.zeros((len(rows.sources), cells), np.intp)
     for number, element in enumerate(rows.elements):
         field_cell, slip_cell = model.trained_on.cell(element.field, element.slip)
         cell = np.floor(field_cell) * CELLS + np.floor(slip_cell) + number * cells_of_one
+        places = cell.astype(np.intp)
         for log, (start, stop) in enumerate(rows.source_rows):
-            np.add.at(visits[log], cell[start:stop].astype(np.intp), 1)
+            np.add.at(visits[log], places[start:stop], 1)
     return visits
-
-
-def _share_seen(visits: Cells, log: int, others: Sequence[int]) -> float:
-    """Share of a log's rows that lie in cells that some other logs visit."""
-    seen = visits[others].any(axis=0)
-    return float(visits[log][seen].sum() / visits[log].sum())

@@ -17,7 +17,7 @@ from erclutch.logs.dataset import Dataset
 from erclutch.models.law_model import TorqueModel
 from erclutch.runs.run_folder import outcome_of, read_run
 from erclutch.runs.run_rows import read_rows
-from erclutch.signals.array import Array
+from erclutch.signals.array import Array, Mask
 from erclutch.signals.device import speeds_of
 from erclutch.wings.design.courses import Bounds, Commands
 from erclutch.wings.design.fill import CellCounts, chosen_sequence
@@ -71,10 +71,9 @@ def law_of_run(folder: Path, name: str | None) -> LawOfRun:
     names = [name] if name is not None else list(run.names)
     laws = [each for each in names if run.entry(each)["fit"]["weights"] == 0]
     if not laws:
-        what = f"{name} is no law" if name is not None else "no model of the run is a law"
-        raise SettingError(
-            f"{what}: only a law has numbers with intervals", where=str(folder), remedy="Fit a law too, or name one"
-        )
+        what = "no model of the run is a law" if name is None else f"{name} is no law"
+        problem = f"{what}: only a law has numbers with intervals"
+        raise SettingError(problem, where=str(folder), remedy="Fit a law too, or name one")
     chosen = laws[0]
     model = cast(TorqueModel, run.model(chosen))  # what has no weights is a law
     kept = read_rows(run)
@@ -117,28 +116,31 @@ class Expectation:
         """
         kept = 1.0 - 1.0 / self.alike
         pairs: list[tuple[float, float]] = []
-        for estimate, shrink, by_noise in zip(estimates, self.after / self.before, self.by_noise, strict=True):
+        shrinks: list[float] = (self.after / self.before).tolist()
+        for estimate, shrink, by_noise in zip(estimates, shrinks, self.by_noise.tolist(), strict=True):
             half = 0.5 * (estimate.high - estimate.low)
             if not math.isfinite(half):
                 pairs.append((math.inf, math.nan))
                 continue
-            odd = half / float(by_noise) if by_noise > 0.0 and half > 0.0 else 1.0
-            old_rows = float(shrink) ** 2  # their share of what is known then
+            odd = 1.0  # by how much chance made it wider than the residual's size would
+            if by_noise > 0.0 and half > 0.0:
+                odd = half / by_noise
+            old_rows = shrink**2  # their share of what is known then
             new_rows = (1.0 - old_rows) * odd ** (2.0 * (kept - 1.0))
-            pairs.append((half, half * float(shrink) * math.sqrt(old_rows + new_rows)))
+            expected = half * shrink * math.sqrt(old_rows + new_rows)
+            pairs.append((half, expected))
         return pairs
 
     def to_dict(self, estimates: Sequence[Estimate]) -> dict[str, Any]:
         """As JSON values; what is not identified is null."""
-        numbers = {
-            estimate.name: {
+        numbers: dict[str, Any] = {}
+        for estimate, (now, after) in zip(estimates, self.half_widths(estimates), strict=True):
+            numbers[estimate.name] = {
                 "unit": estimate.unit,
                 "value": estimate.value,
                 "now": as_json(now),
                 "after": as_json(after),
             }
-            for estimate, (now, after) in zip(estimates, self.half_widths(estimates), strict=True)
-        }
         band = {"now": self.band_before, "after": self.band_after}
         return {"half_widths": numbers, "open_effort": band, "noise": self.noise}
 
@@ -180,19 +182,26 @@ def designed_for(
         one_way=one_way,
     )
     use = Sensitivity(law.model).of_commands([(everywhere.field, everywhere.speed)], 1.0 / rate)
-    wanted = np.ones(use.rows, np.bool_) if where is None else where.rows(use)
+    wanted: Mask = np.ones(use.rows, np.bool_)
+    if where is not None:
+        wanted = where.rows(use)
     if not wanted.any():
         raise SettingError("--where is a region that the limits do not reach", remedy="Give a nearer region")
-    knowledge = Knowledge(law.model, law.rows, rate, "I" if criterion == "fill" else criterion, use, wanted)
+    # What fills cells is chosen without knowledge, which then only says what the sequence teaches.
+    of_knowledge = "I" if criterion == "fill" else criterion
+    knowledge = Knowledge(law.model, law.rows, rate, of_knowledge, use, wanted)
     known = knowledge.information, knowledge.doubt
     before = knowledge.errors()
     band_before = knowledge.band()
+    worth: CellCounts | Knowledge = knowledge
+    if criterion == "fill":
+        worth = _empty_cells(law, limits, rate, seconds, one_way)
     commands = chosen_sequence(
         limits,
         rate,
         seconds,
         np.random.default_rng(seed),
-        _empty_cells(law, limits, rate, seconds, one_way) if criterion == "fill" else knowledge,
+        worth,
         signed=pair,
         one_way=one_way,
         candidates=_CANDIDATES,
@@ -218,10 +227,14 @@ def _by_noise(law: LawOfRun, errors: Array) -> Array:
     shapes = model.structure.shapes(model.reference.period)
     moved: list[float] = []  # by how much of its unit a number moves with its coordinate
     for estimate, shape in zip(law.estimates, shapes, strict=False):
-        of_unit = abs(estimate.value)
-        moved.append(of_unit if shape.scale == "log" else of_unit / (abs(model.shape[shape.name]) or math.nan))
-    for estimate, gain in zip(law.estimates[len(shapes) :], model.gains.values(), strict=True):
-        moved.append(abs(estimate.value) / (abs(gain) or math.nan))
+        by_one = abs(estimate.value)
+        if shape.scale != "log":
+            by_one /= abs(model.shape[shape.name]) or math.nan
+        moved.append(by_one)
+    of_gains = law.estimates[len(shapes) :]
+    for estimate, gain in zip(of_gains, model.gains.values(), strict=True):
+        by_one = abs(estimate.value) / (abs(gain) or math.nan)
+        moved.append(by_one)
     return QUANTILE * errors * np.array(moved)
 
 

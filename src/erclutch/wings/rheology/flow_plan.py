@@ -37,20 +37,8 @@ _WORDS: dict[Role, tuple[str, ...]] = {
         *("modul", "normal", "oscill", "complex", "komplex", "kinemat", "frequen", r"\bfreq\b", "yield", "ratio"),
         *(r"\bstrain\b(?! ?rate)", "deformation", "torque", "drehmoment", "couple", "speed", "drehzahl", "flow rate"),
         *("temp", "time", "zeit", "tiempo", "interval", "sampling", r"\bgap\b", "spalt", "angle", "winkel", "status"),
-        *(
-            r"\bpoint",
-            r"\bpts?\b",
-            r"\bpkt",
-            r"\bno\b",
-            r"\bnr\b",
-            "温度",
-            "时间",
-            "時間",
-            "扭矩",
-            "トルク",
-            "序号",
-            "点",
-        ),
+        *(r"\bpoint", r"\bpts?\b", r"\bpkt", r"\bno\b", r"\bnr\b"),
+        *("温度", "时间", "時間", "扭矩", "トルク", "序号", "点"),
     ),
     "viscosity": ("viscosi", "viskosi", r"\bvisc\b", r"\beta\b", "η", "粘度", "黏度", "粘性"),
     "rate": (
@@ -137,40 +125,52 @@ def plan_of(table: Table, rate: str | None = None, stress: Sequence[str] = ()) -
         MappingError: no column or several could be meant (UnitError: a unit is unknown, or does not fit the name).
     """
     swings, marks = oscillation(table)
-    if swings.any() and swings.all() and rate is None and not stress:
-        problem = f"the test is an oscillation ({', '.join(marks[:3])}), which has no flow curve"
-        raise MappingError(
-            problem, where=table.name, remedy="Give a test in rotation, or name columns: --shear-rate, --stress"
-        )
-    pairs = _labelled_pairs(table)
-    if pairs and rate is None and not stress:
-        return FlowPlan(pairs, (f"{len(pairs)} pairs of columns, taken for shear rate [1/s] and shear stress [Pa]",))
-    asked = {_column(table, label): label for label in ([rate] if rate else []) + [*stress]}
+    if rate is None and not stress:
+        if swings.any() and swings.all():
+            problem = f"the test is an oscillation ({', '.join(marks[:3])}), which has no flow curve"
+            remedy = "Give a test in rotation, or name columns: --shear-rate, --stress"
+            raise MappingError(problem, where=table.name, remedy=remedy)
+        pairs = _labelled_pairs(table)
+        if pairs:
+            note = f"{len(pairs)} pairs of columns, taken for shear rate [1/s] and shear stress [Pa]"
+            return FlowPlan(pairs, (note,))
+
+    asked: dict[str, str] = {}  # what the options say of a column, by its name
+    for label in [rate, *stress]:
+        if label:
+            asked[_column(table, label)] = label
     roles: dict[str, Role] = {name: _role(table, name) for name in table.columns if name not in asked}
-    rates = [_column(table, rate)] if rate else [name for name, role in roles.items() if role == "rate"]
-    wanted = [_column(table, label) for label in stress]
-    if not wanted:
-        wanted = [name for name, role in roles.items() if role == "stress"]
-        wanted = _distinct(table, wanted) if len(rates) == 1 else wanted
-    viscosities = [name for name, role in roles.items() if role == "viscosity"]
+
+    def of_role(wanted_role: Role) -> list[str]:
+        """Columns that nobody asked for and that have the role."""
+        return [name for name, role in roles.items() if role == wanted_role]
+
+    rates = [_column(table, rate)] if rate else of_role("rate")
+    stresses = [_column(table, label) for label in stress]
+    if not stresses:
+        stresses = of_role("stress")
+        if len(rates) == 1:
+            stresses = _distinct(table, stresses)
+    viscosities = of_role("viscosity")
     guessed: list[str] = []
-    if not wanted and not viscosities and rates:
+    if not stresses and not viscosities and rates:
         # Columns named after the field or the sample alone, beside a column that is surely the rate.
-        guessed = [name for name, role in roles.items() if role == "unknown" and _rises(table, rates[0], name)]
-        wanted = guessed
-    if not rates or not (wanted or viscosities):
+        guessed = [name for name in of_role("unknown") if _rises(table, rates[0], name)]
+        stresses = guessed
+    if not rates or not (stresses or viscosities):
         raise _missing(table, roles, rates)
-    by_viscosity = not wanted
-    groups = _grouped(table, rates, wanted or viscosities)
+
     curves: list[CurvePlan] = []
-    for rate_name, value_name in groups:
-        value_role: Quantity = "viscosity" if by_viscosity or _is_viscosity(table, value_name, asked) else "stress"
+    for rate_name, value_name in _grouped(table, rates, stresses or viscosities):
+        quantity: Quantity = "stress"
+        if not stresses or _is_viscosity(table, value_name, asked):
+            quantity = "viscosity"
         curves.append(
             CurvePlan(
                 label=value_name,
                 rate=_flow_column(table, rate_name, "rate", asked),
-                stress=_flow_column(table, value_name, value_role, asked),
-                times_rate=value_role == "viscosity",
+                stress=_flow_column(table, value_name, quantity, asked),
+                times_rate=quantity == "viscosity",
             )
         )
     plan = FlowPlan(tuple(curves), _notes(table, curves, guessed, roles))
@@ -206,27 +206,30 @@ def oscillation(table: Table) -> tuple[Mask, list[str]]:
 def _labelled_pairs(table: Table) -> tuple[CurvePlan, ...]:
     """Curves of a file with a label over the rates of each pair and nothing over the stresses; none for others."""
     names = list(table.columns)
-    unnamed = [re.fullmatch(r"c\d+", name) is not None and table.units.get(name) is None for name in names]
-    if len(names) % 2 or not names or not all(unnamed[1::2]):
+    if len(names) % 2 or not names:
         return ()
-    first = [table.columns[name][0] for name in names]
+    unnamed = [re.fullmatch(r"c\d+", name) is not None and table.units.get(name) is None for name in names]
+    if not all(unnamed[1::2]):
+        return ()
+    labels: list[str] = []
     if all(unnamed):
         # Labels that are numbers, such as volume fractions, stand in the first row of the table.
-        if not (np.isfinite(first[::2]).all() and np.isnan(first[1::2]).all()):
+        first_row = [table.columns[name][0] for name in names]
+        if not np.isfinite(first_row[::2]).all() or not np.isnan(first_row[1::2]).all():
             return ()
-        labels = [f"{label:g}" for label in first[::2]]
+        labels = [f"{label:g}" for label in first_row[::2]]
     else:
-        labels = [
-            name if not auto else f"curve {i + 1}"
-            for i, (name, auto) in enumerate(zip(names[::2], unnamed[::2], strict=True))
-        ]
         if any(_role(table, name) != "unknown" for name in names[::2]):
             return ()
+        for number, place in enumerate(range(0, len(names), 2), start=1):
+            labels.append(f"curve {number}" if unnamed[place] else names[place])
     reason = "a label stands over its pair of columns"
-    return tuple(
-        CurvePlan(label, FlowColumn(x, "1/s", 1.0, reason), FlowColumn(y, "Pa", 1.0, reason))
-        for label, x, y in zip(labels, names[::2], names[1::2], strict=True)
-    )
+    pairs: list[CurvePlan] = []
+    for label, rates, stresses in zip(labels, names[::2], names[1::2], strict=True):
+        rate = FlowColumn(rates, "1/s", 1.0, reason)
+        stress = FlowColumn(stresses, "Pa", 1.0, reason)
+        pairs.append(CurvePlan(label, rate, stress))
+    return tuple(pairs)
 
 
 def _column(table: Table, label: str) -> str:
@@ -235,15 +238,15 @@ def _column(table: Table, label: str) -> str:
     for candidate in (label, name):
         if candidate in table.columns:
             return candidate
-    raise MappingError(
-        f"there is no column {name!r}", where=table.name, remedy=f"Choose from {', '.join(map(repr, table.labels))}"
-    )
+    remedy = f"Choose from {', '.join(map(repr, table.labels))}"
+    raise MappingError(f"there is no column {name!r}", where=table.name, remedy=remedy)
 
 
 def _plain(name: str) -> str:
     """A name in small letters without accents, with spaces for underscores."""
-    letters = unicodedata.normalize("NFKD", name.lower())
-    bare = "".join(c for c in letters if not unicodedata.combining(c) or c == "\u0307")
+    signs = unicodedata.normalize("NFKD", name.lower())
+    # The dot above gamma stays: it makes a strain a rate.
+    bare = "".join(sign for sign in signs if sign == "\u0307" or not unicodedata.combining(sign))
     return re.sub(r"[_\s./]+", " ", bare).strip()
 
 
@@ -272,8 +275,11 @@ def _said_by_unit(unit: str | None) -> Role:
 
 def _unit(table: Table, name: str) -> str | None:
     """The unit of a column in its file, or the end of its name (``Viscosity_cP``) where that measures a flow curve."""
-    end = split_end(name)[1]
-    return table.units.get(name) or (end if end and _said_by_unit(end) in _SI else None)
+    unit = table.units.get(name)
+    if unit:
+        return unit
+    _, end = split_end(name)
+    return end if end and _said_by_unit(end) in _SI else None
 
 
 def _role(table: Table, name: str) -> Role:
@@ -282,12 +288,15 @@ def _role(table: Table, name: str) -> Role:
     Raises:
         UnitError: the name and the unit of a column speak of two roles.
     """
-    named, measured = _said_by_name(name), _said_by_unit(_unit(table, name))
-    if named in ("unknown", measured) or measured == "unknown":
-        return measured if named == "unknown" else named
-    if named == "other" or measured == "other":
-        return "other" if named == "other" or _unit(table, name) else named
     unit = _unit(table, name)
+    named = _said_by_name(name)
+    measured = _said_by_unit(unit)
+    if named == "unknown":
+        return measured
+    if measured in ("unknown", named):
+        return named
+    if "other" in (named, measured):
+        return "other"
     raise UnitError(
         f"the column {name!r} is {_MEANING[named]} by its name and {_MEANING[measured]} by its unit [{unit}]",
         where=table.name,
@@ -297,33 +306,46 @@ def _role(table: Table, name: str) -> Role:
 
 def _is_viscosity(table: Table, name: str, asked: dict[str, str]) -> bool:
     """Whether a column that was asked for as a stress is a viscosity by its unit, or by its name without one."""
-    unit = split_label(asked[name])[1] if name in asked else None
-    unit = unit or _unit(table, name)
-    return _said_by_unit(unit) == "viscosity" if unit else _said_by_name(name) == "viscosity"
+    unit = _unit_asked(name, asked) or _unit(table, name)
+    said = _said_by_unit(unit) if unit else _said_by_name(name)
+    return said == "viscosity"
+
+
+def _unit_asked(name: str, asked: dict[str, str]) -> str | None:
+    """The unit that an option gives a column."""
+    if name not in asked:
+        return None
+    _, unit = split_label(asked[name])
+    return unit
 
 
 def _distinct(table: Table, names: Sequence[str]) -> list[str]:
     """Columns without those that repeat an earlier one in name and numbers, as "Stress (step)" repeats "Stress"."""
-    return [
-        name
-        for place, name in enumerate(names)
-        if not any(
-            name.startswith(other)
-            and _unit(table, name) == _unit(table, other)
-            and np.allclose(table.columns[name], table.columns[other], rtol=1e-6, atol=0.0, equal_nan=True)
-            for other in names[:place]
-        )
-    ]
+
+    def repeats(name: str, other: str) -> bool:
+        if not name.startswith(other) or _unit(table, name) != _unit(table, other):
+            return False
+        return np.allclose(table.columns[name], table.columns[other], rtol=1e-6, atol=0.0, equal_nan=True)
+
+    distinct: list[str] = []
+    for place, name in enumerate(names):
+        if not any(repeats(name, other) for other in names[:place]):
+            distinct.append(name)
+    return distinct
 
 
 def _rises(table: Table, rate: str, name: str) -> bool:
     """Whether a column without a known name grows with the rate, as every stress of a flow curve does."""
-    x, y = np.abs(table.columns[rate]), np.abs(table.columns[name])
-    known = np.isfinite(x) & np.isfinite(y)
-    if _unit(table, name) or known.sum() < 3:
-        return not _unit(table, name)
-    ranks = [np.argsort(np.argsort(values[known])) for values in (x, y)]
-    return bool(np.corrcoef(ranks[0], ranks[1])[0, 1] > 0.5) if np.ptp(y[known]) > 0 else True
+    if _unit(table, name):
+        return False
+    rates = np.abs(table.columns[rate])
+    values = np.abs(table.columns[name])
+    known = np.isfinite(rates) & np.isfinite(values)
+    if known.sum() < 3 or not np.ptp(values[known]) > 0:
+        return True  # nothing speaks against it
+    rate_ranks = np.argsort(np.argsort(rates[known]))
+    value_ranks = np.argsort(np.argsort(values[known]))
+    return bool(np.corrcoef(rate_ranks, value_ranks)[0, 1] > 0.5)
 
 
 def _grouped(table: Table, rates: Sequence[str], values: Sequence[str]) -> list[tuple[str, str]]:
@@ -345,8 +367,8 @@ def _flow_column(table: Table, name: str, role: Quantity, asked: dict[str, str])
     Raises:
         UnitError: the unit is unknown, or of another quantity.
     """
-    given = split_label(asked[name])[1] if name in asked else None
-    unit = given or _unit(table, name)
+    unit_asked = _unit_asked(name, asked)
+    unit = unit_asked or _unit(table, name)
     if unit is None:
         return FlowColumn(name, _SI[role], 1.0, f"no unit, taken for {_SI[role]}")
     if _said_by_unit(unit) != role:
@@ -357,7 +379,8 @@ def _flow_column(table: Table, name: str, role: Quantity, asked: dict[str, str])
             remedy=f"Name its unit: {option} {shell_word(f'{name} [{_SI[role]}]')}",
         )
     base = 1.0 if role == "rate" else _PASCAL
-    return FlowColumn(name, unit, parse(unit).factor / base, "asked for" if given else f"named, in {unit}")
+    reason = "asked for" if unit_asked else f"named, in {unit}"
+    return FlowColumn(name, unit, parse(unit).factor / base, reason)
 
 
 def _notes(
@@ -365,7 +388,8 @@ def _notes(
 ) -> tuple[str, ...]:
     notes: list[str] = []
     columns: dict[FlowColumn, Quantity] = {curve.rate: "rate" for curve in curves}
-    columns |= {curve.stress: "viscosity" if curve.times_rate else "stress" for curve in curves}
+    for curve in curves:
+        columns[curve.stress] = "viscosity" if curve.times_rate else "stress"
     for column, quantity in columns.items():
         said = f"{_CALLED[quantity]}: column {column.name!r} [{column.unit}]"
         if column.name in guessed:
@@ -377,10 +401,10 @@ def _notes(
         notes.append(said)
     if any(curve.times_rate for curve in curves):
         notes.append("stress = viscosity x shear rate")
-    used = {name for curve in curves for name in (curve.rate.name, curve.stress.name)}
-    left = [name for name in roles if name not in used]
-    if left:
-        notes.append(f"not used: {', '.join(left)}")
+    used = {column.name for column in columns}
+    unused = [name for name in roles if name not in used]
+    if unused:
+        notes.append(f"not used: {', '.join(unused)}")
     return tuple(notes)
 
 
@@ -390,31 +414,33 @@ def _compare(table: Table, curve: CurvePlan, viscosity: FlowColumn) -> None:
     Raises:
         UnitError: they disagree.
     """
+    rate = table.columns[curve.rate.name] * curve.rate.factor
     stress = np.abs(table.columns[curve.stress.name] * curve.stress.factor)
-    apparent = np.abs(
-        table.columns[curve.rate.name] * curve.rate.factor * table.columns[viscosity.name] * viscosity.factor
-    )
+    apparent = np.abs(rate * table.columns[viscosity.name] * viscosity.factor)
     known = np.isfinite(stress) & np.isfinite(apparent) & (apparent > 0) & (stress > 0)
     if not known.any():
         return
     ratio = float(np.median(stress[known] / apparent[known]))
-    if abs(np.log(ratio)) > np.log1p(_AGREE):
-        raise UnitError(
-            f"{curve.stress.name!r} [{curve.stress.unit}] is {ratio:.4g} times {viscosity.name!r} [{viscosity.unit}] x "
-            f"{curve.rate.name!r} [{curve.rate.unit}]: one of these units is wrong",
-            where=table.name,
-            remedy=f"Name the columns with their units: --shear-rate {shell_word(f'{curve.rate.name} [1/s]')} "
-            f"--stress {shell_word(f'{curve.stress.name} [Pa]')}",
-        )
+    if abs(np.log(ratio)) <= np.log1p(_AGREE):
+        return
+    problem = (
+        f"{curve.stress.name!r} [{curve.stress.unit}] is {ratio:.4g} times {viscosity.name!r} [{viscosity.unit}] x "
+        f"{curve.rate.name!r} [{curve.rate.unit}]: one of these units is wrong"
+    )
+    options = (
+        f"--shear-rate {shell_word(f'{curve.rate.name} [1/s]')} --stress {shell_word(f'{curve.stress.name} [Pa]')}"
+    )
+    raise UnitError(problem, where=table.name, remedy=f"Name the columns with their units: {options}")
 
 
 def _missing(table: Table, roles: dict[str, Role], rates: Sequence[str]) -> MappingError:
     what, option, unit = ("shear stress", "--stress", "Pa") if rates else ("shear rate", "--shear-rate", "1/s")
-    unknown = [name for name, role in roles.items() if role == "unknown"] or list(roles) or ["NAME"]
+    candidates = [name for name, role in roles.items() if role == "unknown"] or list(roles) or ["NAME"]
     # A gamma beside a tau is a rate or a strain: only the user knows, and no other column is more likely.
-    unknown.sort(key=lambda name: _plain(name) not in ("gamma", "gamma point", "shear"))
+    likely = [name for name in candidates if _plain(name) in ("gamma", "gamma point", "shear")]
+    example = next(iter([*likely, *candidates]))
     return MappingError(
         f"no column is surely the {what} (there are: {', '.join(table.labels)})",
         where=table.name,
-        remedy=f"Name it with its unit, such as {option} {shell_word(f'{unknown[0]} [{unit}]')}",
+        remedy=f"Name it with its unit, such as {option} {shell_word(f'{example} [{unit}]')}",
     )

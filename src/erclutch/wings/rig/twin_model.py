@@ -48,7 +48,15 @@ def twin_models(
     from erclutch import _version
     from erclutch.runs.run_shape import file_name
 
-    about = json.dumps([_version.__version__, _code(), _SECONDS, device, rig.to_dict()], sort_keys=True)
+    # A model that older code made is not taken for this code's.
+    package = resources.files("erclutch")
+    sources: list[Path] = []
+    for name in _MADE_BY:
+        sources += Path(str(package.joinpath(name))).rglob("*.py")
+    code = hashlib.sha256()
+    for source in sorted(sources, key=str):
+        code.update(source.read_bytes())
+    about = json.dumps([_version.__version__, code.hexdigest(), _SECONDS, device, rig.to_dict()], sort_keys=True)
     digest = hashlib.sha256(about.encode()).hexdigest()[:16]
     files = {name: cache_folder() / f"twin-{file_name(name)}-{digest}.json" for name in names}
     missing = tuple(name for name, file in files.items() if not file.exists())
@@ -61,14 +69,8 @@ def twin_models(
     return list(files.values())
 
 
-def _code() -> str:
-    """Digest of what simulates and fits: a model that older code made is not taken for this code's."""
-    package = resources.files("erclutch")
-    files = (f for name in _MADE_BY for f in Path(str(package.joinpath(name))).rglob("*.py"))
-    return hashlib.sha256(b"".join(f.read_bytes() for f in sorted(files, key=str))).hexdigest()
-
-
 def _fitted(rig: RigParameters, names: tuple[str, ...], device: DeviceName) -> dict[str, str]:
+    """The text of each model's file."""
     from erclutch.fit.comparison import Settings, compare
     from erclutch.logs import read
     from erclutch.logs.dataset import build_dataset
@@ -81,6 +83,7 @@ def _fitted(rig: RigParameters, names: tuple[str, ...], device: DeviceName) -> d
         log = write_log(Path(folder) / "twin.parquet", run.names, run.chunks(), run.about(), rows=run.rows)
         # Speeds by the filter that runs live: the models then know its delay and its noise.
         data = build_dataset(read(log, device=device), device=device, derivative=Derivative("kalman"))
-    result = compare(data, Settings(models=names, lag="none"))
-    found = {entry.name: entry.outcome.model for entry in result.entries}
-    return {name: json.dumps(found[name].to_dict(), indent=1) + "\n" for name in names}
+    texts: dict[str, str] = {}
+    for entry in compare(data, Settings(models=names, lag="none")).entries:
+        texts[entry.name] = json.dumps(entry.outcome.model.to_dict(), indent=1) + "\n"
+    return texts

@@ -36,18 +36,23 @@ def _repeated(rows: Dataset) -> list[str]:
     from erclutch.models.structure import Structure
     from erclutch.wings.design.lessons import lessons_of
 
+    if len(rows.sources) < 2 or rows.one_field:
+        return []
     still = all(np.ptp(element.slip) == 0.0 for element in rows.elements)
-    if len(rows.sources) < 2 or not _FEWEST_ROWS <= rows.rows <= _MOST_ROWS or rows.one_field or still:
+    if still or not _FEWEST_ROWS <= rows.rows <= _MOST_ROWS:
         return []
     law = law_from_name("bingham", rows.device)
+    structure = Structure(rows.device, "bingham", law, "none", False, False)
     with one_thread():
-        model = fit_structure(rows, Structure(rows.device, "bingham", law, "none", False, False), intervals=False).model
+        model = fit_structure(rows, structure, intervals=False).model
         lessons = lessons_of(model, rows)
     count = len(lessons.teach) + len(lessons.repeat)
     if not lessons.repeat:
         return [f"Each of the {count} logs shows what the others do not."]
     first = ", ".join(lessons.repeat[:_NAMES])
-    more = f" and {len(lessons.repeat) - _NAMES} more" if len(lessons.repeat) > _NAMES else ""
+    more = ""
+    if len(lessons.repeat) > _NAMES:
+        more = f" and {len(lessons.repeat) - _NAMES} more"
     return [
         f"Of {count} logs {len(lessons.repeat)} teach nothing new about field and motion: {first}{more}. Without them "
         f"no interval of Bingham's law grows by more than {lessons.growth - 1.0:.0%}."
@@ -59,7 +64,8 @@ def _missing(rows: Dataset) -> list[str]:
     every = -(-rows.rows // _MOST_ROWS)
     lines: list[str] = []
     for number, element in enumerate(rows.elements):
-        field, slip = np.abs(element.field[::every]), element.slip[::every]
+        field = np.abs(element.field[::every])
+        slip = element.slip[::every]
         which = f" of clutch {number + 1}" if len(rows.elements) > 1 else ""
         lines += _gaps(field, slip, rows.units, which)
     if len(lines) > _MOST_LINES:
@@ -82,12 +88,15 @@ def _gaps(field: Array, slip: Array, units: Units, which: str) -> list[str]:
             fields = _range(field_edges[band], field_edges[band + 1], units.field)
             slips = _range(slip_edges[first], slip_edges[last + 1], units.slip)
             gaps.append((last - first + 1, f"No log has field {fields} with slip {slips}{which}."))
-    return [text for _, text in sorted(gaps, key=lambda gap: -gap[0])]
+    gaps.sort(key=lambda gap: -gap[0])
+    return [sentence for _, sentence in gaps]
 
 
 def _edges(values: Array, bands: int) -> list[float]:
+    """From the least to the most value, both included, shape (bands + 1,)."""
     low, high = float(values.min()), float(values.max())
-    return [*(low + (high - low) * band / bands for band in range(bands)), high]
+    edges = [low + (high - low) * band / bands for band in range(bands)]
+    return [*edges, high]
 
 
 def _runs(cells: Sequence[int]) -> list[tuple[int, int]]:

@@ -17,10 +17,8 @@ from erclutch.wings.design.limit_options import NO_LIMITS, LimitOptions
 if TYPE_CHECKING:
     import numpy as np
 
-    from erclutch.signals.array import Array
     from erclutch.wings.design.courses import Commands
     from erclutch.wings.design.information import Criterion, Region
-    from erclutch.wings.design.lessons import Lessons
     from erclutch.wings.design.limits import DeviceKind, RigLimits
     from erclutch.wings.design.run_design import Expectation, LawOfRun
 
@@ -103,8 +101,11 @@ def excite(
 
     region = None if where is None else region_of(where)
     law = None if run is None else law_of_run(run, model)
-    if law is not None and law.pair != (device == "pair"):
-        device = "pair" if law.pair else "damper" if law.rows.units.slip == "m/s" else "brake"
+    if law is not None and law.pair != (device == "pair"):  # the run knows better
+        if law.pair:
+            device = "pair"
+        else:
+            device = "damper" if law.rows.units.slip == "m/s" else "brake"
     if rate is None:
         rate = 1000.0 if law is None else law.rate
     require(0.001, min(1e6, 1e7 / seconds), " Hz", rate=rate)
@@ -190,7 +191,13 @@ def _designed(
     _tell(commands, known, device, draw, field_unit, (ours, papers))
     if law is not None and expected is not None:
         _tell_expected(law, expected)
-        _tell_lessons(lessons_of(law.model, law.rows))
+        lessons = lessons_of(law.model, law.rows)
+        if lessons.repeat:
+            count = len(lessons.teach) + len(lessons.repeat)
+            terminal.tell(
+                f"Of {count} logs {len(lessons.repeat)} repeat what the others show. Without them no interval grows "
+                f"by more than {lessons.growth - 1.0:.0%}: {', '.join(lessons.repeat)}"
+            )
     terminal.say(path)
 
 
@@ -202,38 +209,26 @@ def _coverages(commands: Commands, known: RigLimits, draw: _Draw) -> tuple[float
     signed = bool(commands.field.min() < 0.0)
     one_way = bool(commands.speed.min() >= 0.0)
     papers = papers_sequence(known, rate, seconds, draw.rng, signed=signed, one_way=one_way)
-    ours, theirs = (
-        coverage_share(each, known, rate, seconds, signed=signed, one_way=one_way) for each in (commands, papers)
-    )
+    ours = coverage_share(commands, known, rate, seconds, signed=signed, one_way=one_way)
+    theirs = coverage_share(papers, known, rate, seconds, signed=signed, one_way=one_way)
     return ours, theirs
 
 
 def _tell_expected(law: LawOfRun, expected: Expectation) -> None:
     """Intervals and band before and after, as the law expects them."""
     rows: list[list[str]] = []
-    for estimate, (before, after) in zip(law.estimates, expected.half_widths(law.estimates), strict=True):
-        sizes = ["not identified" if size == float("inf") else terminal.number(size, 3) for size in (before, after)]
-        rows.append([estimate.name, terminal.number(estimate.value), *sizes, estimate.unit])
-    terminal.tell(
-        terminal.table(
-            f"What {law.name} expects: half width of the 95 % interval", ["", "value", "now", "with the log", ""], rows
-        )
-    )
+    half_widths = expected.half_widths(law.estimates)
+    for estimate, (before, after) in zip(law.estimates, half_widths, strict=True):
+        row = [estimate.name, terminal.number(estimate.value)]
+        for size in (before, after):
+            row.append("not identified" if size == float("inf") else terminal.number(size, 3))
+        rows.append([*row, estimate.unit])
+    title = f"What {law.name} expects: half width of the 95 % interval"
+    terminal.tell(terminal.table(title, ["", "value", "now", "with the log", ""], rows))
     unit = law.rows.units.effort.replace("?", "")
     terminal.tell(
         f"What the numbers leave open of the effort: +-{expected.band_before:.3g} now, +-{expected.band_after:.3g} "
         f"{unit} with the log; the residual's standard deviation is {expected.noise:.3g} {unit}"
-    )
-
-
-def _tell_lessons(lessons: Lessons) -> None:
-    """Which logs of the run could have been left out."""
-    if not lessons.repeat:
-        return
-    count = len(lessons.teach) + len(lessons.repeat)
-    terminal.tell(
-        f"Of {count} logs {len(lessons.repeat)} repeat what the others show. Without them no interval grows by more "
-        f"than {lessons.growth - 1.0:.0%}: {', '.join(lessons.repeat)}"
     )
 
 
@@ -296,7 +291,8 @@ def _papers_commands(
     motor = torque_sequence(rows, rng, low, high, rate)
 
     time = np.arange(rows) / rate
-    first, second = np.maximum(field, 0.0), np.maximum(-field, 0.0)
+    first = np.maximum(field, 0.0)
+    second = np.maximum(-field, 0.0)
     columns = (("time", "s"), ("E1", ""), ("E2", ""), ("motor_torque", "N*m"))
     about: dict[str, Any] = {
         "label": "COMMANDS",
@@ -308,13 +304,9 @@ def _papers_commands(
         "highest": highest,
         "torque": list(torque),
     }
-    path = write_log(out, columns, [np.column_stack([time, first, second, motor])], about, rows=rows)
-    _show(path, field, motor, rate, f"COMMANDS, seed {seed}: {rows:,} rows, {seconds:g} s; nothing was measured")
-
-
-def _show(path: Path, field: Array, motor: Array, rate: float, line: str) -> None:
-    """What was written, on the screen."""
-    terminal.tell(line)
+    table = np.column_stack([time, first, second, motor])
+    path = write_log(out, columns, [table], about, rows=rows)
+    terminal.tell(f"COMMANDS, seed {seed}: {rows:,} rows, {seconds:g} s; nothing was measured")
     for name, values in (("E1 - E2", field), ("motor torque", motor)):
         terminal.tell(f"{name}: {values.min():.3g} .. {values.max():.3g}; power by band of frequency:")
         shares = [f"{low:g}-{high:g} Hz {share:.0%}" for low, high, share in terminal.bands(values, rate)]

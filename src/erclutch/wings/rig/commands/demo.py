@@ -70,7 +70,12 @@ def demo(
     require(0, seed=seed)
     _may_write(out)
     with redirect_stdout(io.StringIO()) if json else nullcontext():
-        _told(out, seconds, seed)
+        screen = terminal.console()
+        began = time.perf_counter()
+        screen.print(_WHAT, soft_wrap=not screen.is_terminal)
+        screen.print(f"TWIN: {_TWIN}", style="magenta", soft_wrap=not screen.is_terminal)
+        _run(out, seconds, seed)
+        terminal.tell(f"{time.perf_counter() - began:.0f} s in all.")
     if json:
         from erclutch.runs.run_folder import read_run
 
@@ -80,16 +85,6 @@ def demo(
         from erclutch.cli.commands.report import open_file
 
         open_file(out / "report.html")
-
-
-def _told(out: Path, seconds: float, seed: int) -> None:
-    """The demo with its story."""
-    screen = terminal.console()
-    began = time.perf_counter()
-    screen.print(_WHAT, soft_wrap=not screen.is_terminal)
-    screen.print(f"TWIN: {_TWIN}", style="magenta", soft_wrap=not screen.is_terminal)
-    _run(out, seconds, seed)
-    terminal.tell(f"{time.perf_counter() - began:.0f} s in all.")
 
 
 def _may_write(folder: Path) -> None:
@@ -173,7 +168,11 @@ def _sum_up(material: Material, comparison: Comparison) -> None:
     screen.print()
     screen.print(ranking_table.ranking(comparison, screen.width))
     chosen = material.run.entry(material.recommended)
-    textbook = next((name for name, role in material.shown.items() if role == "baseline"), material.recommended)
+    textbook = material.recommended
+    for name, role in material.shown.items():
+        if role == "baseline":
+            textbook = name
+            break
     error = material.effort.of(chosen["test"]["rmse"][0])
     words = (
         f"Recommended: {comparison.called(chosen['name'])}. On rows that it has not seen it errs by {error}, "

@@ -147,11 +147,14 @@ def _unknown(path: str, rig: RigParameters) -> SettingError:
 
 
 def _checked(path: str, value: Any, unit: str, where: str = "") -> float:
-    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+    is_number = isinstance(value, int | float) and not isinstance(value, bool)
+    if not is_number or not math.isfinite(value):
         raise SettingError(f"{path} is {value!r}", remedy=f"Give a finite number in {unit}", where=where)
     section, _, key = path.partition(".")
-    least = "0 or more" if key in _MAY_BE_ZERO.get(section, set()) else "above 0"
-    if path not in _SIGNED and (value < 0 or (value == 0 and least == "above 0")):
+    may_be_zero = key in _MAY_BE_ZERO.get(section, set())
+    too_small = value < 0 or (value == 0 and not may_be_zero)
+    if too_small and path not in _SIGNED:
+        least = "0 or more" if may_be_zero else "above 0"
         problem = f"{path} is {value:g} {unit}, it must be {least}"
         raise SettingError(problem, remedy="Correct it in the rig file", where=where)
     return float(value)
@@ -187,18 +190,31 @@ def _consistent(rig: RigParameters) -> RigParameters:
     return rig
 
 
-def _entry(e: Mapping[str, Any]) -> ParameterEntry:
-    low, high = (float(v) for v in e["range"])
-    interval = (float(e["interval"][0]), float(e["interval"][1])) if "interval" in e else None
-    start = float(e["start"]) if "start" in e else None
-    return ParameterEntry(float(e["value"]), e["unit"], e["source"], low, high, e["meaning"], start, interval)
+def _entry(table: Mapping[str, Any]) -> ParameterEntry:
+    """An entry of a table of the file; ValueError, TypeError or IndexError where a number is none."""
+    low, high = (float(end) for end in table["range"])
+    interval: tuple[float, float] | None = None
+    if "interval" in table:
+        interval = float(table["interval"][0]), float(table["interval"][1])
+    return ParameterEntry(
+        value=float(table["value"]),
+        unit=table["unit"],
+        source=table["source"],
+        low=low,
+        high=high,
+        meaning=table["meaning"],
+        start=float(table["start"]) if "start" in table else None,
+        interval=interval,
+    )
 
 
 @lru_cache(maxsize=1)
 def default_rig() -> RigParameters:
     """The rig of the paper, as far as it is known; what is not is assumed or calibrated, and says so."""
     body = toml_of(resources.files("erclutch.wings.rig.twin").joinpath("default.toml").read_bytes())
-    entries = {section: {key: _entry(e) for key, e in body[section].items()} for section in SECTIONS}
+    entries: dict[str, dict[str, ParameterEntry]] = {}
+    for section in SECTIONS:
+        entries[section] = {key: _entry(table) for key, table in body[section].items()}
     return _consistent(RigParameters(entries))
 
 
@@ -238,9 +254,14 @@ def _given(path: str, given: Any, entry: ParameterEntry, where: str) -> Paramete
     if table.get("unit", entry.unit) != entry.unit:
         raise SettingError(f"{path} is given in {table['unit']!r}", remedy=f"Give it in {entry.unit}", where=where)
     value = _near(path, table.get("value"), entry, where)
-    whole = {"unit": entry.unit, "source": "given", "range": [entry.low, entry.high], "meaning": entry.meaning, **table}
+    usual = {
+        "unit": entry.unit,
+        "source": "given",
+        "range": [entry.low, entry.high],
+        "meaning": entry.meaning,
+    }
     try:
-        made = _entry({**whole, "value": value})
+        made = _entry({**usual, **table, "value": value})
     except (TypeError, ValueError, IndexError) as error:
         problem = f"{path} has an unreadable range, start or interval"
         raise SettingError(problem, remedy="Write each like range = [0.1, 2.0]", where=where) from error

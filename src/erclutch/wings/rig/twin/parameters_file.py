@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 from erclutch.errors import RunError
 from erclutch.files import whole_file
-from erclutch.wings.rig.twin.parameters import SECTIONS, ParameterEntry, RigParameters
+from erclutch.wings.rig.twin.parameters import SECTIONS, RigParameters
 
 _HEADER = """\
 # A rig: two coaxial ER clutches on a ball screw, as in Huang and Ishikawa. For the digital TWIN, not a measurement.
@@ -52,28 +52,34 @@ def rig_text(rig: RigParameters, calibration: Mapping[str, Any] | None = None) -
     if calibration:
         lines += ["", "[calibration]", *(f"{key} = {_plain(value)}" for key, value in calibration.items())]
     for section in SECTIONS:
-        title = _TITLES.get(section)
-        lines += ["", f"[{section}]" + (f"  # {title}" if title else "")]
-        lines += [f"{key} = {_entry_text(entry)}" for key, entry in rig.entries[section].items()]
+        title = f"  # {_TITLES[section]}" if section in _TITLES else ""
+        lines += ["", f"[{section}]{title}"]
+        for key, entry in rig.entries[section].items():
+            pairs = {
+                "value": entry.value,
+                "unit": entry.unit,
+                "source": entry.source,
+                "range": (entry.low, entry.high),
+                "start": entry.start,
+                "interval": entry.interval,
+                "meaning": entry.meaning,
+            }
+            known = {name: value for name, value in pairs.items() if value is not None}
+            lines.append(f"{key} = {_plain(known)}")
     return "\n".join(lines) + "\n"
-
-
-def _entry_text(entry: ParameterEntry) -> str:
-    pairs = {"value": entry.value, "unit": entry.unit, "source": entry.source, "range": (entry.low, entry.high)}
-    pairs |= {"start": entry.start, "interval": entry.interval, "meaning": entry.meaning}
-    return _plain({key: value for key, value in pairs.items() if value is not None})
 
 
 def _plain(value: Any) -> str:
     """A value as TOML: numbers, texts (JSON strings are TOML strings), arrays and inline tables."""
     if isinstance(value, Mapping):
-        return "{ " + ", ".join(f"{_key(str(k))} = {_plain(v)}" for k, v in value.items()) + " }"  # pyright: ignore
+        pairs: list[str] = []
+        for key, each in cast("Mapping[str, Any]", value).items():
+            is_bare = key.replace("_", "").replace("-", "").isalnum()
+            pairs.append(f"{key if is_bare else json.dumps(key)} = {_plain(each)}")
+        return f"{{ {', '.join(pairs)} }}"
     if isinstance(value, list | tuple):
-        return "[" + ", ".join(_plain(v) for v in value) + "]"  # pyright: ignore
+        numbers = ", ".join(_plain(each) for each in cast("Sequence[Any]", value))
+        return f"[{numbers}]"
     if isinstance(value, float):
         return repr(value)
     return json.dumps(value, ensure_ascii=False)
-
-
-def _key(name: str) -> str:
-    return name if name.replace("_", "").replace("-", "").isalnum() else json.dumps(name)

@@ -238,38 +238,38 @@ _Stepper = Callable[[Array, slice, Array], None]
 
 def _stepper(scenario: Scenario, rig: RigParameters, rows: int, seed: int) -> _Stepper:
     """Runs a slice of the rows from a state, and fills what is logged and what is true."""
+    # The order of the draws is part of what a seed means: field, motor, noise.
     rng = np.random.default_rng(seed)
-    if scenario.excitation is None:
-        wanted = np.zeros(rows)
-    else:
-        wanted = field_sequence(rows, rng, field_settings(rig, **_drawn(scenario, rig)))
-    motor, noise = scenario.motor(rows, rng, rig), rng.standard_normal(rows)
-    parts, steps = parts_of(rig), substeps(rig)
+    wanted = np.zeros(rows)
+    if scenario.excitation is not None:
+        drawn = dict(scenario.excitation)
+        if scenario.locked and not scenario.single:
+            drawn["peakedness"] = held_peakedness(rig)
+        wanted = field_sequence(rows, rng, field_settings(rig, **drawn))
+    motor = scenario.motor(rows, rng, rig)
+    noise = rng.standard_normal(rows)
+    parts = parts_of(rig)
+    steps = substeps(rig)
     dt = PERIOD / steps
     if scenario.tracking:
         tracked = np.column_stack([motor, noise, _reference(scenario.tracking, rig, rows)])
         memory = np.array([np.nan])
         return lambda state, at, out: run_tracking(state, parts, tracked[at], GAINS, memory, dt, steps, out)
     stroke = rig.value("screw.half_stroke") / rig.value("screw.lead") * 2.0 * np.pi
-    locked, guard = scenario.locked, np.zeros(2)
+    locked = scenario.locked
+    guard = np.zeros(2)
     soft = 0.0 if locked or scenario.single else 0.18 * stroke
     if scenario.single:
-        wanted, parts = np.abs(wanted), single_clutch(parts)
+        wanted = np.abs(wanted)
+        parts = single_clutch(parts)
     commands = np.column_stack([wanted, motor, noise])
     return lambda state, at, out: run_open(state, parts, commands[at], locked, soft, guard, dt, steps, out)
-
-
-def _drawn(scenario: Scenario, rig: RigParameters) -> dict[str, float]:
-    """What differs from the rig's own excitation in a run's field sequence."""
-    drawn = dict(scenario.excitation or {})
-    if scenario.locked and not scenario.single:
-        drawn["peakedness"] = held_peakedness(rig)
-    return drawn
 
 
 def _reference(frequency: float, rig: RigParameters, rows: int) -> Array:
     """The tracked sine and its speed, shape (rows, 2)."""
     omega = 2.0 * np.pi * frequency
     phase = omega * np.arange(rows) * PERIOD
-    height = _AMPLITUDE / (5.0 if omega > 2 * np.pi else 1.0) * 2.0 * np.pi / rig.value("screw.lead")
+    share = 5.0 if omega > 2 * np.pi else 1.0  # beyond 1 Hz a fifth of the way
+    height = _AMPLITUDE / share * 2.0 * np.pi / rig.value("screw.lead")
     return np.column_stack([height * np.sin(phase), height * omega * np.cos(phase)])
