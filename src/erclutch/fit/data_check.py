@@ -207,7 +207,10 @@ def _sign(train: Dataset) -> Finding | None:
     """A passive element dissipates: effort and slip have the same sign on the whole."""
     # A sensor's zero makes no power over a motion to and fro; over a motion one way it cannot be told from friction.
     effort = train.effort if train.one_way else train.effort - np.mean(train.effort)
-    power = sum(float(np.mean(effort * element.slip * _weight(element.field))) for element in train.elements)
+    power = 0.0
+    for element in train.elements:
+        weighed = effort * element.slip * _weight(element.field)
+        power += float(np.mean(weighed))
     if power >= 0:
         return None
 

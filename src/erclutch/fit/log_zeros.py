@@ -56,7 +56,11 @@ def log_differences(data: Dataset, predicted: Array) -> tuple[Finding, ...]:
     rows: list[slice] = []  # of each log that moves both ways
     for name, (start, stop) in zip(data.sources, data.source_rows, strict=True):
         slip = data.elements[0].slip[start:stop]
-        if slip.size > 2 and min(float(np.mean(slip > 0)), float(np.mean(slip < 0))) >= _EACH_WAY:
+        if slip.size <= 2:
+            continue
+        forward = float(np.mean(slip > 0))  # share of the rows
+        backward = float(np.mean(slip < 0))
+        if min(forward, backward) >= _EACH_WAY:
             names.append(name)
             rows.append(slice(start, stop))
     if len(names) < 2 or not np.all(np.isfinite(predicted)):
@@ -79,11 +83,10 @@ def log_differences(data: Dataset, predicted: Array) -> tuple[Finding, ...]:
         remedy = "Zero the sensor before each run, or subtract these values from the logs"
         findings.append(Finding("warning", "zero", message, remedy))
 
-    same_fields = all(
-        np.ptp(element.field[of_log]) >= _SAME_FIELDS * np.ptp(element.field)
-        for element in data.elements
-        for of_log in rows
-    )
+    same_fields = True
+    for element in data.elements:
+        whole = np.ptp(element.field)
+        same_fields &= all(np.ptp(element.field[of_log]) >= _SAME_FIELDS * whole for of_log in rows)
     if same_fields:
         gains = per_log(residuals, efforts, ones)
         listed = _listed(names, gains, _GAIN, lambda gain, error: f"{100 * gain:+.1f} +- {196 * error:.2g} %")
@@ -103,15 +106,23 @@ def per_log(residuals: Sequence[Array], columns: Sequence[Array], beside: Sequen
         beside: a column with a factor of its own in each log, whether factors differ or not, (n_k,).
     """
     tiny = np.finfo(float).tiny
-    residuals = [_without(residual, other) for residual, other in zip(residuals, beside, strict=True)]
-    columns = [_without(column, other) for column, other in zip(columns, beside, strict=True)]
-    along = np.array([float(column @ residual) for column, residual in zip(columns, residuals, strict=True)])
-    squares = np.array([float(column @ column) for column in columns]) + tiny
-    values = along / squares
-    left = [residual - value * column for residual, value, column in zip(residuals, values, columns, strict=True)]
-    costs = np.array([float(error @ error) for error in left]) + tiny
-    independent = np.array([max(independent_rows(error), 4.0) for error in left])
-    errors = np.sqrt(costs / squares / np.maximum(independent - 2.0, 1.0))
+    factors: list[float] = []
+    squares: list[float] = []  # of the column, summed
+    costs: list[float] = []  # of what is left
+    counts: list[float] = []  # independent rows
+    for residual, column, other in zip(residuals, columns, beside, strict=True):
+        residual = _without(residual, other)
+        column = _without(column, other)
+        square = float(column @ column) + tiny
+        factor = float(column @ residual) / square
+        left = residual - factor * column
+        factors.append(factor)
+        squares.append(square)
+        costs.append(float(left @ left) + tiny)
+        counts.append(max(independent_rows(left), 4.0))
+    values = np.array(factors)
+    independent = np.array(counts)
+    errors = np.sqrt(np.array(costs) / np.array(squares) / np.maximum(independent - 2.0, 1.0))
     ratio, chance = welch(values, errors, independent)
     return PerLog(values, errors, chance, ratio)
 
@@ -126,7 +137,8 @@ def welch(values: Array, errors: Array, rows: Array) -> tuple[float, float]:
     """
     from scipy.special import fdtrc
 
-    weights, k = errors**-2.0, values.size
+    weights = errors**-2.0
+    k = values.size
     mean = float(weights @ values / weights.sum())
     between = float(weights @ (values - mean) ** 2) / (k - 1)
     lost = float(np.sum((1.0 - weights / weights.sum()) ** 2 / (rows - 1.0)))
@@ -137,7 +149,10 @@ def welch(values: Array, errors: Array, rows: Array) -> tuple[float, float]:
 def _without(values: Array, other: Array) -> Array:
     """What another column does not explain of a column."""
     square = float(other @ other)
-    return values - other * (float(other @ values) / square) if square > 0 else values
+    if not square > 0:
+        return values
+    share = float(other @ values) / square
+    return values - other * share
 
 
 def _listed(names: Sequence[str], numbers: PerLog, worth: float, text: Callable[[float, float], str]) -> str:
@@ -145,7 +160,8 @@ def _listed(names: Sequence[str], numbers: PerLog, worth: float, text: Callable[
     usual = float(np.median(numbers.values))
     away = np.abs(numbers.values - usual)
     limits = np.maximum(worth, 3.0 * numbers.errors)
-    odd = [log for log in np.argsort(-away, kind="stable").tolist() if away[log] > limits[log]]
+    farthest_first = np.argsort(-away, kind="stable").tolist()
+    odd = [log for log in farthest_first if away[log] > limits[log]]
     if numbers.chance > _CHANCE or not odd:
         return ""
 

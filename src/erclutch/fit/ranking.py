@@ -137,7 +137,10 @@ def with_bands(
     unseen = [entry.outcome.unseen for entry in entries]
     bands = calibrated(data, ~test, errors, parameters, unseen)
     train = data.take(~test)
-    held_out = [rows[test[rows]] for rows in (np.arange(a, b) for a, b in data.source_rows)]  # of each log
+    held_out: list[NDArray[np.intp]] = []  # of each log
+    for start, stop in data.source_rows:
+        rows = np.arange(start, stop)
+        held_out.append(rows[test[rows]])
     banded: list[RankedModel] = []
     for entry, error, pair in zip(entries, errors, bands, strict=True):
         if pair is None:  # too few rows for a band
@@ -194,14 +197,20 @@ def _too_short(outcome: AnyOutcome, data: Dataset) -> list[str]:
     """Which travels of the memory are so long that stretches of the log end before their start is forgotten."""
     # Travels are called r_...; other numbers of the stages are times, which a stretch outlasts.
     times = outcome.model.times
-    lengths = {e.name: e.value for e in outcome.estimates if e.name in times and e.name.startswith("r_")}
+    lengths: dict[str, float] = {}
+    for estimate in outcome.estimates:
+        if estimate.name in times and estimate.name.startswith("r_"):
+            lengths[estimate.name] = estimate.value
     if not lengths:
         return []
     steps = np.diff(data.clock.time, prepend=data.clock.time[0])  # [s], to each row from the row before
     travels: list[float] = []  # of each stretch, in the unit of the slip times s: that of the element that moves least
     for span in data.clock.spans:
         rows = slice(span.start + 1, span.stop)
-        of_elements = [float(np.sum(np.abs(element.slip[rows]) * steps[rows])) for element in data.elements]
+        of_elements: list[float] = []
+        for element in data.elements:
+            of_rows = np.abs(element.slip[rows]) * steps[rows]
+            of_elements.append(float(np.sum(of_rows)))
         travels.append(min(of_elements))
     notes: list[str] = []
     for name, length in lengths.items():

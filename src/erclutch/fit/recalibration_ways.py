@@ -87,7 +87,8 @@ def ways_of(model: Model, data: Dataset, rows: Rows, effort: Array) -> Iterator[
     yield _linear("common gain", [gain], [effort], lambda c: model.scaled(c[0]))
     yield _linear("common gain and offset", [gain, offset], [effort, ones], lambda c: model.scaled(*c))
 
-    law, network = model.law_part, model.network_part
+    law = model.law_part
+    network = model.network_part
     if model.correction is not None:
         added = model.added(data.elements, data.clock, data.extras, exactly=False)[rows]
         for name in ("gains", _FREE):
@@ -96,7 +97,10 @@ def ways_of(model: Model, data: Dataset, rows: Rows, effort: Array) -> Iterator[
         for name in ("gains", _FREE):
             yield _gains(name, law, data, rows)
         # One field tells nothing of an exponent of the field.
-        fields_differ = any(np.ptp(e.field[rows]) > _ONE_FIELD * np.abs(e.field).max() for e in data.elements)
+        fields_differ = False
+        for element in data.elements:
+            moved = np.ptp(element.field[rows])
+            fields_differ |= bool(moved > _ONE_FIELD * np.abs(element.field).max())
         if law.shape and fields_differ:
             yield _all_numbers(law, data, rows)
     elif network is not None and not stages_at(network.structure.dynamics, "effort"):
@@ -164,7 +168,10 @@ def _all_numbers(law: TorqueModel, data: Dataset, rows: Rows) -> Way:
         structure = replace(law.structure, offset=True)
         columns = structure.columns(data.elements, data.clock, law.reference, q, extras=data.extras)
         effort = sum(gain * column for gain, column in zip(c[k:], columns, strict=True))
-        by_shape = [np.broadcast_to(partial_of(effort, place), data.rows)[rows] for place in range(k)]
+        by_shape: list[Array] = []
+        for place in range(k):
+            of_all_rows = np.broadcast_to(partial_of(effort, place), data.rows)
+            by_shape.append(of_all_rows[rows])
         by_gain = [value_of(column)[rows] for column in columns]
         return np.column_stack([*by_shape, *by_gain])
 
@@ -187,7 +194,9 @@ def _output_layer(network: NetworkModel, data: Dataset, rows: Rows) -> Way:
     weights = network.weights[of_weights]
     start = np.concatenate([weights.ravel(), network.weights[of_bias]])
     reach = np.maximum(np.abs(start), _SMALL * np.abs(start).max())
-    numbers = [Number(f"w_{place}", float(start[place]), float(reach[place])) for place in range(start.size)]
+    numbers: list[Number] = []
+    for place in range(start.size):
+        numbers.append(Number(f"w_{place}", float(start[place]), float(reach[place])))
 
     def model(c: Array) -> NetworkModel:
         last = {of_weights: c[:-1].reshape(weights.shape), of_bias: c[-1:]}

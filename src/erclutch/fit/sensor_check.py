@@ -66,7 +66,8 @@ def sensor_findings(data: Dataset) -> tuple[Finding, ...]:
 def _implausible(data: Dataset) -> Iterator[Finding]:
     """Magnitudes that no clutch, brake or damper has: most often the unit of a column is wrong."""
     slips = np.concatenate([element.slip for element in data.elements])
-    for name, values, unit in (("slip", slips, data.units.slip), ("effort", data.effort, data.units.effort)):
+    looked_at = {"slip": (slips, data.units.slip), "effort": (data.effort, data.units.effort)}
+    for name, (values, unit) in looked_at.items():
         least, most = _USUAL.get(unit, (0.0, np.inf))
         largest = float(np.quantile(np.abs(values), 0.99))
         if not least <= largest <= most and largest > 0:
@@ -80,7 +81,8 @@ def _implausible(data: Dataset) -> Iterator[Finding]:
 
 def _saturation(data: Dataset) -> Finding | None:
     """Many rows at one end of the effort's range."""
-    for end, name in ((float(np.max(data.effort)), "largest"), (float(np.min(data.effort)), "smallest")):
+    ends = {"largest": float(np.max(data.effort)), "smallest": float(np.min(data.effort))}
+    for name, end in ends.items():
         at_end = np.count_nonzero(data.effort == end)
         share = at_end / data.rows
         if share > _SATURATED and at_end >= _FEWEST_SATURATED:
@@ -145,7 +147,10 @@ def _stuck(data: Dataset, name: str, values: Array) -> Finding | None:
             return None
         stays = values[start]
         elsewhere = int(np.count_nonzero(values == stays)) - count
-        moves = max(np.ptp(x[start:stop]) / max(float(np.ptp(x)), 1e-300) for x in other_side)
+        moves = 0.0  # share of its range by which the other side moves meanwhile
+        for x in other_side:
+            whole = max(float(np.ptp(x)), 1e-300)
+            moves = max(moves, float(np.ptp(x[start:stop])) / whole)
         resting = name == "slip" and bool(data.at_rest[start])
         if moves > _MOVES and 10 * elsewhere < count and not resting:
             message = (
