@@ -30,7 +30,7 @@ from erclutch.logs.readers.dialect import (
     is_number,
     sniff,
 )
-from erclutch.logs.readers.numerals import SWITCHES, grouped_by_blanks, ungrouped, weigh
+from erclutch.logs.readers.numerals import grouped_by_blanks, ungrouped, weigh
 from erclutch.logs.readers.text_bytes import (
     DAMAGE,
     ToldBytes,
@@ -41,6 +41,7 @@ from erclutch.logs.readers.text_bytes import (
     unbroken,
     without_row_marks,
 )
+from erclutch.logs.readers.text_cells import BLANK, CORRECT, long_rows, read_cells, refuse_ragged
 from erclutch.logs.readers.text_tables import read_tables
 from erclutch.logs.row_groups import parting_note, words_of
 from erclutch.logs.table import Table
@@ -49,11 +50,8 @@ from erclutch.signals.array import Array
 if TYPE_CHECKING:
     import pandas as pd
 
-_LONGEST_NUMBER = 400  # characters of a cell
 _LEAST_BLOCK = 10  # rows between blank lines that are a stretch of a log
 _MOST_BLOCKS = 100
-_CORRECT = "Correct or empty that cell, or delete the line"
-_BLANK = " \t\r\n"  # other white space makes a row
 
 
 def read_text(source: LogSource) -> Table:
@@ -128,7 +126,7 @@ def _body(text: str, dialect: Dialect) -> tuple[str, list[str]]:
     # A logger that was stopped leaves half a row, without an end of its line.
     last = max(body.rfind("\n"), body.rfind("\r")) + 1
     rest = body[last:]
-    if not last or not rest.strip(_BLANK):
+    if not last or not rest.strip(BLANK):
         return body, notes
     needed = max((index for index, numeric in enumerate(dialect.numeric) if numeric), default=0)
     if len(cells_of(rest, dialect.delimiter)) > needed:
@@ -138,7 +136,7 @@ def _body(text: str, dialect: Dialect) -> tuple[str, list[str]]:
 
 def _last_line(body: str) -> int:
     """Where the last line that is not blank begins."""
-    end = len(body.rstrip(_BLANK))
+    end = len(body.rstrip(BLANK))
     return max(body.rfind("\n", 0, end), body.rfind("\r", 0, end)) + 1
 
 
@@ -171,7 +169,7 @@ def _parse(body: str, dialect: Dialect, told: Callable[[int, int], None]) -> pd.
     except Exception as error:  # ParserError, but also MemoryError, OverflowError and others on hostile text
         if source.interrupted:
             raise KeyboardInterrupt from error
-        _refuse_ragged(body, dialect)
+        refuse_ragged(body, dialect)
         problem = f"the rows cannot be read as a table ({type(error).__name__}: {str(error).strip()[:120]})"
         raise LogError(problem, remedy="Check the quotes and delimiters of the file") from error
 
@@ -181,7 +179,7 @@ def _table(frame: pd.DataFrame, body: str, dialect: Dialect, source: LogSource, 
     notes = [*dialect.notes, *cut]
     if dialect.trailing:
         notes.append("each row ends in a delimiter: the empty last column is left out")
-    notes += _long_rows(frame, body, dialect)
+    notes += long_rows(frame, body, dialect)
     hidden = hidden_character(body)
     if hidden:
         line = dialect.first + 1 + len(LINE_END.findall(body, 0, hidden.start()))
@@ -195,7 +193,7 @@ def _table(frame: pd.DataFrame, body: str, dialect: Dialect, source: LogSource, 
     for index, label in enumerate(dialect.names):
         cells = frame.iloc[:, index]
         try:
-            values, told = _read_cells(cells, index, body, dialect)
+            values, told = read_cells(cells, index, body, dialect)
         except LogError as error:
             unreadable[label] = error.problem
             continue
@@ -223,13 +221,13 @@ def _table(frame: pd.DataFrame, body: str, dialect: Dialect, source: LogSource, 
         unreadable[label] = f"column {label} holds text ({first!r}) in {len(present)} of {len(cells)} rows"
         notes.append(parting_note(label, words[label]) if label in words else f"{unreadable[label]}: left out")
     if unreadable and not columns:
-        raise LogError(next(iter(unreadable.values())), remedy=_CORRECT)
+        raise LogError(next(iter(unreadable.values())), remedy=CORRECT)
     notes += [f"column {label} is left out: {problem}" for label, problem in unreadable.items() if label not in texts]
 
     if columns:  # empty cells at the end of a row may be missing values or a row that is too short: the lines tell
         last = max(columns, key=dialect.names.index)
         empty = np.flatnonzero(np.isnan(columns[last])).tolist()
-        _refuse_ragged(body, dialect, empty, needed=dialect.names.index(last) + 1)
+        refuse_ragged(body, dialect, empty, needed=dialect.names.index(last) + 1)
     period = None
     stated = sample_period(dialect.metadata)
     if stated:
@@ -263,7 +261,7 @@ def _breaks(body: str) -> tuple[int, ...]:
     rows = 0
     below_blank = False
     for line in LINE_END.split(body):
-        if not line.strip(_BLANK):
+        if not line.strip(BLANK):
             below_blank = rows > 0
             continue
         if below_blank:
@@ -276,100 +274,6 @@ def _breaks(body: str) -> tuple[int, ...]:
     if breaks and rows - breaks[-1] < _LEAST_BLOCK:
         return ()
     return tuple(breaks)
-
-
-def _read_cells(cells: pd.Series[Any], index: int, body: str, dialect: Dialect) -> tuple[Array | None, tuple[str, ...]]:
-    """The column as float64, None for a column of text, and a note where words became numbers."""
-    label = dialect.names[index]
-    values = _numbers(cells, index, body, dialect)
-    if cells.dtype == bool:
-        return values, (f"column {label} holds True and False, read as 1 and 0",)
-    if values is not None:
-        return values, ()
-
-    # A column of on and off is one of ones and zeros.
-    words = cells.astype(str).str.strip().where(cells.notna())
-    distinct = [str(word) for word in words.dropna().unique()[:9]]
-    if not 1 <= len(distinct) <= 4 or any(word.lower() not in SWITCHES for word in distinct):
-        return None, ()
-    switched = np.asarray(words.str.lower().map(SWITCHES), dtype=np.float64)
-    meanings = [f"{word}, read as {SWITCHES[word.lower()]:g}" for word in distinct]
-    return switched, (f"column {label} holds {' and '.join(meanings)}",)
-
-
-def _long_rows(frame: pd.DataFrame, body: str, dialect: Dialect) -> list[str]:
-    """A note on rows with more cells than columns, where these hold no number.
-
-    Raises:
-        LogError: a row in which they hold one.
-    """
-    width = len(dialect.names) + dialect.trailing
-    filled = bool(frame.iloc[:, len(dialect.names) :].notna().to_numpy().any())
-    if filled:
-        _refuse_ragged(body, dialect)
-    expected = len(frame) * (width - 1)  # delimiters
-    if not filled and (not dialect.delimiter or body.count(dialect.delimiter) <= expected):
-        return []
-    lines = _numbered_lines(body, dialect)
-    long = [number for number, line in lines if len(cells_of(line, dialect.delimiter)) > width]
-    if not long:
-        return []
-    more = f" ({len(long)} such lines)" if len(long) > 1 else ""
-    return [f"line {long[0]} has more cells than there are columns{more}: left out"]
-
-
-def _numbers(cells: pd.Series[Any], index: int, body: str, dialect: Dialect) -> Array | None:
-    """The column as float64, or None if it is a column of text; LogError for text among numbers."""
-    import pandas as pd
-
-    if pd.api.types.is_numeric_dtype(cells.dtype):
-        return np.ascontiguousarray(cells.to_numpy(dtype=np.float64))
-    filled = cells.notna().to_numpy()
-    texts = cells.astype(str).str.strip()
-    # Cells of thousands of digits are no numbers of a log, and take the time of their length squared.
-    short = texts.where(texts.str.len() <= _LONGEST_NUMBER, "x")
-    plain = short.map(lambda cell: ungrouped(str(cell), dialect.decimal))
-    values = pd.to_numeric(plain.where(filled), errors="coerce").to_numpy(dtype=np.float64)
-    bad = filled & np.isnan(values)
-    if 2 * int(bad.sum()) > int(filled.sum()) and not dialect.numeric[index]:
-        return None
-    if not bad.any():
-        return values
-    row = int(np.argmax(bad))
-    count = int(bad.sum())
-    lines = _numbered_lines(body, dialect)
-    line, _ = lines[min(row, len(lines) - 1)]  # pandas may see more rows than there are lines, in damaged text
-    shown = str(texts.iloc[row])[:40]
-    more = f" ({count} such cells)" if count > 1 else ""
-    problem = f"line {line}, column {dialect.names[index]} is '{shown}' where a number is expected{more}"
-    raise LogError(problem, remedy=_CORRECT)
-
-
-def _numbered_lines(body: str, dialect: Dialect) -> list[tuple[int, str]]:
-    """The line of each row, with its number in the file, counted from 1."""
-    lines = enumerate(LINE_END.split(body), start=dialect.first + 1)
-    return [(number, line) for number, line in lines if line.strip(_BLANK)]
-
-
-def _refuse_ragged(body: str, dialect: Dialect, rows: list[int] | None = None, needed: int = 0) -> None:
-    """Raise for the first row with too many cells or fewer than needed; look at the given rows only, or at all."""
-    if rows == []:
-        return
-    width = len(dialect.names) + dialect.trailing
-    lines = _numbered_lines(body, dialect)
-    if rows is not None:
-        lines = [lines[row] for row in rows if row < len(lines)]
-    for number, line in lines:
-        cells = cells_of(line, dialect.delimiter)
-        beyond = [cell for cell in cells[width:] if cell]
-        # Behind a last column of text, more text is another remark on the row.
-        too_long = bool(beyond)
-        if too_long and not dialect.numeric[-1]:
-            too_long = any(is_number(cell, dialect.decimal) for cell in beyond)
-        if too_long or len(cells) < needed:
-            hint = " (a decimal comma?)" if too_long and dialect.delimiter == "," and dialect.decimal == "." else ""
-            problem = f"line {number} has {len(cells)} cells where {len(dialect.names)} are expected{hint}"
-            raise LogError(problem, remedy="Correct or delete that line")
 
 
 # --- a text that is larger than memory --------------------------------------------------------------------------------
@@ -387,7 +291,7 @@ def text_windows(
     with opened(source.path) as text:
         for _ in range(dialect.first):
             next(text, "")
-        lines = (line for line in text if line.strip(_BLANK) and not is_comment(line))
+        lines = (line for line in text if line.strip(BLANK) and not is_comment(line))
         held: list[str] = []
         held_from = max(first - margin, 0)  # row of the file, as all that follows
         next(islice(lines, held_from, held_from), None)  # skips the lines before

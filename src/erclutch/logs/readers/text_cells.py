@@ -1,0 +1,120 @@
+"""Cells of a text become numbers, words of a switch, or an error that names the line; rows of odd length are told."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from erclutch.errors import LogError
+from erclutch.logs.readers.dialect import (
+    LINE_END,
+    Dialect,
+    cells_of,
+    is_number,
+)
+from erclutch.logs.readers.numerals import SWITCHES, ungrouped
+from erclutch.signals.array import Array
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+#: What is said of a cell that is no number.
+CORRECT = "Correct or empty that cell, or delete the line"
+#: Other white space makes a row.
+BLANK = " \t\r\n"
+_LONGEST_NUMBER = 400  # characters of a cell
+
+
+def read_cells(cells: pd.Series[Any], index: int, body: str, dialect: Dialect) -> tuple[Array | None, tuple[str, ...]]:
+    """The column as float64, None for a column of text, and a note where words became numbers."""
+    label = dialect.names[index]
+    values = _numbers(cells, index, body, dialect)
+    if cells.dtype == bool:
+        return values, (f"column {label} holds True and False, read as 1 and 0",)
+    if values is not None:
+        return values, ()
+
+    # A column of on and off is one of ones and zeros.
+    words = cells.astype(str).str.strip().where(cells.notna())
+    distinct = [str(word) for word in words.dropna().unique()[:9]]
+    if not 1 <= len(distinct) <= 4 or any(word.lower() not in SWITCHES for word in distinct):
+        return None, ()
+    switched = np.asarray(words.str.lower().map(SWITCHES), dtype=np.float64)
+    meanings = [f"{word}, read as {SWITCHES[word.lower()]:g}" for word in distinct]
+    return switched, (f"column {label} holds {' and '.join(meanings)}",)
+
+
+def long_rows(frame: pd.DataFrame, body: str, dialect: Dialect) -> list[str]:
+    """A note on rows with more cells than columns, where these hold no number.
+
+    Raises:
+        LogError: a row in which they hold one.
+    """
+    width = len(dialect.names) + dialect.trailing
+    filled = bool(frame.iloc[:, len(dialect.names) :].notna().to_numpy().any())
+    if filled:
+        refuse_ragged(body, dialect)
+    expected = len(frame) * (width - 1)  # delimiters
+    if not filled and (not dialect.delimiter or body.count(dialect.delimiter) <= expected):
+        return []
+    lines = _numbered_lines(body, dialect)
+    long = [number for number, line in lines if len(cells_of(line, dialect.delimiter)) > width]
+    if not long:
+        return []
+    more = f" ({len(long)} such lines)" if len(long) > 1 else ""
+    return [f"line {long[0]} has more cells than there are columns{more}: left out"]
+
+
+def _numbers(cells: pd.Series[Any], index: int, body: str, dialect: Dialect) -> Array | None:
+    """The column as float64, or None if it is a column of text; LogError for text among numbers."""
+    import pandas as pd
+
+    if pd.api.types.is_numeric_dtype(cells.dtype):
+        return np.ascontiguousarray(cells.to_numpy(dtype=np.float64))
+    filled = cells.notna().to_numpy()
+    texts = cells.astype(str).str.strip()
+    # Cells of thousands of digits are no numbers of a log, and take the time of their length squared.
+    short = texts.where(texts.str.len() <= _LONGEST_NUMBER, "x")
+    plain = short.map(lambda cell: ungrouped(str(cell), dialect.decimal))
+    values = pd.to_numeric(plain.where(filled), errors="coerce").to_numpy(dtype=np.float64)
+    bad = filled & np.isnan(values)
+    if 2 * int(bad.sum()) > int(filled.sum()) and not dialect.numeric[index]:
+        return None
+    if not bad.any():
+        return values
+    row = int(np.argmax(bad))
+    count = int(bad.sum())
+    lines = _numbered_lines(body, dialect)
+    line, _ = lines[min(row, len(lines) - 1)]  # pandas may see more rows than there are lines, in damaged text
+    shown = str(texts.iloc[row])[:40]
+    more = f" ({count} such cells)" if count > 1 else ""
+    problem = f"line {line}, column {dialect.names[index]} is '{shown}' where a number is expected{more}"
+    raise LogError(problem, remedy=CORRECT)
+
+
+def _numbered_lines(body: str, dialect: Dialect) -> list[tuple[int, str]]:
+    """The line of each row, with its number in the file, counted from 1."""
+    lines = enumerate(LINE_END.split(body), start=dialect.first + 1)
+    return [(number, line) for number, line in lines if line.strip(BLANK)]
+
+
+def refuse_ragged(body: str, dialect: Dialect, rows: list[int] | None = None, needed: int = 0) -> None:
+    """Raise for the first row with too many cells or fewer than needed; look at the given rows only, or at all."""
+    if rows == []:
+        return
+    width = len(dialect.names) + dialect.trailing
+    lines = _numbered_lines(body, dialect)
+    if rows is not None:
+        lines = [lines[row] for row in rows if row < len(lines)]
+    for number, line in lines:
+        cells = cells_of(line, dialect.delimiter)
+        beyond = [cell for cell in cells[width:] if cell]
+        # Behind a last column of text, more text is another remark on the row.
+        too_long = bool(beyond)
+        if too_long and not dialect.numeric[-1]:
+            too_long = any(is_number(cell, dialect.decimal) for cell in beyond)
+        if too_long or len(cells) < needed:
+            hint = " (a decimal comma?)" if too_long and dialect.delimiter == "," and dialect.decimal == "." else ""
+            problem = f"line {number} has {len(cells)} cells where {len(dialect.names)} are expected{hint}"
+            raise LogError(problem, remedy="Correct or delete that line")
