@@ -133,6 +133,23 @@ def test_several_groups_need_a_choice(tmp_path: Path, name: str) -> None:
     np.testing.assert_array_equal(read_table(path, variable=last).columns["heat"], slow)
 
 
+def test_a_unit_whose_attribute_in_an_hdf5_file_lost_its_name_is_told(tmp_path: Path) -> None:
+    """The name of an attribute has no checksum: one wrong letter, and the unit was gone in silence."""
+    import h5py
+
+    time = np.arange(2000) * 1e-3
+    with h5py.File(tmp_path / "log.h5", "w") as file:
+        for name, unit, attribute in (("time", "s", "unit"), ("slip", "rad/s", "unkt"), ("torque", "N*m", "unit")):
+            data = file.create_dataset(name, data=time + 1.0, chunks=(500,), fletcher32=True)
+            data.attrs[attribute] = unit
+            data.attrs["gain"] = "2"
+            data.attrs["sensor"] = "left"
+    table = read_table(tmp_path / "log.h5")
+    assert table.units == {"time": "s", "slip": None, "torque": "N*m"}
+    told = [note for note in table.notes if "attribute" in note]
+    assert told == ["slip: its attribute 'unkt' holds 'rad/s', and is not called unit: the column has no unit"]
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(("file", "chunks"), [("a.h5", None), ("a.h5", (40,)), ("a.mat", (40,))])
 def test_rows_that_are_not_in_an_hdf5_file_are_no_zeros(tmp_path: Path, file: str, chunks: tuple[int] | None) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -15,8 +16,10 @@ from erclutch.logs.readers.budget import budget_of
 from erclutch.logs.readers.found_recordings import Found
 from erclutch.logs.readers.mat_tree import stored_values
 from erclutch.logs.table import Table
+from erclutch.signals.units import is_unit
 
 _UNITS = ("unit", "units", "Unit", "Units")
+_LONGEST_UNIT = 16  # letters
 
 
 @dataclass
@@ -59,6 +62,14 @@ def _zeros_that_check(item: Any, values: np.ndarray[Any, Any]) -> str:
     return f"{name}: {zeros} of {len(parts)} stored parts are zeros alone: no checksum tells if a damage made them so"
 
 
+def _units_by_another_name(label: str, attributes: Mapping[str, str]) -> Iterator[str]:
+    """What to say of a column without a unit: a name of an attribute has no checksum, and one wrong letter hides it."""
+    for key, text in attributes.items():
+        begins_as_a_unit = text[:1].isalpha() or text[:1] in ("°", "%")  # and not as a number does
+        if begins_as_a_unit and len(text) <= _LONGEST_UNIT and is_unit(text):
+            yield f"{label}: its attribute {key!r} holds {text!r}, and is not called unit: the column has no unit"
+
+
 def find(path: str, variable: str | None) -> Table:
     """The child's work. Links and data outside the file are never followed."""
     import h5py
@@ -85,6 +96,8 @@ def find(path: str, variable: str | None) -> Table:
         if doubt := _zeros_that_check(item, values):
             place.notes.append(doubt)
         place.units[label] = next((attributes[key] for key in _UNITS if key in attributes), None)
+        if place.units[label] is None:
+            place.notes += _units_by_another_name(label, attributes)
 
     with h5py.File(path, "r") as file:
         file.visititems(visit)
