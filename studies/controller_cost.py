@@ -23,6 +23,7 @@ from erclutch.export import ExportedStep, ExportOptions, step_of
 from erclutch.export.c.c_printer import table
 from erclutch.export.targets.c import rows_of_bits
 from erclutch.models.load import load_model
+from erclutch.wings.live.controller_check import INPUTS
 from erclutch.wings.live.targets import controller
 from erclutch.wings.rig.twin.parameters import default_rig
 from erclutch.wings.rig.twin_model import twin_models
@@ -85,7 +86,7 @@ def bench(program: ExportedStep, observer: str, small: bool, folder: Path) -> Si
     (folder / "bench_vectors.h").write_text(counts + "\n".join(vectors), encoding="ascii")
     (folder / "bench.h").write_text(_HEADER, encoding="ascii")
     (folder / "bench.c").write_text(_CODE.format(observer=observer), encoding="ascii")
-    return SimpleNamespace(name="bench", inputs=controller.INPUTS)
+    return SimpleNamespace(name="bench", inputs=INPUTS)
 
 
 def main() -> None:

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from erclutch.export import ExportedStep
+from erclutch.wings.live.controller_check import INPUTS
 from erclutch.wings.live.targets import controller
 from tests.support.proof import Proof, analysed, any_real, longest_loop
 
@@ -104,7 +105,7 @@ def controller_driver(step: ExportedStep) -> str:
         for name, kind in controller.settings_of().items()
         if name != "field_limit"
     )
-    given = "".join(f"        input.{name} = any_real();\n" for name in controller.INPUTS)
+    given = "".join(f"        input.{name} = any_real();\n" for name in INPUTS)
     return f"""#include "{n}.h"
 volatile uint64_t source;
 static uint32_t any(void) {{ return (uint32_t)source; }}

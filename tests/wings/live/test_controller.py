@@ -18,6 +18,7 @@ from erclutch.export import ExportOptions, export_model, step_of, verify_export
 from erclutch.export.c.compilers import EXACT, STRICT, native
 from erclutch.export.targets.python import build
 from erclutch.wings.live.c_core import Core
+from erclutch.wings.live.controller_check import OUTPUTS
 from erclutch.wings.live.layout import EVENT_BITS, FRAME, MOST, SAMPLE, SETTINGS
 from erclutch.wings.live.settings import LoopProgram, LoopSettings, Mode, Waveform
 from erclutch.wings.live.targets import controller
@@ -113,7 +114,7 @@ def test_the_controller_is_the_loop_s(label: str, observer: Any, models: Mapping
         lib.m_control_step(memory, sample, out)
         found[i] = out
     assert np.ptp(found[:, 0]) > 0.3 * program.field.range[1]
-    for column, name in enumerate(controller.OUTPUTS):
+    for column, name in enumerate(OUTPUTS):
         scale = np.max(np.abs(frames[name])) + 1e-9
         off = np.abs(found[:, column] - frames[name]) / scale
         assert np.max(off) <= 1e-6, (name, np.flatnonzero(off > 1e-9)[:5], off[off > 1e-9][:5])

@@ -17,7 +17,6 @@ from numpy.typing import NDArray
 
 from erclutch.errors import ExportError
 from erclutch.export.c.c_header import header
-from erclutch.export.c.c_printer import table
 from erclutch.export.c.c_source import source
 from erclutch.export.c.compilers import Compiler, foreign, native, natives, run
 from erclutch.export.encode import comment
@@ -27,6 +26,7 @@ from erclutch.export.target_check import Check
 from erclutch.export.targets import c
 from erclutch.signals.array import Array
 from erclutch.signals.speed import live
+from erclutch.wings.live.controller_check import INPUTS, check_source
 from erclutch.wings.live.layout import CONSTANTS, EVENT_BITS, EVENTS, LEAST, MOST, SETTINGS
 from erclutch.wings.live.motion_limits import USUAL_FILTER
 from erclutch.wings.live.sensor_limits import torque_limits
@@ -36,9 +36,6 @@ TITLE = "torque control, interlock and model in one C99 file, with test vectors 
 ALARMS = True
 _HERE = Path(__file__).parents[1]
 _ROWS = 512
-#: What a sample holds, and what comes out, in the order of the C.
-INPUTS = ("wanted", "rate", "theta_dot", "alpha_dot", "alpha", "torque", "motor_torque")
-OUTPUTS = ("field1", "field2", "estimate")
 #: Times the largest slip of the log: a sample beyond is none.
 _FASTEST = 10.0
 #: Times the largest slip of the log: from one end of the log to the other. No speed jumps further in a period.
@@ -64,7 +61,7 @@ def write(step: ExportedStep, folder: Path) -> None:
     rows = sample_rows(step)
     with tempfile.TemporaryDirectory() as work:
         printed = _printed(native(), folder, Path(work), step, rows)
-    (folder / f"{n}_control_check.c").write_text(_check_source(step, rows, printed), encoding="ascii")
+    (folder / f"{n}_control_check.c").write_text(check_source(step, rows, printed), encoding="ascii")
 
     # The check of the controller stands beside that of the model in each rule of the Makefile.
     makefile = folder / "Makefile"
@@ -333,86 +330,6 @@ def sample_rows(step: ExportedStep, odd: int = 24) -> Array:
     return rows
 
 
-def _check_source(step: ExportedStep, rows: Array, printed: str = "", *, plain: bool = False) -> str:
-    """A tiny main: prints bits and flags of every sample, or compares them with those that are given."""
-    n, p = step.name, step.precision
-    expected = [line.split() for line in printed.splitlines()]  # bits of each output, and the flags
-    if not expected:
-        expected = [["0"] * (len(OUTPUTS) + 1)] * len(rows)
-    lines: list[str] = []
-    for *words, flags in expected:
-        numbers = [f"0x{word}{p.bits_suffix}" for word in words]
-        lines.append("{" + ", ".join([*numbers, f"{flags}u"]) + "}")
-    answers = table(p.c_bits, "answers", lines, 1, f"[{len(OUTPUTS) + 1}]")
-    return f"""/* Checks the controller of {n} on this machine: make check. Exit code 0 if every bit is as expected.
-   With PRINT defined it prints all bits instead. The samples go through it with each observer in turn. */
-#include <inttypes.h>
-#include <stdio.h>
-#include <string.h>
-
-#include "{n}.h"
-
-{c.bit_functions(step)}
-{c.rows_of_bits(step, "samples", rows)}
-{answers}
-static int is_same({n}_real x, word expected)
-{{
-    return bits_of(x) == expected;
-}}
-
-{_main(step, len(rows), plain)}"""
-
-
-def _main(step: ExportedStep, rows: int, plain: bool) -> str:
-    """The loop over the samples: with each observer in turn, from a reset each quarter; or plain, by the defaults."""
-    n, p = step.name, step.precision
-    form = "%0" + f'{p.width // 4}" PRIx{p.width} " '
-    given = "\n".join(f"        input.{name} = number(samples[i][{place}]);" for place, name in enumerate(INPUTS))
-    compared = "\n".join(
-        f"        good &= is_same(output.{name}, answers[i][{place}]);" for place, name in enumerate(OUTPUTS)
-    )
-    shown = ", ".join(f"bits_of(output.{name})" for name in OUTPUTS)
-    every, turns, tuned = rows, "", ""
-    if not plain:
-        every = rows // 4
-        turns = f"settings.observer = 1u + (i / {every}u) % 3u;"
-        values = {"gain_rate": "2", "integral_rate": "5", "drive_inertia": f"1 / ({n}_real)4096"}
-        tuned = "\n".join(f"    settings.{name} = ({n}_real){value};" for name, value in values.items())
-    return f"""int main(void)
-{{
-    static {n}_controller controller;
-    {n}_settings settings = {n.upper()}_CONTROL_DEFAULTS;
-    unsigned bad = 0u;
-    unsigned i;
-{tuned}
-    for (i = 0u; i < {rows}u; i++)
-    {{
-        {n}_input input;
-        {n}_output output;
-        uint32_t flags;
-        int good;
-        if (i % {every}u == 0u)
-        {{
-            {turns}
-            (void){n}_control_reset(&controller, &settings);
-        }}
-{given}
-        flags = {n}_control_step(&controller, &input, &output);
-#ifdef PRINT
-        printf("{form * len(OUTPUTS)}%" PRIu32 "\\n", {shown}, flags);
-#endif
-        good = flags == (uint32_t)answers[i][{len(OUTPUTS)}];
-{compared}
-        bad += good ? 0u : 1u;
-    }}
-#ifndef PRINT
-    printf("{n}: %u samples through the controller, %u not to the bit\\n", {rows}u, bad);
-#endif
-    return bad == 0u ? 0 : 1;
-}}
-"""
-
-
 def answers(step: ExportedStep, rows: Array, folder: Path) -> NDArray[np.uint64]:
     """Bits of each sample's outputs and its flags, by the default settings, shape (n, 4); the C lies in the folder."""
     printed = _printed(native(), folder, folder, step, rows, plain=True)
@@ -430,7 +347,7 @@ def _printed(
     n = step.name
     bench = work / "bench.c"
     program = work / "bench"
-    text = _check_source(step, rows, plain=plain).replace("return bad == 0u ? 0 : 1;", "return 0;")
+    text = check_source(step, rows, plain=plain).replace("return bad == 0u ? 0 : 1;", "return 0;")
     bench.write_text(text, encoding="ascii")
     static = ("-static",) if compiler.runner else ()
     compiler.build([bench, folder / f"{n}.c"], program, "-DPRINT", f"-I{folder}", "-O2", *static)

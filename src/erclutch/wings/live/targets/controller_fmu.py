@@ -13,6 +13,7 @@ from erclutch.export.target_check import Check
 from erclutch.wings.exporters.fmu.fmu_archive import write_fmu
 from erclutch.wings.exporters.fmu.fmu_description import Interface, Port
 from erclutch.wings.exporters.fmu.fmu_run import simulated
+from erclutch.wings.live.controller_check import INPUTS, OUTPUTS
 from erclutch.wings.live.layout import EVENTS
 from erclutch.wings.live.targets import controller
 
@@ -40,7 +41,7 @@ def interface(step: ExportedStep) -> Interface:
         "theta_dot": units.slip,
         "alpha_dot": units.slip,
     }
-    inputs = [Port(name, unit_of.get(name, "?"), None, 0.0, _MEANING[name]) for name in controller.INPUTS]
+    inputs = [Port(name, unit_of.get(name, "?"), None, 0.0, _MEANING[name]) for name in INPUTS]
     field_range = (0.0, step.field.range[1])
     outputs = [
         Port("field1", field, field_range),
@@ -53,8 +54,8 @@ def interface(step: ExportedStep) -> Interface:
     about = "1: the model alone, 2: a torque sensor, 3: the drive's motion"
     parameters.append(Port("observer", "1", (1.0, 3.0), 1.0, about))
     copied = "\n".join(f"    settings.{name} = ({n}_real)parameter[{place}];" for place, name in enumerate(settings))
-    given = "\n".join(f"    input.{name} = in[{place}];" for place, name in enumerate(controller.INPUTS))
-    taken = "\n".join(f"    out[{place}] = output.{name};" for place, name in enumerate(controller.OUTPUTS))
+    given = "\n".join(f"    input.{name} = in[{place}];" for place, name in enumerate(INPUTS))
+    taken = "\n".join(f"    out[{place}] = output.{name};" for place, name in enumerate(OUTPUTS))
     binding = f"""typedef {n}_controller erc_state;
 typedef {n}_real erc_real;
 #define erc_reset(state) {n}_reset(&(state)->model)
