@@ -178,3 +178,18 @@ def test_a_gamma_beside_a_tau_is_for_flowcurve(tmp_path: Path, names: str) -> No
     assert run("inspect", "log.csv", cwd=tmp_path).out.strip().splitlines()[-1] == (
         "What settles it: erclutch flowcurve log.csv"
     )
+
+
+@pytest.mark.parametrize("words", [["2.5A", "-2.5A", "5A"], ["10 mm", "20 mm"], ["2 V", "4 V"]])
+def test_levels_of_what_was_set_are_no_groups(tmp_path: Path, words: list[str]) -> None:
+    plan = plan_of(read_table(written(tmp_path, points_of(words, "peak_value"))), ColumnMap())
+    assert not plan.questions
+
+
+def test_rows_without_a_time_are_asked_about_at_once(tmp_path: Path) -> None:
+    lines = ["material,current [A],motor_speed [rpm],output_speed [rpm],torque [Nm]"]
+    for word in ("steel", "brass"):
+        lines += [f"{word},0.5,{(7 * k) % 11},{(5 * k) % 7},{0.3 + 0.01 * k:.3f}" for k in range(24)]
+    plan = plan_of(read_table(written(tmp_path, "\n".join(lines) + "\n")), ColumnMap())
+    assert {question.signal for question in plan.questions} == {"time", "slip", "variable"}
+    assert not any("COLUMN" in option for option in plan.examples)

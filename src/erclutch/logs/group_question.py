@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from erclutch.errors import MappingError, shell_word
+from erclutch.errors import MappingError, UnitError, shell_word
 from erclutch.logs.draft import Draft
 from erclutch.logs.names import words_of
 from erclutch.logs.row_groups import EACH
 from erclutch.logs.table import WordColumn, listed
 from erclutch.logs.timing import DISORDER
+from erclutch.signals import units
 from erclutch.signals.array import Array
 
 #: Words for the parts of one measurement, whose rows are one log whichever part they are of.
@@ -48,15 +49,17 @@ def ask_about_groups(draft: Draft) -> None:
     Rows of one course of time are one log, whatever is written beside them; so are the trials of one measurement.
     """
     table = draft.table
-    clock, asked = draft.clock, draft.questions.get("time")
-    points = clock.kind == "points" if clock is not None else asked is not None and asked.option == _POINTS
-    if not table.words or not table.path or draft.questions.keys() & {"slip", "effort"}:
+    lacks = any(each.problem.startswith("no column") for name, each in draft.questions.items() if name != "field")
+    if not table.words or not table.path or lacks:
         return
+    clock = draft.clock
+    # Without a time, rows with a speed are taken as points: so the command says that answers the question.
+    points = clock.kind == "points" if clock is not None else bool({"slip"} & {*draft.signals, *draft.questions})
     stamps = None if clock is None else table.columns.get(clock.column)
     for name, column in table.words.items():
         called = {*words_of(name)}
         begins = 0 if points or stamps is None else _begins_anew(stamps, column)
-        if not points and not begins:
+        if (not points and not begins) or _are_levels(column):
             continue
         # A clock that begins anew now and then is followed without a word of the user.
         if called & {*_PARTS.split()} and begins <= _SELDOM * column.of_row.size:
@@ -69,6 +72,15 @@ def ask_about_groups(draft: Draft) -> None:
         of_kinds = bool(called & {*_KINDS.split()})
         draft.ask("variable", MappingError(problem, remedy=remedy), first if of_kinds else each)
         return
+
+
+def _are_levels(column: WordColumn) -> bool:
+    """Whether the words are quantities, such as 2.5A: levels of something that was set, of one device."""
+    try:
+        found = [units.quantity(word) for word in column.words]
+    except UnitError:
+        return False
+    return all(unit is None or units.is_unit(unit) for _, unit in found)
 
 
 def _begins_anew(stamps: Array, column: WordColumn) -> int:

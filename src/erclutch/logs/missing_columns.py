@@ -11,6 +11,8 @@ from erclutch.logs.seen_columns import SeenColumn, SeenColumns
 from erclutch.signals.recording import SIGNALS
 
 #: How a signal's column may be written, where nothing in the log looks like it.
+#: Words for counts at the end of a name; a step there may be one of a test.
+_COUNTED = ("count", "counts", "tick", "ticks")
 EXAMPLES = {"field": "I [A]", "slip": "V [cm/s]", "position": "D [mm]", "effort": "F [N]", "T": "torque [N*m]"}
 
 
@@ -97,7 +99,7 @@ def _counted(column: SeenColumn, signal: str) -> str:
     """The word for counts at the end of a name that speaks for the signal (``pos_counts``); "" for other names."""
     front, _, last = column.name.rpartition("_")
     word = last.lower()
-    if not front or column.unit or word not in COUNTS:
+    if not front or column.unit or word not in _COUNTED:
         return ""
     form = spoken_name(front).forms[signal] or ""
     return word if len(form) > 1 else ""
