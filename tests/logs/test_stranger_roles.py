@@ -338,3 +338,12 @@ def test_a_column_of_counts_is_proposed_with_a_scale_to_fill_in(tmp_path: Path, 
     path.write_text(f"time [s],{other},{name}\n{rows}", encoding="utf-8")
     plan = plan_of(read_table(path), ColumnMap())
     assert any(f'"{name}" --scale' in option for option in plan.examples), plan.examples
+
+
+@pytest.mark.parametrize("name", ["T_per_rpm_Nm_per_rpm", "torque_per_rpm", "force per speed", "Nm per speed"])
+def test_one_quantity_per_another_is_neither(tmp_path: Path, name: str) -> None:
+    rows = "".join(f"{k / 100},{(k * 37) % 11},{(k * 13) % 17}\n" for k in range(40))
+    path = tmp_path / "log.csv"
+    path.write_text(f"time [s],h_m,{name}\n{rows}", encoding="utf-8")
+    plan = plan_of(read_table(path), ColumnMap())
+    assert name not in {each.column for each in plan.signals}

@@ -10,9 +10,9 @@ from erclutch.logs.names import NAMES, NEED_UNIT, spoken_name
 from erclutch.logs.seen_columns import SeenColumn, SeenColumns
 from erclutch.signals.recording import SIGNALS
 
-#: How a signal's column may be written, where nothing in the log looks like it.
 #: Words for counts at the end of a name; a step there may be one of a test.
 _COUNTED = ("count", "counts", "tick", "ticks")
+#: How a signal's column may be written, where nothing in the log looks like it.
 EXAMPLES = {"field": "I [A]", "slip": "V [cm/s]", "position": "D [mm]", "effort": "F [N]", "T": "torque [N*m]"}
 
 

@@ -258,6 +258,8 @@ def headed(stem: str, signal: str, shared: Collection[str] = ()) -> str | None:
         return _compound(plain(stem), signal)
     parts = [re.sub(r"\d+$", "", word) for word in words_of(stem) if word not in shared]
     parts = [word for word in parts if word]
+    if "per" in parts:
+        return None  # a torque per rpm is no speed, and no torque
     while len(parts) > 1 and parts[-1] in _AXES | _BESIDE:
         parts.pop()
     if not parts or {*parts} & (TOLD | OTHER | _NOT_MEASURED | _AGAINST[signal]):
