@@ -206,12 +206,14 @@ def messages_as_written(request: pytest.FixtureRequest) -> Generator[None, Any, 
 def read_here(monkeypatch: pytest.MonkeyPatch) -> None:
     """Files of sound bytes are read in this process: a child costs a start of Python, and has tests of its own."""
     from erclutch.logs.readers import child_process, found_recordings
+    from erclutch.runs import kept_columns
 
     def run(module: str, path: Path, *arguments: str, memory: int | None = None) -> child_process.Answer:
         with tempfile.TemporaryDirectory() as folder, warnings.catch_warnings():
             warnings.simplefilter("ignore")
             monkeypatch.setattr(sys, "argv", [module, str(path), folder, "0", "0", *arguments])
-            code = child_process.serve(found_recordings.answer_of)
+            of_run = module == kept_columns.__name__
+            code = child_process.serve(kept_columns._decoded if of_run else found_recordings.answer_of)
             return child_process._answer(Path(folder), code, b"", 1 << 30)
 
     def stream(module: str, path: Path, *arguments: str, memory: int | None = None) -> Iterator[child_process.Answer]:

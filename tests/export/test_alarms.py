@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
@@ -308,6 +309,7 @@ def test_a_plain_export_says_nothing_of_alarms(models: dict[str, Model], tmp_pat
     digests = [json.loads((folder / "model.json").read_text())["digest"] for folder in folders]
     for name in ("m.c", "m.h", "m_check.c", "Makefile"):
         texts = [(folder / name).read_text().replace(d, "") for folder, d in zip(folders, digests, strict=True)]
+        texts = [re.sub(r"\bM_H_[0-9a-f]{16}\b", "", text) for text in texts]  # the header's mark follows its text
         assert texts[0] == texts[1]
         assert "DRIFT" not in texts[0]
     assert "alarms" not in (folders[0] / "export.json").read_text()
