@@ -13,6 +13,7 @@ from erclutch.fit.kinds.law_alone import with_memory
 from erclutch.fit.ladder import _folds, grown
 from erclutch.fit.laws.fit_law import fit_structure, reference_of, refit_near
 from erclutch.fit.log_groups import chessboard, groups_of
+from erclutch.fit.ranking import unknown_start
 from erclutch.fit.validation import _in_question, chosen, part_weights, parts_of_training, worth_their_freedom
 from erclutch.logs import recording_from_arrays
 from erclutch.logs.dataset import Dataset, build_dataset, joined
@@ -87,6 +88,17 @@ def test_whole_fields_and_whole_motions_are_left_out_where_there_are_such() -> N
     assert blocks is not None
     assert blocks.words == "4 blocks in time"
     assert parts_of_training(one.take(np.arange(600) < 100)) is None
+
+
+@pytest.mark.parametrize("fields", [(0.0, 0.2, 0.4, 0.7, 1.0), (0.0, 0.5, 1.0), (0.2, 0.4, 0.7, 1.0)])
+def test_rows_without_a_field_are_a_part_of_their_own_that_chooses_no_model(fields: tuple[float, ...]) -> None:
+    """No log can have less than no field, so a law that is wrong there for want of such rows says nothing."""
+    data = bench(fields, rows=200)
+    parts = parts_of_training(data)
+    assert parts is not None
+    assert parts.lowest == fields.count(0.0)
+    left_out = [set(data.elements[0].field[mask].tolist()) for mask in parts.masks[: parts.fields]]
+    assert left_out == [{field} for field in fields]
 
 
 @pytest.mark.slow
@@ -256,6 +268,10 @@ def test_states_run_through_a_block_that_a_fit_leaves_out() -> None:
     assert refitted.train_rows == np.count_nonzero(~block)
     assert {e.name: e.value for e in refitted.estimates}["k"] == pytest.approx(0.8, rel=0.02)
     assert np.std((data.effort - refitted.model.predict(data))[block]) < 0.01
+    # Another log may start at another position, and nothing in this one says so.
+    assert unknown_start(refitted.model, data).startswith("its stiffness counts the travel from the start of each log")
+    bent = replace(refitted.model, shape={**refitted.model.shape, "tau_x": 0.1})
+    assert not unknown_start(bent, data)
 
 
 def test_columns_at_some_rows_are_those_rows_of_the_columns() -> None:

@@ -17,7 +17,7 @@ ALIKE = 1.25
 #: Fields or motions from which on whole ones are left out of a fit.
 FEWEST_GROUPS = 3
 #: Of the largest field: a field that moves by less over a log is one field.
-_STEADY = 0.01
+STEADY = 0.01
 
 
 @dataclass(frozen=True)
@@ -70,7 +70,7 @@ def quantile_over_logs(size: Array, log: NDArray[np.intp], share: float) -> floa
 def _fields(data: Dataset, logs: Sequence[tuple[int, int]]) -> list[int]:
     """Number of the field of each log, from the lowest; all 0 where a field changes within a log."""
     fields = [element.field for element in data.elements]
-    steady = _STEADY * max(float(np.abs(field).max()) for field in fields)
+    steady = STEADY * max(float(np.abs(field).max()) for field in fields)
     levels: list[tuple[int, ...]] = []  # of each log, the mean field of each element in steps
     for start, stop in logs:
         if any(np.ptp(field[start:stop]) > steady for field in fields):

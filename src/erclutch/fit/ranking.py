@@ -17,6 +17,7 @@ from erclutch.fit.prediction_bands import HeldBand, calibrated, judged
 from erclutch.fit.scoring import TOLERATED, BandedFigure, Score, excess, independent_rows, information_criteria, score
 from erclutch.logs.dataset import Dataset
 from erclutch.models.model import Model
+from erclutch.models.stages import slip_stages
 from erclutch.signals.array import Array, rms
 from erclutch.signals.shown import Shown, one_line
 
@@ -222,6 +223,25 @@ def _too_short(outcome: AnyOutcome, data: Dataset) -> list[str]:
     return notes
 
 
+def unknown_start(model: Model, data: Dataset) -> str:
+    """What to know where a model counts the travel from the start of a log that is too short to forget it; else empty.
+
+    The rows of a fit cannot show it: their own travel began where they begin. Another log begins elsewhere.
+    """
+    counted = [s for s in slip_stages(model.structure.dynamics) if getattr(s, "from_the_start", False)]
+    shortest = min(
+        (data.clock.time[span.stop - 1] - data.clock.time[span.start] for span in data.clock.spans), default=0.0
+    )
+    for stage in counted:
+        forgotten = _FORGOTTEN * model.times[stage.parameters(data.period)[0].name]  # [s]
+        if forgotten > shortest:
+            return (
+                f"its {stage.name} counts the travel from the start of each log: a log that starts at another position "
+                f"is off by the stiffness times the distance. Log the position and give it with --input"
+            )
+    return ""
+
+
 def _adds(model: Model, data: Dataset, predicted: Array, test: NDArray[np.bool_]) -> str:
     """What the network of a law with one adds, on the rows held out."""
     assert model.correction is not None
@@ -258,6 +278,9 @@ def _notes(outcome: AnyOutcome, data: Dataset, predicted: Array, test: NDArray[n
     elif outcome.condition > MEANINGLESS and not outcome.idle:
         notes.append(f"condition {outcome.condition:.0e}: its parameters mean nothing one by one")
     notes += _too_short(outcome, data)
+    start = unknown_start(outcome.model, data)
+    if start:
+        notes.append(start)
     wild = _wild(data, predicted, test)
     if wild:
         notes.append(f"{wild} test rows are predicted far outside all efforts seen: do not extrapolate this model")

@@ -14,7 +14,7 @@ import numpy as np
 
 from erclutch.errors import CheckError
 from erclutch.fit.candidate import Fitted
-from erclutch.fit.log_groups import FEWEST_GROUPS, groups_of
+from erclutch.fit.log_groups import FEWEST_GROUPS, STEADY, groups_of
 from erclutch.fit.one_thread import one_thread
 from erclutch.fit.outcome import AnyOutcome
 from erclutch.fit.scoring import TOLERATED, BandedFigure, excess, recommend, score
@@ -44,12 +44,15 @@ class LeftOut:
         masks: one a part, over the training rows.
         further: whether they go beyond the rows that are left: other fields, other motions.
         fields: how many of the parts, the first ones, are whole fields.
+        lowest: how many of the parts, the first ones, are at no field. They make bands and choose no model: no log can
+            have less than no field, so nothing like a fit without these rows will be asked for.
     """
 
     words: str
     masks: Sequence[Mask]
     further: bool
     fields: int = 0
+    lowest: int = 0
 
 
 @dataclass(frozen=True)
@@ -86,16 +89,21 @@ def parts_of_training(train: Dataset) -> LeftOut | None:
     logs = groups_of(train)
     masks: list[Mask] = []
     words: list[str] = []
-    fields = 0
+    fields = lowest = 0
     if len(set(logs.field)) >= FEWEST_GROUPS:
-        masks += _masks(train, logs.rows, logs.field)
+        without = [_no_field(train, start, stop) for start, stop in logs.rows]
+        for none in (True, False):
+            rows = [pair for pair, at_none in zip(logs.rows, without, strict=True) if at_none == none]
+            numbers = [number for number, at_none in zip(logs.field, without, strict=True) if at_none == none]
+            masks += _masks(train, rows, numbers) if rows else ()
+        lowest = int(any(without))
         words.append("whole fields")
         fields = len(masks)
     if len(set(logs.motion)) >= FEWEST_GROUPS:
         masks += _masks(train, logs.rows, logs.motion)
         words.append("whole motions")
     if masks:
-        return LeftOut(" and ".join(words), masks, further=True, fields=fields)
+        return LeftOut(" and ".join(words), masks, further=True, fields=fields, lowest=lowest)
     count = len(logs.rows)
     if count >= FEWEST_GROUPS:
         of_logs = _masks(train, logs.rows, range(count))
@@ -103,6 +111,13 @@ def parts_of_training(train: Dataset) -> LeftOut | None:
     if train.rows < _BLOCKS * _FEWEST_ROWS:
         return None
     return LeftOut(f"{_BLOCKS} blocks in time", time_folds(train, _BLOCKS), further=False)
+
+
+def _no_field(train: Dataset, start: int, stop: int) -> bool:
+    """Whether some rows have no field, in any element."""
+    largest = max(float(np.abs(element.field).max()) for element in train.elements)
+    of_rows = max(float(np.abs(element.field[start:stop]).max()) for element in train.elements)
+    return of_rows <= STEADY * largest
 
 
 def _masks(train: Dataset, rows: Sequence[tuple[int, int]], numbers: Sequence[int]) -> Iterator[Mask]:
@@ -164,16 +179,18 @@ def chosen(
     if not usable:
         return None
 
-    # Errors of all parts in a row, in the effort's unit: what people are told.
+    # Errors of all parts that choose in a row, in the effort's unit: what people are told.
+    asked = {name: own[parts.lowest :] for name, own in usable.items()}
+    measured = measured[parts.lowest :]
     effort = np.concatenate(measured)
     rmse: dict[str, BandedFigure] = {}
-    for name, own in usable.items():
+    for name, own in asked.items():
         estimated = effort - np.concatenate(own)
         rmse[name] = score(effort, estimated, seed=seed).rmse
 
     # What is compared has each field and each motion count the same.
-    weights = part_weights(usable) if parts.further else [1.0] * count
-    weighed = {name: _times(weights, own) for name, own in usable.items()}
+    weights = part_weights(asked) if parts.further else [1.0] * len(measured)
+    weighed = {name: _times(weights, own) for name, own in asked.items()}
     whole = {name: np.concatenate(own) for name, own in weighed.items()}
     weighed_effort = np.concatenate(_times(weights, measured))
     scores = {name: score(weighed_effort, weighed_effort - error, seed=seed) for name, error in whole.items()}

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from erclutch.errors import SettingError
 from erclutch.fit.pace import told as motion_told
 from erclutch.fit.prediction_bands import Coverage, coverage
+from erclutch.fit.ranking import unknown_start
 from erclutch.fit.scoring import Score
 from erclutch.fit.scoring import score as scored
 from erclutch.logs import map_over, read_all, table_of
@@ -269,12 +270,16 @@ def band_ends(data: Dataset, model: Model, effort: Array, sensor: bool) -> tuple
     return low, high
 
 
-def motion_unlike(run: Run | None, data: Dataset) -> list[str]:
-    """Sentences on logs that move more slowly or more quickly than each log that a run was fitted to."""
-    if run is None:
-        return []
-    rows = read_rows(run)
-    return motion_told(rows.data.take(~rows.test), data)
+def unlike_training(run: Run | None, model: Model, data: Dataset) -> list[str]:
+    """Sentences on logs that start or move otherwise than those that a model of a run was fitted to."""
+    sentences: list[str] = []
+    start = unknown_start(model, data)
+    if start:
+        sentences.append(f"{model.name}: {start}.")
+    if run is not None:
+        rows = read_rows(run)
+        sentences += motion_told(rows.data.take(~rows.test), data)
+    return sentences
 
 
 def opened(what: Model | Run | str | Path, name: str | None) -> tuple[Run | None, Model]:

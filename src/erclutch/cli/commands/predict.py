@@ -116,7 +116,7 @@ def _estimated(
     import numpy as np
 
     from erclutch.logs.log_writer import PREDICTED, write_log
-    from erclutch.runs.new_rows import band_ends, motion_unlike, quicker_than_known
+    from erclutch.runs.new_rows import band_ends, quicker_than_known, unlike_training
 
     recordings = how.read([file])
     recording = recordings[0]
@@ -153,6 +153,6 @@ def _estimated(
     write_log(out, labels, [rows], about, rows=len(rows))
     if model.unbounded and outside.any():
         told += f"\nnote: {model.unbounded}."
-    for sentence in motion_unlike(run, data):
+    for sentence in unlike_training(run, model, data):
         told += f"\nnote: {sentence}"
     return told

@@ -52,7 +52,7 @@ def score(
     """
     from erclutch.logs.dataset import require_units
     from erclutch.logs.log_writer import PREDICTED
-    from erclutch.runs.new_rows import models_of, motion_unlike, opened, score_model
+    from erclutch.runs.new_rows import models_of, opened, score_model, unlike_training
 
     scores: list[_Scored] = []
     recordings: list[Recording] = []
@@ -72,7 +72,7 @@ def score(
         data = how.dataset(recordings)
         data_of_runs.append(data)
         require_units(data, data_of_runs[0], str(folder))
-        warnings += motion_unlike(kept, data)
+        warnings += unlike_training(kept, chosen, data)
         for name, each in models_of(kept, chosen, model):
             scores.append(_Scored(folder, _title(kept, name), score_model(each, data, name)))
     scores.sort(key=lambda each: each.score.figures.rmse.value)
