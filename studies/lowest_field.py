@@ -1,0 +1,117 @@
+#!/usr/bin/env python
+"""Should a law that errs without the rows at no field be chosen less often?
+
+SYNTHETIC devices of known truth (a yield effort that is a power of the field or saturates, a thinning viscosity; all
+numbers drawn) are logged in six motions at five fields, the lowest of which is none. One field or one motion is taken
+away, nine laws are fitted to the rest, and the training rows choose one: with the parts at no field among those that
+choose, as before decision 0004 was amended, and without them.
+
+    python studies/lowest_field.py [--devices 5]
+
+Printed for what was taken away: the error of the chosen law over the least error of all nine, mean and largest, by both
+rules. Field 0 is none: where it is taken away both rules are the same.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+from dataclasses import replace
+from unittest import mock
+
+if __name__ == "__main__":
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+import numpy as np
+
+from erclutch.fit.candidate import Fitted
+from erclutch.fit.fit_settings import Settings
+from erclutch.fit.kinds.law_alone import KIND
+from erclutch.fit.laws.fit_law import fit_structure
+from erclutch.fit.validation import chosen
+from erclutch.logs.dataset import Dataset, joined
+from erclutch.signals.clock import Clock, Span
+from erclutch.signals.device import Element, Units
+
+PERIOD = 1e-2  # s
+LAWS = tuple(f"{law}{form}" for law in ("bingham", "casson", "seo-seo") for form in ("", "/tanh", "/saturating"))
+TAKEN = {"f0": "field 0", "f1": "field 1", "f2": "field 2", "f4": "field 4"} | {
+    "m1": "motion 1",
+    "m3": "motion 3",
+    "m5": "motion 5",
+}
+
+
+def device(seed: int) -> Dataset:
+    """Logs of six motions, the slowest first, at five fields, the lowest first; every other device saturates."""
+    rng = np.random.default_rng(seed)
+    draw = rng.uniform
+    strain, floor, rise, exponent = draw(0.02, 0.3), draw(0.0, 150.0), draw(300.0, 800.0), draw(0.8, 1.8)
+    saturates_at = draw(0.4, 1.2) if seed % 2 else None
+    stribeck, speed = draw(-0.2, 0.4), draw(10.0, 40.0)
+    viscosity, thickening, thinning = draw(0.5, 3.0), draw(0.0, 2.0), draw(0.6, 1.0)
+    noise = draw(2.0, 15.0)
+    fields = np.linspace(0.0, 1.0, 5) + draw(-0.04, 0.04, 5) * (0.0, 1.0, 1.0, 1.0, 1.0)
+    hertz = np.exp(np.linspace(np.log(0.2), np.log(draw(3.0, 7.0)), 6) + draw(-0.15, 0.15, 6))
+    logs: list[Dataset] = []
+    for f, field in enumerate(fields.tolist()):
+        for m, (top, each) in enumerate(zip(draw(20.0, 100.0, 6), hertz.tolist(), strict=True)):
+            time = PERIOD * np.arange(150.0 if each > 0.6 else 500.0)
+            slip = top * np.sin(2.0 * np.pi * each * time + draw(0.0, 6.28))
+            bend, at = np.empty(time.size), 0.0  # strain of the fluid, as a share of that at which it yields
+            for k, step in enumerate((slip * PERIOD / strain).tolist()):
+                at = (at + step) / (1.0 + abs(step))
+                bend[k] = at
+            level = field**exponent
+            if saturates_at is not None:
+                level = np.tanh((field / saturates_at) ** exponent) / np.tanh(saturates_at**-exponent)
+            effort = (floor + rise * level) * bend * (1.0 + stribeck * np.tanh(np.abs(slip) / speed))
+            effort += (viscosity + thickening * field) * np.sign(slip) * np.abs(slip) ** thinning
+            effort += noise * rng.standard_normal(time.size)
+            clock = Clock(time, (Span(0, time.size, PERIOD),))
+            element = Element(np.full(time.size, field), slip)
+            log = Dataset("single", (element,), effort, clock, Units("N", "A", "mm/s"))
+            logs.append(replace(log, sources=(f"m{m} f{f}",)))
+    return joined(logs)
+
+
+def judged(data: Dataset, word: str) -> tuple[float, float]:
+    """Error of the chosen law over the least of all, with the parts at no field among those that choose, and without.
+
+    Args:
+        data: of a device.
+        word: which logs are taken away, by a part of their names.
+    """
+    held = np.zeros(data.rows, np.bool_)
+    for source, (start, stop) in zip(data.sources, data.source_rows, strict=True):
+        held[start:stop] = word in source
+    train = data.take(~held)
+    candidates = KIND.candidates(Settings(LAWS, lag="none"), train)
+    fitted = [Fitted(each, fit_structure(train, each.structure, intervals=False)) for each in candidates]
+    errors: dict[str, float] = {}
+    for each in fitted:
+        model = each.outcome.model
+        left = (data.effort - model.predict(data))[held]
+        errors[model.name] = float(np.sqrt(np.mean(left**2)))
+    now = chosen(train, fitted, list(errors), seed=0)
+    with mock.patch("erclutch.fit.validation._no_field", return_value=False):
+        before = chosen(train, fitted, list(errors), seed=0)
+    assert now is not None
+    assert before is not None
+    least = min(errors.values())
+    return errors[before.recommended] / least, errors[now.recommended] / least
+
+
+def main() -> None:
+    """Print the table."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--devices", type=int, default=5)
+    devices = [device(seed) for seed in range(parser.parse_args().devices)]
+    for word, title in TAKEN.items():
+        ratios = np.array([judged(data, word) for data in devices])
+        told = [f"{mean:.3f} (largest {most:.3f})" for mean, most in zip(ratios.mean(0), ratios.max(0), strict=True)]
+        print(f"{title:<9} with no field {told[0]}, without {told[1]}", flush=True)
+
+
+if __name__ == "__main__":
+    main()
