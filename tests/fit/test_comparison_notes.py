@@ -51,7 +51,7 @@ def outcome(**changes: Any) -> Any:
         "idle": (),
         "iterations": 7,
         "at_bounds": (),
-        "model": SimpleNamespace(correction=None, times={}),
+        "model": SimpleNamespace(correction=None, times={}, structure=SimpleNamespace(dynamics="none")),
         "unidentified": tuple(e.name for e in changes.get("estimates", ()) if e is OPEN),
     }
     return SimpleNamespace(**{**made, **changes})
