@@ -26,7 +26,7 @@ from erclutch.errors import LogError
 from erclutch.logs.readers.budget import MORE, RAISED, Budget, budget_of
 from erclutch.signals.array import Array
 
-WALL = 5.0  # times that by the clock: a busy machine is slow, and nothing was seen to wait without using the processor
+WALL = 20.0  # times that by the clock: a busy machine is slow, and nothing was seen to wait without using the processor
 _PDEATHSIG = 1  # of prctl: which signal comes when the parent dies
 _ARRAYS, _TEXTS = "columns.f64", "table.json"
 _NO_MEMORY = (b"memory allocation of", b"MemoryError", b"bad_alloc")  # last words of Rust, Python and C++
