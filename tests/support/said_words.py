@@ -76,6 +76,12 @@ SAID: dict[str, tuple[str, ...]] = {
     "phase lag": ("lag",),
     "gearbox": ("hysteresis", "memory"),
     "rheometer": ("report",),
+    "missing values": ("your-log",),
+    "low-pass filter": ("your-log",),
+    "negative torque": ("your-log",),
+    "breakaway": ("hysteresis",),
+    "jitter": ("live",),
+    "sedimentation": ("recalibrate",),
 }
 
 
