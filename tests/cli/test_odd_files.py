@@ -11,7 +11,7 @@ import pytest
 
 from erclutch import files
 from erclutch.errors import LogError, RunError
-from erclutch.files import file_digest, small_file, small_text
+from erclutch.files import file_digest, small_file, small_text, toml_of
 from erclutch.logs.synthetic import write_synthetic_log
 from erclutch.runs import kept_columns
 from erclutch.runs.run_folder import read_run
@@ -50,6 +50,16 @@ def test_a_small_file_is_small(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
         small_file(tmp_path / "larger")
     with pytest.raises(IsADirectoryError):
         small_file(tmp_path)
+
+
+@pytest.mark.parametrize(
+    "text", ["a" + ".a" * 50_000 + "=1", "[" + '"b c" . ' * 50_000 + "d]", "x={" + "a." * 50_000 + "b=1}"]
+)
+def test_a_name_of_many_parts_takes_no_time(text: str) -> None:
+    """The library takes the square of their number: a file of 200 kB took minutes."""
+    with pytest.raises(ValueError, match="more than 100 parts"):
+        toml_of(text.encode())
+    assert toml_of(b"a.b.c = [" + b"0.25, " * 1000 + b"]")["a"]["b"]["c"] == [0.25] * 1000
 
 
 @pytest.mark.slow

@@ -9,6 +9,7 @@ from __future__ import annotations
 import errno
 import hashlib
 import os
+import re
 import shutil
 import stat
 import tempfile
@@ -49,6 +50,9 @@ def plain_words(error: Exception) -> str:
     return "there is no such file" if missing else getattr(error, "strerror", None) or str(error)
 
 
+_LONG_KEY = re.compile(rb"""(?<![\w-])(?:(?:[\w-]++|"[^"\n]*+"|'[^'\n]*+')[ \t]*+\.[ \t]*+){100}""")
+
+
 def small_file(path: Path) -> bytes:
     """The bytes of a file that is never large: a rig, a mapping, a model, what a run or an export says of itself.
 
@@ -85,6 +89,8 @@ def toml_of(content: bytes) -> dict[str, Any]:
     Raises:
         ValueError, RecursionError: it is no such file; `plain_words` says why.
     """
+    if _LONG_KEY.search(content):  # the library takes the square of the time for it
+        raise ValueError("a name in it has more than 100 parts with points between them")
     body = tomllib.loads(content.decode("utf-8-sig"))
     if not _fits(body):
         raise ValueError("a whole number in it has more than 64 bits")
