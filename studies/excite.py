@@ -238,15 +238,15 @@ def twin(seeds: range, long: float, lengths: Sequence[float], laws: Sequence[str
         cells: list[str] = []
         after = "-"
         for seconds in lengths:
-            shares: list[list[float]] = []  # of each seed, by test
+            errors: list[list[float]] = []  # of each seed, by test, in N m
             for seed in seeds:
                 key = f"brake, {name}, {seconds:g} s, seed {seed}, {long:g} s, {' '.join(laws)}"
                 if key not in known:
                     model = fitted(made(seconds, seed), laws)
-                    known[key] = [error(model, test) / own for test, own in zip(tests, best, strict=True)]
+                    known[key] = [error(model, test) for test in tests]
                     keep(out, key, known[key])
-                shares.append(known[key])
-            medians = np.median(shares, axis=0)
+                errors.append(known[key])
+            medians = np.median(errors, axis=0) / best
             cells.append(" / ".join(f"{median:.2f}" for median in medians))
             if after == "-" and medians.max() <= AS_GOOD:
                 after = f"{seconds:g} s"

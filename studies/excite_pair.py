@@ -9,6 +9,7 @@ scenario and 20 s of random steps. --out FILE keeps each error, so a run that wa
 from __future__ import annotations
 
 import argparse
+import math
 import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -86,10 +87,12 @@ def study(seeds: range, long: float, lengths: Sequence[float], laws: Sequence[st
     """Print medians of errors over those of the fit to a long log of both kinds that are tested."""
     whole = scenario(long, 1)
     limits = RigLimits(**(limits_of_log(whole) | {"rest": 0.1}))
-    steps = played(signed(random_steps(limits, long, 98), 98), 98)
+    # Each of these logs begins in the middle: in a longer one chance takes the output to its ends.
+    logs = range(1000, 1000 + math.ceil(long / TEST_SECONDS))
+    steps = [played(signed(random_steps(limits, TEST_SECONDS, seed), seed), seed) for seed in logs]
     test_steps = played(signed(random_steps(limits, TEST_SECONDS, 99), 99), 99)
     tests = (scenario(TEST_SECONDS, 2), test_steps)
-    reference = fitted(joined([whole, steps]), laws)
+    reference = fitted(joined([whole, *steps]), laws)
     best = [error(reference, test) for test in tests]
     print(
         f"TWIN pair; {' or '.join(laws)}+lag; seeds {seeds.start} to {seeds.stop - 1}; tests: scenario / random steps"
@@ -108,15 +111,15 @@ def study(seeds: range, long: float, lengths: Sequence[float], laws: Sequence[st
         cells: list[str] = []
         after = "-"
         for seconds in lengths:
-            shares: list[list[float]] = []  # of each seed, by test
+            errors: list[list[float]] = []  # of each seed, by test, in N m
             for seed in seeds:
                 key = f"pair, {name}, {seconds:g} s, seed {seed}, {long:g} s, {' '.join(laws)}"
                 if key not in known:
                     model = fitted(made(seconds, seed), laws)
-                    known[key] = [error(model, test) / own for test, own in zip(tests, best, strict=True)]
+                    known[key] = [error(model, test) for test in tests]
                     keep(out, key, known[key])
-                shares.append(known[key])
-            medians = np.median(shares, axis=0)
+                errors.append(known[key])
+            medians = np.median(errors, axis=0) / best
             cells.append(" / ".join(f"{median:.2f}" for median in medians))
             if after == "-" and medians.max() <= AS_GOOD:
                 after = f"{seconds:g} s"
