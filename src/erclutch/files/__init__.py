@@ -50,7 +50,7 @@ def plain_words(error: Exception) -> str:
     return "there is no such file" if missing else getattr(error, "strerror", None) or str(error)
 
 
-_LONG_KEY = re.compile(rb"""(?<![\w-])(?:(?:[\w-]++|"[^"\n]*+"|'[^'\n]*+')[ \t]*+\.[ \t]*+){100}""")
+_LONG_KEY = re.compile(rb"""(?<![\w.-])(?:(?:[\w-]++|"[^"\n]*+"|'[^'\n]*+')[ \t]*+\.[ \t]*+){100}""")
 
 
 def small_file(path: Path) -> bytes:
