@@ -49,7 +49,8 @@ def test_a_text_of_the_help_fills_its_lines_wherever_its_docstring_breaks() -> N
 
 
 @pytest.mark.parametrize(("width", "most"), [(80, 3), (150, 1)])
-def test_a_meaning_has_room_on_a_narrow_screen(width: int, most: int) -> None:
+def test_a_meaning_has_room_on_a_narrow_screen(width: int, most: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("COLUMNS", str(width))
     meaning = "effort of the bristles' damping at the reference field"
     value = Estimate("T_ldy", meaning, "N/(m/s)", 0.0, 0.0, 284.7, "lower")
     lines = printed(estimates("Parameters", [value]), width)

@@ -28,14 +28,17 @@ _POINTS = "--time none"
 def ask_about_order(draft: Draft) -> None:
     """Ask what the time is where the column of that name runs backwards every few rows: each row has a time of its own.
 
-    So are points of an instrument, which waits at each of them. A time that begins anew with each word is left alone.
+    So are points of an instrument, which waits at each of them. A time that begins anew with each word is left alone,
+    and so is a time that falls from each row to the next: such a log stands newest row first, and is refused as that.
     """
     table, clock, slip = draft.table, draft.clock, draft.signals.get("slip")
     if clock is None or clock.kind != "column" or draft.told.time is not None or slip is None:
         return
     stamps = table.columns[clock.column]
     back = np.count_nonzero(np.diff(stamps) < 0.0)
-    if back <= DISORDER * stamps.size or any(_begins_anew(stamps, words) for words in table.words.values()):
+    if back <= DISORDER * stamps.size or back == stamps.size - 1:
+        return
+    if any(_begins_anew(stamps, words) for words in table.words.values()):
         return
     draft.clock = None
     problem = f"column {clock.column} runs backwards {back} times in {stamps.size} rows, as no time of a log does"

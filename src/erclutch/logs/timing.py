@@ -194,7 +194,9 @@ def _refuse_no_clock(stamps: Array, column: str) -> None:
         more = f" ({back.size} times in all)" if back.size > 1 else ""
         order = f"{stamps[row]:.10g} s after {stamps[row - 1]:.10g} s"
         mend = "Split the log there, sort it, or choose another time column (--time) or a rate (--rate)"
-        if back.size > DISORDER * stamps.size:
+        if back.size == steps.size:
+            mend = f"The newest row stands first: sort the rows by {column}"
+        elif back.size > DISORDER * stamps.size:
             mend = "The rows follow no time: take them as points (--time none), or give a rate (--rate)"
         raise TimingError(f"column {column} runs backwards at data row {row + 1}: {order}{more}", remedy=mend)
 

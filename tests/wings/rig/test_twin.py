@@ -96,7 +96,7 @@ def test_a_rig_file_changes_what_it_names(tmp_path: Path) -> None:
         (f"[clutch]\ninner_radius = 0x{'f' * 4000}\n", "a whole number in it has more than 64 bits"),
         (f"[clutch]\ninner_radius = {'1' * 5000}\n", "a whole number in it has too many digits"),
         (f"[clutch]\ngap = {{ value = 1e-3, range = [1, 1{'0' * 400}] }}\n", "a whole number in it has more than 64"),
-        (f"a{'.a' * 5000} = 1\n", "it is nested too deep"),
+        (f"a{'.a' * 5000} = 1\n", "a name in it has more than 100 parts"),
         ("[clutch]\nouter_radius = 1e300\ninner_radius = 1e299\n", "beyond its range 0.012 to 0.05"),
         ("[clutch]\ngap = { value = 1e-9 }\n", "beyond its range 0.0002 to 0.002"),
     ],
