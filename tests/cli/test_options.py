@@ -232,7 +232,6 @@ def test_help_folds_what_few_need_and_help_all_shows_each_option() -> None:
 
 def test_help_names_files_first_and_shows_no_values_of_python() -> None:
     assert "Usage: erclutch score LOG... --run RUN [OPTIONS]" in good("score", "--help")
-    assert "Usage: erclutch app [FOLDER] [OPTIONS]" in good("app", "--help")
     said = good("figure", "--help")
     assert "[default: pdf png]" in said
     assert "False" not in said

@@ -34,11 +34,16 @@ from erclutch.wings.app.run_answers import run_row
 from erclutch.wings.app.workbench_server import Workbench
 from erclutch.wings.app.workspace import SHOWN, Entry, Workspace, WorkspaceError, plain_name, shown_folder
 from erclutch.wings.live.page.access import TOKEN_HEADER, Access
+from tests.support.command import good
 
 CHROMIUM = Path("/usr/bin/chromium")
 NEES = Path(__file__).parents[4] / "shared/data/mr_damper_nees/ranran_50_converted.csv"
 
 # --- forms ------------------------------------------------------------------------------------------------------------
+
+
+def test_help_names_the_folder_first() -> None:
+    assert "Usage: erclutch app [FOLDER] [OPTIONS]" in good("app", "--help")
 
 
 def test_a_form_becomes_the_choices_that_somebody_made() -> None:
@@ -574,7 +579,7 @@ def test_from_a_dropped_file_to_exported_c(
         assert "--effort 'F [N]'" in page.locator("#read:has-text('--effort')").inner_text()  # it follows the form
         follow(page, "text=Read it so")
         assert "understood" in page.locator(".good").inner_text()
-        assert "-48.04 to 59.22 cm/s" in page.locator("tr:has([name='column.slip'])").inner_text()
+        assert "\N{MINUS SIGN}48.04 to 59.22 cm/s" in page.locator("tr:has([name='column.slip'])").inner_text()
     page.check("[name='model.bingham']")
     page.fill("[name=lag]", "none")
     page.fill("[name=run]", f"run-{log}")

@@ -135,10 +135,10 @@ def body(plain: TorqueModel) -> dict[str, Any]:
 
 
 def _code(text: str) -> str:
-    """C without comments and strings, and without what names the model."""
+    """C without comments and strings, without names of the model and without the mark of the header's text."""
     text = text.replace("??/", "\\").replace("\\\n", "")
     text = re.sub(r'/\*.*?\*/|"(?:[^"\\\n]|\\.)*"', " ", text, flags=re.DOTALL)
-    return re.sub(r"#define \w+_IN_\w+|\s+", " ", text)
+    return re.sub(r"#define \w+_IN_\w+|\bM_H_[0-9a-f]{16}\b|\s+", " ", text)
 
 
 def _read_with(body: dict[str, Any], place: tuple[Any, ...], text: str, path: Path) -> Model | None:

@@ -373,7 +373,7 @@ def test_rounds_whose_log_was_cut_do_not_go_on(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_a_recording_that_lacks_frames_is_told(tmp_path: Path, start_loop: Callable[..., Any]) -> None:
-    loop = start_loop(capacity=300)
+    loop = start_loop(capacity=20)  # no recorder starts within 20 ms
     said: list[str] = []
     recordings = Recordings(loop.path, tmp_path, lambda text, level: said.append(text))
     recordings.start("late", whole=True)
