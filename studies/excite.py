@@ -201,6 +201,51 @@ def keep(out: Path | None, key: str, errors: list[float]) -> None:
             kept.write(json.dumps([key, errors]) + "\n")
 
 
+def print_rows(
+    device: str,
+    makers: Sequence[tuple[str, Callable[[float, int], Dataset]]],
+    tests: Sequence[Dataset],
+    best: Sequence[float],
+    *,
+    seeds: range,
+    long: float,
+    lengths: Sequence[float],
+    laws: Sequence[str],
+    out: Path | None,
+) -> None:
+    """A line of the table for each kind of sequence: medians of its errors over those of the fit to long logs.
+
+    Args:
+        device: what the TWIN is of.
+        makers: name of a kind, and what makes a log of so many seconds of a seed.
+        tests: logs that judge.
+        best: the error of the fit to long logs on each test, in N m.
+        seeds: of the logs.
+        long: seconds of the long logs.
+        lengths: seconds of the short ones.
+        laws: that each log chooses from.
+        out: where errors are kept as they come, so that a run that was stopped goes on.
+    """
+    known = kept_errors(out)
+    for name, made in makers:
+        cells: list[str] = []
+        after = "-"
+        for seconds in lengths:
+            errors: list[list[float]] = []  # of each seed, by test, in N m
+            for seed in seeds:
+                key = f"{device}, {name}, {seconds:g} s, seed {seed}, {long:g} s, {' '.join(laws)}"
+                if key not in known:
+                    model = fitted(made(seconds, seed), laws)
+                    known[key] = [error(model, test) for test in tests]
+                    keep(out, key, known[key])
+                errors.append(known[key])
+            medians = np.median(errors, axis=0) / best
+            cells.append(" / ".join(f"{median:.2f}" for median in medians))
+            if after == "-" and medians.max() <= AS_GOOD:
+                after = f"{seconds:g} s"
+        print(f"| {name} | " + " | ".join([*cells, after]) + " |", flush=True)
+
+
 def twin(seeds: range, long: float, lengths: Sequence[float], laws: Sequence[str], out: Path | None) -> None:
     """Print errors over seconds of log as multiples of those of a long log of both kinds that are tested."""
     scenario = build_dataset(prepare("brake", seconds=long, seed=1).recording())
@@ -233,24 +278,7 @@ def twin(seeds: range, long: float, lengths: Sequence[float], laws: Sequence[str
         ("random steps", lambda seconds, seed: played(random_steps(limits, seconds, seed), seed)),
         ("chirp", lambda seconds, seed: played(chirp(limits, seconds, seed), seed)),
     ]
-    known = kept_errors(out)
-    for name, made in makers:
-        cells: list[str] = []
-        after = "-"
-        for seconds in lengths:
-            errors: list[list[float]] = []  # of each seed, by test, in N m
-            for seed in seeds:
-                key = f"brake, {name}, {seconds:g} s, seed {seed}, {long:g} s, {' '.join(laws)}"
-                if key not in known:
-                    model = fitted(made(seconds, seed), laws)
-                    known[key] = [error(model, test) for test in tests]
-                    keep(out, key, known[key])
-                errors.append(known[key])
-            medians = np.median(errors, axis=0) / best
-            cells.append(" / ".join(f"{median:.2f}" for median in medians))
-            if after == "-" and medians.max() <= AS_GOOD:
-                after = f"{seconds:g} s"
-        print(f"| {name} | " + " | ".join([*cells, after]) + " |", flush=True)
+    print_rows("brake", makers, tests, best, seeds=seeds, long=long, lengths=lengths, laws=laws, out=out)
 
 
 def exchanged(

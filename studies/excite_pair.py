@@ -26,7 +26,7 @@ from erclutch.wings.design.limits import RigLimits, limits_of_log
 from erclutch.wings.rig.interface import RigCommand
 from erclutch.wings.rig.twin.scenarios import prepare
 from erclutch.wings.rig.twin.twin import Twin
-from studies.excite import AS_GOOD, LAWS, RATE, Servo, chirp, error, fitted, keep, kept_errors, random_steps
+from studies.excite import AS_GOOD, LAWS, RATE, Servo, chirp, error, fitted, print_rows, random_steps
 
 TEST_SECONDS = 20.0
 Played = tuple[str, Callable[[float, int], Dataset]]
@@ -106,24 +106,8 @@ def study(seeds: range, long: float, lengths: Sequence[float], laws: Sequence[st
     )
     print("|---|" + "---:|" * (len(lengths) + 1))
 
-    known = kept_errors(out)
-    for name, made in sequences(limits):
-        cells: list[str] = []
-        after = "-"
-        for seconds in lengths:
-            errors: list[list[float]] = []  # of each seed, by test, in N m
-            for seed in seeds:
-                key = f"pair, {name}, {seconds:g} s, seed {seed}, {long:g} s, {' '.join(laws)}"
-                if key not in known:
-                    model = fitted(made(seconds, seed), laws)
-                    known[key] = [error(model, test) for test in tests]
-                    keep(out, key, known[key])
-                errors.append(known[key])
-            medians = np.median(errors, axis=0) / best
-            cells.append(" / ".join(f"{median:.2f}" for median in medians))
-            if after == "-" and medians.max() <= AS_GOOD:
-                after = f"{seconds:g} s"
-        print(f"| {name} | " + " | ".join([*cells, after]) + " |", flush=True)
+    makers = sequences(limits)
+    print_rows("pair", makers, tests, best, seeds=seeds, long=long, lengths=lengths, laws=laws, out=out)
 
 
 def main() -> None:
