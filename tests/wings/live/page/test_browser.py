@@ -178,7 +178,7 @@ def test_the_reference_and_the_tracking_error_are_shown_while_something_is_track
 
 
 def test_ticks_have_the_digits_of_their_step(seen: Seen) -> None:
-    module = "import(new URL('charts.js', location).href)"
+    module = "import(new URL('axis_ticks.js', location).href)"
     texts = f"{module}.then(made => made.tickTexts([-0.0025, 0, 0.0025, 0.005], 0.0025))"
     assert seen.page.evaluate(texts) == ["−0.0025", "0.0000", "0.0025", "0.0050"]
     ticks = f"{module}.then(made => [made.ticksOf(-0.7, 0.7, 1), made.ticksOf(-1.5, 1.5, 1)])"

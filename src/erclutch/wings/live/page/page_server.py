@@ -37,7 +37,20 @@ _SHARE = 20  # commands a second from one client
 LONGEST_MESSAGE = 4 * LONGEST
 
 _KINDS = {".html": "text/html", ".css": "text/css", ".js": "text/javascript", ".svg": "image/svg+xml"}
-_STATIC = ("live.css", "live.js", "store.js", "charts.js", "picture.js", "icon.svg")
+_SCRIPTS = (
+    "live",
+    "axis_ticks",
+    "charts",
+    "connection",
+    "elements",
+    "histogram",
+    "number_texts",
+    "picture",
+    "screen_clock",
+    "status_panel",
+    "store",
+)
+_STATIC = ("live.css", "icon.svg", *(f"{name}.js" for name in _SCRIPTS))
 _FILES = {
     "/": "wings/live/page/static/index.html",
     **{f"/{name}": f"wings/live/page/static/{name}" for name in _STATIC},

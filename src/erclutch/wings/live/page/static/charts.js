@@ -1,198 +1,287 @@
 // The charts: one time axis, ranges that follow the data calmly, spans outside the training range shaded.
 
+import { CalmRange, tickTexts, ticksOf } from "./axis_ticks.js";
+import { colourOf, element, whenColoursTurn } from "./elements.js";
+import { digitsFor, effortCalled, shownUnit, signed } from "./number_texts.js";
 import { named } from "./store.js";
 
-export const shownUnit = unit => ({ "": "1", "?": "as logged" })[unit] ?? unit.replace("*", " ");
-export const effortCalled = unit => ({ "N*m": "Torque", N: "Force", Pa: "Stress" })[unit] ?? "Effort";
+const FONT = "11px system-ui, sans-serif";
+const STACKED = 900; // px of the window, up to which charts stand alone
+const SHORTEST_DRAG = 5; // px
+const NEAR = 0.02; // s: spans that are nearer are shaded as one
 
-// The charts of a device: those of the pair name its two sides, a single device's the one channel.
+/** The charts of a device: those of the pair name its two sides, a single device's the one channel. Lines are [name, label, colour]. */
 export function chartsOf(channels) {
-  const of = role => channels.filter(channel => channel.role === role), pair = of("field").length > 1;
-  const lines = (role, colours) => of(role).map(({ name, label }, k) => [name, label, colours[k]]);
-  const unit = role => shownUnit(of(role).at(-1).unit), measured = named(channels, "effort").map(name => [name, "measured", "--measured"]);
-  return [
-    { title: effortCalled(of("estimate")[0].unit), unit: unit("estimate"), lines: [...measured, ["estimate", "estimate", "--estimated"], ["wanted_effort", "reference", "--text"]], least: 0.004 },
-    ...measured.length ? [{ title: "Residual", unit: unit("estimate"), lines: [["residual", "measured − estimate", "--residual"]], least: 0.002 }] : [],
-    ...pair ? [{ title: "Tracking", unit: unit("position"), lines: [["wanted_position", "reference", "--text"], [named(channels, "position").at(-1), "output", "--output"], ["error", "error", "--residual"]], least: 0.1, tracking: true }] : [],
-    { title: pair ? "Field E" : "Field", unit: unit("field"), axis: pair ? "E" : undefined, lines: lines("field", ["--one", "--two"]), fixed: pair, least: 0.001 },
-    { title: pair ? "Speed" : "Slip", unit: unit("speed"), lines: lines("speed", pair ? ["--motor", "--output"] : ["--output"]), least: unit("speed") === "m/s" ? 0.01 : 1 },
-  ];
-}
+  const of = role => channels.filter(channel => channel.role === role);
+  const unit = role => shownUnit(of(role).at(-1).unit);
+  const linesOf = (role, colours) => of(role).map(({ name, label }, k) => [name, label, colours[k]]);
+  const pair = of("field").length > 1;
+  const measured = named(channels, "effort").map(name => [name, "measured", "--measured"]);
 
-const colour = name => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
-export const signed = (value, digits) => Number.isFinite(value) ? (value < 0 ? "−" : "+") + Math.abs(value).toFixed(digits) : "–";
-
-// An element with some properties and what stands in it.
-export function element(kind, properties, ...children) {
-  const node = Object.assign(document.createElement(kind), properties);
-  node.append(...children);
-  return node;
-}
-
-// Digits after the point that tell a five hundredth of a span.
-export const digitsFor = span => Math.min(5, Math.max(1, Math.ceil(2.7 - Math.log10(span))));
-
-// Ticks with as many digits as their step has: 0.0075, 0.0050, 0.0025.
-export function tickTexts(ticks, step) {
-  let digits = 0;
-  while (digits < 9 && Math.abs(step.toFixed(digits) / step - 1) > 1e-6) digits += 1;
-  return ticks.map(tick => tick.toFixed(digits).replace("-", "−"));
-}
-
-// Multiples of a step within a low chart; of half of it where that leaves a zero alone, which says nothing of the scale.
-export function ticksOf(low, high, step) {
-  const multiples = size => {
-    const first = Math.ceil(low / size - 1e-9), last = Math.floor(high / size + 1e-9);
-    return Array.from({ length: Math.max(0, last - first + 1) }, (_, k) => (first + k) * size);
+  const effort = {
+    title: effortCalled(of("estimate")[0].unit),
+    unit: unit("estimate"),
+    lines: [...measured, ["estimate", "estimate", "--estimated"], ["wanted_effort", "reference", "--text"]],
+    least: 0.004,
   };
-  const found = multiples(step);
-  return found.length > 1 ? found : multiples(step / 2);
+  const residual = {
+    title: "Residual",
+    unit: unit("estimate"),
+    lines: [["residual", "measured − estimate", "--residual"]],
+    least: 0.002,
+  };
+  const tracking = {
+    title: "Tracking",
+    unit: unit("position"),
+    lines: [
+      ["wanted_position", "reference", "--text"],
+      [named(channels, "position").at(-1), "output", "--output"],
+      ["error", "error", "--residual"],
+    ],
+    least: 0.1,
+    tracking: true,
+  };
+  const field = {
+    title: pair ? "Field E" : "Field",
+    unit: unit("field"),
+    axis: pair ? "E" : undefined,
+    lines: linesOf("field", ["--one", "--two"]),
+    fixed: pair, // to the field's limit
+    least: 0.001,
+  };
+  const speed = {
+    title: pair ? "Speed" : "Slip",
+    unit: unit("speed"),
+    lines: linesOf("speed", pair ? ["--motor", "--output"] : ["--output"]),
+    least: unit("speed") === "m/s" ? 0.01 : 1,
+  };
+
+  const charts = [effort];
+  if (measured.length) charts.push(residual);
+  if (pair) charts.push(tracking);
+  return [...charts, field, speed];
 }
 
-function niceStep(span) {
-  const power = 10 ** Math.floor(Math.log10(span));
-  return (span / power < 2 ? 0.5 : span / power < 5 ? 1 : 2) * power;
-}
+/** One chart: its head with the newest numbers, and its plot. */
+class Chart {
+  constructor(root, shape, charts) {
+    this.shape = shape;
+    this.charts = charts;
+    this.names = shape.lines.map(([name]) => name);
+    this.range = new CalmRange(shape.least);
+    this.outside = []; // spans far from all training rows: from, to, from, to, ... [s]
+    this.times = [0, 1];
+    this.zoom = null; // times that are looked at closer, while frozen
 
-// Grows at once, shrinks only when it has been far too large for a while.
-class Range {
-  constructor(least) { this.least = least; this.low = -least; this.high = least; this.small = 0; }
-
-  follow(lines, now) {
-    let low = Infinity, high = -Infinity;
-    for (const line of lines) for (const value of line) if (value !== null) { if (value < low) low = value; if (value > high) high = value; }
-    if (low > high) return;
-    const middle = (low + high) / 2, half = Math.max((high - low) / 2 * 1.08, this.least / 2), step = niceStep(2 * half) / 2;
-    const wantedLow = Math.floor((middle - half) / step) * step, wantedHigh = Math.ceil((middle + half) / step) * step;
-    if (wantedLow < this.low || wantedHigh > this.high) {
-      this.low = Math.min(this.low, wantedLow); this.high = Math.max(this.high, wantedHigh); this.small = now;
-    }
-    if (wantedHigh - wantedLow > 0.7 * (this.high - this.low)) this.small = now;
-    else if (now - this.small > 1500) { this.low = wantedLow; this.high = wantedHigh; this.small = now; }
-  }
-}
-
-export class Charts {
-  constructor(root, store) {
-    this.store = store;
-    this.limit = 0.5;
-    this.root = root; this.charts = []; this.made = "";
-    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.#rebuild());
-    this.observer = new ResizeObserver(() => this.resize());
+    this.values = shape.lines.map(() => element("span"));
+    this.keys = shape.lines.map((line, k) => this.#key(line, this.values[k]));
+    this.plot = element("div", { className: "plot" });
+    const head = element("h2", {}, `${shape.title} [${shape.unit}]`, ...this.keys);
+    this.box = element("div", { className: "chart", hidden: Boolean(shape.tracking) }, head, this.plot);
+    this.box.setAttribute("role", "group");
+    this.box.setAttribute("aria-label", `${shape.title} in ${shape.unit}`);
+    root.append(this.box);
+    this.rebuild();
   }
 
-  // The session's channels, each time that a server tells them.
-  set channels(channels) {
-    if (JSON.stringify(channels) === this.made) return;
-    this.made = JSON.stringify(channels);
-    this.observer.disconnect();
-    for (const made of this.charts) made.uplot.destroy();
-    this.root.replaceChildren();
-    this.charts = [];
-    for (const chart of chartsOf(channels)) this.charts.push(this.#make(this.root, chart));
-    for (const made of this.charts) this.observer.observe(made.plot);
-    this.resize();
+  #key([name, label, colour], value) {
+    const swatch = element("i");
+    swatch.style.background = `var(${colour})`;
+    const hidden = name === "wanted_effort"; // until a program tracks it
+    return element("span", { className: "key", hidden }, swatch, label, element("span", {}, value));
   }
 
-  #make(root, chart) {
-    const values = chart.lines.map(() => element("span"));
-    const keys = chart.lines.map(([name, label, variable], k) => {
-      const swatch = element("i");
-      swatch.style.background = `var(${variable})`;
-      return element("span", { className: "key", hidden: name === "wanted_effort" }, swatch, label, element("span", {}, values[k]));
-    });
-    const plot = element("div", { className: "plot" });
-    const box = element("div", { className: "chart", hidden: Boolean(chart.tracking) }, element("h2", {}, `${chart.title} [${chart.unit}]`, ...keys), plot);
-    box.setAttribute("role", "group"); box.setAttribute("aria-label", `${chart.title} in ${chart.unit}`);
-    root.append(box);
-    const made = { chart, box, plot, values, keys, range: new Range(chart.least ?? 1), outside: [], times: [0, 1], zoom: null };
-    made.uplot = this.#plot(made);
-    return made;
-  }
-
-  #plot(made) {
-    const axis = { stroke: colour("--soft"), grid: { stroke: colour("--grid"), width: 1 }, ticks: { show: false }, font: "11px system-ui, sans-serif" };
-    // Charts that stand together on a wide screen have one row of times, below the last.
-    const timed = () => !made.box.nextSibling || innerWidth <= 900;
+  /** A new plot, in the colours that the page now has. */
+  rebuild() {
+    this.uplot?.destroy();
+    const lines = this.shape.lines.map(([, , colour]) => ({
+      stroke: colourOf(colour),
+      width: devicePixelRatio > 1 ? 1.25 : 1,
+      points: { show: false },
+      spanGaps: false,
+    }));
     const options = {
-      width: Math.max(100, made.plot.clientWidth), height: Math.max(60, made.plot.clientHeight),
-      padding: [8, 8, 0, 0], legend: { show: false }, cursor: { sync: { key: "live" }, drag: { x: true, y: false, setScale: false }, points: { size: 6 } },
-      scales: { x: { time: false, range: () => made.zoom ?? made.times }, y: { range: () => made.chart.fixed ? [-0.04 * this.limit, 1.06 * this.limit] : [made.range.low, made.range.high] } },
-      axes: [{ ...axis, size: () => timed() ? 26 : 8, gap: 4, values: (_, ticks) => ticks.map(t => timed() ? `${+t.toFixed(3)} s` : "") }, { ...axis, size: 50, gap: 4, space: 18, splits: (_, __, low, high, step) => ticksOf(low, high, step), values: (_, ticks, __, ___, step) => tickTexts(ticks, ticks.length > 1 ? ticks[1] - ticks[0] : step), label: made.chart.axis ?? made.chart.unit, labelSize: 16, labelGap: 0, labelFont: axis.font }],
-      series: [{}, ...made.chart.lines.map(([, , variable]) => ({ stroke: colour(variable), width: devicePixelRatio > 1 ? 1.25 : 1, points: { show: false }, spanGaps: false }))],
+      width: Math.max(100, this.plot.clientWidth),
+      height: Math.max(60, this.plot.clientHeight),
+      padding: [8, 8, 0, 0],
+      legend: { show: false },
+      cursor: { sync: { key: "live" }, drag: { x: true, y: false, setScale: false }, points: { size: 6 } },
+      scales: {
+        x: { time: false, range: () => this.zoom ?? this.times },
+        y: { range: () => this.#span() },
+      },
+      axes: this.#axes(),
+      series: [{}, ...lines],
       hooks: {
-        drawClear: [u => this.#shade(u, made)],
-        setSelect: [u => { if (this.frozen && u.select.width > 5) this.zoom([u.posToVal(u.select.left, "x"), u.posToVal(u.select.left + u.select.width, "x")]); u.setSelect({ left: 0, top: 0, width: 0, height: 0 }, false); }],
-        ready: [u => u.over.addEventListener("dblclick", () => this.zoom(null))],
+        drawClear: [uplot => this.#shade(uplot)],
+        setSelect: [uplot => this.#dragged(uplot)],
+        ready: [uplot => uplot.over.addEventListener("dblclick", () => this.charts.zoom(null))],
       },
     };
-    return new uPlot(options, [[], ...made.chart.lines.map(() => [])], made.plot);
+    this.uplot = new uPlot(options, [[], ...lines.map(() => [])], this.plot);
   }
 
-  #shade(u, made) {
-    if (!made.outside.length || made.chart.fixed) return;
-    const context = u.ctx;
-    context.save(); context.fillStyle = colour("--bad-soft");
-    const { left, top, width, height } = u.bbox;
-    for (let i = 0; i < made.outside.length; i += 2) {
-      const from = Math.max(left, u.valToPos(made.outside[i], "x", true)), to = Math.min(left + width, u.valToPos(made.outside[i + 1], "x", true));
-      if (to >= from) context.fillRect(from, top, Math.max(1, to - from), height);
+  #span() {
+    if (!this.shape.fixed) return [this.range.low, this.range.high];
+    const { limit } = this.charts;
+    return [-0.04 * limit, 1.06 * limit];
+  }
+
+  #axes() {
+    const axis = {
+      stroke: colourOf("--soft"),
+      grid: { stroke: colourOf("--grid"), width: 1 },
+      ticks: { show: false },
+      font: FONT,
+      gap: 4,
+    };
+    // Charts that stand together on a wide screen have one row of times, below the last.
+    const timed = () => !this.box.nextSibling || innerWidth <= STACKED;
+    const time = {
+      ...axis,
+      size: () => (timed() ? 26 : 8),
+      values: (_, ticks) => ticks.map(tick => (timed() ? `${+tick.toFixed(3)} s` : "")),
+    };
+    const value = {
+      ...axis,
+      size: 50,
+      space: 18,
+      splits: (_, __, low, high, step) => ticksOf(low, high, step),
+      values: (_, ticks, __, ___, step) => tickTexts(ticks, ticks.length > 1 ? ticks[1] - ticks[0] : step),
+      label: this.shape.axis ?? this.shape.unit,
+      labelSize: 16,
+      labelGap: 0,
+      labelFont: FONT,
+    };
+    return [time, value];
+  }
+
+  /** A drag over a frozen chart: its times come into view, in all charts. */
+  #dragged(uplot) {
+    const { left, width } = uplot.select;
+    if (this.charts.frozen && width > SHORTEST_DRAG) {
+      this.charts.zoom([uplot.posToVal(left, "x"), uplot.posToVal(left + width, "x")]);
     }
-    context.restore();
+    uplot.setSelect({ left: 0, top: 0, width: 0, height: 0 }, false);
   }
 
-  #rebuild() {
-    for (const made of this.charts) { made.uplot.destroy(); made.uplot = this.#plot(made); }
-    this.resize(); this.draw(this.times, performance.now());
+  #shade(uplot) {
+    if (!this.outside.length || this.shape.fixed) return;
+    const { left, top, width, height } = uplot.bbox;
+    const across = time => uplot.valToPos(time, "x", true);
+    uplot.ctx.save();
+    uplot.ctx.fillStyle = colourOf("--bad-soft");
+    for (let k = 0; k < this.outside.length; k += 2) {
+      const from = Math.max(left, across(this.outside[k]));
+      const to = Math.min(left + width, across(this.outside[k + 1]));
+      if (to >= from) uplot.ctx.fillRect(from, top, Math.max(1, to - from), height);
+    }
+    uplot.ctx.restore();
   }
 
   resize() {
-    for (const made of this.charts) {
-      const width = made.plot.clientWidth, height = made.plot.clientHeight;
-      if (width > 20 && height > 20 && (width !== made.uplot.width || height !== made.uplot.height)) made.uplot.setSize({ width, height });
-    }
+    const { clientWidth: width, clientHeight: height } = this.plot;
+    if (width <= 20 || height <= 20) return; // hidden
+    if (width !== this.uplot.width || height !== this.uplot.height) this.uplot.setSize({ width, height });
   }
 
-  zoom(range) {
-    for (const made of this.charts) made.zoom = range;
-    if (this.times) this.draw(this.times, performance.now());
-  }
-
-  // times: first and last second to show; while frozen a zoom is read anew at full detail.
   draw(times, now) {
-    this.times = times;
+    const [from, to] = this.zoom ?? times;
     // Two points every other pixel, and lines of one pixel: without a graphics card the browser's time goes into strokes.
-    for (const made of this.charts) {
-      const [from, to] = made.zoom ?? times;
-      const { data, outside } = this.store.decimate(made.chart.lines.map(line => line[0]), from, to, made.uplot.width / 2);
-      made.times = times; made.outside = merged(outside);
-      if (!made.chart.fixed) made.range.follow(data.slice(1), now);
-      made.uplot.setData(data);
-    }
+    const { data, outside } = this.charts.store.decimate(this.names, from, to, this.uplot.width / 2);
+    this.times = times;
+    this.outside = joined(outside);
+    if (!this.shape.fixed) this.range.follow(data.slice(1), now);
+    this.uplot.setData(data);
   }
 
-  // What runs tracks a "position", an "effort" or nothing.
-  set reference(tracked) {
-    for (const { chart, box, keys } of this.charts) {
-      if (chart.tracking) box.hidden = tracked !== "position";
-      chart.lines.forEach(([name], k) => { if (name === "wanted_effort") keys[k].hidden = tracked !== "effort"; });
-    }
+  /** What runs tracks a "position", an "effort" or nothing. */
+  track(tracked) {
+    if (this.shape.tracking) this.box.hidden = tracked !== "position";
+    const wanted = this.names.indexOf("wanted_effort");
+    if (wanted >= 0) this.keys[wanted].hidden = tracked !== "effort";
   }
 
-  // The newest numbers in the heads of the charts: to a five hundredth of what the chart spans.
+  /** The newest numbers in the head: to a five hundredth of what the chart spans. */
   label() {
-    for (const made of this.charts) made.chart.lines.forEach(([name], k) => {
-      const text = signed(this.store.last(name), made.chart.fixed ? 3 : digitsFor(made.range.high - made.range.low));
-      if (made.values[k].textContent !== text) made.values[k].textContent = text;
+    const digits = this.shape.fixed ? 3 : digitsFor(this.range.high - this.range.low);
+    this.names.forEach((name, k) => {
+      const text = signed(this.charts.store.last(name), digits);
+      if (this.values[k].textContent !== text) this.values[k].textContent = text;
     });
   }
 }
 
-function merged(spans) {
+/** All charts of a session. */
+export class Charts {
+  constructor(root, store) {
+    this.root = root;
+    this.store = store;
+    this.limit = 0.5; // of the field
+    this.frozen = false;
+    this.charts = [];
+    this.made = ""; // the channels for which the charts were made
+    this.observer = new ResizeObserver(() => this.resize());
+    whenColoursTurn(() => {
+      for (const chart of this.charts) chart.rebuild();
+      this.resize();
+      this.#drawAgain();
+    });
+  }
+
+  /** The session's channels, each time that a server tells them. */
+  set channels(channels) {
+    const made = JSON.stringify(channels);
+    if (made === this.made) return;
+    this.made = made;
+    this.observer.disconnect();
+    for (const chart of this.charts) chart.uplot.destroy();
+    this.root.replaceChildren();
+    this.charts = chartsOf(channels).map(shape => new Chart(this.root, shape, this));
+    for (const chart of this.charts) this.observer.observe(chart.plot);
+    this.resize();
+  }
+
+  set reference(tracked) {
+    for (const chart of this.charts) chart.track(tracked);
+  }
+
+  /** What the chart of the effort spans. */
+  get effortSpan() {
+    const { high, low } = this.charts[0].range;
+    return high - low;
+  }
+
+  resize() {
+    for (const chart of this.charts) chart.resize();
+  }
+
+  zoom(times) {
+    for (const chart of this.charts) chart.zoom = times;
+    this.#drawAgain();
+  }
+
+  /** times: first and last second to show; while frozen a zoom is read anew at full detail. */
+  draw(times, now) {
+    this.times = times;
+    for (const chart of this.charts) chart.draw(times, now);
+  }
+
+  #drawAgain() {
+    if (this.times) this.draw(this.times, performance.now());
+  }
+
+  label() {
+    for (const chart of this.charts) chart.label();
+  }
+}
+
+function joined(spans) {
   const out = [];
-  for (let i = 0; i < spans.length; i += 2) {
-    if (out.length && spans[i] - out[out.length - 1] < 0.02) out[out.length - 1] = spans[i + 1];
-    else out.push(spans[i], spans[i + 1]);
+  for (let k = 0; k < spans.length; k += 2) {
+    const near = out.length && spans[k] - out[out.length - 1] < NEAR;
+    if (near) out[out.length - 1] = spans[k + 1];
+    else out.push(spans[k], spans[k + 1]);
   }
   return out;
 }
