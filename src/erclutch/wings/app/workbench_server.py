@@ -31,10 +31,11 @@ from erclutch.wings.app.workspace import SHOWN, Entry, NotThereError
 from erclutch.wings.live.page.access import HEADERS, Access
 from erclutch.wings.live.page.page_server import Guard
 
+_SCRIPTS = ("app", "comparison", "framed_reports", "page", "reading_form", "running_job", "signal_plots", "upload")
 #: Files that pages load, with the folder of the package that holds them.
 _STATIC = {
     "app.css": ("wings/app/templates", "text/css"),
-    "app.js": ("wings/app/templates", "text/javascript"),
+    **{f"{name}.js": ("wings/app/scripts", "text/javascript") for name in _SCRIPTS},
     "uPlot.iife.min.js": ("report/assets/uplot", "text/javascript"),
     "uPlot.min.css": ("report/assets/uplot", "text/css"),
 }
