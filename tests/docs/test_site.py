@@ -37,14 +37,20 @@ def browser() -> Generator[Any, None, None]:
         made.close()
 
 
-def opened(browser: Any, address: str, width: int, scheme: str) -> tuple[Any, list[str]]:
-    """A page, and what it asked for outside the site or complained about."""
+def tab(browser: Any, width: int, scheme: str) -> tuple[Any, list[str]]:
+    """An empty tab, and what its pages will ask for outside the site or complain about."""
     page = browser.new_context(viewport={"width": width, "height": 900}, color_scheme=scheme).new_page()
     said: list[str] = []
     page.on("console", lambda message: said.append(f"{message.type}: {message.text}"))
     page.on("pageerror", lambda error: said.append(str(error)))
     inside = (SITE.as_uri(), "data:")
     page.on("request", lambda request: None if request.url.startswith(inside) else said.append(request.url))
+    return page, said
+
+
+def opened(browser: Any, address: str, width: int, scheme: str) -> tuple[Any, list[str]]:
+    """A page in a tab of its own, and what it asked for outside the site or complained about."""
+    page, said = tab(browser, width, scheme)
     page.goto(address)
     return page, said
 
@@ -53,11 +59,12 @@ def opened(browser: Any, address: str, width: int, scheme: str) -> tuple[Any, li
 def test_no_page_asks_anyone_or_is_wider_than_the_screen(browser: Any, width: int, scheme: str) -> None:
     pages = sorted(SITE.rglob("*.html"))
     assert len(pages) > 20
+    page, said = tab(browser, width, scheme)  # one for all: a tab each starts a process of the browser each
     for path in pages:
-        page, said = opened(browser, path.as_uri(), width, scheme)
+        page.goto(path.as_uri())
         assert said == [], path.name
         assert page.evaluate("document.documentElement.scrollWidth") <= width, f"{path.name} at {width} px"
-        page.context.close()
+    page.context.close()
 
 
 def test_nothing_in_the_files_would_load_from_elsewhere() -> None:
