@@ -4,7 +4,9 @@ Each rig is one dot. Across: how far the laws are from the paper in training and
 mean square of the logarithms). Up: the error of RBFM over Bingham's with the output held. Grey dots are rigs with all
 open parameters drawn over their whole ranges, blue dots the default set with one parameter at an end of its range.
 A second picture and two tables tell for each figure how far one parameter at a time moves it, and which parameters do.
-A last table has laws that were trained with the output held: the least that any training could leave on these rigs.
+Dots of a fourth kind are of a search (CMA-ES) that is asked for the ratios with the output held and for nothing else:
+how low they come at any price. A last table has laws that were trained with the output held: the least that any
+training could leave on these rigs.
 Each rig is kept in FOLDER as soon as it is done; the same command goes on there. Draws docs/images/table3-front.svg
 and table3-reach.svg.
 """
@@ -12,7 +14,7 @@ and table3-reach.svg.
 from __future__ import annotations
 
 import argparse
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
 
@@ -23,7 +25,9 @@ from scipy.stats import qmc
 
 from erclutch.fit.one_thread import one_thread
 from erclutch.models.networks import is_network
-from erclutch.wings.paper.calibration.calibrate import value_at
+from erclutch.signals.array import Array
+from erclutch.wings.paper.calibration.calibrate import coordinate_of, value_at
+from erclutch.wings.paper.calibration.calibration_search import wide
 from erclutch.wings.paper.calibration.paper_summary import summarise
 from erclutch.wings.paper.commands.calibrate_twin import open_parameters
 from erclutch.wings.paper.published import APPROACHES
@@ -36,6 +40,7 @@ IMAGES = Path(__file__).resolve().parents[1] / "docs" / "images"
 HELD = "zero-motion rbfm-10/forward over Bingham"
 SEEDS, SECONDS, THIN = (1,), 30.0, 4
 ANYWHERE, AT_THE_ENDS = "all parameters anywhere", "one parameter at an end"
+FOR_HELD = "searched for the held ratios alone"
 Figures = Mapping[str, tuple[float, float]]  # TWIN and paper, by figure
 
 
@@ -67,6 +72,30 @@ def anywhere(rig: RigParameters, paths: tuple[str, ...], count: int) -> dict[str
     }
 
 
+def searched(rig: RigParameters, paths: Sequence[str], known: Points, count: int) -> dict[str, Figures]:
+    """Figures of the rigs of a search for the ratios with the output held, and for nothing else."""
+    entries = [rig.entry(path) for path in paths]
+    start = np.array([coordinate_of(entry, entry.value) for entry in entries])
+    found: dict[str, Figures] = {}
+
+    def logarithms(points: Sequence[Array]) -> list[Array]:
+        residuals: list[Array] = []
+        for point in points:
+            name = f"searched {len(found)}"
+            values = {p: value_at(e, float(u)) for p, e, u in zip(paths, entries, point, strict=True)}
+            found[name] = known.get(name, partial(figures, rig.changed(values)))
+            residuals.append(np.array([np.log(ours / theirs) for ours, theirs in held_ratios(found[name]).values()]))
+        return residuals
+
+    wide(logarithms, start, 1, count, Points(None, {}), lambda done, cost: None)
+    return found
+
+
+def held_ratios(found: Figures) -> Figures:
+    """The laws over Bingham with the output held."""
+    return {name: pair for name, pair in found.items() if name.startswith("zero-motion") and "over" in name}
+
+
 def paper() -> float:
     """RBFM over Bingham with the output held, as the paper prints it."""
     return (printed("rbfm-10/forward")["zero-motion"] or np.nan) / (printed(BASE)["zero-motion"] or np.nan)
@@ -95,12 +124,25 @@ def print_nearest(rigs: Mapping[str, Figures], within: float) -> None:
     near = {name: found for name, found in rigs.items() if apart(found) < within}
     print(f"\n| output held | paper | least of {len(rigs)} rigs | least of {len(near)} rigs within {within:g} |")
     print("| --- | --- | --- | --- |")
-    held = [name for name in next(iter(rigs.values())) if name.startswith("zero-motion") and "over" in name]
-    for figure in held:
+    for figure, (_, theirs) in held_ratios(next(iter(rigs.values()))).items():
         least = min(found[figure][0] for found in rigs.values())
         least_near = min(found[figure][0] for found in near.values())
-        theirs = next(iter(rigs.values()))[figure][1]
         print(f"| {figure} | {theirs:.2f} | {least:.2f} | {least_near:.2f} |")
+
+
+def print_front(rigs: Mapping[str, Figures]) -> None:
+    """How low the held ratios come together, by how far the rest may be from the paper."""
+    print("\n| distance from the paper elsewhere | rigs | SS, HEM, RBFM over Bingham of the nearest, output held |")
+    print("| --- | --- | --- |")
+
+    def away(found: Figures) -> float:
+        return float(sum(np.log(ours / theirs) ** 2 for ours, theirs in held_ratios(found).values()))
+
+    for within in (0.3, 0.5, 1.0, np.inf):
+        near = [found for found in rigs.values() if apart(found) < within]
+        nearest = min(near, key=away)
+        ratios = ", ".join(f"{ours:.2f}" for ours, _ in held_ratios(nearest).values())
+        print(f"| {'any' if within == np.inf else f'below {within:g}'} | {len(near)} | {ratios} |")
 
 
 def trained_held(rig: RigParameters) -> Figures:
@@ -125,7 +167,7 @@ def draw_front(groups: Mapping[str, Mapping[str, Figures]]) -> None:
     """The held ratio over the distance from the paper, a dot a rig."""
     figure = Figure(figsize=(5.2, 3.4), layout="constrained")
     axes = figure.subplots()
-    styles = (("0.7", 8), ("C0", 12), ("C3", 40), ("C2", 40), ("C1", 40), ("C4", 40))
+    styles = (("0.7", 8), ("C0", 12), ("C3", 40), ("C2", 40), ("C1", 40), ("C4", 8))
     for (label, rigs), (colour, size) in zip(groups.items(), styles, strict=False):
         dots = [(apart(found), found[HELD][0]) for found in rigs.values()]
         axes.scatter(*np.array(dots).T, s=size, color=colour, label=f"TWIN, {label}")
@@ -162,6 +204,7 @@ def main() -> None:
     parser.add_argument("rigs", nargs="*", type=Path, metavar="RIG.toml", help="further sets")
     parser.add_argument("--out", type=Path, required=True, help="folder that keeps what is done")
     parser.add_argument("--drawn", type=int, default=64, help="rigs drawn anywhere")
+    parser.add_argument("--searched", type=int, default=240, help="rigs of the search for the held ratios alone")
     asked = parser.parse_args()
     asked.out.mkdir(exist_ok=True)
     rig = default_rig()
@@ -178,6 +221,7 @@ def main() -> None:
             label: {name: known.get(name, partial(figures, each)) for name, each in rigs.items()}
             for label, rigs in sets.items()
         }
+        for_held = searched(rig, paths, known, asked.searched)
         held = {
             name: known.get(f"held {name}", partial(trained_held, each))
             for label in (AT_THE_ENDS, "default set")
@@ -191,10 +235,13 @@ def main() -> None:
     for name in (*lowest, *single):
         print(f"| {name} | {rigs[name][HELD][0]:.2f} | {apart(rigs[name]):.2f} |")
     print_nearest(rigs, 0.5)
+    print(f"\nof the search for these three alone, {len(for_held)} rigs:")
+    print_nearest(for_held, 0.5)
+    print_front({**rigs, **for_held})
     print_sensitivities(groups[AT_THE_ENDS], rigs["default"])
     print_trained_held(held)
     matplotlib.rcParams.update({"svg.hashsalt": "erclutch", "svg.fonttype": "none", "font.size": 8})
-    draw_front(groups)
+    draw_front({**groups, FOR_HELD: for_held})
     draw_reach(groups)
 
 

@@ -12,7 +12,7 @@ from erclutch.logs.dataset import Dataset, build_dataset
 from erclutch.models.laws import law_from_name
 from erclutch.models.structure import Structure
 from erclutch.signals.array import Array
-from erclutch.wings.design.doubt import CellGrid, Doubt
+from erclutch.wings.design.doubt import CellGrid, Doubt, RowsOfUse
 from erclutch.wings.design.fill import Cells
 from erclutch.wings.design.information import Knowledge
 
@@ -53,10 +53,11 @@ def test_the_offsets_are_integrated_out() -> None:
     row[:, :NUMBERS] = new
     row[np.arange(20), NUMBERS + at] = 1.0
     wanted = np.sum((row @ np.linalg.inv(whole)) * row, axis=1)
-    seen, own = doubt.seen_from(new, at)
-    variances = np.sum((seen @ np.linalg.inv(of_numbers)) * seen, axis=1) + own
-    np.testing.assert_allclose(variances, wanted)
-    assert variances[:5].min() > deviation**2
+    used = RowsOfUse.of(new, at, GRID)
+    variance = np.sum(doubt.squares(used) * np.linalg.inv(of_numbers)) / used.rows + doubt.own_variance(used)
+    np.testing.assert_allclose(variance, np.mean(wanted))
+    without_rows = RowsOfUse.of(new[:5], at[:5], GRID)
+    np.testing.assert_allclose(doubt.own_variance(without_rows), deviation**2)
 
 
 def test_a_cell_tells_field_and_speed_and_whether_each_rises_or_falls() -> None:

@@ -19,7 +19,7 @@ from erclutch.wings.design.commands import excite as command
 from erclutch.wings.design.courses import Commands
 from erclutch.wings.design.fill import chosen_sequence, coverage_share, papers_sequence
 from erclutch.wings.design.limit_options import LimitOptions
-from erclutch.wings.design.limits import RigLimits, limits_of_file, limits_of_log
+from erclutch.wings.design.limits import RigLimits, limits_of_file, limits_of_log, trailing_largest
 from tests.support.command import good, run
 from tests.support.examples import examples
 from tests.support.pair import pair_rows
@@ -348,3 +348,9 @@ def test_a_sequence_that_cannot_be(tmp_path: Path, options: dict[str, Any]) -> N
     with pytest.raises(SettingError):
         excite(out=tmp_path / "c.csv", sequence="paper", **options)
     assert not list(tmp_path.iterdir())
+
+
+@given(st.lists(st.integers(0, 9), max_size=40), st.integers(0, 50))
+def test_the_largest_of_the_values_before_is_that_of_each_window(values: list[int], rows: int) -> None:
+    wanted = [max(values[max(0, row - rows) : row + 1]) for row in range(len(values))]
+    assert trailing_largest(np.array(values, np.int64), rows).tolist() == wanted

@@ -73,6 +73,31 @@ def _signed(data: Dataset) -> tuple[Array, Array]:
 
 
 @dataclass(frozen=True)
+class RowsOfUse:
+    """Rows where a device is used, summed over each cell: a criterion that asks for them has so few sums to look at.
+
+    Attributes:
+        rows: how many.
+        squares: of their derivatives by the law's numbers, shape (k + p, k + p).
+        counts: rows in each cell, shape (cells,).
+        sums: of their derivatives in each cell, shape (cells, k + p).
+    """
+
+    rows: int
+    squares: Array
+    counts: Array
+    sums: Array
+
+    @classmethod
+    def of(cls, derivatives: Array, cells: Cells, grid: CellGrid) -> RowsOfUse:
+        """Sum rows by their derivatives, shape (n, k + p), and cells, shape (n,)."""
+        sums = np.zeros((grid.size, derivatives.shape[1]))
+        np.add.at(sums, cells, derivatives)
+        counts = np.bincount(cells, minlength=grid.size).astype(np.float64)
+        return cls(cells.size, derivatives.T @ derivatives, counts, sums)
+
+
+@dataclass(frozen=True)
 class Doubt:
     """What rows say of the offsets.
 
@@ -118,7 +143,12 @@ class Doubt:
         """The information on the law's numbers once the offsets are allowed for, shape (k + p, k + p)."""
         return information - (self.sums / self.precision[:, None]).T @ self.sums
 
-    def seen_from(self, derivatives: Array, cells: Cells) -> tuple[Array, Array]:
-        """Derivatives of a row's effort once its offset is allowed for, and the variance that is the offset's own."""
-        precision = self.precision[cells]
-        return derivatives - self.sums[cells] / precision[:, None], 1.0 / precision
+    def squares(self, used: RowsOfUse) -> Array:
+        """Squares of the derivatives in rows of use once each row's offset is allowed for, shape (k + p, k + p)."""
+        allowed = self.sums / self.precision[:, None]  # taken from the derivatives of each row of the cell
+        mixed = used.sums.T @ allowed
+        return used.squares - mixed - mixed.T + (allowed * used.counts[:, None]).T @ allowed
+
+    def own_variance(self, used: RowsOfUse) -> float:
+        """Variance of the offsets themselves, a mean over the rows of use."""
+        return float(used.counts @ (1.0 / self.precision)) / used.rows

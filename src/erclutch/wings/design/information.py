@@ -30,7 +30,7 @@ from erclutch.signals.array import Array, Mask, rms
 from erclutch.signals.clock import Clock, Span
 from erclutch.signals.device import Element, slips_of
 from erclutch.wings.design.courses import Commands, GrowingSequence
-from erclutch.wings.design.doubt import CellGrid, Doubt
+from erclutch.wings.design.doubt import CellGrid, Doubt, RowsOfUse
 from erclutch.wings.design.fill import Cells, Stretch
 
 Criterion = Literal["D", "A", "I", "fill"]
@@ -195,8 +195,6 @@ class Knowledge:
             where, used = known, derivatives
         else:
             where, used = use, self.sensitivity.rows(use)
-        self._use = used if wanted is None else used[wanted]
-
         grid = CellGrid.of(known, where)
         # A residual whose neighbours are alike is no noise: it is what the law does not say.
         doubted = variance * (1.0 - 1.0 / max(alike / known.period, 1.0))
@@ -204,12 +202,15 @@ class Knowledge:
         if doubted > 0.0 and criterion == "I":
             self.doubt = Doubt.of(grid, known, math.sqrt(doubted), derivatives, known_weight)
         cells = grid.cells(where)
-        self._use_cells = cells if wanted is None else cells[wanted]
+        if wanted is not None:
+            used, cells = used[wanted], cells[wanted]
+        self._use = RowsOfUse.of(used, cells, grid)
 
     def gains(self, sequence: GrowingSequence, offers: Sequence[Stretch]) -> list[float]:
         """What each stretch takes off the criterion: the logarithm of what is not known."""
+        now = self.criterion(self.information, self.doubt)
         of_offers = self._rows(sequence, offers)
-        return [self._worth(derivatives, cells, self.weight) for derivatives, cells in of_offers]
+        return [now - self._after(derivatives, cells, self.weight) for derivatives, cells in of_offers]
 
     def take(self, sequence: GrowingSequence, stretch: Stretch) -> None:
         """The stretch will be logged."""
@@ -228,7 +229,8 @@ class Knowledge:
     def worth(self, log: Dataset) -> float:
         """What a log that is there would take off the logarithm of the criterion; its effort is not looked at."""
         weight = self.weight * self._rate * log.period  # of a row of that log
-        return self._worth(self.sensitivity.rows(log), self._cells(log), weight)
+        now = self.criterion(self.information, self.doubt)
+        return now - self._after(self.sensitivity.rows(log), self._cells(log), weight)
 
     def criterion(self, information: Array, doubt: Doubt | None = None) -> float:
         """Logarithm of the criterion, the smaller the better; of a law that is believed, or with what is doubted."""
@@ -237,13 +239,11 @@ class Knowledge:
         if self._criterion == "A":
             relative = np.diag(_inverse(information)) / self._scales**2
             return math.log(float(np.sum(relative)))
+        used = self._use
         if doubt is None:
-            variances = _variances(self._use, _inverse(information))
-        else:
-            covariance = _inverse(doubt.left_to_numbers(information))
-            seen, own = doubt.seen_from(self._use, self._use_cells)
-            variances = _variances(seen, covariance) + own
-        return math.log(float(np.mean(variances)))
+            return math.log(_mean_variance(used.squares, information, used.rows))
+        of_numbers = _mean_variance(doubt.squares(used), doubt.left_to_numbers(information), used.rows)
+        return math.log(of_numbers + doubt.own_variance(used))
 
     def errors(self) -> Array:
         """Standard error of each number: of the coordinates, then of the gains; shape (k + p,)."""
@@ -251,8 +251,7 @@ class Knowledge:
 
     def band(self) -> float:
         """Half width of the effort's 95 % interval over the rows of use: what the numbers leave open, without noise."""
-        variances = _variances(self._use, _inverse(self.information))
-        return QUANTILE * math.sqrt(float(np.mean(variances)))
+        return QUANTILE * math.sqrt(_mean_variance(self._use.squares, self.information, self._use.rows))
 
     def _cells(self, rows: Dataset) -> Cells:
         """The cell of each row, shape (n,); nobody asks where the law is believed."""
@@ -260,11 +259,11 @@ class Knowledge:
             return np.zeros(rows.rows, np.intp)
         return self.doubt.grid.cells(rows)
 
-    def _worth(self, derivatives: Array, cells: Cells, weight: float) -> float:
-        """What rows would take off the criterion."""
+    def _after(self, derivatives: Array, cells: Cells, weight: float) -> float:
+        """The criterion once rows are logged."""
         more = self.information + weight * (derivatives.T @ derivatives)
         doubt = None if self.doubt is None else self.doubt.plus(cells, derivatives, weight)
-        return self.criterion(self.information, self.doubt) - self.criterion(more, doubt)
+        return self.criterion(more, doubt)
 
     def _add(self, derivatives: Array, cells: Cells, weight: float) -> None:
         self.information = self.information + weight * (derivatives.T @ derivatives)
@@ -294,6 +293,6 @@ class Knowledge:
         return of_offers
 
 
-def _variances(derivatives: Array, covariance: Array) -> Array:
-    """Variance of the effort in each row, shape (n,)."""
-    return np.sum((derivatives @ covariance) * derivatives, axis=1)
+def _mean_variance(squares: Array, information: Array, rows: int) -> float:
+    """Variance of the effort, a mean over rows, from the squares of their derivatives, shape (k + p, k + p)."""
+    return float(np.sum(squares * _inverse(information))) / rows

@@ -250,7 +250,11 @@ def _cell_means(data: Dataset, limits: Mapping[str, float]) -> tuple[Array, Arra
 
 
 def trailing_largest(values: NDArray[_Number], rows: int) -> NDArray[_Number]:
-    """The largest of each value and so many values before it; none before the first."""
-    before = np.zeros(rows, values.dtype)
-    windows = np.lib.stride_tricks.sliding_window_view(np.concatenate([before, values]), rows + 1)
-    return windows.max(axis=1)
+    """The largest of each value and so many values before it, of values that are not negative."""
+    largest = values.copy()
+    seen = 1  # values that each of the largest has seen, itself among them
+    while seen <= rows:
+        further = min(seen, rows + 1 - seen)
+        largest[further:] = np.maximum(largest[further:], largest[:-further])
+        seen += further
+    return largest

@@ -33,7 +33,7 @@ from erclutch.wings.paper.calibration.calibration_search import (
 from erclutch.wings.paper.sweep_points import Points
 from erclutch.wings.rig.twin.parameters import ParameterEntry, RigParameters
 
-__all__ = ["Calibrated", "Calibration", "CalibrationTarget", "calibrate", "value_at"]
+__all__ = ["Calibrated", "Calibration", "CalibrationTarget", "calibrate", "coordinate_of", "value_at"]
 
 #: Standard deviation of the prior, as a share of the range: the range is two of them to either side of its middle.
 PRIOR = 0.25
@@ -221,7 +221,7 @@ class _Space:
             if not entry.low <= value <= entry.high:
                 problem = f"{path} starts at {value:g} {entry.unit}, outside its range {entry.low:g} to {entry.high:g}"
                 raise SettingError(problem, remedy="Correct the value or the range", where=rig.name)
-            start.append(_coordinate_of(entry, value))
+            start.append(coordinate_of(entry, value))
         self.start = np.array(start)
 
     def rig_at(self, point: Array) -> RigParameters:
@@ -266,7 +266,7 @@ class _Space:
         return parameters
 
 
-def _coordinate_of(entry: ParameterEntry, value: float) -> float:
+def coordinate_of(entry: ParameterEntry, value: float) -> float:
     """The coordinate from 0 to 1 of a value: `value_at` the other way round."""
     if entry.low > 0:
         return float(np.log(value / entry.low) / np.log(entry.high / entry.low))
