@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -44,7 +45,7 @@ def write(folder: Path, data: Dataset) -> None:
 
 def test_a_log_beside_its_copies_teaches_nothing_new() -> None:
     said = which_logs(joined([log_of(f"run{number}", 2.0, 0.4) for number in range(12)]))
-    assert len(said) == 1
+    assert len(said) == 2
     assert said[0].startswith("Of 12 logs 2 teach nothing new about field and motion: run")
     assert which_logs(joined([log_of("slow", 2.0, 0.1), log_of("fast", 1.0, 0.4)]))[0] == (
         "Each of the 2 logs shows what the others do not."
@@ -54,8 +55,37 @@ def test_a_log_beside_its_copies_teaches_nothing_new() -> None:
 def test_what_no_log_has_is_said_in_the_units_of_the_rig() -> None:
     """A slow log has the large field, a fast log the small field: no log has both."""
     said = which_logs(joined([log_of("slow", 2.0, 0.1), log_of("fast", 0.9, 0.4)]))
-    assert "No log has field 1.5 .. 2 A with slip -0.4 .. -0.133 m/s." in said
-    assert "No log has field 1.5 .. 2 A with slip 0.133 .. 0.4 m/s." in said
+    assert "No log has field 1 .. 2 A with slip -0.4 .. -0.133 m/s." in said
+    assert "No log has field 1 .. 2 A with slip 0.133 .. 0.4 m/s." in said
+
+
+def test_of_two_logs_of_the_same_motion_neither_is_said_to_show_what_the_other_does_not() -> None:
+    said = which_logs(joined([log_of("monday", 2.0, 0.4), log_of("tuesday", 2.0, 0.4)]))
+    assert len(said) == 1
+    assert said[0].startswith("Other logs have the field and the motion of ")
+    assert "monday" in said[0] or "tuesday" in said[0]
+
+
+def test_a_gap_over_all_fields_is_said_once() -> None:
+    slow, fast = log_of("slow", 0.5, 1.0), log_of("fast", 0.5, 1.0)
+    apart = [
+        replace(log, elements=(Element(log.elements[0].field, slip),))
+        for log, slip in ((slow, 1.0 + 0.5 * slow.elements[0].slip), (fast, 15.0 + 2.0 * fast.elements[0].slip))
+    ]
+    said = which_logs(joined(apart))
+    assert [line for line in said if line.startswith("No log has")] == [
+        "No log has field 0 .. 0.5 A with slip 3.25 .. 11.5 m/s."
+    ]
+
+
+def test_logs_of_one_field_each_are_told_that_no_field_changes() -> None:
+    logs = [log_of(name, 2.0, 0.4) for name in ("low", "high")]
+    still = [
+        replace(log, elements=(Element(np.full(log.rows, field), log.elements[0].slip),))
+        for log, field in zip(logs, (0.5, 2.0), strict=True)
+    ]
+    assert any(line.startswith("The field changes in no log") for line in which_logs(joined(still)))
+    assert not any(line.startswith("The field changes in no log") for line in which_logs(joined(logs)))
 
 
 @pytest.mark.parametrize(("field", "slip"), [(0.0, 0.4), (2.0, 0.0)])
@@ -79,7 +109,7 @@ def test_inspect_of_a_folder_and_fit_many_say_it(tmp_path: Path) -> None:
     write(logs, log_of("fast", 0.9, 0.4))
     told = " ".join(good("inspect", "logs", cwd=tmp_path).split())
     assert "Of 13 logs 2 teach nothing new about field and motion: run" in told
-    assert "No log has field 1.5 .. 2 A with slip" in told
+    assert "No log has field 1 .. 2 A with slip" in told
     advice = json.loads(good("inspect", "logs", "--json", cwd=tmp_path))["advice"]
     assert advice[0].startswith("Of 13 logs 2")
     assert "advice" not in json.loads(good("inspect", "logs/fast.csv", "--json", cwd=tmp_path))
@@ -87,5 +117,5 @@ def test_inspect_of_a_folder_and_fit_many_say_it(tmp_path: Path) -> None:
     few = ("logs/run0.csv", "logs/run1.csv", "logs/fast.csv")
     fleet = good("fit-many", *few, "--models", "bingham", "--lag", "none", "--out", "fleet", "--json", cwd=tmp_path)
     said = json.loads(fleet)["advice"]
-    assert said[0] == "Each of the 3 logs shows what the others do not."
-    assert any(line.startswith("No log has field 1.5 .. 2 A") for line in said)
+    assert said[0].startswith("Other logs have the field and the motion of run")
+    assert any(line.startswith("No log has field 1 .. 2 A") for line in said)

@@ -59,7 +59,7 @@ def test_the_only_log_of_a_field_or_of_a_slip_is_kept() -> None:
 
 
 def test_one_log_repeats_nothing() -> None:
-    assert lessons([log_of(1.0, 10.0, 0)]) == Lessons(("log-0",), (), 1.0)
+    assert lessons([log_of(1.0, 10.0, 0)]) == Lessons(("log-0",), (), (), 1.0)
 
 
 @pytest.mark.slow

@@ -33,11 +33,13 @@ class Lessons:
     Attributes:
         teach: logs without which something is lost, in the order of the run.
         repeat: logs without which, all together, nothing is lost.
+        surer: of those that teach, logs whose field and motion the others have too: they only make numbers surer.
         growth: by this factor the interval that grows most is wider without the logs that repeat.
     """
 
     teach: tuple[str, ...]
     repeat: tuple[str, ...]
+    surer: tuple[str, ...]
     growth: float
 
     def to_dict(self) -> dict[str, Any]:
@@ -61,23 +63,30 @@ def lessons_of(model: TorqueModel, rows: Dataset) -> Lessons:
     fitted = [log for log, (start, stop) in enumerate(rows.source_rows) if stop > start]
     kept = list(fitted)
     growth = 1.0
-    while len(kept) > 1:
+    shown = list(fitted)  # between them they visit what all visit
+    while len(shown) > 1:
         losses: list[float] = []
-        for log in kept:
-            others = [other for other in kept if other != log]
+        for log in shown:
+            others = [other for other in shown if other != log]
             without = _standard_errors(prior + information[others].sum(axis=0))
             visited = visits[others].any(axis=0)  # cells that the others visit
             seen = float(visits[log][visited].sum() / visits[log].sum()) >= _SEEN_ROWS
             losses.append(float(np.max(without / with_all)) if seen else np.inf)
         least = min(losses)
-        if least > ALLOWED_GROWTH:
+        if least == np.inf:
             break
-        growth = least
-        del kept[losses.index(least)]
+        del shown[losses.index(least)]
+        if least <= ALLOWED_GROWTH:
+            growth = least
+            kept = list(shown)
 
     names = rows.sources
-    repeat = tuple(names[log] for log in fitted if log not in kept)
-    return Lessons(tuple(names[log] for log in kept), repeat, growth)
+    return Lessons(
+        teach=tuple(names[log] for log in kept),
+        repeat=tuple(names[log] for log in fitted if log not in kept),
+        surer=tuple(names[log] for log in kept if log not in shown),
+        growth=growth,
+    )
 
 
 def _information(model: TorqueModel, rows: Dataset) -> tuple[Array, Array]:

@@ -17,6 +17,7 @@ _MOST_LINES = 4  # about what is missing
 _NAMES = 8  # of logs that repeat
 _MOST_ROWS = 1_000_000  # beyond, every so many rows are looked at for what is missing, and no law is fitted
 _FEWEST_ROWS = 200
+_STEADY = 0.02  # share of the largest field below which a log's field does not change
 
 
 def which_logs(rows: Dataset) -> list[str]:
@@ -25,7 +26,7 @@ def which_logs(rows: Dataset) -> list[str]:
     Args:
         rows: of all logs.
     """
-    return [*_repeated(rows), *_missing(rows)]
+    return [*_repeated(rows), *_missing(rows), *_unswitched(rows)]
 
 
 def _repeated(rows: Dataset) -> list[str]:
@@ -47,15 +48,37 @@ def _repeated(rows: Dataset) -> list[str]:
         model = fit_structure(rows, structure, intervals=False).model
         lessons = lessons_of(model, rows)
     count = len(lessons.teach) + len(lessons.repeat)
-    if not lessons.repeat:
-        return [f"Each of the {count} logs shows what the others do not."]
-    first = ", ".join(lessons.repeat[:_NAMES])
-    more = ""
-    if len(lessons.repeat) > _NAMES:
-        more = f" and {len(lessons.repeat) - _NAMES} more"
+    said: list[str] = []
+    if lessons.repeat:
+        said.append(
+            f"Of {count} logs {len(lessons.repeat)} teach nothing new about field and motion: "
+            f"{_named(lessons.repeat)}. Without them no interval of Bingham's law grows by more than "
+            f"{lessons.growth - 1.0:.0%}."
+        )
+    if lessons.surer:
+        said.append(
+            f"Other logs have the field and the motion of {_named(lessons.surer)} too: such a log shows nothing new, "
+            "it only makes the intervals of Bingham's law narrower."
+        )
+    return said or [f"Each of the {count} logs shows what the others do not."]
+
+
+def _named(logs: Sequence[str]) -> str:
+    more = f" and {len(logs) - _NAMES} more" if len(logs) > _NAMES else ""
+    return ", ".join(logs[:_NAMES]) + more
+
+
+def _unswitched(rows: Dataset) -> list[str]:
+    """Whether each log has a field of its own that never changes."""
+    if rows.one_field:
+        return []
+    for element in rows.elements:
+        steady = _STEADY * float(np.abs(element.field).max())
+        if any(np.ptp(element.field[start:stop]) > steady for start, stop in rows.source_rows if stop > start):
+            return []
     return [
-        f"Of {count} logs {len(lessons.repeat)} teach nothing new about field and motion: {first}{more}. Without them "
-        f"no interval of Bingham's law grows by more than {lessons.growth - 1.0:.0%}."
+        "The field changes in no log, so the delay of the device stays unknown: log steps of the field while the slip "
+        "moves."
     ]
 
 
@@ -74,22 +97,29 @@ def _missing(rows: Dataset) -> list[str]:
 
 
 def _gaps(field: Array, slip: Array, units: Units, which: str) -> list[str]:
-    """Regions of field and slip without a row, neighbours along the slip as one; the largest first."""
+    """Regions of field and slip without a row, neighbours as one; the largest first."""
     if np.ptp(field) == 0.0 or np.ptp(slip) == 0.0:
         return []
     field_edges = _edges(field, _FIELD_BANDS)
     slip_edges = _edges(slip, _SLIP_BANDS)
     counts: Array = np.histogram2d(field, slip, (field_edges, slip_edges))[0]
 
-    gaps: list[tuple[int, str]] = []
+    # A gap: first and last band of the field, first and last band of the slip.
+    gaps: list[tuple[int, int, int, int]] = []
     for band in range(_FIELD_BANDS):
         empty = [cell for cell in range(_SLIP_BANDS) if not counts[band, cell]]
         for first, last in _runs(empty):
-            fields = _range(field_edges[band], field_edges[band + 1], units.field)
-            slips = _range(slip_edges[first], slip_edges[last + 1], units.slip)
-            gaps.append((last - first + 1, f"No log has field {fields} with slip {slips}{which}."))
-    gaps.sort(key=lambda gap: -gap[0])
-    return [sentence for _, sentence in gaps]
+            below = [gap for gap in gaps if gap[1:] == (band - 1, first, last)]
+            start = below[0][0] if below else band
+            gaps = [gap for gap in gaps if gap not in below] + [(start, band, first, last)]
+    gaps.sort(key=lambda gap: -(gap[1] - gap[0] + 1) * (gap[3] - gap[2] + 1))
+
+    sentences: list[str] = []
+    for lowest, highest, first, last in gaps:
+        fields = _range(field_edges[lowest], field_edges[highest + 1], units.field)
+        slips = _range(slip_edges[first], slip_edges[last + 1], units.slip)
+        sentences.append(f"No log has field {fields} with slip {slips}{which}.")
+    return sentences
 
 
 def _edges(values: Array, bands: int) -> list[float]:
