@@ -1,25 +1,38 @@
 "use strict";
 // What an error map says under the pointer.
-{
-  const mapRead = $("mapread");
-  const cell = (edges, share) => {
-    const value = edges[0] + share * (edges[edges.length - 1] - edges[0]);
-    return Math.max(0, edges.slice(0, -1).findLastIndex((edge) => edge <= value));
-  };
-  for (const block of document.querySelectorAll("[data-map]")) {
-    const g = DATA.grids[+block.dataset.map];
-    const unit = (k) => (g.units[k] ? ` ${g.units[k]}` : "");
-    for (const svg of block.querySelectorAll("svg.plot"))
-      svg.addEventListener("pointermove", (event) => {
-        const box = svg.getBoundingClientRect();
-        const [left, top, right, bottom] = g.inside;
-        const across = ((event.clientX - box.left) / box.width - left) / (right - left);
-        const up = (bottom - (event.clientY - box.top) / box.height) / (bottom - top);
-        if (across < 0 || across > 1 || up < 0 || up > 1) return;
-        const [i, j] = [cell(g.field, across), cell(g.slip, up)];
-        const rmse = g.rmse[i][j] < 0 ? "no row held out" : `RMSE ${minus(String(g.rmse[i][j]))}${unit(2)} over ${g.test[i][j]} rows held out`;
-        const where = (edges, k) => minus(`${edges[k]} to ${edges[k + 1]}`);
-        mapRead.textContent = `${g.name ? `${g.name}: ` : ""}field ${where(g.field, i)}${unit(0)}, slip ${where(g.slip, j)}${unit(1)}: ${rmse}, ${g.train[i][j]} training rows`;
-      });
+
+for (const block of document.querySelectorAll("[data-map]")) {
+  const map = DATA.grids[+block.dataset.map];
+  for (const svg of block.querySelectorAll("svg.plot")) {
+    svg.addEventListener("pointermove", (event) => {
+      const cell = cellUnder(event, svg, map);
+      if (cell) $("mapread").textContent = wordsOf(map, cell);
+    });
   }
+}
+
+/** Which cell stands under the pointer: its places along field and slip; null beside the map. */
+function cellUnder(event, svg, { inside, field, slip }) {
+  const box = svg.getBoundingClientRect();
+  const [left, top, right, bottom] = inside; // of the map, as shares of the picture
+  const across = ((event.clientX - box.left) / box.width - left) / (right - left);
+  const up = (bottom - (event.clientY - box.top) / box.height) / (bottom - top);
+  if (across < 0 || across > 1 || up < 0 || up > 1) return null;
+  return [placeAmong(field, across), placeAmong(slip, up)];
+}
+
+function placeAmong(edges, share) {
+  const value = edges[0] + share * (edges[edges.length - 1] - edges[0]);
+  return Math.max(0, edges.slice(0, -1).findLastIndex((edge) => edge <= value));
+}
+
+function wordsOf({ name, units, field, slip, rmse, test, train }, [i, j]) {
+  const [fieldUnit, slipUnit, effortUnit] = units.map((unit) => (unit ? ` ${unit}` : ""));
+  const ends = (edges, k) => minus(`${edges[k]} to ${edges[k + 1]}`);
+  const isJudged = rmse[i][j] >= 0;
+  const error = isJudged
+    ? `RMSE ${minus(String(rmse[i][j]))}${effortUnit} over ${test[i][j]} rows held out`
+    : "no row held out";
+  const where = `field ${ends(field, i)}${fieldUnit}, slip ${ends(slip, j)}${slipUnit}`;
+  return `${name ? `${name}: ` : ""}${where}: ${error}, ${train[i][j]} training rows`;
 }

@@ -7,6 +7,8 @@ const css = (name) => getComputedStyle(document.documentElement).getPropertyValu
 const element = (tag, className = "", textContent = "") => Object.assign(document.createElement(tag), { className, textContent });
 const redrawn = [];
 
+const between = (low, value, high) => Math.max(low, Math.min(high, value));
+
 const minus = (text) => text.replace(/-/g, "−");
 // As many places as the step has: with one, steps of 0.25 would read 0.3, 0.5, 0.8.
 const digits = (value, step) => {
@@ -21,11 +23,12 @@ const THEMES = ["", "dark", "light"];
 let theme = 0;
 $("theme").addEventListener("click", () => {
   theme = (theme + 1) % THEMES.length;
-  const name = THEMES[theme], said = `Colours: ${name || "as the system has them"}`;
+  const name = THEMES[theme];
+  const label = `Colours: ${name || "as the system has them"}`;
   if (name) document.documentElement.dataset.theme = name;
   else delete document.documentElement.dataset.theme;
-  $("theme").setAttribute("aria-label", said);
-  $("theme").title = said;
+  $("theme").setAttribute("aria-label", label);
+  $("theme").title = label;
   redrawn.forEach((draw) => draw());
 });
 matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => redrawn.forEach((draw) => draw()));
@@ -58,25 +61,36 @@ if (parent !== window) {
 
 // --- ranking -------------------------------------------------------------------------------------------------------
 
+/** The number of a cell, by which its row is sorted; cells without a number come last. */
+function numberIn(cell) {
+  const text = (cell.querySelector(".rank, b") ?? cell.firstChild)?.textContent ?? "";
+  const number = parseFloat(text.replace(/^m/, "").replace("−", "-").replace(/\s/g, ""));
+  return Number.isNaN(number) ? Infinity : number;
+}
+
+function sort(table, column, way) {
+  const rows = [...table.tBodies[0].rows].map((row) => ({ row, number: numberIn(row.cells[column]) }));
+  rows.sort((a, b) => {
+    if (a.number === b.number) return 0;
+    if (a.number === Infinity) return 1;
+    if (b.number === Infinity) return -1;
+    return way * (a.number - b.number);
+  });
+  table.tBodies[0].append(...rows.map(({ row }) => row));
+}
+
 // A click on a heading sorts by its column, a second click turns the order; print and PDF keep that of the report.
 for (const table of document.querySelectorAll("table.ranking")) {
   const heads = [...table.querySelectorAll("thead th:first-child, thead th.n")];
-  const value = (row, k) => {
-    const cell = row.cells[k], text = (cell.querySelector(".rank, b") ?? cell.firstChild)?.textContent ?? "";
-    const number = parseFloat(text.replace(/^m/, "").replace("−", "-").replace(/\s/g, ""));
-    return Number.isNaN(number) ? Infinity : number;
-  };
   for (const head of heads) {
     const button = element("button", "sort", head.textContent);
     button.type = "button";
     head.replaceChildren(button);
     button.addEventListener("click", () => {
-      const way = head.ariaSort === "ascending" ? -1 : 1, k = head.cellIndex;
+      const isAscending = head.ariaSort !== "ascending";
       for (const other of heads) other.ariaSort = null;
-      head.ariaSort = way > 0 ? "ascending" : "descending";
-      const rows = [...table.tBodies[0].rows].map((row) => [value(row, k), row]);
-      const order = ([a], [b]) => (a === b ? 0 : a === Infinity ? 1 : b === Infinity ? -1 : way * (a - b));
-      table.tBodies[0].append(...rows.sort(order).map(([, row]) => row));
+      head.ariaSort = isAscending ? "ascending" : "descending";
+      sort(table, head.cellIndex, isAscending ? 1 : -1);
     });
   }
 }

@@ -4,8 +4,7 @@
 // Three values say what is on screen: the rows in view, the chosen models, and the row under the cursor. Whoever changes
 // one asks for a new drawing. `sample` then takes as much of the rows as the width can show, and each plot draws it.
 
-const AXIS = 58; // pixels of the vertical axis, and left of the strip
-const MARGIN = 6; // pixels right of the plots
+const AXIS = 58; // pixels of the vertical axis
 const MOST_MODELS = 4;
 const FEWEST_ROWS = 20; // in view
 const COLOURS = { recommended: "--recommended", best: "--best", baseline: "--baseline" };
@@ -14,41 +13,15 @@ const OTHERS = ["--other1", "--other2", "--other3"];
 const INPUT_COLOURS = ["--measured", "--mut"]; // of both clutches of a pair
 const FONT = "11px system-ui, sans-serif";
 
-const between = (low, value, high) => Math.max(low, Math.min(high, value));
 const inBrackets = (unit) => (unit ? ` [${unit}]` : "");
-
-/** Rows and time of the log: straight lines between knots [row, s]. */
-class LogClock {
-  constructor(knots, rows) {
-    this.knots = knots;
-    this.last = rows - 1;
-  }
-  timeOf(row) { return this.along(row, 0, 1); }
-  rowOf(time) { return between(0, this.along(time, 1, 0), this.last); }
-  along(value, from, to) {
-    const [before, after] = this.around(value, from);
-    const width = after[from] - before[from];
-    if (!width) return before[to];
-    return before[to] + ((value - before[from]) / width) * (after[to] - before[to]);
-  }
-  around(value, from) {
-    let low = 0;
-    let high = this.knots.length - 1;
-    while (high - low > 1) {
-      const middle = (low + high) >> 1;
-      if (this.knots[middle][from] <= value) low = middle;
-      else high = middle;
-    }
-    return [this.knots[low], this.knots[Math.min(low + 1, this.knots.length - 1)]];
-  }
-}
 
 class Traces {
   /** T: what `traces_section.py` says of the log, its models and its channels. */
   constructor(T) {
     this.T = T;
     this.box = $("traces-plot");
-    this.strip = $("overview");
+    this.strip = new Strip(this);
+    this.readout = new Readout(this);
     this.list = $("add-model");
     this.clock = new LogClock(T.time, T.rows);
     this.channels = Object.fromEntries(Object.entries(T.channels).map(([name, body]) => [name, new Channel(body)]));
@@ -68,13 +41,11 @@ class Traces {
     this.panels = [];
     this.frame = null; // asked for, not yet drawn
     this.dragged = null; // the plot in which the mouse went down
-    this.margin = AXIS;
 
     this.listenToButtons();
     this.listenToWheel();
     this.listenToKeys();
     this.listenToList();
-    this.listenToStrip();
     this.listenToPage();
     this.offerModels();
     this.build();
@@ -313,8 +284,8 @@ class Traces {
         plot.setData([times, ...names.map((name) => series(name, factor))], false);
         plot.setScale("x", ends);
       });
-    this.drawStrip();
-    this.readOut(this.cursor);
+    this.strip.draw();
+    this.readout.show(this.cursor);
     for (const button of this.box.querySelectorAll("[data-go]")) {
       const place = this.places[button.dataset.go];
       if (place) button.setAttribute("aria-pressed", String(this.isInView(place())));
@@ -415,8 +386,8 @@ class Traces {
   listenToPage() {
     redrawn.push(() => {
       for (const { plot } of this.panels) plot.redraw(false, true);
-      this.drawStrip();
-      this.readOut(this.cursor);
+      this.strip.draw();
+      this.readout.show(this.cursor);
     });
     let width = this.box.clientWidth;
     addEventListener("resize", () => {
@@ -427,11 +398,11 @@ class Traces {
     });
   }
 
-  // --- cursor and legend in one line
+  // --- cursor
 
   point(time) {
     this.cursor = time === null ? null : Math.round(this.clock.rowOf(time));
-    this.readOut(this.cursor);
+    this.readout.show(this.cursor);
   }
 
   /** Moves the cursor by keys, and says aloud what it reads. */
@@ -442,154 +413,7 @@ class Traces {
     const { plot } = this.panels[0];
     plot.setCursor({ left: plot.valToPos(time, "x"), top: 10 });
     this.point(time);
-    $("said").textContent = $("readout").innerText.replace(/\s+/g, " ");
-  }
-
-  /** The legend, with the values at a row of the view; null or another row: without values. */
-  readOut(row) {
-    if (!this.drawn) return;
-    const { first, stop, edges } = this.drawn;
-    const inside = row !== null && row >= first && row < stop;
-    const step = inside ? edges.slice(0, -1).findLastIndex((edge) => edge <= row) : -1;
-    const out = $("readout");
-    out.replaceChildren();
-    if (step >= 0) out.append(element("span", "item", this.whereIs(row)));
-    for (const entry of this.entries(step)) out.append(this.legendItem(entry));
-    // Lines of the readout may come with the pointer, but the plots must not move under it each time.
-    if (step >= 0) out.style.minHeight = `${out.offsetHeight}px`;
-    this.box.dataset.cursor = step >= 0 ? String(row) : "";
-  }
-
-  whereIs(row) {
-    const held = this.T.test.some(([first, stop]) => row >= first && row < stop);
-    const log = this.T.logs.find(([, first, stop]) => row >= first && row < stop);
-    const ofLog = this.T.logs.length > 1 && log ? `, ${log[0]}` : "";
-    return `${digits(this.clock.timeOf(row), 1e-4)} s${held ? ", held out" : ", training"}${ofLog}`;
-  }
-
-  /** What the legend names: measured, the chosen models, inputs. At a step (not -1) each has its value. */
-  entries(step) {
-    const { effort, inputs } = this.T;
-    const dashes = (dash) => (dash.length ? (dash[0] < 4 ? "dotted" : "dashed") : "solid");
-    const entries = [{ name: "measured", colour: "--measured", line: "solid", value: this.valueAt(step, "measured", effort) }];
-    for (const model of this.chosen) {
-      const [colour, dash] = this.style(model);
-      const residual = this.valueAt(step, `residual:${model}`, { factor: effort.factor });
-      const value = this.valueAt(step, `estimate:${model}`, effort) + (residual ? `, off by ${residual}` : "");
-      const canGo = step < 0 && this.chosen.length > 1;
-      entries.push({ name: this.models.get(model).title, colour, line: dashes(dash), value, leaveOut: canGo ? model : null });
-    }
-    for (const input of inputs) {
-      const ofKind = this.inputs(input.kind);
-      if (step < 0 && ofKind.length < 2) continue; // its plot has its name
-      const place = ofKind.indexOf(input);
-      const value = this.valueAt(step, input.channel, input);
-      entries.push({ name: input.label, colour: INPUT_COLOURS[place], line: place ? "dashed" : "solid", value });
-    }
-    return entries;
-  }
-
-  /** The value of a step, or its range, as text; empty without a step. */
-  valueAt(step, name, { factor, unit }) {
-    if (step < 0) return "";
-    const resolution = this.channels[name].step * factor;
-    const [low, high] = this.drawn.values[name][step].map((value) => value * factor);
-    const text = low === high ? digits(low, resolution) : `${digits(low, resolution)} … ${digits(high, resolution)}`;
-    return text + (unit ? ` ${unit}` : "");
-  }
-
-  legendItem({ name, colour, line, value, leaveOut = null }) {
-    const item = element("span", "item");
-    const mark = element("i");
-    mark.style.borderTopColor = css(colour);
-    mark.style.borderTopStyle = line;
-    item.append(mark, element("span", "", name));
-    if (value) item.append(element("span", "value", value));
-    if (leaveOut) {
-      const button = element("button", "", "×");
-      button.type = "button";
-      button.setAttribute("aria-label", `Leave out ${this.models.get(leaveOut).title}`);
-      button.addEventListener("click", () => this.choose(this.chosen.filter((model) => model !== leaveOut)));
-      item.append(button);
-    }
-    return item;
-  }
-
-  // --- the whole log as a strip
-
-  stripWidth() { return this.strip.clientWidth - this.margin - MARGIN; }
-
-  drawStrip() {
-    const { strip, T } = this;
-    const height = strip.clientHeight;
-    const ratio = devicePixelRatio || 1;
-    this.margin = this.panels[0].plot.over.offsetLeft;
-    strip.width = strip.clientWidth * ratio;
-    strip.height = height * ratio;
-    const ctx = strip.getContext("2d");
-    ctx.scale(ratio, ratio);
-    const across = (row) => this.margin + (row / T.rows) * this.stripWidth();
-    ctx.fillStyle = css("--held");
-    for (const [first, stop] of T.test) ctx.fillRect(across(first), 0, across(stop) - across(first), height);
-
-    const waiting = this.channels.measured.ready(0, T.rows);
-    if (waiting) {
-      waiting.then(() => this.drawStrip());
-      return;
-    }
-    const ranges = this.stripRanges();
-    const low = Math.min(...ranges.map(([least]) => least));
-    const high = Math.max(...ranges.map(([, most]) => most));
-    const scale = (height - 6) / (high - low || 1);
-    ctx.fillStyle = css("--mut");
-    ranges.forEach(([least, most], pixel) => {
-      ctx.fillRect(this.margin + pixel, height - 3 - (most - low) * scale, 1, Math.max(1, (most - least) * scale));
-    });
-
-    const [first, stop] = this.view;
-    ctx.strokeStyle = css("--link");
-    ctx.lineWidth = 2;
-    ctx.strokeRect(across(first), 1, Math.max(3, across(stop) - across(first)), height - 2);
-  }
-
-  /** Smallest and largest measured value of the rows of each pixel. */
-  stripRanges() {
-    const { measured } = this.channels;
-    const { rows } = this.T;
-    const layer = measured.pick(0, rows);
-    const pixels = Math.floor(this.stripWidth());
-    return Array.from({ length: pixels }, (_, pixel) => {
-      const first = Math.floor((pixel * rows) / pixels);
-      const stop = Math.floor(((pixel + 1) * rows) / pixels);
-      return measured.range(layer, first, Math.max(first + 1, stop));
-    });
-  }
-
-  /** A drag over the strip shows the rows under it; a click brings the view to where it is. */
-  listenToStrip() {
-    const { strip, T } = this;
-    const least = T.rows / 200; // a shorter drag is a click
-    const rowAt = (event) => {
-      const pixels = event.clientX - strip.getBoundingClientRect().left - this.margin;
-      return between(0, (pixels / this.stripWidth()) * T.rows, T.rows);
-    };
-    let from = null;
-    strip.addEventListener("pointerdown", (event) => {
-      from = rowAt(event);
-      this.remember();
-      strip.setPointerCapture(event.pointerId);
-    });
-    strip.addEventListener("pointermove", (event) => {
-      if (from === null) return;
-      const to = rowAt(event);
-      if (Math.abs(to - from) > least) this.go(Math.min(from, to), Math.max(from, to));
-    });
-    strip.addEventListener("pointerup", (event) => {
-      const to = rowAt(event);
-      const width = this.view[1] - this.view[0];
-      if (from !== null && Math.abs(to - from) <= least) this.go(to - width / 2, to + width / 2);
-      from = null;
-    });
+    this.readout.sayAloud();
   }
 }
 

@@ -31,7 +31,7 @@ from erclutch.report.plots.svg_painter import svg
 
 _STYLES = ("uplot/uPlot.min", "report", "print")
 #: In this order: each uses what stands in those before it.
-_SCRIPTS = ("page", "error_maps", "packed_rows", "traces")
+_SCRIPTS = ("page", "error_maps", "packed_rows", "log_clock", "traces_strip", "traces_readout", "traces")
 #: Sections in the order of the page.
 SECTIONS: tuple[Section, ...] = (
     *(VERDICT, MODEL, RANKING, TRACES, ERROR_MAP, PARITY, LOOPS, DYNAMICS, BAND),
