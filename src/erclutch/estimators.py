@@ -31,6 +31,7 @@ except ImportError as missing:
 
 from erclutch.errors import SettingError
 from erclutch.fit.laws.fit_law import fit_structure
+from erclutch.fit.networks.fit_fnn import Training
 from erclutch.fit.networks.fit_network import learn, scaling_of
 from erclutch.fit.one_thread import one_thread
 from erclutch.logs.dataset import Dataset
@@ -185,12 +186,12 @@ class _Network(RegressorMixin, BaseEstimator, ABC):
         """
         structure = self._structure()
         X, y = validate_data(self, X, y, dtype=np.float64, y_numeric=True, ensure_min_samples=2)
-        x, target = np.ascontiguousarray(X.T), np.asarray(y, np.float64)
+        x = np.ascontiguousarray(X.T)
+        target = np.asarray(y, np.float64)
         self.scaling_ = scaling_of(x, target, structure.kind)
+        training = Training(self.seed, self.polish, workers=self.n_jobs or 1)
         with one_thread():
-            self.weights_, self.stop_, self.n_iter_ = learn(
-                (x, target), self.scaling_, structure, seed=self.seed, polish=self.polish, workers=self.n_jobs or 1
-            )
+            self.weights_, self.stop_, self.n_iter_ = learn((x, target), self.scaling_, structure, training)
         return self
 
     def predict(self, X: Any) -> Array:

@@ -55,13 +55,15 @@ def with_haste(band: Band, data: Dataset, errors: Array) -> Band:
             turns.append(float(np.exp(of_rate - of_slip)))
     lag_s = max(_LAG / max(turns), 2.0 * data.period)
     mean_s = _MEAN / _LAG * lag_s
-    _, slip = leading([e.field for e in data.elements], [e.slip for e in data.elements])
+    fields = [element.field for element in data.elements]
+    slips = [element.slip for element in data.elements]
+    _, slip = leading(fields, slips)
     haste = Haste(lag_s, mean_s, known=1.0, quickest=1.0, growth=0.0).of_rows(slip, data.clock)
     if not haste.max() > 0.0:
         return band
 
     size = np.abs(errors) / np.maximum(half_width, 1e-3 * widest)
-    log = np.digitize(np.arange(data.rows), np.array([stop for _, stop in logs.rows]))
+    log = logs.log_of_row(data.rows)
     motion = np.asarray(logs.motion)[log]
 
     def size_over_logs(rows: Mask) -> float:
@@ -88,7 +90,8 @@ def with_haste(band: Band, data: Dataset, errors: Array) -> Band:
             growths.append(wider / more_haste)
         slower.append(number)
 
-    grown = Haste(lag_s, mean_s, known=float(haste.max()), quickest=quickest, growth=max(growths))
+    known_haste = float(haste.max())
+    grown = Haste(lag_s, mean_s, known=known_haste, quickest=quickest, growth=max(growths))
     return replace(band, haste=grown)
 
 

@@ -147,7 +147,8 @@ def bandwidth_of(scores: Array) -> int:
     whole = float(np.sum(weight / (1 - rho) ** 4))
     if not whole > 0.0:  # a perfect fit: what is left is rounding
         return 1
-    alpha = np.sum(4 * rho**2 * weight / ((1 - rho) ** 6 * (1 + rho) ** 2)) / whole
+    curved = 4 * rho**2 * weight / ((1 - rho) ** 6 * (1 + rho) ** 2)
+    alpha = np.sum(curved) / whole
     rows = scores.shape[0]
     best = np.ceil(1.1447 * (alpha * rows) ** (1 / 3))
     return int(np.clip(best, 1, max(rows // 5, 1)))

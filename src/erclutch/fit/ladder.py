@@ -61,6 +61,13 @@ class Rung:
     error: float
     numbers: dict[str, float]
 
+    @property
+    def numbers_of_fit(self) -> int:
+        """How many numbers a fit of the structure has, nonlinear ones and gains."""
+        shapes = self.structure.shapes(1.0)
+        gains = self.structure.gains()
+        return len(shapes) + len(gains)
+
 
 def grown(
     train: Dataset, base: Structure, extras: Sequence[str] = (), among: Sequence[str] | None = None
@@ -99,17 +106,10 @@ def grown(
         # Of those that take off as much, the one with the fewest numbers: a LuGre state is a Dahl state with two more.
         least = min(rung.error for rung in worthy.values())
         alike = [name for name, rung in worthy.items() if rung.error <= (1.0 + WORTH) * least]
-        taken = min(alike, key=lambda name: (_numbers(worthy[name].structure), worthy[name].error))
+        taken = min(alike, key=lambda name: (worthy[name].numbers_of_fit, worthy[name].error))
         rungs.append(worthy[taken])
         left.remove(taken)
     return rungs
-
-
-def _numbers(structure: Structure) -> int:
-    """How many numbers a fit of the structure has, nonlinear ones and gains."""
-    shapes = structure.shapes(1.0)
-    gains = structure.gains()
-    return len(shapes) + len(gains)
 
 
 def of_law(train: Dataset, rung: Rung, law: Structure) -> Rung:
@@ -208,8 +208,9 @@ def _folds(train: Dataset) -> list[_Fold]:
     if not many and train.rows > _MOST_ROWS:
         # A few long stretches, spread evenly over the rows.
         length = _MOST_ROWS // _STRETCHES
+        starts = np.linspace(0, train.rows - length, _STRETCHES)
         kept = np.zeros(train.rows, np.bool_)
-        for start in np.linspace(0, train.rows - length, _STRETCHES).round().astype(int).tolist():
+        for start in starts.round().astype(int).tolist():
             kept[start : start + length] = True
         data = train.take(kept)
 
@@ -271,8 +272,9 @@ def _starts(shapes: Sequence[ShapeParameter], known: dict[str, float]) -> list[l
         start: list[float] = []
         for shape in shapes:
             low, high = shape.scanned
-            # A constant that spans decades starts by its logarithm.
-            within = float(low * (high / low) ** place) if shape.scale == "log" else low + place * (high - low)
+            within = low + place * (high - low)
+            if shape.scale == "log":  # a constant that spans decades starts by its logarithm
+                within = float(low * (high / low) ** place)
             start.append(known.get(shape.name, within))
         starts.append(start)
     all_known = all(shape.name in known for shape in shapes)

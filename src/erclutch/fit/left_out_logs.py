@@ -52,9 +52,11 @@ def unseen_errors(data: Dataset, slopes: Callable[[slice], Array], error: Array)
         if not out.any():
             continue
         gone = grams[out].sum(axis=0)
-        left = (whole - gone)[:-1, :-1] / np.outer(scale, scale) + _UNSAID * np.eye(scale.size)
+        kept = (whole - gone)[:-1, :-1]  # J'J - K'K
+        left = kept / np.outer(scale, scale) + _UNSAID * np.eye(scale.size)
         pull = gone[:-1, -1] / scale  # K'e
-        unseen[log] += slopes(log) @ (np.linalg.solve(left, pull) / scale)
+        moved: Array = np.linalg.solve(left, pull) / scale
+        unseen[log] += slopes(log) @ moved
     return unseen
 
 

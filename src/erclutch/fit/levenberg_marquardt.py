@@ -89,7 +89,9 @@ def minimise(
     least = model.cost
     scale, radius = _fresh(model, u, reach)
     stop: Stop = "iterations"
-    tries, fresh_starts, floor = 0, 5, 1e-8 * model.cost**0.5
+    tries = 0
+    fresh_starts = 5
+    floor = 1e-8 * model.cost**0.5
     while tries < max_iterations:
         tries += 1
         step = _bounded_step(model, problem, u, scale, radius)
@@ -99,8 +101,12 @@ def minimise(
             stop = "converged" if _stationary(model, problem, u, floor, tolerance) else "stalled"
             break
         length = float(np.linalg.norm(scale * step))
-        radius = min(radius, length) if tries == 1 else radius
-        predicted, cost = _predicted(model, step), problem.cost(trial)
+        if tries == 1:
+            radius = min(radius, length)
+        # How much less the sum of squares is after the step: by the local model, and in fact.
+        left = model.vector - model.triangle @ step
+        predicted = float(model.vector @ model.vector - np.sum(left**2))
+        cost = problem.cost(trial)
         actual = model.cost - cost if np.isfinite(cost) else -np.inf
         ratio = actual / predicted if predicted > 0 else 0.0
         # A step that the radius cut short says nothing of how near the minimum is.
@@ -206,16 +212,11 @@ def _trusted(triangle: Array, vector: Array, scale: Array, radius: float) -> Arr
     return (right.T @ d) / scale
 
 
-def _predicted(model: Linearisation, step: Array) -> float:
-    """How much less the sum of squares is after a step, by the local model."""
-    left = model.vector - model.triangle @ step
-    return float(model.vector @ model.vector - np.sum(left**2))
-
-
 def _stationary(model: Linearisation, problem: Problem, u: Array, floor: float, tolerance: float) -> bool:
     """Whether the residual is at right angles to what the free coordinates can change."""
     free = _free(model, problem, u)
     gradient = model.triangle.T @ model.vector
     norms = _norms(model.triangle) * max(model.cost**0.5, floor) + np.finfo(float).tiny
     cosines = np.abs(gradient / norms)
-    return bool(np.all(cosines[free] < max(1e-6, tolerance**0.5)))
+    small = max(1e-6, tolerance**0.5)
+    return bool(np.all(cosines[free] < small))

@@ -34,6 +34,11 @@ class LogGroups:
     field: Sequence[int]
     motion: Sequence[int]
 
+    def log_of_row(self, rows: int) -> NDArray[np.intp]:
+        """Number of the log of each of so many rows, shape (rows,)."""
+        ends = np.array([stop for _, stop in self.rows])
+        return np.digitize(np.arange(rows), ends)
+
 
 def groups_of(data: Dataset) -> LogGroups:
     """The logs of some rows by field and motion; logs without rows are left out."""

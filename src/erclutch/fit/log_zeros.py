@@ -122,7 +122,8 @@ def per_log(residuals: Sequence[Array], columns: Sequence[Array], beside: Sequen
         counts.append(max(independent_rows(left), 4.0))
     values = np.array(factors)
     independent = np.array(counts)
-    errors = np.sqrt(np.array(costs) / np.array(squares) / np.maximum(independent - 2.0, 1.0))
+    freedom = np.maximum(independent - 2.0, 1.0)
+    errors = np.sqrt(np.array(costs) / np.array(squares) / freedom)
     ratio, chance = welch(values, errors, independent)
     return PerLog(values, errors, chance, ratio)
 

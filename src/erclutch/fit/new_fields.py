@@ -60,7 +60,9 @@ def wider_at_new_fields(band: Band, data: Dataset, errors: Array) -> Band:
     Returns:
         The same band where the logs have one field, or so many that the band cannot keep them apart.
     """
-    signed, slip = leading([e.field for e in data.elements], [e.slip for e in data.elements])
+    fields = [element.field for element in data.elements]
+    slips = [element.slip for element in data.elements]
+    signed, slip = leading(fields, slips)
     field: Array = np.abs(signed)
 
     # The fields of the logs, and the classes that they make of all fields.
@@ -77,7 +79,7 @@ def wider_at_new_fields(band: Band, data: Dataset, errors: Array) -> Band:
     # Of each row: the place of its field among the levels, the class of its slip, its log.
     level = np.argmin([np.abs(field - each) for each in levels], axis=0)
     slip_class = np.searchsorted(band.slip_edges, np.asarray(np.abs(slip), np.float64))
-    log = np.digitize(np.arange(data.rows), np.array([stop for _, stop in logs.rows]))
+    log = logs.log_of_row(data.rows)
 
     def error(rows: Mask) -> float:
         """What most of some rows erred by when their field was left out."""
@@ -86,8 +88,8 @@ def wider_at_new_fields(band: Band, data: Dataset, errors: Array) -> Band:
     # Errors beyond all fields: the largest of any field, at the slips where it errs most.
     outermost = 0.0
     for place in range(len(levels)):
-        for slips in range(band.shape[2]):
-            rows = (level == place) & (slip_class == slips)
+        for number in range(band.shape[2]):
+            rows = (level == place) & (slip_class == number)
             if rows.any():
                 outermost = max(outermost, error(rows))
     # Errors between fields: of each field with others on both sides, and how far apart those others are.
@@ -105,7 +107,8 @@ def wider_at_new_fields(band: Band, data: Dataset, errors: Array) -> Band:
         elif inner and 0 < k < len(classes) - 1:
             apart = own.high - own.low + 2.0 * _KNOWN * span
             between = max(size * min(apart / of_error, 1.0) for size, of_error in inner)
-            beside = halves[:, :, [before[k - 1], before[k + 1]]].mean(axis=2)
+            both_sides = [before[k - 1], before[k + 1]]
+            beside = halves[:, :, both_sides].mean(axis=2)
             widths.append(np.maximum(between, beside))
         else:
             widths.append(np.maximum(outermost, halves.max(axis=2)))

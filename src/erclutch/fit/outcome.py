@@ -105,8 +105,12 @@ class FitOutcome(Shown, Generic[M]):
     @property
     def unidentified(self) -> tuple[str, ...]:
         """Names of the parameters that these data do not identify, and that no bound holds either."""
-        lost = (e.name for e in self.estimates if not e.at_bound and np.isinf(e.high - e.low))
-        return tuple(name for name in lost if name not in self.idle)
+        lost: list[str] = []
+        for estimate in self.estimates:
+            no_width = np.isinf(estimate.high - estimate.low)
+            if no_width and not estimate.at_bound and estimate.name not in self.idle:
+                lost.append(estimate.name)
+        return tuple(lost)
 
     @property
     def sound(self) -> bool:

@@ -66,9 +66,11 @@ def other_motion(known: Dataset, data: Dataset) -> list[str]:
             if own[element] > another * max(paces, default=np.inf):
                 quicker[name] = own[element], max(paces)
     seen: list[str] = []
-    for logs, way, end in ((slower, "slowly", "slowest"), (quicker, "quickly", "quickest")):
-        if logs:
-            seen.append(_seen(logs, way, end, of=len(data.sources)))
+    count = len(data.sources)
+    if slower:
+        seen.append(_seen(slower, "slowly", "slowest", of=count))
+    if quicker:
+        seen.append(_seen(quicker, "quickly", "quickest", of=count))
     return seen
 
 
@@ -77,17 +79,23 @@ def _paces(data: Dataset, start: int, stop: int, sizes: Sequence[float]) -> dict
     paces: dict[int, float] = {}
     if stop - start < 2:
         return paces
-    logarithms = motion_of(data, slice(start, stop))
-    for element, (of_slip, of_rate) in enumerate(zip(logarithms[::2], logarithms[1::2], strict=True)):
-        if sizes[element] > 0.0 and np.exp(of_slip) > _STILL * sizes[element]:
+    logarithms = motion_of(data, slice(start, stop))  # of slip and rate, by turns
+    pairs = zip(sizes, logarithms[::2], logarithms[1::2], strict=True)
+    for element, (size, of_slip, of_rate) in enumerate(pairs):
+        if size > 0.0 and np.exp(of_slip) > _STILL * size:
             paces[element] = float(np.exp(of_rate - of_slip))
     return paces
 
 
 def _seen(logs: dict[str, tuple[float, float]], way: str, end: str, of: int) -> str:
     """What is said of logs whose pace no log of the fit had."""
-    furthest = max(logs, key=lambda name: abs(np.log(logs[name][0] / logs[name][1])))
-    pace, limit = (value / (2.0 * np.pi) for value in logs[furthest])
+
+    def away(name: str) -> float:
+        pace, limit = logs[name]
+        return abs(np.log(pace / limit))
+
+    furthest = max(logs, key=away)
+    pace, limit = (value / (2.0 * np.pi) for value in logs[furthest])  # [Hz]
     those = f"{furthest} moves" if len(logs) == 1 else f"{len(logs)} of {of} logs, {furthest} the most, move"
     return (
         f"{those} more {way} than every training log: the slip changes as a sine of {pace:.2g} Hz does, in the {end} "

@@ -92,7 +92,9 @@ def calibrated(
         parameters: number of parameters of each model.
         unseen: of each model the errors on the training rows as new logs, shape (m,); None: they are not known.
     """
-    field, slip = leading([e.field for e in data.elements], [e.slip for e in data.elements])
+    fields = [element.field for element in data.elements]
+    slips = [element.slip for element in data.elements]
+    field, slip = leading(fields, slips)
     field = np.abs(field)
     every = -(-int(train.sum()) // _MOST_ROWS)  # rounded up
     known = np.flatnonzero(train)[::every]
@@ -108,7 +110,9 @@ def calibrated(
         usable = bands[:1]
 
     results: list[tuple[Band, float] | None] = []
-    for error, count, new in zip(errors, parameters, unseen or (None,) * len(errors), strict=True):
+    unseen = unseen or [None] * len(errors)
+    block = LONG * block_rows(data.period * every)  # rows of a block
+    for error, count, new in zip(errors, parameters, unseen, strict=True):
         if not np.all(np.isfinite(error)):
             results.append(None)
             continue
@@ -128,7 +132,7 @@ def calibrated(
         _, half_width = plain.ends(np.arange(known.size), LEVEL)
         band, cell = _narrowest(usable, directed)
         estimate = data.effort[known] - error[known]
-        part = _followed(band, cell, rows[::every], estimate, log, LONG * block_rows(data.period * every))
+        part = _followed(band, cell, rows[::every], estimate, log, block)
         results.append((replace(band, part=part), 2.0 * half_width))
     return results
 
@@ -161,7 +165,10 @@ def pieces(data: Dataset, rows: Mask) -> list[tuple[str, NDArray[np.intp]]]:
     places = np.flatnonzero(rows)
     log = _log_of(data, places)
     if np.ptp(log):
-        return [(str(data.sources[int(number)]), places[log == number]) for number in np.unique(log)]
+        logs: list[tuple[str, NDArray[np.intp]]] = []
+        for number in np.unique(log):
+            logs.append((str(data.sources[int(number)]), places[log == number]))
+        return logs
 
     if data.in_no_time:
         return [(f"{places.size} points", places)]
@@ -289,10 +296,13 @@ def _followed(
     off[usable], size[usable] = in_half_widths(error[usable], estimate[usable], half_width[usable])
 
     parts: list[float] = []  # of each whole block
-    for rows in np.split(np.arange(error.size), np.flatnonzero(np.diff(log)) + 1):
+    starts_of_logs = np.flatnonzero(np.diff(log)) + 1
+    for rows in np.split(np.arange(error.size), starts_of_logs):
         for first in range(0, rows.size - block + 1, block):
             some = rows[first : first + block]
-            parts.append(abs(part_of(off[some] @ size[some], size[some] @ size[some], block)))
+            along = off[some] @ size[some]
+            whole = size[some] @ size[some]
+            parts.append(abs(part_of(along, whole, block)))
     rank = int(np.ceil(band.level * (len(parts) + 1)))
     if not parts or rank > len(parts):
         return None

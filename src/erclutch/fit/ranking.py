@@ -94,9 +94,10 @@ def scored(
     predictions = [outcome.model.predict(data) for outcome in outcomes]
     errors = [data.effort - predicted for predicted in predictions]
     finite = [error for error in errors if np.all(np.isfinite(error))] or [data.effort]
-    # All models count with the same number of rows, that of the one whose errors are the most alike in time.
+    # All models count with the same number of rows: of the model whose errors are the most alike in time.
     independent = min(independent_rows(error[~test]) for error in finite)
-    best = min((error[test] for error in finite), key=lambda error: float(error @ error))
+    held_out = [error[test] for error in finite]
+    best = min(held_out, key=lambda error: float(error @ error))
 
     entries: list[RankedModel] = []
     folds = folds or [()] * len(outcomes)
@@ -166,7 +167,8 @@ def with_sensor(data: Dataset, test: NDArray[np.bool_], entry: RankedModel) -> R
     band = entry.outcome.model.band
     if band is None or entry.band is None:
         return entry
-    return replace(entry, band=judged(data, test, entry.predicted, band, entry.band.plain, sensor=True))
+    with_its_sensor = judged(data, test, entry.predicted, band, entry.band.plain, sensor=True)
+    return replace(entry, band=with_its_sensor)
 
 
 def judged_by_training(entries: Sequence[RankedModel]) -> list[RankedModel]:
@@ -228,12 +230,14 @@ def unknown_start(model: Model, data: Dataset) -> str:
 
     The rows of a fit cannot show it: their own travel began where they begin. Another log begins elsewhere.
     """
-    counted = [s for s in slip_stages(model.structure.dynamics) if getattr(s, "from_the_start", False)]
-    shortest = min(
-        (data.clock.time[span.stop - 1] - data.clock.time[span.start] for span in data.clock.spans), default=0.0
-    )
-    for stage in counted:
-        forgotten = _FORGOTTEN * model.times[stage.parameters(data.period)[0].name]  # [s]
+    time = data.clock.time
+    stretches = [float(time[span.stop - 1] - time[span.start]) for span in data.clock.spans]  # [s]
+    shortest = min(stretches, default=0.0)
+    for stage in slip_stages(model.structure.dynamics):
+        if not getattr(stage, "from_the_start", False):
+            continue
+        fading = stage.parameters(data.period)[0]
+        forgotten = _FORGOTTEN * model.times[fading.name]  # [s]
         if forgotten > shortest:
             return (
                 f"its {stage.name} counts the travel from the start of each log: a log that starts at another position "
@@ -250,7 +254,8 @@ def _adds(model: Model, data: Dataset, predicted: Array, test: NDArray[np.bool_]
     both = rms((data.effort - predicted)[test])
     change = "no less"
     if alone > 0:
-        change = f"{abs(1.0 - both / alone):.1%} {'less' if both <= alone else 'more'}"
+        share = abs(1.0 - both / alone)
+        change = f"{share:.1%} less" if both <= alone else f"{share:.1%} more"
     unit = data.units.effort or ""
     limit = model.correction.limit
     return (

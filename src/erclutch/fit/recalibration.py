@@ -283,8 +283,9 @@ def _noted(model: Any, data: Dataset, way: str) -> Any:
     if model.correction is not None:
         return replace(model, law=_noted(model.law, data, way))
     low, high = model.trained_on.effort
-    effort = min(low, float(data.effort.min())), max(high, float(data.effort.max()))
-    trained_on = replace(model.trained_on, effort=effort)
+    least = min(low, float(data.effort.min()))
+    most = max(high, float(data.effort.max()))
+    trained_on = replace(model.trained_on, effort=(least, most))
     remark = printable(f"{way}, on {data.rows} rows of {data.where}")
     about = {**model.about, "recalibrated": remark}
     return replace(model, about=about, trained_on=trained_on)

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from erclutch.fit.intervals import bandwidth_of, correlated_rows
-from erclutch.signals.array import Array
+from erclutch.signals.array import Array, rms
 
 _RESAMPLES = 1000
 _LONGER = 2  # times the length with the least error of the variance
@@ -234,7 +234,9 @@ def excess(error: Array, best: Array, *, block: int | None = None, seed: int = 0
     starts = block_starts(error.size, block, seed)
     mine = np.sqrt(_resampled(error * error, block, starts))
     theirs = np.sqrt(_resampled(best * best, block, starts))
-    value = float(_over(np.sqrt(np.sum(error**2)), np.sqrt(np.sum(best**2))))
+    size = np.sqrt(np.sum(error**2))
+    size_of_best = np.sqrt(np.sum(best**2))
+    value = float(_over(size, size_of_best))
     return _figure(value, _over(mine, theirs), starts.shape[1], least=-1.0)
 
 
@@ -250,7 +252,7 @@ def difference(error: Array, other: Array, *, block: int, seed: int = 0) -> Band
     starts = block_starts(error.size, block, seed)
     mine = np.sqrt(_resampled(error * error, block, starts))
     theirs = np.sqrt(_resampled(other * other, block, starts))
-    value = float(np.sqrt(np.mean(error**2)) - np.sqrt(np.mean(other**2)))
+    value = rms(error) - rms(other)
     return _figure(value, mine - theirs, starts.shape[1])
 
 

@@ -81,8 +81,9 @@ def _implausible(data: Dataset) -> Iterator[Finding]:
 
 def _saturation(data: Dataset) -> Finding | None:
     """Many rows at one end of the effort's range."""
-    ends = {"largest": float(np.max(data.effort)), "smallest": float(np.min(data.effort))}
-    for name, end in ends.items():
+    largest = float(np.max(data.effort))
+    smallest = float(np.min(data.effort))
+    for name, end in (("largest", largest), ("smallest", smallest)):
         at_end = np.count_nonzero(data.effort == end)
         share = at_end / data.rows
         if share > _SATURATED and at_end >= _FEWEST_SATURATED:

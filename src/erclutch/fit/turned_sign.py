@@ -26,16 +26,24 @@ def with_turned_fit(
     turned = replace(data, effort=-data.effort)
     train = turned.take(~test)
     stages = settings.lag if settings.lag != AUTO else "none"
-    base = [LawCandidate(law).fit(train, (), 1) for law in structures_of(turned, settings, [("bingham", stages)])]
-    remembering = with_memory(train, base)[0] if settings.lag in (AUTO, "none") else []
-    law = remembering[-1].fit(train, (), 1) if remembering else base[-1]
-    spread = float(np.std(data.effort[test])) or 1.0
+    plain = structures_of(turned, settings, [("bingham", stages)])
+    base = [LawCandidate(structure).fit(train, (), 1) for structure in plain]
+    law = base[-1]
+    if settings.lag in (AUTO, "none"):
+        remembering, _ = with_memory(train, base)
+        if remembering:
+            law = remembering[-1].fit(train, (), 1)
     error: Array = turned.effort - law.model.predict(turned)
-    rmse = rms(error[test])
-    as_it_is = min((o.train_cost / o.train_rows for o in outcomes if not o.weights), default=np.inf) ** 0.5
+    spread = float(np.std(data.effort[test])) or 1.0
+    share = rms(error[test]) / spread
+
+    # What laws of the log as it is make of the training rows.
+    mean_squares = [outcome.train_cost / outcome.train_rows for outcome in outcomes if not outcome.weights]
+    as_it_is = min(mean_squares, default=np.inf) ** 0.5
+    share_as_it_is = as_it_is / float(np.std(data.effort[~test]))
     message = (
-        f"{finding.message}; with the effort turned, {law.model.name} errs by {rmse / spread:.1%} of the standard "
+        f"{finding.message}; with the effort turned, {law.model.name} errs by {share:.1%} of the standard "
         f"deviation on the rows held out, while no law of the log as it is comes below "
-        f"{as_it_is / float(np.std(data.effort[~test])):.0%} on the training rows"
+        f"{share_as_it_is:.0%} on the training rows"
     )
     return replace(finding, message=message)

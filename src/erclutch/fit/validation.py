@@ -115,8 +115,9 @@ def parts_of_training(train: Dataset) -> LeftOut | None:
 
 def _no_field(train: Dataset, start: int, stop: int) -> bool:
     """Whether some rows have no field, in any element."""
-    largest = max(float(np.abs(element.field).max()) for element in train.elements)
-    of_rows = max(float(np.abs(element.field[start:stop]).max()) for element in train.elements)
+    fields = [np.abs(element.field) for element in train.elements]
+    largest = max(float(field.max()) for field in fields)
+    of_rows = max(float(field[start:stop].max()) for field in fields)
     return of_rows <= STEADY * largest
 
 
@@ -313,6 +314,7 @@ def _in_question(fitted: Sequence[Fitted], *, further: bool) -> Iterator[Fitted]
         tells_laws_apart = further and freedom == 0
         taken = near[: _MOST_LAWS if tells_laws_apart else _MOST]
         yield from taken
-        plain = [f for f in own[len(taken) :] if not slip_stages(f.outcome.model.structure.dynamics)]
-        if tells_laws_apart and plain:
-            yield plain[0]
+        if tells_laws_apart:
+            others = own[len(taken) :]
+            plain = [f for f in others if not slip_stages(f.outcome.model.structure.dynamics)]
+            yield from plain[:1]

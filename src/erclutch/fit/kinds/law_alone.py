@@ -63,10 +63,8 @@ class LawCandidate(Candidate):
         """The law without the terms that these rows cannot tell; see `Candidate.fit`."""
         outcome = self.outcome
         if outcome is None:
-            near = [self.near]
-            law = (
-                fit_structure(train, self.structure, starts=near) if self.near else fit_structure(train, self.structure)
-            )
+            starts = [self.near] if self.near else []
+            law = fit_structure(train, self.structure, starts=starts)
             outcome = _with_terms_told(train, law)
         return replace(outcome, notes=(*self.notes, *outcome.notes))
 
@@ -159,8 +157,10 @@ def _law_of(name: str, data: Dataset) -> str | None:
     ``ss`` and ``seo-seo`` are one, and files carry one name.
     """
     law = law_from_name(name, data.device)
-    forms = sorted(name.strip().lower().split("/")[1:], key=lambda form: form == "forward")
-    full = "/".join([law.name, *dict.fromkeys(forms)])
+    _, *forms = name.strip().lower().split("/")
+    forms.sort(key=lambda form: form == "forward")  # last: the others are forms of the yield effort
+    each_once = dict.fromkeys(forms)
+    full = "/".join([law.name, *each_once])
     return at_one_field(full, data.device) if data.one_field else full
 
 
@@ -181,13 +181,18 @@ def _with_terms_told(train: Dataset, law: FitOutcome[TorqueModel]) -> FitOutcome
         ({"T_f"}, "friction", replace(structure, friction=False)),
         ({"T_0", "T_f"}, "a constant effort and friction", replace(structure, offset=False, friction=False)),
     ]
-    added = {term for term, there in (("T_0", structure.offset), ("T_f", structure.friction)) if there}
+    added: set[str] = set()  # terms beside those of the law itself
+    if structure.offset:
+        added.add("T_0")
+    if structure.friction:
+        added.add("T_f")
     # A long series of kernels loses rank by itself: no term that was added can cure that.
     trade_off = law.unknowns <= _SHORT_LAW and (law.rank < law.unknowns or not law.converged)
     if propped:
         without.insert(0, without.pop(1))  # friction first: it is what the fields do not tell
-    # Friction that hardly is there has no slip over which it turns.
-    unknown = set(law.unidentified) | ({"T_f"} if TRANSITION_SLIP.name in law.unidentified else set[str]())
+    unknown = set(law.unidentified)
+    if TRANSITION_SLIP.name in unknown:  # friction that hardly is there has no slip over which it turns
+        unknown.add("T_f")
     for terms, words, fewer in without:
         in_doubt = trade_off or terms & unknown or (propped and terms == {"T_f"})
         if not (terms <= added and in_doubt):
@@ -202,9 +207,12 @@ def _with_terms_told(train: Dataset, law: FitOutcome[TorqueModel]) -> FitOutcome
 def _more_numbers_than_fields(train: Dataset, structure: Structure) -> bool:
     """Whether the fields are too few to tell friction, yield effort and the form of the yield effort apart."""
     form = structure.law.yield_form
+    if form is None:
+        return False
     field = np.abs(train.elements[0].field)
-    levels = np.unique(np.round(field / (float(field.max()) or 1.0), 2)).size
-    return form is not None and levels < 2 + len(form.shape)
+    largest = float(field.max()) or 1.0
+    levels = np.unique(np.round(field / largest, 2))
+    return levels.size < 2 + len(form.shape)
 
 
 def _second_time_constant(train: Dataset, laws: Sequence[FitOutcome[TorqueModel]]) -> list[FitOutcome[TorqueModel]]:

@@ -89,5 +89,6 @@ def residuals_for(data: Dataset, settings: Settings) -> list[ResidualStructure]:
     for name, stages in asked(settings, data, KIND):
         law_name, network_name = name.split("+")
         for law in structures_of(data, settings, [(law_name, stages)]):
-            pairs[ResidualStructure(law, network_for(data, settings, network_name, law.dynamics))] = None
+            network = network_for(data, settings, network_name, law.dynamics)
+            pairs[ResidualStructure(law, network)] = None
     return list(pairs)

@@ -45,19 +45,23 @@ class NetworkCandidate(Candidate):
 
     def fit(self, train: Dataset, fitted: Sequence[Fitted], workers: int) -> AnyOutcome:
         """Behind stages it has their constants from the best law; see `Candidate.fit`."""
-        constants = constants_for(train, self.structure, laws_among(fitted))
-        network = fit_network(
+        laws = laws_among(fitted)
+        constants = constants_for(train, self.structure, laws)
+        outcome = fit_network(
             train, self.structure, seed=self.seed, polish=self.polish, workers=workers, dynamics=constants
         )
-        return replace(network, model=replace(network.model, beyond=law_beyond(train, laws_among(fitted))))
+        model = replace(outcome.model, beyond=law_beyond(train, laws))
+        return replace(outcome, model=model)
 
     def refit(self, train: Dataset, kept: Mask, outcome: AnyOutcome, fitted: Sequence[Fitted]) -> AnyOutcome:
         """See `Candidate.refit`."""
-        constants, law = outcome.model.dynamics, outcome.model.beyond
-        network = fit_network(train, self.structure, seed=self.seed, polish=self.polish, dynamics=constants, kept=kept)
+        constants = outcome.model.dynamics
+        again = fit_network(train, self.structure, seed=self.seed, polish=self.polish, dynamics=constants, kept=kept)
+        law = outcome.model.beyond
         if law is None:
-            return network
-        return replace(network, model=replace(network.model, beyond=refit_near(train, law, kept).model))
+            return again
+        beyond = refit_near(train, law, kept).model
+        return replace(again, model=replace(again.model, beyond=beyond))
 
 
 class Networks(Kind):
@@ -86,7 +90,8 @@ class Networks(Kind):
             return Grown()
         stages = remembered(law.dynamics)
         known = networks_for(train, settings)  # a memory without a state leaves a network as it is
-        return Grown([_candidate(n, settings) for n in fnns_with(stages, settings, train) if n not in known])
+        further = [network for network in fnns_with(stages, settings, train) if network not in known]
+        return Grown([_candidate(network, settings) for network in further])
 
 
 KIND = Networks()
@@ -143,7 +148,11 @@ def remembered(stages: str) -> str:
     A network is trained on the effort as it is, so no stage can stand behind it; a stage without a state would give it
     an input that the slip says already.
     """
-    kept = [s.name for s in stages_of(stages) if s.place == "command" or (s.place == "slip" and remembers(s))]
+    kept: list[str] = []
+    for stage in stages_of(stages):
+        on_slip = stage.place == "slip" and remembers(stage)
+        if stage.place == "command" or on_slip:
+            kept.append(stage.name)
     return "+".join(kept) or "none"
 
 
@@ -160,8 +169,15 @@ def constants_for(
         law = min(powers or same, key=lambda law: law.train_cost).model
     else:  # no law that was asked for has these stages
         single = train.device == "single"
-        bingham = law_from_name("bingham", train.device)
-        law = fit_structure(train, Structure(train.device, "bingham", bingham, network.dynamics, single, single)).model
+        structure = Structure(
+            device=train.device,
+            specification="bingham",
+            law=law_from_name("bingham", train.device),
+            dynamics=network.dynamics,
+            friction=single,
+            offset=single,
+        )
+        law = fit_structure(train, structure).model
     return stage_numbers_in_user_units(law, network.dynamics)
 
 
@@ -171,13 +187,18 @@ def law_beyond(train: Dataset, laws: Sequence[FitOutcome[TorqueModel]]) -> Torqu
     Bingham's law where it was fitted, else the memoryless fitted law of a yield effort with the fewest numbers: few
     numbers are told by the rows that are there. Where no such law was fitted, Bingham's is.
     """
-    bingham = (at_one_field("bingham", train.device) if train.one_field else None) or "bingham"
-    known = [
-        law for law in laws if law.model.structure.law.yield_form is not None and not law.model.structure.remembers
-    ]
+    bingham = "bingham"
+    if train.one_field:
+        bingham = at_one_field(bingham, train.device) or bingham
+    known: list[FitOutcome[TorqueModel]] = []
+    for law in laws:
+        structure = law.model.structure
+        if structure.law.yield_form is not None and not structure.remembers:
+            known.append(law)
     if known:
         named = [law for law in known if law.model.structure.specification == bingham]
-        return min(named or known, key=lambda law: (law.parameters, law.train_cost)).model
+        taken = min(named or known, key=lambda law: (law.parameters, law.train_cost))
+        return taken.model
     single = train.device == "single"
     structure = Structure(
         device=train.device,

@@ -25,7 +25,8 @@ def solve_bounded(triangle: Array, vector: Array, nonnegative: Mask) -> tuple[Ar
     c = _solve(a, vector, ~held)
     # Drop what is negative, until nothing is; then let back in what the gradient asks for. Finite: each pass with a
     # lower residual has another active set.
-    for _ in range(3 * scale.size + 3 if scale.size else 0):
+    most = 3 * scale.size + 3 if scale.size else 0
+    for _ in range(most):
         negative = ~held & nonnegative & (c < 0)
         if negative.any():
             held |= negative

@@ -54,4 +54,5 @@ class _Secant:
         self.matrix *= size
         off = missing - self.matrix @ step
         outer = np.outer(off, turned)
-        self.matrix += (outer + outer.T) / along - float(step @ off) * np.outer(turned, turned) / along**2
+        twice = float(step @ off) * np.outer(turned, turned)  # in both of the products above
+        self.matrix += (outer + outer.T) / along - twice / along**2

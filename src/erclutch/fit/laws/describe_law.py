@@ -64,7 +64,9 @@ def described(
     q = parameters(problem.shapes, found.point)
     shape_names = [shape.name for shape in problem.shapes]
     gain_names = [gain.name for gain in problem.gains]
-    ranges = [(float(x.min()), float(x.max())) for x in seen.extras.values()]
+    ranges: list[tuple[float, float]] = []  # of each further input
+    for values in seen.extras.values():
+        ranges.append((float(values.min()), float(values.max())))
     model = TorqueModel(
         structure=structure,
         reference=seen.reference,
@@ -101,17 +103,26 @@ def _shape_estimates(
     """Nonlinear parameters with their intervals, whose ends (k,) are the solver's coordinates."""
     estimates: list[Estimate] = []
     for i, shape in enumerate(shapes):
-        numbers = [model.shape[shape.name], float(low[i]), float(high[i])]
-        if shape.scale == "log":  # of the ends; an infinite one stays
-            numbers[1:] = [np.exp(u) if np.isfinite(u) else u for u in numbers[1:]]
+        numbers = [model.shape[shape.name]]
+        for end in (float(low[i]), float(high[i])):
+            logarithm = shape.scale == "log" and np.isfinite(end)  # an infinite end stays
+            numbers.append(np.exp(end) if logarithm else end)
         value, from_, to = (in_user_units(number, shape.dimension, model.reference) for number in numbers)
-        unit = unit_text(shape.dimension, model.units)
         bound = None
         if found.at_upper[i]:
             bound = "upper"
         if found.at_lower[i]:
             bound = "lower"
-        estimates.append(Estimate(shape.name, shape.meaning, unit, value, float(from_), float(to), bound))
+        estimate = Estimate(
+            name=shape.name,
+            meaning=shape.meaning,
+            unit=unit_text(shape.dimension, model.units),
+            value=value,
+            low=float(from_),
+            high=float(to),
+            at_bound=bound,
+        )
+        estimates.append(estimate)
     return estimates
 
 
@@ -123,11 +134,18 @@ def _gain_estimates(
     for i, gain in enumerate(full.gains):
         numbers = (projection.gains[i], low[i], high[i])
         value, from_, to = (gain_in_user_units(float(number), gain, model.reference) for number in numbers)
-        unit = unit_of_gain(gain, model.structure.extras, model.units)
         # A gain that nothing excites is zero for another reason than its bound.
         at_bound = projection.held[i] and not projection.dead[i]
-        bound = "lower" if at_bound else None
-        estimates.append(Estimate(gain.name, gain.meaning, unit, value, from_, to, bound))
+        estimate = Estimate(
+            name=gain.name,
+            meaning=gain.meaning,
+            unit=unit_of_gain(gain, model.structure.extras, model.units),
+            value=value,
+            low=from_,
+            high=to,
+            at_bound="lower" if at_bound else None,
+        )
+        estimates.append(estimate)
     return estimates
 
 
@@ -153,5 +171,9 @@ def paper_form(model: TorqueModel, estimates: Sequence[Estimate]) -> dict[str, f
         symbol = name.removesuffix("_1")
         if symbol != name and published.get(f"{symbol}_2") == value:
             shared[symbol] = value
-    own = {name: value for name, value in published.items() if name.rpartition("_")[0] not in shared}
+    own: dict[str, float] = {}
+    for name, value in published.items():
+        symbol, _, _ = name.rpartition("_")
+        if symbol not in shared:
+            own[name] = value
     return own | shared

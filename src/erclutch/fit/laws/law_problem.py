@@ -14,6 +14,7 @@ from erclutch.fit.laws.variable_projection import (
     corrected,
     gains_of,
     linearised,
+    no_gains,
     parameters,
     triangle_over,
 )
@@ -62,9 +63,7 @@ def closed_in_slices(
         r = triangle_over(problem.values(problem.columns(q), q) for problem in problems)
         nonnegative: Mask = np.array([gain.nonnegative for gain in structure.gains()], np.bool_)
         p = nonnegative.size
-        projection = Projection(np.zeros(p), held=np.ones(p, np.bool_), dead=np.zeros(p, np.bool_), cost=np.inf)
-        if np.isfinite(r).all():
-            projection = gains_of(r, nonnegative)
+        projection = gains_of(r, nonnegative) if np.isfinite(r).all() else no_gains(p)
         moving = ~(found.at_lower | found.at_upper)
         products: list[list[Array]] = []  # of each free column with the residual, slice by slice
         cost = 0.0

@@ -129,7 +129,8 @@ class _Search:
 
         # What the model predicts on the few rows, and its derivatives there by all parameters.
         q = parameters(few.shapes, found.point[:k])
-        fitted = few.values(few.columns(q), q)[:, :-1] @ found.point[k:]
+        without_gains = few.values(few.columns(q), q)[:, :-1]
+        fitted = without_gains @ found.point[k:]
         columns, by_shapes, _ = jacobian(replace(few, target=fitted), found.point[:k])
         slopes = np.column_stack([by_shapes, columns])
         # The smallest residual whose gradient is that of all rows.
@@ -202,7 +203,8 @@ class _Search:
         """Root of the profile's rise as a share of its limit, and the other coordinates there."""
         k = len(self.problem.shapes)
         # Where the others go along the valley of the parabola.
-        guess = self.point + (value - self.point[j]) * self.inverse[:, j] / self.inverse[j, j]
+        away = value - self.point[j]
+        guess = self.point + away * self.inverse[:, j] / self.inverse[j, j]
         if j < k:
             pinned = _without(outer_problem(self.problem), j, value)
             guess = np.delete(guess[:k], j)

@@ -13,7 +13,6 @@ from erclutch.logs.dataset import Dataset
 from erclutch.models.laws import ShapeParameter
 from erclutch.models.stages import position_stages
 from erclutch.models.structure import Reference, Structure
-from erclutch.signals.array import Array
 from erclutch.signals.recording import POSITION
 
 #: Share of the reference slip at which the sign of the slip has turned.
@@ -26,8 +25,17 @@ def shapes_told(data: Dataset, structure: Structure, reference: Reference) -> tu
     stages = position_stages(structure.dynamics)
     if not stages:
         return shapes
+    # The effort less the best friction, viscosity, stiffness and constant, shape (n,).
     position = data.extras[POSITION] / reference.slip
-    left = _without_smooth_part(data, position, reference)
+    columns = [np.ones(data.rows), position, position**2]
+    for element in data.elements:
+        slip = element.slip / reference.slip
+        turned = np.tanh(slip / _TURNED)
+        columns += [slip, turned, np.abs(element.field) / reference.field * turned]
+    smooth = np.column_stack(columns)
+    gains, *_ = np.linalg.lstsq(smooth, data.effort, rcond=None)
+    left = data.effort - smooth @ gains
+
     ranges: dict[str, tuple[float, float]] = {}
     for stage in stages:
         told = stage.usual(position, left)
@@ -35,14 +43,3 @@ def shapes_told(data: Dataset, structure: Structure, reference: Reference) -> tu
             left = stage.without(position, left, *told)
             ranges |= {shape.name: told for shape in stage.parameters(reference.period)}
     return tuple(replace(shape, usual=ranges.get(shape.name, shape.usual)) for shape in shapes)
-
-
-def _without_smooth_part(data: Dataset, position: Array, reference: Reference) -> Array:
-    """The effort less the best friction, viscosity, stiffness and constant, shape (n,)."""
-    columns = [np.ones(data.rows), position, position**2]
-    for element in data.elements:
-        slip = element.slip / reference.slip
-        turned = np.tanh(slip / _TURNED)
-        columns += [slip, turned, np.abs(element.field) / reference.field * turned]
-    smooth = np.column_stack(columns)
-    return data.effort - smooth @ np.linalg.lstsq(smooth, data.effort, rcond=None)[0]

@@ -176,11 +176,15 @@ def _gains(matrix: Array, nonnegative: Mask) -> Projection:
     """Best gains from [columns | target], shape (n, p + 1); columns that are not finite have an infinite cost."""
     if np.isfinite(matrix.sum()):
         return gains_of(triangle_of(matrix), nonnegative)
-    p = int(matrix.shape[1]) - 1
+    return no_gains(int(matrix.shape[1]) - 1)
+
+
+def no_gains(count: int) -> Projection:
+    """What so many columns give that are not finite: all gains are held, the cost is infinite."""
     return Projection(
-        gains=np.zeros(p),
-        held=np.ones(p, np.bool_),
-        dead=np.zeros(p, np.bool_),
+        gains=np.zeros(count),
+        held=np.ones(count, np.bool_),
+        dead=np.zeros(count, np.bool_),
         cost=np.inf,
     )
 
@@ -317,4 +321,5 @@ def local_model(r: Array, projection: Projection) -> Linearisation:
     # Below the free columns stands what their gains cannot follow: Kaufman's projection.
     p = int(np.count_nonzero(~projection.held))
     end = r.shape[0] - 1  # place of the target
-    return Linearisation(projection.cost, triangle=r[p:end, p:end], vector=r[p:end, end])
+    below = r[p:end]
+    return Linearisation(projection.cost, triangle=below[:, p:end], vector=below[:, end])

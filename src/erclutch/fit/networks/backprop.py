@@ -115,13 +115,15 @@ class WeightedRows:
     def at(self, theta: Array) -> Point:
         """Residuals and cost at these weights; what is worked out on the way is kept for `gram` and `bend`."""
         layers = unpacked(theta.astype(self.kind), self.sizes)
+        w_out, b_out = layers[-1]
         kept: list[Sequence[Floats]] = []
         residual = np.empty_like(self.y)
         cost = 0.0
         for block in self._blocks():
             active = _activations(layers, self.x[:, block])
+            output = (w_out @ active[-1])[0] + b_out[0]
             part = residual[block]
-            np.subtract(self.y[block], _output(layers[-1], active[-1]), out=part)
+            np.subtract(self.y[block], output, out=part)
             part *= self.root[block]
             cost += float(part @ part)
             if self._kept:
@@ -196,12 +198,6 @@ def _layer(w: Floats, b: Floats, below: Floats) -> Floats:
     z = w @ below
     z += b[:, None]
     return np.tanh(z, out=z)
-
-
-def _output(last: tuple[Floats, Floats], active: Floats) -> Floats:
-    """The network's output, shape (m,)."""
-    w, b = last
-    return (w @ active)[0] + b[0]
 
 
 def _slopes(layers: Layers, active: Sequence[Floats], root: Floats, j: Floats) -> None:

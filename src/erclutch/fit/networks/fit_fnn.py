@@ -31,6 +31,23 @@ _MANY = 50_000  # rows above which the last steps on all of them are in single p
 
 
 @dataclass(frozen=True)
+class Training:
+    """How a network is trained, as far as a user or a comparison decides.
+
+    Attributes:
+        seed: of the starts; the same seed gives the same weights, whatever the number of workers.
+        polish: whether the last steps are on all rows instead of a fine grid's centroids.
+        workers: starts side by side.
+        judges: whether the network only says how well such networks estimate rows that they have not seen.
+    """
+
+    seed: int = 0
+    polish: bool = False
+    workers: int = 1
+    judges: bool = False
+
+
+@dataclass(frozen=True)
 class Round:
     """One round of a schedule.
 

@@ -13,7 +13,7 @@ from erclutch.fit.left_out_logs import unseen_errors
 from erclutch.fit.levenberg_marquardt import Stop
 from erclutch.fit.networks.backprop import slopes_of, tables_of
 from erclutch.fit.networks.first_weights import Slips
-from erclutch.fit.networks.fit_fnn import schedule_for, train
+from erclutch.fit.networks.fit_fnn import Training, schedule_for, train
 from erclutch.fit.networks.fit_rbfn import by_forward_selection, by_k_means, refined, weights_for
 from erclutch.fit.one_thread import one_thread
 from erclutch.fit.outcome import FitOutcome
@@ -71,9 +71,8 @@ def fit_network(
         inputs = inputs[:, kept]
         effort = effort[kept]
         in_fluid = [Element(element.field[kept], element.slip[kept]) for element in in_fluid]
-    rows = inputs, effort
     judges = kept is not None and not kept.all()
-    outcome = fit_rows(data, rows, structure, times, seed=seed, polish=polish, workers=workers, judges=judges)
+    outcome = fit_rows(data, (inputs, effort), structure, times, Training(seed, polish, workers, judges))
     if not stages_at(structure.dynamics, "command"):
         return outcome
     near = near_cells(outcome.model.trained_on, in_fluid)
@@ -85,11 +84,7 @@ def fit_rows(
     rows: Pair,
     structure: NetworkStructure,
     times: Mapping[str, float],
-    *,
-    seed: int = 0,
-    polish: bool = False,
-    workers: int = 1,
-    judges: bool = False,
+    training: Training,
 ) -> FitOutcome[NetworkModel]:
     """The same from inputs and effort of all rows; the data give units, ranges and the period.
 
@@ -101,9 +96,7 @@ def fit_rows(
     scaling = scaling_of(x, y, structure.kind)
     squares = mean_squares(structure, x)
     with one_thread():
-        weights, stop, steps = learn(
-            rows, scaling, structure, seed=seed, polish=polish, workers=workers, squares=squares, judges=judges
-        )
+        weights, stop, steps = learn(rows, scaling, structure, training, squares)
         model = NetworkModel(
             structure=structure,
             scaling=scaling,
@@ -112,7 +105,7 @@ def fit_rows(
             units=data.units,
             trained_on=range_of(data),
             input_range=np.column_stack([x.min(axis=1), x.max(axis=1)]),
-            about={"seed": str(seed)},
+            about={"seed": str(training.seed)},
             period=data.period,
         )
 
@@ -155,7 +148,8 @@ def slips_of(structure: NetworkStructure, x: Array) -> dict[int, Array]:
 
 def mean_squares(structure: NetworkStructure, x: Array) -> dict[int, float]:
     """Mean square of each slip behind the inputs, by input as in `slips_of`."""
-    return {i: float(np.mean(slip**2)) for i, slip in slips_of(structure, x).items()}
+    slips = slips_of(structure, x)
+    return {place: float(np.mean(slip**2)) for place, slip in slips.items()}
 
 
 def spaced_by(structure: NetworkStructure, x: Array, squares: Mapping[int, float]) -> Array:
@@ -189,7 +183,9 @@ def scaling_of(x: Array, y: Array, kind: NetworkKind) -> Scaling:
     extent = x.max(axis=1) - low
     wide = np.where(extent > 0, extent, 1.0)
     mean = float(np.mean(y))
-    largest = max(abs(float(end) - mean) for end in (y.min(), y.max())) or 1.0
+    least = float(y.min())
+    most = float(y.max())
+    largest = max(abs(least - mean), abs(most - mean)) or 1.0
     if kind == "fnn":
         return Scaling(low + 0.5 * wide, 0.5 * wide, mean, largest)
     return Scaling(low, wide, mean, largest)
@@ -199,17 +195,12 @@ def learn(
     rows: Pair,
     scaling: Scaling,
     structure: NetworkStructure,
-    *,
-    seed: int = 0,
-    polish: bool = False,
-    workers: int = 1,
+    training: Training,
     squares: Mapping[int, float] | None = None,
-    judges: bool = False,
 ) -> tuple[dict[str, Array], Stop, int]:
     """Tables of weights for inputs and effort, how the solver ended, and its steps.
 
     ``squares`` holds the mean square of each slip, by input, see `spaced_by`; None where inputs are only columns.
-    With ``judges`` the schedule is that of a network that only judges.
     """
     x, y = rows
     unit = scaling.inputs(x)
@@ -222,16 +213,21 @@ def learn(
         refine = structure.centres in ("refined", "spreads")
         cells = centroids_of(gridded, (coarse, fine) if refine else (coarse,))
         search = by_k_means if structure.centres == "kmeans" else by_forward_selection
-        centres = search(cells[coarse], structure.hidden[0], seed)
+        centres = search(cells[coarse], structure.hidden[0], training.seed)
         if refine:
             centres = refined(cells[fine], centres, one_spread=structure.centres == "refined")
         w, _ = weights_for(unit, target, None, centres.centres, centres.spreads)
-        tables = {"centres": centres.centres, "spreads": centres.spreads, "w": w[:-1], "b": w[-1:]}
+        tables = {
+            "centres": centres.centres,
+            "spreads": centres.spreads,
+            "w": w[:-1],
+            "b": w[-1:],
+        }
         return tables, centres.stop, centres.steps
 
-    schedule = schedule_for(structure.hidden, len(structure.inputs), polish, judges)
+    schedule = schedule_for(structure.hidden, len(structure.inputs), training.polish, training.judges)
     slips = None if squares is None else slips_for(structure, scaling, squares)
-    trained = train(gridded, structure.hidden, seed, schedule, workers, slips)
+    trained = train(gridded, structure.hidden, training.seed, schedule, training.workers, slips)
     sizes = (scaling.offset.size, *structure.hidden, 1)
     return tables_of(trained.theta, sizes), trained.stop, trained.steps
 
@@ -255,7 +251,8 @@ def _require_usable(x: Array, y: Array, structure: NetworkStructure, where: str)
             where=where,
         )
     for name, values in zip(structure.inputs, x, strict=True):
-        low, high = float(values.min()), float(values.max())
+        low = float(values.min())
+        high = float(values.max())
         if not np.isfinite(high - low):
             bad = int(np.count_nonzero(~np.isfinite(values)))
             raise CheckError(
@@ -267,7 +264,8 @@ def _require_usable(x: Array, y: Array, structure: NetworkStructure, where: str)
                 remedy="Log with it changing, or leave it out",
                 where=where,
             )
-    least, most = float(y.min()), float(y.max())
+    least = float(y.min())
+    most = float(y.max())
     if not np.isfinite([least, most]).all() or least == most:
         raise CheckError(
             "the effort is constant or not finite over the training rows", remedy="Check its column", where=where

@@ -22,6 +22,7 @@ from erclutch.signals.array import Array
 #: Spreads that are scanned, in units of inputs normalised to [0, 1].
 SPREADS: tuple[float, ...] = tuple(float(s) for s in np.geomspace(0.08, 2.0, 10))
 _CANDIDATES = 400
+_MOST_MOVES = 50  # of all centres, in k-means
 _BLOCK = 4096
 _RIDGE = 1e-10  # of the largest eigenvalue: what is left of double precision in normal equations
 
@@ -95,34 +96,30 @@ def by_forward_selection(cells: Centroids, neurons: int, seed: int, spreads: Seq
 
 
 def by_k_means(cells: Centroids, neurons: int, seed: int, spreads: Sequence[float] = SPREADS) -> FoundCentres:
-    """Centres by k-means on the weighted centroids, one spread: that of the scan with the lowest cost."""
+    """Centres by k-means on the weighted centroids (Lloyd's iteration), one spread: the cheapest of the scan."""
     rng = np.random.default_rng([seed, 2])
     count = cells.y.size
     share = cells.count / cells.count.sum()
     drawn = rng.choice(count, neurons, replace=count < neurons, p=share)
-    centres = _lloyd(cells, cells.x[:, drawn].T)
+    centres = cells.x[:, drawn].T
+    for _ in range(_MOST_MOVES):
+        # Squared distances but for |x|^2, which is the same for all centres.
+        distance = np.sum(centres**2, axis=1)[:, None] - 2.0 * centres @ cells.x
+        nearest = np.argmin(distance, axis=0)
+        mass = np.bincount(nearest, cells.count, neurons)[:, None]
+        of_inputs = [np.bincount(nearest, cells.count * x, neurons) for x in cells.x]
+        sums = np.array(of_inputs).T  # (neurons, inputs)
+        moved = np.where(mass > 0, sums / np.maximum(mass, 1.0), centres)  # a centre without cells stays
+        if np.array_equal(moved, centres):
+            break
+        centres = moved
+
     costs: list[float] = []
     for spread in spreads:
         _, left = weights_for(cells.x, cells.y, cells.count, centres, np.full(neurons, spread))
         costs.append(left)
     best = spreads[int(np.argmin(costs))]
     return FoundCentres(centres, np.full(neurons, best))
-
-
-def _lloyd(cells: Centroids, centres: Array, most: int = 50) -> Array:
-    """Lloyd's iteration with weights; a centre without cells stays where it is."""
-    for _ in range(most):
-        # Squared distances but for |x|^2, which is the same for all centres.
-        distance = np.sum(centres**2, axis=1)[:, None] - 2.0 * centres @ cells.x
-        nearest = np.argmin(distance, axis=0)
-        size = centres.shape[0]
-        mass = np.bincount(nearest, cells.count, size)[:, None]
-        sums = np.array([np.bincount(nearest, cells.count * x, size) for x in cells.x]).T
-        fresh = np.where(mass > 0, sums / np.maximum(mass, 1.0), centres)
-        if np.array_equal(fresh, centres):
-            break
-        centres = fresh
-    return centres
 
 
 def refined(cells: Centroids, start: FoundCentres, *, one_spread: bool) -> FoundCentres:
@@ -164,23 +161,40 @@ def refined(cells: Centroids, start: FoundCentres, *, one_spread: bool) -> Found
         q, _ = np.linalg.qr(columns.T)
         free = slopes.T - q @ (q.T @ slopes.T)
         r: Any = np.linalg.qr(np.column_stack([free, residual]), mode="r")
-        return Linearisation(float(residual @ residual), r[:-1, :-1], r[:-1, -1])
+        return Linearisation(
+            cost=float(residual @ residual),
+            triangle=r[:-1, :-1],
+            vector=r[:-1, -1],
+        )
 
     spreads = np.log(start.spreads[:1] if one_spread else start.spreads)
     u = np.concatenate([start.centres.ravel(), spreads])
-    lower = np.concatenate([np.full(n * k, -1.0), np.full(spreads.size, np.log(0.02))])
-    upper = np.concatenate([np.full(n * k, 2.0), np.full(spreads.size, np.log(10.0))])
-    minimum = minimise(Problem(cost, linearise, lower, upper), u, tolerance=1e-5, max_iterations=60, reach=1.0)
+    # A centre may leave the inputs, which lie within 0 and 1, by their whole range.
+    lower = np.empty(u.size)
+    upper = np.empty(u.size)
+    lower[: n * k] = -1.0
+    upper[: n * k] = 2.0
+    lower[n * k :] = np.log(0.02)
+    upper[n * k :] = np.log(10.0)
+    problem = Problem(cost, linearise, lower, upper)
+    minimum = minimise(problem, u, tolerance=1e-5, max_iterations=60, reach=1.0)
     centres, widths = parts(minimum.point)
-    return FoundCentres(centres.copy(), np.broadcast_to(widths, (n,)).copy(), minimum.stop, minimum.iterations)
+    return FoundCentres(
+        centres=centres.copy(),
+        spreads=np.broadcast_to(widths, (n,)).copy(),
+        stop=minimum.stop,
+        steps=minimum.iterations,
+    )
 
 
 def _least_squares(square: Array, right: Array) -> Array:
     """Solution of normal equations, with a ridge that is small enough to change nothing that can be told."""
     from scipy.linalg import solve
 
-    lift = _RIDGE * float(np.trace(square)) / square.shape[0]
-    return np.asarray(solve(square + lift * np.eye(square.shape[0]), right, assume_a="pos"), np.float64)
+    size = square.shape[0]
+    lift = _RIDGE * float(np.trace(square)) / size
+    lifted = square + lift * np.eye(size)
+    return np.asarray(solve(lifted, right, assume_a="pos"), np.float64)
 
 
 def weights_for(x: Array, y: Array, count: Array | None, centres: Array, spreads: Array) -> tuple[Array, float]:
@@ -201,7 +215,8 @@ def weights_for(x: Array, y: Array, count: Array | None, centres: Array, spreads
     for at in range(0, y.size, _BLOCK):
         rows = slice(at, at + _BLOCK)
         target = y[rows]
-        columns = np.vstack([gaussians(centres, spreads, x[:, rows]), np.ones(target.size)])
+        neurons = gaussians(centres, spreads, x[:, rows])
+        columns = np.vstack([neurons, np.ones(target.size)])
         if count is not None:
             root = np.sqrt(count[rows])
             columns = columns * root

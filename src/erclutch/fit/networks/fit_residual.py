@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from erclutch.errors import CheckError
 from erclutch.fit.laws.fit_law import fit_structure
+from erclutch.fit.networks.fit_fnn import Training
 from erclutch.fit.networks.fit_network import fit_rows
 from erclutch.fit.outcome import FitOutcome
 from erclutch.logs.dataset import Dataset
@@ -70,17 +71,26 @@ def fit_residual(
             where=data.where,
         )
     inputs = residual_inputs(law.model, structure.network, data.elements, data.clock, data.extras)
-    target = _Target(replace(data, effort=missed), structure.network, law.model.times, inputs, limit, seed, workers)
-    found = target.network(rows, judges=not rows.all())
-    share = _share(target) if share is None else share
-    shared = replace(found.model.scaled(share), about={**found.model.about, "share": f"{share:.6g}"})
+    target = _Target(
+        data=replace(data, effort=missed),
+        structure=structure.network,
+        times=law.model.times,
+        inputs=inputs,
+        limit=limit,
+        training=Training(seed, workers=workers),
+    )
+    network = target.network(rows, judges=not rows.all())
+    if share is None:
+        share = _share(target)
+    about = {**network.model.about, "share": f"{share:.6g}"}
+    shared = replace(network.model.scaled(share), about=about)
     whole = target.bounded(shared, inputs[:, rows])
     added = whole.of_inputs(inputs, exactly=False)
     left = (missed - added)[rows]
     return FitOutcome(
         model=ResidualModel(law.model, whole),
-        stop=found.stop if law.converged else law.stop,
-        iterations=law.iterations + found.iterations,
+        stop=network.stop if law.converged else law.stop,
+        iterations=law.iterations + network.iterations,
         estimates=law.estimates,
         paper_form=law.paper_form,
         rank=law.rank,
@@ -89,7 +99,7 @@ def fit_residual(
         bandwidth=law.bandwidth,
         train_cost=float(left @ left),
         train_rows=law.train_rows,
-        weights=found.weights,
+        weights=network.weights,
         unseen=None if law.unseen is None else law.unseen - added,
     )
 
@@ -104,7 +114,7 @@ class _Target:
         times: numbers of the law's stages.
         inputs: of the network, shape (inputs, n).
         limit: of what the network adds.
-        seed, workers: of its starts.
+        training: of the network.
     """
 
     data: Dataset
@@ -112,14 +122,13 @@ class _Target:
     times: Mapping[str, float]
     inputs: Array
     limit: float
-    seed: int
-    workers: int
+    training: Training
 
     def network(self, rows: NDArray[np.bool_], judges: bool) -> FitOutcome[NetworkModel]:
         """A network fitted to some of the rows."""
         pair = self.inputs[:, rows], self.data.effort[rows]
         data = self.data if np.all(rows) else self.data.take(rows)
-        return fit_rows(data, pair, self.structure, self.times, seed=self.seed, workers=self.workers, judges=judges)
+        return fit_rows(data, pair, self.structure, self.times, replace(self.training, judges=judges))
 
     def bounded(self, network: NetworkModel, inputs: Array) -> BoundedResidual:
         """A network, limited, where rows with these inputs were."""
@@ -132,11 +141,15 @@ def _share(target: _Target) -> float:
     A block without which the other rows do not support a network, as where its field is the only other field, counts as
     a block to which the network adds nothing.
     """
-    missed, seen = target.data.effort, np.zeros(target.data.rows)
+    missed = target.data.effort
+    added = np.zeros(target.data.rows)  # by networks that have not seen the block of a row
     blocks = min(_BLOCKS, target.data.rows // _FEWEST_ROWS)
     for block in time_folds(target.data, blocks):
         with contextlib.suppress(CheckError):
-            others = target.bounded(target.network(~block, judges=True).model, target.inputs[:, ~block])
-            seen[block] = others.of_inputs(target.inputs[:, block], exactly=False)
-    size = float(seen @ seen)
-    return float(np.clip(missed @ seen / size, 0.0, 1.0)) if size > 0 else 0.0
+            network = target.network(~block, judges=True).model
+            bounded = target.bounded(network, target.inputs[:, ~block])
+            added[block] = bounded.of_inputs(target.inputs[:, block], exactly=False)
+    size = float(added @ added)
+    if not size > 0:
+        return 0.0
+    return float(np.clip(missed @ added / size, 0.0, 1.0))

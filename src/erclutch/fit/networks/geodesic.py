@@ -21,7 +21,8 @@ FIRST_DAMPING = 1e-3
 _FALLING = 1e-6  # relative fall of the cost that counts as progress
 _PRECISION: dict[Any, float] = {np.float32: 1e-6, np.float64: 1e-12}  # falls of the cost that rounding hides
 _PATIENCE = 3  # steps without progress before it counts as converged
-_LEAST_DAMPING, _MOST_TRIES = 1e-14, 20
+_LEAST_DAMPING = 1e-14
+_MOST_TRIES = 20
 _SLOWLY = 0.65  # of the damping that a good step leaves at least: a refused one costs half as much as a good one
 _FLOOR = 1e-2  # of the damping's scale, over the largest diagonal element: weights that hardly matter do not run away
 _MOST_BENT = 0.75  # twice the acceleration over the step
@@ -59,7 +60,9 @@ def levenberg_marquardt(
         decay: what the square of a weight costs, as a share of the cost at the beginning. The share says how noisy the
             rows are, so rows without noise pull no weight to zero.
     """
-    mu, idle, now = damping, 0, rows.at(theta)
+    mu = damping
+    idle = 0  # steps without progress, one after another
+    now = rows.at(theta)
     pull = decay * now.cost
     for step in range(1, most + 1):
         found = _step(rows, theta, now, mu, pull)
@@ -68,7 +71,8 @@ def levenberg_marquardt(
         before = _with_decay(now, theta, pull)
         theta, now, mu = found
         after = _with_decay(now, theta, pull)
-        idle = idle + 1 if before - after < _FALLING * before else 0
+        hardly_falls = before - after < _FALLING * before
+        idle = idle + 1 if hardly_falls else 0
         if idle >= _PATIENCE:
             return Trained(theta, now.cost, step, "converged", mu)
     return Trained(theta, now.cost, most, "iterations", mu)
@@ -83,24 +87,33 @@ def _step(rows: WeightedRows, theta: Array, now: Point, mu: float, pull: float) 
     """Weights after a step that lowers the cost, what they give, the next damping; None if rounding leaves none."""
     p = rows.count
     total = rows.gram(now)
-    square, slope, growth = total[:p, :p], total[:p, p], 2.0
+    square = total[:p, :p]
+    slope = total[:p, p]
     cost = _with_decay(now, theta, pull)
     if pull:
         square[np.diag_indices(p)] += pull
         slope -= pull * theta
     scale = square.diagonal() + _FLOOR * square.diagonal().max()
+    growth = 2.0  # of the damping after a step that is refused
     for _ in range(_MOST_TRIES):
         damped = square.copy(order="F")
         damped[np.diag_indices(p)] += mu * scale
         root, failed = dpotrf(damped, overwrite_a=True, clean=False)
         if failed:  # rounding left it indefinite
-            mu, growth = mu * growth, 4.0 * growth
+            mu *= growth
+            growth *= 4.0
             continue
         d = dpotrs(root, slope)[0]
         if float(d @ slope) <= _PRECISION[rows.kind] * cost:
             return None
         bent = dpotrs(root, -0.5 * rows.bend(now, d))[0]
-        after = theta + _curved(d, bent, scale)
+        # The acceleration is cut where it is no longer small beside the step.
+        length = np.sqrt(float(d @ (scale * d)))
+        extra = np.sqrt(float(bent @ (scale * bent)))
+        step = d
+        if extra > 0.0:
+            step = d + bent * min(1.0, 0.5 * _MOST_BENT * length / extra)
+        after = theta + step
         there = rows.at(after)
         fall = cost - _with_decay(there, after, pull)
         if fall > 0.0:
@@ -109,11 +122,6 @@ def _step(rows: WeightedRows, theta: Array, now: Point, mu: float, pull: float) 
             gain = min(fall / max(predicted, 1e-300), 2.0)
             easier = max(_SLOWLY, min(2.0, 1.0 - (2.0 * gain - 1.0) ** 3))
             return after, there, max(mu * easier, _LEAST_DAMPING)
-        mu, growth = mu * growth, 4.0 * growth
+        mu *= growth
+        growth *= 4.0
     return None
-
-
-def _curved(d: Array, bent: Array, scale: Array) -> Array:
-    """The step with its acceleration, which is cut where it is no longer small beside the step."""
-    length, extra = np.sqrt(float(d @ (scale * d))), np.sqrt(float(bent @ (scale * bent)))
-    return d + bent * min(1.0, 0.5 * _MOST_BENT * length / extra) if extra > 0.0 else d

@@ -36,17 +36,13 @@ def without_one(rows: WeightedRows, theta: Array) -> Iterator[Array]:
     for neuron in np.argsort(cost).tolist():
         gone = outputs[neuron]
         followed = theta - inverse[:, gone] * (theta[gone] / inverse[gone, gone])
-        yield _without(followed, rows.sizes, neuron)
+        # The weights into and out of the neuron go.
+        *others, (w, b), (w_out, b_out) = unpacked(followed, rows.sizes)
+        last = np.delete(w, neuron, 0), np.delete(b, neuron)
+        output = np.delete(w_out, neuron, 1), b_out
+        yield packed([*others, last, output])
 
 
 def smaller(sizes: Sequence[int]) -> tuple[int, ...]:
     """Layers with one neuron less in the last hidden one."""
     return (*sizes[:-2], sizes[-2] - 1, sizes[-1])
-
-
-def _without(theta: Array, sizes: Sequence[int], neuron: int) -> Array:
-    """The same weights without those into and out of a neuron of the last hidden layer."""
-    *others, (w, b), (w_out, b_out) = unpacked(theta, sizes)
-    last = np.delete(w, neuron, 0), np.delete(b, neuron)
-    output = np.delete(w_out, neuron, 1), b_out
-    return packed([*others, last, output])
