@@ -220,7 +220,9 @@ def _extent(columns: Mapping[str, tuple[Array, str]]) -> DataFrame:
 def _recording(log: Recording) -> Card:
     from erclutch.report.plots.log_plots import describe_section
 
-    columns = {name: (values, log.units.get(name, "")) for name, values in log.signals.items()}
+    columns: dict[str, tuple[Array, str]] = {}  # values and unit of each signal
+    for name, values in log.signals.items():
+        columns[name] = (values, log.units.get(name, ""))
     for name, values in {**log.extras, **log.spare}.items():
         columns[name] = (values, "K" if name == TEMPERATURE else "")
 
@@ -313,7 +315,8 @@ def _curves(model: Model) -> Panel:
     slip = np.linspace(*covered.slip, _POINTS)
     elements = 1 if model.structure.device == "single" else 2
     at_rest = [np.zeros(_POINTS)] * (elements - 1)  # field and slip of the other element
-    extras = [np.full(_POINTS, 0.5 * (low + high)) for low, high in model.extras.values()]
+    middles = [0.5 * (low + high) for low, high in model.extras.values()]
+    extras = [np.full(_POINTS, middle) for middle in middles]
 
     unit = unit_text(model.units.field) if model.units.field != "?" else ""
     levels = np.unique(np.linspace(weakest, strongest, _CURVES))

@@ -84,13 +84,17 @@ def ranking_table(run: Run, most: int | None = None) -> PaperTable:
     rows: list[tuple[str, int, Interval, Interval]] = []
     for entry in body["ranking"][:most]:
         rmse: Interval = tuple(entry["test"]["rmse"])
-        share = _per_cent(entry["test"]["share"])
-        rows.append((entry["title"], entry["parameters_count"], rmse, share))
+        value, low, high = (None if end is None else 100.0 * end for end in entry["test"]["share"])
+        rows.append((entry["title"], entry["parameters_count"], rmse, (value, low, high)))
     unit = unit_text(body["units"]["effort"])
     error = f"RMSE [{unit}]" if unit else "RMSE"
     header = ("Model", "Parameters", error, "low", "high", "Of the std [%]", "low [%]", "high [%]")
 
-    caption = f"Errors on {body['test_rows']} rows held out with 95 % bands; {_standing_of(run)}."
+    nearest = run.titles[chosen_name(body)]
+    word = "recommended"
+    if standing_of_run(body).why_none:
+        word = "no model is recommended, nearest"
+    caption = f"Errors on {body['test_rows']} rows held out with 95 % bands; {word}: {nearest}."
     left_out = len(body["ranking"]) - len(rows)
     if left_out > 0:
         caption += f" {left_out} more models are left out."
@@ -98,17 +102,6 @@ def ranking_table(run: Run, most: int | None = None) -> PaperTable:
     if origins:
         caption += f" Data: {', '.join(sorted(origins))}."
     return PaperTable(header, rows, caption)
-
-
-def _standing_of(run: Run) -> str:
-    nearest = run.titles[chosen_name(run.body)]
-    none = standing_of_run(run.body).why_none
-    return f"no model is recommended, nearest: {nearest}" if none else f"recommended: {nearest}"
-
-
-def _per_cent(figure: Sequence[float | None]) -> Interval:
-    value, low, high = (None if v is None else 100.0 * v for v in figure)
-    return value, low, high
 
 
 def parameter_table(run: Run, model: str | None = None) -> PaperTable:
@@ -121,13 +114,17 @@ def parameter_table(run: Run, model: str | None = None) -> PaperTable:
     entry = run.entry(model or run.body["recommended"])
     numbers: list[Mapping[str, float | str | None]] = entry["fit"]["parameters"]
     if not numbers:
-        names = ", ".join(e["name"] for e in run.body["ranking"] if e["fit"]["parameters"]) or "none here"
+        laws = [other["name"] for other in run.body["ranking"] if other["fit"]["parameters"]]
+        names = ", ".join(laws) or "none here"
         problem = f"{entry['name']} is a network: its weights mean nothing one by one"
         raise SettingError(problem, where=str(run.folder), remedy=f"Give --model a law: {names}")
     rows: list[tuple[str, Interval, str, str]] = []
-    for p in numbers:
-        value: Any = (p["value"], p["low"], p["high"])
-        rows.append((str(p["name"]), value, unit_text(str(p["unit"])), str(p["meaning"])))
+    for number in numbers:
+        value: Any = (number["value"], number["low"], number["high"])
+        name = str(number["name"])
+        unit = unit_text(str(number["unit"]))
+        meaning = str(number["meaning"])
+        rows.append((name, value, unit, meaning))
     header = ("Parameter", "Value", "low", "high", "Unit", "Meaning")
     return PaperTable(header, rows, f"Parameters of the {entry['title']} with 95 % intervals.")
 
@@ -135,8 +132,16 @@ def parameter_table(run: Run, model: str | None = None) -> PaperTable:
 def _latex(table: PaperTable) -> str:
     """With booktabs and siunitx, over both columns: numbers are aligned at their points, long texts are broken."""
     columns = _columns(table)
-    kinds = " ".join(map(_latex_kind, columns))
     numeric = [_numeric(column) for column in columns]
+    kinds: list[str] = []
+    for column, is_numeric in zip(columns, numeric, strict=True):
+        longest = max(map(len, column), default=0)
+        if is_numeric:
+            kinds.append(f"S[table-format={_format(column)}]")
+        elif longest > _LONG:
+            kinds.append(_PARAGRAPH)
+        else:
+            kinds.append("l")
     head = " & ".join(f"{{{latex(name)}}}" for name in table.header)
     body = ""
     for row in table.cells():
@@ -145,7 +150,7 @@ def _latex(table: PaperTable) -> str:
         body += f"  {' & '.join(shown)} \\\\\n"
     return (
         "% \\usepackage{booktabs,siunitx}\n\\begin{table*}\n\\centering\\footnotesize\\setlength{\\tabcolsep}{3pt}\n"
-        f"\\caption{{{_broken(table.caption)}}}\n\\begin{{tabular}}{{{kinds}}}\n  \\toprule\n"
+        f"\\caption{{{_broken(table.caption)}}}\n\\begin{{tabular}}{{{' '.join(kinds)}}}\n  \\toprule\n"
         f"  {head} \\\\\n  \\midrule\n{body}  \\bottomrule\n\\end{{tabular}}\n\\end{{table*}}\n"
     )
 
@@ -153,13 +158,6 @@ def _latex(table: PaperTable) -> str:
 def _columns(table: PaperTable) -> list[tuple[str, ...]]:
     """The cells by column; a table without rows has empty columns."""
     return list(zip(*table.cells(), strict=True)) or [() for _ in table.header]
-
-
-def _latex_kind(column: Sequence[str]) -> str:
-    if _numeric(column):
-        return f"S[table-format={_format(column)}]"
-    longest = max(map(len, column), default=0)
-    return _PARAGRAPH if longest > _LONG else "l"
 
 
 def _broken(text: str) -> str:

@@ -63,8 +63,10 @@ class LawCandidate(Candidate):
         """The law without the terms that these rows cannot tell; see `Candidate.fit`."""
         outcome = self.outcome
         if outcome is None:
-            starts = [self.near] if self.near else []
-            law = fit_structure(train, self.structure, starts=starts)
+            if self.near:
+                law = fit_structure(train, self.structure, starts=[self.near])
+            else:
+                law = fit_structure(train, self.structure)
             outcome = _with_terms_told(train, law)
         return replace(outcome, notes=(*self.notes, *outcome.notes))
 

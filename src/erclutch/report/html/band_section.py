@@ -23,9 +23,11 @@ def _fill(material: Material) -> dict[str, Any] | None:
     if band is None or figures is None:
         return None
     held: list[tuple[str, Any, float]] = []  # what was tried, its figures, its width over that of one width for all
+    plain_width = figures["plain"] or 1.0
     for name, key in (("without a sensor", "held"), ("with a torque sensor", "with_sensor")):
-        if figures[key] is not None:
-            held.append((name, figures[key], figures[key]["width"] / (figures["plain"] or 1.0)))
+        holds = figures[key]
+        if holds is not None:
+            held.append((name, holds, holds["width"] / plain_width))
     return {
         "level": percent(band.level),
         "figure": replace(describe_trace(material).panels[0], size=(880, 300)),

@@ -40,7 +40,23 @@ def _model(entry: Mapping[str, Any], units: Units) -> dict[str, Any]:
     """A model's stages with their constants; a stage without any is left out."""
     stages: list[dict[str, Any]] = []
     for stage in stages_in(entry):
-        rows = [_constant(known) for known in _constants(entry, stage, units)]
+        rows: list[dict[str, Any]] = []
+        for constant in _constants(entry, stage, units):
+            unit = "" if constant["unit"] == "1" else constant["unit"]
+            scale = Scale(1e3, "ms") if unit == "s" else scale_for(unit, abs(constant["value"]))
+            band, identified = "from the best law", True
+            if "low" in constant:
+                band, identified = interval(constant, scale.factor)
+            rows.append(
+                {
+                    "symbol": symbol(constant["name"]),
+                    "meaning": constant["meaning"],
+                    "value": scale.bare(constant["value"], 3),
+                    "unit": scale.unit,
+                    "band": band,
+                    "identified": identified,
+                }
+            )
         if rows:
             stages.append({"title": capital(stage.title), "rows": rows})
     return {"title": entry["title"], "stages": stages}
@@ -66,21 +82,6 @@ def _constants(entry: Mapping[str, Any], stage: Stage, units: Units) -> Iterator
     for name, parameter in known.items():
         if name in names:
             yield parameter
-
-
-def _constant(known: Mapping[str, Any]) -> dict[str, Any]:
-    """A line of the table: a constant or gain as it is shown."""
-    unit = "" if known["unit"] == "1" else known["unit"]
-    scale = Scale(1e3, "ms") if unit == "s" else scale_for(unit, abs(known["value"]))
-    band, identified = interval(known, scale.factor) if "low" in known else ("from the best law", True)
-    return {
-        "symbol": symbol(known["name"]),
-        "meaning": known["meaning"],
-        "value": scale.bare(known["value"], 3),
-        "unit": scale.unit,
-        "band": band,
-        "identified": identified,
-    }
 
 
 def _lead(material: Material, after: AfterSwitch | None, *, staged: bool) -> str:

@@ -9,7 +9,7 @@ import contextlib
 import hashlib
 import json
 from collections.abc import Callable, Sequence
-from functools import cache, partial
+from functools import cache
 from importlib.metadata import version
 from importlib.resources import files
 from pathlib import Path
@@ -23,7 +23,6 @@ from erclutch.errors import RunError
 from erclutch.files import cache_folder, small_text
 from erclutch.models.laws import Law, law_from_name
 from erclutch.models.stages import slip_stages
-from erclutch.models.stages.stage import SlipStage
 from erclutch.report.plots.paper_style import placed
 from erclutch.signals.device import DeviceName
 
@@ -34,7 +33,17 @@ _MAKERS = ("models/laws/symbolic.py", "report/html/equations.py")
 def terms_of(specification: str, device: DeviceName) -> tuple[Markup, ...]:
     """Gain times column of each term of a law's effort for w > 0."""
     law = law_from_name(specification, device)
-    return _kept_terms(_digest_of_law(law), partial(made_terms, law))
+    # The equation follows from what the law computes, its names, and the code that writes it.
+    field: Any = _Words("E")
+    if law.stimulus is not None:
+        thresholds = [_Words(shape.name) for shape in law.stimulus_shape]
+        field = law.stimulus(field, *thresholds)
+    shapes = [_Words(shape.name) for shape in law.shape]
+    columns = law.columns(field, _Words("w"), *shapes)
+    gain_names = [gain.name for gain in law.gains]
+    signs = [(shape.name, shape.lower >= 0) for shape in law.shape]
+    digest = _digest((gain_names, signs), [_text(column) for column in columns])
+    return _kept_terms(digest, lambda: made_terms(law))
 
 
 @cache
@@ -43,8 +52,19 @@ def memory_terms_of(dynamics: str) -> tuple[Markup, ...]:
     stages = slip_stages(dynamics)
     if not stages:
         return ()
-    columns = [_text(c) for s in stages for c in s.columns([_Words(name) for name in s.outputs], _Words("y"))]
-    return _kept_terms(_digest([gain.name for s in stages for gain in s.gains], columns), partial(_made_memory, stages))
+    gain_names: list[str] = []
+    columns: list[str] = []
+    for stage in stages:
+        gain_names += [gain.name for gain in stage.gains]
+        outputs = [_Words(name) for name in stage.outputs]
+        columns += [_text(column) for column in stage.columns(outputs, _Words("y"))]
+
+    def made() -> list[str]:
+        from erclutch.models.laws.symbolic import memory_terms
+
+        return _written([term for stage in stages for term in memory_terms(stage)])
+
+    return _kept_terms(_digest(gain_names, columns), made)
 
 
 def _kept_terms(digest: str, make: Callable[[], list[str]]) -> tuple[Markup, ...]:
@@ -52,7 +72,9 @@ def _kept_terms(digest: str, make: Callable[[], list[str]]) -> tuple[Markup, ...
     terms = _read(kept)
     if terms is None:
         terms = make()
-        _keep(kept, terms)
+        # A cache that cannot be written costs a second the next time, no more.
+        with contextlib.suppress(RunError), placed(kept) as unfinished:
+            unfinished.write_text(json.dumps(terms), encoding="utf-8")
     return tuple(map(Markup, terms))
 
 
@@ -61,12 +83,6 @@ def made_terms(law: Law) -> list[str]:
     from erclutch.models.laws.symbolic import short_terms
 
     return _written(short_terms(law))
-
-
-def _made_memory(stages: Sequence[SlipStage]) -> list[str]:
-    from erclutch.models.laws.symbolic import memory_terms
-
-    return _written([term for stage in stages for term in memory_terms(stage)])
 
 
 def _written(terms: Sequence[tuple[Any, Any]]) -> list[str]:
@@ -96,16 +112,6 @@ def _text(x: Any) -> str:
     return x.text if isinstance(x, _Words) else repr(x)
 
 
-def _digest_of_law(law: Law) -> str:
-    """Of all that the equation follows from: what the law computes, its names, and the code that writes it."""
-    field: Any = _Words("E")
-    if law.stimulus is not None:
-        field = law.stimulus(field, *(_Words(shape.name) for shape in law.stimulus_shape))
-    columns = law.columns(field, _Words("w"), *(_Words(shape.name) for shape in law.shape))
-    names = [gain.name for gain in law.gains], [(shape.name, shape.lower >= 0) for shape in law.shape]
-    return _digest(names, [_text(column) for column in columns])
-
-
 def _digest(names: Any, columns: Sequence[str]) -> str:
     digest = hashlib.sha256(repr((names, columns, version("sympy"))).encode())
     for maker in _MAKERS:
@@ -120,9 +126,3 @@ def _read(kept: Path) -> list[str] | None:
         return None
     sound = isinstance(terms, list) and all(isinstance(term, str) for term in cast("list[object]", terms))
     return cast("list[str]", terms) if sound else None
-
-
-def _keep(kept: Path, terms: list[str]) -> None:
-    """Write the file, whole or not at all; a cache that cannot be written costs a second the next time, no more."""
-    with contextlib.suppress(RunError), placed(kept) as unfinished:
-        unfinished.write_text(json.dumps(terms), encoding="utf-8")

@@ -54,7 +54,11 @@ def negative_gains(model: TorqueModel) -> list[str]:
     for gain in model.structure.gains():
         if gain.negative and model.gains[gain.name] < 0:
             odd.setdefault(gain.negative, []).append(f"{plain_symbol(gain.name)}, {gain.meaning},")
-    return [f"{' and '.join(told)} {'are' if len(told) > 1 else 'is'} negative. {why}" for why, told in odd.items()]
+    sentences: list[str] = []
+    for why, gains in odd.items():
+        verb = "are" if len(gains) > 1 else "is"
+        sentences.append(f"{' and '.join(gains)} {verb} negative. {why}")
+    return sentences
 
 
 def parameter_row(p: Mapping[str, Any]) -> dict[str, Any]:
@@ -75,11 +79,15 @@ def parameter_row(p: Mapping[str, Any]) -> dict[str, Any]:
 
 def meaning_of_letters(material: Material, model: TorqueModel) -> str:
     """What E and w are over in the equation, and what its other letters are."""
-    pair = "of one clutch, numbered by the parameters' last index; " if len(material.rows.data.elements) > 1 else ""
+    pair = ""
+    if len(material.rows.data.elements) > 1:
+        pair = "of one clutch, numbered by the parameters' last index; "
     dynamics = model.structure.dynamics
     lagged = stages_at(dynamics, "command")
     fluid = " in the fluid, behind the stages on the command," if lagged else ""
-    more = " y(E) is the strength of the field in the memory, 1 at that field;" if slip_stages(dynamics) else ""
+    more = ""
+    if slip_stages(dynamics):
+        more += " y(E) is the strength of the field in the memory, 1 at that field;"
     if temperature_stages(dynamics):
         more += f" t is the temperature over {model.reference.temperature:.4g} K;"
     slip = material.slip.of(model.reference.slip, 4)

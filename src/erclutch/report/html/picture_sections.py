@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 
 from erclutch.report.html.section import Section
-from erclutch.report.numbers.correlation import Autocorrelation, Spectrum
 from erclutch.report.numbers.error_map import ErrorMap
 from erclutch.report.numbers.model_stages import remembers_slip
 from erclutch.report.numbers.number_text import brief, count, number, percent
@@ -29,23 +28,21 @@ def _error_map(material: Material) -> dict[str, Any]:
     (error,) = panels[0].cells()
     (rows,) = panels[1].cells()
     place = {"inside": inside(panels[0])}  # of the axes in the drawing, the same in all
+
+    largest_errors = [worst_cell(material, cells) for cells in material.error_maps]
+    worst = " ".join(filter(None, largest_errors))
+    blind = max(cells.blind_share for cells in material.error_maps)
+    holes = "Every row held out lies in a cell that training rows reach."
+    if blind:
+        holes = f"{percent(blind, 2)} of the rows held out lie in cells without a training row (crossed)."
     return {
         "pairs": list(zip(panels[::2], panels[1::2], strict=True)),
         "grids": [_grid(material, cells) | place for cells in material.error_maps],
         "error_steps": [number(top, 2) for top in error.largest(RAMP)],
         "row_steps": [count(round(top)) for top in rows.largest(RAMP)],
         "error_label": error.label,
-        "lead": _holes(material),
+        "lead": f"{worst} {holes}",
     }
-
-
-def _holes(material: Material) -> str:
-    largest_errors = [worst_cell(material, cells) for cells in material.error_maps]
-    worst = " ".join(filter(None, largest_errors))
-    blind = max(cells.blind_share for cells in material.error_maps)
-    if not blind:
-        return f"{worst} Every row held out lies in a cell that training rows reach."
-    return f"{worst} {percent(blind, 2)} of the rows held out lie in cells without a training row (crossed)."
 
 
 def _grid(material: Material, found: ErrorMap) -> dict[str, Any]:
@@ -68,14 +65,10 @@ def _parity(material: Material) -> dict[str, Any]:
 
 
 def _residual(material: Material) -> dict[str, Any] | None:
-    """In frequency and in time."""
+    """In frequency and in time; in words how many rows are independent, and what the model does not explain."""
     power, memory = material.spectrum, material.autocorrelation
     if power is None or memory is None:
         return None
-    return {"figures": describe_residual(material).panels, "lead": _remains(material, power, memory)}
-
-
-def _remains(material: Material, power: Spectrum, memory: Autocorrelation) -> str:
     name = material.recommended
     rows = material.body["test_rows"]
     free = min(memory.independent[name], float(rows))
@@ -98,7 +91,7 @@ def _remains(material: Material, power: Spectrum, memory: Autocorrelation) -> st
     if 0 < unexplained.size < residual.size:
         first = number(float(unexplained[0]), 2)
         text += f" From about {first} Hz on, the model explains less than half of what is measured."
-    return text
+    return {"figures": describe_residual(material).panels, "lead": text}
 
 
 def _flow_curves(material: Material) -> dict[str, Any] | None:
@@ -111,10 +104,12 @@ def _flow_curves(material: Material) -> dict[str, Any] | None:
     dots = False
     for place, laws in enumerate(curves):
         panels = flow_panels(material, laws)
-        plots = [{"name": material.titles[law.model], "panel": panel} for law, panel in zip(laws, panels, strict=True)]
+        plots: list[dict[str, Any]] = []
+        for law, panel in zip(laws, panels, strict=True):
+            plots.append({"name": material.titles[law.model], "panel": panel})
+            dots = dots or any(near.size for near in law.dots)
         groups.append({"element": material.element_name(place), "plots": plots})
         levels = levels or panels[0].legend()
-        dots = dots or any(near.size for law in laws for near in law.dots)
     if not material.field.unit:
         levels = [(style, f"E = {label}") for style, label in levels]
     return {"groups": groups, "levels": levels, "about": material.about_flow_curves, "dots": dots}
@@ -139,18 +134,17 @@ def _drawn(material: Material) -> str:
         f"{percent(areas.measured, 2)} of the boxes around them"
     )
     if areas.measured < _NARROW:
-        return f"{wide}, next to nothing: they show no memory of the motion.{_memory_elsewhere(material)}"
-    shares = " and ".join(
-        f"{material.titles[name]} draws {percent(max(share, 0.0), 2)}" for name, share in areas.drawn.items()
-    )
-    return f"{wide}; of that area {shares}."
-
-
-def _memory_elsewhere(material: Material) -> str:
-    """Where the gain of a memory is told, if the recommended model has one: closed loops seem to deny it."""
-    if not remembers_slip(material.run.entry(material.recommended)):
-        return ""
-    return " The recommended model has a memory all the same: “Lag and memory” says what it gains over all rows."
+        none = f"{wide}, next to nothing: they show no memory of the motion."
+        # Closed loops seem to deny the memory of the recommended model, where it has one.
+        if remembers_slip(material.run.entry(material.recommended)):
+            none += (
+                " The recommended model has a memory all the same: “Lag and memory” says what it gains over all rows."
+            )
+        return none
+    shares: list[str] = []
+    for name, share in areas.drawn.items():
+        shares.append(f"{material.titles[name]} draws {percent(max(share, 0.0), 2)}")
+    return f"{wide}; of that area {' and '.join(shares)}."
 
 
 ERROR_MAP = Section("error_map", "Where it errs, and where there are data", "Where it errs", _error_map)

@@ -103,7 +103,8 @@ def page(material: Material, sections: Sequence[Section], title: str, heading: s
     }
     bodies = [_body(environment, section, common | values) for section, values in filled]
     shared = {"traces": data.get("traces"), "grids": grids}
-    return _document((title, heading, line), (material.badge, material.badge_means), bodies, shared, plots=bool(data))
+    badge = (material.badge, material.badge_means)
+    return _document((title, heading, line), badge, bodies, shared, plots=bool(data))
 
 
 def plain_page(
@@ -127,10 +128,22 @@ def plain_page(
 
 
 def _document(
-    titles: tuple[str, str, str], badge: tuple[str, str], sections: list[dict[str, Any]], shared: Any, *, plots: bool
+    titles: tuple[str, str, str],
+    badge: tuple[str, str],
+    sections: list[dict[str, Any]],
+    shared: Any,
+    *,
+    plots: bool,
 ) -> str:
-    scripts = [_asset("report/assets/uplot/uPlot.iife.min.js")] if plots else []
+    scripts: list[str] = []
+    if plots:
+        scripts.append(_asset("report/assets/uplot/uPlot.iife.min.js"))
     scripts.append("".join(_asset(f"report/assets/{name}.js") for name in _SCRIPTS))
+    # The page allows these scripts by their digests, and no other.
+    allowed: list[str] = []
+    for script in scripts:
+        digest = hashlib.sha256(script.encode()).digest()
+        allowed.append(f"'sha256-{base64.b64encode(digest).decode()}'")
     title, heading, line = titles
     values: dict[str, Any] = {
         "title": title,
@@ -141,8 +154,8 @@ def _document(
         "sections": [section for section in sections if not section["folded"]],
         "details": [section for section in sections if section["folded"]],
         "style": Markup("".join(_asset(f"report/assets/{name}.css") for name in _STYLES)),
-        "scripts": [Markup(s) for s in scripts],
-        "allowed": " ".join(f"'sha256-{_digest(s)}'" for s in scripts),
+        "scripts": [Markup(script) for script in scripts],
+        "allowed": " ".join(allowed),
         "data": safe_json(json.dumps(shared, separators=(",", ":"), allow_nan=False)),
     }
     return _rendered(templates(), "page", values)
@@ -173,10 +186,6 @@ def _rendered(environment: Any, name: str, values: Mapping[str, Any]) -> str:
         problem = f"the part {name} of the page cannot be filled in ({type(error).__name__}: {error})"
         remedy = "Install erclutch anew, or fit again with this version if the run is of another one"
         raise RunError(problem, remedy=remedy) from error
-
-
-def _digest(text: str) -> str:
-    return base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()
 
 
 def _asset(path: str) -> str:

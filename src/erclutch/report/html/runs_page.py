@@ -103,8 +103,13 @@ def joined(found: Pairing) -> _Joined:
         stands_for = {"name": title, "title": title, MODEL: each.model, APART: apart(each)}
         entries.append({**each.run.entry(each.model), **stands_for})
         predicted[title] = each.rows.predicted[each.model]
-    body = {**first.run.body, "ranking": entries, "recommended": title_of(first), "best": title_of(first)}
-    return _Joined(Run(first.run.folder, body), RunRows(first.rows.data, first.rows.test, predicted), found)
+    title = title_of(first)
+    body = {**first.run.body, "ranking": entries, "recommended": title, "best": title}
+    return _Joined(
+        run=Run(first.run.folder, body),
+        rows=RunRows(first.rows.data, first.rows.test, predicted),
+        found=found,
+    )
 
 
 def _verdict(found: Pairing, material: Material) -> dict[str, Any]:

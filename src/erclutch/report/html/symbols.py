@@ -45,5 +45,11 @@ def plain_symbol(name: str) -> str:
 
 def safe_json(text: str) -> Markup:
     """JSON that may stand inside a script element."""
-    table = {ord("<"): "\\u003c", ord(">"): "\\u003e", ord("&"): "\\u0026", 0x2028: "\\u2028", 0x2029: "\\u2029"}
+    table = {
+        ord("<"): "\\u003c",
+        ord(">"): "\\u003e",
+        ord("&"): "\\u0026",
+        0x2028: "\\u2028",
+        0x2029: "\\u2029",
+    }
     return Markup(text.translate(table))

@@ -39,6 +39,9 @@ def _fill(material: Material) -> dict[str, Any]:
             detail = _detail(packer, material, name)
             models.append({"name": name, "title": material.titles[name], "role": role, "detail": detail})
     data = material.rows.data
+    logs: list[list[Any]] = []  # name, first row, and the row behind the last one
+    for log, (start, stop) in zip(data.sources, data.source_rows, strict=True):
+        logs.append([log, start, stop])
     windows = material.windows
     drawn, drawn_rows = _on_paper(material)
     coarsest = max(layer.bucket for channel in packer.channels.values() for layer in channel.layers)
@@ -47,12 +50,16 @@ def _fill(material: Material) -> dict[str, Any]:
             "rows": data.rows,
             "time": _clock(material),
             "breaks": [span.start for span in data.clock.spans][1:],
-            "logs": [[name, a, b] for name, (a, b) in zip(data.sources, data.source_rows, strict=True)],
+            "logs": logs,
             "test": stretches(material.rows.test),
             "windows": {"typical": list(windows.typical), "worst": list(windows.worst)},
             "recommended": material.recommended,
             "models": models,
-            "effort": {"name": material.word, "unit": brief(material.effort.unit), "factor": material.effort.factor},
+            "effort": {
+                "name": material.word,
+                "unit": brief(material.effort.unit),
+                "factor": material.effort.factor,
+            },
             "inputs": inputs,
             "channels": {name: made.to_dict() for name, made in packer.channels.items()},
         },
@@ -183,9 +190,11 @@ def _clock(material: Material) -> list[list[float]]:
         if span.start in first_rows and last is not None:
             shift = last + 1.0 - float(time[0])
         end = time.size - 1
-        even = span.period is not None
-        places = np.array([0, end]) if even else np.unique([*range(0, time.size, _KNOT), end])
+        places = [0, end]
+        if span.period is None:
+            places = np.unique([*range(0, time.size, _KNOT), end]).tolist()
         for place in places:
-            knots.append([int(span.start + place), round(float(time[place]) + shift, 7)])
+            shown = float(time[place]) + shift
+            knots.append([span.start + place, round(shown, 7)])
         last = float(time[-1]) + shift
     return knots

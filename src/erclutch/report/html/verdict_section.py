@@ -37,15 +37,16 @@ _TOLD_WITH_ITS_CONSTANTS = ("at a bound", "not identified", "test RMSE")
 def _fill(material: Material) -> dict[str, Any]:
     """The first thing that is read."""
     body = material.body
+    about = material.about
     effort = material.effort
     test = material.run.entry(material.recommended)["test"]
     rest = _rest(material)
     # Rows at rest flatter a model. Where there are many, the error in motion comes first.
     matters = rest.held_out >= MANY_AT_REST and rest.moving > 0
     return {
-        "about": [text for text in (material.about.device, material.about.author, material.about.date) if text],
-        "note": material.about.note,
-        "tags": material.about.tags,
+        "about": [text for text in (about.device, about.author, about.date) if text],
+        "note": about.note,
+        "tags": about.tags,
         "headline": {
             "model": material.title,
             "recommended": standing_of_run(body).word == "recommended",
@@ -114,8 +115,13 @@ def _rest(material: Material) -> _Rest:
     effort = material.rows.data.effort[moving]
     rmse = rms(error) if error.size else 0.0
     spread = float(np.std(effort)) if effort.size else 0.0
-    share = rmse / spread if spread else float("nan")
-    return _Rest(float(still[test].mean()), float(still[~test].mean()), error.size, rmse, share)
+    return _Rest(
+        held_out=float(still[test].mean()),
+        training=float(still[~test].mean()),
+        moving=error.size,
+        rmse=rmse,
+        share=rmse / spread if spread else float("nan"),
+    )
 
 
 def choice(material: Material) -> str:

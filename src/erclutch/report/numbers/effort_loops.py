@@ -143,7 +143,11 @@ def _windows(rows: RunRows, element: int, periods: int) -> _Periods:
                 stops.append(turns[periods:])
                 held.append(np.full(turns.size - periods, is_held))
     if not starts:
-        return _Periods(np.zeros(0, np.intp), np.zeros(0, np.intp), np.zeros(0, np.bool_))
+        return _Periods(
+            starts=np.zeros(0, np.intp),
+            stops=np.zeros(0, np.intp),
+            held=np.zeros(0, np.bool_),
+        )
 
     first = np.concatenate(starts)
     last = np.concatenate(stops)

@@ -42,7 +42,8 @@ class ErrorMap:
     @property
     def blind_share(self) -> float:
         """Share of the rows held out that lie in such cells."""
-        return float(self.test[self.blind].sum() / max(int(self.test.sum()), 1))
+        held_out = max(int(self.test.sum()), 1)
+        return float(self.test[self.blind].sum() / held_out)
 
     @property
     def empty_share(self) -> float:
@@ -51,11 +52,12 @@ class ErrorMap:
 
     def worst(self) -> tuple[int, int] | None:
         """The cell with the largest error among those that hold enough rows to say so."""
-        enough = np.where(self.test >= max(20, int(self.test.sum()) // 2000), self.rmse, np.nan)
-        if not np.any(np.isfinite(enough)):
+        fewest = max(20, int(self.test.sum()) // 2000)
+        rmse = np.where(self.test >= fewest, self.rmse, np.nan)
+        if not np.any(np.isfinite(rmse)):
             return None
-        at = np.unravel_index(int(np.nanargmax(enough)), enough.shape)
-        return int(at[0]), int(at[1])
+        field, slip = np.unravel_index(int(np.nanargmax(rmse)), rmse.shape)
+        return int(field), int(slip)
 
 
 def error_maps(rows: RunRows, model: str) -> tuple[ErrorMap, ...]:
@@ -72,7 +74,8 @@ def error_maps(rows: RunRows, model: str) -> tuple[ErrorMap, ...]:
         train = np.bincount(cell[~rows.test], minlength=count)
         test = np.bincount(cell[rows.test], minlength=count)
         total = np.bincount(cell[rows.test], squares, minlength=count)
-        rmse = np.sqrt(np.where(test > 0, total / np.maximum(test, 1), np.nan))
+        mean_square = np.where(test > 0, total / np.maximum(test, 1), np.nan)
+        rmse = np.sqrt(mean_square)
         maps.append(
             ErrorMap(
                 element=number,
@@ -114,5 +117,6 @@ def _cell(values: Array, edges: Array) -> NDArray[np.intp]:
     even = np.allclose(np.diff(edges), edges[1] - edges[0], rtol=1e-9)
     if not even:
         return np.clip(np.searchsorted(edges, values, "right") - 1, 0, last)
-    scaled = (values - edges[0]) * ((last + 1) / (edges[-1] - edges[0]))
+    cells_per_unit = (last + 1) / (edges[-1] - edges[0])
+    scaled = (values - edges[0]) * cells_per_unit
     return np.clip(scaled.astype(np.intp), 0, last)

@@ -281,7 +281,8 @@ def _others(rows: RunRows, model: Model, element: int, at: Rows) -> Array:
 def _steady(model: Model, fields: Sequence[Array], slips: Sequence[Array]) -> Array:
     """Effort at rest with further inputs, such as a temperature, in the middle of their ranges."""
     rows = slips[0].size
-    extras = [np.full(rows, 0.5 * (low + high)) for low, high in model.extras.values()]
+    middles = [0.5 * (low + high) for low, high in model.extras.values()]
+    extras = [np.full(rows, middle) for middle in middles]
     return model.steady(fields, slips, extras)
 
 

@@ -135,7 +135,8 @@ def pair(runs: Sequence[Run], models: Sequence[str] = (), seed: int = 0) -> Pair
         wanted = [str(run.body["recommended"]) for run in runs]
     else:
         wanted = list(models) * len(runs) if len(models) == 1 else list(models)
-    names = [str(run.entry(name)["name"]) for run, name in zip(runs, wanted, strict=True)]
+    entries = [run.entry(name) for run, name in zip(runs, wanted, strict=True)]
+    names = [str(entry["name"]) for entry in entries]
 
     loaded = [read_rows(run) for run in runs]
     unit = runs[0].body["units"]["effort"]
@@ -148,34 +149,35 @@ def pair(runs: Sequence[Run], models: Sequence[str] = (), seed: int = 0) -> Pair
                 remedy="Compare runs of the same logs, read with the same units",
             )
     shared = _shared(runs, loaded)
-    residuals = [rows.residual(name)[at] for rows, name, at in zip(loaded, names, shared, strict=True)]
-    for run, name, residual in zip(runs, names, residuals, strict=True):
+    residuals: list[Array] = []  # of each run on the shared rows
+    for run, rows, name, at in zip(runs, loaded, names, shared, strict=True):
+        residual = rows.residual(name)[at]
         if not np.all(np.isfinite(residual)):
-            raise RunError(
-                f"{name} gives no finite effort", where=str(run.folder), remedy="Choose another with --model"
-            )
+            problem = f"{name} gives no finite effort"
+            raise RunError(problem, where=str(run.folder), remedy="Choose another with --model")
+        residuals.append(residual)
 
     # The same blocks of rows for all runs, so that a difference is of models and not of rows.
     block = block_rows(residuals)
     labels = _labels(folders)
     contenders: list[Contender] = []
+    whole = True
     for place, (run, rows, name, at) in enumerate(zip(runs, loaded, names, shared, strict=True)):
-        contenders.append(
-            Contender(
-                label=labels[place],
-                run=run,
-                rows=rows,
-                model=name,
-                shared=at,
-                figures=score(rows.data.effort[at], rows.predicted[name][at], block=block, seed=seed),
-                more=difference(residuals[place], residuals[0], block=block, seed=seed) if place else None,
-                share=excess(residuals[place], residuals[0], block=block, seed=seed) if place else None,
-            )
+        measured = rows.data.effort[at]
+        estimated = rows.predicted[name][at]
+        contender = Contender(
+            label=labels[place],
+            run=run,
+            rows=rows,
+            model=name,
+            shared=at,
+            figures=score(measured, estimated, block=block, seed=seed),
+            more=difference(residuals[place], residuals[0], block=block, seed=seed) if place else None,
+            share=excess(residuals[place], residuals[0], block=block, seed=seed) if place else None,
         )
-    whole = all(
-        np.array_equal(rows.test, loaded[0].test) and at.size == int(rows.test.sum())
-        for rows, at in zip(loaded, shared, strict=True)
-    )
+        contenders.append(contender)
+        same_rows = np.array_equal(rows.test, loaded[0].test)
+        whole = whole and same_rows and at.size == int(rows.test.sum())
     return Pairing(
         contenders=tuple(contenders),
         rows=shared[0].size,
@@ -206,8 +208,9 @@ def _shared(runs: Sequence[Run], loaded: Sequence[RunRows]) -> list[Rows]:
             where=" and ".join(str(run.folder) for run in runs),
             remedy="Compare runs of the same logs, with the same --test, --from and --until",
         )
-    for run, rows, at in zip(runs[1:], loaded[1:], shared[1:], strict=True):
-        if not np.allclose(rows.data.effort[at], loaded[0].data.effort[shared[0]], rtol=1e-9, atol=0.0):
+    efforts = [rows.data.effort[at] for rows, at in zip(loaded, shared, strict=True)]
+    for run, effort in zip(runs[1:], efforts[1:], strict=True):
+        if not np.allclose(effort, efforts[0], rtol=1e-9, atol=0.0):
             raise RunError(
                 f"the effort of these rows is not that of {runs[0].folder}",
                 where=str(run.folder),
@@ -284,7 +287,9 @@ def _parts(contender: Contender) -> dict[str, str]:
 
 def apart(contender: Contender) -> str:
     """All that may move a model's error and is no stage, as text."""
-    return repr({what: part for what, part in _parts(contender).items() if not what.startswith("stages on")})
+    parts = _parts(contender)
+    without_stages = {what: part for what, part in parts.items() if not what.startswith("stages on")}
+    return repr(without_stages)
 
 
 def differing_settings(bodies: Sequence[Mapping[str, Any]]) -> tuple[tuple[str, tuple[str, ...]], ...]:

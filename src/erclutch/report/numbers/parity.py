@@ -75,18 +75,18 @@ def distributions(rows: RunRows, models: Sequence[str]) -> tuple[Distribution, .
     reach = float(np.quantile(np.abs(residuals[0]), 0.995)) or 1.0
     edges = np.linspace(-1.25 * reach, 1.25 * reach, _BARS + 1)
     width = edges[1] - edges[0]
-    found: list[Distribution] = []
+    of_models: list[Distribution] = []
     for model, residual in zip(models, residuals, strict=True):
         counts, _ = np.histogram(residual, edges)
-        found.append(
-            Distribution(
-                model=model,
-                edges=edges,
-                density=counts / (residual.size * width),
-                beyond=1.0 - float(counts.sum()) / residual.size,
-                bias=float(residual.mean()),
-                quantiles=tuple(np.quantile(np.abs(residual), (0.5, 0.95, 0.99, 1.0)).tolist()),
-                spread=float(residual.std()),
-            )
+        quantiles = np.quantile(np.abs(residual), (0.5, 0.95, 0.99, 1.0))
+        distribution = Distribution(
+            model=model,
+            edges=edges,
+            density=counts / (residual.size * width),
+            beyond=1.0 - float(counts.sum()) / residual.size,
+            bias=float(residual.mean()),
+            quantiles=tuple(quantiles.tolist()),
+            spread=float(residual.std()),
         )
-    return tuple(found)
+        of_models.append(distribution)
+    return tuple(of_models)

@@ -51,24 +51,23 @@ Role = Literal["recommended", "best", "baseline"]
 
 def shown_models(body: Mapping[str, Any]) -> dict[str, Role]:
     """Models that pictures show: the recommended, the best and the plainest one of a run (`run.json`), and why."""
-    ranking = body["ranking"]
+    # The plainest is Bingham without memory where it was fitted, else the model with the fewest parameters.
+    ranking: Sequence[Mapping[str, Any]] = body["ranking"]
+    finite = [entry for entry in ranking if entry["test"]["rmse"][0] is not None]
+    without_memory = [entry for entry in finite if "+" not in entry["name"]]
+    bingham = [entry for entry in without_memory if entry["name"].startswith("bingham")]
+    candidates = bingham or finite or ranking
+    plainest = min(candidates, key=lambda entry: (entry["parameters_count"], entry["name"]))
+
     picks: tuple[tuple[Role, str], ...] = (
         ("recommended", chosen_name(body)),
         ("best", body["best"]),
-        ("baseline", _plainest(ranking)),
+        ("baseline", str(plainest["name"])),
     )
-    found: dict[str, Role] = {}
+    shown: dict[str, Role] = {}
     for role, name in picks:
-        found.setdefault(name, role)
-    return found
-
-
-def _plainest(ranking: Sequence[Mapping[str, Any]]) -> str:
-    """Bingham without memory where it was fitted, else the model with the fewest parameters."""
-    finite = [e for e in ranking if e["test"]["rmse"][0] is not None]
-    bingham = [e for e in finite if e["name"].startswith("bingham") and "+" not in e["name"]]
-    chosen = min(bingham or finite or ranking, key=lambda e: (e["parameters_count"], e["name"]))
-    return str(chosen["name"])
+        shown.setdefault(name, role)
+    return shown
 
 
 def badge_of(body: Mapping[str, Any]) -> str:
@@ -177,7 +176,8 @@ class Material:
     @cached_property
     def field(self) -> Scale:
         """How fields are shown."""
-        largest = max(float(np.abs(element.field).max()) for element in self.rows.data.elements)
+        fields = [np.abs(element.field) for element in self.rows.data.elements]
+        largest = max(float(field.max()) for field in fields)
         return scale_for(self.body["units"]["field"], largest)
 
     @cached_property
@@ -218,9 +218,13 @@ class Material:
     @cached_property
     def law_parts(self) -> Mapping[str, TorqueModel]:
         """The law of each model that has one: of a law itself, and of a law with a network."""
-        # A law with a network has its law beside the correction; a law's structure has the law, a network's has none.
-        parts: dict[str, Any] = {name: getattr(model, "law", model) for name, model in self.models.items()}
-        return {name: part for name, part in parts.items() if hasattr(part.structure, "law")}
+        parts: dict[str, TorqueModel] = {}
+        for name, model in self.models.items():
+            # A law with a network has its law beside the correction; a law's structure has the law, a network's none.
+            part: Any = getattr(model, "law", model)
+            if hasattr(part.structure, "law"):
+                parts[name] = part
+        return parts
 
     @cached_property
     def error_maps(self) -> tuple[ErrorMap, ...]:
@@ -276,7 +280,8 @@ class Material:
     @property
     def travel(self) -> Scale:
         """How travels are shown: slips summed up over time."""
-        largest = max((float(np.abs(loop.travel).max()) for loop in self.effort_loops), default=0.0)
+        travels = [np.abs(loop.travel) for loop in self.effort_loops]
+        largest = max((float(travel.max()) for travel in travels), default=0.0)
         of_slip = self.body["units"]["slip"]
         unit = of_slip.removesuffix("/s") if of_slip.endswith("/s") else f"{of_slip}*s"
         return scale_for(unit, largest)
@@ -285,7 +290,8 @@ class Material:
     def flow_curves(self) -> tuple[tuple[FlowCurves, ...], ...]:
         """Curves of each element, of each law in its best form; laws that are alike in one."""
         laws = [self.laws[name] for name in law_names(self.body)]
-        of_elements = [flow_curves(self.rows, laws, element) for element in range(len(self.rows.data.elements))]
+        elements = range(len(self.rows.data.elements))
+        of_elements = [flow_curves(self.rows, laws, element) for element in elements]
         return grouped(of_elements, self.unexplained)
 
     @cached_property
@@ -303,13 +309,16 @@ class Material:
     @property
     def without_field(self) -> bool:
         """Whether no log has a field: it is zero all along, in no unit."""
-        return self.rows.data.units.field == "?" and not any(e.field.any() for e in self.rows.data.elements)
+        if self.rows.data.units.field != "?":
+            return False
+        return not any(element.field.any() for element in self.rows.data.elements)
 
     @cached_property
     def dot_wait(self) -> int:
         """Rows that the field has stayed before each dot of these curves."""
         model = self.models[self.recommended]
-        return min(waited(self.rows, model, k) for k in range(len(self.rows.data.elements)))
+        elements = range(len(self.rows.data.elements))
+        return min(waited(self.rows, model, element) for element in elements)
 
     @property
     def unexplained(self) -> float:
@@ -339,7 +348,8 @@ class Material:
             sentences.append(f"The log has hardly any rows at {at}: there the curves are the laws' guess.")
 
         dots = {law.model: sum(map(len, law.dots)) for law in curves}
-        few = [self.titles[name] for name, count in dots.items() if count < 0.25 * max(dots.values())]
+        enough = 0.25 * max(dots.values(), default=0)
+        few = [self.titles[name] for name, count in dots.items() if count < enough]
         if few:
             why = "for a dot is a row whose field was still as long as the law's lag"
             sentences.append(f"{', '.join(few)}: few dots or none, {why}.")

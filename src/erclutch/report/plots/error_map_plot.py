@@ -18,7 +18,14 @@ _HIGH, _LOW = (430, 300), (430, 215)
 def describe_error_map(material: Material) -> Plot:
     """Two panels an element: RMSE of the recommended model on the rows held out, and training rows."""
     maps = material.error_maps
-    top = _top(maps) * material.effort.factor
+    # Error of the last colour: the 97th percentile of the rows, so that one cell does not take all contrast.
+    errors: list[Array] = []
+    for cells in maps:
+        met = cells.test > 0
+        rows_of_cells = np.minimum(cells.test[met], 50)  # so that a few crowded cells are not all that counts
+        errors.append(np.repeat(cells.rmse[met], rows_of_cells))
+    top = float(np.quantile(np.concatenate(errors), 0.97)) or 1.0
+    top *= material.effort.factor
     most = max(int(cells.train.max()) for cells in maps)
     panels: list[Panel] = []
     rows: list[tuple[object, ...]] = []
@@ -44,24 +51,24 @@ def describe_error_map(material: Material) -> Plot:
     )
 
 
-def _top(maps: tuple[ErrorMap, ...]) -> float:
-    """Error of the last colour: the 97th percentile of the rows, so that one cell does not take all contrast."""
-    errors: list[Array] = []
-    for cells in maps:
-        met = cells.test > 0
-        rows = np.minimum(cells.test[met], 50)  # so that a few crowded cells are not all that counts
-        errors.append(np.repeat(cells.rmse[met], rows))
-    return float(np.quantile(np.concatenate(errors), 0.97)) or 1.0
-
-
 def _panels(material: Material, cells: ErrorMap, top: float, most: int) -> tuple[Panel, Panel]:
     """The errors of an element, and its training rows, on the same axes."""
     name = material.element_name(cells.element)
     tail = f", {name}" if name else ""
     field = cells.field_edges * material.field.factor
     slip = cells.slip_edges * material.slip.factor
-    x = Axis(f"field {name}".strip(), material.field.unit, float(field[0]), float(field[-1]))
-    y = Axis(f"slip {name}".strip(), material.slip.unit, float(slip[0]), float(slip[-1]))
+    x = Axis(
+        f"field {name}".strip(),
+        material.field.unit,
+        low=float(field[0]),
+        high=float(field[-1]),
+    )
+    y = Axis(
+        f"slip {name}".strip(),
+        material.slip.unit,
+        low=float(slip[0]),
+        high=float(slip[-1]),
+    )
 
     errors = Cells(
         field,

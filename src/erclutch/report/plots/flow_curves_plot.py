@@ -12,6 +12,7 @@ from erclutch.errors import CheckError
 from erclutch.report.numbers.flow_curves import FlowCurves
 from erclutch.report.numbers.run_material import Material
 from erclutch.report.plots.plot_description import PAGE, Axis, Dots, Line, Mark, Panel, Plot, PlotTable, ReferenceLine
+from erclutch.signals.array import Array
 
 _MOST = 12  # panels that a page holds
 _TALLEST = 9.2  # inches that a page has, its caption aside
@@ -54,40 +55,46 @@ def describe_flow_curves(material: Material) -> Plot:
     )
 
 
-def flow_panels(material: Material, found: Sequence[FlowCurves]) -> list[Panel]:
+def flow_panels(material: Material, laws: Sequence[FlowCurves]) -> list[Panel]:
     """A small panel a law, all of one element with the same axes."""
-    dots = np.concatenate([d[:, 1] for curves in found for d in curves.dots if d.size] or [np.array([0.0])])
-    recommended = [curves for curves in found if curves.model == material.recommended]
-    best = [*recommended, *found][0]
+    measured: list[Array] = []  # efforts of the dots
+    for curves in laws:
+        measured += [dots[:, 1] for dots in curves.dots if dots.size]
+    dot_efforts = np.concatenate(measured or [np.zeros(1)])
+    recommended = [curves for curves in laws if curves.model == material.recommended]
+    best = [*recommended, *laws][0]
     # The axis reaches around the data where there are enough, else around the best law.
-    efforts = dots if dots.size > 50 else best.effort
+    efforts = dot_efforts if dot_efforts.size > 50 else best.effort
     low, high = np.quantile(efforts, (0.002, 0.998)) * material.effort.factor
     slack = 0.15 * (high - low)
     y = Axis(material.word, material.effort.unit, float(low - slack), float(high + slack))
-    return [_panel(material, curves, y) for curves in found]
+    return [_panel(material, curves, y) for curves in laws]
 
 
-def _panel(material: Material, found: FlowCurves, y: Axis) -> Panel:
-    slip = found.slip * material.slip.factor
-    last = max(found.fields.size - 1, 1)
-    styles = [f"level{round(_SHADES * k / last)}" for k in range(found.fields.size)]
+def _panel(material: Material, law: FlowCurves, y: Axis) -> Panel:
+    """The curves of a law, and the rows near each of them."""
+    slip = law.slip * material.slip.factor
+    last = max(law.fields.size - 1, 1)
+    styles = [f"level{round(_SHADES * k / last)}" for k in range(law.fields.size)]
     marks: list[Mark] = [ReferenceLine(0.0)]
-    for style, dots in zip(styles, found.dots, strict=True):
-        marks.append(Dots(dots[:, 0] * material.slip.factor, dots[:, 1] * material.effort.factor, style, size=1.1))
-    for style, level, effort in zip(styles, found.fields, found.effort, strict=True):
+    for style, near in zip(styles, law.dots, strict=True):
+        dot_slip = near[:, 0] * material.slip.factor
+        dot_effort = near[:, 1] * material.effort.factor
+        marks.append(Dots(dot_slip, dot_effort, style, size=1.1))
+    for style, level, effort in zip(styles, law.fields, law.effort, strict=True):
         label = material.field.of(float(level), 2)
         marks.append(Line(slip, effort * material.effort.factor, style, label))
 
-    model = material.titles[found.model]
-    title = f"{model} {material.element_name(found.element)}".strip()
-    if found.alike:
-        title += f" (and {len(found.alike)} alike)"
+    model = material.titles[law.model]
+    title = f"{model} {material.element_name(law.element)}".strip()
+    if law.alike:
+        title += f" (and {len(law.alike)} alike)"
     return Panel(
         Axis("slip", material.slip.unit, float(slip[0]), float(slip[-1])),
         y,
         marks,
-        f"{material.word} over slip of {model} at {found.fields.size} fields, with measured rows as dots.",
+        f"{material.word} over slip of {model} at {law.fields.size} fields, with measured rows as dots.",
         title,
-        chosen=found.model == material.recommended,
+        chosen=law.model == material.recommended,
         size=(330, 230),
     )

@@ -20,9 +20,12 @@ def describe_lag(material: Material) -> Plot:
     """
     panels: list[Panel] = []
     rows: list[tuple[object, ...]] = []
-    if material.after_switch is not None:
-        panels.append(_after(material, material.after_switch))
-        rows += _rows_after(material.after_switch)
+    after = material.after_switch
+    if after is not None:
+        panels.append(_after(material, after))
+        for name, rmse in after.rmse.items():
+            for since, error in zip(after.since, rmse, strict=True):
+                rows.append(("rmse", name, float(since), float(error)))
     if material.step_responses:
         panel, responses = _steps(material, material.step_responses)
         panels.append(panel)
@@ -40,15 +43,6 @@ def describe_lag(material: Material) -> Plot:
         badge=material.print_badge,
         legend="above",
     )
-
-
-def _rows_after(after: AfterSwitch) -> _Rows:
-    """A row of the table for each bin of each model."""
-    rows: _Rows = []
-    for name, rmse in after.rmse.items():
-        for since, error in zip(after.since, rmse, strict=True):
-            rows.append(("rmse", name, float(since), float(error)))
-    return rows
 
 
 def _after(material: Material, after: AfterSwitch) -> Panel:
@@ -84,12 +78,14 @@ def _steps(material: Material, responses: tuple[StepResponse, ...]) -> tuple[Pan
         title = material.titles[model]
         up = response.up(time)
         down = response.down(time)
-        rows += [("step", model, float(since), float(share)) for since, share in zip(time, up, strict=True)]
+        for since, share in zip(time, up, strict=True):
+            rows.append(("step", model, float(since), float(share)))
         if np.allclose(down, 1.0 - up, atol=1e-3):
             lines.append(Line(time * 1e3, up, style, title))
             continue
         # Up and down differ: both are drawn.
-        rows += [("fall", model, float(since), float(share)) for since, share in zip(time, down, strict=True)]
+        for since, share in zip(time, down, strict=True):
+            rows.append(("fall", model, float(since), float(share)))
         lines.append(Line(time * 1e3, up, style, f"{title}, rise"))
         lines.append(Line(time * 1e3, down, style, f"{title}, fall", dashed=True))
 

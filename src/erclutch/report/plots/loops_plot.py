@@ -19,19 +19,29 @@ def describe_loops(material: Material) -> Plot:
     Raises:
         CheckError: the slip never turns.
     """
-    found = material.effort_loops
-    if not found:
+    loops = material.effort_loops
+    if not loops:
         raise CheckError(
             "the slip does not go to and fro, so there are no loops",
             where=str(material.run.folder),
             remedy="Log a motion of several periods without a gap",
         )
-    panels = [panel for loop in found for panel in _row(material, loop)]
+    panels: list[Panel] = []
+    rows: list[tuple[object, ...]] = []
+    over_slip = Axis("slip", material.slip.unit)
+    over_travel = Axis("travel", material.travel.unit)
+    for loop in loops:
+        panels.append(_panel(material, loop, over_slip, loop.slip * material.slip.factor))
+        panels.append(_panel(material, loop, over_travel, loop.travel * material.travel.factor))
+        same = (loop.element + 1, *loop.fields, loop.start)  # in all rows of the loop
+        for name, efforts in {"measured": loop.measured, **loop.modelled}.items():
+            for slip, travel, effort in zip(loop.slip, loop.travel, efforts, strict=True):
+                rows.append((*same, float(slip), float(travel), name, float(effort)))
     header = ("element", "field_low", "field_high", "time_s", "slip", "travel", "curve", "effort")
     return Plot(
         panels,
-        PlotTable(header, [row for loop in found for row in _rows(loop)]),
-        0.35 + 1.75 * len(found),
+        PlotTable(header, rows),
+        0.35 + 1.75 * len(loops),
         PAGE,
         2,
         badge=material.print_badge,
@@ -39,13 +49,8 @@ def describe_loops(material: Material) -> Plot:
     )
 
 
-def _row(material: Material, loop: EffortLoop) -> list[Panel]:
-    over_slip = _panel(material, loop, Axis("slip", material.slip.unit), loop.slip * material.slip.factor)
-    travel = material.travel
-    return [over_slip, _panel(material, loop, Axis("travel", travel.unit), loop.travel * travel.factor)]
-
-
 def _panel(material: Material, loop: EffortLoop, x: Axis, values: Array) -> Panel:
+    """A loop over one axis, measured and modelled."""
     factor = material.effort.factor
     lines = [Line(values, loop.measured * factor, "measured", "measured")]
     for name, role in material.looped.items():
@@ -74,16 +79,8 @@ def _field_of(material: Material, loop: EffortLoop) -> str:
     begin = f"{material.element_name(loop.element)} ".lstrip()
     if not material.field.unit:
         begin += "E = "
-    largest = max(float(np.abs(element.field).max()) for element in material.rows.data.elements)
+    fields = [np.abs(element.field) for element in material.rows.data.elements]
+    largest = max(float(field.max()) for field in fields)
     if high - low < _STEADY * largest:
         return f"{begin}{material.field.of(0.5 * (low + high), 2)}"
     return f"{begin}{material.field.bare(low, 2)} to {material.field.of(high, 2)}"
-
-
-def _rows(loop: EffortLoop) -> list[tuple[object, ...]]:
-    curves: dict[str, Array] = {"measured": loop.measured, **loop.modelled}
-    return [
-        (loop.element + 1, *loop.fields, loop.start, float(w), float(x), name, float(t))
-        for name, effort in curves.items()
-        for w, x, t in zip(loop.slip, loop.travel, effort, strict=True)
-    ]

@@ -47,12 +47,14 @@ def save_plot(plot: Plot, *paths: Path) -> list[Path]:
         figure = new_figure(plot.height, plot.width)
         paint(figure, plot)
         drawn = [save(figure, path) for path in paths]
-    return [*drawn, save_numbers(paths[0].with_suffix(".csv"), plot.table.header, plot.table.rows)]
+    beside = paths[0].with_suffix(".csv")
+    return [*drawn, save_numbers(beside, plot.table.header, plot.table.rows)]
 
 
 def paint(figure: Any, plot: Plot) -> None:
     """Draw a plot in a figure, or in a part of one; call inside `style`."""
-    rows = [plot.panels[k : k + plot.columns] for k in range(0, len(plot.panels), plot.columns)]
+    first_panels = range(0, len(plot.panels), plot.columns)  # of the rows of panels
+    rows = [plot.panels[first : first + plot.columns] for first in first_panels]
     shares = [max(panel.share for panel in row) for row in rows]
     axes = figure.subplots(len(rows), plot.columns, squeeze=False, height_ratios=shares)
     for axis in list(axes.flat)[len(plot.panels) :]:
@@ -104,7 +106,9 @@ def _parted(name: str, letters: int) -> str:
     """A name that is too long for its panel in several lines, parted at a word or at a stage of the model."""
     lines: list[str] = []
     while len(name) > letters:
-        at = max(name.rfind("+", 1, letters), name.rfind(" ", 1, letters)) + 1 or letters
+        before_plus = name.rfind("+", 1, letters)
+        before_space = name.rfind(" ", 1, letters)
+        at = max(before_plus, before_space) + 1 or letters
         lines.append(name[:at].rstrip())
         name = name[at:]
     return "\n".join([*lines, name])
@@ -208,8 +212,8 @@ def _titles(axes: Any, plot: Plot, letters: int) -> None:
         first = place - place % columns  # of the row of panels
         row = panels[first : first + columns]
         row_below = panels[first + columns : first + columns + len(row)]
-        x_named_below = len(row_below) == len(row) and all(map(_same_x, row, row_below))
-        if x_named_below:
+        same_below = [_same(own.x, below.x) for own, below in zip(row, row_below, strict=False)]
+        if len(row_below) == len(row) and all(same_below):  # the row below names the axis
             axis.tick_params(labelbottom=False)
         else:
             badge = f" ({plot.badge})" if plot.badge and panel is panels[-1] else ""
@@ -222,10 +226,6 @@ def _titles(axes: Any, plot: Plot, letters: int) -> None:
         else:
             inches = plot.height * panel.share / height_shares
             axis.set_ylabel(_wrapped(capital(panel.y.title), int(inches / _CHARACTER)))
-
-
-def _same_x(panel: Panel, below: Panel) -> bool:
-    return _same(panel.x, below.x)
 
 
 def _same(one: Axis, other: Axis) -> bool:
@@ -244,7 +244,8 @@ def _wrapped(title: str, letters: int) -> str:
 def _legends(figure: Any, axes: Any, plot: Plot, letters: int) -> None:
     """Names of the marks; a panel with one name has no legend."""
     for panel, axis in zip(plot.panels, axes.flat, strict=False):
-        by_label = {handle.get_label(): handle for handle in axis.get_legend_handles_labels()[0]}
+        drawn, _ = axis.get_legend_handles_labels()
+        by_label = {handle.get_label(): handle for handle in drawn}
         named = sorted(panel.legend(), key=lambda mark: _RANKS.get(mark[0], len(_RANKS)))
         labels = [label for _, label in named]
         handles = [by_label[label] for label in labels]
@@ -258,6 +259,12 @@ def _legends(figure: Any, axes: Any, plot: Plot, letters: int) -> None:
         if plot.legend == "above":
             longest = max(map(len, labels))
             columns = int(plot.width / plot.columns / (_KEY + _LETTER * longest))
-            place = {"loc": "lower left", "bbox_to_anchor": (0.0, 1.0), "borderaxespad": 0.2, "ncols": max(1, columns)}
+            place = {
+                "loc": "lower left",
+                "bbox_to_anchor": (0.0, 1.0),
+                "borderaxespad": 0.2,
+                "ncols": max(1, columns),
+            }
         beside_key = max(8, letters - int(_KEY / _LETTER))
-        axis.legend(handles, [_parted(label, beside_key) for label in labels], handlelength=1.6, **place)
+        parted = [_parted(label, beside_key) for label in labels]
+        axis.legend(handles, parted, handlelength=1.6, **place)

@@ -36,7 +36,10 @@ def describe_model(material: Material) -> Plot:
             panels.append(_over_slip(material, rival, y, f"{name} rival, over slip".strip()))
         for curves in over_slip:
             rows += curves.rows()
-        rows += _rows_over_field(material, over_field)
+        for slip, efforts in zip(over_field.slips, over_field.effort, strict=True):
+            for field, effort in zip(over_field.field, efforts, strict=True):
+                point = float(field), float(slip), float(effort)
+                rows.append((material.recommended, over_field.element + 1, *point))
 
     columns = 1 + (low < high) + bool(material.rival)
     height = 0.35 + 2.1 * (len(panels) // columns)
@@ -60,38 +63,40 @@ def _effort_axis(material: Material, own: FlowCurves, over_field: FieldCurves, r
 
     It reaches around the recommended model's curves and all dots. A rival that leaves it is cut off.
     """
-    dots = [d[:, 1] for curves in (own, *rivals, over_field) for d in curves.dots if d.size]
-    efforts = np.concatenate([own.effort.ravel(), over_field.effort.ravel(), *dots])
+    efforts_around = [own.effort.ravel(), over_field.effort.ravel()]
+    for curves in (own, *rivals, over_field):
+        efforts_around += [dots[:, 1] for dots in curves.dots if dots.size]
+    efforts = np.concatenate(efforts_around)
     low = float(np.quantile(efforts, 0.001)) * material.effort.factor
     high = float(np.quantile(efforts, 0.999)) * material.effort.factor
     slack = 0.06 * ((high - low) or 1.0)
     return Axis(material.word, material.effort.unit, low - slack, high + slack)
 
 
-def _over_slip(material: Material, found: FlowCurves, y: Axis, title: str) -> Panel:
-    slip = found.slip * material.slip.factor
-    labels = [material.field.of(float(level), 2) for level in found.fields]
+def _over_slip(material: Material, curves: FlowCurves, y: Axis, title: str) -> Panel:
+    slip = curves.slip * material.slip.factor
+    labels = [material.field.of(float(level), 2) for level in curves.fields]
     if material.without_field:
         labels = ["no field in the log"]
+    dots = [near * [material.slip.factor, 1.0] for near in curves.dots]
     return Panel(
         Axis("slip", material.slip.unit, float(slip[0]), float(slip[-1])),
         y,
-        _marks(material, slip, found.effort, labels, [d * [material.slip.factor, 1.0] for d in found.dots]),
-        _sentence(material, material.titles[found.model], "slip", len(labels)),
+        _marks(material, slip, curves.effort, labels, dots),
+        _sentence(material, material.titles[curves.model], "slip", len(labels)),
         title,
         size=_SIZE,
     )
 
 
-def _over_field(material: Material, found: FieldCurves, y: Axis, title: str) -> Panel:
-    field = found.field * material.field.factor
-    first = float(field[0])
-    last = float(field[-1])
-    labels = [material.slip.of(float(level), 2) for level in found.slips]
+def _over_field(material: Material, curves: FieldCurves, y: Axis, title: str) -> Panel:
+    field = curves.field * material.field.factor
+    labels = [material.slip.of(float(level), 2) for level in curves.slips]
+    dots = [near * [material.field.factor, 1.0] for near in curves.dots]
     return Panel(
-        Axis("field", material.field.unit, first, last),
+        Axis("field", material.field.unit, float(field[0]), float(field[-1])),
         y,
-        _marks(material, field, found.effort, labels, [d * [material.field.factor, 1.0] for d in found.dots]),
+        _marks(material, field, curves.effort, labels, dots),
         _sentence(material, material.title, "field", len(labels)),
         title,
         size=_SIZE,
@@ -123,11 +128,3 @@ def _marks(
 
 def _sentence(material: Material, model: str, axis: str, curves: int) -> str:
     return f"{material.word} of {model} over {axis} in settled fields, {curves} curves, measured rows as dots."
-
-
-def _rows_over_field(material: Material, found: FieldCurves) -> list[tuple[object, ...]]:
-    return [
-        (material.recommended, found.element + 1, float(field), float(slip), float(effort))
-        for slip, line in zip(found.slips, found.effort, strict=True)
-        for field, effort in zip(found.field, line, strict=True)
-    ]

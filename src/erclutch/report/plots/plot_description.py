@@ -151,7 +151,9 @@ class Cells:
 
     def steps(self, count: int) -> NDArray[np.int64]:
         """Which of so many colours each cell has, shape (nx, ny); -1 leaves it out."""
-        share = np.log1p(self.values) / (np.log1p(self.top) * 1.0001) if self.log else self.values / self.top
+        share = self.values / self.top
+        if self.log:
+            share = np.log1p(self.values) / (np.log1p(self.top) * 1.0001)
         share = np.nan_to_num(share, nan=-1.0)
         colour = np.clip((share * count).astype(np.int64), 0, count - 1)
         return np.where(share < 0, -1, colour)
@@ -195,7 +197,11 @@ class Panel:
 
     def legend(self) -> list[tuple[str, str]]:
         """Style and label of each mark with a label."""
-        return [(m.style, m.label) for m in self.marks if isinstance(m, Line | Dots | Bars) and m.label]
+        named: list[tuple[str, str]] = []
+        for mark in self.marks:
+            if isinstance(mark, Line | Dots | Bars) and mark.label:
+                named.append((mark.style, mark.label))
+        return named
 
     def cells(self) -> Iterator[Cells]:
         """The coloured maps of the panel."""
@@ -203,8 +209,10 @@ class Panel:
 
     def limits(self) -> tuple[tuple[float, float], tuple[float, float]]:
         """Ranges of both axes: those given, else around the marks."""
-        found = [_extent(mark) for mark in self.marks]
-        return _range(self.x, [x for x, _ in found]), _range(self.y, [y for _, y in found])
+        extents = [_extent(mark) for mark in self.marks]
+        across = [x for x, _ in extents]
+        up = [y for _, y in extents]
+        return _range(self.x, across), _range(self.y, up)
 
 
 def _extent(mark: Mark) -> tuple[Array, Array]:

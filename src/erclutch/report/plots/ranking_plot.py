@@ -35,7 +35,15 @@ def describe_ranking(material: Material) -> Plot:
     rows: list[tuple[object, ...]] = []
     for entry in finite:
         test = entry["test"]
-        rows.append((entry["name"], entry["parameters_count"], *test["rmse"], test["share"][0], test["r2"][0], unit))
+        row = (
+            entry["name"],
+            entry["parameters_count"],
+            *test["rmse"],
+            test["share"][0],
+            test["r2"][0],
+            unit,
+        )
+        rows.append(row)
     height = 0.55 + _HEIGHT * len(shown)
     if left_out:
         height += 0.15  # for the title

@@ -65,7 +65,11 @@ def write_figure(
     """
     if name not in FIGURES:
         raise SettingError(f"no figure {name!r}", remedy=f"Figures are {', '.join(FIGURES)}")
-    plot = FIGURES[name][1](material, **({"start": start, "seconds": seconds} if name == "trace" else {}))
+    _, describe = FIGURES[name]
+    if name == "trace":
+        plot = describe(material, start=start, seconds=seconds)
+    else:
+        plot = describe(material)
     if wide:
         plot = replace(plot, width=PAGE)
     return save_plot(plot, *(folder / f"{name}.{kind}" for kind in kinds))

@@ -76,7 +76,9 @@ class _Ruler:
         return float(self.at(np.array([value]))[0])
 
     def holds(self, places: Array) -> NDArray[np.bool_]:
-        return (places >= min(self.first, self.last)) & (places <= max(self.first, self.last))
+        low = min(self.first, self.last)
+        high = max(self.first, self.last)
+        return (places >= low) & (places <= high)
 
 
 def ticks(low: float, high: float, most: int, *, log: bool = False) -> list[float]:
@@ -105,10 +107,12 @@ def _decades(low: float, high: float, most: int) -> list[float]:
     """Powers of ten; where two at most lie inside, their doubles and halves too."""
     first = math.ceil(math.log10(low) - 1e-9)
     last = math.floor(math.log10(high) + 1e-9)
-    marks = [10.0**power for power in range(first, last + 1)]
+    marks: list[float] = [10.0**power for power in range(first, last + 1)]
     if len(marks) <= 2:
-        finer = [digit * 10.0**power for power in range(first - 1, last + 2) for digit in (1, 2, 5)]
-        marks = [mark for mark in finer if low <= mark <= high]
+        marks = []
+        for power in range(first - 1, last + 2):
+            finer = [digit * 10.0**power for digit in (1, 2, 5)]
+            marks += [mark for mark in finer if low <= mark <= high]
     every = max(1, math.ceil(len(marks) / most))
     return marks[::every]
 
@@ -127,9 +131,11 @@ def _drawn(mark: Mark, x: _Ruler, y: _Ruler) -> str:
             return _cells(mark, x, y)
         case Shade() if mark.x is not None:
             across = x.at(mark.x)
-            there = np.column_stack([across, y.at(np.asarray(mark.high, np.float64))])
-            back = np.column_stack([across, y.at(np.asarray(mark.low, np.float64))])[::-1]
-            path = "L".join(f"{a:.1f} {b:.1f}" for a, b in [*there.tolist(), *back.tolist()])
+            upper = y.at(np.asarray(mark.high, np.float64))
+            lower = y.at(np.asarray(mark.low, np.float64))
+            there = np.column_stack([across, upper]).tolist()
+            back = np.column_stack([across, lower])[::-1].tolist()
+            path = "L".join(f"{a:.1f} {b:.1f}" for a, b in [*there, *back])
             return f'<path class="{mark.style}" d="M{path}Z"/>'
         case Shade():
             top, bottom = y.at(np.array([mark.high, mark.low], np.float64))
@@ -154,21 +160,16 @@ def _line(line: Line, x: _Ruler, y: _Ruler) -> str:
     css = f"line {line.style} dashed" if line.dashed else f"line {line.style}"
     drawn = f'<path class="{css}" d="{"".join(words)}"/>'
     leaves_axes = np.any(py < y.last - 1.0) or np.any(py > y.first + 1.0)
-    if leaves_axes:
-        drawn = _cut(drawn, x, y)
+    if leaves_axes:  # an inner drawing hides what is outside of it
+        left = f"{x.first - 1:.0f}"
+        top = f"{y.last - 1:.0f}"
+        width = f"{x.last - x.first + 2:.0f}"
+        height = f"{y.first - y.last + 2:.0f}"
+        place = f'x="{left}" y="{top}" width="{width}" height="{height}"'
+        drawn = f'<svg {place} viewBox="{left} {top} {width} {height}">{drawn}</svg>'
     if line.marked:
         drawn += _dots(Dots(line.x, line.y, line.style), x, y)
     return drawn
-
-
-def _cut(drawn: str, x: _Ruler, y: _Ruler) -> str:
-    """A drawing that is cut off at the axes: an inner drawing hides what is outside of it."""
-    left = f"{x.first - 1:.0f}"
-    top = f"{y.last - 1:.0f}"
-    width = f"{x.last - x.first + 2:.0f}"
-    height = f"{y.first - y.last + 2:.0f}"
-    place = f'x="{left}" y="{top}" width="{width}" height="{height}"'
-    return f'<svg {place} viewBox="{left} {top} {width} {height}">{drawn}</svg>'
 
 
 def _dots(dots: Dots, x: _Ruler, y: _Ruler) -> str:
@@ -194,7 +195,8 @@ def _bars(bars: Bars, x: _Ruler, y: _Ruler) -> str:
 
 def _named_bars(bars: NamedBars, x: _Ruler, y: _Ruler) -> str:
     """The first bar is on top, so row k lies where an axis that points up has the number of the rows below it."""
-    rows = y.at(np.arange(len(bars.names), dtype=np.float64)[::-1]).tolist()
+    from_below = np.arange(len(bars.names), dtype=np.float64)[::-1]
+    rows = y.at(from_below).tolist()
     half = 0.31 * abs(y.one(1.0) - y.one(0.0))
     ends = x.at(bars.values).tolist()
     lows = x.at(bars.low).tolist()
