@@ -9,7 +9,6 @@ doi 10.1214/20-AOS1965).
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from typing import Any
 
 import numpy as np
 
@@ -56,8 +55,7 @@ def unseen_errors(data: Dataset, slopes: Callable[[slice], Array], error: Array)
         kept = (whole - gone)[:-1, :-1]  # J'J - K'K
         left = kept / np.outer(scale, scale) + _UNSAID * np.eye(scale.size)
         pull = gone[:-1, -1] / scale  # K'e
-        step: Any = np.linalg.solve(left, pull) / scale
-        unseen[log] += slopes(log) @ step
+        unseen[log] += slopes(log) @ (np.linalg.solve(left, pull) / scale)
     return unseen
 
 
