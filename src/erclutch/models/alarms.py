@@ -72,7 +72,9 @@ class Alarms:
 
     def wealth(self, before: Any, share: Any, tolerated: float) -> Any:
         """The wealth after a block, elementwise on any operand; no number as it was before counts as 1."""
-        return within(within(before, 1.0, self.goal) * (0.5 + share * (0.5 / tolerated)), 0.0, self.goal)
+        known = within(before, 1.0, self.goal)
+        factor = 0.5 + share * (0.5 / tolerated)
+        return within(known * factor, 0.0, self.goal)
 
 
 def alarms_of(band: Band, largest: float, period: float) -> Alarms:
@@ -100,7 +102,9 @@ def block_rows(period: float) -> int:
 
 def in_half_widths(residual: Any, estimate: Any, half_width: Any) -> tuple[Any, Any]:
     """Residual and estimate in half widths of the band, on any operand: a residual counts as far as a band reaches."""
-    return within(residual / half_width, -1.0, 1.0), within(estimate / half_width, -_MOST_WIDTHS, _MOST_WIDTHS)
+    off = within(residual / half_width, -1.0, 1.0)
+    size = within(estimate / half_width, -_MOST_WIDTHS, _MOST_WIDTHS)
+    return off, size
 
 
 def part_of(along: Any, own: Any, rows: Any) -> Any:

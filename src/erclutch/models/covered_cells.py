@@ -53,13 +53,17 @@ class CoveredCells:
     @cached_property
     def _corners(self) -> list[list[tuple[float, float]]]:
         """Corners in units of the reach."""
+        boxes: list[list[tuple[float, float]]] = []
         lows = (self.low / self.reach).tolist()
         highs = (self.high / self.reach).tolist()
-        return [list(zip(low, high, strict=True)) for low, high in zip(lows, highs, strict=True)]
+        for low, high in zip(lows, highs, strict=True):
+            boxes.append(list(zip(low, high, strict=True)))
+        return boxes
 
     def weight(self, inputs: Sequence[Any]) -> Any:
         """The weight from 0 to 1 for all inputs, elementwise on any operand."""
-        in_reaches = [value * (1.0 / float(reach)) for value, reach in zip(inputs, self.reach, strict=True)]
+        per_unit = [1.0 / reach for reach in self.reach.tolist()]
+        in_reaches = [value * reaches for value, reaches in zip(inputs, per_unit, strict=True)]
         nearest: Any = None
         for box in self._corners:
             # The distance to a box is the largest one along an input; below zero inside.
@@ -121,8 +125,9 @@ def _best_cut(cell: Array, reach: Array) -> tuple[float, int, float]:
         highs = np.maximum.reduceat(in_order, begin, axis=1)
         low_before = np.minimum.accumulate(lows, axis=1)
         high_before = np.maximum.accumulate(highs, axis=1)
-        low_behind = np.minimum.accumulate(lows[:, ::-1], axis=1)[:, ::-1]
-        high_behind = np.maximum.accumulate(highs[:, ::-1], axis=1)[:, ::-1]
+        from_the_end = slice(None, None, -1)
+        low_behind = np.minimum.accumulate(lows[:, from_the_end], axis=1)[:, from_the_end]
+        high_behind = np.maximum.accumulate(highs[:, from_the_end], axis=1)[:, from_the_end]
         for place, at in enumerate(places.tolist()):
             parts = int(np.searchsorted(filled, place, side="right"))  # stretches with rows up to the place
             if parts == filled.size:  # of an input a few last digits wide, the last place is the end

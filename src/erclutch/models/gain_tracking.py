@@ -75,28 +75,34 @@ class GainTracking:
 
     def after(self, state: Tracked, effort: Any, given: Any, measured: Any) -> Tracked:
         """The state after a row with the model's effort, what was given out for it, and a finite measured effort."""
-        base, own = (self._part(measured - value) for value in (effort, given))
+        base = self._part(measured - effort)
+        own = self._part(measured - given)
         account = within(state.account + ((1.0 + _SHARE) * base * base - own * own), 0.0, _CAP)
         missed = self._part(measured - (state.gain * effort + state.offset * self.limit))
         _, _, _, gg, go, oo = state
         x = effort * (1.0 / self.limit)
-        by_gain, by_offset = gg * x + go, go * x + oo
+        by_gain = gg * x + go
+        by_offset = go * x + oo
         size = _FORGETTING + (by_gain * x + by_offset)
         per = 1.0 / less_select(_FORGETTING, size, size, _FORGETTING)
         step = missed * per
-        spread = gg - by_gain * by_gain * per, go - by_gain * by_offset * per, oo - by_offset * by_offset * per
+        gain_spread = gg - by_gain * by_gain * per
+        both_spread = go - by_gain * by_offset * per
+        offset_spread = oo - by_offset * by_offset * per
         # Forgetting must not let the spread grow for ever where nothing moves.
-        scale = less_select(spread[0] + spread[2], REACH**2, 1.0 / _FORGETTING, 1.0)
+        scale = less_select(gain_spread + offset_spread, REACH**2, 1.0 / _FORGETTING, 1.0)
         learned = Tracked(
-            within(state.gain + by_gain * step, 1.0 - REACH, 1.0 + REACH),
-            within(state.offset + by_offset * step, -REACH, REACH),
-            account,
-            within(scale * spread[0], 0.0, 1.0),
-            within(scale * spread[1], -1.0, 1.0),
-            within(scale * spread[2], 0.0, 1.0),
+            gain=within(state.gain + by_gain * step, 1.0 - REACH, 1.0 + REACH),
+            offset=within(state.offset + by_offset * step, -REACH, REACH),
+            account=account,
+            gain_spread=within(scale * gain_spread, 0.0, 1.0),
+            both_spread=within(scale * both_spread, -1.0, 1.0),
+            offset_spread=within(scale * offset_spread, 0.0, 1.0),
         )
         error = missed * missed
-        kept = (less_select(_DEAD**2, error, new, old) for new, old in zip(learned, state, strict=True))
+        kept: list[Any] = []
+        for new, old in zip(learned, state, strict=True):
+            kept.append(less_select(_DEAD**2, error, new, old))
         return Tracked(*kept)._replace(account=account)
 
     def _part(self, effort: Any) -> Any:

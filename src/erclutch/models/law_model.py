@@ -243,8 +243,9 @@ class TorqueModel(ModelBase):
             "gains": dict(self.gains),
         }
         extras: list[dict[str, Any]] = []
-        for name, scale, pair in zip(self.structure.extras, self.reference.extras, self.extra_ranges, strict=True):
-            extras.append({"name": name, "reference": scale, "trained_on": list(pair)})
+        further = zip(self.structure.extras, self.reference.extras, self.extra_ranges, strict=True)
+        for name, scale, covered in further:
+            extras.append({"name": name, "reference": scale, "trained_on": list(covered)})
         if extras:
             body["extras"] = extras
         body["trained_on"] = self.trained_on.to_dict()

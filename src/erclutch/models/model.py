@@ -63,7 +63,7 @@ class Range:
 
     def cell(self, field: Any, slip: Any) -> tuple[Any, Any]:
         """Numbers of the cells of field and slip, less than 16, with a fraction; elementwise on any operand."""
-        return tuple(grid_cell(x, covered) for x, covered in ((field, self.field), (slip, self.slip)))
+        return grid_cell(field, self.field), grid_cell(slip, self.slip)
 
     def far(self, element: int, field: Any, slip: Any) -> Any:
         """Whether no training row of an element, from 0, was near; elementwise on any operand. It needs `near`."""
@@ -87,8 +87,12 @@ class Range:
 
     def to_dict(self) -> dict[str, Any]:
         """As plain JSON values."""
-        ranges = {key: list(getattr(self, key)) for key in ("field", "slip", "effort")}
-        return {**ranges, **({"near": [list(masks) for masks in self.near]} if self.near else {})}
+        values: dict[str, Any] = {}
+        for key in ("field", "slip", "effort"):
+            values[key] = list(getattr(self, key))
+        if self.near:
+            values["near"] = [list(masks) for masks in self.near]
+        return values
 
 
 class Rows(Protocol):
@@ -380,28 +384,37 @@ def require_same_signals(model: Model, data: Rows) -> None:
             remedy="Read the log with the device and the units of the training data",
         )
     own = model.period if model.past else None
-    other = [s.period for s in data.clock.spans if own and s.period and abs(s.period - own) > _SAME_PERIOD * own]
-    if own and other:
-        raise ErclutchError(
-            f"rows at {1 / other[0]:.6g} Hz for a network with past samples at {1 / own:.6g} Hz",
-            where=model.name,
-            remedy=f"Read the log with --resample {1 / own:.6g}",
-        )
+    if not own:
+        return
+    for span in data.clock.spans:
+        if span.period and abs(span.period - own) > _SAME_PERIOD * own:
+            raise ErclutchError(
+                f"rows at {1 / span.period:.6g} Hz for a network with past samples at {1 / own:.6g} Hz",
+                where=model.name,
+                remedy=f"Read the log with --resample {1 / own:.6g}",
+            )
 
 
 def stage_numbers(model: Model) -> list[tuple[Stage, dict[str, float]]]:
     """The stages of a model, each with its parameters by name."""
-    found: list[tuple[Stage, dict[str, float]]] = []
+    stages: list[tuple[Stage, dict[str, float]]] = []
     for stage in stages_of(model.structure.dynamics):
-        names = [p.name for p in stage.parameters(model.period or 1.0)]
-        found.append((stage, {name: float(model.times[name]) for name in names}))
-    return found
+        names = [parameter.name for parameter in stage.parameters(model.period or 1.0)]
+        numbers = {name: float(model.times[name]) for name in names}
+        stages.append((stage, numbers))
+    return stages
 
 
 def settled_memory(model: Model, moved: Sequence[SlipAndStrength]) -> list[list[Sequence[Any]]]:
     """Outputs of the stages on the slip once field and slip have long been the same, for each element."""
-    own = {stage.name: q for stage, q in stage_numbers(model)}
-    return [[stage.settled(m, own[stage.name]) for stage in slip_stages(model.structure.dynamics)] for m in moved]
+    numbers = {stage.name: q for stage, q in stage_numbers(model)}
+    settled: list[list[Sequence[Any]]] = []
+    for of_element in moved:
+        outputs: list[Sequence[Any]] = []
+        for stage in slip_stages(model.structure.dynamics):
+            outputs.append(stage.settled(of_element, numbers[stage.name]))
+        settled.append(outputs)
+    return settled
 
 
 #: How the further inputs with a name of their own are given.

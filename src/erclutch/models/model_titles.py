@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
@@ -37,10 +36,16 @@ def titles_of(names: Sequence[str]) -> dict[str, str]:
     for forms in (False, True):  # lugre first; lugre/field where that does not tell apart
         for shared in _shared(titles):
             alike = [parts[name] for name in shared]
-            differing = [kind for kind in alike[0].kinds if len({each.kinds[kind] for each in alike}) > 1]
-            titles.update({name: _written(parts[name], differing, forms=forms) for name in shared})
+            differing: list[str] = []  # kinds of parts that are not the same in all
+            for kind in alike[0].kinds:
+                of_kind = {each.kinds[kind] for each in alike}
+                if len(of_kind) > 1:
+                    differing.append(kind)
+            for name in shared:
+                titles[name] = _written(parts[name], differing, forms=forms)
     for shared in _shared(titles):  # the order of stages, or two words for one law
-        titles.update({name: f"{titles[name]} ({name})" for name in shared})
+        for name in shared:
+            titles[name] = f"{titles[name]} ({name})"
     return titles
 
 
@@ -66,8 +71,10 @@ class _Parts:
 
 def _shared(titles: dict[str, str]) -> list[list[str]]:
     """Names of models that share a title, a list for each such title."""
-    count = Counter(titles.values())
-    return [[name for name in titles if titles[name] == title] for title, times in count.items() if times > 1]
+    by_title: dict[str, list[str]] = {}
+    for name, title in titles.items():
+        by_title.setdefault(title, []).append(name)
+    return [names for names in by_title.values() if len(names) > 1]
 
 
 def _parts_of(name: str) -> _Parts:

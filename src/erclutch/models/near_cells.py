@@ -94,8 +94,11 @@ class NearCells:
         """Which of the cells and the ring are near together with all eight around, (18, 18)."""
         size = CELLS + 2
         around = np.pad(self._near, 1, constant_values=False)
-        shifted = [around[i : i + size, k : k + size] for i in range(3) for k in range(3)]
-        return _table(np.logical_and.reduce(shifted))
+        every: Any = np.ones((size, size), np.bool_)
+        for i in range(3):
+            for k in range(3):
+                every &= around[i : i + size, k : k + size]
+        return _table(every)
 
     @cached_property
     def _far_or_beyond(self) -> Table:
@@ -117,7 +120,9 @@ class Nearness:
 
     def amid(self, fields: Sequence[Any], slips: Sequence[Any], extras: Sequence[Any]) -> Any:
         """Whether the share is one because the cells of all elements lie amid near ones; on any operand."""
-        amid = [cells.amid(field, slip) for cells, field, slip in zip(self.elements, fields, slips, strict=True)]
+        amid: list[Any] = []
+        for cells, field, slip in zip(self.elements, fields, slips, strict=True):
+            amid.append(cells.amid(field, slip))
         for value, covered in zip(extras, self.extras, strict=True):
             amid.append(is_less(_beyond(value, covered), 0.5))
         every = amid[0]
@@ -127,7 +132,9 @@ class Nearness:
 
     def share(self, fields: Sequence[Any], slips: Sequence[Any], extras: Sequence[Any]) -> Any:
         """How much a network counts, one to zero, elementwise on any operand."""
-        shares = [cells.share(field, slip) for cells, field, slip in zip(self.elements, fields, slips, strict=True)]
+        shares: list[Any] = []
+        for cells, field, slip in zip(self.elements, fields, slips, strict=True):
+            shares.append(cells.share(field, slip))
         for value, covered in zip(extras, self.extras, strict=True):
             # One within half a cell beyond the range, zero from one and a half cells on.
             shares.append(within(1.5 - _beyond(value, covered), 0.0, 1.0))

@@ -264,7 +264,11 @@ class ResidualModel(ModelBase):
             "law": self.law.to_dict(),
             "network": self.correction.network.to_dict(),
             "limit": self.correction.limit,
-            "covered": {"low": cells.low.tolist(), "high": cells.high.tolist(), "reach": cells.reach.tolist()},
+            "covered": {
+                "low": cells.low.tolist(),
+                "high": cells.high.tolist(),
+                "reach": cells.reach.tolist(),
+            },
         }
         return sealed(body, self.band)
 

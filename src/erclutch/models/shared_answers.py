@@ -173,7 +173,8 @@ class _FirstRow:
 def _recorded(model: Model, elements: int) -> Record:
     """From the fields, slips and further inputs of a first row to the effort."""
     record = Record()
-    fields, slips = ([record.input(f"{name}{i}") for i in range(elements)] for name in ("field", "slip"))
+    fields = [record.input(f"field{i}") for i in range(elements)]
+    slips = [record.input(f"slip{i}") for i in range(elements)]
     extras = {name: record.input(f"extra {name}") for name in model.extras}
     stages = stage_numbers(model)
 
@@ -184,10 +185,13 @@ def _recorded(model: Model, elements: int) -> Record:
         return signal
 
     fluids = [through("command", model.command(field)) for field in fields]
-    remembered = [
-        [stage.step(_FirstRow(stage.initial(m, q)), m, q, 1.0) for stage, q in stages if stage.place == "slip"]
-        for m in model.moved(fluids, slips)
-    ]
+    remembered: list[list[Any]] = []  # of each element, of each stage on the slip, its outputs
+    for moved in model.moved(fluids, slips):
+        outputs: list[Any] = []
+        for stage, q in stages:
+            if stage.place == "slip":
+                outputs.append(stage.step(_FirstRow(stage.initial(moved, q)), moved, q, 1.0))
+        remembered.append(outputs)
     signals = FluidSignals(fluids, slips, remembered, extras)
     effort = through("effort", model.from_fluid(signals))
     if model.correction is not None:

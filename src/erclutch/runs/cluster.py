@@ -224,7 +224,12 @@ def _begin() -> None:
     signal.signal(signal.SIGINT, signal.SIG_DFL)
     parent = parent_process()
     if parent is not None:
-        threading.Thread(target=lambda: (parent.join(), os._exit(1)), daemon=True).start()
+
+        def end_with_parent() -> None:
+            parent.join()
+            os._exit(1)
+
+        threading.Thread(target=end_with_parent, daemon=True).start()
     one_blas_thread()
 
 
@@ -252,8 +257,12 @@ def _dask(cluster: str, workers: int) -> Generator[TaskPool]:
         place: Any = cluster
         if cluster == "local":
             # No dashboard, and nothing beyond the loopback address; a second cluster takes another port without a word.
-            only_here: Any = {"host": "127.0.0.1", "dashboard_address": "127.0.0.1:0", "silence_logs": logging.CRITICAL}
-            only_here["scheduler_kwargs"] = {"dashboard": False}
+            only_here: Any = {
+                "host": "127.0.0.1",
+                "dashboard_address": "127.0.0.1:0",
+                "silence_logs": logging.CRITICAL,
+                "scheduler_kwargs": {"dashboard": False},
+            }
             with _interrupts_held():
                 place = LocalCluster(n_workers=workers, threads_per_worker=1, **only_here)
                 stack.callback(_close, place)
@@ -327,8 +336,9 @@ def _prepare(client: Any, where: str) -> None:
         if isinstance(there, Exception):
             problem = f"the worker {worker} cannot run erclutch: {there}"
             raise SettingError(problem, where=where, remedy="Install the same erclutch on all workers")
-        other = [f"{name} {there.get(name)}" for name in here if there.get(name) != here[name]]
-        if other:
-            mine = ", ".join(f"{each.split()[0]} {here[each.split()[0]]}" for each in other)
-            problem = f"the worker {worker} has {', '.join(other)}; here is {mine}"
+        differing = [name for name in here if there.get(name) != here[name]]
+        if differing:
+            theirs = ", ".join(f"{name} {there.get(name)}" for name in differing)
+            mine = ", ".join(f"{name} {here[name]}" for name in differing)
+            problem = f"the worker {worker} has {theirs}; here is {mine}"
             raise SettingError(problem, where=where, remedy="Install the same versions on all workers")

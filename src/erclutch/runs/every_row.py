@@ -64,7 +64,9 @@ class EveryRow:
             if name in self.test:
                 figures["test"] = self.test[name].to_dict()
             models[name] = figures
-        logs = [{"name": log.name, "sha256": log.digest, "rows": log.rows} for log in self.plan.logs]
+        logs: list[dict[str, Any]] = []
+        for log in self.plan.logs:
+            logs.append({"name": log.name, "sha256": log.digest, "rows": log.rows})
         body: dict[str, Any] = {
             "kind": KIND,
             "schema": SCHEMA,
@@ -193,9 +195,9 @@ class PartSums:
         of_models = {name: (models, bins) for name in ("error", "square", "largest")}
         if not bins or shapes != {**dict.fromkeys(shapes, (bins,)), **of_models}:
             return f"they have the shapes {shapes}"
-        finite = [np.isfinite(sums).all() for sums in (self.rows, self.effort, self.effort_square)]
-        if not all(finite):
-            return "not all of them are finite"
+        for sums in (self.rows, self.effort, self.effort_square):
+            if not np.isfinite(sums).all():
+                return "not all of them are finite"
         if not ((self.square >= 0.0).all() and (self.largest >= 0.0).all()):
             return "not all of them are numbers"
         held = part.log.held_out.of(part.begin.place, part.rows)

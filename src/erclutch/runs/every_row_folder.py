@@ -72,19 +72,20 @@ class KeptParts:
         Raises:
             RunError: a file of them is damaged, or of other models.
         """
-        found: dict[int, PartSums] = {}
+        sums: dict[int, PartSums] = {}
         for number in range(parts):
             path = self._folder / f"part-{number}.npz"
             if not path.is_file():
                 continue
             try:
                 with path.open("rb") as file, np.load(file, allow_pickle=False) as arrays:
-                    found[number] = PartSums(**{name: arrays[name] for name in PartSums.__dataclass_fields__})
+                    of_part = PartSums(**{name: arrays[name] for name in PartSums.__dataclass_fields__})
             except (OSError, ValueError, KeyError, zipfile.BadZipFile) as error:
                 raise RunError(f"cannot be read: {error}", where=str(path), remedy="Delete this file") from error
-            if len(found[number].square) != models:
+            if len(of_part.square) != models:
                 raise RunError("has the sums of other models", where=str(path), remedy="Delete this file")
-        return found
+            sums[number] = of_part
+        return sums
 
     def _unwritable(self, error: OSError) -> RunError:
         problem = f"what is scored cannot be kept: {error.strerror or error}"
@@ -131,20 +132,21 @@ def unfinished_plan(run: Run) -> ScoringPlan:
     body = _plan_body(run.folder / FOLDER)
     if body["run"] != run.body["digest"]:
         raise RunError("the plan belongs to another run", where=str(run.folder / FOLDER), remedy=_ANEW)
-    logs = tuple(
-        LogToScore(
-            path=log["path"],
-            number=log["number"],
-            name=log["name"],
-            digest=log["digest"],
-            rows=log["rows"],
-            period=log["period"],
-            cuts=tuple(Cut(**cut) for cut in log["cuts"]),
-            held_out=HeldOut(tuple(log["held_out"]["turns"]), tuple(log["held_out"]["held"])),
+    logs: list[LogToScore] = []
+    for kept in body["logs"]:
+        turns = kept["held_out"]["turns"]
+        held = kept["held_out"]["held"]
+        log = LogToScore(
+            path=kept["path"],
+            number=kept["number"],
+            name=kept["name"],
+            digest=kept["digest"],
+            rows=kept["rows"],
+            period=kept["period"],
+            cuts=tuple(Cut(**cut) for cut in kept["cuts"]),
+            held_out=HeldOut(tuple(turns), tuple(held)),
         )
-        for log in body["logs"]
-    )
-    for log in logs:
+        logs.append(log)
         if log.number is not None:
             continue  # it is looked at when it is read
         try:
@@ -154,7 +156,7 @@ def unfinished_plan(run: Run) -> ScoringPlan:
             raise RunError(problem, where=log.path, remedy="Put the log back, or fit again with --force") from error
         require_unchanged(unchanged, log)
     numbers = {key: body[key] for key in ("run", "device", "kept_rows", "bin_rows", "middle", "seed")}
-    return ScoringPlan(logs=logs, **numbers)
+    return ScoringPlan(logs=tuple(logs), **numbers)
 
 
 def write_every_row(folder: Path, figures: EveryRow) -> None:

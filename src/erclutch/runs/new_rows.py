@@ -27,7 +27,7 @@ from erclutch.logs.row_groups import wants_each
 from erclutch.models.adaptive_band import adapted
 from erclutch.models.band import leading
 from erclutch.models.load import load_model
-from erclutch.models.model import Model, held_window, margins
+from erclutch.models.model import Model, Pair, held_window, margins
 from erclutch.runs.run_folder import FINAL, Run, read_run
 from erclutch.runs.run_rows import read_rows
 from erclutch.signals.array import Array, Mask
@@ -205,7 +205,9 @@ def score_model(model: Model, data: Dataset, name: str) -> ModelScore:
 
 def _where(model: Model, data: Dataset, outside: NDArray[np.bool_]) -> str:
     """Which ranges the rows outside exceed, and in what share of all rows."""
-    ranges = [(f"further input {key}", data.extras[key], covered, "") for key, covered in model.extras.items()]
+    ranges: list[tuple[str, Array, Pair, str]] = []  # signal, its values, what was trained on, its unit
+    for key, covered in model.extras.items():
+        ranges.append((f"further input {key}", data.extras[key], covered, ""))
     for number, element in enumerate(data.elements, start=1):
         tail = f" {number}" if len(data.elements) > 1 else ""
         ranges.append((f"field{tail}", element.field, model.trained_on.field, data.units.field))
@@ -216,7 +218,8 @@ def _where(model: Model, data: Dataset, outside: NDArray[np.bool_]) -> str:
     for signal, values, covered, unit in ranges:
         low, high = margins(covered)
         lowest, highest = covered
-        for side, beyond, limit in (("below", values < low, lowest), ("above", values > high, highest)):
+        sides = (("below", values < low, lowest), ("above", values > high, highest))
+        for side, beyond, limit in sides:
             guessed = beyond & outside
             if guessed.any():
                 plain_unit = unit.replace("?", "")

@@ -45,11 +45,17 @@ def about_with(about: RunAbout, **said: str | None) -> RunAbout:
     Raises:
         SettingError: a text is too long or holds signs that no one can see, or the date is none.
     """
-    given = {name: " ".join(text.split()) for name, text in said.items() if text is not None}
-    for name, text in given.items():
-        if len(text) > _LONGEST or not text.isprintable():
-            problem = f"{name} has {len(text):,} letters" if text.isprintable() else f"{name} holds unprintable signs"
-            raise SettingError(problem, remedy=f"Give plain text of at most {_LONGEST:,} letters")
+    given: dict[str, str] = {}
+    for name, words in said.items():
+        if words is None:
+            continue
+        text = " ".join(words.split())
+        remedy = f"Give plain text of at most {_LONGEST:,} letters"
+        if not text.isprintable():
+            raise SettingError(f"{name} holds unprintable signs", remedy=remedy)
+        if len(text) > _LONGEST:
+            raise SettingError(f"{name} has {len(text):,} letters", remedy=remedy)
+        given[name] = text
     if day := given.get("date"):
         try:
             date.fromisoformat(day)

@@ -47,7 +47,8 @@ _text, _object = _checked_as(str, "a text"), _checked_as(dict, "an object")
 
 def _figure(value: Any, name: str) -> None:
     """A finite number of any size."""
-    if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) <= sys.float_info.max:
+    is_number = isinstance(value, int | float) and not isinstance(value, bool)  # True is an int to Python
+    if not is_number or not abs(value) <= sys.float_info.max:
         raise ValueError(f"{name} is {value!r:.40}, not a finite number")
 
 
@@ -271,8 +272,11 @@ def require_shape(body: Mapping[str, Any]) -> None:
         raise ValueError(f"source_rows are {len(body['source_rows'])}, not one for each of {len(body['logs'])} logs")
     rows = body["train_rows"] + body["test_rows"]
     for key in ("source_rows", "spans"):
+        starts = [start for start, *_ in body[key]]
         edges = [0, *(stop for _, stop, *_ in body[key])]
-        if [start for start, *_ in body[key]] != edges[:-1] or edges != sorted({*edges}) or edges[-1] != rows:
+        follow_each_other = starts == edges[:-1]
+        rising = edges == sorted({*edges})
+        if not follow_each_other or not rising or edges[-1] != rows:
             raise ValueError(f"{key} are {body[key]!r:.40}, not stretches that cover the {rows} rows in order")
 
 

@@ -142,14 +142,14 @@ def plan_of_rows(rows: RowsOfLogs, test: Mask, *, seed: int = 0, run: str = "") 
             held_out = HeldOut(tuple(places[begins].tolist()), tuple(is_test[begins].tolist()))
         logs.append(
             LogToScore(
-                str(log.path),
-                log.number,
-                log.name,
-                log.digest,
-                log.rows,
-                log.period if log.uniform else None,
-                log.cuts,
-                held_out,
+                path=str(log.path),
+                number=log.number,
+                name=log.name,
+                digest=log.digest,
+                rows=log.rows,
+                period=log.period if log.uniform else None,
+                cuts=log.cuts,
+                held_out=held_out,
             )
         )
     return ScoringPlan(

@@ -139,8 +139,10 @@ class Law:
     @property
     def parts(self) -> frozenset[Part | None]:
         """The efforts of the fluid that its numbers keep apart, so that the temperature can change each of them."""
-        mixed = any(shape.viscous_over_yield for shape in self.shape)
-        return frozenset([*(gain.part for gain in self.gains), *(["viscous"] if mixed else [])])
+        parts: set[Part | None] = {gain.part for gain in self.gains}
+        if any(shape.viscous_over_yield for shape in self.shape):
+            parts.add("viscous")
+        return frozenset(parts)
 
 
 @dataclass(frozen=True)

@@ -64,8 +64,11 @@ class NetworkStructure:
     def inputs(self) -> tuple[str, ...]:
         """Names of the inputs, in their order."""
         base = base_inputs(self.device, self.kind, field=self.field)
-        recalled = (*base, *(self.extras if self.past_extras else ()))
-        return (*base, *(f"{name}[-{k}]" for k in self.past for name in recalled), *self.remembered, *self.extras)
+        recalled = (*base, *self.extras) if self.past_extras else base
+        past: list[str] = []
+        for rows in self.past:
+            past += [f"{name}[-{rows}]" for name in recalled]
+        return (*base, *past, *self.remembered, *self.extras)
 
     @property
     def remembered(self) -> tuple[str, ...]:
@@ -122,6 +125,8 @@ def network_from_name(
         raise SettingError(f"unknown network {specification!r}", remedy="Write fnn-16 or fnn-10-6, at most 5 layers")
     if any(k < 1 or k > 1000 for k in past):
         raise SettingError(f"past samples {past}", remedy="Give rows back between 1 and 1000")
-    name = "-".join([kind, *(str(n) for n in hidden)]) + (f"/{form}" if form and form != "forward" else "")
+    name = "-".join([kind, *map(str, hidden)])
+    if form and form != "forward":
+        name += f"/{form}"
     centres = cast(Centres, form or "forward")
     return NetworkStructure(device, name, kind, hidden, centres, canonical(dynamics), past, extras, field)

@@ -52,24 +52,22 @@ def _network_from(body: Mapping[str, Any], alone: bool) -> NetworkModel:
         raise ValueError(f"the law {beyond.name} beyond the rows is of another device or has other units")
     if beyond is not None and not set(beyond.extras) <= set(structure.extras):
         raise ValueError(f"the law {beyond.name} beyond the rows has inputs that the network has not")
+    longest_period = period or model_file.LONGEST_PERIOD
     return NetworkModel(
-        structure,
-        Scaling(
-            model_file.table_of(scaling["offset"], "offset", count),
-            model_file.table_of(scaling["scale"], "scale", count, positive=True),
-            model_file.number_of(scaling["effort_offset"], "effort_offset"),
-            model_file.number_of(scaling["effort_scale"], "effort_scale"),
+        structure=structure,
+        scaling=Scaling(
+            offset=model_file.table_of(scaling["offset"], "offset", count),
+            scale=model_file.table_of(scaling["scale"], "scale", count, positive=True),
+            effort_offset=model_file.number_of(scaling["effort_offset"], "effort_offset"),
+            effort_scale=model_file.number_of(scaling["effort_scale"], "effort_scale"),
         ),
-        weights,
-        {
-            **_stage_numbers_from(body["dynamics"], structure, period or model_file.LONGEST_PERIOD),
-            **strength,
-        },
-        units,
-        model_file.range_of(body),
-        np.array([model_file.pair_of(body["input_range"][i], "range of an input") for i in range(count)]),
-        model_file.about_of(body),
-        period,
+        weights=weights,
+        dynamics={**_stage_numbers_from(body["dynamics"], structure, longest_period), **strength},
+        units=units,
+        trained_on=model_file.range_of(body),
+        input_range=np.array([model_file.pair_of(body["input_range"][i], "range of an input") for i in range(count)]),
+        about=model_file.about_of(body),
+        period=period,
         beyond=beyond,
         near=model_file.near_of(body.get("near", ()), structure.device),
     )

@@ -107,8 +107,10 @@ class NetworkModel(ModelBase):
         """Further inputs, and the range of each."""
         names = self.structure.extras
         first = len(self.input_range) - len(names)  # they are the last of all inputs
-        ranges = self.input_range[first:]
-        return {name: (float(low), float(high)) for name, (low, high) in zip(names, ranges, strict=True)}
+        extras: dict[str, Pair] = {}
+        for name, (low, high) in zip(names, self.input_range[first:].tolist(), strict=True):
+            extras[name] = (low, high)
+        return extras
 
     @property
     def past(self) -> tuple[int, ...]:
@@ -296,7 +298,9 @@ class NetworkModel(ModelBase):
         effort = self.of_inputs(rows)
         if self.beyond is None:
             return effort
-        given = [[np.broadcast_to(signal, effort.shape) for signal in group] for group in (fields, slips, extras)]
+        given: list[list[Array]] = []
+        for group in (fields, slips, extras):
+            given.append([np.broadcast_to(signal, effort.shape) for signal in group])
         return self._faded(effort, given, exactly=True)
 
     def scaled(self, factor: float, offset: float = 0.0) -> NetworkModel:
@@ -393,10 +397,18 @@ def table_shapes(structure: NetworkStructure) -> dict[str, tuple[int, ...]]:
     inputs = len(structure.inputs)
     if structure.kind == "rbfn":
         neurons = structure.hidden[0]
-        return {"centres": (neurons, inputs), "spreads": (neurons,), "w": (neurons,), "b": (1,)}
+        return {
+            "centres": (neurons, inputs),
+            "spreads": (neurons,),
+            "w": (neurons,),
+            "b": (1,),
+        }
     shapes: dict[str, tuple[int, ...]] = {}
     before = inputs
     for layer, neurons in enumerate(structure.hidden, start=1):
-        shapes |= {f"W{layer}": (neurons, before), f"b{layer}": (neurons,)}
+        shapes[f"W{layer}"] = (neurons, before)
+        shapes[f"b{layer}"] = (neurons,)
         before = neurons
-    return {**shapes, "W_out": (1, structure.hidden[-1]), "b_out": (1,)}
+    shapes["W_out"] = (1, before)
+    shapes["b_out"] = (1,)
+    return shapes

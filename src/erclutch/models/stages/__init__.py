@@ -36,12 +36,14 @@ def stage_named(specification: str) -> Stage:
 
 def shown_stages() -> list[Stage]:
     """Each stage in each of its forms, without those of other packages that fail."""
-    found: list[Stage] = []
+    shown: list[Stage] = []
     for plugin in registry.plugins(GROUP):
         with suppress(PluginError):
-            forms = plugin.value.forms if isinstance(plugin.value, StageFamily) else ()
-            found += [stage_named("/".join([plugin.name, *form])) for form in ((), *((name,) for name in forms))]
-    return found
+            specifications = [plugin.name]
+            if isinstance(plugin.value, StageFamily):
+                specifications += [f"{plugin.name}/{form}" for form in plugin.value.forms]
+            shown += [stage_named(specification) for specification in specifications]
+    return shown
 
 
 @cache
@@ -53,14 +55,13 @@ def stages_of(specification: str) -> tuple[Stage, ...]:
     """
     if specification == NONE:
         return ()
-    found = tuple(stage_named(name) for name in specification.split("+"))
-    names = [p.name for stage in found for p in stage.parameters(1.0)]
+    stages = tuple(stage_named(name) for name in specification.split("+"))
+    names = [parameter.name for stage in stages for parameter in stage.parameters(1.0)]
     twice = next((name for name in names if names.count(name) > 1), None)
     if twice:
-        raise SettingError(
-            f"two stages of {specification!r} have a parameter {twice}", remedy="Leave one of these stages out"
-        )
-    return found
+        problem = f"two stages of {specification!r} have a parameter {twice}"
+        raise SettingError(problem, remedy="Leave one of these stages out")
+    return stages
 
 
 def canonical(specification: str) -> str:

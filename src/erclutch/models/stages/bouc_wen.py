@@ -82,7 +82,9 @@ def _advance(exponent: int) -> Advance:
             pull = pull * less_select(z, 0.0, -z, z)
         held_back = pull * size
         # Not z plus a change: so written each row takes from an error of z, also in a bound that adds magnitudes.
-        after = (((0.5 * exponent - 1.0) * held_back + 1.0) * z + moved) / ((0.5 * exponent) * held_back + 1.0)
+        kept = (0.5 * exponent - 1.0) * held_back + 1.0
+        pulled = kept * z + moved
+        after = pulled / ((0.5 * exponent) * held_back + 1.0)
         held = less_select(after, 1.0, after, 1.0)
         return (less_select(-1.0, held, held, -1.0),)
 

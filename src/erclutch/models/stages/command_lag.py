@@ -141,7 +141,9 @@ def _bracket(clock: Clock, delay: float, rows: slice) -> tuple[Rows, Rows, Array
         first = np.repeat(starts, lengths)[rows]
         whole = int(delay / period)
         low = chosen - whole - 1
-        return np.maximum(low, first), np.maximum(low + 1, first), (whole + 1) * period, period
+        earlier = np.maximum(low, first)
+        later = np.maximum(low + 1, first)
+        return earlier, later, (whole + 1) * period, period
 
     before = np.empty_like(chosen)
     after = np.empty_like(chosen)

@@ -65,23 +65,31 @@ class Dahl(SlipMemory):
         aim = self.aim(signal)
         moved = np.abs(signal.slip) * memory.number(period)
         gone = [-np.expm1(-(moved / memory.number(r))) for r in q.values()]
-        return tuple(
-            memory.keep(name, (1.0 - g) * memory.before(name) + aim * g)
-            for name, g in zip(self.outputs, gone, strict=True)
-        )
+        states: list[Any] = []
+        for name, share in zip(self.outputs, gone, strict=True):
+            state = (1.0 - share) * memory.before(name) + aim * share
+            states.append(memory.keep(name, state))
+        return tuple(states)
 
 
 def _dahl(count: int, forms: tuple[str, ...]) -> Dahl:
     ahead = "field" in forms
-    letter, pull, how = ("z", "y(E) w", ", the field ahead of the memory") if ahead else ("s", "w", "")
-    outputs = tuple(f"{letter}{i + 1}" for i in range(count))
+    title = f"memory of the slip with {count} Dahl state{'s' if count > 1 else ''}"
+    letter = "s"
+    pull = "w"
+    if ahead:
+        title += ", the field ahead of the memory"
+        letter = "z"
+        pull = "y(E) w"
+    places = range(1, count + 1)
+    equations = [f"r_{i} {letter}{i}' = {pull} - |w| {letter}{i}" for i in places]
     return Dahl(
         name=numbered("dahl", count, ahead=ahead),
-        title=f"memory of the slip with {count} Dahl state{'s' if count > 1 else ''}{how}",
+        title=title,
         source="Dahl 1968, a solid friction model; with N states Al-Bender et al. 2005, doi 10.1109/TAC.2005.858676",
-        outputs=outputs,
-        meanings=tuple(f"effort of memory {i + 1}" for i in range(count)),
-        equation=", ".join(f"r_{i + 1} {s}' = {pull} - |w| {s}" for i, s in enumerate(outputs)),
+        outputs=tuple(f"{letter}{i}" for i in places),
+        meanings=tuple(f"effort of memory {i}" for i in places),
+        equation=", ".join(equations),
         ahead=ahead,
     )
 

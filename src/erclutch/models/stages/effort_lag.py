@@ -36,12 +36,16 @@ class EffortLag:
 
     def parameters(self, period: float) -> tuple[ShapeParameter, ...]:
         """The time constant."""
-        usual = (0.5 * period, 50.0 * period)
-        return (
-            ShapeParameter(
-                "tau_e", "time constant of the effort's lag", 0.05 * period, 1.0, Dimension(time=1), "log", usual
-            ),
+        tau = ShapeParameter(
+            "tau_e",
+            "time constant of the effort's lag",
+            lower=0.05 * period,
+            upper=1.0,
+            dimension=Dimension(time=1),
+            scale="log",
+            usual=(0.5 * period, 50.0 * period),
         )
+        return (tau,)
 
     def respond(self, signal: Any, clock: Clock, q: Sequence[Any], rows: slice) -> Any:
         """The lagged effort at some of the rows; see `Stage`."""
@@ -55,7 +59,8 @@ class EffortLag:
     def step(self, memory: Memory, signal: Any, q: Mapping[str, float], period: float) -> tuple[Any]:
         """One row."""
         share = memory.number(-float(np.expm1(-period / q["tau_e"])))
-        return (memory.keep("effort", (1.0 - share) * memory.before("effort") + share * signal),)
+        lagged = (1.0 - share) * memory.before("effort") + share * signal
+        return (memory.keep("effort", lagged),)
 
 
 STAGE = StageFamily(lambda count, forms: EffortLag(), ladder=("effort-lag",))

@@ -71,8 +71,11 @@ class HystereticTanh(SlipMemory):
     def step(self, memory: Memory, signal: SlipAndStrength, q: Mapping[str, float], period: float) -> tuple[Any, ...]:
         """One row."""
         keep = memory.number(float(np.exp(-period / q["tau_m"])))
-        x = memory.keep("travel", keep * memory.before("travel") + signal.slip * memory.number(period))
-        return (self._turned(signal.slip, x, memory.number(q["w_t"]), memory.number(q["t_w"])),)
+        travelled = keep * memory.before("travel") + signal.slip * memory.number(period)
+        x = memory.keep("travel", travelled)
+        w_t = memory.number(q["w_t"])
+        t_w = memory.number(q["t_w"])
+        return (self._turned(signal.slip, x, w_t, t_w),)
 
 
 STAGE = HystereticTanh(

@@ -78,19 +78,22 @@ class LuGre(SlipMemory):
     def step(self, memory: Memory, signal: SlipAndStrength, q: Mapping[str, float], period: float) -> tuple[Any, ...]:
         """One row."""
         aim, most, gone = self._row(signal, memory.number(period), *map(memory.number, q.values()))
-        s = memory.keep("s", (1.0 - gone) * memory.before("s") + (aim * most) * gone)
+        deflection = (1.0 - gone) * memory.before("s") + (aim * most) * gone
+        s = memory.keep("s", deflection)
         return s, self._rate(signal, aim, s, most)
 
 
 def _lugre(_: int, forms: tuple[str, ...]) -> LuGre:
     ahead = "field" in forms
+    title = "LuGre friction, the field ahead of the memory" if ahead else "LuGre friction"
+    pull = "y(E) w" if ahead else "w"
     return LuGre(
         name="lugre/field" if ahead else "lugre",
-        title="LuGre friction" + (", the field ahead of the memory" if ahead else ""),
+        title=title,
         source="Canudas de Wit, Olsson, Astrom and Lischinsky 1995, doi 10.1109/9.376053",
         outputs=("l", "ld"),
         meanings=("effort of the bristles", "effort of the bristles' damping"),
-        equation=f"r_l l' = ld, ld = {'y(E) w' if ahead else 'w'} - |w| l / (1 + (h_l - 1) exp(-(w / w_l)^2))",
+        equation=f"r_l l' = ld, ld = {pull} - |w| l / (1 + (h_l - 1) exp(-(w / w_l)^2))",
         ahead=ahead,
         damping=("ld",),
     )

@@ -43,8 +43,10 @@ class Oscillator:
     @property
     def equation(self) -> str:
         """See `Stage`."""
-        tau, x, u = f"tau_{self.letter}", *(("E", "u") if self.place == "command" else ("T", "T_fluid"))
-        return f"{tau}^2 {x}'' + 2 zeta_{self.letter} {tau} {x}' + {x} = {u}"
+        tau = f"tau_{self.letter}"
+        zeta = f"zeta_{self.letter}"
+        x, u = ("E", "u") if self.place == "command" else ("T", "T_fluid")
+        return f"{tau}^2 {x}'' + 2 {zeta} {tau} {x}' + {x} = {u}"
 
     def parameters(self, period: float) -> tuple[ShapeParameter, ...]:
         """The time constant and the damping; 1 / (2 pi tau) is the natural frequency."""

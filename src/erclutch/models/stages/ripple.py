@@ -116,7 +116,8 @@ class Ripple:
         if span <= 0.0 or bins < 8:
             return None
         # The mean effort over the position, in bins, and its spectrum; four times as fine as the bins would give.
-        at = np.minimum(((position - start) / span * bins).astype(np.intp), bins - 1)
+        places = ((position - start) / span * bins).astype(np.intp)
+        at = np.minimum(places, bins - 1)
         rows = np.maximum(np.bincount(at, minlength=bins), 1)
         means = np.bincount(at, weights=effort, minlength=bins) / rows
         strength = np.abs(np.fft.rfft(means * np.hanning(bins), 4 * bins))
@@ -133,9 +134,10 @@ class Ripple:
         left = effort
         for period in np.linspace(low, high, _PERIODS):
             waves = np.column_stack(self.outputs_at(position, period))
-            less = effort - waves @ np.linalg.lstsq(waves, effort, rcond=None)[0]
-            if less @ less < left @ left:
-                left = less
+            gains, *_ = np.linalg.lstsq(waves, effort, rcond=None)
+            without_waves = effort - waves @ gains
+            if without_waves @ without_waves < left @ left:
+                left = without_waves
         return left
 
     def respond(self, signal: Any, clock: Clock, q: Sequence[Any], rows: slice) -> list[Any]:

@@ -89,7 +89,8 @@ class Spencer:
 
     def initial(self, signal: SlipAndStrength, q: Mapping[str, float]) -> Mapping[str, Any]:
         """The settled states."""
-        return {"z": _yielded(_given(signal, list(q.values()), 0.0)), "d": 0.0 * signal.slip}
+        given = _given(signal, list(q.values()), 0.0)
+        return {"z": _yielded(given), "d": 0.0 * signal.slip}
 
     def step(self, memory: Memory, signal: SlipAndStrength, q: Mapping[str, float], period: float) -> tuple[Any, ...]:
         """One row."""

@@ -52,10 +52,12 @@ class Stops(SlipMemory):
     def step(self, memory: Memory, signal: SlipAndStrength, q: Mapping[str, float], period: float) -> tuple[Any, ...]:
         """One row of each state."""
         moved, edge = self._given(signal, memory.number(period))
-        return tuple(
-            memory.keep(name, _advance((memory.before(name),), (moved / memory.number(r), edge))[0])
-            for name, r in zip(self.outputs, q.values(), strict=True)
-        )
+        states: list[Any] = []
+        for name, r in zip(self.outputs, q.values(), strict=True):
+            before = memory.before(name)
+            (state,) = _advance((before,), (moved / memory.number(r), edge))
+            states.append(memory.keep(name, state))
+        return tuple(states)
 
 
 def _advance(before: tuple[Any, ...], given: tuple[Any, ...]) -> tuple[Any, ...]:
@@ -68,17 +70,25 @@ def _advance(before: tuple[Any, ...], given: tuple[Any, ...]) -> tuple[Any, ...]
 
 def _stops(count: int, forms: tuple[str, ...]) -> Stops:
     ahead = "field" in forms
-    outputs = tuple(f"{'q' if ahead else 'p'}{i + 1}" for i in range(count))
-    pull, edge = ("y(E) w", "-y(E) and y(E)") if ahead else ("w", "-1 and 1")
+    title = f"memory of the slip with {count} stop operator{'s' if count > 1 else ''}"
+    letter = "p"
+    pull = "w"
+    edge = "-1 and 1"
+    if ahead:
+        title += ", the field ahead of the memory"
+        letter = "q"
+        pull = "y(E) w"
+        edge = "-y(E) and y(E)"
+    places = range(1, count + 1)
+    equations = [f"r_p{i} {letter}{i}' = {pull}, {letter}{i} within {edge}" for i in places]
     return Stops(
         name=numbered("stops", count, ahead=ahead),
-        title=f"memory of the slip with {count} stop operator{'s' if count > 1 else ''}"
-        + (", the field ahead of the memory" if ahead else ""),
+        title=title,
         source="Prandtl 1928 and Ishlinskii 1944; stop operators after Brokate and Sprekels 1996, "
         "doi 10.1007/978-1-4612-4048-8",
-        outputs=outputs,
-        meanings=tuple(f"effort of stop {i + 1}" for i in range(count)),
-        equation="; ".join(f"r_p{i + 1} {s}' = {pull}, {s} within {edge}" for i, s in enumerate(outputs)),
+        outputs=tuple(f"{letter}{i}" for i in places),
+        meanings=tuple(f"effort of stop {i}" for i in places),
+        equation="; ".join(equations),
         ahead=ahead,
     )
 

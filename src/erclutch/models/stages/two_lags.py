@@ -47,10 +47,14 @@ class TwoLags:
 
     def respond(self, signal: Any, clock: Clock, q: Sequence[Any], rows: slice) -> Any:
         """The field in the fluid at some of the rows; see `Stage`."""
+        tau, times, part = q
         step = step_of(clock)
-        shares = [-np.expm1(-step / tau) for tau in (q[0], q[1] * q[0])]
-        quick, slow = (recur(1.0 - share, share * signal, signal, clock) for share in shares)
-        return pick(q[2] * quick + (1.0 - q[2]) * slow, rows)
+        lagged: list[Any] = []
+        for constant in (tau, times * tau):
+            share = -np.expm1(-step / constant)
+            lagged.append(recur(1.0 - share, share * signal, signal, clock))
+        quick, slow = lagged
+        return pick(part * quick + (1.0 - part) * slow, rows)
 
     def initial(self, signal: Any, q: Mapping[str, float]) -> Mapping[str, Any]:
         """Both have settled."""
@@ -59,11 +63,13 @@ class TwoLags:
     def step(self, memory: Memory, signal: Any, q: Mapping[str, float], period: float) -> tuple[Any]:
         """One row."""
         tau, times, part = q.values()
-        states: list[Any] = []
+        lagged: list[Any] = []
         for name, constant in (("quick", tau), ("slow", times * tau)):
             share = memory.number(-float(np.expm1(-period / constant)))
-            states.append(memory.keep(name, (1.0 - share) * memory.before(name) + share * signal))
-        return (memory.number(part) * states[0] + memory.number(1.0 - part) * states[1],)
+            state = (1.0 - share) * memory.before(name) + share * signal
+            lagged.append(memory.keep(name, state))
+        quick, slow = lagged
+        return (memory.number(part) * quick + memory.number(1.0 - part) * slow,)
 
 
 STAGE = TwoLags()

@@ -46,7 +46,8 @@ class Viscous:
 
     def columns(self, outputs: Sequence[Any], strength: Any) -> tuple[Any, ...]:
         """The power of the slip, and that times the strength of the field."""
-        return (*outputs, *(strength * v for v in outputs))
+        with_field = [strength * output for output in outputs]
+        return (*outputs, *with_field)
 
     def respond(self, signal: SlipAndStrength, clock: Clock, q: Sequence[Any], rows: slice) -> list[Any]:
         """The power of the slip; see `Stage`."""

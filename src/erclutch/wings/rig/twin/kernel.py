@@ -45,17 +45,25 @@ SIZE = SCRATCH + 2 * ROW
 @compiled
 def _gap_torques(x: Array, omega: float, omega_r: float, warm: float, parts: Parts) -> tuple[float, ...]:
     """Torque of the strained chains of gap 1 and 2, and of viscosity per slip."""
-    gaps, fluid = parts.gaps, parts.fluid
+    gaps = parts.gaps
+    fluid = parts.fluid
     residual = fluid.residual_yield * (1.0 / fluid.yield_strain)
-    field_1, field_2, stiff_1, stiff_2 = x[FIELD_1], x[FIELD_2], x[STIFF_1], x[STIFF_2]
+    field_1 = x[FIELD_1]
+    field_2 = x[FIELD_2]
+    stiff_1 = x[STIFF_1]
+    stiff_2 = x[STIFF_2]
     for i in range(gaps.arm.size):
         stiffness = stiff_1 if i < POINTS else stiff_2
+        field = field_1 if i < POINTS else field_2
         s = x[STRUCTURE + i]
         shear = (gaps.way[i] * omega - omega_r) * gaps.arm[i]
-        eta = viscosity(shear, s, field_1 if i < POINTS else field_2, warm, fluid)
+        eta = viscosity(shear, s, field, warm, fluid)
         x[SCRATCH + i] = gaps.weight[i] * (stiffness * s + residual) * x[STRAIN + i]
         x[SCRATCH + ROW + i] = gaps.thick[i] * eta
-    chains_1, chains_2, thick_1, thick_2 = 0.0, 0.0, 0.0, 0.0
+    chains_1 = 0.0
+    chains_2 = 0.0
+    thick_1 = 0.0
+    thick_2 = 0.0
     for i in range(SCRATCH, SCRATCH + POINTS):
         chains_1 += x[i]
         chains_2 += x[i + POINTS]
@@ -69,29 +77,39 @@ def _gaps_after(
     x: Array, omega: float, omega_r: float, before_1: float, before_2: float, firm: float, parts: Parts, dt: float
 ) -> None:
     """Structure and strain one step later, and their entries in the ledger."""
-    gaps, fluid = parts.gaps, parts.fluid
+    gaps = parts.gaps
+    fluid = parts.fluid
     rate_1, halving_1 = structure_rates(0.5 * (before_1 + x[FIELD_1]), fluid)
     rate_2, halving_2 = structure_rates(0.5 * (before_2 + x[FIELD_2]), fluid)
     per_strain = 1.0 / fluid.yield_strain
     full = firm * per_strain
-    soft_1, soft_2 = x[STIFF_1], x[STIFF_2]
+    soft_1 = x[STIFF_1]
+    soft_2 = x[STIFF_2]
     stiff_1 = yield_stress(x[FIELD_1], parts.clutch_1.strength, fluid) * full
     stiff_2 = yield_stress(x[FIELD_2], parts.clutch_2.strength, fluid) * full
-    x[STIFF_1], x[STIFF_2] = stiff_1, stiff_2
+    x[STIFF_1] = stiff_1
+    x[STIFF_2] = stiff_2
     residual = fluid.residual_yield * per_strain
     for i in range(gaps.arm.size):
         first = i < POINTS
+        rate = rate_1 if first else rate_2
+        halving = halving_1 if first else halving_2
         shear = (gaps.way[i] * omega - omega_r) * gaps.arm[i]
-        s, z = x[STRUCTURE + i], x[STRAIN + i]
-        s_new = structure_after(s, rate_1 if first else rate_2, halving_1 if first else halving_2, shear, fluid, dt)
+        s = x[STRUCTURE + i]
+        z = x[STRAIN + i]
+        s_new = structure_after(s, rate, halving, shear, fluid, dt)
         z_new = strain_after(z, shear, fluid, dt)
-        x[STRUCTURE + i], x[STRAIN + i] = s_new, z_new
+        x[STRUCTURE + i] = s_new
+        x[STRAIN + i] = z_new
+        # Energy of the chains: what the field's change adds, and what yields.
         soft = (soft_1 if first else soft_2) * s + residual
         stiff = (stiff_1 if first else stiff_2) * s_new + residual
         squared = 0.5 * gaps.volume[i] * (z * z + z_new * z_new)
         x[SCRATCH + i] = 0.5 * squared * (stiff - soft)
         x[SCRATCH + ROW + i] = 0.5 * (soft + stiff) * squared * abs(shear) * per_strain * dt
-    gained, lost, smallest = 0.0, 0.0, x[SMALLEST]
+    gained = 0.0
+    lost = 0.0
+    smallest = x[SMALLEST]
     for i in range(SCRATCH, SCRATCH + 2 * POINTS):
         gained += x[i]
         lost += x[i + ROW]
@@ -113,7 +131,8 @@ def _dry(x: Array, at: int, speed: float, limit: float, stiffness: float, dt: fl
 def _screw_limit(x: Array, screw: Screw, speed: float) -> float:
     """Deflection of the screw's bristles in steady sliding: Stribeck, direction and place."""
     limit = screw.presliding * stribeck(speed, screw.breakaway, screw.stribeck_speed)
-    place = 1.0 + screw.waviness * (math.sin(x[PHI_L]) + 0.5 * math.sin(7.3 * x[PHI_L] + 0.7))
+    wave = math.sin(x[PHI_L]) + 0.5 * math.sin(7.3 * x[PHI_L] + 0.7)
+    place = 1.0 + screw.waviness * wave
     way = 1.0 + screw.asymmetry if speed > 0.0 else 1.0 - screw.asymmetry
     return limit * place * way
 
@@ -146,7 +165,9 @@ def _electric_after(x: Array, parts: Parts, first: float, second: float, dt: flo
 @compiled
 def _speeds_after(x: Array, parts: Parts, warm: float, locked: bool, dt: float) -> None:
     """New speeds from the forces at this time; work and viscous losses into the ledger."""
-    drive, screw = parts.drive, parts.screw
+    drive = parts.drive
+    screw = parts.screw
+    # Torques of clutches, screw, end stop and motor.
     chains_1, chains_2, thick_1, thick_2 = _gap_torques(x, x[OMEGA], x[OMEGA_R], warm, parts)
     pull_1 = chains_1 + parts.clutch_1.seal / parts.clutch_1.seal_slip * x[SEAL_1]
     pull_2 = chains_2 + parts.clutch_2.seal / parts.clutch_2.seal_slip * x[SEAL_2]
@@ -156,8 +177,11 @@ def _speeds_after(x: Array, parts: Parts, warm: float, locked: bool, dt: float) 
     stop = math.copysign(screw.stop_stiffness * beyond, x[PHI_L])
     drag = screw.viscous + (screw.stop_damping if beyond > 0.0 else 0.0)
     motor = _motor_torque(x, drive)
+
     # (2 J / dt + K) v = force + 2 J / dt v_old for the mean speeds v, K tridiagonal and symmetric.
-    j_in, j_r, j_l = 2.0 * drive.inertia / dt, 2.0 * screw.rotor_inertia / dt, 2.0 * screw.load_inertia / dt
+    j_in = 2.0 * drive.inertia / dt
+    j_r = 2.0 * screw.rotor_inertia / dt
+    j_l = 2.0 * screw.load_inertia / dt
     f_in = motor - drive.coulomb / drive.presliding * x[BRISTLE_IN] - pull_1 + pull_2 + j_in * x[OMEGA]
     f_r = pull_1 + pull_2 - twist + j_r * x[OMEGA_R]
     f_l = twist - screw.coulomb / screw.presliding * x[BRISTLE_L] - stop + j_l * x[OMEGA_L]
@@ -175,9 +199,13 @@ def _speeds_after(x: Array, parts: Parts, warm: float, locked: bool, dt: float) 
         v_l = (f_l + screw.damping / d_r * f_r) / d_l
         v_r = (f_r + screw.damping * v_l) / d_r
     v_in = (f_in - across * v_r) / d_in
-    x[OMEGA], x[OMEGA_R] = 2.0 * v_in - x[OMEGA], 2.0 * v_r - x[OMEGA_R]
+    x[OMEGA] = 2.0 * v_in - x[OMEGA]
+    x[OMEGA_R] = 2.0 * v_r - x[OMEGA_R]
     x[OMEGA_L] = v_l if locked else 2.0 * v_l - x[OMEGA_L]
-    w_1, w_2 = v_in - v_r, -v_in - v_r
+
+    # The torque on the rotors, the ledger, and what the torque meter feels.
+    w_1 = v_in - v_r
+    w_2 = -v_in - v_r
     x[TORQUE] = pull_1 + pull_2 + thick_1 * w_1 + thick_2 * w_2
     x[WORK] += motor * v_in * dt
     lost = thick_1 * w_1 * w_1 + thick_2 * w_2 * w_2 + drive.viscous * v_in * v_in
@@ -197,16 +225,21 @@ def _meter_after(x: Array, torque: float, parts: Parts, dt: float) -> None:
 @compiled
 def _states_after(x: Array, parts: Parts, first: float, second: float, motor: float, firm: float, dt: float) -> None:
     """Positions and internal states under the new speeds."""
-    drive, screw = parts.drive, parts.screw
-    omega, omega_r, omega_l = x[OMEGA], x[OMEGA_R], x[OMEGA_L]
+    drive = parts.drive
+    screw = parts.screw
+    omega = x[OMEGA]
+    omega_r = x[OMEGA_R]
+    omega_l = x[OMEGA_L]
     lost = x[DISSIPATED]
-    field_1, field_2 = x[FIELD_1], x[FIELD_2]
+    field_1 = x[FIELD_1]
+    field_2 = x[FIELD_2]
     _electric_after(x, parts, first, second, dt)
     _gaps_after(x, omega, omega_r, field_1, field_2, firm, parts, dt)
     for channel in range(2):
         clutch = parts.clutch_1 if channel == 0 else parts.clutch_2
         slip = (omega if channel == 0 else -omega) - omega_r
         _dry(x, SEAL_1 + channel, slip, clutch.seal_slip, clutch.seal / clutch.seal_slip, dt)
+    # What the fluid and the seals lost in this step, and the leakage of the supply, warm the fluid.
     electric = x[VOLT_1] ** 2 / parts.supply.leakage_1 + x[VOLT_2] ** 2 / parts.supply.leakage_2
     heat = (x[DISSIPATED] - lost) / dt + electric
     x[WARMTH] += dt * (heat - parts.thermal.loss * x[WARMTH]) / parts.thermal.capacity
@@ -218,8 +251,11 @@ def _states_after(x: Array, parts: Parts, first: float, second: float, motor: fl
     x[THETA] += dt * omega
     x[PHI_R] += dt * omega_r
     x[PHI_L] += dt * omega_l
+    # The table goes along once the backlash is taken up.
     place = x[PHI_L] * screw.lead / (2.0 * math.pi)
-    x[TABLE] = min(max(x[TABLE], place - 0.5 * screw.backlash), place + 0.5 * screw.backlash)
+    lowest = place - 0.5 * screw.backlash
+    highest = place + 0.5 * screw.backlash
+    x[TABLE] = min(max(x[TABLE], lowest), highest)
 
 
 @compiled
@@ -228,7 +264,8 @@ def advance(
 ) -> None:
     """Advance the state by ``steps`` internal steps under constant commands. Changes ``x``."""
     above = parts.thermal.room + x[WARMTH]  # the reference temperature; slow: once a call will do
-    warm, firm = math.exp(-parts.thermal.thinning * above), math.exp(-parts.thermal.softening * above)
+    warm = math.exp(-parts.thermal.thinning * above)
+    firm = math.exp(-parts.thermal.softening * above)
     for _ in range(steps):
         _speeds_after(x, parts, warm, locked, dt)
         _states_after(x, parts, first, second, motor, firm, dt)
