@@ -35,7 +35,8 @@ def drifted(record: Record, alarms: Alarms, ends: tuple[Any, Any, Any], side: An
     row = record.choose(counts, 1.0, 0.0)
     missed = record.choose(miss, 1.0, 0.0)
     lean = record.choose(counts, residual, 0.0)
-    still_open, (_, misses, leaned) = _gathered(record, block, {"rows": row, "misses": missed, "lean": lean})
+    of_row = {"rows": row, "misses": missed, "lean": lean}
+    still_open, (_, misses, leaned) = _gathered(record, block, of_row)
     share_missed = misses * (1.0 / block)
     mean_lean = leaned * (1.0 / block)
     other_way = -mean_lean
@@ -78,8 +79,9 @@ def _gathered(record: Record, block: int, added: Mapping[str, Any]) -> tuple[Any
         block: its rows.
         added: by the row, by name; the first says whether it counts.
     """
-    sums = [record.state(f"drift_{name}") + x for name, x in added.items()]
-    still_open = record.label(record.less(sums[0], float(block)), f"{next(iter(added))}_open")
+    sums = [record.state(f"drift_{name}") + of_row for name, of_row in added.items()]
+    counted = next(iter(added))
+    still_open = record.label(record.less(sums[0], float(block)), f"{counted}_open")
     for name, total in zip(added, sums, strict=True):
         record.keep(f"drift_{name}", record.choose(still_open, total, 0.0))
     return still_open, sums

@@ -103,7 +103,11 @@ def read_export(folder: str | Path) -> Exported:
     require_schema(body.get("schema"), SCHEMA, where, error=ExportError, older=again)
     require(body.get("plugins", []), where)
     try:
-        _check_files(place, body["files"])
+        for name, digest in body["files"].items():
+            if not (place / name).is_file():
+                raise ExportError(f"{name} is missing", where=where, remedy=again)
+            if file_digest(place / name) != digest:
+                raise ExportError(f"{name} was changed after the export", where=where, remedy=again)
         step = step_of(load_model(place / "model.json"), _options(body["options"]))
         if step.digest != body["digest"]:
             raise ExportError("model.json is not the exported model", where=where, remedy=again)
@@ -126,13 +130,3 @@ def _options(body: Mapping[str, Any]) -> ExportOptions:
         alarms=truth_of(body.get("alarms", False), "alarms"),
         adapt=truth_of(body.get("adapt", False), "adapt"),
     )
-
-
-def _check_files(folder: Path, files: Mapping[str, str]) -> None:
-    for name, digest in files.items():
-        path = folder / name
-        if not path.is_file():
-            raise ExportError(f"{name} is missing", where=str(folder), remedy="Export the model again")
-        if file_digest(path) != digest:
-            problem = f"{name} was changed after the export"
-            raise ExportError(problem, where=str(folder), remedy="Export the model again")

@@ -30,7 +30,14 @@ from erclutch.signals.speed import CAUSAL, Derivative, live
 InputsName = Literal["speeds", "angles"]
 
 #: Flags that a step returns; WIDE_BAND and DRIFT only with alarms, ADAPTED only with tracking.
-OUTSIDE, NON_FINITE, BOTH_FIELDS, LIMITED, OUT_OF_REACH, WIDE_BAND, DRIFT, ADAPTED = 1, 2, 4, 8, 16, 32, 64, 128
+OUTSIDE = 1
+NON_FINITE = 2
+BOTH_FIELDS = 4
+LIMITED = 8
+OUT_OF_REACH = 16
+WIDE_BAND = 32
+DRIFT = 64
+ADAPTED = 128
 #: Angles beyond are taken for a broken sensor: one more turn could no longer be told in float32.
 LARGEST_ANGLE = 1e6
 _LONGEST_NAME = 20
@@ -285,8 +292,15 @@ def described_step(model: Any, options: ExportOptions | None = None) -> Exported
 
 
 def _all_finite(model: Model) -> None:
-    ranges = {f"range of {k}": getattr(model.trained_on, k) for k in ("field", "slip", "effort")}
-    for name, value in {**model.numbers, **ranges}.items():
+    """Refuse a model with a number that is not finite.
+
+    Raises:
+        ExportError: which.
+    """
+    every = dict(model.numbers)
+    for signal in ("field", "slip", "effort"):
+        every[f"range of {signal}"] = getattr(model.trained_on, signal)
+    for name, value in every.items():
         numbers = np.asarray(value, np.float64)
         if not np.all(np.isfinite(numbers)):
             bad = numbers[~np.isfinite(numbers)].flat[0]

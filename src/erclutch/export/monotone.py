@@ -125,9 +125,10 @@ def worst_turn(model: Model) -> Turn:
         begin = int(np.argmax(ahead[: end + 1, line]))
         back = float(lost[end, line])
         if back > worst.back:
+            magnitudes = np.abs(lines.field)
             worst = Turn(
                 back,
-                fields=(abs(float(lines.field[begin])), abs(float(lines.field[end]))),
+                fields=(float(magnitudes[begin]), float(magnitudes[end])),
                 slips=tuple(float(slip[line]) for slip in lines.slips),
                 farthest=0.0,
             )

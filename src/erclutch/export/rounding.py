@@ -51,7 +51,9 @@ def bound(step: ExportedStep, rows: Array, precision: Precision | None = None) -
     errors = Errors(step.network, p)
     in_float64 = numbers(step, FLOAT64)
     inputs = named(record, np.asarray(rows, np.float64))
-    exact = {name: np.stack([signal, np.zeros_like(signal)]) for name, signal in inputs.items()}
+    exact: dict[str, Array] = {}  # inputs without an error
+    for name, signal in inputs.items():
+        exact[name] = np.stack([signal, np.zeros_like(signal)])
     given: dict[Node, Array] = {}  # nodes whose errors decay: a bound operation by operation would grow instead
 
     if step.filter is not None:

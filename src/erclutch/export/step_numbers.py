@@ -62,8 +62,10 @@ def named(record: StepRecord, rows: AnyArray) -> dict[str, AnyArray]:
 
 def packed(record: StepRecord, truths: Sequence[AnyArray]) -> Flags:
     """Flags of each row from their truths."""
-    of_bits = [np.where(truth, bit, 0) for bit, truth in zip(record.flags, truths, strict=True)]
-    return np.asarray(sum(of_bits), np.uint32)
+    flags: Any = 0
+    for bit, truth in zip(record.flags, truths, strict=True):
+        flags = flags + np.where(truth, bit, 0)
+    return np.asarray(flags, np.uint32)
 
 
 def reference(step: ExportedStep, rows: AnyArray) -> tuple[AnyArray, Flags]:
@@ -155,7 +157,8 @@ def inverse_now(step: ExportedStep, rows: AnyArray, wanted: AnyArray) -> tuple[A
     inputs = step.model_inputs
     values = _as_held(step, rows)
     target = _as_held(step, wanted)
-    usable = np.all(np.isfinite(values[:, elements:inputs]), axis=1) & np.isfinite(target)
+    others = values[:, elements:inputs]  # without the fields
+    usable = np.all(np.isfinite(others), axis=1) & np.isfinite(target)
     if step.filter is not None:
         angles = values[:, elements : 2 * elements]
         usable &= np.all(np.abs(angles) < LARGEST_ANGLE, axis=1)

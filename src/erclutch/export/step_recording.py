@@ -315,7 +315,12 @@ class StepRecording:
         return record.choose(switched_off, effort, effort + residual)
 
     def _at_rest(
-        self, record: Record, fluids: Sequence[Any], slips: Sequence[Any], extras: Sequence[Any], remembered: Any = ()
+        self,
+        record: Record,
+        fluids: Sequence[Any],
+        slips: Sequence[Any],
+        extras: Sequence[Any],
+        remembered: Any = (),
     ) -> Any:
         """The effort ahead of the stages on it as a function of its own: past rows are as the present one."""
         model = self.step.model
@@ -325,7 +330,9 @@ class StepRecording:
             own_fluids, own_slips, others = self._by_kind(signals)
             # The outputs of the stages came in one after another: they are grouped again as they were.
             own_states = iter(others[: len(states)])
-            memory = [[[next(own_states) for _ in outputs] for outputs in element] for element in remembered]
+            memory: list[list[list[Any]]] = []
+            for element in remembered:
+                memory.append([[next(own_states) for _ in outputs] for outputs in element])
             further = dict(zip(model.extras, others[len(states) :], strict=True))
             return model.from_fluid(FluidSignals(own_fluids, own_slips, memory, further))
 
@@ -411,7 +418,8 @@ class StepRecording:
             record.keep(name, record.label(end, name))
         side = less_select(slip, 0.0, -1.0, 1.0)
         drift = drifted(record, alarms, (low, effort, high), side, measured, good)
-        return {WIDE_BAND: record.either(record.less(alarms.wide, high - low), unlike), DRIFT: drift}
+        wide = record.either(record.less(alarms.wide, high - low), unlike)
+        return {WIDE_BAND: wide, DRIFT: drift}
 
     def _follow(self, seconds: float, signal: Any, name: str) -> Any:
         """A first-order lag behind a signal, with a number of the state by this name."""

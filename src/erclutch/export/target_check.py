@@ -77,7 +77,8 @@ def compare(step: ExportedStep, vectors: Vectors, where: str, printed: str, note
     try:
         if len(lines) not in (without_band, with_band):
             raise ValueError(f"{len(lines)} results for {without_band} vectors")
-        values = np.array([int(line[0], 16) for line in lines], p.bits).view(p.dtype)
+        bits = [int(line[0], 16) for line in lines]
+        values = np.array(bits, p.bits).view(p.dtype)
         flags = np.array([int(line[1]) for line in lines], np.uint32)
     except (ValueError, IndexError) as error:
         raise ExportError(f"unreadable results: {error}", where=where, remedy="Export the model again") from error

@@ -113,7 +113,12 @@ class Printer:
             yield f"const uint32_t at{length} = (state->at{length} < {length}u) ? state->at{length} : 0u;"
         for length in rings_of(self.record):
             yield f"const uint32_t next{length} = ((at{length} + 1u) < {length}u) ? (at{length} + 1u) : 0u;"
-        reads = {(places[n.value[0]][0], n.value[1]) for n in nodes if n.operation == "delay"}
+        reads: set[tuple[int, int]] = set()  # length of the ring, and rows back
+        for node in nodes:
+            if node.operation == "delay":
+                register, rows = node.value
+                length, _ = places[register]
+                reads.add((length, rows))
         for length, rows in sorted(reads):
             if rows < length - 1:
                 ahead = f"(at{length} + {length - rows}u)"
@@ -226,14 +231,18 @@ class Printer:
         if node.operation == "finite":
             return f"({self.prefix}finite({bare(a[0])}) != 0u)"
         if node.operation == "opposite":
-            return bare(a[0]).replace(" != 0u", " == 0u").join("()") if _number(a[0]) else f"(!{a[0]})"
+            if not _number(a[0]):
+                return f"(!{a[0]})"
+            is_zero = bare(a[0]).replace(" != 0u", " == 0u")
+            return f"({is_zero})"
         if node.operation == "table":
             name, at = self._tables[node.value], f"entry{node.index}"
             return f"((({name}[{at} >> 5u] >> ({at} & 31u)) & 1u) != 0u)"
         numbers = [_number(x) for x in a]
+        on_numbers, on_conditions = ("&", "&&") if node.operation == "both" else ("|", "||")
         if None not in numbers:
-            return f"(({numbers[0]} {'&' if node.operation == 'both' else '|'} {numbers[1]}) != 0u)"
-        return f"({a[0]} {'&&' if node.operation == 'both' else '||'} {a[1]})"
+            return f"(({numbers[0]} {on_numbers} {numbers[1]}) != 0u)"
+        return f"({a[0]} {on_conditions} {a[1]})"
 
     def _special(self, operation: str, a: Sequence[str]) -> str:
         if operation == "negate":
@@ -328,5 +337,8 @@ def functions_used(records: Sequence[Record]) -> set[str]:
 
 def table(c_type: str, name: str, values: Sequence[str], per_line: int = 4, of: str = "") -> str:
     """A constant table."""
-    rows = [", ".join(values[i : i + per_line]) for i in range(0, len(values), per_line)]
-    return f"static const {c_type} {name}[{len(values)}]{of} = {{\n    " + ",\n    ".join(rows) + "\n};\n"
+    rows: list[str] = []
+    for first in range(0, len(values), per_line):
+        rows.append(", ".join(values[first : first + per_line]))
+    body = ",\n    ".join(rows)
+    return f"static const {c_type} {name}[{len(values)}]{of} = {{\n    {body}\n}};\n"
