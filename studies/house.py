@@ -137,9 +137,16 @@ class House:
         """Files in which one stays on the way of `read`, in the order in which its functions are first called."""
         return Calls(self.modules).way(*LOG)
 
+    @property
+    def longest_file(self) -> tuple[int, str]:
+        """Lines and path of the longest file that we wrote, in any language."""
+        endings = {ending for kind in LANGUAGES.values() for ending in kind}
+        sources = [path for path in self.files if path.suffix in endings]
+        return max((_line_breaks(path), str(path.relative_to(self.source))) for path in sources)
+
     def lines(self, endings: Sequence[str]) -> int:
         """Lines of all files with such an ending."""
-        return sum(p.read_bytes().count(b"\n") for p in self.files if p.suffix in endings)
+        return sum(_line_breaks(path) for path in self.files if path.suffix in endings)
 
     @cached_property
     def functions(self) -> list[tuple[int, str]]:
@@ -283,6 +290,10 @@ def _bodies(text: str) -> str:
 # --- the tables ------------------------------------------------------------------------------------------------------
 
 
+def _line_breaks(path: Path) -> int:
+    return path.read_bytes().count(b"\n")
+
+
 def counts(house: House) -> dict[str, str]:
     """What is counted, each with its figure."""
     lengths = [length for length, _ in house.functions]
@@ -299,7 +310,7 @@ def counts(house: House) -> dict[str, str]:
         "tokens a line of code": f"{density.tokens:.1f}",
         "comments a line of code": f"{density.comments:.1%}",
         "private functions named once in their file": f"{density.called_once:.0%}",
-        "longest file": f"{density.longest[0]} ({density.longest[1]})",
+        "longest file": f"{house.longest_file[0]} ({house.longest_file[1]})",
         "a log's way: stays": f"{len(stays)}",
         "  files": f"{len(set(stays))}",
         "  returns": f"{len(stays) - len(set(stays))}",

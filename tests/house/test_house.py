@@ -47,6 +47,10 @@ def test_no_function_is_long(house: Any) -> None:
     assert lengths[-1] <= 100, house.functions[-1]
 
 
+def test_no_file_is_long(house: Any) -> None:
+    assert house.longest_file[0] <= 450, house.longest_file
+
+
 def test_tests_need_no_study() -> None:
     """What both need stands in tests/support; `studies` are not shipped with the tests."""
     own = {"test_house.py", "test_mutate.py"}  # these test the study itself
