@@ -72,6 +72,8 @@ LONGEST = (
     "tests/docs/test_blocks.py::test_every_block_of_the_page_runs",
     "tests/wings/app/test_app_road.py::test_the_whole_road",
 )
+#: Where files are read as a user reads them: in a child process, which is tested here or held by no test alone.
+IN_A_CHILD = ("tests/logs/", "tests/runs/", "tests/test_files.py")
 #: Tests of one exported model: its step, its C and its test vectors are made once.
 EXPORTED = re.compile(r"tests/export/.*\[(?P<label>.*?, (single|coaxial))")
 
@@ -200,6 +202,13 @@ def messages_as_written(request: pytest.FixtureRequest) -> Generator[None, Any, 
         return
     with for_a_shell():
         yield
+
+
+@pytest.fixture(autouse=True)
+def as_this_room_reads(request: pytest.FixtureRequest) -> None:
+    """Most rooms take it as given that a log or a run's rows can be read: there no child is started for each."""
+    if not request.node.nodeid.startswith(IN_A_CHILD):
+        request.getfixturevalue("read_here")
 
 
 @pytest.fixture

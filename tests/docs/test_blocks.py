@@ -14,6 +14,7 @@ import re
 import shutil
 import subprocess
 import sys
+import tempfile
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -21,6 +22,7 @@ from pathlib import Path
 import pytest
 
 from docs._ext.notebook_cells import FOLDER, run_cells
+from tests.support.warm_start import WarmStart
 
 ROOT = Path(__file__).resolve().parents[2]
 DOCS = ROOT / "docs"
@@ -50,15 +52,23 @@ def runs(text: str) -> bool:
     return any(block.language in {"sh", "python"} for block in blocks_of(text))
 
 
-def run(block: Block, folder: Path) -> str:
+@pytest.fixture(scope="module")
+def warm() -> Iterator[WarmStart]:
+    """`erclutch` and `python` without the second that each start of them takes."""
+    with tempfile.TemporaryDirectory(prefix="erclutch-") as folder, WarmStart(Path(folder)) as made:
+        yield made
+
+
+def run(block: Block, folder: Path, warm: WarmStart) -> str:
     if block.language == "sh":
         command = ["bash", "-eu", "-o", "pipefail", "-c", block.body]
     else:
         script = folder / "block.py"
         script.write_text(block.body, encoding="utf-8")
-        command = [sys.executable, "-W", "error", str(script)]
+        command = [warm.folder / "warm-python", script]
     path = os.pathsep.join((str(Path(sys.executable).parent), os.environ["PATH"]))
     surroundings = {**os.environ, "PATH": path, "COLUMNS": "100", "NO_COLOR": "1", "PYTHONUTF8": "1"}
+    surroundings = warm.environment(surroundings)
     done = subprocess.run(
         command, cwd=folder, env=surroundings, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=900
     )
@@ -79,7 +89,7 @@ def matches(shown: str, printed: str) -> bool:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("page", [p for p in PAGES if runs(p.read_text("utf-8"))], ids=lambda p: p.stem)
-def test_every_block_of_the_page_runs_and_prints_what_is_shown(page: Path, tmp_path: Path) -> None:
+def test_every_block_of_the_page_runs_and_prints_what_is_shown(page: Path, tmp_path: Path, warm: WarmStart) -> None:
     text = page.read_text("utf-8")
     needs = re.search(r"^% needs: (\S+)$", text, re.MULTILINE)
     if needs:
@@ -98,7 +108,7 @@ def test_every_block_of_the_page_runs_and_prints_what_is_shown(page: Path, tmp_p
             (tmp_path / block.file).write_text(block.body, encoding="utf-8")
             printed = None
         elif block.language in {"sh", "python"}:
-            printed = next(session)["printed"] if page.parent.name == FOLDER else run(block, tmp_path)
+            printed = next(session)["printed"] if page.parent.name == FOLDER else run(block, tmp_path, warm)
         else:
             assert printed is not None
             assert matches(block.body, printed), f"{page.name} shows\n{block.body}\nbut this was printed:\n{printed}"

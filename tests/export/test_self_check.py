@@ -22,6 +22,7 @@ from tests.support.changed_arithmetic import (
     PRECISIONS,
     REFUSED,
     RIGHT,
+    C,
     answer,
     without_macros_and_pragmas,
     written,
@@ -146,11 +147,13 @@ def test_the_right_bits_or_a_refusal_as_cpp(
         assert answer(compiler, folder, options.split(), CPP) in (RIGHT, REFUSED), compiler.name
 
 
+@pytest.mark.slow
 def test_the_same_file_is_right_as_c_and_as_cpp(
     models: dict[str, Model], need: Callable[..., None], tmp_path: Path
 ) -> None:
     """A refusal of options says something only where the file is not refused without them."""
     need("gcc")
     folder = written(models["bingham, single"], tmp_path)
-    gcc = Compiler("gcc", ("gcc",))
-    assert answer(gcc, folder, ["-O2"]) == answer(gcc, folder, ["-O2"], CPP) == RIGHT
+    for compiler in natives():
+        answers = [answer(compiler, folder, ["-O2"], language) for language in (C, CPP)]
+        assert answers == [RIGHT, RIGHT], compiler.name

@@ -12,6 +12,7 @@ from erclutch.logs import ColumnMap, plan_of, read, read_all, read_table, record
 from erclutch.logs.row_groups import Group, group_of, wants_each
 from tests.support.command import run
 
+pytestmark = pytest.mark.usefixtures("read_here")
 SPEEDS = [10.0 * k for k in range(1, 13)]
 
 

@@ -15,6 +15,7 @@ from erclutch.logs.planning import plan_of
 from erclutch.logs.table import Table
 from tests.support.command import good
 
+pytestmark = pytest.mark.usefixtures("read_here")
 TIME = np.arange(400) / 100
 PLACE = np.sin(7 * TIME)
 FORCE = np.tanh(20 * np.cos(7 * TIME))
