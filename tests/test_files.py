@@ -7,6 +7,7 @@ import inspect
 import multiprocessing
 import os
 import signal
+import stat
 import subprocess
 import sys
 from collections.abc import Callable
@@ -17,11 +18,13 @@ from typing import Any
 
 import pytest
 
+from erclutch import files
 from erclutch.cli.command_list import Command, commands
 from erclutch.errors import ErclutchError, RunError
 from erclutch.files import is_plain_file, may_write, may_write_file, places, unwritable, whole_file, whole_folder
 from erclutch.files.places import put_new, release, release_all, reserve
 from erclutch.logs.synthetic import write_synthetic_log
+from tests.support.raced_writers import Written, lost_in, written_by
 from tests.support.races import WORDS, forked, make_material, started
 
 PAIRS = 30
@@ -223,6 +226,18 @@ def test_a_failure_leaves_nothing(tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == []
 
 
+def test_what_is_written_has_the_rights_that_the_umask_leaves(tmp_path: Path) -> None:
+    """Files of a user who keeps them from others were readable for all."""
+    before = os.umask(0o027)
+    try:
+        write_file(tmp_path / "file", "text", force=False)
+        write_folder(tmp_path / "folder", "text", force=False)
+    finally:
+        os.umask(before)
+    rights = {path.name: stat.S_IMODE(path.stat().st_mode) for path in tmp_path.rglob("*")}
+    assert rights == {"file": 0o640, "folder": 0o750, "run.json": 0o640, "more": 0o640}
+
+
 # --- reservations -----------------------------------------------------------------------------------------------------
 
 
@@ -376,6 +391,24 @@ def test_of_two_commands_at_once_one_is_told(name: str, material: Path) -> None:
         assert started(name, pair, material).lost(name) == ""
     for pair in range(2, 5):
         assert forked(name, pair, material).lost(name) == ""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["export", "fit", "predict-many", "table"])
+def test_of_a_hundred_pairs_of_a_commands_writer_none_loses_a_result(name: str, material: Path, tmp_path: Path) -> None:
+    """`studies/attack.py` asks the writers of all commands."""
+    written = written_by(name, material, tmp_path)
+    assert written
+    for number, each in enumerate(written):
+        assert lost_in(each, 100, tmp_path / f"raced-{number}") == []
+
+
+def test_a_writer_that_takes_anothers_place_is_seen(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "copy").write_text("result")
+    written = Written(tmp_path / "copy", "result", places.nothing, unwritable)
+    monkeypatch.setattr(files, "_put", lambda partial, target, *_: os.replace(partial, target))
+    monkeypatch.setattr(places, "_locked", lambda _: None)
+    assert lost_in(written, 5, tmp_path / "raced")
 
 
 @pytest.mark.slow

@@ -10,9 +10,9 @@ import errno
 import hashlib
 import os
 import re
+import secrets
 import shutil
 import stat
-import tempfile
 import tomllib
 from collections.abc import Callable, Generator
 from contextlib import contextmanager, suppress
@@ -219,12 +219,10 @@ def whole_file(
         ErclutchError: it cannot be written; or its name was taken meanwhile, and the file is kept under another name.
     """
     with _mine(target, unwritable, may_replace) as reservation:
-        handle, name = tempfile.mkstemp(prefix=f".{target.name}.partial-", suffix=target.suffix, dir=target.parent)
-        os.close(handle)
-        partial = Path(name)
+        partial = _partial(target, target.suffix)
+        os.close(os.open(partial, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666))  # less what the umask takes
         try:
             yield partial
-            partial.chmod(0o644)
             _put(partial, target, reservation.may_replace, unwritable)
         finally:
             partial.unlink(missing_ok=True)
@@ -242,13 +240,18 @@ def whole_folder(target: Path, unwritable: Callable[[Path, OSError], ErclutchErr
         ErclutchError: it cannot be written; or its name was taken meanwhile, and the folder is kept under another name.
     """
     with _mine(target, unwritable, nothing) as reservation:
-        partial = Path(tempfile.mkdtemp(prefix=f".{target.name}.partial-", dir=target.parent))
+        partial = _partial(target)
+        partial.mkdir()
         try:
-            partial.chmod(0o755)
             yield partial
             _put(partial, target, reservation.may_replace, unwritable)
         finally:
             shutil.rmtree(partial, ignore_errors=True)
+
+
+def _partial(target: Path, suffix: str = "") -> Path:
+    """A name beside a target, for what is not whole yet; nobody else has it."""
+    return target.with_name(f".{target.name}.partial-{secrets.token_hex(4)}{suffix}")
 
 
 def _put(

@@ -202,6 +202,33 @@ static void give(rig *r, enum order kind) {
     must(kind != PROGRAM || state != ERC_TRIPPED || r->core.state == ERC_TRIPPED, "no program out of a trip", kind, 0);
 }
 
+/* A pause without samples in a doubt: the doubt goes on meanwhile, and a wrong reading after it counts the pause too. */
+static void pause_in_doubt(const rig *there, enum reading kind, uint32_t pause) {
+    rig r = *there;
+    const uint32_t before = r.core.meter.doubted, wrong = r.core.meter.wrong, running = r.core.state == ERC_RUNNING;
+    double field = r.field;
+    erc_command out;
+    erc_frame frame;
+    for (uint32_t i = 1u; i <= pause; i++) {
+        now++;
+        r.seq++; /* the rig goes on: its samples are lost */
+        erc_core_step(&r.core, 0, 0u, now, 0, 0, &out, &frame);
+        r.field = out.field1 - out.field2;
+        must(fabs(r.field) <= fabs(field) + 1e-12, "no field grows in a pause", kind, before);
+        must(!asks_meter(&r) || before + i + ERC_ZERO_BEFORE_TRIP < TRIP || r.field == 0.0, "zero as without a pause", kind,
+             before + i);
+        field = r.field;
+    }
+    frame = step(&r, kind, &out);
+    if (before > 0u && wrong && r.core.meter.wrong) {
+        must(r.core.meter.doubted >= before + pause + 1u, "a pause in doubt counts", kind, before);
+        must(!asks_meter(&r) || !running || (r.core.state == ERC_TRIPPED) == (r.core.meter.doubted >= TRIP || pause >= TRIP),
+             "it trips as without a pause", kind, r.core.meter.doubted);
+    }
+    (void)frame;
+    pairs++;
+}
+
 int main(void) {
     for (uint32_t observer = ERC_BY_SENSOR - 1u; observer <= ERC_BY_SENSOR; observer++) {
         for (uint32_t program = 0; program < 2u; program++) {
@@ -212,6 +239,10 @@ int main(void) {
                     rig there;
                     arrive(&there, &config, (enum reading)was, periods);
                     const uint64_t then = now;
+                    for (uint32_t pause = 1; pause <= TRIP; pause++) {
+                        now = then;
+                        pause_in_doubt(&there, (enum reading)was, pause);
+                    }
                     for (unsigned e = 0; e < READINGS * ORDERS * READINGS; e++) {
                         rig r = there;
                         now = then;

@@ -143,11 +143,12 @@ static void forget_latest(erc_core *core, uint64_t tick) {
 /* What to ask of the interlock: control's wish, or what is left of the last one. While a sensor is in doubt no field
  * grows. */
 static uint32_t wish(erc_core *core, uint64_t tick, double ask[3]) {
-    const uint32_t doubt = doubted(core), wrong = core->missing > doubt ? core->missing : doubt;
+    const uint32_t doubt = doubted(core);
+    const uint32_t wrong = core->missing < UINT32_MAX - doubt ? core->missing + doubt : UINT32_MAX; /* a doubt goes on without samples */
     /* Zero so long before the trip that the field is zero 20 ms after a failure even if much of that time went elsewhere. */
     const double share = erc_held_share(core->config.hold_samples, core->config.trip_samples, wrong);
     uint32_t events = 0u;
-    if (core->momentum.doubted == 1u) {
+    if (core->momentum.doubted == 1u || (core->momentum.doubted > 1u && core->momentum.before == 0u)) {
         forget_latest(core, tick);
     }
     if (core->missing == 0u) {

@@ -191,7 +191,7 @@ uint32_t erc_torque_plausible(erc_core *core, double torque) {
     m->seen = true;
     if (reason != 0u) {
         m->wrong = true;
-        m->unlearn = m->doubted == 0u && (reason == ERC_STUCK || reason == ERC_DISAGREES);
+        m->unlearn = m->unlearn || (m->doubted == 0u && (reason == ERC_STUCK || reason == ERC_DISAGREES));
         m->doubted += m->doubted < MOST_PERIODS ? 1u : 0u;
         m->reason = ERC_TORQUE_DOUBTED | reason;
         return m->reason;
@@ -305,6 +305,10 @@ uint32_t erc_momentum_plausible(erc_core *core) {
     const double may = band + BREAKS_AWAY * config->load_friction * m->rests + OFF_SHARE * m->size;
     if (core->config.device == ERC_SINGLE && !(fabs(speed_of_load(core)) <= SLOW * config->least_slip)) {
         m->doubted = 0u; /* drags of bearings and gears are not known */
+        return 0u;
+    }
+    if (m->unsure > 0u) { /* of torque and speed each was begun at a value that nobody knows to be the usual one */
+        m->unsure--;
         return 0u;
     }
     if (!(off > may)) {

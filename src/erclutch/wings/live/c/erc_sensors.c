@@ -12,6 +12,8 @@
 #define TURNED 2.0               /* times the speed with which a side came by which an end stop changes it */
 #define HALF 0.5
 #define BY_COUNTS 2.0           /* counts that a quick filter takes for a speed */
+#define SETTLES 0.25             /* periods that a filter may be behind after samples that were missing */
+#define UNSURE 6u               /* periods after that in which torque and motion are not compared yet */
 #define COUNTS 4.0               /* of an encoder: a side that is to have moved by fewer may stand on one of them */
 
 /* Time passes without a reading. */
@@ -192,11 +194,18 @@ static uint32_t take_one(erc_core *core, const erc_sample *sample, int *good) {
         core->lost_by = theta | alpha | (theta != 0u ? ERC_THETA_DOUBTED : 0u) | (alpha != 0u ? ERC_ALPHA_DOUBTED : 0u);
     } else {
         const double g = core->config.filter_g, h = core->config.filter_h;
+        const uint64_t unread = core->theta.since; /* periods in which nothing was read, of both sides */
         *good = 1;
         events |= take(&core->theta, sample->theta, core->dt, g, h);
+        events |= take(&core->alpha, sample->alpha, core->dt, g, h);
         settle(core, &core->theta, gap + 1u);
         settle(core, &core->alpha, gap + 1u);
-        return events | take(&core->alpha, sample->alpha, core->dt, g, h);
+        if (unread > 0u || core->alpha.behind > SETTLES) { /* nobody knows the torque of those periods, or the speed yet */
+            core->momentum.begun = false;
+            core->momentum.unsure = UNSURE;
+        }
+        /* For each sample, and not once a step: of those that come together each is a period of its own. */
+        return events | erc_momentum_plausible(core);
     }
     predict(&core->theta, core->dt, 1u);
     predict(&core->alpha, core->dt, 1u);
@@ -211,20 +220,34 @@ static bool lost_for_good(const erc_core *core) {
            (core->state == ERC_RUNNING || core->state == ERC_READY);
 }
 
+/* A doubt is a time: a meter that was wrong before a pause and is wrong after it was wrong meanwhile. */
+static void doubt_of_pause(erc_core *core, uint32_t before, uint64_t pause) {
+    const uint32_t least = before + (uint32_t)(pause < LARGEST_GAP ? pause : LARGEST_GAP);
+    if (core->meter.wrong && before > 0u && core->meter.doubted < least) {
+        core->meter.doubted = least;
+    }
+}
+
 /* All samples of a step. Counts periods in a row without a good one. */
 uint32_t erc_sensors_take(erc_core *core, const erc_sample *samples, uint32_t count, uint64_t periods) {
+    const uint32_t before = core->meter.wrong ? core->meter.doubted : 0u;
+    const uint64_t heard = core->sensor_seq;
     uint32_t events = 0u;
     int good = 0;
+    core->momentum.before = core->momentum.doubted;
     erc_torque_expect(core, (uint32_t)(periods < LARGEST_GAP ? periods : LARGEST_GAP));
     for (uint32_t i = 0; i < count; i++) {
         events |= take_one(core, &samples[i], &good);
     }
+    if (core->sensor_seq != heard) {
+        doubt_of_pause(core, before, core->step - core->heard);
+        core->heard = core->step;
+    }
     const bool lost = lost_for_good(core);
     if (good && !lost) {
         core->missing = 0u;
-        return events | erc_momentum_plausible(core);
+        return events;
     }
-    core->momentum.begun = false;
     if (lost) {
         events |= core->lost_by;
     } else if ((events & (ERC_THETA_DOUBTED | ERC_ALPHA_DOUBTED)) == 0u) {

@@ -76,8 +76,10 @@ typedef struct {
     double driven;       /* by the motor, through the same */
     double size, rests;  /* of the torque, and the share of the time at rest, through the same */
     uint32_t doubted;    /* how long both have disagreed, in periods; agreement takes one off */
+    uint32_t before;     /* the same a step ago: samples that come together may bring several */
     uint32_t stands;     /* periods at rest */
     uint32_t little;     /* agreements that say little */
+    uint32_t unsure;     /* periods left, after samples that were missing, in which nothing follows */
     bool begun;
 } erc_momentum;
 
@@ -97,6 +99,7 @@ typedef struct {
     erc_meter meter;
     erc_momentum momentum;
     uint64_t sensor_seq, sensor_time, resync; /* resync: any sequence number is taken */
+    uint64_t heard;                           /* the step of the latest sample, good or not */
     uint32_t missing;                         /* periods in a row without a good sample */
     uint32_t lost_by;                         /* events that made the latest one bad */
     uint32_t state, trip_reason, stopping, rig_seen;

@@ -88,7 +88,7 @@ class FrameFile:
             if self.path.exists():
                 raise FileExistsError(errno.EEXIST, "the file exists already")
             how = 0 if reserved else os.O_CREAT | os.O_EXCL
-            self._file = os.open(partial_of(self.path), os.O_WRONLY | how | getattr(os, "O_BINARY", 0), 0o644)
+            self._file = os.open(partial_of(self.path), os.O_WRONLY | how | getattr(os, "O_BINARY", 0), 0o666)
         except OSError as error:
             raise unwritable(self.path, error) from error
         about = kinds.Metadata(OWN, about_session(info))
