@@ -7,9 +7,9 @@ processors of the machine; what a part does not need goes to those behind it. Wi
 on a machine that is too slow for it one try at least. The table says how many tries each came to. A failure is printed
 as it is seen. The program ends with 1 if anything failed, or if a row had no try.
 
-- races: two processes write to one place at one moment, for each command that writes. Of the writers: the command's own
-  result, its rule of what may be replaced, and the code that puts it in place, ``--count`` / 10 pairs each. Of the whole
-  commands as many pairs as the time allows; of `demo`, which takes seconds, a tenth.
+- races: two processes write to one place at one moment, for each command that writes. Of the writers ``--count`` / 10
+  pairs each: the command's own result, its rule of what may be replaced, and the code that puts it in place. Of whole
+  commands ``--count`` / 10 pairs each, as far as the time goes; of `demo`, which takes seconds, a tenth.
 - bombs: small files that unpack to gigabytes.
 - formats: damaged logs of each format, ``--count`` each: a crash, a hang, more than 1 GB, or other numbers in silence
   where the reader says that it sees damage.

@@ -1,4 +1,4 @@
-"""A healthy device whose samples come late, on a clock that is only counted: no machine has to be quick or slow. TWIN."""
+"""A healthy device whose samples come late, on a counted clock: no machine has to be quick or slow. TWIN."""
 
 from __future__ import annotations
 

@@ -47,7 +47,9 @@ def pair() -> LiveModel:
 @pytest.mark.parametrize("late", LATE)
 def test_late_samples_trip_no_healthy_pair(late: str, pair: LiveModel) -> None:
     """The torque of one sample was compared with the motion of several, as if they were of one period."""
-    settings = next(settings for settings, name in sessions("coaxial", pair, observer="sensor") if name == "torque-step")
+    settings = next(
+        settings for settings, name in sessions("coaxial", pair, observer="sensor") if name == "torque-step"
+    )
     frames = frames_of_late(settings, pair.library, RIG, late, pauses(1), rows=ROWS)
     assert np.any(frames["events"] & EVENT_BITS["overrun" if late == "loop" else "sample-lost"])
     assert not trips(frames)

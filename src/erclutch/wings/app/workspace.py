@@ -92,13 +92,12 @@ class Workspace:
         return self._entries(path for path in self._visible() if is_result(path))
 
     def _visible(self) -> Iterable[Path]:
-        with contextlib.suppress(OSError):
-            with os.scandir(self.folder) as entries:
-                for entry in entries:
-                    path = self.folder / entry.name
-                    # Only a link leads elsewhere: to follow each of 10^5 runs takes seconds.
-                    if not entry.name.startswith((".", "-")) and (not entry.is_symlink() or self._holds(path)):
-                        yield path
+        with contextlib.suppress(OSError), os.scandir(self.folder) as entries:
+            for entry in entries:
+                path = self.folder / entry.name
+                # Only a link leads elsewhere: to follow each of 10^5 runs takes seconds.
+                if not entry.name.startswith((".", "-")) and (not entry.is_symlink() or self._holds(path)):
+                    yield path
 
     def _holds(self, path: Path) -> bool:
         """Whether a path, its links followed, is in the workspace."""

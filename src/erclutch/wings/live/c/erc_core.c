@@ -144,7 +144,8 @@ static void forget_latest(erc_core *core, uint64_t tick) {
  * grows. */
 static uint32_t wish(erc_core *core, uint64_t tick, double ask[3]) {
     const uint32_t doubt = doubted(core);
-    const uint32_t wrong = core->missing < UINT32_MAX - doubt ? core->missing + doubt : UINT32_MAX; /* a doubt goes on without samples */
+    /* A doubt goes on while no sample comes. */
+    const uint32_t wrong = core->missing < UINT32_MAX - doubt ? core->missing + doubt : UINT32_MAX;
     /* Zero so long before the trip that the field is zero 20 ms after a failure even if much of that time went elsewhere. */
     const double share = erc_held_share(core->config.hold_samples, core->config.trip_samples, wrong);
     uint32_t events = 0u;
