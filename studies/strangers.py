@@ -98,9 +98,9 @@ def _run(*words: str) -> subprocess.CompletedProcess[str]:
 
 def _is_right(words: list[str], path: Path, truth: dict[str, Any]) -> str:
     """The fault of a reading by a command, one sentence; "" for none."""
-    if words[0] == "flowcurve":
-        return _flow_fault(path, truth)
     options = dict(zip(words[2::2], words[3::2], strict=False))
+    if words[0] == "flowcurve":
+        return _flow_fault(path, truth, options)
     told = {name.removeprefix("--"): value for name, value in options.items()}
     variable = told.pop("variable", None)
     device = told.pop("device", None)
@@ -123,10 +123,13 @@ def _is_right(words: list[str], path: Path, truth: dict[str, Any]) -> str:
     return "; ".join(faults) or ("" if rows else "no rows")
 
 
-def _flow_fault(path: Path, truth: dict[str, Any]) -> str:
-    """What is wrong with the flow curves of a file: columns or factors that differ from the truth."""
+def _flow_fault(path: Path, truth: dict[str, Any], options: dict[str, str] | None = None) -> str:
+    """What is wrong with the flow curves of a file, as `flowcurve` reads it with some options."""
+    told = options or {}
+    stress = [told["--stress"]] if "--stress" in told else []
+    sheet = [told["--sheet"]] if "--sheet" in told else []
     try:
-        curves = read_flow_curves(path)
+        curves = read_flow_curves(path, shear_rate=told.get("--shear-rate"), stress=stress, sheet=sheet)
     except ErclutchError as error:
         return str(error)
     wanted = truth.get("curves")

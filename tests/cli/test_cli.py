@@ -354,7 +354,7 @@ def test_an_error_is_a_line_in_a_process_of_its_own_too(tmp_path: Path) -> None:
 def test_random_bytes_named_mat(tmp_path: Path) -> None:
     (tmp_path / "noise.mat").write_bytes(np.random.default_rng(0).bytes(10_000_000))
     said = refused("fit", "noise.mat", *QUICK, "--out", "run", cwd=tmp_path)
-    assert "noise.mat: this is neither a MATLAB v5 nor a v7.3 file" in said
+    assert "noise.mat: this is neither a MATLAB v4 or v5 nor a v7.3 file" in said
 
 
 @pytest.mark.parametrize(

@@ -101,7 +101,7 @@ def test_no_permission() -> None:
     [
         (".csv", "the file holds binary data, not text. Export it as CSV, or give a .mat (MATLAB) or .parquet file."),
         (".log", "the file holds binary data, not text."),
-        (".mat", "this is neither a MATLAB v5 nor a v7.3 file (wrong first bytes). Save it with save -v7, or"),
+        (".mat", "this is neither a MATLAB v4 or v5 nor a v7.3 file (wrong first bytes). Save it with save -v7, or"),
         (".parquet", "this is not a whole Parquet file (it does not begin with PAR1). Copy the file again or"),
     ],
 )

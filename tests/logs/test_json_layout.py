@@ -103,9 +103,25 @@ def test_a_signal_that_is_a_row_short_is_no_missing_field(tmp_path: Path) -> Non
         read(path)
 
 
-def test_lists_of_lists_without_names_are_refused(tmp_path: Path) -> None:
-    with pytest.raises(LogError, match="no rows of numbers"):
-        read_table(written(tmp_path, TABLE))
+@pytest.mark.parametrize(
+    ("document", "names"),
+    [
+        (TABLE, ("c_1", "c_2", "c_3")),
+        ({"data": [[0.1, 3, 4], [0.2, 4, 5], [0.3, 5, 6]], "dt": 0.1}, ("data_1", "data_2", "data_3")),
+        ({"run": {"rows": [[0.1, 0.2, 0.3], [3, 4, 5]]}}, ("rows_1", "rows_2")),  # on its side
+    ],
+)
+def test_a_matrix_without_names_has_columns_by_their_place(
+    tmp_path: Path, document: object, names: tuple[str, ...]
+) -> None:
+    table = read_table(written(tmp_path, document))
+    assert tuple(table.columns) == names
+
+
+@pytest.mark.parametrize("document", [{"data": [[1, 2], [3]]}, {"data": [[[1, 2]], [[3, 4]]]}, [[1], [2]]])
+def test_lists_of_lists_that_are_no_matrix_are_refused(tmp_path: Path, document: object) -> None:
+    with pytest.raises(LogError):
+        read_table(written(tmp_path, document))
 
 
 _VALUES = st.recursive(

@@ -445,3 +445,22 @@ def test_a_datetime_among_the_variables_hides_none_of_them(tmp_path: Path, first
     table = read_table(path)
     np.testing.assert_array_equal(table.columns["velocity"], SLIP)
     assert [*table.columns] == ["t", "velocity", "force"]
+
+
+@pytest.mark.parametrize("name", ["data", "f", "measured_signals_of_the_rig"])
+@pytest.mark.parametrize("values", [np.float64, np.float32, np.int16])
+def test_a_matrix_of_v4_is_read_as_one_of_v5(tmp_path: Path, name: str, values: type) -> None:
+    rows = np.round(np.stack([TIME, SLIP, FORCE]) * 1000).astype(values)  # a row a signal, as Simulink writes them
+    for version in ("4", "5"):
+        scipy.io.savemat(tmp_path / f"v{version}.mat", {name: rows}, format=version)
+    old, new = (read_table(tmp_path / f"v{version}.mat") for version in "45")
+    assert list(old.columns) == [f"{name}_1", f"{name}_2", f"{name}_3"]
+    for label, column in new.columns.items():
+        np.testing.assert_array_equal(old.columns[label], column)
+
+
+@pytest.mark.parametrize("head", [bytes(20) + b"data\0", struct.pack("<5i", 60, 2, 2, 0, 2) + b"a\0"])
+def test_bytes_that_begin_like_no_matrix_are_no_v4(tmp_path: Path, head: bytes) -> None:
+    (tmp_path / "a.mat").write_bytes(head + bytes(600))
+    with pytest.raises(LogError, match="neither a MATLAB v4 or v5 nor"):
+        read_table(tmp_path / "a.mat")

@@ -177,7 +177,7 @@ def test_a_gamma_beside_a_tau_is_for_flowcurve(tmp_path: Path, names: str) -> No
     rows = "".join(f"{word},{x},{20 + x}\n" for word in "AB" for x in range(1, 13))
     written(tmp_path, f"amostra,{names}\n{rows}")
     assert run("inspect", "log.csv", cwd=tmp_path).out.strip().splitlines()[-1] == (
-        "What settles it: erclutch flowcurve log.csv"
+        f"What settles it: erclutch flowcurve log.csv --shear-rate '{names.partition(',')[0]} [1/s]' --sheet amostra=all"
     )
 
 

@@ -265,11 +265,44 @@ def test_a_steady_voltage_beside_a_current_that_changes_is_a_supply() -> None:
     assert field.column == "Current"
     assert any("column Voltage keeps near one level, 47.9 to 48.1 V" in note for note in plan.notes)
 
-    # Where both change, either may be the field.
+    # Where both change, the voltage drives the current through the coil.
     plan = plan_of(
         Table("a.csv", {**columns, "Voltage": 2.0 * current, "Current": current}, units, "0" * 64), ColumnMap()
     )
-    assert [question.signal for question in plan.questions] == ["field"]
+    field = plan.signal("field")
+    assert field is not None
+    assert field.column == "Current"
+
+
+@pytest.mark.parametrize(
+    ("voltage", "current"),
+    [
+        ("Voltage [V]", "Current [A]"),
+        ("V3 [V]", "I3 [A]"),
+        ("coil voltage [V]", "coil current [mA]"),
+        ("Spannung [V]", "Strom [A]"),
+    ],
+)
+def test_of_a_voltage_and_a_current_of_one_coil_the_current_is_the_field(voltage: str, current: str) -> None:
+    plan = planned({**without("current [A]"), voltage: 12.0 * LEVELS, current: LEVELS})
+    assert not plan.questions
+    assert plan.choices["field"].column == current.partition(" [")[0]
+
+
+@pytest.mark.parametrize(
+    ("voltage", "current", "volts"),
+    [
+        ("Voltage [kV]", "Current [mA]", 2.0),  # across a fluid: the current leaks
+        ("Voltage [V]", "Current [µA]", 800.0),
+        ("brake voltage [V]", "motor current [A]", 12.0),
+        ("voltage", "current", 12.0),
+    ],
+)
+def test_a_voltage_that_drives_no_current_of_its_circuit_is_asked_about(
+    voltage: str, current: str, volts: float
+) -> None:
+    (question,) = planned({**without("current [A]"), voltage: volts * LEVELS, current: LEVELS}).questions
+    assert question.signal == "field"
 
 
 def test_a_block_without_a_number_of_a_voltage_is_no_supply() -> None:

@@ -63,6 +63,9 @@ def apply_rows(plan: Plan, table: Table) -> tuple[Recording, NDArray[np.int64]]:
             if unstamped.any():
                 _refuse_or_note(table, {clock_plan.column: unstamped}, plan.invalid, notes)
                 rows = rows[~unstamped]
+        if _newest_first(clock_plan, table, rows):
+            rows = rows[::-1]
+            notes.append(f"the newest row stands first in column {clock_plan.column}: the rows are turned round")
         clock = clock_of(clock_plan, table, rows, notes)
         unmeasured = unmeasured_rows(plan, table, notes)
         bad = _unusable_rows(plan, table, {**signals, **inputs}, unmeasured, notes)
@@ -121,6 +124,19 @@ def _values(choice: SignalPlan, table: Table) -> Array:
     if choice.lead is not None:
         return values * (2 * pi / choice.lead)
     return values
+
+
+def _newest_first(plan: ClockPlan, table: Table, rows: NDArray[np.int64]) -> bool:
+    """Whether the stamps of a log fall from row to row, all through it."""
+    if plan.kind == "dates":
+        assert table.clock is not None
+        stamps = table.clock[rows]
+    elif plan.kind == "column":
+        stamps = table.planned(plan.column)[rows]
+    else:
+        return False
+    steps = np.diff(stamps)
+    return bool(steps.size and np.all(steps <= 0.0) and np.any(steps < 0.0))
 
 
 def clock_of(plan: ClockPlan, table: Table, rows: NDArray[np.int64], notes: list[str]) -> timing.LogClock:

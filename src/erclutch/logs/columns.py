@@ -6,14 +6,14 @@ are left, the motion or a coefficient of friction may settle which it is (`guess
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from erclutch.errors import MappingError, shell_word
 from erclutch.logs.labels import split_end
-from erclutch.logs.names import NEED_UNIT, OTHER, SINGLE, TOLD, VOLTAGES, headed
+from erclutch.logs.names import CURRENTS, NEED_UNIT, OTHER, SINGLE, TOLD, VOLTAGES, headed
 from erclutch.logs.quotients import rubbing_force
 from erclutch.logs.seen_columns import KINDS, NO_UNITS, SeenColumn, SeenColumns
 from erclutch.logs.shapes import follows, is_rate_of
@@ -24,6 +24,7 @@ from erclutch.signals.recording import SIGNALS
 #: Signals that a unit alone may tell.
 _TOLD_BY_UNIT = ("field", "slip", "position", "effort", "T")
 _LENGTHS = ("displacement", "disp", "extension", "stroke", "crosshead", "weg", "deplacement", "desplazamiento")
+_OHMS_OF_A_COIL = 1000.0  # at most; an electrorheological fluid has megohms
 _WATT = "W"  # power is no signal
 _DIGITS = 2e-3  # share of the largest number by which numbers written with some digits may differ
 
@@ -53,6 +54,8 @@ def guess(
     names, reason = candidates(seen, signal, taken, units_of_sensor)
     if signal == "position":
         names = _one_motion(seen, names)
+    if signal == "field" and len(names) > 1:
+        names = _without_driving_voltages(seen, names)
     if signal == "effort" and len(names) > 1 and motion:
         kind = seen.columns[motion].kind
         kinds = {name: seen.columns[name].kind for name in names}
@@ -171,6 +174,42 @@ def _fields(
     if not any(seen.columns[name].varies for name in fields):
         return fields
     return [name for name in fields if not seen.columns[name].is_steady]
+
+
+def _without_driving_voltages(seen: SeenColumns, fields: Sequence[str]) -> list[str]:
+    """The fields without each voltage that drives a current of the same circuit, by the rest of both names."""
+    columns = [seen.columns[name] for name in fields]
+    driving: set[str] = set()
+    for voltage in columns:
+        for current in columns:
+            circuit = _circuit(voltage, VOLTAGES)
+            of_an_inverter = "dc" in circuit  # its supply, whose current is that of no coil
+            if circuit == _circuit(current, CURRENTS) and not of_an_inverter and _drives(voltage, current):
+                driving.add(voltage.name)
+    return [name for name in fields if name not in driving]
+
+
+def _circuit(column: SeenColumn, quantity: Collection[str]) -> frozenset[str]:
+    """The words of a name without the quantity, such as ``coil`` of ``coil voltage``, and 3 of ``V3``."""
+    rest: set[str] = set()
+    for word in column.spoken.stem_words:
+        letters = word.rstrip("0123456789")
+        rest.add(word.removeprefix(letters) if letters in quantity else word)
+    return frozenset(rest - {""})
+
+
+def _drives(voltage: SeenColumn, current: SeenColumn) -> bool:
+    """Whether a voltage drives a current through a coil: many times as many volts are those across a fluid.
+
+    There the voltage is the field, and the current is what leaks.
+    """
+    if not voltage.fits(("V",)) or not current.fits(("A",)) or current.shape.constant:
+        return False
+    volt = units.parse("V").factor
+    volts = np.abs(voltage.values) * units.parse(voltage.unit_for(("V",)) or "V").factor / volt
+    amperes = np.abs(current.values) * units.parse(current.unit_for(("A",)) or "A").factor
+    known = np.isfinite(volts) & np.isfinite(amperes)
+    return bool(known.any() and np.max(volts[known]) < _OHMS_OF_A_COIL * np.max(amperes[known]))
 
 
 def _unit_speaks(column: SeenColumn, signal: str, si_units: tuple[str, ...]) -> bool:

@@ -17,6 +17,7 @@ _EASTERN = re.compile(r"(.*[\u3040-\u30ff\u4e00-\u9fff])\s*([A-Za-zµ°%][\w./·
 # A letter right behind a Chinese word is its unit where the word says so, else the name of a phase or an axis.
 _LETTERS = {"V": "电压 電壓 電圧", "A": "电流 電流", "N": "力 荷重", "s": "时间 時間", "W": "功率"}
 _SLASH = re.compile(r"(.+?)\s+(?:/|in)\s+(\S.*)", re.DOTALL)
+_UNIT_ALONE = re.compile(r"in\s+(\S+)")  # what an oscilloscope writes over its time
 _PAIR = re.compile(r"\W*([^\d\W][^:=,;\t]{0,60}?)\s*[:=,;\t]\s*(\S.*?)[\s,;]*")
 _PERIOD = re.compile(
     r"(?:sampl\w*|scan)[ _-]*(?:interval|period|time)|dt|delta[ _]?[tx]|tick[ _]?period|time[ _]?step", re.I
@@ -77,6 +78,8 @@ def split_label(label: str) -> tuple[str, str | None]:
     Underscores are never read as units: ``N_m`` may be a name.
     """
     label = label.strip()
+    if (match := _UNIT_ALONE.fullmatch(label)) and units.is_unit(match.group(1)):
+        return label, match.group(1)
     if (match := _SQUARE.fullmatch(label)) and not re.fullmatch(r"\s*\d*\s*", match.group(2)):
         return match.group(1), match.group(2).strip()
     for pattern in (_ROUND, _SLASH):

@@ -88,6 +88,7 @@ NEED_UNIT = _set(
     "friction reibung frottement fx fy fz mx my mz tx ty tz"
 )
 VOLTAGES = _set("u v uq ud udc voltage volt spannung tension voltaje tensao tensione 电压 電圧")
+CURRENTS = _set("i iq id idc current strom courant corriente corrente amp amps 电流 電流")
 _ROMANCE = _set(
     "vitesse velocidad velocidade velocita couple force fuerza forza forca par coppia deplacement desplazamiento "
     "deslocamento spostamento posicion posicao posizione angle angulo courant corriente corrente"

@@ -149,6 +149,9 @@ class SeenColumns:
 
         in_seconds = [column for column in open_ones if column.fits(("s",)) and OTHER.isdisjoint(column.spoken.words)]
         stated = self.table.clock is not None or self.table.sample_period is not None  # which says more
+        if self.table.clock is not None and len(in_seconds) > 1:
+            # Dates to the second, and beside them the same time in finer steps.
+            in_seconds = [column for column in in_seconds if _is_finer(column, self.table.clock)]
         if len(in_seconds) > 1 and not stated:
             # A delay and a state of the bench do not rise in each row, or not by equal steps.
             in_seconds = [column for column in in_seconds if np.all(column.steps > 0.0)]
@@ -193,6 +196,17 @@ def seen_columns(table: Table, *, whole: bool = True) -> SeenColumns:
             *(table.hollow if whole else ()),
         ),
     )
+
+
+def _is_finer(column: SeenColumn, dates: Array) -> bool:
+    """Whether a column in a unit of time grows in each row, and goes with dates that repeat as far as these tell."""
+    factor = units.parse(column.written_unit or "s").factor
+    ticks = np.diff(dates)
+    tick = float(np.min(ticks[ticks > 0.0], initial=np.inf))  # s
+    if not np.any(ticks == 0.0) or not np.isfinite(tick):
+        return False
+    apart = dates - column.values * factor
+    return bool(np.all(column.steps > 0.0) and np.ptp(apart) <= tick)
 
 
 @lru_cache(maxsize=4096)

@@ -31,6 +31,8 @@ COMMAND = {
 
 #: An option in the remedy of an error that says how a file is read.
 _OPTION = re.compile(r"--variable (?:'[^']*'|[^\s,;]+)[^;,.]*|--decimal [.,]")
+#: A strain, or the rate of a strain, by its symbol alone.
+_GAMMAS = {"gamma", "γ"}
 
 
 def inspect(
@@ -161,7 +163,7 @@ def _tell_what_is_next(look: LogLook, typed: str, reading: LogOptions) -> None:
         terminal.say(f"Not understood yet: {named}")
     first = shlex.quote(look.plan.path)
     if look.problem is not None:
-        settled = _settling(look.plan, look.problem)
+        settled = _settling(look, look.problem)
         if len(alike) == len(look.refused):  # one command settles it for all of them
             settled = settled.replace(first, typed)
         why = str(look.problem)
@@ -183,8 +185,9 @@ def _tell_what_is_next(look: LogLook, typed: str, reading: LogOptions) -> None:
         terminal.say(f"Understood. Fit {'them' if look.further else 'it'}: {command} --out RUN")
 
 
-def _settling(plan: Plan, problem: ErclutchError) -> str:
+def _settling(look: LogLook, problem: ErclutchError) -> str:
     """The command that answers all questions about a log; "" where only another file helps."""
+    plan = look.plan
     if not plan.questions:
         command = plan.command().rstrip()
         if "(--time none)" in problem.remedy and plan.signal("slip") is not None:
@@ -193,8 +196,24 @@ def _settling(plan: Plan, problem: ErclutchError) -> str:
             return f"{command} --invalid drop"
         return ""
     if _is_of_a_rheometer(plan):  # its points are for laws at one field
-        return shlex.join(["erclutch", "flowcurve", plan.path])
+        return _flow_command(look)
     return plan.command()
+
+
+def _flow_command(look: LogLook) -> str:
+    """The command that reads a rheometer's points, with what their names leave open.
+
+    A gamma is a strain or a rate, and a column of words may part the points into curves.
+    """
+    from erclutch.logs.row_groups import EACH
+
+    words = ["erclutch", "flowcurve", look.plan.path]
+    strain_or_rate = [name for name in look.raw.columns if name.lower() in _GAMMAS and not look.raw.units.get(name)]
+    if strain_or_rate:
+        words += ["--shear-rate", f"{strain_or_rate[0]} [1/s]"]
+        for name in list(look.raw.words)[:1]:
+            words += ["--sheet", f"{name}={EACH}"]
+    return shlex.join(words)
 
 
 def _is_of_a_rheometer(plan: Plan) -> bool:
@@ -202,7 +221,7 @@ def _is_of_a_rheometer(plan: Plan) -> bool:
     if not any(question.signal == "time" for question in plan.questions):
         return False
     letters = {name.lower() for name in plan.labels}
-    if {"gamma", "γ"} & letters and {"tau", "τ"} & letters:
+    if _GAMMAS & letters and {"tau", "τ"} & letters:
         return True
     for signal in ("slip", "effort"):
         choice = plan.signal(signal)

@@ -30,6 +30,22 @@ _NUMBER = {
     ".": re.compile(r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eEdD][+-]?\d+)?"),
     ",": re.compile(r"[+-]?(?:\d+(?:,\d+)?|,\d+)(?:[eEdD][+-]?\d+)?"),
 }
+_SETTINGS = 30  # lines of settings of a test, at most, above the names
+#: What the line of units is called that some loggers write above the names.
+_UNIT_LINE = {
+    "unit",
+    "units",
+    "einheit",
+    "einheiten",
+    "unite",
+    "unité",
+    "unités",
+    "unidad",
+    "unidade",
+    "単位",
+    "单位",
+    "單位",
+}
 _LONGEST_COUNT = 16  # digits of a row's number
 LINE_END = re.compile(r"\r\n|\n|\r")
 
@@ -199,10 +215,14 @@ def _numeric_columns(rows: Sequence[Sequence[str]], marks: _Marks) -> list[bool]
 
 def _first_row(lines: Sequence[str], marks: _Marks, numeric: Sequence[bool]) -> int | None:
     """The index of the first line of data."""
+    names_stand_above = False
     for index, line in enumerate(lines):
         if not line.strip() or is_comment(line):
             continue
-        if _is_data(marks.cells(line), marks, numeric) and not _is_above_names(lines[index:], marks, numeric):
+        cells = marks.cells(line)
+        if not _is_data(cells, marks, numeric):
+            names_stand_above |= _are_names(cells, marks, numeric)
+        elif not _is_above_names(lines[index:], marks, numeric, is_first=not names_stand_above):
             return index
     return None
 
@@ -217,14 +237,33 @@ def _is_data(row: Sequence[str], marks: _Marks, numeric: Sequence[bool]) -> bool
     return numbers > 0 and 2 * (numbers + words) > sum(numeric)
 
 
-def _is_above_names(lines: Sequence[str], marks: _Marks, numeric: Sequence[bool]) -> bool:
-    """Whether a line with a word in a column of numbers stands right above names: settings of the test, and no row."""
-    cells = marks.cells(lines[0])
-    number_cells = [cell for cell, is_numeric in zip(cells, numeric, strict=False) if is_numeric]
-    if all(marks.is_filled_in(cell) for cell in number_cells):
-        return False
-    next_line = next((line for line in lines[1:] if line.strip()), "")
-    names = [cell for cell in marks.cells(next_line) if cell]
+def _is_above_names(lines: Sequence[str], marks: _Marks, numeric: Sequence[bool], *, is_first: bool) -> bool:
+    """Whether a line is no row, since names follow: a setting of the test, or a number that labels columns.
+
+    A setting has a word in a column of numbers, and so may the lines between it and the names. A line of numbers alone
+    labels columns where it has gaps, and no names stand above it.
+
+    Args:
+        lines: the line and those below it.
+        marks: delimiter and decimal mark.
+        numeric: which columns hold numbers.
+        is_first: whether no names stand above the line.
+    """
+    filled = [line for line in lines[:_SETTINGS] if line.strip()]
+    for place, line in enumerate(filled):
+        cells = marks.cells(line)
+        if place and _are_names(cells, marks, numeric):
+            return True
+        number_cells = [cell for cell, is_numeric in zip(cells, numeric, strict=False) if is_numeric]
+        if all(marks.is_filled_in(cell) for cell in number_cells):
+            labels = place == 0 and is_first and "" in number_cells
+            return labels and len(filled) > 1 and _are_names(marks.cells(filled[1]), marks, numeric)
+    return False
+
+
+def _are_names(cells: Sequence[str], marks: _Marks, numeric: Sequence[bool]) -> bool:
+    """Whether more than half of the columns have a cell, and no cell is a number."""
+    names = [cell for cell in cells if cell]
     return 2 * len(names) > len(numeric) and not any(marks.is_number(cell) for cell in names)
 
 
@@ -299,6 +338,12 @@ def _header(above: Sequence[str], marks: _Marks, rows: _Rows) -> _Header | None:
             return _Header(names, _units(units_below), 3)
     if len(above) < 2:
         return _Header(last, None, 1)
+    if labels := _labels_of_pairs(marks.cells(above[-2]), last):
+        return _Header(labels, None, 2)
+    upper = marks.cells(above[-2])
+    if len(upper) == len(last) and upper[0].lower().strip("[]() :") in _UNIT_LINE:
+        if all(_is_known(cell) for cell in _bare(upper[1:]) if cell):
+            return _Header(last, [None, *_units(upper[1:])], 2)
 
     names = _labels(above[-2], marks, rows)
     if names is not None and len(names) == len(last):
@@ -308,6 +353,17 @@ def _header(above: Sequence[str], marks: _Marks, rows: _Rows) -> _Header | None:
         if _are_translated(last) and all(names):
             return _Header(names, [split_label(cell)[1] for cell in last], 2)
     return _Header(last, None, 1)
+
+
+def _labels_of_pairs(upper: Sequence[str], names: Sequence[str]) -> list[str]:
+    """Labels that stand over pairs of columns called x and y, as tools that read curves off a picture write them.
+
+    Returns: a label for the first column of each pair and none for the second; nothing where the lines are others.
+    """
+    if len(names) < 2 or len(names) % 2 or [name.lower() for name in names] != ["x", "y"] * (len(names) // 2):
+        return []
+    labels = [*upper, *[""] * (len(names) - len(upper))]
+    return labels if all(labels[::2]) and not any(labels[1::2]) else []
 
 
 def _filled(cells: Sequence[str]) -> int:
@@ -359,6 +415,9 @@ def _labels(line: str, marks: _Marks, rows: _Rows) -> list[str] | None:
     if marks.delimiter is not None:
         fitting.add(width + 1)  # one name more than cells is a column filled in its first rows only (events)
     for cells in splits:
+        beside = len(cells) > width + 1 > 2 and marks.delimiter is not None and not cells[width] and all(cells[:width])
+        if beside:  # remarks stand in the same line, behind a gap
+            cells = cells[:width]
         lacks_one = len(cells) == width - 1 > 1 and not rows.trailing
         if lacks_one and marks.delimiter is not None and rows.are_named:
             # R names no column of row names. A line that begins with an empty cell lacks its last cell.

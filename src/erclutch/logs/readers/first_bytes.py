@@ -14,7 +14,6 @@ _FORMATS = (
         "a Vector bus log (.blf)",
         "Decode it with its DBC file and save it as MDF4 or CSV, with asammdf for example",
     ),
-    (rb"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1", "an old Office file (.xls)", "Save it as .xlsx"),
     (rb"SQLite format 3\0", "a SQLite database", "Name a ROS 2 bag .db3; export a table as CSV"),
     (rb"#ROSBAG", "a bag of ROS 1", "Convert it: rosbags-convert --src FILE --dst FOLDER (pip install rosbags)"),
     (

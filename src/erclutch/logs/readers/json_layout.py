@@ -6,6 +6,7 @@
 [{"name": "speed", "unit": "rad/s", "values": [3, ...]}, ...]
 {"columns": ["t", "speed"], "data": [[0.1, 3], ...]}
 {"runs": [{"t": [0.1, ...], "speed": [3, ...]}, ...]}
+{"data": [[0.1, 3], ...]}                           a matrix: its columns are data_1, data_2
 """
 
 from __future__ import annotations
@@ -58,14 +59,17 @@ def _recordings(value: Any, name: str, depth: int) -> Iterator[tuple[str, Rows |
             if table is not None:
                 yield above, table
             else:
-                lists[place] = items
+                lists |= _columns_of_matrix(items, place) or {place: items}
         elif not names_a_table:
             lists[_label(fields, place, units)] = items
     yield from _grouped(lists, name)
 
 
 def _of_items(items: list[Any], name: str, depth: int) -> Iterator[tuple[str, Rows | Lists]]:
-    """A list of objects: signals, runs with lists of their own, or rows."""
+    """A list of objects: signals, runs with lists of their own, or rows; or a list of rows without names."""
+    matrix = _columns_of_matrix(items, name or "c")
+    if matrix is not None:
+        yield name, matrix
     if not items or not all(isinstance(item, dict) for item in items):
         return
     objects = cast("list[dict[str, Any]]", items)
@@ -160,6 +164,18 @@ def _with_columns(fields: Mapping[str, Any]) -> Lists | None:
         if all(isinstance(row, list) and len(cast("list[Any]", row)) == len(labels) for row in rows):
             return {label: [row[place] for row in rows] for place, label in enumerate(labels)}
     return None
+
+
+def _columns_of_matrix(rows: Sequence[Any], name: str) -> Lists | None:
+    """The columns of rows of equal length, called by their place; a matrix on its side is turned. None for other lists."""
+    if not rows or not all(isinstance(row, list) for row in rows):
+        return None
+    widths = {len(row) for row in rows}
+    width = widths.pop()
+    if widths or width < 2 or len(rows) < 2 or any(isinstance(cell, dict | list) for cell in rows[0]):
+        return None
+    columns = [[row[place] for row in rows] for place in range(width)] if len(rows) >= width else rows
+    return {f"{name}_{number}": column for number, column in enumerate(columns, start=1)}
 
 
 def _units(fields: Mapping[str, Any]) -> dict[str, str]:

@@ -21,7 +21,7 @@ _MOST = 200_000  # elements of cells and struct arrays: a log has hundreds
 
 
 def load_v5(path: str) -> dict[str, Node]:
-    """Top-level variables of a v5 file, read by SciPy."""
+    """Top-level variables of a v4 or v5 file, read by SciPy."""
     from scipy.io.matlab import loadmat, whosmat
 
     budget = budget_of(Path(path))

@@ -1,4 +1,7 @@
-"""Excel and OpenDocument tables are read by python-calamine: a sheet is a recording, read on like a text log."""
+"""Excel tables, old and new, and OpenDocument tables are read by python-calamine: a sheet is a recording.
+
+It is read on like a text log.
+"""
 
 from __future__ import annotations
 
@@ -14,19 +17,30 @@ from erclutch.logs.readers.budget import Budget, budget_of, take_zip
 from erclutch.logs.table import Table
 
 _PARTS = (b"[Content_Types].xml", b"_rels/", b"docProps/", b"xl/", b"application/vnd.oasis.opendocument.spreadsheet")
+_OLD_OFFICE = b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1"  # .xls, and documents of other programs that old
 #: Tabs and line ends in a cell would cut the row, and a quote would join cells.
 _PLAIN = str.maketrans({"\t": " ", "\n": " ", "\r": " ", '"': "'"})
 
 
 def find(path: str, variable: str | None) -> Table:
     """The child's work. Beside a sheet with rows of numbers, sheets without are no recordings."""
-    from python_calamine import CalamineWorkbook
+    from python_calamine import CalamineError, CalamineWorkbook
 
     budget = budget_of(Path(path))
-    take_zip(Path(path), budget)
+    with Path(path).open("rb") as file:
+        is_packed = file.read(len(_OLD_OFFICE)) != _OLD_OFFICE
+    if is_packed:
+        take_zip(Path(path), budget)
     recordings: dict[str, Table] = {}
     problems: list[LogError] = []
-    with CalamineWorkbook.from_path(path) as book:
+    try:
+        book = CalamineWorkbook.from_path(path)
+    except CalamineError as error:
+        if is_packed:
+            raise
+        problem = f"the file holds an old Office file without a table that can be read ({error})"
+        raise LogError(problem, remedy="Save it as .xlsx") from error
+    with book:
         # A name that is no sheet may be that of a part of a sheet: then all sheets are looked at.
         asked = [name for name in book.sheet_names if variable in (None, name)]
         for sheet in asked or book.sheet_names:
@@ -91,11 +105,12 @@ def _table(source: LogSource, sheet: str) -> Table:
 
 
 def _claims(head: bytes) -> bool:
-    return head.startswith(b"PK\x03\x04") and any(part in head for part in _PARTS)
+    is_new = head.startswith(b"PK\x03\x04") and any(part in head for part in _PARTS)
+    return is_new or head.startswith(_OLD_OFFICE)
 
 
 READER = LogReader(
-    suffixes=(".xlsx", ".xlsm", ".ods"),
+    suffixes=(".xlsx", ".xlsm", ".xls", ".ods"),
     claims=_claims,
     **found_recordings.in_child("spreadsheet", "python_calamine"),
     tells_damage="seen: the parts of the file have checksums",
