@@ -340,10 +340,10 @@ def _header(above: Sequence[str], marks: _Marks, rows: _Rows) -> _Header | None:
         return _Header(last, None, 1)
     if labels := _labels_of_pairs(marks.cells(above[-2]), last):
         return _Header(labels, None, 2)
-    upper = marks.cells(above[-2])
-    if len(upper) == len(last) and upper[0].lower().strip("[]() :") in _UNIT_LINE:
-        if all(_is_known(cell) for cell in _bare(upper[1:]) if cell):
-            return _Header(last, [None, *_units(upper[1:])], 2)
+    what, *own_units = marks.cells(above[-2])
+    is_of_units = len(own_units) == len(last) - 1 and what.lower().strip("[]() :") in _UNIT_LINE
+    if is_of_units and all(_is_known(cell) for cell in _bare(own_units) if cell):
+        return _Header(last, [None, *_units(own_units)], 2)
 
     names = _labels(above[-2], marks, rows)
     if names is not None and len(names) == len(last):

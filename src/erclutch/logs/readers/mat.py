@@ -1,4 +1,4 @@
-"""MATLAB logs of v4, v5 (save -v6, -v7) and v7.3 (HDF5) are opened in a child process only: this module, run with -m."""
+"""MATLAB logs of v4, v5 (save -v6, -v7) and v7.3 (HDF5) are opened in a child process: this module, run with -m."""
 
 from __future__ import annotations
 

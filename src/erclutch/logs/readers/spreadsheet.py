@@ -24,7 +24,7 @@ _PLAIN = str.maketrans({"\t": " ", "\n": " ", "\r": " ", '"': "'"})
 
 def find(path: str, variable: str | None) -> Table:
     """The child's work. Beside a sheet with rows of numbers, sheets without are no recordings."""
-    from python_calamine import CalamineError, CalamineWorkbook
+    from python_calamine import CalamineWorkbook
 
     budget = budget_of(Path(path))
     with Path(path).open("rb") as file:
@@ -35,7 +35,7 @@ def find(path: str, variable: str | None) -> Table:
     problems: list[LogError] = []
     try:
         book = CalamineWorkbook.from_path(path)
-    except CalamineError as error:
+    except Exception as error:  # the library's own kinds have no types; damage of a new file is told by its child
         if is_packed:
             raise
         problem = f"the file holds an old Office file without a table that can be read ({error})"
