@@ -176,8 +176,9 @@ def test_inspect_ends_in_the_command_that_settles_it(tmp_path: Path) -> None:
 def test_a_gamma_beside_a_tau_is_for_flowcurve(tmp_path: Path, names: str) -> None:
     rows = "".join(f"{word},{x},{20 + x}\n" for word in "AB" for x in range(1, 13))
     written(tmp_path, f"amostra,{names}\n{rows}")
+    options = f"--shear-rate '{names.partition(',')[0]} [1/s]' --sheet amostra=all"
     assert run("inspect", "log.csv", cwd=tmp_path).out.strip().splitlines()[-1] == (
-        f"What settles it: erclutch flowcurve log.csv --shear-rate '{names.partition(',')[0]} [1/s]' --sheet amostra=all"
+        f"What settles it: erclutch flowcurve log.csv {options}"
     )
 
 

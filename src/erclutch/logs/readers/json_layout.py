@@ -167,7 +167,10 @@ def _with_columns(fields: Mapping[str, Any]) -> Lists | None:
 
 
 def _columns_of_matrix(rows: Sequence[Any], name: str) -> Lists | None:
-    """The columns of rows of equal length, called by their place; None for other lists. A matrix on its side is turned."""
+    """The columns of rows of equal length, called by their place; None for other lists.
+
+    A matrix on its side is turned.
+    """
     if not rows or not all(isinstance(row, list) for row in rows):
         return None
     widths = {len(row) for row in rows}

@@ -20,8 +20,8 @@ _LAST_PRECISION = 5  # double, single, and whole numbers of three kinds
 def version(head: bytes) -> str | None:
     """Version, "4", "5" or "7.3", or None, from the first 520 bytes of a file.
 
-    v5 has 0x0100 and the letters MI (in its byte order) at byte 124; v7.3 is HDF5 behind a block of 512 bytes. v4, which
-    Simulink and real-time targets still write, begins with the head of its first matrix.
+    v5 has 0x0100 and the letters MI (in its byte order) at byte 124; v7.3 is HDF5 behind a block of 512 bytes. v4,
+    which Simulink and real-time targets still write, begins with the head of its first matrix.
     """
     if head[512:520] == HDF5:
         return "7.3"
