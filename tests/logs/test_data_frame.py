@@ -94,3 +94,11 @@ def test_a_sensor_in_volts_among_several_missing_things_gets_a_label_and_a_scale
 def test_what_is_no_frame_is_refused(what: Any) -> None:
     with pytest.raises(ErclutchError, match="Give the path of a file, or a pandas DataFrame"):
         erclutch.read(what)
+
+
+@pytest.mark.parametrize("words", [("ON", "OFF"), ("yes", "no")])
+def test_words_of_a_switch_are_numbers_and_words_of_a_kind_part_the_rows(words: tuple[str, str]) -> None:
+    frame = pd.DataFrame({"w": np.arange(40.0), "coil": [*words] * 20, "pad": ["steel"] * 20 + ["cork"] * 20})
+    table = table_of_frame(frame)
+    np.testing.assert_array_equal(table.columns["coil"], [1.0, 0.0] * 20)
+    assert table.words["pad"].words == ("steel", "cork")

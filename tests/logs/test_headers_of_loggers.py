@@ -113,3 +113,100 @@ def test_dates_to_the_second_give_way_to_the_same_time_in_finer_steps(tmp_path: 
     clock = plan_of(table, ColumnMap.from_options({"field": "none"})).clock
     assert clock is not None
     assert clock.column == "stop"
+
+
+@pytest.mark.parametrize("mark", [",", "\t", ";", " "])
+def test_names_and_units_in_comments_above_numbers_between_blanks(tmp_path: Path, mark: str) -> None:
+    above = ["# bench 3", f"# time{mark}force{mark}stroke", f"# s{mark}N{mark}mm"]
+    table = table_of(tmp_path, [*above, *(row.replace(",", " ") for row in _ROWS)], "log.txt")
+    assert table.units == {"time": "s", "force": "N", "stroke": "mm"}
+
+
+@pytest.mark.parametrize(
+    "names",
+    [
+        ["# column 1: time [s]", "# column 2: force [N]", "# column 3: stroke [mm]"],
+        ["# 0 = time (s)", "# 1 = force (N)", "# 2 = stroke (mm)"],
+        ["% Ch1: time [s]", "% remark", "% Ch2: force [N]", "% Ch3: stroke [mm]"],
+    ],
+)
+def test_comments_name_the_columns_by_their_numbers(tmp_path: Path, names: list[str]) -> None:
+    table = table_of(tmp_path, [*names, *_ROWS])
+    assert table.units == {"time": "s", "force": "N", "stroke": "mm"}
+
+
+def test_a_summary_below_the_rows_is_left_out_with_a_word(tmp_path: Path) -> None:
+    summary = ["", "Summary", "quantity,value", "largest force,6.5", "", "operator AB"]
+    table = table_of(tmp_path, ["time,force,stroke", *_ROWS, *summary])
+    assert table.rows == len(_ROWS)
+    assert any("text below the table left out: 'Summary'" in note for note in table.notes)
+
+
+def test_rows_behind_a_blank_line_are_no_summary(tmp_path: Path) -> None:
+    table = table_of(tmp_path, ["time,force,stroke", *_ROWS[:20], "", *_ROWS[20:]])
+    assert table.rows == len(_ROWS)
+
+
+@pytest.mark.parametrize("every", [10, 13])
+def test_a_header_that_a_logger_says_again_parts_no_log(tmp_path: Path, every: int) -> None:
+    lines: list[str] = []
+    for row, line in enumerate(_ROWS):
+        lines += ["time [s],force [N],stroke [mm]"] if row % every == 0 else []
+        lines.append(line)
+    table = table_of(tmp_path, lines)
+    assert table.rows == len(_ROWS)
+    assert any("the time goes on below each: one recording" in note for note in table.notes)
+
+
+def test_a_header_below_which_the_time_begins_anew_parts_a_log(tmp_path: Path) -> None:
+    head = "time [s],force [N],stroke [mm]"
+    with pytest.raises(LogError, match="several recordings"):
+        table_of(tmp_path, [head, *_ROWS, head, *_ROWS])
+
+
+@pytest.mark.parametrize(("head", "mark"), [("w,T", ","), ("w\tT", "\t"), ("w T", " "), ("", ";")])
+def test_stamps_of_a_serial_monitor_are_the_time(tmp_path: Path, head: str, mark: str) -> None:
+    rows = [f"12:30:{0.1 * row:06.3f} -> {row % 7}.5{mark}{row % 5}.25" for row in range(40)]
+    above = [f"12:29:59.900 -> {head}"] if head else []
+    table = table_of(tmp_path, [*above, *rows], "monitor.txt")
+    assert table.clock is not None
+    np.testing.assert_allclose(np.diff(table.clock), 0.1, atol=1e-6)
+    assert len(table.columns) == 2
+
+
+_LANGUAGES = {
+    "Russian": ("Время, с;Ток, А;Скорость, об/мин;Момент, Н·м", "cp1251"),
+    "Russian in brackets": ("Время [с];Ток [А];Скорость вращения [рад/с];Крутящий момент [Нм]", "utf-8"),
+    "Korean": ("시간(s);전류(A);속도(rpm);토크(Nm)", "cp949"),
+    "Korean in UTF-8": ("시간(s);모터 전류(A);회전 속도(rpm);토크(Nm)", "utf-8"),
+    "Polish": ("Czas [s];Prąd [A];Prędkość obrotowa [obr/min];Moment [Nm]", "utf-8"),
+    "Czech": ("Čas [s];Proud [A];Otáčky [ot/min];Moment [Nm]", "cp1250"),
+    "Dutch": ("Tijd [s];Stroom [A];Toerental [omw/min];Koppel [Nm]", "utf-8"),
+    "Swedish": ("Tid [s];Ström [A];Varvtal [varv/min];Vridmoment [Nm]", "cp1252"),
+    "Turkish": ("Zaman (s);Akım (A);Hız (rpm);Tork (Nm)", "utf-8"),
+    "Italian": ("Tempo [s];Corrente [A];Velocità [giri/min];Coppia [Nm]", "cp1252"),
+    "Portuguese": ("Tempo (s);Corrente (A);Rotação (rpm);Torque (N.m)", "cp1252"),
+}
+
+
+@pytest.mark.parametrize("language", _LANGUAGES)
+def test_headers_of_further_languages_are_understood(tmp_path: Path, language: str) -> None:
+    head, encoding = _LANGUAGES[language]
+    rows = [f"{0.01 * row:.2f};{row // 30}.5;{row % 7 - 3}.25;{row % 5 - 2}.75" for row in range(120)]
+    (tmp_path / "log.csv").write_bytes("\n".join([head, *rows]).encode(encoding))
+    table = read_table(tmp_path / "log.csv")
+    plan = plan_of(table, ColumnMap())
+    assert not plan.questions
+    assert not plan.doubts
+    names = list(table.columns)
+    chosen = {signal: choice.column for signal, choice in plan.choices.items()}
+    assert chosen == dict(zip(("time", "field", "slip", "effort"), names, strict=True))
+    si = {each.signal: each.si for each in plan.signals}
+    assert si == {"field": "A", "slip": "rad/s", "effort": "N*m"}
+
+
+@pytest.mark.parametrize("text", ["Zeit;Größe [°C];Kraft [N]", "temps;déplacé à é;force", "tempo;ação [µm];força"])
+def test_accents_of_latin_words_are_not_cyrillic(tmp_path: Path, text: str) -> None:
+    (tmp_path / "log.csv").write_bytes("\n".join([text, *(row.replace(",", ";") for row in _ROWS)]).encode("latin-1"))
+    assert "".join(read_table(tmp_path / "log.csv").columns).isascii() is False
+    assert all(letter < "\u0400" for letter in "".join(read_table(tmp_path / "log.csv").columns))

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from erclutch.errors import UnitError
-from erclutch.logs.readers.dialect import _are_units
+from erclutch.logs.readers.header_lines import _are_units
 from erclutch.signals import units
 from erclutch.signals.recording import SIGNALS
 

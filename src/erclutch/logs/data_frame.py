@@ -10,6 +10,8 @@ import numpy as np
 
 from erclutch.errors import LogError, printable
 from erclutch.logs.labels import name_columns
+from erclutch.logs.readers.switches import switched
+from erclutch.logs.row_groups import parting_note, words_of
 from erclutch.logs.table import Table
 from erclutch.signals.array import Array
 
@@ -52,10 +54,18 @@ def table_of_frame(frame: DataFrame) -> Table:
         clock = np.asarray(since_first.dt.total_seconds(), np.float64)
 
     labels, columns_of_numbers, left = list[str](), list[Array](), list[str]()
+    texts: dict[str, Any] = {}
+    told: list[str] = []
     for label, values in series:
         if timed and values is timed[0][1]:
             continue
         numbers = None if _is_time(values) else _numbers(values, pandas)
+        if numbers is None and pandas.api.types.is_string_dtype(values):
+            texts[printable(label)] = values.reset_index(drop=True)
+            ones_and_zeros = switched(printable(label), values)
+            if ones_and_zeros is not None:
+                numbers, note = ones_and_zeros
+                told.append(note)
         if numbers is None:
             left.append(printable(label))
         else:
@@ -65,8 +75,10 @@ def table_of_frame(frame: DataFrame) -> Table:
         raise LogError("it has no rows of numbers", where=_NAME, remedy="Give a DataFrame with one row a sample")
 
     names, units, notes = name_columns(labels)
-    if left:
-        notes.append(f"columns without numbers left out: {', '.join(left)}")
+    words = words_of({label: cells for label, cells in texts.items() if label in left})
+    notes += [*told, *(parting_note(label, parting) for label, parting in words.items())]
+    if others := [label for label in left if label not in words]:
+        notes.append(f"columns without numbers left out: {', '.join(others)}")
     digest = hashlib.sha256(repr(names).encode())
     for values in [*columns_of_numbers, *([] if clock is None else [clock])]:
         digest.update(values.tobytes())
@@ -78,6 +90,7 @@ def table_of_frame(frame: DataFrame) -> Table:
         clock=clock,
         clock_name=clock_name,
         notes=tuple(notes),
+        words=words,
     )
 
 

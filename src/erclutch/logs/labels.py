@@ -64,6 +64,7 @@ _SYMBOLS = {
 _FEWEST_ALIKE = 2  # in a file; a single one may be an index (``i_d``)
 # A quotient behind an underscore (``SR_1/s``, ``v_m/s``); a capital letter there is an index (``M_A/Nm``).
 _QUOTIENT = re.compile(r"(.+)_((?:1|m|[^\W\d_]{2,})/[^/()]+)")
+_COMMA = re.compile(r"(.*[^\W\d_]\S*)\s*,\s*([^\s,]+)")  # as Russian headers have it: ``Сила, Н``
 _TIGHT_SLASH = re.compile(r"([^/]*[^\W\d_][^/]*?)/(\([^()]+\)|[^/()]+(?:/[^/()]+)?)")
 _PRESSED = re.compile(r"(?<![a-z])(?:mu|cof|friction|normal|reib\w*)(?![a-z])", re.I)
 _PER_MINUTE = re.compile(r"\s*(?:1\s*/\s*min|min\s*(?:\^|\*\*)?\s*-\s*1|min⁻¹)\s*")
@@ -155,6 +156,8 @@ def without_unit(name: str, unit: str | None) -> str:
 def _front_and_unit(label: str) -> tuple[str, str | None]:
     """What stands in front of the last ``_`` or ``/``, and the unit behind it; None where that is none."""
     label = label.strip()
+    if (match := _COMMA.fullmatch(label)) and units.is_unit(match.group(2)):
+        return match.group(1), match.group(2)
     if (
         (match := _QUOTIENT.fullmatch(label))
         and units.is_unit(match.group(2))

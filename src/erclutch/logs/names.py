@@ -19,22 +19,35 @@ def _set(words: str) -> frozenset[str]:
     return frozenset(words.split())
 
 
+def plain(name: str) -> str:
+    """A name in small letters, without signs."""
+    letters = unicodedata.normalize("NFKD", name)
+    return re.sub(r"[\W_]", "", letters).lower()
+
+
 # Names in small letters without signs and accents; a column of another unit than the signal's is no candidate.
 NAMES = {
     "field": "field e i u b v voltage current coilcurrent drivecurrent command cmd excitation pwm duty volt amp amps "
     "strom spannung spulenstrom feld courant tension corriente voltaje tensao corrente tensione iq id uq ud ia udc "
-    "电流 电压 励磁电流 线圈电流 電流 電圧",
+    "电流 电压 励磁电流 线圈电流 電流 電圧 "
+    "ток напряжение 전류 전압 prad napiecie proud napeti stroom akım gerilim",
     "slip": "slip w v n omega speed velocity vel sliprate slipspeed shearrate gammadot relativespeed rpm anglevelocity "
     "drehzahl geschwindigkeit winkelgeschwindigkeit schlupf vitesse velocidad velocidade velocita "
     "thetadot dtheta thetad xdot dx dxdt xd dq qd qdot ydot dy phidot dphi angvel velo spd rotationspeed "
-    "速度 转速 角速度 滑差 轉速 回転数 回転速度",
+    "速度 转速 角速度 滑差 轉速 回転数 回転速度 "
+    "скорость обороты частотавращения угловаяскорость 속도 각속도 회전수 회전속도 predkosc predkoscobrotowa "
+    "obroty rychlost otacky snelheid toerental varvtal hastighet hız rotacao giri",
     "position": "position pos x d displacement disp stroke travel angle slipangle weg winkel hub verschiebung "
     "deplacement desplazamiento deslocamento spostamento posicion posicao angulo "
     "theta phi q y s encoder enc extension crosshead drehwinkel auslenkung posizione spostamento carrera course "
-    "位移 角度 转角 位置 行程 変位 ストローク",
+    "位移 角度 转角 位置 行程 変位 ストローク "
+    "перемещение положение угол ход 변위 위치 각도 przemieszczenie połozenie poloha uhel verplaatsing "
+    "positie hoek vinkel konum",
     "effort": "effort force torque f m load moment shearstress tau t te drehmoment kraft moment couple fuerza par "
     "forca coppia forza fx fy fz mx my mz tx ty tz loadcell torq trq frc schubspannung torsion effet dampingforce "
-    "dampkraft friction reibung frottement 摩擦力 力 扭矩 转矩 力矩 载荷 荷载 阻尼力 荷重 トルク",
+    "dampkraft friction reibung frottement 摩擦力 力 扭矩 转矩 力矩 载荷 荷载 阻尼力 荷重 トルク "
+    "момент крутящиимомент сила усилие нагрузка 토크 힘 하중 모멘트 마찰력 siła sila kracht koppel vridmoment "
+    "kuvvet tork",
     "E1": "e1 field1 ech1",
     "E2": "e2 field2 ech2",
     "E": "e field",
@@ -46,7 +59,7 @@ NAMES = {
     "T": "torque effort t",
     "motor_torque": "motortorque torquecommand torquecmd",
 }
-_NAMES = {signal: _set(names) for signal, names in NAMES.items()}
+_NAMES = {signal: frozenset(map(plain, names.split())) for signal, names in NAMES.items()}
 SINGLE = ("field", "slip", "position", "effort")
 # Words beside the name that say where or how it was measured.
 _BESIDE = _set(
@@ -91,7 +104,8 @@ VOLTAGES = _set("u v uq ud udc voltage volt spannung tension voltaje tensao tens
 CURRENTS = _set("i iq id idc current strom courant corriente corrente amp amps 电流 電流")
 _ROMANCE = _set(
     "vitesse velocidad velocidade velocita couple force fuerza forza forca par coppia deplacement desplazamiento "
-    "deslocamento spostamento posicion posicao posizione angle angulo courant corriente corrente"
+    "deslocamento spostamento posicion posicao posizione angle angulo courant corriente corrente "
+    "скорость момент сила ток напряжение перемещение угол усилие predkosc rychlost hastighet"
 )
 _GERMAN = {
     "field": ("strom", "spannung"),
@@ -108,6 +122,7 @@ _CJK_OTHERS = (
 _TIME = re.compile(
     r"t|time|zeit|uhrzeit|tijd|temps|tiempo|tempo|timestamps?|elapsed(?:time)?|steptime|seconds|sec|tsec|times|"
     r"(?:ros|bag|rosbag|test|run|total|sample|relative|local|system|log|rec|elapsed|unix|epoch)?time(?:stamp)?s?|"
+    rf"время|{plain('시간')}|czas|cas|tid|zaman|"
     r"stamp|zeitstempel|messzeit|tempsecoule|tiempotranscurrido|.{0,4}时间戳?|时刻|.{0,4}時間|時刻|millis|micros",
     re.IGNORECASE,
 )
@@ -215,12 +230,6 @@ def meant_by(name: str, signals: Iterable[str], *, time: bool) -> str:
         if form and form not in NEED_UNIT and (signal == "field" or not of_something_else):
             return signal
     return ""
-
-
-def plain(name: str) -> str:
-    """A name in small letters, without signs."""
-    letters = unicodedata.normalize("NFKD", name)
-    return re.sub(r"[\W_]", "", letters).lower()
 
 
 def words_of(name: str) -> list[str]:

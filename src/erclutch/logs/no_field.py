@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Sequence
 
 import numpy as np
@@ -12,6 +13,7 @@ from erclutch.logs.quotients import quotient_of
 from erclutch.logs.seen_columns import NO_UNITS, SeenColumn, SeenColumns
 from erclutch.logs.shapes import FEW, LOOKED_AT, is_rate_of
 from erclutch.logs.stated_field import take_stated_field
+from erclutch.signals import units
 from erclutch.signals.array import Array
 from erclutch.signals.recording import SIGNALS
 
@@ -19,6 +21,7 @@ _RETURNS = 0.1  # of the range, by which a column comes back that does not only 
 _SAME_COURSE = 2e-3  # of the range, within which two columns are one course
 _SET_ENDS = 0.1  # of the range, by which the ends of a set point and of what follows it differ at most
 _FOLLOWS_CLOSELY = 0.996  # correlation of a set point with what follows it some rows later
+_OWN_SCALE = re.compile(r"(?:°|deg ?)?[CF]|[℃℉]|dB\w*|bits?|counts?|ticks?|lsb", re.I)
 _ESTIMATES = 0.7  # correlation of the signs of two estimates of one thing
 
 
@@ -43,11 +46,17 @@ def settle_the_field(draft: Draft, taken: Sequence[str]) -> None:
 
 
 def maybe_field(seen: SeenColumns, taken: Iterable[str]) -> list[SeenColumn]:
-    """Columns that nobody took and that may hold the field: its unit fits or is unknown, its name is open."""
+    """Columns that nobody took and that may hold the field: its unit fits or nobody knows it, its name is open."""
     si_units = SIGNALS["field"].si_units
     known = set(taken)
-    free = [column for column in seen.without(known) if column.fits(si_units) is not False]
+    free = [column for column in seen.without(known) if column.fits(si_units) is not False or _has_odd_unit(column)]
     return [column for column in free if not why_no_field(seen, column, known)]
+
+
+def _has_odd_unit(column: SeenColumn) -> bool:
+    """Whether a unit is written that we do not know; a temperature or a level has its own scale."""
+    unit = column.unit or ""
+    return bool(unit) and not units.is_unit(unit) and not _OWN_SCALE.fullmatch(unit)
 
 
 def why_no_field(seen: SeenColumns, column: SeenColumn, taken: Iterable[str]) -> str:

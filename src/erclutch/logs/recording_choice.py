@@ -17,6 +17,7 @@ from erclutch.logs.plan import Plan
 from erclutch.logs.planning import is_log, plan_of, signals_of
 from erclutch.logs.readers.found_recordings import JOINT
 from erclutch.logs.table import Table, listed
+from erclutch.logs.timing import MINIMUM_ROWS
 from erclutch.signals.array import Array
 from erclutch.signals.device import DeviceName
 
@@ -56,6 +57,8 @@ def table_of_log(
 
     tables = tables_of(path, names, told)
     logs = {name: table for name, table in tables.items() if is_log(table, told, device)}
+    # Beside a log, a table of fewer rows than a log has is a summary.
+    logs = {name: table for name, table in logs.items() if table.rows >= MINIMUM_ROWS} or logs
     if len(logs) == 1:
         name, table = next(iter(logs.items()))
         others = ", ".join(other for other in names if other != name)

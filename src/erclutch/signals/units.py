@@ -33,9 +33,15 @@ _EASTERN = (
     *((r"弧度|ラジアン", "rad"), (r"度", "deg"), (r"千牛|キロニュートン", "kN"), (r"牛顿|牛|ニュートン", "N")),
     *((r"毫安", "mA"), (r"安培|安|アンペア", "A"), (r"伏特|伏|ボルト", "V"), (r"千帕", "kPa"), (r"帕|パスカル", "Pa")),
 )
+_CYRILLIC = (
+    *(("с", "s"), ("сек", "s"), ("мс", "ms"), ("мин", "min"), ("м", "m"), ("мм", "mm"), ("см", "cm"), ("об", "turn")),
+    *(("рад", "rad"), ("град", "deg"), ("Н", "N"), ("кН", "kN"), ("Нм", "N*m"), ("Па", "Pa"), ("кПа", "kPa")),
+    *(("МПа", "MPa"), ("А", "A"), ("мА", "mA"), ("В", "V"), ("мВ", "mV"), ("кВ", "kV"), ("Тл", "T"), ("мТл", "mT")),
+)
 # Written unit -> what pint understands by it. Pint reads Nm as newton x molal, U/min as enzyme units, gauss in CGS.
 _SPELLINGS = (
     *((re.compile(written), means) for written, means in _EASTERN),
+    *((re.compile(rf"(?<!\w){written}(?!\w)"), means) for written, means in _CYRILLIC),
     (re.compile(r"\b(?:oz|ozf)\s*[-.*·]?\s*in\b"), "ounce_force*inch"),
     (re.compile(r"\bin\s*[-.*·]?\s*(?:oz|ozf)\b"), "ounce_force*inch"),
     *(
@@ -57,7 +63,7 @@ _SPELLINGS = (
     (re.compile(r"\b([numkMµμ]?N)\s*[-.]?\s*([mc]?m)\b"), r"\1*\2"),
     (re.compile(r"(?<![\w.])([munkMµμ]?Pa)\s?s(?![\w^])"), r"\1*s"),  # pint reads Pas as several pascals
     (re.compile(r"-¹"), "^-1"),
-    (re.compile(r"(?<![\w.])(?:U|r|tr|rev|revs|(?:umdr|Umdr)\.?)(?=\s*/)"), "turn"),
+    (re.compile(r"(?<![\w.])(?:U|r|tr|rev|revs|giri|giros|obr|ot|omw|varv|rot|(?:umdr|Umdr)\.?)(?=\s*/)"), "turn"),
     (re.compile(r"(?<![\w.])[Aa]mps?(?!\w)"), "ampere"),  # pint reads amps as attometers per second
     (re.compile(r"(?<![\w.])rads(?!\w)"), "rad"),  # and rads as a dose
     (re.compile(r"(?<![\w.])(?:RPM|Rpm)(?!\w)"), "rpm"),

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import re
 from collections import Counter
 from collections.abc import Sequence
@@ -10,42 +9,14 @@ from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
 from erclutch.errors import LogError
-from erclutch.logs.labels import EASTERN, header_pairs, name_columns, split_label
-from erclutch.logs.readers.numerals import is_grouped
-from erclutch.signals import units
+from erclutch.logs.labels import header_pairs, name_columns
+from erclutch.logs.readers.cells import WORDS, Marks, cells_of, is_comment, is_number
+from erclutch.logs.readers.header_lines import Header, Rows, header_of
 
 SAMPLE = 1 << 18  # characters looked at: holds any header block seen so far, costs a few milliseconds
 # Lines at the end of the sample, where data is purest; few, for short tables under long prose.
 _TAILS = (60, 10, 1)
-_COMMENT = ("#", "%", "//")
-_SIGNED = {sign + word for sign in ("", "-", "+") for word in ("nan", "inf")}
-#: What a C library of Windows writes for no number, cut to the digits that a format has.
-_MARKED = ("QNAN", "QNB", "QO", "IND", "IO", "R", "INF", "J", "F")
-NO_NUMBERS = tuple(f"{sign}1.#{mark}" for sign in ("", "-") for mark in _MARKED)
-_LOWER = {word.lower() for word in NO_NUMBERS}
-WORDS = {*_SIGNED, *_LOWER, "", "na", "n/a", "null", "infinity", "-infinity"}
-_CLEAR_UNITS = {"s", "ms", "us", "µs", "min", "Nm", "kN", "rpm", "mm", "kV", "deg", "rad"}  # t, V, F may be names
-_NO_FACTOR = re.compile(r"(?:°|deg) ?[CF]|[℃℉]|dB\w*|bits?|counts?", re.I)  # units, but no plain factor to the SI
-_NUMBER = {
-    ".": re.compile(r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eEdD][+-]?\d+)?"),
-    ",": re.compile(r"[+-]?(?:\d+(?:,\d+)?|,\d+)(?:[eEdD][+-]?\d+)?"),
-}
 _SETTINGS = 30  # lines of settings of a test, at most, above the names
-#: What the line of units is called that some loggers write above the names.
-_UNIT_LINE = {
-    "unit",
-    "units",
-    "einheit",
-    "einheiten",
-    "unite",
-    "unité",
-    "unités",
-    "unidad",
-    "unidade",
-    "単位",
-    "单位",
-    "單位",
-}
 _LONGEST_COUNT = 16  # digits of a row's number
 LINE_END = re.compile(r"\r\n|\n|\r")
 
@@ -78,79 +49,10 @@ class Dialect:
     notes: tuple[str, ...] = ()
     thousands: str = ""
 
-
-def is_comment(line: str) -> bool:
-    """Whether the line starts with ``#``, ``%`` or ``//``."""
-    return line.lstrip().startswith(_COMMENT)
-
-
-def cells_of(line: str, delimiter: str | None) -> list[str]:
-    """Cells of one line, stripped; quotes are honoured."""
-    if '"' in line:
-        plain = line.strip().replace("\t", " ") if delimiter is None else line
-        try:
-            rows = list(csv.reader([plain], delimiter=delimiter or " ", skipinitialspace=True))
-            return [cell.strip() for cell in rows[0]] if rows else []
-        except csv.Error:
-            pass  # an unfinished quote: the plain split below shows the row as it is
-    if delimiter is None:
-        return line.split()
-    return [cell.strip() for cell in line.split(delimiter)]
-
-
-def is_number(cell: str, decimal: str) -> bool:
-    """Whether the cell is a finite decimal number with that decimal mark, perhaps in groups of three digits."""
-    return _NUMBER[decimal].fullmatch(cell) is not None or is_grouped(cell, decimal)
-
-
-@dataclass(frozen=True)
-class _Marks:
-    """What stands between the cells of a row, and between the digits of a number."""
-
-    delimiter: str | None
-    decimal: str
-
-    def cells(self, line: str) -> list[str]:
-        """Cells of one line, stripped."""
-        return cells_of(line, self.delimiter)
-
-    def is_number(self, cell: str) -> bool:
-        """Whether the cell is a finite number."""
-        return is_number(cell, self.decimal)
-
-    def is_filled_in(self, cell: str) -> bool:
-        """Whether the cell is a number, or a word for none."""
-        return is_number(cell, self.decimal) or cell.lower() in WORDS
-
-
-@dataclass(frozen=True)
-class _Rows:
-    """What the rows of the sample say of the header above them.
-
-    Attributes:
-        width: cells of a row.
-        trailing: whether each row ends in a delimiter with nothing behind it.
-        are_named: whether the first cells name their rows.
-    """
-
-    width: int
-    trailing: bool
-    are_named: bool
-
-
-@dataclass(frozen=True)
-class _Header:
-    """The lines right above the data that name the columns.
-
-    Attributes:
-        labels: as they stand in a line.
-        units: of the labels, where a line of its own gives them.
-        lines: how many they are.
-    """
-
-    labels: list[str]
-    units: list[str | None] | None
-    lines: int
+    def is_row(self, line: str) -> bool:
+        """Whether a line has numbers where the rows have numbers."""
+        marks = Marks(self.delimiter, self.decimal)
+        return _is_data(marks.cells(line), marks, self.numeric)
 
 
 def sniff(text: str, asked: str | None = None) -> Dialect:
@@ -185,10 +87,10 @@ def sniff(text: str, asked: str | None = None) -> Dialect:
     raise LogError(problem, remedy="Give a table of numbers with one row a sample, or check the file's format")
 
 
-def _marks(tail: Sequence[str], asked: str | None) -> _Marks:
+def _marks(tail: Sequence[str], asked: str | None) -> Marks:
     """The delimiter and decimal mark under which most cells are numbers, then the most numbers a row."""
     best = (0.0, 0.0)
-    best_marks = _Marks(",", asked or ".")
+    best_marks = Marks(",", asked or ".")
     for delimiter in ("\t", ";", "|", ",", None):
         cells = [cell for line in tail for cell in cells_of(line, delimiter)]
         filled = sum(1 for cell in cells if cell)
@@ -198,11 +100,11 @@ def _marks(tail: Sequence[str], asked: str | None) -> _Marks:
             score = (share, numbers / max(len(tail), 1))
             if score > best:
                 best = score
-                best_marks = _Marks(delimiter, decimal)
+                best_marks = Marks(delimiter, decimal)
     return best_marks
 
 
-def _numeric_columns(rows: Sequence[Sequence[str]], marks: _Marks) -> list[bool]:
+def _numeric_columns(rows: Sequence[Sequence[str]], marks: Marks) -> list[bool]:
     """Which columns are numbers in most rows of the sample."""
     width = max((len(row) for row in rows), default=0)
     numeric: list[bool] = []
@@ -213,7 +115,7 @@ def _numeric_columns(rows: Sequence[Sequence[str]], marks: _Marks) -> list[bool]
     return numeric
 
 
-def _first_row(lines: Sequence[str], marks: _Marks, numeric: Sequence[bool]) -> int | None:
+def _first_row(lines: Sequence[str], marks: Marks, numeric: Sequence[bool]) -> int | None:
     """The index of the first line of data."""
     names_stand_above = False
     for index, line in enumerate(lines):
@@ -227,7 +129,7 @@ def _first_row(lines: Sequence[str], marks: _Marks, numeric: Sequence[bool]) -> 
     return None
 
 
-def _is_data(row: Sequence[str], marks: _Marks, numeric: Sequence[bool]) -> bool:
+def _is_data(row: Sequence[str], marks: Marks, numeric: Sequence[bool]) -> bool:
     """Whether most number columns hold a number (or nan) here and at least one a number, or all say nan."""
     if {cell.lower() for cell in row if cell} == {"nan"}:
         return True  # a logger's first row, before its first sample; no names
@@ -237,7 +139,7 @@ def _is_data(row: Sequence[str], marks: _Marks, numeric: Sequence[bool]) -> bool
     return numbers > 0 and 2 * (numbers + words) > sum(numeric)
 
 
-def _is_above_names(lines: Sequence[str], marks: _Marks, numeric: Sequence[bool], *, is_first: bool) -> bool:
+def _is_above_names(lines: Sequence[str], marks: Marks, numeric: Sequence[bool], *, is_first: bool) -> bool:
     """Whether a line is no row, since names follow: a setting of the test, or a number that labels columns.
 
     A setting has a word in a column of numbers, and so may the lines between it and the names. A line of numbers alone
@@ -261,28 +163,28 @@ def _is_above_names(lines: Sequence[str], marks: _Marks, numeric: Sequence[bool]
     return False
 
 
-def _are_names(cells: Sequence[str], marks: _Marks, numeric: Sequence[bool]) -> bool:
+def _are_names(cells: Sequence[str], marks: Marks, numeric: Sequence[bool]) -> bool:
     """Whether more than half of the columns have a cell, and no cell is a number."""
     names = [cell for cell in cells if cell]
     return 2 * len(names) > len(numeric) and not any(marks.is_number(cell) for cell in names)
 
 
-def _with_header(lines: Sequence[str], first: int, marks: _Marks, data: Sequence[Sequence[str]]) -> Dialect:
+def _with_header(lines: Sequence[str], first: int, marks: Marks, data: Sequence[Sequence[str]]) -> Dialect:
     """Complete the dialect with names, units and header block from the lines above the first row."""
     first_row = marks.cells(lines[first])
     usual_width = Counter(map(len, data)).most_common(1)[0][0]
     width = max(len(first_row), usual_width)
     trailing = marks.delimiter is not None and width > 1
     trailing = trailing and all(len(row) < width or not row[-1] for row in (first_row, *data))
-    rows = _Rows(width, trailing, _name_rows(data, marks))
+    rows = Rows(width, trailing, _name_rows(data, marks))
 
     above = [index for index in range(first) if lines[index].strip()]
-    header = _header([lines[index] for index in above], marks, rows)
+    header = header_of([lines[index] for index in above], marks, rows)
     notes: list[str] = []
     if header is None:
         if above:
             _refuse_bad_first_row(lines[above[-1]], above[-1], marks, width)
-        header = _Header([""] * (width - trailing), None, 0)
+        header = Header([""] * (width - trailing), None, 0)
         notes.append(f"no header row: the columns are called c1 .. c{len(header.labels)}")
     elif len(header.labels) > 1 and not header.labels[-1] and (trailing or len(header.labels) > width):
         header = replace(header, labels=header.labels[:-1], units=header.units and header.units[:-1])
@@ -309,7 +211,7 @@ def _with_header(lines: Sequence[str], first: int, marks: _Marks, data: Sequence
     )
 
 
-def _name_rows(rows: Sequence[Sequence[str]], marks: _Marks) -> bool:
+def _name_rows(rows: Sequence[Sequence[str]], marks: Marks) -> bool:
     """Whether the first cells name their rows, as R writes them: words, or whole numbers that rise."""
     first_cells = [row[0] for row in rows if row]
     if not any(marks.is_number(cell) for cell in first_cells):
@@ -319,115 +221,7 @@ def _name_rows(rows: Sequence[Sequence[str]], marks: _Marks) -> bool:
     return all(int(earlier) < int(later) for earlier, later in pairwise(first_cells))
 
 
-def _header(above: Sequence[str], marks: _Marks, rows: _Rows) -> _Header | None:
-    """Labels and units of the one, two or three header lines right above the data.
-
-    Args:
-        above: lines above the first row, without empty lines.
-        marks: delimiter and decimal mark.
-        rows: below.
-    """
-    last = _labels(above[-1], marks, rows) if above else None
-    if last is None:
-        return None
-    # A row of samples over every second column, below names and units: the names are those above.
-    if len(above) > 2 and 2 * _filled(last) <= len(last) > 1:
-        names = _labels(above[-3], marks, rows)
-        units_below = _labels(above[-2], marks, rows)
-        if names and units_below and _filled(names) > _filled(last) and _are_units(_bare(units_below)):
-            return _Header(names, _units(units_below), 3)
-    if len(above) < 2:
-        return _Header(last, None, 1)
-    if labels := _labels_of_pairs(marks.cells(above[-2]), last):
-        return _Header(labels, None, 2)
-    what, *own_units = marks.cells(above[-2])
-    is_of_units = len(own_units) == len(last) - 1 and what.lower().strip("[]() :") in _UNIT_LINE
-    if is_of_units and all(_is_known(cell) for cell in _bare(own_units) if cell):
-        return _Header(last, [None, *_units(own_units)], 2)
-
-    names = _labels(above[-2], marks, rows)
-    if names is not None and len(names) == len(last):
-        # Names are words: a second line of units, or of what is called like a unit, names nothing.
-        if _are_units(_bare(last)) and not _are_units(_bare(names)):
-            return _Header(names, _units(last), 2)
-        if _are_translated(last) and all(names):
-            return _Header(names, [split_label(cell)[1] for cell in last], 2)
-    return _Header(last, None, 1)
-
-
-def _labels_of_pairs(upper: Sequence[str], names: Sequence[str]) -> list[str]:
-    """Labels that stand over pairs of columns called x and y, as tools that read curves off a picture write them.
-
-    Returns: a label for the first column of each pair and none for the second; nothing where the lines are others.
-    """
-    if len(names) < 2 or len(names) % 2 or [name.lower() for name in names] != ["x", "y"] * (len(names) // 2):
-        return []
-    labels = [*upper, *[""] * (len(names) - len(upper))]
-    return labels if all(labels[::2]) and not any(labels[1::2]) else []
-
-
-def _filled(cells: Sequence[str]) -> int:
-    return sum(map(bool, cells))
-
-
-def _bare(cells: Sequence[str]) -> list[str]:
-    """Cells without the brackets around units."""
-    return [cell.strip("[]() ") for cell in cells]
-
-
-def _units(cells: Sequence[str]) -> list[str | None]:
-    return [unit or None for unit in _bare(cells)]
-
-
-def _are_translated(cells: Sequence[str]) -> bool:
-    """Whether a line under the names says them again in Chinese or Japanese, half of them or more with a unit."""
-    eastern = [cell for cell in cells if EASTERN.search(cell)]
-    with_unit = sum(split_label(cell)[1] is not None for cell in eastern)
-    return len(eastern) == len(cells) and 2 * with_unit >= len(cells)
-
-
-def _are_units(cells: Sequence[str]) -> bool:
-    """Whether the cells of a line are units: a clear one among them, and at most one in four that is none we know."""
-    filled = [cell for cell in cells if cell]
-    # Names alone are common, and whether a name is a unit takes long to say: no clear unit, no such question.
-    if not any(_is_known(cell) for cell in filled if cell in _CLEAR_UNITS or re.search(r"[/^°%*.]", cell)):
-        return False
-    return sum(not _is_known(cell) for cell in filled) <= len(filled) / 4
-
-
-def _is_known(cell: str) -> bool:
-    return bool(_NO_FACTOR.fullmatch(cell)) or units.is_unit(cell)
-
-
-def _labels(line: str, marks: _Marks, rows: _Rows) -> list[str] | None:
-    """Cells of a header line, or None if their number or kind is not that of a header."""
-    if is_comment(line):
-        line = line.lstrip("#%/ \t")
-    splits = [marks.cells(line)]
-    if marks.delimiter is None:  # names with blanks in them: keep brackets with their name, or split at wide gaps
-        splits.append(re.findall(r"[^\s\[(]+(?:\s*(?:\[[^\]]*\]|\([^)]*\)))?", line))
-        splits.append(re.split(r"\t|\s{2,}", line.strip()))
-
-    width = rows.width
-    fitting = {width}
-    if rows.trailing:
-        fitting.add(width - 1)
-    if marks.delimiter is not None:
-        fitting.add(width + 1)  # one name more than cells is a column filled in its first rows only (events)
-    for cells in splits:
-        beside = len(cells) > width + 1 > 2 and marks.delimiter is not None and not cells[width] and all(cells[:width])
-        if beside:  # remarks stand in the same line, behind a gap
-            cells = cells[:width]
-        lacks_one = len(cells) == width - 1 > 1 and not rows.trailing
-        if lacks_one and marks.delimiter is not None and rows.are_named:
-            # R names no column of row names. A line that begins with an empty cell lacks its last cell.
-            cells = ["", *cells] if cells[0] else [*cells, ""]
-        if len(cells) in fitting and any(cells) and not any(marks.is_number(cell) for cell in cells):
-            return cells
-    return None
-
-
-def _refuse_bad_first_row(line: str, index: int, marks: _Marks, width: int) -> None:
+def _refuse_bad_first_row(line: str, index: int, marks: Marks, width: int) -> None:
     """Right above the data, a line of half as many names or of numbers and text is a fault, not a comment."""
     if is_comment(line):
         return

@@ -22,6 +22,8 @@ from erclutch.logs.labels import name_columns
 from erclutch.logs.log_reader import LogReader, LogSource
 from erclutch.logs.readers import child_process, found_recordings
 from erclutch.logs.readers.budget import MEMORY, RAISED, Budget, budget_of
+from erclutch.logs.readers.switches import switched
+from erclutch.logs.row_groups import parting_note, words_of
 from erclutch.logs.table import Table, of_arrow
 from erclutch.signals.array import Array
 
@@ -39,7 +41,8 @@ _ROWS_WANTED = "Give a log with one row a sample"
 def read_parquet(source: LogSource) -> Table:
     """Read a Parquet file from its bytes.
 
-    Text and nested columns are left out and said; date columns become the clock; file metadata (such as erclutch's own
+    Text and nested columns are left out and said, but for switches and words that part the rows; date columns become
+    the clock; file metadata (such as erclutch's own
     ``erclutch`` settings) is kept in ``Table.metadata``.
 
     Raises:
@@ -53,6 +56,10 @@ def read_parquet(source: LogSource) -> Table:
 
     with _damage_named():
         file = parquet.ParquetFile(io.BytesIO(data), page_checksum_verification=True)
+        words = _columns_of_words(file.schema_arrow)
+        if words:  # a dictionary has each word once, and a number a row
+            options: dict[str, Any] = {"page_checksum_verification": True, "read_dictionary": words}
+            file = parquet.ParquetFile(io.BytesIO(data), **options)
         metadata = file.metadata
         groups = range(metadata.num_row_groups)
         size = sum(metadata.row_group(group).total_byte_size for group in groups)
@@ -68,20 +75,21 @@ def read_parquet(source: LogSource) -> Table:
         return _table(read, source.name, source.digest, unchecked)
 
 
+def _columns_of_words(schema: Any) -> list[str]:
+    """Names of the columns of texts; none where two columns have one name."""
+    names = [str(name) for name in schema.names]
+    if len(set(names)) < len(names):
+        return []
+    return [field.name for field in schema if _is_text(field.type)]
+
+
 def _numbers_and_times(file: Any) -> Any:
-    """All columns, those of texts empty: one word of a small file may stand in a million rows."""
+    """All columns, those of bytes, of lists and of plain texts empty: a word of a small file may stand in 10^6 rows."""
     import pyarrow
     from pyarrow import types
 
     schema: pyarrow.Schema = file.schema_arrow
-    kinds = (
-        types.is_nested,
-        types.is_string,
-        types.is_large_string,
-        types.is_binary,
-        types.is_large_binary,
-        types.is_dictionary,
-    )
+    kinds = (types.is_nested, types.is_string, types.is_large_string, types.is_binary, types.is_large_binary)
     texts = {field.name for field in schema if any(is_kind(field.type) for is_kind in kinds)}
     kept = [field.name for field in schema if field.name not in texts]
     if not texts or len(set(schema.names)) < len(schema.names):
@@ -223,10 +231,18 @@ def _table(table: Any, name: str, digest: str, unchecked: bool, origin: int | No
     notes += renamed
     columns: dict[str, Array] = {}
     units_of: dict[str, str | None] = {}
+    texts: dict[str, Any] = {}
     clock_name = ""
     clock: Array | None = None
     for label, unit, field, values in zip(names, units, fields, table.columns, strict=True):
         numbers = _numbers(values)
+        cells = _words(values) if numbers is None else None
+        if cells is not None:
+            texts[label] = cells
+            ones_and_zeros = switched(label, cells)
+            if ones_and_zeros is not None:
+                numbers, note = ones_and_zeros
+                notes.append(note)
         if numbers is not None:
             columns[label] = numbers
             units_of[label] = unit
@@ -235,8 +251,11 @@ def _table(table: Any, name: str, digest: str, unchecked: bool, origin: int | No
         if stamps is not None:
             clock_name = label
             clock = stamps
-        else:
+        elif label not in texts:
             notes.append(f"column {label} holds {field.type}: left out")
+    words = words_of({label: cells for label, cells in texts.items() if label not in columns})
+    for label in texts.keys() - columns.keys():
+        notes.append(parting_note(label, words[label]) if label in words else f"column {label} holds text: left out")
     if not columns:
         raise LogError("the file has no column of numbers", remedy=_ROWS_WANTED)
 
@@ -252,7 +271,23 @@ def _table(table: Any, name: str, digest: str, unchecked: bool, origin: int | No
         clock_name=clock_name,
         metadata=metadata,
         notes=tuple(notes),
+        words=words,
     )
+
+
+def _words(values: Any) -> Any:
+    """Cells of texts as pandas keeps them, each word once; None for a column of anything else."""
+    from pyarrow import types
+
+    if not types.is_dictionary(values.type):
+        values = values.dictionary_encode() if _is_text(values.type) else None
+    return None if values is None or not _is_text(values.type.value_type) else values.to_pandas()
+
+
+def _is_text(kind: Any) -> bool:
+    from pyarrow import types
+
+    return bool(types.is_string(kind) or types.is_large_string(kind))
 
 
 def _metadata(thing: Any) -> dict[str, str]:

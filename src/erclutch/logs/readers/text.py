@@ -6,6 +6,7 @@ double. What goes wrong there is looked up a second time, line by line, so that 
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from itertools import islice
@@ -19,18 +20,10 @@ from erclutch.logs.labels import sample_period
 from erclutch.logs.log_reader import LogReader, LogSource, claims_nothing
 from erclutch.logs.readers import dates, first_bytes, found_recordings
 from erclutch.logs.readers.budget import Budget
-from erclutch.logs.readers.dialect import (
-    LINE_END,
-    NO_NUMBERS,
-    SAMPLE,
-    WORDS,
-    Dialect,
-    cells_of,
-    is_comment,
-    is_number,
-    sniff,
-)
+from erclutch.logs.readers.cells import NO_NUMBERS, WORDS, cells_of, is_comment, is_number
+from erclutch.logs.readers.dialect import LINE_END, SAMPLE, Dialect, sniff
 from erclutch.logs.readers.numerals import grouped_by_blanks, ungrouped, weigh
+from erclutch.logs.readers.serial_monitor import with_stamps_in_cells
 from erclutch.logs.readers.text_bytes import (
     DAMAGE,
     ToldBytes,
@@ -50,6 +43,8 @@ from erclutch.signals.array import Array
 if TYPE_CHECKING:
     import pandas as pd
 
+_BLANK_LINE = re.compile(r"(?:\r\n|\n|\r)[ \t,;]*(?=\r|\n)")
+_BELOW = 1 << 14  # characters at the end of a text in which a summary of the rows is looked for
 _LEAST_BLOCK = 10  # rows between blank lines that are a stretch of a log
 _MOST_BLOCKS = 100
 
@@ -68,11 +63,16 @@ def read_text(source: LogSource) -> Table:
         kind, remedy = other_format
         raise LogError(f"the file is {kind}, not a table", remedy=remedy)
 
+    stamps = ""
+    if " -> " in text:
+        text, stamps = with_stamps_in_cells(text)
     text = without_row_marks(text) if ";" in text else text
     broken = 0  # cells
     if '"' in text:
         text, broken = unbroken(text)
     dialect, notes = _dialect_of(text, source.decimal)
+    if stamps:
+        notes.append(stamps)
     if broken:
         notes.append(f"{broken} quoted cells hold a number and a line end: the line end is left out")
 
@@ -114,7 +114,7 @@ def _body(text: str, dialect: Dialect) -> tuple[str, list[str]]:
     if any(mark in body for mark in ("#", "%", "//")):  # comments become blank: line numbers stay right
         body = "\n".join("" if is_comment(line) else line for line in LINE_END.split(body))
 
-    notes: list[str] = []
+    body, notes = _without_remarks_below(body, dialect)
     while last := _last_line(body):
         cells = [cell for cell in cells_of(body[last:], dialect.delimiter) if cell]
         is_row = any(is_number(cell, dialect.decimal) or cell.lower() in WORDS for cell in cells)
@@ -132,6 +132,18 @@ def _body(text: str, dialect: Dialect) -> tuple[str, list[str]]:
     if len(cells_of(rest, dialect.delimiter)) > needed:
         return body, notes
     return body[:last], [*notes, "the last row was cut off in the middle: left out"]
+
+
+def _without_remarks_below(body: str, dialect: Dialect) -> tuple[str, list[str]]:
+    """The text without what stands below the rows, behind a blank line: a summary, none of whose lines is a row."""
+    below = ""
+    for gap in reversed([*_BLANK_LINE.finditer(body, max(len(body) - _BELOW, 0))]):
+        lines = [line for line in LINE_END.split(body[gap.end() :]) if line.strip(BLANK)]
+        if any(dialect.is_row(line) for line in lines):
+            break
+        body = body[: gap.start()]
+        below = lines[0] if lines else below
+    return body, [f"text below the table left out: {' '.join(below.split())[:60]!r}"] if below else []
 
 
 def _last_line(body: str) -> int:

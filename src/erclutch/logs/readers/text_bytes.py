@@ -27,6 +27,9 @@ _CHINESE = (
     "时间秒毫分位移毫米速度加转角扭矩力载荷电流电压温度阻尼活塞线圈机制动采样序号数据通道功率频率试验测量设备开始"
 )
 _JAPANESE = "時間秒位置変速度回転数角加荷重力電流圧温トルクストーローラセンサ試験測定番号モタータ摩擦"
+_KOREAN = "시간초전류압속도토크힘변위치각회하중모멘트온마찰력데이터측정번호"
+#: Letters that are no accents of a Latin word, since they stand side by side.
+_RUSSIAN = re.compile(r"[А-яЁё]{3,}")
 #: Bytes that no text holds, besides zero.
 CONTROL = bytes(set(range(32)) - set(b"\t\n\r\f\v\x1a"))
 _HIDDEN = re.compile(r"[^\S \t\r\n]|[\x00-\x08\x0e-\x1b\x7f-\x9f\xad\u200b-\u200f\u202a-\u202e\u2060-\u2069\ufeff]")
@@ -34,7 +37,7 @@ DAMAGE = "not seen: text has no checksums; as .gz it has"
 
 
 def decode(data: bytes) -> str:
-    """Text of a log file: gzip undone, UTF-8 or UTF-16 (with or without mark), GBK, Shift-JIS, else Latin-1.
+    """Text of a log file: gzip undone, UTF-8 or UTF-16 (with or without mark), see `_eastern`, else Latin-1.
 
     Raises:
         LogError: the bytes are no text.
@@ -51,10 +54,13 @@ def decode(data: bytes) -> str:
 
 
 def _eastern(data: bytes) -> str:
-    """GB 18030 or Shift-JIS where text that is no UTF-8 reads as words of measuring in one of them; "" for neither."""
+    """The encoding in which text that is no UTF-8 reads as words of measuring; "" for none.
+
+    Chinese, Japanese and Korean words are told by their letters, Russian words by letters side by side.
+    """
     best = 0  # letters
     best_encoding = ""
-    for encoding, letters in (("gb18030", _CHINESE), ("shift_jis", _JAPANESE)):
+    for encoding, letters in (("gb18030", _CHINESE), ("shift_jis", _JAPANESE), ("cp949", _KOREAN)):
         try:
             text = data.decode(encoding)
         except (UnicodeDecodeError, LookupError):  # some builds of Python come without the tables of these encodings
@@ -64,7 +70,17 @@ def _eastern(data: bytes) -> str:
         if known > best and 2 * known > foreign:
             best = known
             best_encoding = encoding
-    return best_encoding
+    return best_encoding or _cyrillic(data)
+
+
+def _cyrillic(data: bytes) -> str:
+    """Windows-1251 where most letters beyond ASCII stand side by side as in Russian words, else ""."""
+    try:
+        text = data.decode("cp1251")
+    except UnicodeDecodeError:
+        return ""
+    in_words = sum(map(len, _RUSSIAN.findall(text)))
+    return "cp1251" if 2 * in_words > sum(letter > "\x7f" for letter in text) else ""
 
 
 def _encoding_of(data: bytes) -> str:

@@ -7,13 +7,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from erclutch.errors import LogError
-from erclutch.logs.readers.dialect import (
-    LINE_END,
-    Dialect,
-    cells_of,
-    is_number,
-)
-from erclutch.logs.readers.numerals import SWITCHES, ungrouped
+from erclutch.logs.readers.cells import cells_of, is_number
+from erclutch.logs.readers.dialect import LINE_END, Dialect
+from erclutch.logs.readers.numerals import ungrouped
+from erclutch.logs.readers.switches import switched
 from erclutch.signals.array import Array
 
 if TYPE_CHECKING:
@@ -35,14 +32,11 @@ def read_cells(cells: pd.Series[Any], index: int, body: str, dialect: Dialect) -
     if values is not None:
         return values, ()
 
-    # A column of on and off is one of ones and zeros.
-    words = cells.astype(str).str.strip().where(cells.notna())
-    distinct = [str(word) for word in words.dropna().unique()[:9]]
-    if not 1 <= len(distinct) <= 4 or any(word.lower() not in SWITCHES for word in distinct):
+    ones_and_zeros = switched(label, cells)
+    if ones_and_zeros is None:
         return None, ()
-    switched = np.asarray(words.str.lower().map(SWITCHES), dtype=np.float64)
-    meanings = [f"{word}, read as {SWITCHES[word.lower()]:g}" for word in distinct]
-    return switched, (f"column {label} holds {' and '.join(meanings)}",)
+    numbers, note = ones_and_zeros
+    return numbers, (note,)
 
 
 def long_rows(frame: pd.DataFrame, body: str, dialect: Dialect) -> list[str]:

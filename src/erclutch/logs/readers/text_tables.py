@@ -6,15 +6,18 @@ They are looked for only where the text is no single table, so that a long log i
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 
+import numpy as np
+
 from erclutch.errors import LogError, placed
 from erclutch.logs.log_reader import LogSource
-from erclutch.logs.readers.dialect import LINE_END, cells_of, is_comment, is_number
-from erclutch.logs.readers.found_recordings import ALL, choose
+from erclutch.logs.readers.cells import cells_of, is_comment, is_number
+from erclutch.logs.readers.dialect import LINE_END
+from erclutch.logs.readers.found_recordings import ALL, Found, choose, time_of
 from erclutch.logs.readers.text_bytes import decode
 from erclutch.logs.table import Table
 
@@ -50,6 +53,9 @@ def read_tables(source: LogSource, read: Callable[[LogSource], Table]) -> Table:
             tables = _tables_in(source) if table.unreadable else {}
             if len(tables) < 2:
                 return table
+        whole = _under_one_header(source, tables, read)
+        if whole is not None:
+            return whole
     if tables is None:
         tables = _tables_in(source)
     if len(tables) < 2:
@@ -62,6 +68,28 @@ def read_tables(source: LogSource, read: Callable[[LogSource], Table]) -> Table:
     with placed(f"{source.name}, table from line {line} on"):
         table = read(replace(source, data=text.encode("utf-8"), variable=None))
     note = f"recording read from {name}, 1 of {len(tables)} tables of the text"
+    return replace(table, notes=(note, *table.notes))
+
+
+def _under_one_header(
+    source: LogSource, tables: Mapping[str, tuple[int, str]], read: Callable[[LogSource], Table]
+) -> Table | None:
+    """Tables of the same header as one, where the time goes on from one to the next: a logger said its names again."""
+    lines = [line for _, text in tables.values() for line in text.split("\n") if line.strip()]
+    heads = {text.partition("\n")[0].strip() for _, text in tables.values()}
+    head = heads.pop()
+    rows = [line for line in lines if line.strip() != head]
+    if heads:
+        return None
+    try:
+        table = read(replace(source, data="\n".join([head, *rows]).encode("utf-8")))
+    except LogError:
+        return None
+    label = time_of(Found(dict(table.columns)))
+    times = table.clock if label is None else table.columns[label]
+    if times is None or not bool(np.all(np.diff(times) >= 0.0)):
+        return None
+    note = f"the names stand {len(lines) - len(rows)} times in the text, and the time goes on below each: one recording"
     return replace(table, notes=(note, *table.notes))
 
 

@@ -10,7 +10,7 @@ import re
 from erclutch.errors import LogError
 from erclutch.logs.log_reader import LogReader, LogSource
 from erclutch.logs.readers import found_recordings
-from erclutch.logs.readers.dialect import is_number
+from erclutch.logs.readers.cells import is_number
 from erclutch.logs.readers.text_bytes import DAMAGE, decode
 from erclutch.logs.table import Table
 from erclutch.wings.rheology.rheometer_blocks import Block, cells, chosen_table

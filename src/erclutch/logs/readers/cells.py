@@ -1,0 +1,65 @@
+"""Cells of a line of text, and what tells a number from a word, under a delimiter and a decimal mark."""
+
+from __future__ import annotations
+
+import csv
+import re
+from dataclasses import dataclass
+
+from erclutch.logs.readers.numerals import is_grouped
+
+_COMMENT = ("#", "%", "//")
+_SIGNED = {sign + word for sign in ("", "-", "+") for word in ("nan", "inf")}
+#: What a C library of Windows writes for no number, cut to the digits that a format has.
+_MARKED = ("QNAN", "QNB", "QO", "IND", "IO", "R", "INF", "J", "F")
+NO_NUMBERS = tuple(f"{sign}1.#{mark}" for sign in ("", "-") for mark in _MARKED)
+_LOWER = {word.lower() for word in NO_NUMBERS}
+WORDS = {*_SIGNED, *_LOWER, "", "na", "n/a", "null", "infinity", "-infinity"}
+_NUMBER = {
+    ".": re.compile(r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eEdD][+-]?\d+)?"),
+    ",": re.compile(r"[+-]?(?:\d+(?:,\d+)?|,\d+)(?:[eEdD][+-]?\d+)?"),
+}
+
+
+def is_comment(line: str) -> bool:
+    """Whether the line starts with ``#``, ``%`` or ``//``."""
+    return line.lstrip().startswith(_COMMENT)
+
+
+def cells_of(line: str, delimiter: str | None) -> list[str]:
+    """Cells of one line, stripped; quotes are honoured."""
+    if '"' in line:
+        plain = line.strip().replace("\t", " ") if delimiter is None else line
+        try:
+            rows = list(csv.reader([plain], delimiter=delimiter or " ", skipinitialspace=True))
+            return [cell.strip() for cell in rows[0]] if rows else []
+        except csv.Error:
+            pass  # an unfinished quote: the plain split below shows the row as it is
+    if delimiter is None:
+        return line.split()
+    return [cell.strip() for cell in line.split(delimiter)]
+
+
+def is_number(cell: str, decimal: str) -> bool:
+    """Whether the cell is a finite decimal number with that decimal mark, perhaps in groups of three digits."""
+    return _NUMBER[decimal].fullmatch(cell) is not None or is_grouped(cell, decimal)
+
+
+@dataclass(frozen=True)
+class Marks:
+    """What stands between the cells of a row, and between the digits of a number."""
+
+    delimiter: str | None
+    decimal: str
+
+    def cells(self, line: str) -> list[str]:
+        """Cells of one line, stripped."""
+        return cells_of(line, self.delimiter)
+
+    def is_number(self, cell: str) -> bool:
+        """Whether the cell is a finite number."""
+        return is_number(cell, self.decimal)
+
+    def is_filled_in(self, cell: str) -> bool:
+        """Whether the cell is a number, or a word for none."""
+        return is_number(cell, self.decimal) or cell.lower() in WORDS

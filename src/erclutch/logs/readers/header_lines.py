@@ -1,0 +1,184 @@
+"""Lines above the rows of a text name the columns and give their units, in the ways that loggers write them."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from erclutch.logs.labels import EASTERN, split_label
+from erclutch.logs.readers.cells import Marks, is_comment
+from erclutch.signals import units
+
+_CLEAR_UNITS = {"s", "ms", "us", "µs", "min", "Nm", "kN", "rpm", "mm", "kV", "deg", "rad"}  # t, V, F may be names
+_NO_FACTOR = re.compile(r"(?:°|deg) ?[CF]|[℃℉]|dB\w*|bits?|counts?", re.I)  # units, but no plain factor to the SI
+#: What the line of units is called that some loggers write above the names.
+_UNIT_LINE = frozenset(
+    ("unit", "units", "einheit", "einheiten", "unite", "unité", "unités", "unidad", "unidade", "単位", "单位", "單位")
+)
+_COLUMN = r"(?:col(?:umn)?|ch(?:annel)?|field|var(?:iable)?|spalte|colonne|columna)?"
+#: A comment that names one column by its number: ``# column 1: time [s]``.
+_NUMBERED = re.compile(rf"[#%/]+\s*{_COLUMN}[\s.#]*(\d{{1,3}})\s*[:=.)-]\s*(\S.*)", re.I)
+
+
+@dataclass(frozen=True)
+class Rows:
+    """What the rows of the sample say of the header above them.
+
+    Attributes:
+        width: cells of a row.
+        trailing: whether each row ends in a delimiter with nothing behind it.
+        are_named: whether the first cells name their rows.
+    """
+
+    width: int
+    trailing: bool
+    are_named: bool
+
+
+@dataclass(frozen=True)
+class Header:
+    """The lines right above the data that name the columns.
+
+    Attributes:
+        labels: as they stand in a line.
+        units: of the labels, where a line of its own gives them.
+        lines: how many they are.
+    """
+
+    labels: list[str]
+    units: list[str | None] | None
+    lines: int
+
+
+def header_of(above: Sequence[str], marks: Marks, rows: Rows) -> Header | None:
+    """Labels and units of the one, two or three header lines right above the data.
+
+    Args:
+        above: lines above the first row, without empty lines.
+        marks: delimiter and decimal mark.
+        rows: below.
+    """
+    if numbered := _numbered(above, rows.width):
+        return Header(numbered, None, 1)
+    last = _labels(above[-1], marks, rows) if above else None
+    if last is None:
+        return None
+    # A row of samples over every second column, below names and units: the names are those above.
+    if len(above) > 2 and 2 * _filled(last) <= len(last) > 1:
+        names = _labels(above[-3], marks, rows)
+        units_below = _labels(above[-2], marks, rows)
+        if names and units_below and _filled(names) > _filled(last) and _are_units(_bare(units_below)):
+            return Header(names, _units(units_below), 3)
+    if len(above) < 2:
+        return Header(last, None, 1)
+    if labels := _labels_of_pairs(marks.cells(above[-2]), last):
+        return Header(labels, None, 2)
+    if own_units := _line_of_units(marks.cells(above[-2].lstrip("#%/ ")), len(last)):
+        return Header(last, own_units, 2)
+
+    names = _labels(above[-2], marks, rows)
+    if names is not None and len(names) == len(last):
+        # Names are words: a second line of units, or of what is called like a unit, names nothing.
+        if _are_units(_bare(last)) and not _are_units(_bare(names)):
+            return Header(names, _units(last), 2)
+        if _are_translated(last) and all(names):
+            return Header(names, [split_label(cell)[1] for cell in last], 2)
+    return Header(last, None, 1)
+
+
+def _numbered(above: Sequence[str], width: int) -> list[str]:
+    """Names that comments give a line each with the number of the column, counted from 0 or 1; nothing elsewhere."""
+    names: dict[int, str] = {}
+    for line in above:
+        match = _NUMBERED.fullmatch(line.strip()) if is_comment(line) else None
+        if match:
+            names.setdefault(int(match.group(1)), match.group(2))
+    for first in (0, 1):
+        if width > 1 and sorted(names) == [*range(first, first + width)]:
+            return [names[number] for number in sorted(names)]
+    return []
+
+
+def _line_of_units(cells: Sequence[str], width: int) -> list[str | None]:
+    """Units of a line that begins with the word for them, in a cell of its own or in front of the first unit."""
+    word, colon, first = cells[0].partition(":")
+    if word.lower().strip("[]() ") not in _UNIT_LINE or len(cells) != width:
+        return []
+    own_units = [first if colon else "", *cells[1:]]
+    return _units(own_units) if all(_is_known(cell) for cell in _bare(own_units) if cell) else []
+
+
+def _labels_of_pairs(upper: Sequence[str], names: Sequence[str]) -> list[str]:
+    """Labels that stand over pairs of columns called x and y, as tools that read curves off a picture write them.
+
+    Returns: a label for the first column of each pair and none for the second; nothing where the lines are others.
+    """
+    if len(names) < 2 or len(names) % 2 or [name.lower() for name in names] != ["x", "y"] * (len(names) // 2):
+        return []
+    labels = [*upper, *[""] * (len(names) - len(upper))]
+    return labels if all(labels[::2]) and not any(labels[1::2]) else []
+
+
+def _filled(cells: Sequence[str]) -> int:
+    return sum(map(bool, cells))
+
+
+def _bare(cells: Sequence[str]) -> list[str]:
+    """Cells without the brackets around units."""
+    return [cell.strip("[]() ") for cell in cells]
+
+
+def _units(cells: Sequence[str]) -> list[str | None]:
+    return [unit or None for unit in _bare(cells)]
+
+
+def _are_translated(cells: Sequence[str]) -> bool:
+    """Whether a line under the names says them again in Chinese or Japanese, half of them or more with a unit."""
+    eastern = [cell for cell in cells if EASTERN.search(cell)]
+    with_unit = sum(split_label(cell)[1] is not None for cell in eastern)
+    return len(eastern) == len(cells) and 2 * with_unit >= len(cells)
+
+
+def _are_units(cells: Sequence[str]) -> bool:
+    """Whether the cells of a line are units: a clear one among them, and at most one in four that is none we know."""
+    filled = [cell for cell in cells if cell]
+    # Names alone are common, and whether a name is a unit takes long to say: no clear unit, no such question.
+    if not any(_is_known(cell) for cell in filled if cell in _CLEAR_UNITS or re.search(r"[/^°%*.]", cell)):
+        return False
+    return sum(not _is_known(cell) for cell in filled) <= len(filled) / 4
+
+
+def _is_known(cell: str) -> bool:
+    return bool(_NO_FACTOR.fullmatch(cell)) or units.is_unit(cell)
+
+
+def _labels(line: str, marks: Marks, rows: Rows) -> list[str] | None:
+    """Cells of a header line, or None if their number or kind is not that of a header."""
+    was_comment = is_comment(line)
+    if was_comment:
+        line = line.lstrip("#%/ \t")
+    splits = [marks.cells(line)]
+    if was_comment and marks.delimiter is None:  # names between commas above numbers between blanks
+        splits = [[cell.strip() for cell in line.split(mark)] for mark in ",;|\t"] + splits
+    if marks.delimiter is None:  # names with blanks in them: keep brackets with their name, or split at wide gaps
+        splits.append(re.findall(r"[^\s\[(]+(?:\s*(?:\[[^\]]*\]|\([^)]*\)))?", line))
+        splits.append(re.split(r"\t|\s{2,}", line.strip()))
+
+    width = rows.width
+    fitting = {width}
+    if rows.trailing:
+        fitting.add(width - 1)
+    if marks.delimiter is not None:
+        fitting.add(width + 1)  # one name more than cells is a column filled in its first rows only (events)
+    for cells in splits:
+        beside = len(cells) > width + 1 > 2 and marks.delimiter is not None and not cells[width] and all(cells[:width])
+        if beside:  # remarks stand in the same line, behind a gap
+            cells = cells[:width]
+        lacks_one = len(cells) == width - 1 > 1 and not rows.trailing
+        if lacks_one and marks.delimiter is not None and rows.are_named:
+            # R names no column of row names. A line that begins with an empty cell lacks its last cell.
+            cells = ["", *cells] if cells[0] else [*cells, ""]
+        if len(cells) in fitting and any(cells) and not any(marks.is_number(cell) for cell in cells):
+            return cells
+    return None

@@ -1,0 +1,26 @@
+"""A column of the words of a switch, such as ON and OFF, is a column of ones and zeros, whatever file it stands in."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from erclutch.logs.readers.numerals import SWITCHES
+from erclutch.signals.array import Array
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+_MOST_WORDS = 4  # ON, on, OFF, off
+
+
+def switched(label: str, cells: pd.Series[Any]) -> tuple[Array, str] | None:
+    """The column as ones and zeros, NaN where a cell is empty, and what is said of it; None for other words."""
+    words = cells.astype(str).str.strip().where(cells.notna())
+    distinct = [str(word) for word in words.dropna().unique()[: _MOST_WORDS + 1]]
+    if not 1 <= len(distinct) <= _MOST_WORDS or any(word.lower() not in SWITCHES for word in distinct):
+        return None
+    numbers = np.asarray(words.str.lower().map(SWITCHES), dtype=np.float64)
+    meanings = [f"{word}, read as {SWITCHES[word.lower()]:g}" for word in distinct]
+    return numbers, f"column {label} holds {' and '.join(meanings)}"
