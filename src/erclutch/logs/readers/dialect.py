@@ -11,7 +11,7 @@ from itertools import pairwise
 from erclutch.errors import LogError
 from erclutch.logs.labels import header_pairs, name_columns
 from erclutch.logs.readers.cells import WORDS, Marks, cells_of, is_comment, is_number
-from erclutch.logs.readers.header_lines import Header, Rows, header_of
+from erclutch.logs.readers.header_lines import Header, RowsBelow, header_of
 
 SAMPLE = 1 << 18  # characters looked at: holds any header block seen so far, costs a few milliseconds
 # Lines at the end of the sample, where data is purest; few, for short tables under long prose.
@@ -176,7 +176,7 @@ def _with_header(lines: Sequence[str], first: int, marks: Marks, data: Sequence[
     width = max(len(first_row), usual_width)
     trailing = marks.delimiter is not None and width > 1
     trailing = trailing and all(len(row) < width or not row[-1] for row in (first_row, *data))
-    rows = Rows(width, trailing, _name_rows(data, marks))
+    rows = RowsBelow(width, trailing, _name_rows(data, marks))
 
     above = [index for index in range(first) if lines[index].strip()]
     header = header_of([lines[index] for index in above], marks, rows)

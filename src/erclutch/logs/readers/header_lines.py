@@ -22,7 +22,7 @@ _NUMBERED = re.compile(rf"[#%/]+\s*{_COLUMN}[\s.#]*(\d{{1,3}})\s*[:=.)-]\s*(\S.*
 
 
 @dataclass(frozen=True)
-class Rows:
+class RowsBelow:
     """What the rows of the sample say of the header above them.
 
     Attributes:
@@ -51,7 +51,7 @@ class Header:
     lines: int
 
 
-def header_of(above: Sequence[str], marks: Marks, rows: Rows) -> Header | None:
+def header_of(above: Sequence[str], marks: Marks, rows: RowsBelow) -> Header | None:
     """Labels and units of the one, two or three header lines right above the data.
 
     Args:
@@ -153,7 +153,7 @@ def _is_known(cell: str) -> bool:
     return bool(_NO_FACTOR.fullmatch(cell)) or units.is_unit(cell)
 
 
-def _labels(line: str, marks: Marks, rows: Rows) -> list[str] | None:
+def _labels(line: str, marks: Marks, rows: RowsBelow) -> list[str] | None:
     """Cells of a header line, or None if their number or kind is not that of a header."""
     was_comment = is_comment(line)
     if was_comment:
