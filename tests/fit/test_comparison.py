@@ -158,18 +158,6 @@ def test_richer_models_never_fit_the_training_rows_worse(auto: Comparison) -> No
     assert train["hem"] <= train["bingham"] * (1 + 1e-9)
 
 
-@pytest.mark.slow
-def test_workers_change_no_figure(data: Dataset) -> None:
-    settings = Settings(models=("bingham", "casson"))
-    one, two = (compare(data, replace(settings, workers=workers)) for workers in (1, 2))
-    assert [e.name for e in one.entries] == [e.name for e in two.entries]
-    for a, b in zip(one.entries, two.entries, strict=True):
-        assert a.outcome.to_dict() == b.outcome.to_dict()
-        assert a.test == b.test
-        assert a.excess == b.excess
-        assert np.array_equal(a.predicted, b.predicted)
-
-
 def test_progress_says_how_much_is_done_and_how_far_each_model_is_off(data: Dataset) -> None:
     steps: list[FitStep] = []
     result = compare(data, Settings(models=("quadratic", "bingham"), lag="none"), steps.append)
