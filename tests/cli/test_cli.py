@@ -345,6 +345,7 @@ def test_bad_logs(text: str, words: list[str], tmp_path: Path) -> None:
         assert word in said
 
 
+@pytest.mark.slow
 def test_an_error_is_a_line_in_a_process_of_its_own_too(tmp_path: Path) -> None:
     done = subprocess.run([*COMMAND, "fit", "gone.csv"], cwd=tmp_path, capture_output=True, text=True, timeout=120)
     assert (done.returncode, done.stdout) == (2, "")

@@ -131,7 +131,8 @@ def test_every_compiler_and_processor_gives_the_same_bits(
     # gcc, clang and zig (a clang with its own C library) at three levels, two processors under qemu-user.
     _sound(checks, precision, 11, model)
     made = program(model, precision)
-    for board in boards.BOARDS:
+    # Neither board computes with doubles: both call the same library for them, so one of the two shows what it gives.
+    for board in boards.BOARDS if precision == "float32" else boards.BOARDS[-1:]:
         outcome = boards.run_board(board, made, folder, tmp_path)
         _sound([compare(made, vectors_of(made), board.name, outcome.printed)], precision, 1, model)
         assert outcome.note.endswith("flash")

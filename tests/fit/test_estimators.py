@@ -25,7 +25,6 @@ from tests.support.pair import pair_rows
 LAWS = [LawRegressor(law) for law in ladder()]
 NETWORKS = [
     FnnRegressor((2,)),
-    FnnRegressor((2, 2)),
     RbfnRegressor(8),
     RbfnRegressor(40, "kmeans"),
     RbfnRegressor(8, "refined"),

@@ -59,6 +59,7 @@ def test_ours_are_files_in_the_order_in_which_one_builds_on_another() -> None:
     assert [plugin.name for plugin, _ in kinds()] == ["law-alone", "law-with-network", "network-alone"]
 
 
+@pytest.mark.slow
 def test_another_kind_is_one_file(packages: Path, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     lower_places = 'assert {each.candidate.name for each in fitted} in ({"bingham"}, set())'
     bring(packages, KIND.replace(FIRST_LINE, f"{lower_places}; {FIRST_LINE}"), monkeypatch)

@@ -199,6 +199,7 @@ def test_a_law_that_keeps_no_efforts_apart_is_refused() -> None:
         Structure("single", "bare", bare, "arrhenius")
 
 
+@pytest.mark.slow
 def test_a_report_of_a_law_with_a_temperature(tmp_path: Path) -> None:
     from erclutch.cli import app
 

@@ -21,6 +21,7 @@ from tests.support.bombs import BOMBS, MOST_MIB, MOST_SECONDS, read_alone
 QUICK = ("mat 7.3 unwritten", "json sparse")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", [pytest.param(n, marks=() if n in QUICK else pytest.mark.slow) for n in BOMBS])
 def test_a_bomb_takes_little(tmp_path: Path, name: str) -> None:
     file, make = BOMBS[name]

@@ -143,6 +143,7 @@ def test_several_groups_need_a_choice(tmp_path: Path, name: str) -> None:
     np.testing.assert_array_equal(read_table(path, variable=last).columns["heat"], slow)
 
 
+@pytest.mark.usefixtures("read_here")
 def test_a_unit_whose_attribute_in_an_hdf5_file_lost_its_name_is_told(tmp_path: Path) -> None:
     """The name of an attribute has no checksum: one wrong letter, and the unit was gone in silence."""
     import h5py
@@ -182,6 +183,7 @@ def test_rows_that_are_not_in_an_hdf5_file_are_no_zeros(tmp_path: Path, file: st
     assert np.isnan(read_table(path).columns["missing"]).sum() == 60
 
 
+@pytest.mark.usefixtures("read_here")
 def test_zeros_whose_checksum_is_zero_too_are_told(tmp_path: Path) -> None:
     """The checksum of zeros is zero: damage that sets a part and its checksum to zero passed in silence."""
     import h5py
@@ -400,6 +402,7 @@ def test_each_reader_says_whether_it_tells_damage(tmp_path: Path) -> None:
     assert read_table(written(tmp_path, "jsonl")).damage == "not seen: text has no checksums; as .gz it has"
 
 
+@pytest.mark.usefixtures("read_here")
 @pytest.mark.parametrize("kind", ["scan", "course"])
 def test_a_topic_of_long_lists_beside_one_of_numbers_is_left_out(tmp_path: Path, kind: str) -> None:
     pytest.importorskip("rosbags")

@@ -121,6 +121,7 @@ both = pytest.mark.parametrize("save", [save5, save73], ids=["v5", "v7.3"])
 Save = Callable[[Path, dict[str, Any]], Path]
 
 
+@pytest.mark.usefixtures("read_here")
 @both
 def test_vectors_of_the_workspace(tmp_path: Path, save: Save) -> None:
     path = save(
@@ -294,12 +295,14 @@ def test_an_array_or_a_cell_of_structs_is_recordings(tmp_path: Path, count: int)
             read_table(path)
 
 
+@pytest.mark.usefixtures("read_here")
 @both
 def test_nothing_to_read(tmp_path: Path, save: Save) -> None:
     with pytest.raises(LogError, match="no recording in the variables who"):
         read_table(save(tmp_path / "a.mat", {"who": "Meier"}))
 
 
+@pytest.mark.slow
 @both
 @pytest.mark.parametrize("share", slow_but([0.9], [0.3, 0.9]))
 def test_a_truncated_file(tmp_path: Path, save: Save, share: float) -> None:
@@ -393,6 +396,7 @@ def test_any_tree_is_a_recording_or_an_error_of_ours(node: Any) -> None:
         assert mat_layout.choose({"a": node, "b": np.arange(5.0)}, None).columns
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", slow_but(range(1), range(6)))
 def test_a_mutated_file_gives_a_table_or_an_error_of_ours(tmp_path: Path, whole5: bytes, seed: int) -> None:
     random = np.random.default_rng(seed)
@@ -415,6 +419,7 @@ def test_the_tree_of_a_file(tmp_path: Path) -> None:
         assert record["Y"][0]["Name"] == '"Model Root"/"Field"/"Out1"'
 
 
+@pytest.mark.slow
 def test_a_module_beside_the_log_is_not_imported(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "numpy.py").write_text("raise SystemExit('this ran')")
     scipy.io.savemat(tmp_path / "log.mat", {"time": TIME, "field": FORCE, "slip": SLIP, "force": FORCE})
@@ -436,6 +441,7 @@ def _object() -> bytes:
     return _element(14, head + names + _element(14, number))
 
 
+@pytest.mark.usefixtures("read_here")
 @pytest.mark.parametrize("first", [True, False])
 def test_a_datetime_among_the_variables_hides_none_of_them(tmp_path: Path, first: bool) -> None:
     path = tmp_path / "log.mat"

@@ -190,6 +190,7 @@ def test_further_keys_of_a_newer_version_are_let_be(run: Path, tmp_path: Path) -
     assert read_run(placed(body, tmp_path / "newer", run)).names
 
 
+@pytest.mark.usefixtures("read_here")
 def test_a_recalibrated_run_opens(recalibrated_run: Path, log: Path) -> None:
     use(recalibrated_run, log.parent / "run", log)
 

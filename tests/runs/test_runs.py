@@ -140,6 +140,7 @@ def test_predictions_hold_the_rows_exactly(run: Path, compared: Comparison) -> N
     assert table.schema.field("slip").metadata == {b"unit": b"rad/s"}
 
 
+@pytest.mark.slow
 def test_rows_are_read_without_pandas(run: Path, compared: Comparison) -> None:
     """Arrow imports it in C, where a Ctrl-C is lost."""
     code = "import sys; from erclutch.runs.run_folder import read_run; from erclutch.runs.run_rows import read_rows; "
@@ -367,6 +368,7 @@ def test_run_json_that_is_no_text(tmp_path: Path) -> None:
     assert "not a run" in error_of(lambda: read_run(tmp_path))
 
 
+@pytest.mark.usefixtures("read_here")
 def test_a_run_written_from_python_keeps_how_its_log_was_read(tmp_path: Path) -> None:
     """The next log with these columns needs no second word, in Python or a shell; no command claims to repeat it."""
     path = tmp_path / "plain.csv"

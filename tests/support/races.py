@@ -16,8 +16,8 @@ from tests.support.command import run
 COMMAND = (sys.executable, "-m", "erclutch")
 FIT = ("fit", "log.csv", "--models", "bingham", "--lag", "none", "--out")
 _CALIBRATION = ("--evaluations", "2", "--workers", "1", "--vary", "screw.coulomb")
-#: Takes seconds: a tenth of the pairs.
-SLOW = ("demo",)
+#: Take seconds: they have fewer pairs.
+SLOW = ("demo", "experiment")
 #: What each command that writes is told, but for the place, which comes last.
 WORDS = {
     "fit": FIT,

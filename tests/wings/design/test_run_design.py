@@ -50,6 +50,7 @@ def known_after(run: Path, commands: Commands, criterion: Criterion = "D") -> Kn
     return knowledge
 
 
+@pytest.mark.slow
 def test_derivatives_are_those_of_the_effort(run: Path) -> None:
     law = law_of_run(run, None)
     commands = chosen_sequence(LIMITS, law.rate, 3.0, np.random.default_rng(0))
@@ -87,6 +88,7 @@ def test_of_equal_length_the_designed_sequence_teaches_most(run: Path) -> None:
     np.testing.assert_allclose(left[0].errors(), expected.after, rtol=1e-6)
 
 
+@pytest.mark.slow
 def test_intervals_come_out_as_foretold(run: Path) -> None:
     """White noise, so that the intervals of the fit and the matrix are about the same errors."""
     law = law_of_run(run, None)
@@ -117,6 +119,7 @@ def test_where_the_device_is_used_the_effort_becomes_surer(run: Path) -> None:
     assert bands[0] < bands[1]
 
 
+@pytest.mark.slow
 def test_what_a_run_left_empty_is_filled(run: Path) -> None:
     law = law_of_run(run, None)
     few = law.rows.elements[0].field < 0.3 * LIMITS.field
@@ -126,6 +129,7 @@ def test_what_a_run_left_empty_is_filled(run: Path) -> None:
     assert np.mean(filled.field > 540.0) > 1.1 * chance
 
 
+@pytest.mark.slow
 def test_a_log_that_is_there_is_worth_what_it_would_teach(run: Path) -> None:
     law = law_of_run(run, None)
     knowledge = Knowledge(law.model, law.rows, law.rate)

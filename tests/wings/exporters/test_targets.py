@@ -24,6 +24,7 @@ from erclutch.export.step_vectors import vectors_of
 from erclutch.export.targets import target
 from erclutch.models.model import Model
 from erclutch.registry import names
+from tests.support.exported_models import MODELS
 from tests.support.slow_params import slow_but
 
 BOUND = {"float64": 4.0, "float32": 8.0}
@@ -37,6 +38,8 @@ WRAPPERS = {
     "simulink": (("gcc", "octave-cli"), False),
     "mujoco": (("gcc",), True),
 }
+#: Of these, the ones that compile the C as Python does, which `tests/export/test_conformance.py` asks of every model.
+HANDS_ON = ("fmu2", "fmu3", "mujoco")
 QUICK = ("hem+rise-fall, coaxial", "fnn-3+rise-fall, single")
 
 
@@ -61,11 +64,20 @@ def test_every_target_is_tested() -> None:
     assert set(names("erclutch.targets")) == {"c", "python", "controller", "controller-fmu", *WRAPPERS}
 
 
+def _pairs() -> Iterator[tuple[str, str]]:
+    """Each model on each target that computes by itself, and on one of those that hand on what the same C gives."""
+    for place, label in enumerate(MODELS):
+        yield from ((label, to) for to in WRAPPERS if to not in HANDS_ON)
+        yield label, HANDS_ON[place % len(HANDS_ON)]
+
+
 @pytest.mark.slow
 @pytest.mark.usefixtures("own_machine")
-@pytest.mark.parametrize("to", list(WRAPPERS))
-def test_every_model_on_every_target(model: Model, to: str, tmp_path: Path, need: Callable[..., None]) -> None:
-    _conforms(model, to, "float64", tmp_path, need)
+@pytest.mark.parametrize(("label", "to"), list(_pairs()))
+def test_every_model_on_every_target(
+    label: str, to: str, models: dict[str, Model], tmp_path: Path, need: Callable[..., None]
+) -> None:
+    _conforms(models[label], to, "float64", tmp_path, need)
 
 
 @pytest.mark.slow
@@ -81,11 +93,6 @@ def test_float32_on_every_target(
     to: str, label: str, models: dict[str, Model], tmp_path: Path, need: Callable[..., None]
 ) -> None:
     _conforms(models[label], to, "float32", tmp_path, need)
-
-
-@pytest.mark.slow
-def test_a_model_with_memory_in_onnx(models: dict[str, Model], tmp_path: Path, need: Callable[..., None]) -> None:
-    _conforms(models[QUICK[0]], "onnx", "float64", tmp_path, need)
 
 
 @pytest.mark.usefixtures("own_machine")
@@ -228,6 +235,7 @@ def _hosted(
     assert list(found[:, 1]) == list(flags)
 
 
+@pytest.mark.slow
 def test_a_broken_cross_compiler_leaves_its_binary_out(
     models: dict[str, Model], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, need: Callable[..., None]
 ) -> None:

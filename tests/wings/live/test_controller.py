@@ -120,6 +120,7 @@ def test_the_controller_is_the_loop_s(label: str, observer: Any, models: Mapping
         assert np.max(off) <= 1e-6, (name, np.flatnonzero(off > 1e-9)[:5], off[off > 1e-9][:5])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("label", slow_but(BRAKES, ("fnn-16, coaxial", "hem, coaxial", "bingham, single")))
 def test_an_estimate_that_the_inverse_has_said_has_the_bits_of_the_model(
     label: str, models: Mapping[str, Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch

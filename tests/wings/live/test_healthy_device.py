@@ -58,6 +58,7 @@ def tripped(device: DeviceName, name: str, motors: Sequence[float], observers: S
     return count, found
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["tracking-slow"])
 def test_the_strongest_motor_of_the_rig_trips_no_healthy_pair(name: str) -> None:
     """The drive passed 1000 rad/s, and the loop took its encoder for broken."""

@@ -5,11 +5,13 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 from erclutch.wings.rheology.flow_curve import FlowCurve, ranked
 from tests.support.pinning import Pinned, summed, told
 
 
+@pytest.mark.slow
 def test_flow_curves(pinned: Pinned) -> None:
     rate = np.geomspace(0.5, 300.0, 12)
     noise = np.exp(0.03 * np.random.default_rng(4).normal(size=12))

@@ -38,6 +38,7 @@ def test_a_short_demo_is_refused(tmp_path: Path) -> None:
     assert "--seconds 0.5" in refused("demo", "--seconds", "0.5", cwd=tmp_path)
 
 
+@pytest.mark.slow
 def test_the_truth_of_the_twin_is_neither_an_input_nor_a_hint(tmp_path: Path) -> None:
     good("simulate", "brake", "--seconds", "4", "--out", "twin.csv", cwd=tmp_path)
     assert read(tmp_path / "twin.csv").spare.keys().isdisjoint({"true_torque", "true_theta_dot"})

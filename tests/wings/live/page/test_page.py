@@ -445,6 +445,7 @@ def test_half_open_connections_turn_no_page_away_and_are_dropped(site: Site) -> 
             assert texts(client, "status")
 
 
+@pytest.mark.slow
 def test_recordings_from_the_page(site: Site) -> None:
     with site.connect() as client:
         client.send('{"command": "record", "on": true}')

@@ -145,6 +145,7 @@ def test_the_index_of_a_recording_is_that_of_the_format(tmp_path: Path, frames: 
     assert (kind, length + 9) == (Opcode.METADATA, about.length)
 
 
+@pytest.mark.slow
 def test_it_reads_as_the_same_data_from_parquet(tmp_path: Path, frames: Any) -> None:
     import pyarrow as pa
     import pyarrow.parquet as pq
@@ -310,6 +311,7 @@ def test_a_full_disk_ends_the_recording_with_a_whole_file(
     assert file.frames - 80 <= kept.size <= file.frames
 
 
+@pytest.mark.slow
 def test_the_recorder_says_that_the_disk_is_full_and_the_loop_goes_on(
     tmp_path: Path, start_loop: Callable[..., Any]
 ) -> None:
