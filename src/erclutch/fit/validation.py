@@ -163,20 +163,8 @@ def chosen(
     outcomes = {f.outcome.model.name: f.outcome for f in contenders}
 
     # Each part is left out of a refit of each contender, and predicted.
-    count = len(parts.masks)
     measured = [train.effort[part] for part in parts.masks]
-    errors: dict[str, list[Array]] = {name: [] for name in outcomes}  # by model, one array a part
-    with one_thread():
-        for number, part in enumerate(parts.masks):
-            told(number / count, f"choosing: part {number + 1} of {count} is left out")
-            others = train.with_neighbours(~part)
-            for name, predicted in _refitted(contenders, train, others).items():
-                errors[name].append(train.effort[part] - predicted[part])
-    usable: dict[str, list[Array]] = {}
-    for name, own in errors.items():
-        all_finite = all(np.all(np.isfinite(error)) for error in own)
-        if len(own) == count and all_finite:
-            usable[name] = own
+    usable = _errors_on_parts(contenders, train, parts, seed, told)
     if not usable:
         return None
 
@@ -190,7 +178,7 @@ def chosen(
         rmse[name] = score(effort, estimated, seed=seed).rmse
 
     # What is compared has each field and each motion count the same.
-    weights = part_weights(asked) if parts.further else [1.0] * len(measured)
+    weights = _weights(asked, parts)
     weighed = {name: _times(weights, own) for name, own in asked.items()}
     whole = {name: np.concatenate(own) for name, own in weighed.items()}
     weighed_effort = np.concatenate(_times(weights, measured))
@@ -226,6 +214,13 @@ def _counted(outcome: AnyOutcome) -> int:
     form = None if law is None else law.structure.law.yield_form
     further = 0 if form is None else max(0, len(form.shape) - 1)
     return outcome.parameters - further
+
+
+def _weights(asked: Mapping[str, Sequence[Array]], parts: LeftOut) -> list[float]:
+    """Factors of the errors on the parts that choose: blocks of one log in time are pooled as they are."""
+    if parts.further:
+        return part_weights(asked)
+    return [1.0] * (len(parts.masks) - parts.lowest)
 
 
 def _times(weights: Sequence[float], parts: Sequence[Array]) -> list[Array]:
@@ -280,25 +275,79 @@ def worth_their_freedom(
 
 def _worth(errors: Sequence[Array], bound: Sequence[Array], seed: int) -> bool:
     """Whether errors by parts are clearly less than those of a model that is bound by more physics."""
-    for freer, bound_one in zip(errors, bound, strict=True):
-        if not _NO_MORE * float(bound_one @ bound_one) >= float(freer @ freer):
-            return False
+    if any(_errs_more(freer, bound_one) for freer, bound_one in zip(errors, bound, strict=True)):
+        return False
     saved = excess(np.concatenate(bound), np.concatenate(errors), seed=seed)
     return saved.value > TOLERATED and saved.low > 0.0
 
 
-def _refitted(contenders: Sequence[Fitted], train: Dataset, kept: Mask) -> dict[str, Array]:
-    """Effort on all training rows by each model that some of them can make, fitted to these."""
-    predicted: dict[str, Array] = {}
-    known: list[Fitted] = []
-    for each in sorted(contenders, key=lambda f: f.outcome.freedom):
+def _errs_more(freer: Array, bound: Array) -> bool:
+    """Whether a freer model errs by more on a part than the model that more physics binds."""
+    return not _NO_MORE * float(bound @ bound) >= float(freer @ freer)
+
+
+def _errors_on_parts(
+    contenders: Sequence[Fitted],
+    train: Dataset,
+    parts: LeftOut,
+    seed: int,
+    told: Callable[[float, str], None],
+) -> dict[str, list[Array]]:
+    """Measured less estimated effort on each part by fits without it, of the models that are still in question after.
+
+    What physics binds most goes first. A freer model that errs by more than the best of these on a part that chooses
+    cannot be recommended (`worth_their_freedom`), so it is not fitted without the other parts.
+    """
+    usable: dict[str, list[Array]] = {}
+    freedom = {f.outcome.model.name: f.outcome.freedom for f in contenders}
+    count = len(parts.masks)
+    refitted: list[list[Fitted]] = [[] for _ in parts.masks]  # without each part
+    levels = sorted(set(freedom.values()))
+    for place, level in enumerate(levels):
+        bound = _best_of(usable, freedom, parts, seed)
+        own = [f for f in contenders if f.outcome.freedom == level]
+        errors: dict[str, list[Array]] = {f.outcome.model.name: [] for f in own}
+        for number, part in enumerate(parts.masks):
+            told((place * count + number) / (len(levels) * count), f"choosing: part {number + 1} of {count} is left out")
+            chooses = number >= parts.lowest
+            for each in [f for f in own if f.outcome.model.name in errors]:
+                name = each.outcome.model.name
+                error = _error_without(part, each, train, refitted[number])
+                if error is None or (bound is not None and chooses and _errs_more(error, bound[number])):
+                    del errors[name]
+                else:
+                    errors[name].append(error)
+        usable |= errors
+    return usable
+
+
+def _error_without(part: Mask, each: Fitted, train: Dataset, refitted: list[Fitted]) -> Array | None:
+    """Measured less estimated effort on a part by a fit without it, which joins the others without this part.
+
+    None where the rows that are left cannot make the model, or it estimates no number.
+    """
+    with one_thread():
         try:
-            outcome = each.candidate.refit(train, kept, each.outcome, known)
+            outcome = each.candidate.refit(train, train.with_neighbours(~part), each.outcome, refitted)
         except CheckError:
-            continue
-        known.append(Fitted(each.candidate, outcome))
-        predicted[each.outcome.model.name] = outcome.model.predict(train)
-    return predicted
+            return None
+        refitted.append(Fitted(each.candidate, outcome))
+        error: Array = (train.effort - outcome.model.predict(train))[part]
+    return error if np.isfinite(error).all() else None
+
+
+def _best_of(
+    usable: Mapping[str, Sequence[Array]], freedom: Mapping[str, int], parts: LeftOut, seed: int
+) -> Sequence[Array] | None:
+    """Errors on each part of the best of the models that may be recommended so far; None where there is none."""
+    if not usable:
+        return None
+    asked = {name: own[parts.lowest :] for name, own in usable.items()}
+    weights = _weights(asked, parts)
+    weighed = {name: _times(weights, own) for name, own in asked.items()}
+    worth = worth_their_freedom(weighed, {name: freedom[name] for name in usable}, seed)
+    best = min(worth, key=lambda name: rms(np.concatenate(weighed[name])))
+    return usable[best]
 
 
 def _in_question(fitted: Sequence[Fitted], *, further: bool) -> Iterator[Fitted]:

@@ -114,8 +114,13 @@ def schedule_for(hidden: Sequence[int], inputs: int, polish: bool = False, judge
         starts = 16 if polish else 4
         kept = 6 if polish else 2
         if judges:
-            starts = 1
-            kept = 1
+            # No neuron goes on the finest grid, where a step costs most.
+            rounds = (
+                Round(level=0, steps=30, kept=1, spare=spare),
+                Round(level=1, steps=0, kept=1),
+                Round(level=2, steps=10, kept=1),
+            )
+            return Schedule(1, rounds, spare, between=15, decay=_DECAY)
         rounds = (
             Round(level=0, steps=30, kept=starts, spare=spare),
             Round(level=1, steps=0, kept=kept, spare=few),
