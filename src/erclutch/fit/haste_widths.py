@@ -4,7 +4,8 @@ Errors are those of fits without a row's motion (`left_out_logs`), in half width
 motion the band begins as wide as that motion needs. How it grows has two answers, and the larger one counts. The first
 lets each motion stand for a quicker one that nobody had logged: how much wider would the band of all slower motions
 have had to be, for how much more haste? The second is the exponent by which errors of logs grow with their haste, by
-least squares, and a standard error more, since the logs are few.
+least squares, and a standard error more, since the logs are few. Where motions differ in their errors, the growth is one
+at least: an error in proportion to the rate, of an inertia say, hides behind the other errors of slow motions.
 """
 
 from __future__ import annotations
@@ -27,6 +28,8 @@ _LAG = 0.1
 _MEAN = 3.0
 #: Of a motion's haste over that of the next slower one: where it is less, their errors differ for other reasons too.
 _APART = 0.25
+#: Errors of two motions are alike if the larger is less than so many times the other.
+_ALIKE = 1.25
 
 
 def with_haste(band: Band, data: Dataset, errors: Array) -> Band:
@@ -89,6 +92,9 @@ def with_haste(band: Band, data: Dataset, errors: Array) -> Band:
             more_haste = max(haste_of[number] / next_slower - 1.0, _APART)
             growths.append(wider / more_haste)
         slower.append(number)
+    of_motions = [size_over_logs(motion == number) for number in haste_of]
+    if max(of_motions) > _ALIKE * min(of_motions):
+        growths.append(1.0)
 
     known_haste = float(haste.max())
     grown = Haste(lag_s, mean_s, known=known_haste, quickest=quickest, growth=max(growths))

@@ -1,8 +1,10 @@
 """Haste: how quickly the slip has changed of late, and how much wider a band is where training rows had less of it.
 
 A first-order lag follows the slip. Haste is the running mean of how far the slip is from its lag: in a quick motion the
-lag stays behind. Rows at the turning points and at the peaks of one motion so have about the same haste. Where haste is
-beyond that of all training rows, the half widths of a band are multiplied by::
+lag stays behind. Rows at the turning points and at the peaks of one motion so have about the same haste. The mean needs
+a time to learn of a motion, as at the start of a log; until then haste is 2 / pi of the distance itself, which is what
+the mean of a sine is of its peak. Where haste is beyond that of all training rows, the half widths of a band are
+multiplied by::
 
     quickest * (1 + growth * (haste / known - 1))
 
@@ -24,6 +26,8 @@ from erclutch.signals.clock import Clock
 
 #: What follows the field, the slip, and the distance of the slip from its lag.
 FOLLOWER = EffortLag()
+#: Mean of a sine's magnitude over its peak.
+_MEAN_OF_PEAK = 2.0 / np.pi
 
 
 @dataclass(frozen=True)
@@ -48,7 +52,8 @@ class Haste:
         """Haste of each row, shape (n,); it begins at zero in each span."""
         every = slice(None)
         away = np.abs(slip - FOLLOWER.respond(slip, clock, [self.lag_s], every))
-        return np.asarray(FOLLOWER.respond(away, clock, [self.mean_s], every), np.float64)
+        mean = FOLLOWER.respond(away, clock, [self.mean_s], every)
+        return np.asarray(_larger(mean, _MEAN_OF_PEAK * away), np.float64)
 
     def beyond(self, slip: Array, clock: Clock) -> Mask:
         """Rows with more haste than any training row, shape (n,)."""
@@ -66,9 +71,15 @@ class Haste:
             follow: a first-order lag, from its time constant in s, its signal and its name.
         """
         away = absolute(slip - follow(self.lag_s, slip, "_slip"))
-        return self.factor(follow(self.mean_s, away, "_haste"))
+        mean = follow(self.mean_s, away, "_haste")
+        return self.factor(_larger(mean, _MEAN_OF_PEAK * away))
 
     def factor(self, haste: Any) -> Any:
         """What half widths are multiplied by at some haste, on any operand."""
         beyond = haste * (1.0 / self.known) - 1.0
         return less_select(0.0, beyond, self.quickest * (1.0 + self.growth * beyond), 1.0)
+
+
+def _larger(one: Any, other: Any) -> Any:
+    """The larger of two, elementwise on any operand."""
+    return less_select(one, other, other, one)
