@@ -6,7 +6,7 @@ numbers drawn) are logged in six motions at five fields. Two laws that are not t
 left when one field, one motion, or the quickest two or three are taken away. Rules of bands were chosen by this table.
 With a folder, the same of the UTFSM damper, a real recording: pairs of motions, and a motion with a current.
 
-    python studies/unseen.py [--devices 5]
+    python studies/unseen.py [--devices 5] [--cases quickest]
     python studies/unseen.py --utfsm FOLDER
 
 Printed for what was taken away, with the band of motions and fields that were logged alone, and with what the band has
@@ -137,6 +137,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--devices", type=int, default=5)
     parser.add_argument("--utfsm", type=Path, help="folder with the logs of the UTFSM damper")
+    parser.add_argument("--cases", default="", help="what the name of a case begins with; none: all")
     asked = parser.parse_args()
     logs: list[Callable[[], Dataset]] = [Device(np.random.default_rng(seed)).logs for seed in range(asked.devices)]
     cases = MADE_UP
@@ -146,7 +147,7 @@ def main() -> int:
     table: dict[tuple[str, str], list[list[float]]] = defaultdict(list)
     for make in logs:
         data = make()
-        for name, taken in cases:
+        for name, taken in [case for case in cases if case[0].startswith(asked.cases)]:
             for law, stages in LAWS:
                 for rule, figures in judged(data, taken, law, stages):
                     table[name, rule].append(figures)

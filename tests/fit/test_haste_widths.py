@@ -71,7 +71,7 @@ def test_logs_of_two_motions_do_not_say_how_errors_grow() -> None:
 
 
 def test_the_band_grows_in_proportion_at_least_where_motions_differ_in_their_errors() -> None:
-    """Errors that fall from slow to quick motions, of a strain ahead of yield say, hide one that grows with the rate."""
+    """Errors that fall from slow to quick motions, as of a strain ahead of yield, hide one that grows with the rate."""
     data, error = device((0.25, 0.5, 1.0, 2.0))
     slower = np.repeat((2.0, 1.6, 1.3, 1.0), 2 * ROWS) * error
     grown = with_haste(calibrated_on(data, slower), data, slower)

@@ -162,17 +162,15 @@ def test_the_training_rows_choose_and_the_rows_held_out_only_judge() -> None:
 def test_a_network_that_is_best_on_its_own_fields_is_not_recommended() -> None:
     """It knows nothing at a field that its rows do not have, and whole fields are left out in turn.
 
-    The law is the truth with two terms of none: that these have no shape that can be told does not count against it.
+    It errs by more than the law on the first of them, so it is not fitted without the others. The law is the truth with
+    two terms of none: that these have no shape that can be told does not count against it.
     """
     compared = compare(bench(), Settings(("bingham+dahl", "fnn-8+dahl"), lag="none"))
     assert compared.recommended.startswith("bingham")
     assert compared.entry("bingham+dahl").outcome.idle == ("w_s",)
     assert any("without effect" in note for note in compared.entry("bingham+dahl").notes)
-    errors = {e.name: e.validation for e in compared.entries}
-    law, network = errors["bingham+dahl"], errors["fnn-8+dahl"]
-    assert law is not None
-    assert network is not None
-    assert law.value < network.value
+    assert compared.entry("bingham+dahl").validation is not None
+    assert compared.entry("fnn-8+dahl").validation is None
 
 
 def errors_of(*sizes: float) -> list[Array]:

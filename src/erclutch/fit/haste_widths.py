@@ -4,8 +4,8 @@ Errors are those of fits without a row's motion (`left_out_logs`), in half width
 motion the band begins as wide as that motion needs. How it grows has two answers, and the larger one counts. The first
 lets each motion stand for a quicker one that nobody had logged: how much wider would the band of all slower motions
 have had to be, for how much more haste? The second is the exponent by which errors of logs grow with their haste, by
-least squares, and a standard error more, since the logs are few. Where motions differ in their errors, the growth is one
-at least: an error in proportion to the rate, of an inertia say, hides behind the other errors of slow motions.
+least squares, and a standard error more, since the logs are few. Where motions differ in their errors, the growth is
+one at least: an error in proportion to the rate, of an inertia say, hides behind the other errors of slow motions.
 """
 
 from __future__ import annotations

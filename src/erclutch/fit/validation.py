@@ -308,7 +308,8 @@ def _errors_on_parts(
         own = [f for f in contenders if f.outcome.freedom == level]
         errors: dict[str, list[Array]] = {f.outcome.model.name: [] for f in own}
         for number, part in enumerate(parts.masks):
-            told((place * count + number) / (len(levels) * count), f"choosing: part {number + 1} of {count} is left out")
+            done = (place * count + number) / (len(levels) * count)
+            told(done, f"choosing: part {number + 1} of {count} is left out")
             chooses = number >= parts.lowest
             for each in [f for f in own if f.outcome.model.name in errors]:
                 name = each.outcome.model.name
