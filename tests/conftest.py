@@ -13,7 +13,7 @@ import re
 import sys
 import tempfile
 import warnings
-from collections.abc import Callable, Generator, Iterator
+from collections.abc import Callable, Generator, Iterator, Sequence
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -202,6 +202,22 @@ def messages_as_written(request: pytest.FixtureRequest) -> Generator[None, Any, 
         return
     with for_a_shell():
         yield
+
+
+@pytest.fixture
+def compiled_plainly(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Exports are compiled without optimisation, which takes most of the time and changes no bit.
+
+    `tests/export/test_conformance.py` shows that for every model, compiler and level.
+    """
+    from erclutch.export.c.compilers import Compiler
+
+    build = Compiler.build
+
+    def plainly(self: Compiler, sources: Sequence[Path], out: Path, *flags: str) -> None:
+        build(self, sources, out, *("-O0" if flag in ("-O2", "-O3") else flag for flag in flags))
+
+    monkeypatch.setattr(Compiler, "build", plainly)
 
 
 @pytest.fixture(autouse=True)

@@ -48,6 +48,7 @@ def hostile(kind: str, base: Array, scale: float) -> Array:
     }[kind]
 
 
+@pytest.mark.usefixtures("compiled_plainly")
 @pytest.mark.slow
 @pytest.mark.parametrize("precision", ["float64", "float32"])
 @pytest.mark.parametrize("label", LABELS)

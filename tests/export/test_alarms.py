@@ -64,6 +64,7 @@ def measuring(made: ExportedStep, rows: Array, errors: Array) -> Array:
     return rows
 
 
+@pytest.mark.usefixtures("compiled_plainly")
 @pytest.mark.slow
 @pytest.mark.parametrize("precision", ["float64", "float32"])
 @pytest.mark.parametrize("label", LABELS)

@@ -177,6 +177,7 @@ def test_a_spoilt_file_is_refused(spoil: Any, model: ResidualModel, tmp_path: Pa
         load_model(tmp_path / "m.json")
 
 
+@pytest.mark.usefixtures("compiled_plainly")
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", ["model", "with_memory"])
 @pytest.mark.parametrize("precision", ["float64", "float32"])

@@ -211,6 +211,7 @@ def model_with(stage: Stage) -> TorqueModel:
     return TorqueModel(structure, reference, shape, gains, Units("N", "A", "m/s"), ranges, extra_ranges=tuple(warm))
 
 
+@pytest.mark.usefixtures("compiled_plainly")
 @pytest.mark.slow
 @stages
 @pytest.mark.parametrize("precision", ["float64", "float32"])

@@ -71,6 +71,7 @@ def _pairs() -> Iterator[tuple[str, str]]:
         yield label, HANDS_ON[place % len(HANDS_ON)]
 
 
+@pytest.mark.usefixtures("compiled_plainly")
 @pytest.mark.slow
 @pytest.mark.usefixtures("own_machine")
 @pytest.mark.parametrize(("label", "to"), list(_pairs()))
@@ -85,6 +86,7 @@ def test_every_model_in_onnx_as_float32(model: Model, tmp_path: Path) -> None:
     _conforms(model, "onnx", "float32", tmp_path, lambda *_: None)
 
 
+@pytest.mark.usefixtures("compiled_plainly")
 @pytest.mark.slow
 @pytest.mark.usefixtures("own_machine")
 @pytest.mark.parametrize("to", [to for to in WRAPPERS if to != "onnx"])
@@ -95,6 +97,7 @@ def test_float32_on_every_target(
     _conforms(models[label], to, "float32", tmp_path, need)
 
 
+@pytest.mark.usefixtures("compiled_plainly")
 @pytest.mark.usefixtures("own_machine")
 @pytest.mark.parametrize("to", slow_but(("mujoco",), WRAPPERS))
 @pytest.mark.parametrize("label", slow_but(QUICK[1:], QUICK))
