@@ -14,12 +14,14 @@ from erclutch.logs.missing_columns import missing
 from erclutch.logs.no_field import settle_the_field
 from erclutch.logs.plan import NEEDS, Sureness
 from erclutch.logs.sensor_scales import scaled
-from erclutch.logs.shapes import is_rate_of
+from erclutch.logs.shapes import goes_along, is_rate_of
 from erclutch.signals.recording import SIGNALS
 from erclutch.signals.units import UNKNOWN
 
 #: A coil that makes a field draws more than this, in A, in V or as logged.
 _FAINT_FIELD = 1e-3
+#: Units of a field that is the output of a supply.
+_OF_A_SUPPLY = ("A", "V", UNKNOWN)
 
 
 def guess_what_is_needed(draft: Draft) -> None:
@@ -76,6 +78,7 @@ def guess_what_is_needed(draft: Draft) -> None:
 
     if field_may_be_unlogged:
         settle_the_field(draft, taken)
+    _doubt_the_current_of_a_drive(draft)
 
 
 def _take_guess(draft: Draft, signal: str, found: Guess, motion: str) -> bool:
@@ -106,10 +109,25 @@ def _take_guess(draft: Draft, signal: str, found: Guess, motion: str) -> bool:
     if signal != "field" or column.spoken.forms["field"] == "field":
         return True
     strongest = float(np.nanmax(np.abs(column.values), initial=0.0)) * abs(taken.factor)
-    if taken.si in ("A", "V", UNKNOWN) and 0.0 < strongest < _FAINT_FIELD:
+    if taken.si in _OF_A_SUPPLY and 0.0 < strongest < _FAINT_FIELD:
         doubt = f"which never exceeds {strongest:.3g}, as the output of a sensor: --field none if it drives no coil"
         draft.signals[signal] = replace(taken, sureness="doubtful", doubt=doubt)
     return True
+
+
+def _doubt_the_current_of_a_drive(draft: Draft) -> None:
+    """Doubt a guessed field that takes the sign and the course of the effort: the current of the motor that makes it."""
+    field = draft.signals.get("field")
+    effort = draft.signals.get("effort")
+    if field is None or effort is None or field.si not in _OF_A_SUPPLY or not field.reason.startswith("guessed"):
+        return
+    current = draft.seen.columns.get(field.column)
+    measured = draft.seen.columns.get(effort.column)
+    if current is None or measured is None or not goes_along(current.values, measured.values):
+        return
+    doubt = f"which takes the sign of {effort.column} and goes along with it, as the current of a motor does"
+    doubt += ": --field none if it drives no coil of a brake or damper"
+    draft.signals["field"] = replace(field, sureness="doubtful", doubt=doubt)
 
 
 def _tell_supplies(draft: Draft, field: str, taken: Iterable[str]) -> None:
