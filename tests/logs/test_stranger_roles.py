@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from erclutch.errors import MappingError, UnitError
-from erclutch.logs import ColumnMap, Plan, Table, apply, plan_of, read_table
+from erclutch.logs import ColumnMap, Plan, Table, apply, plan_of, read, read_table
 from erclutch.logs.labels import name_columns
 from erclutch.signals.array import Array
 
@@ -380,3 +380,19 @@ def test_one_quantity_per_another_is_neither(tmp_path: Path, name: str) -> None:
     path.write_text(f"time [s],h_m,{name}\n{rows}", encoding="utf-8")
     plan = plan_of(read_table(path), ColumnMap())
     assert name not in {each.column for each in plan.signals}
+
+
+@pytest.mark.parametrize(("current", "noise"), [("motor_current [A]", 0.0), ("i [A]", 0.05), ("current [mA]", 0.02)])
+def test_the_current_of_a_motor_is_doubted_as_a_field(current: str, noise: float) -> None:
+    """The torque of a joint goes along with the current of its motor, in sign and in course."""
+    scatter = noise * np.random.default_rng(3).normal(size=ROWS.size)
+    joint = {**without("current [A]"), current: PLAIN["torque [N*m]"] / 1.2 + scatter}
+    plan = planned(joint)
+    assert any("as the current of a motor does" in doubt for doubt in plan.doubts)
+    assert planned(joint, field="none").doubts == ()
+    assert planned(joint, field=current).doubts == ()
+
+
+@pytest.mark.parametrize("field", [LEVELS, LEVELS - 0.5, np.abs(PLAIN["torque [N*m]"])])
+def test_a_field_of_its_own_course_is_not_doubted(field: Array) -> None:
+    assert planned({**without("current [A]"), "current [A]": field}).doubts == ()

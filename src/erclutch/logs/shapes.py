@@ -22,7 +22,7 @@ _SELDOM = 0.1  # share of the rows in which it is switched at most
 _ALIKE = 0.98  # correlation of a position with what its speed adds up to
 _BEYOND = 20.0  # upper quartiles: further out are codes for no measurement
 _FOLLOWS = 0.3  # correlation of an effort with a motion
-_GOES_ALONG = 0.9  # correlation of two columns that tell one thing, and share of their rows of one sign
+_GOES_ALONG = 0.9  # correlation of two columns that tell one thing
 #: Of a speed over the rate of its position: units of length and angle that loggers mix.
 _RATIOS = (1.0, 10.0, 100.0, 1000.0, 180 / pi, 30 / pi, 2 * pi, 6.0, 360.0, 60.0)
 _CLOSE = 0.05
@@ -182,7 +182,4 @@ def goes_along(first: Array, second: Array) -> bool:
         return False
     a = a / np.abs(a).max()  # no square of a large number overflows
     b = b / np.abs(b).max()
-    if abs(np.corrcoef(a, b)[0, 1]) < _GOES_ALONG:
-        return False
-    signs = np.sign(a) * np.sign(b)
-    return bool(abs(signs.mean()) > 2.0 * _GOES_ALONG - 1.0)
+    return bool(abs(np.corrcoef(a, b)[0, 1]) >= _GOES_ALONG)

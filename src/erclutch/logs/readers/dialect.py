@@ -11,7 +11,7 @@ from itertools import pairwise
 from erclutch.errors import LogError
 from erclutch.logs.labels import header_pairs, name_columns
 from erclutch.logs.readers.cells import WORDS, Marks, cells_of, is_comment, is_number
-from erclutch.logs.readers.header_lines import Header, RowsBelow, header_of
+from erclutch.logs.readers.header_lines import Header, RowsBelow, header_of, with_headings
 
 SAMPLE = 1 << 18  # characters looked at: holds any header block seen so far, costs a few milliseconds
 # Lines at the end of the sample, where data is purest; few, for short tables under long prose.
@@ -188,6 +188,10 @@ def _with_header(lines: Sequence[str], first: int, marks: Marks, data: Sequence[
         notes.append(f"no header row: the columns are called c1 .. c{len(header.labels)}")
     elif len(header.labels) > 1 and not header.labels[-1] and (trailing or len(header.labels) > width):
         header = replace(header, labels=header.labels[:-1], units=header.units and header.units[:-1])
+    headed = with_headings(header, [lines[index] for index in above], marks)
+    if headed is not header:
+        notes.append("tables stand side by side: the heading of each stands before its names")
+        header = headed
     names, own_units, renamed = name_columns(header.labels, header.units)
 
     before_header = [lines[index] for index in above[: len(above) - header.lines]]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 from erclutch.logs.labels import EASTERN, split_label
 from erclutch.logs.readers.cells import Marks, is_comment
@@ -85,6 +86,36 @@ def header_of(above: Sequence[str], marks: Marks, rows: RowsBelow) -> Header | N
         if _are_translated(last) and all(names):
             return Header(names, [split_label(cell)[1] for cell in last], 2)
     return Header(last, None, 1)
+
+
+def with_headings(header: Header, above: Sequence[str], marks: Marks) -> Header:
+    """The header with the heading of its table before each name, where tables of the same columns stand side by side.
+
+    A heading stands over the first column of its table, and perhaps over the others again; columns without a name may
+    stand between the tables. Without such a line the header is as it was.
+    """
+    if not 0 < header.lines < len(above):
+        return header
+    names = header.labels
+    starts = [place for place, name in enumerate(names) if name and name == names[0]]
+    tables = [[*names[start:stop]] for start, stop in pairwise([*starts, len(names)])]
+    columns = [[name for name in table if name] for table in tables]
+    if len(tables) < 2 or len(columns[0]) < 2 or any(table != columns[0] for table in columns):
+        return header
+
+    over = marks.cells(above[-header.lines - 1])
+    over += [""] * (len(names) - len(over))
+    headings: list[str] = []
+    for start, table in zip(starts, tables, strict=True):
+        heading = over[start]
+        if not heading or any(cell not in ("", heading) for cell in over[start : start + len(table)]):
+            return header
+        headings += [heading] * len(table)
+    if len({*headings}) < len(tables):
+        return header
+    pairs = zip(headings, names, strict=True)
+    labels = [f"{heading}: {name}" if name else "" for heading, name in pairs]
+    return Header(labels, header.units, header.lines + 1)
 
 
 def _numbered(above: Sequence[str], width: int) -> list[str]:

@@ -167,7 +167,7 @@ def plan_of(table: Table, rate: str | None = None, stress: Sequence[str] = ()) -
             quantity = "viscosity"
         curves.append(
             CurvePlan(
-                label=value_name,
+                label=_headed(value_name),
                 rate=_flow_column(table, rate_name, "rate", asked),
                 stress=_flow_column(table, value_name, quantity, asked),
                 times_rate=quantity == "viscosity",
@@ -250,8 +250,10 @@ def _plain(name: str) -> str:
     return re.sub(r"[_\s./]+", " ", bare).strip()
 
 
-def _said_by_name(name: str) -> Role:
-    plain = _plain(re.sub(r"\s*\(\d+\)$", "", name))
+def said_by_name(name: str) -> Role:
+    """The role that a name alone speaks for."""
+    heading, parted, own = name.partition(": ")  # of tables side by side
+    plain = _plain(re.sub(r"\s*\(\d+\)$", "", own if parted else heading))
     for role, pattern in _BY_NAME.items():
         if pattern.search(plain):
             return role
@@ -273,6 +275,12 @@ def _said_by_unit(unit: str | None) -> Role:
     return "other"
 
 
+def _headed(name: str) -> str:
+    """The heading of the table in which a column stands, or the column's name."""
+    heading, parted, own = name.partition(": ")
+    return heading if parted and said_by_name(own) in _SI else name
+
+
 def _unit(table: Table, name: str) -> str | None:
     """The unit of a column in its file, or the end of its name (``Viscosity_cP``) where that measures a flow curve."""
     unit = table.units.get(name)
@@ -289,7 +297,7 @@ def _role(table: Table, name: str) -> Role:
         UnitError: the name and the unit of a column speak of two roles.
     """
     unit = _unit(table, name)
-    named = _said_by_name(name)
+    named = said_by_name(name)
     measured = _said_by_unit(unit)
     if named == "unknown":
         return measured
@@ -307,7 +315,7 @@ def _role(table: Table, name: str) -> Role:
 def _is_viscosity(table: Table, name: str, asked: dict[str, str]) -> bool:
     """Whether a column that was asked for as a stress is a viscosity by its unit, or by its name without one."""
     unit = _unit_asked(name, asked) or _unit(table, name)
-    said = _said_by_unit(unit) if unit else _said_by_name(name)
+    said = _said_by_unit(unit) if unit else said_by_name(name)
     return said == "viscosity"
 
 

@@ -1,0 +1,141 @@
+"""A table may hold a flow curve at each of several conditions: fields, temperatures, concentrations.
+
+The condition stands in a column of its own, which keeps a level while the rate runs through its range. The points of
+each level are a curve; fitted as one, they would give a curve that no fluid has.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from erclutch.errors import MappingError, shell_word
+from erclutch.logs.table import Table, listed
+from erclutch.signals import units
+from erclutch.signals.array import Array, Mask
+from erclutch.wings.rheology.flow_plan import FlowPlan, said_by_name
+
+#: Units of what is set before a flow curve is taken.
+_SET = ("A", "V", "V/m", "T", "A/m")
+_MOST_LEVELS = 50  # that are the same number in all their rows
+_MOST_GROUPS = 20  # of measured levels
+_APART = 0.05  # of the range, by which measured levels are apart at least
+_WIDEST = 0.02  # of the range, which a measured level spans at most
+_FEWEST_RATES = 3  # of a sweep
+
+
+@dataclass(frozen=True)
+class Part:
+    """The points of one condition.
+
+    Attributes:
+        label: such as ``Current 0.5 A``; "" where the whole table is one condition.
+        table: its points.
+    """
+
+    label: str
+    table: Table
+
+
+def parts_of(table: Table, plan: FlowPlan) -> list[Part]:
+    """The points of each condition; the table alone where it holds one.
+
+    Args:
+        table: of flow curves.
+        plan: which of its columns are rates and stresses.
+
+    Raises:
+        MappingError: a column of an unknown meaning parts the points so: whether each of its numbers is a condition, the
+            user knows. Levels that scatter were measured, so they are conditions.
+    """
+    used = {column.name for curve in plan.curves for column in (curve.rate, curve.stress)}
+    rates = [table.columns[curve.rate.name] for curve in plan.curves]
+    parting: dict[str, NDArray[np.intp]] = {}
+    for name, values in table.columns.items():
+        meaning = _meaning(table, name)
+        if name in used or meaning == "no condition":
+            continue
+        levels = levels_of(values)
+        if levels is None or not any(_repeats_the_sweep(levels, rate) for rate in rates):
+            continue
+        is_set = np.unique(values[levels >= 0]).size == levels.max() + 1
+        if meaning == "unknown" and is_set:
+            each = f"--sheet {shell_word(f'{name}=all')}"
+            one = f"--sheet {shell_word(f'{name}={values[levels == 0][0]:.15g}')}"
+            problem = f"column {name} parts the points into {levels.max() + 1} sweeps of the rate"
+            raise MappingError(problem, where=table.name, remedy=f"Take each as a curve: {each}; or one: {one}")
+        parting[name] = levels
+    if not parting:
+        return [Part("", table)]
+
+    names = list(parting)
+    levels_of_rows = np.column_stack([parting[name] for name in names])
+    known = np.all(levels_of_rows >= 0, axis=1)
+    parts: list[Part] = []
+    for levels in np.unique(levels_of_rows[known], axis=0):
+        rows = np.all(levels_of_rows == levels, axis=1)
+        words = [_level_text(table, name, rows) for name in names]
+        parts.append(Part(", ".join(words), _rows(table, rows)))
+    return parts
+
+
+def part_note(parts: Sequence[Part]) -> str:
+    """What is said of a table that holds several conditions."""
+    return f"a curve for each of {len(parts)} conditions: {listed([part.label for part in parts], 8)}"
+
+
+def levels_of(values: Array) -> NDArray[np.intp] | None:
+    """The number of the level of each row, from the lowest on, shape (n,), -1 without a value; None without levels.
+
+    A set value is the same number in all rows of a level. A measured one scatters: its levels are far apart.
+    """
+    known = np.isfinite(values)
+    distinct = np.unique(values[known])
+    if distinct.size < 2:
+        return None
+    starts = np.arange(distinct.size)  # of each level, among the distinct values
+    if distinct.size > _MOST_LEVELS or _FEWEST_RATES * distinct.size > np.count_nonzero(known):
+        span = distinct[-1] - distinct[0]
+        starts = np.append(0, np.flatnonzero(np.diff(distinct) > _APART * span) + 1)
+        ends = np.append(starts[1:], distinct.size) - 1
+        widest = float((distinct[ends] - distinct[starts]).max())
+        if not 1 < starts.size <= _MOST_GROUPS or widest > _WIDEST * span:
+            return None
+    levels = np.searchsorted(distinct[starts], values, side="right") - 1
+    return np.where(known, levels, -1)
+
+
+def _meaning(table: Table, name: str) -> str:
+    """Whether a column is a ``condition`` by its unit, ``unknown``, or surely ``no condition``: a time, a count."""
+    _, _, end = name.rpartition("_")
+    unit = table.units.get(name) or (end if end != name and units.is_unit(end) else None)
+    if unit and (units.is_temperature(unit) or units.fits(unit, _SET)):
+        return "condition"
+    return "unknown" if not unit and said_by_name(name) == "unknown" else "no condition"
+
+
+def _repeats_the_sweep(levels: NDArray[np.intp], rate: Array) -> bool:
+    """Whether the rate runs through the same range at several levels."""
+    sweeps: list[tuple[float, float]] = []
+    for level in range(int(levels.max()) + 1):
+        at_level = np.abs(rate[(levels == level) & np.isfinite(rate)])
+        if np.unique(at_level).size >= _FEWEST_RATES:
+            sweeps.append((float(at_level.min()), float(at_level.max())))
+    sweeps.sort()
+    return any(low < high_before for (_, high_before), (low, _) in pairwise(sweeps))
+
+
+def _level_text(table: Table, name: str, rows: Mask) -> str:
+    level = float(np.nanmedian(table.columns[name][rows]))
+    unit = table.units.get(name) or ""
+    return f"{name} {level:.4g} {unit}".rstrip()
+
+
+def _rows(table: Table, rows: Mask) -> Table:
+    columns = {name: values[rows] for name, values in table.columns.items()}
+    clock = None if table.clock is None else table.clock[rows]
+    return replace(table, columns=columns, clock=clock, breaks=(), words={})
