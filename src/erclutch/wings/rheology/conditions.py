@@ -17,7 +17,8 @@ from erclutch.errors import MappingError, shell_word
 from erclutch.logs.table import Table, listed
 from erclutch.signals import units
 from erclutch.signals.array import Array, Mask
-from erclutch.wings.rheology.flow_plan import FlowPlan, said_by_name
+from erclutch.wings.rheology.flow_names import said_by_name
+from erclutch.wings.rheology.flow_plan import FlowPlan
 
 #: Units of what is set before a flow curve is taken.
 _SET = ("A", "V", "V/m", "T", "A/m")
@@ -29,7 +30,7 @@ _FEWEST_RATES = 3  # of a sweep
 
 
 @dataclass(frozen=True)
-class Part:
+class Condition:
     """The points of one condition.
 
     Attributes:
@@ -41,7 +42,7 @@ class Part:
     table: Table
 
 
-def parts_of(table: Table, plan: FlowPlan) -> list[Part]:
+def conditions_of(table: Table, plan: FlowPlan) -> list[Condition]:
     """The points of each condition; the table alone where it holds one.
 
     Args:
@@ -49,8 +50,8 @@ def parts_of(table: Table, plan: FlowPlan) -> list[Part]:
         plan: which of its columns are rates and stresses.
 
     Raises:
-        MappingError: a column of an unknown meaning parts the points so: whether each of its numbers is a condition, the
-            user knows. Levels that scatter were measured, so they are conditions.
+        MappingError: a column of an unknown meaning parts the points so: the user knows whether each of its numbers is a
+            condition. Levels that scatter were measured, so they are conditions.
     """
     used = {column.name for curve in plan.curves for column in (curve.rate, curve.stress)}
     rates = [table.columns[curve.rate.name] for curve in plan.curves]
@@ -70,22 +71,22 @@ def parts_of(table: Table, plan: FlowPlan) -> list[Part]:
             raise MappingError(problem, where=table.name, remedy=f"Take each as a curve: {each}; or one: {one}")
         parting[name] = levels
     if not parting:
-        return [Part("", table)]
+        return [Condition("", table)]
 
     names = list(parting)
     levels_of_rows = np.column_stack([parting[name] for name in names])
     known = np.all(levels_of_rows >= 0, axis=1)
-    parts: list[Part] = []
+    conditions: list[Condition] = []
     for levels in np.unique(levels_of_rows[known], axis=0):
         rows = np.all(levels_of_rows == levels, axis=1)
         words = [_level_text(table, name, rows) for name in names]
-        parts.append(Part(", ".join(words), _rows(table, rows)))
-    return parts
+        conditions.append(Condition(", ".join(words), _rows(table, rows)))
+    return conditions
 
 
-def part_note(parts: Sequence[Part]) -> str:
+def conditions_note(conditions: Sequence[Condition]) -> str:
     """What is said of a table that holds several conditions."""
-    return f"a curve for each of {len(parts)} conditions: {listed([part.label for part in parts], 8)}"
+    return f"a curve for each of {len(conditions)} conditions: {listed([each.label for each in conditions], 8)}"
 
 
 def levels_of(values: Array) -> NDArray[np.intp] | None:

@@ -18,7 +18,7 @@ from erclutch.logs import read_table, recordings_in
 from erclutch.logs.row_groups import EACH, group_of, wants_each
 from erclutch.logs.table import Table, listed
 from erclutch.signals.array import Array
-from erclutch.wings.rheology.conditions import part_note, parts_of
+from erclutch.wings.rheology.conditions import conditions_note, conditions_of
 from erclutch.wings.rheology.flow_curve import FEWEST_POINTS, FlowCurve
 from erclutch.wings.rheology.flow_plan import CurvePlan, FlowPlan, oscillation, plan_of, require_several_rates
 
@@ -70,7 +70,7 @@ def read_flow_curves(
                 plan = _plan_of(table, shear_rate, stress, sheet)
                 require_several_rates(plan, table)
                 _require_one_sample(plan, table)
-                parts = parts_of(table, plan)
+                conditions = conditions_of(table, plan)
             except (LogError, MappingError) as error:
                 # A sheet of remarks or an oscillation beside the flow curves ends nothing, a file of them alone does.
                 if len(chosen) == 1 or each_named:
@@ -79,14 +79,14 @@ def read_flow_curves(
                 notes.append(f"{name}: no flow curve ({error.problem})")
                 continue
             told = [*table.notes, *plan.notes]
-            if len(parts) > 1:
-                told.append(part_note(parts))
+            if len(conditions) > 1:
+                told.append(conditions_note(conditions))
             notes += [f"{name}: {note}" if name else note for note in told]
-            for part in parts:
-                test = "; ".join(word for word in (name, part.label) if word)
-                found, left_out = curves_of(plan, part.table, test)
+            for condition in conditions:
+                test = "; ".join(word for word in (name, condition.label) if word)
+                found, left_out = curves_of(plan, condition.table, test)
                 short = [curve for curve in found if curve.rate.size < FEWEST_POINTS]
-                if short and not each_named and len(chosen) * len(parts) > 1:  # a few points beside curves
+                if short and not each_named and len(chosen) * len(conditions) > 1:  # a few points beside curves
                     notes.append(f"{test}: {short[0].rate.size} points, at least {FEWEST_POINTS} are needed: left out")
                     continue
                 curves += found

@@ -8,10 +8,8 @@ be told is asked about.
 from __future__ import annotations
 
 import re
-import unicodedata
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 
@@ -20,45 +18,19 @@ from erclutch.logs.labels import split_end, split_label
 from erclutch.logs.table import Table
 from erclutch.signals.array import Mask
 from erclutch.signals.units import parse
-
-Quantity = Literal["rate", "stress", "viscosity"]
-Role = Literal[Quantity, "other", "unknown"]
+from erclutch.wings.rheology.flow_names import Quantity, Role, plain_name, said_by_name
 
 _SI: Mapping[Quantity, str] = {"rate": "1/s", "stress": "Pa", "viscosity": "Pa*s"}
 _CALLED: Mapping[Quantity, str] = {"rate": "shear rate", "stress": "shear stress", "viscosity": "viscosity"}
 _PASCAL = parse("Pa").factor
 _MEANING = {"rate": "a shear rate", "stress": "a shear stress", "viscosity": "a viscosity", "other": "neither"}
 
-#: Words by which instruments and people name a column, as patterns over a plain name; German, French, Spanish, Chinese
-#: and Japanese behind English. Quantities that share a word
-#: or a unit with a flow curve and are none are looked at first.
-_WORDS: dict[Role, tuple[str, ...]] = {
-    "other": (
-        *("modul", "normal", "oscill", "complex", "komplex", "kinemat", "frequen", r"\bfreq\b", "yield", "ratio"),
-        *(r"\bstrain\b(?! ?rate)", "deformation", "torque", "drehmoment", "couple", "speed", "drehzahl", "flow rate"),
-        *("temp", "time", "zeit", "tiempo", "interval", "sampling", r"\bgap\b", "spalt", "angle", "winkel", "status"),
-        *(r"\bpoint", r"\bpts?\b", r"\bpkt", r"\bno\b", r"\bnr\b"),
-        *("温度", "时间", "時間", "扭矩", "トルク", "序号", "点"),
-    ),
-    "viscosity": ("viscosi", "viskosi", r"\bvisc\b", r"\beta\b", "η", "粘度", "黏度", "粘性"),
-    "rate": (
-        *("shear ?rates?", "strain ?rate", "^rates?$", "gamma ?dot", r"\bgammap\b", r"\bgp\b", r"\bsr\b", r"\bd\b"),
-        *("γ\u0307", "γ", "schergesch", "scherrate", "schergef", "taux de cisail", "vitesse de cisail", "gradient de"),
-        *("velocidad de (?:corte|ciza)", "tasa de (?:corte|ciza)", "剪切速率", "剪切率", "せん断速度", "ずり速度"),
-    ),
-    "stress": (
-        *("shear ?stress", r"\bstress\b", r"\btau\b", "τ", r"\bsigma\b", "σ", "schubspannung", "scherspannung"),
-        *("contrainte", "cission", "esfuerzo", "tension (?:de corte|cort)"),
-        *("剪切应力", "剪應力", "切应力", "せん断応力", "ずり応力"),
-    ),
-}
 #: Columns that only an oscillation fills: what is stored and lost in a turn there and back.
 _OSCILLATION = re.compile(
     r"(?:storage|loss|complex) (?:shear )?modul|\b(?:g|eta)\*|η\*|\bg'|\(elastic component\)|speichermodul|verlustmodul"
     r"|complex viscosity|komplexe viskos"
     r"|module de (?:conservation|perte)|modulo de (?:almacen|perdida)|储能模量|贮存弾性率"
 )
-_BY_NAME: dict[Role, re.Pattern[str]] = {role: re.compile("|".join(words)) for role, words in _WORDS.items()}
 #: A shear rate counts no events: 1 Hz of an oscillation is 2 pi rad/s of nothing sheared.
 _NO_RATE = re.compile(r"hz|cps|rpm", re.IGNORECASE)
 #: A stress and a viscosity of one row that differ by more than this share have a wrong unit.
@@ -195,7 +167,7 @@ def require_several_rates(plan: FlowPlan, table: Table) -> None:
 
 def oscillation(table: Table) -> tuple[Mask, list[str]]:
     """Rows of a table that were measured in oscillation, shape (n,), and the columns that say so."""
-    marks = [name for name in table.columns if _OSCILLATION.search(_plain(name))]
+    marks = [name for name in table.columns if _OSCILLATION.search(plain_name(name))]
     swings = np.zeros(table.rows, np.bool_)
     for name in marks:
         values = table.columns[name]
@@ -240,24 +212,6 @@ def _column(table: Table, label: str) -> str:
             return candidate
     remedy = f"Choose from {', '.join(map(repr, table.labels))}"
     raise MappingError(f"there is no column {name!r}", where=table.name, remedy=remedy)
-
-
-def _plain(name: str) -> str:
-    """A name in small letters without accents, with spaces for underscores."""
-    signs = unicodedata.normalize("NFKD", name.lower())
-    # The dot above gamma stays: it makes a strain a rate.
-    bare = "".join(sign for sign in signs if sign == "\u0307" or not unicodedata.combining(sign))
-    return re.sub(r"[_\s./]+", " ", bare).strip()
-
-
-def said_by_name(name: str) -> Role:
-    """The role that a name alone speaks for."""
-    heading, parted, own = name.partition(": ")  # of tables side by side
-    plain = _plain(re.sub(r"\s*\(\d+\)$", "", own if parted else heading))
-    for role, pattern in _BY_NAME.items():
-        if pattern.search(plain):
-            return role
-    return "unknown"
 
 
 def _said_by_unit(unit: str | None) -> Role:
@@ -445,7 +399,7 @@ def _missing(table: Table, roles: dict[str, Role], rates: Sequence[str]) -> Mapp
     what, option, unit = ("shear stress", "--stress", "Pa") if rates else ("shear rate", "--shear-rate", "1/s")
     candidates = [name for name, role in roles.items() if role == "unknown"] or list(roles) or ["NAME"]
     # A gamma beside a tau is a rate or a strain: only the user knows, and no other column is more likely.
-    likely = [name for name in candidates if _plain(name) in ("gamma", "gamma point", "shear")]
+    likely = [name for name in candidates if plain_name(name) in ("gamma", "gamma point", "shear")]
     example = next(iter([*likely, *candidates]))
     return MappingError(
         f"no column is surely the {what} (there are: {', '.join(table.labels)})",
