@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from erclutch.errors import MappingError, UnitError
-from erclutch.logs import ColumnMap, Plan, Table, apply, plan_of, read, read_table
+from erclutch.logs import ColumnMap, Plan, Table, apply, plan_of, read_table
 from erclutch.logs.labels import name_columns
 from erclutch.signals.array import Array
 

@@ -116,7 +116,7 @@ def _take_guess(draft: Draft, signal: str, found: Guess, motion: str) -> bool:
 
 
 def _doubt_the_current_of_a_drive(draft: Draft) -> None:
-    """Doubt a guessed field that takes the sign and the course of the effort: the current of the motor that makes it."""
+    """Doubt a guessed field with the sign and the course of the effort: the current of the motor that makes it."""
     field = draft.signals.get("field")
     effort = draft.signals.get("effort")
     if field is None or effort is None or field.si not in _OF_A_SUPPLY or not field.reason.startswith("guessed"):

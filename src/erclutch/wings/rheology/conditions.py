@@ -50,8 +50,8 @@ def conditions_of(table: Table, plan: FlowPlan) -> list[Condition]:
         plan: which of its columns are rates and stresses.
 
     Raises:
-        MappingError: a column of an unknown meaning parts the points so: the user knows whether each of its numbers is a
-            condition. Levels that scatter were measured, so they are conditions.
+        MappingError: a column of an unknown meaning parts the points so: the user knows whether each of its numbers is
+            a condition. Levels that scatter were measured, so they are conditions.
     """
     used = {column.name for curve in plan.curves for column in (curve.rate, curve.stress)}
     rates = [table.columns[curve.rate.name] for curve in plan.curves]
