@@ -12,6 +12,7 @@ extern uint32_t top_of_stack, load_of_data, begin_of_data, end_of_data, begin_of
 void start(void);
 
 #define CLOCK 25000000u /* Hz, of the board */
+#define PERIOD (CLOCK / 1000u) /* [SysTick counts] of 1 kHz */
 #define TICK_CONTROL (*(volatile uint32_t *)0xE000E010)
 #define TICK_RELOAD (*(volatile uint32_t *)0xE000E014)
 #define TICK_NOW (*(volatile uint32_t *)0xE000E018)
@@ -69,15 +70,18 @@ static void tick(void)
 {
     float read[BRAKE_INPUTS];
     float effort;
+    uint32_t before;
+    uint32_t after;
     uint32_t took;
     if (row >= STEPS)
     {
         return;
     }
     memcpy(read, steps[row], sizeof read);
-    took = TICK_NOW;
+    before = TICK_NOW;
     effort = control_tick(read[BRAKE_IN_FIELD], read[BRAKE_IN_SLIP]);
-    took -= TICK_NOW;
+    after = TICK_NOW;
+    took = (before >= after) ? before - after : before + PERIOD - after; /* the timer counts down, from zero anew */
     longest = (took > longest) ? took : longest;
     same += (memcmp(&effort, &steps[row][BRAKE_INPUTS], sizeof effort) == 0 && control_flags() == step_flags[row]) ? 1u : 0u;
     row++;
@@ -107,7 +111,7 @@ void start(void)
         semihost(0x04, "INEXACT: a compiler option such as -ffast-math changed the arithmetic\n");
         leave(3u);
     }
-    TICK_RELOAD = CLOCK / 1000u - 1u; /* 1 kHz */
+    TICK_RELOAD = PERIOD - 1u;
     TICK_NOW = 0u;
     TICK_CONTROL = 7u; /* on, with its interrupt, from the processor's clock */
     while (row < STEPS)
