@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from erclutch.logs import ColumnMap, Plan, Table, plan_of
-from erclutch.logs.labels import name_columns
+from erclutch.logs.labels import name_columns, own_unit
 from erclutch.logs.names import spoken_name
 from erclutch.logs.shapes import follows, is_rate_of
 from erclutch.signals import units
@@ -276,3 +276,13 @@ def test_a_name_behind_a_channel_s_prefix_is_a_whole_name(gauge: str) -> None:
     assert plan.questions == ()
     assert position is not None
     assert position.column == "C_1_Déplacement"
+
+
+@pytest.mark.parametrize("name", ["Status_RPM_V1", "RPM motor", "rpm (2)", "M1 rpm meas"])
+def test_a_word_for_turns_a_minute_within_a_name_is_its_unit(name: str) -> None:
+    assert own_unit(name, None, ("rad/s",)) == "rpm"
+
+
+@pytest.mark.parametrize("name", ["torque_per_rpm", "erpm", "Nm/rpm", "rpm per volt"])
+def test_what_is_counted_against_turns_a_minute_is_none(name: str) -> None:
+    assert own_unit(name, None, ("rad/s",)) != "rpm"

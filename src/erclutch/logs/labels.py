@@ -67,6 +67,7 @@ _QUOTIENT = re.compile(r"(.+)_((?:1|m|[^\W\d_]{2,})/[^/()]+)")
 _COMMA = re.compile(r"(.*[^\W\d_]\S*)\s*,\s*([^\s,]+)")  # as Russian headers have it: ``Сила, Н``
 _TIGHT_SLASH = re.compile(r"([^/]*[^\W\d_][^/]*?)/(\([^()]+\)|[^/()]+(?:/[^/()]+)?)")
 _PRESSED = re.compile(r"(?<![a-z])(?:mu|cof|friction|normal|reib\w*)(?![a-z])", re.I)
+_RPM_WITHIN = re.compile(r"(?<![a-z/])(?<!per)(?<!per[_ ])rpm(?![a-z/]|.*per)", re.I)  # Status_RPM_2; no torque per rpm
 _PER_MINUTE = re.compile(r"\s*(?:1\s*/\s*min|min\s*(?:\^|\*\*)?\s*-\s*1|min⁻¹)\s*")
 _RATE = re.compile(r"(?:sampl\w*|scan|acquisition|data)?[ _-]*(?:rate|freq\w*)|fs|f_s", re.I)
 
@@ -185,6 +186,8 @@ def own_unit(name: str, unit: str | None, si_units: Iterable[str]) -> str | None
     if unit:
         return "turn/min" if _PER_MINUTE.fullmatch(unit) and _TURNS.search(name) else unit
     _, end = split_end(name)
+    if not end and _RPM_WITHIN.search(name):
+        end = "rpm"
     return end if end and (end == "°C" or units.fits(end, si_units)) else None
 
 

@@ -55,12 +55,14 @@ def proposals(
         if question.option:
             option = question.option
         elif signal == "field" and may_be_unlogged and filled_in:
-            # No name tells the field: it is a column that keeps a few levels, or none.
+            # No name tells the field: it is a column that keeps a few levels, or one with a word for a field, or none.
             leveled: list[str] = []
+            worded = [column.name for column in maybe_field(seen, others) if "field" in column.spoken.within]
             for column in maybe_field(seen, others):
                 if column.shape.keeps_levels and _NUMBERED.isdisjoint(column.spoken.stem_words):
                     leveled.append(column.name)
-            option = f"--field {shell_word(seen.table.label(leveled[0])) if len(leveled) == 1 else 'none'}"
+            likely = leveled if len(leveled) == 1 else worded
+            option = f"--field {shell_word(seen.table.label(likely[0])) if likely else 'none'}"
         elif signal == "time":
             option = _clock_option(seen, signals, questions, others)
         elif signal == "slip" and "--position" in question.remedy:
