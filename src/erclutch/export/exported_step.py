@@ -292,11 +292,7 @@ def described_step(model: Any, options: ExportOptions | None = None) -> Exported
 
 
 def _all_finite(model: Model) -> None:
-    """Refuse a model with a number that is not finite.
-
-    Raises:
-        ExportError: which.
-    """
+    """Refuse a model with a number that is not finite."""
     every = dict(model.numbers)
     for signal in ("field", "slip", "effort"):
         every[f"range of {signal}"] = getattr(model.trained_on, signal)

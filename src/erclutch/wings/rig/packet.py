@@ -66,10 +66,14 @@ def _sealed(magic: int, packet: SensorPacket | CommandPacket) -> bytes:
 
 def _opened(data: bytes, magic: int, session: int) -> Any:
     """What a packet holds after its magic number; None if it is not whole, of another kind or another session."""
-    if len(data) != SIZE or _CRC.unpack_from(data, SIZE - 4)[0] != zlib.crc32(data[: SIZE - 4]):
+    if len(data) != SIZE:
         return None
-    found, *values = _BODY.unpack_from(data)
-    return values if found == magic and values[0] == session else None
+    (checksum,) = _CRC.unpack_from(data, SIZE - 4)
+    if checksum != zlib.crc32(data[: SIZE - 4]):
+        return None
+    own_magic, *values = _BODY.unpack_from(data)
+    own_session = values[0]
+    return values if own_magic == magic and own_session == session else None
 
 
 def pack_sensors(packet: SensorPacket) -> bytes:

@@ -71,7 +71,8 @@ def at_period(log: Recording, values: Array, period: float, *, held: bool, secon
     at = np.arange(int(lasts / period) + 1) * (period / log.period)
     if held:
         return values[np.minimum((at + 1e-9).astype(np.int64), len(values) - 1)]
-    columns: list[Array] = [np.interp(at, np.arange(len(values)), column) for column in values.T]
+    places = np.arange(len(values))
+    columns: list[Array] = [np.interp(at, places, column) for column in values.T]
     return np.column_stack(columns)
 
 

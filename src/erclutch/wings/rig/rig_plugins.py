@@ -79,7 +79,8 @@ class UdpRig(RigDevice):
         except ValueError as error:
             remedy = "Give the rig as numbers, for example 192.168.1.10:5005"
             raise SettingError(f"{self.host!r} is no IPv4 address", remedy=remedy) from error
-        if not 0 < self.port < 65536 or not 0 <= self.local_port < 65536 or not 0 <= self.session < 1 << 32:
+        ports_fit = 0 < self.port < 65536 and 0 <= self.local_port < 65536
+        if not ports_fit or not 0 <= self.session < 1 << 32:
             given = f"port {self.port}, local port {self.local_port}, session {self.session}"
             raise SettingError(given, remedy="Give ports from 1 to 65535 and a session from 0 to 2^32 - 1")
 

@@ -57,7 +57,8 @@ def held_peakedness(rig: RigParameters) -> float:
 def field_sequence(rows: int, rng: np.random.Generator, settings: FieldSettings, rate: float = 1000.0) -> Array:
     """Signed field commands, shape (rows,): stretches of squares and of whole half-sines."""
     out = np.zeros(rows)
-    k, side = 0, 1.0
+    k = 0
+    side = 1.0
     while k < rows:
         end = min(k + int(rng.exponential(settings.stretch) * rate) + 20, rows)
         draw = _sines if rng.random() < settings.sines else _squares
@@ -83,7 +84,8 @@ def _sines(
         for _ in range(int(rng.integers(1, 5))):
             wave = side * height * np.sin(np.pi * np.arange(width) / width)
             out[k : k + width] = wave[: out.size - k]
-            k, side = k + width, -side
+            k += width
+            side = -side
             if k >= out.size:
                 return out.size, side
     return k, side
@@ -127,7 +129,8 @@ def half_sine_torque(rows: int, rng: np.random.Generator, rig: RigParameters) ->
     while k < rows:
         frequency = rng.uniform(drawn["half_sine_slowest"], drawn["half_sine_fastest"])
         width = int(500.0 / frequency)  # rows of 1 ms
-        wave = rng.uniform(drawn["half_sine_low"], drawn["half_sine_high"]) * np.sin(np.pi * np.arange(width) / width)
+        height = rng.uniform(drawn["half_sine_low"], drawn["half_sine_high"])
+        wave = height * np.sin(np.pi * np.arange(width) / width)
         out[k : k + width] = wave[: rows - k]
         k += width
     return out

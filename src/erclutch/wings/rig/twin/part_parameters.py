@@ -161,22 +161,36 @@ def single_clutch(parts: Parts) -> Parts:
     """CH1 alone: of the second clutch nothing is left, neither fluid nor seal."""
     there = np.repeat([1.0, 0.0], POINTS)
     gaps = parts.gaps
-    alone = gaps._replace(weight=gaps.weight * there, volume=gaps.volume * there, thick=gaps.thick * there)
-    return parts._replace(clutch_2=parts.clutch_2._replace(seal=0.0), gaps=alone)
+    alone = gaps._replace(
+        weight=gaps.weight * there,
+        volume=gaps.volume * there,
+        thick=gaps.thick * there,
+    )
+    without_seal = parts.clutch_2._replace(seal=0.0)
+    return parts._replace(clutch_2=without_seal, gaps=alone)
 
 
 def _gaps(arm: Array, weight: Array, viscosity: tuple[float, float]) -> Gaps:
     """The points of both gaps, which are alike but for the viscosity."""
-    arms, weights = np.tile(arm, 2), np.tile(weight, 2)
-    way, share = np.repeat([1.0, -1.0], POINTS), np.repeat(viscosity, POINTS)
-    return Gaps(way, arms, weights, weights / arms, weights * arms * share)
+    arms = np.tile(arm, 2)
+    weights = np.tile(weight, 2)
+    return Gaps(
+        way=np.repeat([1.0, -1.0], POINTS),
+        arm=arms,
+        weight=weights,
+        volume=weights / arms,
+        thick=weights * arms * np.repeat(viscosity, POINTS),
+    )
 
 
 def parts_of(rig: RigParameters) -> Parts:
     """Parameters as the compiled code takes them."""
-    clutch, fluid = rig.section("clutch"), rig.section("fluid")
+    clutch = rig.section("clutch")
+    fluid = rig.section("fluid")
     points, weights = np.polynomial.legendre.leggauss(POINTS)
-    inner, outer, gap = clutch["inner_radius"], clutch["outer_radius"], clutch["gap"]
+    inner = clutch["inner_radius"]
+    outer = clutch["outer_radius"]
+    gap = clutch["gap"]
     radius = 0.5 * (outer - inner) * points + 0.5 * (outer + inner)
     weight = 0.5 * (outer - inner) * weights * 2.0 * np.pi * radius**2 * clutch["faces"]
     full = yield_form(rig.value("supply.voltage_limit") / gap / rig.value("fluid.critical_field"))
@@ -189,14 +203,16 @@ def parts_of(rig: RigParameters) -> Parts:
             seal_slip=clutch["seal_slip"],
         )
 
+    viscosity = clutch["viscosity_1"], clutch["viscosity_2"]
+    idle_breaking = fluid["breaking_rate"] * LEAST_RATIO ** fluid["breaking_exponent"]
     return Parts(
-        Supply(**rig.section("supply")),
-        Fluid(**fluid, idle_breaking=fluid["breaking_rate"] * LEAST_RATIO ** fluid["breaking_exponent"]),
-        one(1),
-        one(2),
-        _gaps(radius / gap, weight, (clutch["viscosity_1"], clutch["viscosity_2"])),
-        Drive(**rig.section("drive")),
-        Screw(**rig.section("screw")),
-        Sensors(**rig.section("sensors")),
-        Thermal(**rig.section("thermal")),
+        supply=Supply(**rig.section("supply")),
+        fluid=Fluid(**fluid, idle_breaking=idle_breaking),
+        clutch_1=one(1),
+        clutch_2=one(2),
+        gaps=_gaps(radius / gap, weight, viscosity),
+        drive=Drive(**rig.section("drive")),
+        screw=Screw(**rig.section("screw")),
+        sensors=Sensors(**rig.section("sensors")),
+        thermal=Thermal(**rig.section("thermal")),
     )

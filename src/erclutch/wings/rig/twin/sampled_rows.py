@@ -73,10 +73,13 @@ def run_open(
     ``guard`` is [mirrored now, last command] and is kept between calls; ``out`` gets LOGGED and TRUE, shape (n, 15).
     """
     for i in range(len(rows)):
-        wanted, motor, noise = rows[i, 0], rows[i, 1], rows[i, 2]
+        wanted = rows[i, 0]
+        motor = rows[i, 1]
+        noise = rows[i, 2]
         # A sequence changes sides, or steps, between half-waves: only there may its mirror begin or end.
         if wanted * guard[1] <= 0.0 or abs(wanted - guard[1]) > 0.1:
-            outward = (x[k.PHI_L] > soft and wanted > 0.0) or (x[k.PHI_L] < -soft and wanted < 0.0)
+            place = x[k.PHI_L]
+            outward = (place > soft and wanted > 0.0) or (place < -soft and wanted < 0.0)
             guard[0] = 1.0 if soft > 0.0 and outward else 0.0
         guard[1] = wanted
         if guard[0] > 0.5:
@@ -84,7 +87,9 @@ def run_open(
         first, second, _ = interlocked(max(wanted, 0.0), max(-wanted, 0.0))
         sense(x, parts, noise, out[i])
         true_states(x, out[i, 7:])
-        out[i, 0], out[i, 1], out[i, 2] = first, second, motor
+        out[i, 0] = first
+        out[i, 1] = second
+        out[i, 2] = motor
         k.advance(x, parts, first, second, motor, locked, dt, steps)
 
 
@@ -99,14 +104,21 @@ def run_tracking(
     """
     period = dt * steps
     for i in range(len(rows)):
-        motor, noise = rows[i, 0], rows[i, 1]
+        motor = rows[i, 0]
+        noise = rows[i, 1]
         sense(x, parts, noise, out[i])
         true_states(x, out[i, 7:])
+        # Equation (23), the speed by a backward difference.
         alpha = out[i, 4] * 2.0 * math.pi / parts.screw.lead
         speed = 0.0 if math.isnan(memory[0]) else (alpha - memory[0]) / period
         memory[0] = alpha
-        wanted = gains[0] * (rows[i, 2] - alpha) + gains[1] * (rows[i, 3] - speed)
+        missing = rows[i, 2] - alpha
+        missing_speed = rows[i, 3] - speed
+        wanted = gains[0] * missing + gains[1] * missing_speed
         wanted = min(max(wanted, -parts.supply.command_limit), parts.supply.command_limit)
-        first, second = max(wanted, 0.0), max(-wanted, 0.0)
-        out[i, 0], out[i, 1], out[i, 2] = first, second, motor
+        first = max(wanted, 0.0)
+        second = max(-wanted, 0.0)
+        out[i, 0] = first
+        out[i, 1] = second
+        out[i, 2] = motor
         k.advance(x, parts, first, second, motor, False, dt, steps)

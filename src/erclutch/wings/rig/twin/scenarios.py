@@ -151,16 +151,22 @@ class TwinRun:
                 remedy = "Correct the rig, or make integration.step shorter"
                 raise SettingError(problem, remedy=remedy, where=self.rig.name)
             time = np.arange(first, at.stop) * PERIOD
+            field, motor, theta, table, rotary = (out[:, place] for place in (0, 2, 3, 4, 5))
             if self.scenario.single:
-                parts = [time, out[:, 0], out[:, 2], out[:, 3] - out[:, 5], out[:, 6:13], out[:, 14]]
+                position = theta - rotary
+                parts = [time, field, motor, position, out[:, 6:13], out[:, 14]]
             else:
-                parts = [time, out[:, :4], out[:, 4] * turn, out[:, 4:]]
+                alpha = table * turn
+                parts = [time, out[:, :4], alpha, out[:, 4:]]
             yield np.column_stack(parts).astype(np.float64)
 
     def columns(self) -> dict[str, tuple[str, Array]]:
         """The whole log by column, with units."""
         rows = np.concatenate(list(self.chunks()))
-        return {name: (unit, rows[:, i]) for i, (name, unit) in enumerate(self.names)}
+        columns: dict[str, tuple[str, Array]] = {}
+        for place, (name, unit) in enumerate(self.names):
+            columns[name] = (unit, rows[:, place])
+        return columns
 
     @property
     def names(self) -> tuple[tuple[str, str], ...]:
@@ -170,12 +176,19 @@ class TwinRun:
     def recording(self) -> Recording:
         """The log as it would be read from a file, without the columns that only a twin knows."""
         columns = self.columns()
-        names = [name for name, _ in self.names if not name.startswith("true_") and name not in _NO_SIGNALS]
+        no_unit = "?" if self.scenario.single else ""
+        signals: dict[str, Array] = {}
+        units: dict[str, str] = {}
+        for name, (unit, values) in columns.items():
+            if not name.startswith("true_") and name not in _NO_SIGNALS:
+                signals[name] = values
+                units[name] = unit or no_unit
+        _, time = columns["time"]
         return Recording(
             name=f"{self.scenario.name}, seed {self.seed}",
-            signals={name: columns[name][1] for name in names},
-            units={name: columns[name][0] or ("?" if self.scenario.single else "") for name in names},
-            time=columns["time"][1],
+            signals=signals,
+            units=units,
+            time=time,
             period=PERIOD,
             segments=((0, self.rows),),
             uniform=True,

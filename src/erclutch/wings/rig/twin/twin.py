@@ -81,8 +81,9 @@ class Twin:
 
     def step(self) -> None:
         """Let one period pass."""
-        now, steps = self._command, self._steps
-        advance(self._state, self._parts, now.E1, now.E2, now.motor_torque, self._locked, PERIOD / steps, steps)
+        now = self._command
+        dt = PERIOD / self._steps
+        advance(self._state, self._parts, now.E1, now.E2, now.motor_torque, self._locked, dt, self._steps)
         self._rows += 1
         self._measured = self._read()
 

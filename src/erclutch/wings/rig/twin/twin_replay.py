@@ -28,7 +28,9 @@ def _settled(x: Array, parts: Parts, field: float, motor: float, torque: float) 
             slip = parts.gaps.way[i] * x[k.OMEGA] - x[k.OMEGA_R]
             shear = slip * parts.gaps.arm[i]
             x[k.STRUCTURE + i] = halving / (halving + abs(shear))
-            x[k.STRAIN + i] = math.copysign(parts.fluid.yield_strain, shear) if abs(slip) > 1.0 else 0.0
+            x[k.STRAIN + i] = 0.0
+            if abs(slip) > 1.0:
+                x[k.STRAIN + i] = math.copysign(parts.fluid.yield_strain, shear)
     x[k.MOTOR] = motor
     x[k.METER_A] = torque
     x[k.METER_B] = torque
@@ -66,5 +68,7 @@ def follow(parts: Parts, field: Array, motor: Array, start: Array, dt: float, st
         out[i, 0] = x[k.THETA]
         out[i, 1] = x[k.TABLE] * turn
         out[i, 2] = x[k.METER_B]
-        k.advance(x, parts, max(field[i], 0.0), max(-field[i], 0.0), motor[i], False, dt, steps)
+        first = max(field[i], 0.0)
+        second = max(-field[i], 0.0)
+        k.advance(x, parts, first, second, motor[i], False, dt, steps)
     return out
