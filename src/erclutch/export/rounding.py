@@ -88,7 +88,7 @@ def _oscillating(step: ExportedStep, record: StepRecord) -> Iterator[tuple[Node,
 def _oscillator_error(
     parameters: Mapping[str, float], period: float, value: Array, signal: Array, signal_error: Array, p: Precision
 ) -> Array:
-    """Of the output, from that of the signal: a bound operation by operation would grow as no oscillation does."""
+    """Error of the output from the signal's: a bound operation by operation would grow as no oscillation does."""
     tau, zeta = parameters.values()
     a11, a12, a21, a22 = map(float, coefficients(tau, zeta, period))
     row_to_row = np.array([[a11, a12], [a21, a22]])

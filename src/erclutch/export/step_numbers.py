@@ -69,7 +69,7 @@ def packed(record: StepRecord, truths: Sequence[AnyArray]) -> Flags:
 
 
 def reference(step: ExportedStep, rows: AnyArray) -> tuple[AnyArray, Flags]:
-    """The same with the model's own NumPy in float64, for rows as the precision holds them."""
+    """Effort and flags by the model's own NumPy in float64, for rows as the precision holds them."""
     record = step_record(step)
     inputs = named(record, _as_held(step, rows).astype(np.float64))
     started, elements, extras = held_signals(step, record, inputs)

@@ -426,7 +426,7 @@ class StepRecording:
         return self._stepped(FOLLOWER, {"tau_e": seconds}, signal, name)[0]
 
     def limited(self, value: Any) -> tuple[Any, Any]:
-        """The effort within its limits, that of the row before where it is not finite; and whether that was needed."""
+        """The effort within its limits, or the effort before where it is not finite; and whether that was needed."""
         record = self.record
         low, high = self.step.limits
         record.label(value, "unlimited")

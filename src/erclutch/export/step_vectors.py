@@ -51,7 +51,7 @@ class Vectors:
 
 @lru_cache(maxsize=4)
 def vectors_of(step: ExportedStep, steps: int = STEPS, fields: int = FIELDS) -> Vectors:
-    """The same vectors for the same model, always."""
+    """The vectors of a step; a model always gets the same ones."""
     rng = np.random.default_rng(int(step.digest[:12], 16))
     dtype = step.precision.dtype
     rows = rows_of(step, rng, steps).astype(dtype)

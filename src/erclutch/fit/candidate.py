@@ -176,7 +176,7 @@ def names(settings: Settings) -> list[str]:
 
 
 def _is_of(kind: Kind, model: str) -> bool:
-    """Whether a model is of a kind. The kind of the first place is that of all models that no other kind means."""
+    """Whether a model is of a kind. All models that no other kind means are of the kind of the first place."""
     first, *further = [each for _, each in kinds()]
     if kind is not first:
         return kind.means(model)

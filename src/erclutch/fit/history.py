@@ -118,7 +118,7 @@ def history_finding(data: Dataset, error: Array, name: str, dynamics: str) -> Fi
 
 
 def effort_finding(data: Dataset) -> Finding | None:
-    """The same before any fit: of the part of the effort that field and slip of a row do not explain."""
+    """A note before any fit where the effort depends on where the slip came from, beyond field and slip of the row."""
     memory = history(data)
     if memory is None:
         return None

@@ -208,7 +208,7 @@ class _Trial:
         return best
 
     def _missed(self, model: Model) -> Array:
-        """Measured effort minus that of a model, shape (n,)."""
+        """Measured effort minus the effort of a model, shape (n,)."""
         data = self.data
         estimated = model.effort(data.elements, data.clock, data.extras, exactly=False)
         return (data.effort - estimated)[self.rows]
@@ -268,7 +268,7 @@ def _mean_squares(errors: Iterable[Array]) -> Array:
 
 
 def _change(squares: Array, plain: Array) -> float:
-    """How much larger an RMSE is than that of the base, as a share."""
+    """How much larger an RMSE is than the RMSE of the base, as a share."""
     ratio = squares.sum() / (plain.sum() or 1.0)
     return float(ratio**0.5) - 1.0
 

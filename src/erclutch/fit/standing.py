@@ -61,7 +61,7 @@ def standing(chosen: Mapping[str, Any], subjects: set[str]) -> Standing:
 
 
 def standing_of_run(body: Mapping[str, Any]) -> Standing:
-    """The same of a run, as JSON values: of the model that its training rows chose, else of the best."""
+    """The standing of a run (JSON values): of the model that its training rows chose, else of the best."""
     chosen = next(entry for entry in body["ranking"] if entry["name"] == chosen_name(body))
     if not body["recommended"]:
         return Standing(bool(chosen["sound"]), "was chosen by nothing")

@@ -66,7 +66,7 @@ class GainTracking:
     highest: float
 
     def moved(self, state: Tracked, effort: Any) -> tuple[Any, Any]:
-        """The adapted effort for that of the model, and the most that giving it out can cost in a row."""
+        """The adapted effort for an effort of the model, and the most that the adapted effort can cost in a row."""
         raw = state.gain * effort + state.offset * self.limit
         moved = within(raw, self.lowest, self.highest)
         away = (moved - effort) * (2.0 / self.limit)

@@ -21,7 +21,7 @@ Reader = Callable[[Mapping[str, Any], str], Model]
 
 
 def load_model(path: str | Path) -> Model:
-    """Read a model's JSON file: a law's, a network's, or that of both.
+    """Read the JSON file of a model: a law, a network, or a law with a network.
 
     Raises:
         RunError: the file is missing, is no JSON, or is not a model that this version reads.

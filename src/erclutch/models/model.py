@@ -326,7 +326,7 @@ class Model(Protocol):
     def effort_of_rows(
         self, elements: Sequence[Element], clock: Clock, extras: Mapping[str, Array], *, exactly: bool
     ) -> Array:
-        """The same by arrays, for any number of rows."""
+        """Effort by arrays, for any number of rows, shape (n,)."""
         ...
 
     def steady(self, fields: Sequence[Array], slips: Sequence[Array], extras: Sequence[Array] = ()) -> Array:

@@ -56,7 +56,7 @@ def sealed(body: Mapping[str, Any], band: Band | None) -> dict[str, Any]:
 
 
 def keeps_digest(body: Mapping[str, Any]) -> bool:
-    """Whether a body's digest is that of all else in it; what has no digest (NaN, lists without end) does not."""
+    """Whether a body holds the digest of its other entries; entries without a digest (NaN, lists without end) fail."""
     others = {key: value for key, value in body.items() if key != "digest"}
     try:
         digest = digest_of(others)
@@ -174,7 +174,7 @@ def pair_of(value: Any, name: str) -> Pair:
 
 
 def name_of(value: Any, name: str) -> str:
-    """A saved name, such as that of a column: a line of characters that can be seen."""
+    """A saved name, such as a column's: a line of characters that can be seen."""
     if not (isinstance(value, str) and 0 < len(value) <= _LONGEST_TEXT and value.isprintable()):
         raise ValueError(f"{name} is {value!r:.60}, not a line of up to {_LONGEST_TEXT} characters that can be seen")
     return value

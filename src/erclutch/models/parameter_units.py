@@ -18,7 +18,7 @@ def in_user_units(value: float, dimension: Dimension, reference: Reference) -> f
 
 
 def gain_in_user_units(value: float, gain: Gain, reference: Reference) -> float:
-    """A normalised gain in the data's own units; that of a further input is an effort per unit of the input."""
+    """A normalised gain in the data's own units; the gain of a further input is an effort per unit of the input."""
     per = 1.0 if gain.extra is None else reference.extras[gain.extra]
     return in_user_units(value, gain.dimension, reference) / per
 

@@ -140,7 +140,7 @@ def _gone() -> WorkerLostError:
 
 
 def in_order(pool: TaskPool, function: Callable[[T], R], tasks: Iterable[T], *, retries: int = 2) -> Iterator[R]:
-    """The same in the order of the tasks; the first error is raised."""
+    """What a function makes of each task, in the order of the tasks; the first error is raised."""
     early: dict[int, R | Exception] = {}
     due = 0
     for index, result in finished(pool, function, tasks, retries=retries):
@@ -328,11 +328,11 @@ def _prepare(client: Any, where: str) -> None:
 
     try:
         client.wait_for_workers(1, timeout=_SECONDS)
-        found: dict[str, Any] = client.run(versions, on_error="return")
+        by_worker: dict[str, Any] = client.run(versions, on_error="return")
     except (OSError, TimeoutError) as error:
         raise SettingError("the scheduler has no worker", where=where, remedy="Start workers first") from error
     here = versions()
-    for worker, there in found.items():
+    for worker, there in by_worker.items():
         if isinstance(there, Exception):
             problem = f"the worker {worker} cannot run erclutch: {there}"
             raise SettingError(problem, where=where, remedy="Install the same erclutch on all workers")

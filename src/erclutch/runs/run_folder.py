@@ -107,14 +107,14 @@ class Run(Shown):
         """
         path = self.folder / name
         try:
-            found = file_digest(path)
+            digest = file_digest(path)
         except OSError as error:
             raise RunError(
                 f"cannot be read: {error.strerror or error}",
                 where=str(path),
                 remedy="Restore the file, or fit the log again",
             ) from error
-        if found != self.body["files"][name]:
+        if digest != self.body["files"][name]:
             raise RunError("changed after the run", where=str(path), remedy="Restore the file, or fit the log again")
         return path
 

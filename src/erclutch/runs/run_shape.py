@@ -142,10 +142,10 @@ def _entries(required: Mapping[str, _Check], optional: Mapping[str, _Check] | No
 
     def check(value: Any, name: str) -> None:
         _object(value, name)
-        found = {**dict.fromkeys(required, _Missing()), **cast(dict[str, Any], value)}
+        entries = {**dict.fromkeys(required, _Missing()), **cast(dict[str, Any], value)}
         for key, of in {**required, **(optional or {})}.items():
-            if key in found:
-                of(found[key], f"{name}.{key}".lstrip("."))
+            if key in entries:
+                of(entries[key], f"{name}.{key}".lstrip("."))
 
     return check
 

@@ -46,8 +46,8 @@ class Tasks:
         """What a function makes of each item, in their order."""
         self.passes += 1
         counted = partial(_counted, of)
-        found = map(counted, items) if self.pool is None else in_order(self.pool, counted, items)
-        for done, (value, seconds, peak) in enumerate(found, start=1):
+        answers = map(counted, items) if self.pool is None else in_order(self.pool, counted, items)
+        for done, (value, seconds, peak) in enumerate(answers, start=1):
             if not self.here:
                 self.elsewhere += seconds
                 self.peak = max(self.peak or 0, peak or 0) or None

@@ -134,7 +134,7 @@ def _body(step: ExportedStep, n: str, record: StepRecord, signature: str, exact:
 
 
 def _inverse(step: ExportedStep, n: str) -> str:
-    """Both inverses; where the state makes no difference, that of the next step is that at rest."""
+    """Both inverses; where the state makes no difference, the inverse of the next step calls the inverse at rest."""
     parameters = f"const {n}real input[{n.upper()}INPUTS], {n}real wanted, {n}real *field"
     no_state = "NULL, " if feels_state(step) else ""
     search_at_rest = [

@@ -344,9 +344,9 @@ def _that_saturate(train: Dataset, rung: Rung, others: Sequence[LawCandidate]) -
             for form in (TANH, SATURATING):
                 specification = f"{structure.specification}/{form.name}"
                 law = law_from_name(specification, structure.device)
-                found = of_law(train, rung, replace(structure, specification=specification, law=law))
-                near = [tuple(found.numbers.values())]
-                fits.append(_with_terms_told(train, fit_structure(train, found.structure, starts=near)))
+                remembering = of_law(train, rung, replace(structure, specification=specification, law=law))
+                near = [tuple(remembering.numbers.values())]
+                fits.append(_with_terms_told(train, fit_structure(train, remembering.structure, starts=near)))
         plain, richer = fits
         taken = richer if richer.sound and _called_for(train, plain, richer) else plain
         if taken.model.structure not in known:  # such a form may have been asked for

@@ -16,7 +16,7 @@ from erclutch.signals.array import Array
 
 
 def with_curvature(problem: Problem) -> Problem:
-    """The same problem for one run of the solver; its local models have the curvature learned on the way."""
+    """A problem for one run of the solver, whose local models have the curvature learned on the way."""
     learned = _Secant(problem.lower.size)
 
     def linearise(u: Array) -> Linearisation:

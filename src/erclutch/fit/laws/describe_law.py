@@ -45,7 +45,7 @@ def described(
     structure: Structure,
     seen: Seen,
     problem: Separable,
-    found: Minimum,
+    minimum: Minimum,
     projection: Projection,
     spread: Uncertainty,
     ends: tuple[Array, Array],
@@ -56,12 +56,12 @@ def described(
         structure: what was fitted.
         seen: the rows that it was fitted to.
         problem: for its shapes and gains alone.
-        found: the minimum over the coordinates.
+        minimum: the minimum over the coordinates.
         projection: the gains there.
         spread: of the free parameters.
         ends: of the intervals of all parameters, those of the coordinates first, (k + p,) each.
     """
-    q = parameters(problem.shapes, found.point)
+    q = parameters(problem.shapes, minimum.point)
     shape_names = [shape.name for shape in problem.shapes]
     gain_names = [gain.name for gain in problem.gains]
     ranges: list[tuple[float, float]] = []  # of each further input
@@ -79,13 +79,13 @@ def described(
     low, high = ends
     k = len(q)
     estimates = [
-        *_shape_estimates(model, problem.shapes, found, low[:k], high[:k]),
+        *_shape_estimates(model, problem.shapes, minimum, low[:k], high[:k]),
         *_gain_estimates(model, problem, projection, low[k:], high[k:]),
     ]
     return FitOutcome(
         model=model,
-        stop=found.stop,
-        iterations=found.iterations,
+        stop=minimum.stop,
+        iterations=minimum.iterations,
         estimates=tuple(estimates),
         paper_form=paper_form(model, estimates),
         rank=spread.rank,
@@ -98,7 +98,7 @@ def described(
 
 
 def _shape_estimates(
-    model: TorqueModel, shapes: tuple[ShapeParameter, ...], found: Minimum, low: Array, high: Array
+    model: TorqueModel, shapes: tuple[ShapeParameter, ...], minimum: Minimum, low: Array, high: Array
 ) -> list[Estimate]:
     """Nonlinear parameters with their intervals, whose ends (k,) are the solver's coordinates."""
     estimates: list[Estimate] = []
@@ -109,9 +109,9 @@ def _shape_estimates(
             numbers.append(np.exp(end) if logarithm else end)
         value, from_, to = (in_user_units(number, shape.dimension, model.reference) for number in numbers)
         bound = None
-        if found.at_upper[i]:
+        if minimum.at_upper[i]:
             bound = "upper"
-        if found.at_lower[i]:
+        if minimum.at_lower[i]:
             bound = "lower"
         estimate = Estimate(
             name=shape.name,

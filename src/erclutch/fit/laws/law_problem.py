@@ -47,7 +47,7 @@ def separable(
 
 
 def closed_in_slices(
-    data: Dataset, structure: Structure, reference: Reference, shapes: tuple[ShapeParameter, ...], found: Minimum
+    data: Dataset, structure: Structure, reference: Reference, shapes: tuple[ShapeParameter, ...], minimum: Minimum
 ) -> tuple[Projection, Array, float]:
     """The gains at a minimum over the nonlinear parameters, for a law without dynamics.
 
@@ -59,19 +59,19 @@ def closed_in_slices(
             separable(data.picked(slice(at, at + _SLICE)), structure, reference, shapes, slice(None))
             for at in range(0, data.rows, _SLICE)
         ]
-        q = parameters(shapes, found.point)
+        q = parameters(shapes, minimum.point)
         r = triangle_over(problem.values(problem.columns(q), q) for problem in problems)
         nonnegative: Mask = np.array([gain.nonnegative for gain in structure.gains()], np.bool_)
         p = nonnegative.size
         projection = gains_of(r, nonnegative) if np.isfinite(r).all() else no_gains(p)
-        moving = ~(found.at_lower | found.at_upper)
+        moving = ~(minimum.at_lower | minimum.at_upper)
         products: list[list[Array]] = []  # of each free column with the residual, slice by slice
         cost = 0.0
 
         def matrices() -> Iterator[Array]:
             nonlocal cost
             for problem in problems:
-                stacked, slopes, _ = linearised(problem, found.point, projection)
+                stacked, slopes, _ = linearised(problem, minimum.point, projection)
                 columns = stacked[:, :-1]
                 target = stacked[:, -1]
                 residual = target - columns @ projection.gains

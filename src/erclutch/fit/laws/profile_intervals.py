@@ -53,28 +53,28 @@ def no_intervals(parameters: int) -> tuple[Array, Array]:
     return np.full(parameters, np.nan), np.full(parameters, np.nan)
 
 
-def interval_ends(few: Separable, found: Optimum, spread: Uncertainty, *, ordered: bool) -> tuple[Array, Array]:
+def interval_ends(few: Separable, optimum: Optimum, spread: Uncertainty, *, ordered: bool) -> tuple[Array, Array]:
     """Ends of the 95 % intervals of all parameters, (p,) each; infinite where the rows do not identify a parameter.
 
     Args:
         few: the problem on few rows.
-        found: the optimum over all rows.
+        optimum: the optimum over all rows.
         spread: of the free parameters.
         ordered: whether rows follow in time.
     """
     # The ends of a parabola, and the parameters for which it says too little.
-    half = np.full(found.point.size, np.inf)
-    half[found.free] = spread.quantile * spread.errors
-    low = found.point - half
-    high = found.point + half
+    half = np.full(optimum.point.size, np.inf)
+    half[optimum.free] = spread.quantile * spread.errors
+    low = optimum.point - half
+    high = optimum.point + half
     lower, upper = _bounds(few)
     doubtful = (low < lower) | (high > upper)
     k = len(few.shapes)
     doubtful[:k] |= half[:k] > _WIDE
-    if not doubtful[found.live].any():
+    if not doubtful[optimum.live].any():
         return low, high
 
-    search = _Search.at(few, found, ordered)
+    search = _Search.at(few, optimum, ordered)
     for j in np.flatnonzero(search.coupled(doubtful)).tolist():
         from_end = search.end(j, -1.0)
         to_end = search.end(j, 1.0)
@@ -122,25 +122,25 @@ class _Search:
     least: float
 
     @classmethod
-    def at(cls, few: Separable, found: Optimum, ordered: bool) -> _Search:
+    def at(cls, few: Separable, optimum: Optimum, ordered: bool) -> _Search:
         """The search around an optimum."""
         k = len(few.shapes)
-        share = few.target.size / found.residual.size  # of all rows, that the few are
+        share = few.target.size / optimum.residual.size  # of all rows, that the few are
 
         # What the model predicts on the few rows, and its derivatives there by all parameters.
-        q = parameters(few.shapes, found.point[:k])
+        q = parameters(few.shapes, optimum.point[:k])
         without_gains = few.values(few.columns(q), q)[:, :-1]
-        fitted = without_gains @ found.point[k:]
-        columns, by_shapes, _ = jacobian(replace(few, target=fitted), found.point[:k])
+        fitted = without_gains @ optimum.point[k:]
+        columns, by_shapes, _ = jacobian(replace(few, target=fitted), optimum.point[:k])
         slopes = np.column_stack([by_shapes, columns])
         # The smallest residual whose gradient is that of all rows.
-        gradient = share * found.slopes.T @ found.residual
+        gradient = share * optimum.slopes.T @ optimum.residual
         pull = np.linalg.lstsq(slopes.T, gradient, rcond=1e-9)[0]
 
         norms = np.linalg.norm(slopes, axis=0)
-        live = found.live & (norms > 0)
+        live = optimum.live & (norms > 0)
         norms[~live] = 1.0
-        lower, upper = (np.where(live, ends, found.point) for ends in _bounds(few))
+        lower, upper = (np.where(live, ends, optimum.point) for ends in _bounds(few))
 
         # Inverse of the curvature J'J by the singular values of J; those of a valley are kept off zero.
         _, s, right = np.linalg.svd(triangle_of(slopes / norms))
@@ -150,10 +150,10 @@ class _Search:
 
         # A perfect fit leaves rounding alone, whose square is the least rise that a profile can show.
         rounding = 1e-24 * float(fitted @ fitted) + 1e-200
-        limits = np.maximum(share * _limits(found, ordered), rounding)
+        limits = np.maximum(share * _limits(optimum, ordered), rounding)
         return cls(
             problem=replace(few, target=fitted + pull),
-            point=found.point,
+            point=optimum.point,
             live=live,
             lower=lower,
             upper=upper,
@@ -218,10 +218,10 @@ class _Search:
         return float(np.sqrt(rise / self.limits[j])), minimum.point
 
 
-def _limits(found: Optimum, ordered: bool) -> Array:
+def _limits(optimum: Optimum, ordered: bool) -> Array:
     """Rise of the sum of squares over all rows at the ends of the interval of each parameter, shape (p,)."""
-    robust = uncertainty(found.slopes, found.residual, ordered=ordered)
-    white = uncertainty(found.slopes, found.residual, ordered=False)
+    robust = uncertainty(optimum.slopes, optimum.residual, ordered=ordered)
+    white = uncertainty(optimum.slopes, optimum.residual, ordered=False)
     known = np.isfinite(robust.errors) & (white.errors > 0)
     # Rotnitzky and Jewell's ratio of variances.
     ratio = np.full(known.size, np.nan)
@@ -229,8 +229,8 @@ def _limits(found: Optimum, ordered: bool) -> Array:
     # Along a valley the ratio at the optimum is not that at the end: none counts for less than the middle one.
     middle = np.median(ratio[known]) if known.any() else 1.0
     ratio = np.fmax(ratio, middle)
-    freedom = max(found.residual.size - known.size, 1)
-    variance = float(found.residual @ found.residual) / freedom
+    freedom = max(optimum.residual.size - known.size, 1)
+    variance = float(optimum.residual @ optimum.residual) / freedom
     return robust.quantile**2 * variance * ratio
 
 
@@ -245,7 +245,7 @@ def _next(inner: float, inner_rise: float, outer: float, outer_rise: float, star
 
 
 def _without(problem: Problem, j: int, value: float) -> Problem:
-    """The same sum of squares with one coordinate at a value."""
+    """The problem with one of its coordinates fixed at a value."""
 
     def linearise(rest: Array) -> Linearisation:
         whole = problem.linearise(np.insert(rest, j, value))

@@ -30,7 +30,7 @@ _LOWER = 0.9995  # of the cost: a smaller fall ends the search
 def exchanged(
     rows_of: Callable[[Sequence[int]], WeightedRows],
     sizes: Sequence[int],
-    found: Trained,
+    start: Trained,
     rng: np.random.Generator,
     slips: Slips | None,
     tries: int,
@@ -41,17 +41,17 @@ def exchanged(
     Args:
         rows_of: rows for a network of these layers.
         sizes: layers of the network, inputs and output included.
-        found: where to begin.
+        start: where to begin.
         rng: of the new neurons.
         slips: along which some of them are transitions.
         tries: neurons that an exchange tries to replace, the least missed first; the best result stays.
         most: exchanges.
     """
     if sizes[-2] == 1:
-        return replace(found, steps=0)
+        return replace(start, steps=0)
     rows = rows_of(sizes)
     fewer = rows_of(smaller(sizes))
-    best = found
+    best = start
     steps = 0
     for _ in range(most):
         before = best

@@ -91,7 +91,7 @@ def _transitions(rng: np.random.Generator, slips: Slips, w: Array, b: Array) -> 
 
 
 def with_best_output(rows: WeightedRows, theta: Array) -> Array:
-    """The same weights with those of the output layer by least squares on the rows."""
+    """Weights whose output layer is the least-squares solution on the rows."""
     total = rows.output_gram(rows.at(theta))
     square = total[:-1, :-1]
     slope = total[:-1, -1]

@@ -86,7 +86,7 @@ def fit_rows(
     times: Mapping[str, float],
     training: Training,
 ) -> FitOutcome[NetworkModel]:
-    """The same from inputs and effort of all rows; the data give units, ranges and the period.
+    """Fit a network to inputs and effort of all rows; the data give units, ranges and the period.
 
     Raises:
         CheckError: as for `fit_network`.

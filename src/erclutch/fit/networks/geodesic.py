@@ -65,11 +65,11 @@ def levenberg_marquardt(
     now = rows.at(theta)
     pull = decay * now.cost
     for step in range(1, most + 1):
-        found = _step(rows, theta, now, mu, pull)
-        if found is None:
+        taken = _step(rows, theta, now, mu, pull)
+        if taken is None:
             return Trained(theta, now.cost, step, "converged", mu)
         before = _with_decay(now, theta, pull)
-        theta, now, mu = found
+        theta, now, mu = taken
         after = _with_decay(now, theta, pull)
         hardly_falls = before - after < _FALLING * before
         idle = idle + 1 if hardly_falls else 0
@@ -79,7 +79,7 @@ def levenberg_marquardt(
 
 
 def _with_decay(point: Point, theta: Array, pull: float) -> float:
-    """The cost of a point, that of its weights included."""
+    """The cost of a point and of its weights."""
     return point.cost + pull * float(theta @ theta)
 
 

@@ -128,7 +128,7 @@ def short_equation(law: Law) -> Any:
 
 
 def short_terms(law: Law) -> list[tuple[Any, Any]]:
-    """The same as gains and their columns, in the law's own order."""
+    """Gains and columns of the equation, in the law's own order, awkward fractions to four digits."""
     return [(gain, _short(column)) for gain, column in _terms(law)]
 
 

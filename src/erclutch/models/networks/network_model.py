@@ -204,7 +204,7 @@ class NetworkModel(ModelBase):
         return effort
 
     def _faded(self, effort: Array, given: Sequence[Sequence[Array]], *, exactly: bool) -> Array:
-        """The network's effort, and that of the law where no training row was, shape (n,).
+        """The network's effort, and the law's where no training row was, shape (n,).
 
         Args:
             effort: of the network.

@@ -62,7 +62,7 @@ class Inertia:
         return [((slip - before) / steps_of(clock))[rows]]
 
     def initial(self, signal: SlipAndStrength, q: Mapping[str, float]) -> Mapping[str, Any]:
-        """The slip before the first row is that of the first row."""
+        """Before the first row the slip was as in the first row."""
         return {"slip": signal.slip}
 
     def step(self, memory: Memory, signal: SlipAndStrength, q: Mapping[str, float], period: float) -> tuple[Any, ...]:

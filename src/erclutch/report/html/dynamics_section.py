@@ -109,11 +109,11 @@ def _lead(material: Material, after: AfterSwitch | None, *, staged: bool) -> str
 def _gain(material: Material) -> str:
     """What stages alone take off the error: of two models that differ in nothing else."""
     nothing = "No two models differ in their stages alone, so nothing tells what the stages gain."
-    found = stage_gain(material.body["ranking"])
-    if found is None:
+    pair = stage_gain(material.body["ranking"])
+    if pair is None:
         return nothing
-    with_stages = found.richer["test"]["rmse"][0]
-    without = found.plainer["test"]["rmse"][0]
+    with_stages = pair.richer["test"]["rmse"][0]
+    without = pair.plainer["test"]["rmse"][0]
     if not with_stages or not without:
         return nothing
     if with_stages < without:
@@ -121,7 +121,7 @@ def _gain(material: Material) -> str:
     else:
         change = f"add {percent(with_stages / without - 1, 2)} to"
     return (
-        f"The stages alone ({', '.join(found.added)}) {change} the error: "
-        f"{found.plainer['title']} errs by {material.effort.of(without)}, "
-        f"{found.richer['title']} by {material.effort.of(with_stages)}."
+        f"The stages alone ({', '.join(pair.added)}) {change} the error: "
+        f"{pair.plainer['title']} errs by {material.effort.of(without)}, "
+        f"{pair.richer['title']} by {material.effort.of(with_stages)}."
     )

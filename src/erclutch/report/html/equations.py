@@ -48,7 +48,7 @@ def terms_of(specification: str, device: DeviceName) -> tuple[Markup, ...]:
 
 @cache
 def memory_terms_of(dynamics: str) -> tuple[Markup, ...]:
-    """The same of the terms that the stages on the slip add."""
+    """Gain times column of each term that the stages on the slip add."""
     stages = slip_stages(dynamics)
     if not stages:
         return ()

@@ -75,7 +75,7 @@ def why_not_measured(material: Material, number: Mapping[str, Any]) -> str:
     if not at_bound and number["low"] is not None and number["high"] is not None:
         return ""
     fields = [dwelled_fields(np.abs(e.field)) for e in material.rows.data.elements]
-    few = max(fields, key=lambda found: found.size if found.size else np.inf)
+    few = max(fields, key=lambda dwelled: dwelled.size if dwelled.size else np.inf)
     if name in _FIELD_NUMBERS and 0 < few.size < _FIELDS_FOR_A_CURVE:
         at = " and ".join(material.field.of(float(field), 2) for field in few)
         plural = "s" if few.size > 1 else ""

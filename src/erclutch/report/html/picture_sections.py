@@ -45,15 +45,15 @@ def _error_map(material: Material) -> dict[str, Any]:
     }
 
 
-def _grid(material: Material, found: ErrorMap) -> dict[str, Any]:
+def _grid(material: Material, cells: ErrorMap) -> dict[str, Any]:
     """For the readout under the pointer."""
-    rmse = np.where(np.isfinite(found.rmse), found.rmse * material.effort.factor, -1.0)
+    rmse = np.where(np.isfinite(cells.rmse), cells.rmse * material.effort.factor, -1.0)
     return {
-        "name": material.element_name(found.element),
-        "field": [float(f"{v:.4g}") for v in found.field_edges * material.field.factor],
-        "slip": [float(f"{v:.4g}") for v in found.slip_edges * material.slip.factor],
-        "train": found.train.tolist(),
-        "test": found.test.tolist(),
+        "name": material.element_name(cells.element),
+        "field": [float(f"{v:.4g}") for v in cells.field_edges * material.field.factor],
+        "slip": [float(f"{v:.4g}") for v in cells.slip_edges * material.slip.factor],
+        "train": cells.train.tolist(),
+        "test": cells.test.tolist(),
         "rmse": [[float(f"{v:.3g}") for v in line] for line in rmse],
         "units": [brief(scale.unit) for scale in (material.field, material.slip, material.effort)],
     }

@@ -45,8 +45,8 @@ _OURS = b"/Creator (erclutch)"
 
 def browser() -> str | None:
     """A browser that can print without a window; None where none is found."""
-    found = next(filter(None, map(shutil.which, _NAMES)), None)
-    return found or next((place for place in _PLACES if Path(place).is_file()), None)
+    by_name = next(filter(None, map(shutil.which, _NAMES)), None)
+    return by_name or next((place for place in _PLACES if Path(place).is_file()), None)
 
 
 def print_report(material: Material, path: Path) -> Path:

@@ -26,9 +26,9 @@ _LONG = 60  # characters of a setting in a sentence
 _ROLES: tuple[Role, ...] = ("recommended", "best", "baseline")
 
 
-def sentence(found: Pairing, scale: Scale) -> str:
+def sentence(pairing: Pairing, scale: Scale) -> str:
     """What the comparison says, in a sentence or two."""
-    first, *others = found.contenders
+    first, *others = pairing.contenders
     words: list[str] = []
     for other in others:
         if other.more is None or other.share is None:
@@ -49,17 +49,17 @@ def sentence(found: Pairing, scale: Scale) -> str:
     return ". ".join(words) + "."
 
 
-def what_changed(found: Pairing) -> str:
+def what_changed(pairing: Pairing) -> str:
     """What the models of the runs differ in, so that a difference is credited to nothing else."""
-    return " ".join(_changed(found.contenders[0], other) for other in found.contenders[1:])
+    return " ".join(_changed(pairing.contenders[0], other) for other in pairing.contenders[1:])
 
 
 def _changed(first: Contender, other: Contender) -> str:
-    found = changes(first, other)
-    if not found:
+    differing = changes(first, other)
+    if not differing:
         return f"The model of {other.label} is made as that of {first.label}, from the same rows."
-    parts = [f"{change.what} ({_short(change.first)} there, {_short(change.other)} here)" for change in found]
-    doubt = "" if len(found) == 1 else " These runs do not tell what each of them does."
+    parts = [f"{change.what} ({_short(change.first)} there, {_short(change.other)} here)" for change in differing]
+    doubt = "" if len(differing) == 1 else " These runs do not tell what each of them does."
     return f"From {first.label} to {other.label} changed: {'; '.join(parts)}.{doubt}"
 
 
@@ -85,20 +85,20 @@ def band(figure: BandedFigure | None, factor: float, unit: str = "") -> str:
 class _Joined(Material):
     """Runs with the same rows, as if each were a model of one run."""
 
-    found: Pairing
+    pairing: Pairing
 
     @cached_property
     def shown(self) -> dict[str, Role]:
         """The first three runs."""
-        return {title_of(c): role for c, role in zip(self.found.contenders, _ROLES, strict=False)}
+        return {title_of(c): role for c, role in zip(self.pairing.contenders, _ROLES, strict=False)}
 
 
-def joined(found: Pairing) -> _Joined:
+def joined(pairing: Pairing) -> _Joined:
     """The material of a comparison's pictures: the first run's rows, one model a run."""
-    first = found.contenders[0]
+    first = pairing.contenders[0]
     entries: list[dict[str, Any]] = []
     predicted: dict[str, Array] = {}
-    for each in found.contenders:
+    for each in pairing.contenders:
         title = title_of(each)
         stands_for = {"name": title, "title": title, MODEL: each.model, APART: apart(each)}
         entries.append({**each.run.entry(each.model), **stands_for})
@@ -108,34 +108,34 @@ def joined(found: Pairing) -> _Joined:
     return _Joined(
         run=Run(first.run.folder, body),
         rows=RunRows(first.rows.data, first.rows.test, predicted),
-        found=found,
+        pairing=pairing,
     )
 
 
-def _verdict(found: Pairing, material: Material) -> dict[str, Any]:
+def _verdict(pairing: Pairing, material: Material) -> dict[str, Any]:
     """What differs, and whether that may be chance."""
     return {
-        "found": found,
-        "sentence": sentence(found, material.effort),
-        "changed": what_changed(found),
-        "most": max(c.figures.rmse.high for c in found.contenders) or 1.0,
+        "pairing": pairing,
+        "sentence": sentence(pairing, material.effort),
+        "changed": what_changed(pairing),
+        "most": max(c.figures.rmse.high for c in pairing.contenders) or 1.0,
         "title_of": title_of,
         "band": band,
     }
 
 
-def write_comparison(found: Pairing, path: Path) -> Path:
+def write_comparison(pairing: Pairing, path: Path) -> Path:
     """Write the report of a comparison as one HTML file, whole or not at all.
 
     Raises:
         RunError: the folder cannot be written.
     """
-    material = joined(found)
-    sections = [Section("comparison", "Verdict", "Verdict", partial(_verdict, found))]
-    if found.whole:
+    material = joined(pairing)
+    sections = [Section("comparison", "Verdict", "Verdict", partial(_verdict, pairing))]
+    if pairing.whole:
         sections += [TRACES, PARITY, RESIDUAL, DYNAMICS]
-    heading = f"{len(found.contenders)} runs on {headings(material)[0]}"
-    text = page(material, sections, heading, heading, f"{count(found.rows)} rows that all of them held out")
+    heading = f"{len(pairing.contenders)} runs on {headings(material)[0]}"
+    text = page(material, sections, heading, heading, f"{count(pairing.rows)} rows that all of them held out")
     with placed(path) as unfinished:
         unfinished.write_text(text, encoding="utf-8", errors="backslashreplace")  # names may be no text
     return path

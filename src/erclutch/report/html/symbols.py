@@ -38,7 +38,7 @@ def equation_text(text: str) -> Markup:
 
 
 def plain_symbol(name: str) -> str:
-    """The same in plain text."""
+    """A parameter's name as a symbol in plain text."""
     head, *tail = name.split("_")
     return _letter(head) + (f"_{','.join(tail)}" if tail else "")
 

@@ -76,7 +76,7 @@ TRACES = Section("traces", "Measured against estimated", "Traces", _fill)
 
 
 def _on_paper(material: Material) -> tuple[list[Panel], str]:
-    """The same for paper, under one another over the whole width, and which rows these are."""
+    """The traces for paper, under one another over the whole width, and which rows these are."""
     first, stop = material.windows.lively
     time = material.rows.data.clock.time[first : min(stop, first + _DRAWN)]
     start = float(time[0])

@@ -184,18 +184,20 @@ def worries(material: Material) -> list[str]:
     """What may mislead, the gravest first; each a sentence or two."""
     body = material.body
     entry = material.run.entry(material.recommended)
-    found = [f"{capital(finding['message'])}." for finding in body["findings"]]
-    found += [f"{capital(note)}." for note in entry["notes"] if not note.startswith(_TOLD_WITH_ITS_CONSTANTS)]
-    found += _not_measured(material, entry)
+    sentences = [f"{capital(finding['message'])}." for finding in body["findings"]]
+    sentences += [f"{capital(note)}." for note in entry["notes"] if not note.startswith(_TOLD_WITH_ITS_CONSTANTS)]
+    sentences += _not_measured(material, entry)
     if entry["name"] in material.laws:
-        found += negative_gains(material.laws[entry["name"]])
-    found += _of_rows(material, entry)
-    found += _of_errors(material, entry)
+        sentences += negative_gains(material.laws[entry["name"]])
+    sentences += _of_rows(material, entry)
+    sentences += _of_errors(material, entry)
     if material.badge in ("TWIN", "SYNTHETIC"):
-        found.append("The data were made by a computer. What the figures say of a real device is a guess.")
+        sentences.append("The data were made by a computer. What the figures say of a real device is a guess.")
     elif len(body["logs"]) == 1:
-        found.append("One recording: the intervals know nothing of another day, another temperature or another device.")
-    return found
+        sentences.append(
+            "One recording: the intervals know nothing of another day, another temperature or another device."
+        )
+    return sentences
 
 
 def _of_rows(material: Material, entry: Mapping[str, Any]) -> Iterator[str]:

@@ -155,12 +155,12 @@ class Material:
 
     @property
     def print_badge(self) -> str:
-        """The same where a figure stands alone; empty for a recording."""
+        """The badge of a figure that stands alone; empty for a recording."""
         return "" if self.badge == "RECORDING" else self.badge
 
     @property
     def badge_means(self) -> str:
-        """The same in a sentence."""
+        """Where the data come from, in a sentence."""
         return BADGE_MEANS.get(self.badge, "Made by a computer, not a measurement.")
 
     @property
@@ -373,7 +373,7 @@ def material_of(run: Run) -> Material:
 
 
 def material_in_memory(comparison: Comparison) -> Material:
-    """The same of a comparison that is kept in no folder."""
+    """All that is needed of a comparison that is kept in no folder."""
     data = comparison.data
     origins = data.origins or ("",) * len(data.sources)
     logs = [{"name": name, "origin": origin} for name, origin in zip(data.sources, origins, strict=True)]

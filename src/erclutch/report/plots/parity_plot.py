@@ -63,7 +63,7 @@ def _parity(material: Material) -> Panel:
 
 
 def _distribution(material: Material) -> Panel:
-    """Histograms of the residuals, and a normal distribution as wide as that of the recommended model."""
+    """Histograms of the residuals, and a normal distribution as wide as the recommended model's."""
     effort = material.effort
     first, *others = material.distributions
     edges = first.edges * effort.factor

@@ -90,10 +90,10 @@ def ticks(low: float, high: float, most: int, *, log: bool = False) -> list[floa
         return [low]
     decade = 10.0 ** math.floor(math.log10(wanted))
     step = next(digit * decade for digit in (1, 2, 5, 10) if digit * decade >= wanted * 0.999)
-    found = _multiples(step, low, high)
-    if len(found) < _FEWEST_TICKS:  # a lone 0 says nothing of how long the axis is
-        found = _multiples(step / 2, low, high)
-    return found
+    values = _multiples(step, low, high)
+    if len(values) < _FEWEST_TICKS:  # a lone 0 says nothing of how long the axis is
+        values = _multiples(step / 2, low, high)
+    return values
 
 
 def _multiples(step: float, low: float, high: float) -> list[float]:
