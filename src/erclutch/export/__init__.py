@@ -23,7 +23,12 @@ __all__ = ["Check", "ExportOptions", "ExportedStep", "export_model", "step_of", 
 
 
 def export_model(
-    model: Any, out: str | Path, to: str = "c", options: ExportOptions | None = None, *, force: bool = False
+    model: Any,
+    out: str | Path,
+    to: str = "c",
+    options: ExportOptions | None = None,
+    *,
+    force: bool = False,
 ) -> Path:
     """Write a model for a target.
 

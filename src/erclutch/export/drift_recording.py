@@ -13,7 +13,14 @@ from erclutch.arithmetic.record import Record
 from erclutch.models.alarms import LONG, Alarms, in_half_widths, part_of
 
 
-def drifted(record: Record, alarms: Alarms, ends: tuple[Any, Any, Any], side: Any, measured: Any, good: Any) -> Any:
+def drifted(
+    record: Record,
+    alarms: Alarms,
+    ends: tuple[Any, Any, Any],
+    side: Any,
+    measured: Any,
+    good: Any,
+) -> Any:
     """Whether measured efforts have been outside the band, to one side, or a part too large or small, for too long.
 
     Args:

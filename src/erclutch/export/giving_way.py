@@ -15,7 +15,12 @@ from erclutch.models.near_cells import faded
 Groups = Sequence[Sequence[Any]]
 
 
-def given_way(network: GivesWay, effort: Any, given: Groups, again: Callable[..., Any] | None) -> Any:
+def given_way(
+    network: GivesWay,
+    effort: Any,
+    given: Groups,
+    again: Callable[..., Any] | None,
+) -> Any:
     """The effort of a network amid training rows, and that of its law where there were none.
 
     Args:

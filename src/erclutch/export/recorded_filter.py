@@ -10,7 +10,13 @@ from erclutch.export.stage_memory import kept
 
 
 def filtered_speed(
-    record: Record, gains: Filter, period: float, measured: Any, number: int, good: Any, going: Any
+    record: Record,
+    gains: Filter,
+    period: float,
+    measured: Any,
+    number: int,
+    good: Any,
+    going: Any,
 ) -> Any:
     """The speed of an angle: a prediction, corrected by the innovation.
 

@@ -86,7 +86,12 @@ def _oscillating(step: ExportedStep, record: StepRecord) -> Iterator[tuple[Node,
 
 
 def _oscillator_error(
-    parameters: Mapping[str, float], period: float, value: Array, signal: Array, signal_error: Array, p: Precision
+    parameters: Mapping[str, float],
+    period: float,
+    value: Array,
+    signal: Array,
+    signal_error: Array,
+    p: Precision,
 ) -> Array:
     """Error of the output from the signal's: a bound operation by operation would grow as no oscillation does."""
     tau, zeta = parameters.values()
@@ -255,7 +260,12 @@ def _spread(value: Any, error: Any) -> Any:
     return np.minimum((1.0 - value * value) * error + np.abs(value) * error * error, 2.0)
 
 
-def _network(model: NetworkModel, x: Array, x_error: Array, p: Precision) -> tuple[Array, Array]:
+def _network(
+    model: NetworkModel,
+    x: Array,
+    x_error: Array,
+    p: Precision,
+) -> tuple[Array, Array]:
     """The forward pass from inputs and their errors, shape (inputs, n)."""
     half = 0.5 * p.epsilon
     model = model.folded
@@ -275,7 +285,12 @@ def _network(model: NetworkModel, x: Array, x_error: Array, p: Precision) -> tup
     return weights @ a + start, error
 
 
-def _fnn(model: NetworkModel, a: Array, error: Array, p: Precision) -> tuple[Array, Array, Array, float]:
+def _fnn(
+    model: NetworkModel,
+    a: Array,
+    error: Array,
+    p: Precision,
+) -> tuple[Array, Array, Array, float]:
     """Last activations with their errors, and the weights and the offset of the output."""
     half = 0.5 * p.epsilon
     own = ULPS[p.name]["tanh"] * p.epsilon
@@ -289,7 +304,12 @@ def _fnn(model: NetworkModel, a: Array, error: Array, p: Precision) -> tuple[Arr
     return a, error, model.weights["W_out"][0], float(model.weights["b_out"][0])
 
 
-def _rbfn(model: NetworkModel, z: Array, z_error: Array, p: Precision) -> tuple[Array, Array, Array, float]:
+def _rbfn(
+    model: NetworkModel,
+    z: Array,
+    z_error: Array,
+    p: Precision,
+) -> tuple[Array, Array, Array, float]:
     """Activations with their errors, and the weights and the offset of the output."""
     half = 0.5 * p.epsilon
     own = ULPS[p.name]["exp"] * p.epsilon

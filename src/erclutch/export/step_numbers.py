@@ -253,7 +253,14 @@ class _Bracketing:
                 inner_miss[side] = miss
         return best, done
 
-    def _close(self, rows: NDArray[np.int64], a: AnyArray, miss_a: AnyArray, b: AnyArray, miss_b: AnyArray) -> AnyArray:
+    def _close(
+        self,
+        rows: NDArray[np.int64],
+        a: AnyArray,
+        miss_a: AnyArray,
+        b: AnyArray,
+        miss_b: AnyArray,
+    ) -> AnyArray:
         """The fields between a and b where the miss crosses zero."""
         search = self.step.search
         number = self.step.precision.dtype.type

@@ -43,7 +43,12 @@ class Check:
 
 
 def to_the_bit(
-    step: ExportedStep, vectors: Vectors, where: str, values: NDArray[Any], flags: NDArray[Any], note: str = ""
+    step: ExportedStep,
+    vectors: Vectors,
+    where: str,
+    values: NDArray[Any],
+    flags: NDArray[Any],
+    note: str = "",
 ) -> Check:
     """Efforts of all steps, and fields of all inverses if they were run, against the vectors, bit by bit.
 
@@ -64,7 +69,13 @@ def to_the_bit(
     return Check(where, count, other, ulps(step, largest), note=note)
 
 
-def compare(step: ExportedStep, vectors: Vectors, where: str, printed: str, note: str = "") -> Check:
+def compare(
+    step: ExportedStep,
+    vectors: Vectors,
+    where: str,
+    printed: str,
+    note: str = "",
+) -> Check:
     """Lines ``bits flags`` of all steps, then of all inverses, then perhaps of the band, against the vectors.
 
     Raises:
@@ -89,7 +100,13 @@ def compare(step: ExportedStep, vectors: Vectors, where: str, printed: str, note
 _SLACK = 8.0
 
 
-def near(step: ExportedStep, vectors: Vectors, where: str, effort: NDArray[Any], flags: NDArray[Any]) -> Check:
+def near(
+    step: ExportedStep,
+    vectors: Vectors,
+    where: str,
+    effort: NDArray[Any],
+    flags: NDArray[Any],
+) -> Check:
     """Steps of a target with functions of somebody else: against NumPy in float64, within what rounding may make."""
     other_flags = np.asarray(flags, np.uint32) != vectors.flags
     other = int(np.count_nonzero(other_flags))

@@ -51,7 +51,13 @@ class Candidate(Protocol):
         """
         ...
 
-    def refit(self, train: Dataset, kept: Mask, outcome: AnyOutcome, fitted: Sequence[Fitted]) -> AnyOutcome:
+    def refit(
+        self,
+        train: Dataset,
+        kept: Mask,
+        outcome: AnyOutcome,
+        fitted: Sequence[Fitted],
+    ) -> AnyOutcome:
         """Fit the same model to some of the training rows, from its numbers on: what was chosen stays chosen.
 
         Args:
@@ -156,7 +162,8 @@ def asked(settings: Settings, train: Dataset, kind: Kind) -> list[tuple[str, str
     forms = (settings.lag,)
     if settings.lag == AUTO:
         forms = ("none",) if steady_command(train) or train.in_no_time else ("none", "lag")
-    refuse_memory(train, [*forms, *(stages for _, stages in own)], past=bool(settings.past))
+    named_stages = [stages for _, stages in own]
+    refuse_memory(train, [*forms, *named_stages], past=bool(settings.past))
     pairs = [(specification, form) for form in forms for specification in without]
     return [(specification, canonical(form)) for specification, form in (*pairs, *own)]
 

@@ -146,6 +146,11 @@ def centroids_of(rows: Gridded, levels: Collection[int]) -> dict[int, Centroids]
     return centroids
 
 
-def compress(x: Array, y: Array, level: int, by: Array | None = None) -> Centroids:
+def compress(
+    x: Array,
+    y: Array,
+    level: int,
+    by: Array | None = None,
+) -> Centroids:
     """`centroids_of` rows at one level; the grid is over the inputs where nothing else is given."""
     return centroids_of((x, y, x if by is None else by), [level])[level]

@@ -80,7 +80,8 @@ class Comparison(Shown):
 
     def id_of(self, name: str) -> str:
         """A model's id here: ``m1`` for the first of the ranking."""
-        return id_of(next(place for place, entry in enumerate(self.entries) if entry.name == name))
+        names = [entry.name for entry in self.entries]
+        return id_of(names.index(name))
 
     def __repr__(self) -> str:
         chosen = self.entry(self.recommended)
@@ -151,7 +152,10 @@ def compare(
 
     # From here to the ranking, no model sees a row that was held out.
     every = kinds()
-    course = Course((*(work for _, kind in every for work in kind.work), _CHOICE), progress)
+    work: list[float] = []  # of each phase
+    for _, kind in every:
+        work += kind.work
+    course = Course((*work, _CHOICE), progress)
     fitted, seen = _fit_all(every, settings, train, course, known)
     outcomes = [each.outcome for each in fitted]
     # Where a sign is in doubt, a fit with the sign turned says how much better it would be.
@@ -181,15 +185,20 @@ def compare(
     )
     if choice is not None:
         recommended = choice.recommended
-        entries = [replace(entry, validation=choice.errors.get(entry.name)) for entry in entries]
+        for place, entry in enumerate(entries):
+            entries[place] = replace(entry, validation=choice.errors.get(entry.name))
 
     # What the recommended model leaves open.
-    at = next(place for place, entry in enumerate(entries) if entry.name == recommended)
-    entries[at] = taken = with_sensor(data, test, entries[at])
+    names = [entry.name for entry in entries]
+    place = names.index(recommended)
+    taken = with_sensor(data, test, entries[place])
+    entries[place] = taken
     with one_thread():
         left = data.effort - taken.predicted
-        memory = history_finding(data, left, title_of(taken.name), taken.outcome.model.structure.dynamics)
-    findings += () if memory is None else (memory,)
+        stages = taken.outcome.model.structure.dynamics
+        memory = history_finding(data, left, title_of(taken.name), stages)
+    if memory is not None:
+        findings += (memory,)
     findings += log_differences(data, taken.predicted)
     return Comparison(
         data,

@@ -250,7 +250,8 @@ def _quantised(train: Dataset) -> Finding | None:
 def _one_field(train: Dataset, data: Dataset, test: Mask) -> Finding | None:
     """Rows held out at a single field cannot rank models of what a field does."""
     held_out = np.concatenate([element.field[test] for element in data.elements])
-    same = _NO_FIELD * max(float(np.abs(element.field).max()) for element in data.elements)
+    largest = max(float(np.abs(element.field).max()) for element in data.elements)
+    same = _NO_FIELD * largest
     if not held_out.size or np.ptp(held_out) > same:
         return None
     if all(np.ptp(element.field) <= same for element in train.elements):
@@ -312,7 +313,9 @@ def _one_way(train: Dataset) -> Finding | None:
 
 def _negative_field(train: Dataset) -> Finding | None:
     """Fields below zero only: a sign that is turned."""
-    if train.device != "single" or train.one_field or float(train.elements[0].field.max()) > 0.0:
+    if train.device != "single" or train.one_field:
+        return None
+    if float(train.elements[0].field.max()) > 0.0:
         return None
     message = "the field is never above zero, and a model's inverse looks for fields from zero up"
     return Finding("warning", "field", message, "Turn its sign, for example --field '-NAME [unit]'")

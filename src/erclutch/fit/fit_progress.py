@@ -54,7 +54,13 @@ class Course:
         """The next phase begins."""
         self._phase += 1
 
-    def fitted(self, share: float, name: str, outcome: AnyOutcome | None, train: Dataset) -> None:
+    def fitted(
+        self,
+        share: float,
+        name: str,
+        outcome: AnyOutcome | None,
+        train: Dataset,
+    ) -> None:
         """Tell that a model was fitted, or could not be (None), with which this share of the phase is done."""
         if outcome is None:
             self._tell(FitStep(self._done(share), f"left out {name}"))

@@ -44,7 +44,8 @@ def with_haste(band: Band, data: Dataset, errors: Array) -> Band:
         The same band where the logs have fewer than three motions.
     """
     logs = groups_of(data)
-    low, high = band.around(np.zeros(data.rows), data.elements, data.clock)
+    around_zero = band.around(np.zeros(data.rows), data.elements, data.clock)
+    low, high = around_zero
     half_width = np.where(errors < 0.0, -low, high)
     widest = float(half_width.max())
     if len(set(logs.motion)) < FEWEST_GROUPS or not widest > 0.0:
@@ -61,7 +62,8 @@ def with_haste(band: Band, data: Dataset, errors: Array) -> Band:
     fields = [element.field for element in data.elements]
     slips = [element.slip for element in data.elements]
     _, slip = leading(fields, slips)
-    haste = Haste(lag_s, mean_s, known=1.0, quickest=1.0, growth=0.0).of_rows(slip, data.clock)
+    ungrown = Haste(lag_s, mean_s, known=1.0, quickest=1.0, growth=0.0)
+    haste = ungrown.of_rows(slip, data.clock)
     if not haste.max() > 0.0:
         return band
 
@@ -75,7 +77,8 @@ def with_haste(band: Band, data: Dataset, errors: Array) -> Band:
 
     haste_of: dict[int, float] = {}  # of each motion: the largest of a log, mean over its logs
     for number in logs.motion:
-        largest = [haste[log == k].max() for k in np.unique(log[motion == number])]
+        its_logs = np.unique(log[motion == number])
+        largest = [haste[log == each].max() for each in its_logs]
         haste_of[number] = float(np.mean(largest))
     slowest, *others = sorted(haste_of, key=lambda number: haste_of[number])
     quickest = max(1.0, size_over_logs(motion == others[-1]))
@@ -101,7 +104,12 @@ def with_haste(band: Band, data: Dataset, errors: Array) -> Band:
     return replace(band, haste=grown)
 
 
-def _by_logs(haste: Array, size: Array, log: NDArray[np.intp], level: float) -> float:
+def _by_logs(
+    haste: Array,
+    size: Array,
+    log: NDArray[np.intp],
+    level: float,
+) -> float:
     """The exponent by which the errors of logs grow with their haste, and a standard error more."""
     hastes: list[float] = []  # of each log, root mean square
     sizes: list[float] = []

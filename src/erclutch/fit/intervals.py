@@ -91,7 +91,8 @@ def uncertainty(jacobian: Array, residual: Array, *, ordered: bool) -> Uncertain
         scale[scale == 0] = 1.0
         middle, bandwidth = long_run(added / scale)
         # Neighbours of a swinging residual cancel, but not in the scores of a parameter whose effect swings too.
-        alike = max(correlated_rows(residual), float(np.max(np.diag(middle), initial=1.0)))
+        of_scores = float(np.max(np.diag(middle), initial=1.0))
+        alike = max(correlated_rows(residual), of_scores)
         independent = max(n / alike, 2.0 * p)
         freedom = max(independent - p, 1.0)
         covariance = middle * np.outer(scale, scale) * (independent / freedom)
@@ -164,7 +165,9 @@ def long_run(scores: Array) -> tuple[Array, int]:
     weights = _autoregressions(scores)  # (order, p)
     order = weights.shape[0]
     n = scores.shape[0]
-    explained = sum(weight * scores[order - back : n - back] for back, weight in enumerate(weights, 1))
+    explained: Any = 0  # by the rows before
+    for back, weight in enumerate(weights, 1):
+        explained = explained + weight * scores[order - back : n - back]
     white = scores[order:] - explained
     bandwidth = max(bandwidth_of(white), round(n ** (1 / 3)))  # an autoregression does not see bursts
     recolour = 1.0 / (1.0 - weights.sum(axis=0))

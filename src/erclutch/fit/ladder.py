@@ -72,7 +72,10 @@ class Rung:
 
 
 def grown(
-    train: Dataset, base: Structure, extras: Sequence[str] = (), among: Sequence[str] | None = None
+    train: Dataset,
+    base: Structure,
+    extras: Sequence[str] = (),
+    among: Sequence[str] | None = None,
 ) -> list[Rung]:
     """The rungs that validation asks for, from the base to the richest.
 
@@ -166,8 +169,11 @@ def _next(left: Sequence[str], name: str) -> bool:
 def _has_company(structure: Structure, name: str) -> bool:
     """Whether the structure has what the stage stands beside: a second ripple is what the first leaves."""
     beside = next((family.beside for family in _families() if name in family.ladder), "")
+    if not beside:
+        return True
     stages = structure.dynamics.split("+")
-    return not beside or any(name in stages for family in families() if family[0] == beside for name in family)
+    company = next((family for family in families() if family[0] == beside), ())
+    return any(stage in stages for stage in company)
 
 
 def _with(structure: Structure, name: str) -> Structure:

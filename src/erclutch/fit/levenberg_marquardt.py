@@ -73,7 +73,12 @@ class Minimum:
 
 
 def minimise(
-    problem: Problem, start: Array, *, tolerance: float = 1e-10, max_iterations: int = 100, reach: float = 10.0
+    problem: Problem,
+    start: Array,
+    *,
+    tolerance: float = 1e-10,
+    max_iterations: int = 100,
+    reach: float = 10.0,
 ) -> Minimum:
     """Minimise a sum of squares from a start.
 
@@ -171,7 +176,13 @@ def _free(model: Linearisation, problem: Problem, u: Array) -> NDArray[np.bool_]
     return ~(held_below | held_above)
 
 
-def _bounded_step(model: Linearisation, problem: Problem, u: Array, scale: Array, radius: float) -> Array:
+def _bounded_step(
+    model: Linearisation,
+    problem: Problem,
+    u: Array,
+    scale: Array,
+    radius: float,
+) -> Array:
     """Step over the free coordinates; those that would leave their bounds are put on them and the rest re-solved."""
     free = _free(model, problem, u)
     step = np.zeros(u.size)
@@ -205,18 +216,26 @@ def _trusted(triangle: Array, vector: Array, scale: Array, radius: float) -> Arr
         length = float(np.linalg.norm(d))
         if abs(length - radius) <= 0.1 * radius:
             break
-        slope = -float(np.sum(np.where(solid, d * d / damped, 0.0))) / length
+        steepness = np.where(solid, d * d / damped, 0.0)
+        slope = -float(np.sum(steepness)) / length
         mu = max(mu - (length - radius) / radius * length / slope, 0.0)
         damped = np.where(solid, s * s + mu, 1.0)
         d = np.where(solid, s * z / damped, 0.0)
     return (right.T @ d) / scale
 
 
-def _stationary(model: Linearisation, problem: Problem, u: Array, floor: float, tolerance: float) -> bool:
+def _stationary(
+    model: Linearisation,
+    problem: Problem,
+    u: Array,
+    floor: float,
+    tolerance: float,
+) -> bool:
     """Whether the residual is at right angles to what the free coordinates can change."""
     free = _free(model, problem, u)
     gradient = model.triangle.T @ model.vector
-    norms = _norms(model.triangle) * max(model.cost**0.5, floor) + np.finfo(float).tiny
+    residual_size = max(model.cost**0.5, floor)
+    norms = _norms(model.triangle) * residual_size + np.finfo(float).tiny
     cosines = np.abs(gradient / norms)
     small = max(1e-6, tolerance**0.5)
     return bool(np.all(cosines[free] < small))

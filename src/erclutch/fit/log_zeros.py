@@ -142,9 +142,11 @@ def welch(values: Array, errors: Array, rows: Array) -> tuple[float, float]:
     k = values.size
     mean = float(weights @ values / weights.sum())
     between = float(weights @ (values - mean) ** 2) / (k - 1)
-    lost = float(np.sum((1.0 - weights / weights.sum()) ** 2 / (rows - 1.0)))
+    others = 1.0 - weights / weights.sum()
+    lost = float(np.sum(others**2 / (rows - 1.0)))
     ratio = between / (1.0 + 2.0 * (k - 2) / (k * k - 1) * lost)
-    return ratio, float(fdtrc(k - 1, (k * k - 1) / (3.0 * lost), ratio))
+    freedom = (k * k - 1) / (3.0 * lost)
+    return ratio, float(fdtrc(k - 1, freedom, ratio))
 
 
 def _without(values: Array, other: Array) -> Array:
@@ -156,7 +158,12 @@ def _without(values: Array, other: Array) -> Array:
     return values - other * share
 
 
-def _listed(names: Sequence[str], numbers: PerLog, worth: float, text: Callable[[float, float], str]) -> str:
+def _listed(
+    names: Sequence[str],
+    numbers: PerLog,
+    worth: float,
+    text: Callable[[float, float], str],
+) -> str:
     """The logs that surely differ from the usual one, the farthest first; "" where there is none, or by too little."""
     usual = float(np.median(numbers.values))
     away = np.abs(numbers.values - usual)

@@ -12,7 +12,12 @@ from erclutch.models.networks import is_network
 from erclutch.models.stages import stages_at
 
 
-def refuse_field_terms(data: Dataset, asked: Sequence[str], stages: str, friction: bool | None) -> None:
+def refuse_field_terms(
+    data: Dataset,
+    asked: Sequence[str],
+    stages: str,
+    friction: bool | None,
+) -> None:
     """Refuse what was asked for by name and needs a field that changes, for rows that all have one field.
 
     Args:

@@ -74,7 +74,12 @@ def other_motion(known: Dataset, data: Dataset) -> list[str]:
     return seen
 
 
-def _paces(data: Dataset, start: int, stop: int, sizes: Sequence[float]) -> dict[int, float]:
+def _paces(
+    data: Dataset,
+    start: int,
+    stop: int,
+    sizes: Sequence[float],
+) -> dict[int, float]:
     """The pace of each element that moves over some rows, in rad/s; sizes are the slips of the fit."""
     paces: dict[int, float] = {}
     if stop - start < 2:
@@ -87,7 +92,12 @@ def _paces(data: Dataset, start: int, stop: int, sizes: Sequence[float]) -> dict
     return paces
 
 
-def _seen(logs: dict[str, tuple[float, float]], way: str, end: str, of: int) -> str:
+def _seen(
+    logs: dict[str, tuple[float, float]],
+    way: str,
+    end: str,
+    of: int,
+) -> str:
     """What is said of logs whose pace no log of the fit had."""
 
     def away(name: str) -> float:

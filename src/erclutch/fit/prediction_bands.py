@@ -181,7 +181,15 @@ def pieces(data: Dataset, rows: Mask) -> list[tuple[str, NDArray[np.intp]]]:
     return [(name, own) for name, own in seconds if own.size >= few]
 
 
-def judged(data: Dataset, test: Mask, predicted: Array, band: Band, plain: float, *, sensor: bool = False) -> HeldBand:
+def judged(
+    data: Dataset,
+    test: Mask,
+    predicted: Array,
+    band: Band,
+    plain: float,
+    *,
+    sensor: bool = False,
+) -> HeldBand:
     """How a band does on the rows held out, around the effort of all rows, shape (n,).
 
     Args:
@@ -278,7 +286,12 @@ def _narrowest(cells: Sequence[_Cells], errors: _Errors) -> _Cells:
 
 
 def _followed(
-    band: Band, cell: NDArray[np.intp], error: Array, estimate: Array, log: NDArray[np.intp], block: int
+    band: Band,
+    cell: NDArray[np.intp],
+    error: Array,
+    estimate: Array,
+    log: NDArray[np.intp],
+    block: int,
 ) -> float | None:
     """The part of the estimate that errors of a block follow as seldom as the level of the band allows.
 

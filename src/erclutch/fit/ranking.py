@@ -246,7 +246,12 @@ def unknown_start(model: Model, data: Dataset) -> str:
     return ""
 
 
-def _adds(model: Model, data: Dataset, predicted: Array, test: NDArray[np.bool_]) -> str:
+def _adds(
+    model: Model,
+    data: Dataset,
+    predicted: Array,
+    test: NDArray[np.bool_],
+) -> str:
     """What the network of a law with one adds, on the rows held out."""
     assert model.correction is not None
     law: Array = model.law_part.predict(data)
@@ -264,7 +269,12 @@ def _adds(model: Model, data: Dataset, predicted: Array, test: NDArray[np.bool_]
     )
 
 
-def _notes(outcome: AnyOutcome, data: Dataset, predicted: Array, test: NDArray[np.bool_]) -> tuple[str, ...]:
+def _notes(
+    outcome: AnyOutcome,
+    data: Dataset,
+    predicted: Array,
+    test: NDArray[np.bool_],
+) -> tuple[str, ...]:
     """What to worry about with a fit; sentences for people."""
     notes: list[str] = []
     if outcome.model.correction is not None:

@@ -71,7 +71,12 @@ class Way:
         return np.array([number.start for number in self.numbers])
 
 
-def ways_of(model: Model, data: Dataset, rows: Rows, effort: Array) -> Iterator[Way]:
+def ways_of(
+    model: Model,
+    data: Dataset,
+    rows: Rows,
+    effort: Array,
+) -> Iterator[Way]:
     """All ways for a model, from the one with the fewest numbers on.
 
     Args:
@@ -107,7 +112,12 @@ def ways_of(model: Model, data: Dataset, rows: Rows, effort: Array) -> Iterator[
         yield _output_layer(network, data, rows)
 
 
-def _linear(name: str, numbers: Sequence[Number], columns: Sequence[Array], model: Callable[[Array], Model]) -> Way:
+def _linear(
+    name: str,
+    numbers: Sequence[Number],
+    columns: Sequence[Array],
+    model: Callable[[Array], Model],
+) -> Way:
     """A way in whose numbers the effort is linear."""
     start = np.array([number.start for number in numbers])
     return Way(name, numbers, np.column_stack(columns), model, start)

@@ -91,7 +91,13 @@ def block_starts(rows: int, block: int, seed: int) -> NDArray[np.int64]:
     return rng.integers(0, rows, size=(_RESAMPLES, max(1, round(rows / block))))
 
 
-def score(measured: Array, predicted: Array, *, block: int | None = None, seed: int = 0) -> Score:
+def score(
+    measured: Array,
+    predicted: Array,
+    *,
+    block: int | None = None,
+    seed: int = 0,
+) -> Score:
     """Figures with bands.
 
     Args:
@@ -219,7 +225,13 @@ def score_of_bins(sums: BinSums, *, seed: int = 0) -> Score:
     )
 
 
-def excess(error: Array, best: Array, *, block: int | None = None, seed: int = 0) -> BandedFigure:
+def excess(
+    error: Array,
+    best: Array,
+    *,
+    block: int | None = None,
+    seed: int = 0,
+) -> BandedFigure:
     """How much larger a model's RMSE is than the best one's, as a share, on the same blocks of rows for both.
 
     Args:
@@ -240,7 +252,13 @@ def excess(error: Array, best: Array, *, block: int | None = None, seed: int = 0
     return _figure(value, _over(mine, theirs), starts.shape[1], least=-1.0)
 
 
-def difference(error: Array, other: Array, *, block: int, seed: int = 0) -> BandedFigure:
+def difference(
+    error: Array,
+    other: Array,
+    *,
+    block: int,
+    seed: int = 0,
+) -> BandedFigure:
     """How much larger a model's RMSE is than another's, in the effort's unit, on the same blocks of rows for both.
 
     Args:
@@ -263,7 +281,12 @@ def _over(mine: Array | np.float64, theirs: Array | np.float64) -> Array:
 
 
 def _figure(
-    value: float, resampled: Array, blocks: int, *, least: float = -np.inf, most: float = np.inf
+    value: float,
+    resampled: Array,
+    blocks: int,
+    *,
+    least: float = -np.inf,
+    most: float = np.inf,
 ) -> BandedFigure:
     """A band as much wider than the resamples as t of so many blocks is than the normal quantile, within limits."""
     from scipy.special import ndtri, stdtrit
@@ -314,7 +337,12 @@ def independent_rows(residual: Array) -> float:
     return residual.size / correlated_rows(residual)
 
 
-def information_criteria(cost: float, rows: int, independent: float, parameters: int) -> dict[str, float]:
+def information_criteria(
+    cost: float,
+    rows: int,
+    independent: float,
+    parameters: int,
+) -> dict[str, float]:
     """AIC and BIC of Gaussian residuals, as printed everywhere and for the number of independent rows.
 
     Args:

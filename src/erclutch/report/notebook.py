@@ -376,7 +376,12 @@ def _ranking(body: Mapping[str, Any]) -> DataFrame:
     return rows_as_frame(header, rows)
 
 
-def _judged(material: Callable[[], Material], name: str, body: Mapping[str, Any], origins: Sequence[str]) -> Card:
+def _judged(
+    material: Callable[[], Material],
+    name: str,
+    body: Mapping[str, Any],
+    origins: Sequence[str],
+) -> Card:
     """What a comparison and a run have in common."""
     from erclutch.report.plots.run_plots import FIGURES
 

@@ -89,7 +89,11 @@ def task_pool(cluster: str | None = None, workers: int = 2) -> Generator[TaskPoo
 
 
 def finished(
-    pool: TaskPool, function: Callable[[T], R], tasks: Iterable[T], *, retries: int = 2
+    pool: TaskPool,
+    function: Callable[[T], R],
+    tasks: Iterable[T],
+    *,
+    retries: int = 2,
 ) -> Iterator[tuple[int, R | Exception]]:
     """Run a function on each task; give results as they come, each with the index of its task.
 
@@ -139,7 +143,13 @@ def _gone() -> WorkerLostError:
     return WorkerLostError("the cluster went away", remedy="Start the cluster again, then the same command")
 
 
-def in_order(pool: TaskPool, function: Callable[[T], R], tasks: Iterable[T], *, retries: int = 2) -> Iterator[R]:
+def in_order(
+    pool: TaskPool,
+    function: Callable[[T], R],
+    tasks: Iterable[T],
+    *,
+    retries: int = 2,
+) -> Iterator[R]:
     """What a function makes of each task, in the order of the tasks; the first error is raised."""
     early: dict[int, R | Exception] = {}
     due = 0

@@ -235,7 +235,11 @@ def joined_sums(parts: Sequence[PartSums]) -> PartSums:
 
 
 def _score_part(
-    plan: ScoringPlan, models: Mapping[str, Model], how: Reading, report: Callable[[int], None] | None, part: Part
+    plan: ScoringPlan,
+    models: Mapping[str, Model],
+    how: Reading,
+    report: Callable[[int], None] | None,
+    part: Part,
 ) -> tuple[Part, PartSums]:
     """The sums over the rows of one part, and of which."""
     log = part.log
@@ -301,7 +305,13 @@ def predictions(
         before = neighbours(data, following, data.rows)
 
 
-def _sums(measured: Array, predicted: Mapping[str, Array], held: Mask, place: int, plan: ScoringPlan) -> PartSums:
+def _sums(
+    measured: Array,
+    predicted: Mapping[str, Array],
+    held: Mask,
+    place: int,
+    plan: ScoringPlan,
+) -> PartSums:
     """Sums over the bins of some neighbouring rows; a bin ends where a row is held out and its neighbour is not."""
     bins = (place + np.arange(measured.size)) // plan.bin_rows  # number of each row's bin
     another_bin = bins[1:] != bins[:-1]

@@ -246,7 +246,12 @@ def quicker_than_known(model: Model, data: Dataset) -> Mask:
     return haste.beyond(slip, data.clock)
 
 
-def band_ends(data: Dataset, model: Model, effort: Array, sensor: bool) -> tuple[Array, Array]:
+def band_ends(
+    data: Dataset,
+    model: Model,
+    effort: Array,
+    sensor: bool,
+) -> tuple[Array, Array]:
     """Low and high end of the band of 95 %, each of shape (n,); with a sensor adapted to past rows.
 
     Without a sensor both are NaN where nothing like a row was ever logged: more than a tenth beyond the range of the

@@ -27,7 +27,12 @@ LABEL = "@recalibrated"
 
 
 def recalibrated(
-    run: Run, data: Dataset, *, model: str | None = None, share: float = 0.7, stretches: int = 1
+    run: Run,
+    data: Dataset,
+    *,
+    model: str | None = None,
+    share: float = 0.7,
+    stretches: int = 1,
 ) -> Comparison:
     """Adapt a model of a run to a share of a new log's rows; the rest judges.
 

@@ -123,7 +123,13 @@ def plan_of(rows: RowsOfLogs, comparison: Comparison, run: str = "") -> ScoringP
     return plan_of_rows(rows, comparison.test, seed=comparison.settings.seed, run=run)
 
 
-def plan_of_rows(rows: RowsOfLogs, test: Mask, *, seed: int = 0, run: str = "") -> ScoringPlan:
+def plan_of_rows(
+    rows: RowsOfLogs,
+    test: Mask,
+    *,
+    seed: int = 0,
+    run: str = "",
+) -> ScoringPlan:
     """The plan for logs of which stretches were kept, and for the mask of those that are held out."""
     total = sum(log.rows for log in rows.in_blocks)
     bin_rows = _SHORTEST_BIN

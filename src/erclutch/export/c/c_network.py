@@ -167,7 +167,12 @@ def _rbfn(model: NetworkModel, n: str, p: Precision) -> Iterator[str]:
     yield from _loop("i", neurons, [f"a1[i] = {n}exp_held(a1[i]);"])
 
 
-def _dot(count: int, a: str, weights: str, active: str = "") -> Iterator[str]:
+def _dot(
+    count: int,
+    a: str,
+    weights: str,
+    active: str = "",
+) -> Iterator[str]:
     """Weights times what a function makes of the values: four running sums, pairs of these, then the rest."""
     whole = count // 4 * 4
     if whole:

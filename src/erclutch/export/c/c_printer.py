@@ -316,7 +316,13 @@ def places_of(record: Record) -> dict[str, tuple[int, int]]:
     return places
 
 
-def function(prefix: str, precision: Precision, name: str, record: Record, about: str) -> str:
+def function(
+    prefix: str,
+    precision: Precision,
+    name: str,
+    record: Record,
+    about: str,
+) -> str:
     """A record of inputs and one output as a function."""
     printer = Printer(prefix, precision, record)
     needed = {n.value for n in record.needed() if n.operation == "input"}
@@ -335,7 +341,13 @@ def functions_used(records: Sequence[Record]) -> set[str]:
     return used
 
 
-def table(c_type: str, name: str, values: Sequence[str], per_line: int = 4, of: str = "") -> str:
+def table(
+    c_type: str,
+    name: str,
+    values: Sequence[str],
+    per_line: int = 4,
+    of: str = "",
+) -> str:
     """A constant table."""
     rows: list[str] = []
     for first in range(0, len(values), per_line):

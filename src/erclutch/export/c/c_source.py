@@ -119,7 +119,13 @@ def _public(step: ExportedStep, n: str) -> str:
     return "\n".join([*parts, at_rest_body, _inverse(step, n)])
 
 
-def _body(step: ExportedStep, n: str, record: StepRecord, signature: str, exact: str) -> str:
+def _body(
+    step: ExportedStep,
+    n: str,
+    record: StepRecord,
+    signature: str,
+    exact: str,
+) -> str:
     """A function that gives effort and flags; no row is good where the compiler changed the arithmetic."""
     N = n.upper()
     names = {name: f"input[{place}]" for place, name in enumerate(record.inputs)}
@@ -150,7 +156,14 @@ def _inverse(step: ExportedStep, n: str) -> str:
     return f"{at_rest}\n{signature}\n{{\n    (void)state;\n    return {n}inverse(input, wanted, field);\n}}\n"
 
 
-def _guarded(step: ExportedStep, n: str, signature: str, body: list[str], *, now: bool = False) -> str:
+def _guarded(
+    step: ExportedStep,
+    n: str,
+    signature: str,
+    body: list[str],
+    *,
+    now: bool = False,
+) -> str:
     """An inverse whose body runs where all is finite; the inputs of the next step may be angles."""
     N = n.upper()
     first = step.elements  # place of the first input after the fields

@@ -60,7 +60,13 @@ class Compiler:
         run(words, f"{self.name} cannot compile {sources[0].name}", "Use another compiler, or set CC to one")
 
 
-def run(words: Sequence[str], problem: str, remedy: str, *, patience: float = 120.0) -> str:
+def run(
+    words: Sequence[str],
+    problem: str,
+    remedy: str,
+    *,
+    patience: float = 120.0,
+) -> str:
     """Standard output of a program.
 
     Raises:

@@ -70,7 +70,13 @@ class LawCandidate(Candidate):
             outcome = _with_terms_told(train, law)
         return replace(outcome, notes=(*self.notes, *outcome.notes))
 
-    def refit(self, train: Dataset, kept: Mask, outcome: AnyOutcome, fitted: Sequence[Fitted]) -> AnyOutcome:
+    def refit(
+        self,
+        train: Dataset,
+        kept: Mask,
+        outcome: AnyOutcome,
+        fitted: Sequence[Fitted],
+    ) -> AnyOutcome:
         """The exponent of a form that saturates stays where the fields left cannot tell it; see `Candidate.refit`."""
         form = self.structure.law.yield_form
         few = form is SATURATING and _more_numbers_than_fields(train.take(kept), self.structure)
@@ -78,7 +84,8 @@ class LawCandidate(Candidate):
 
     def fit_again(self, data: Dataset, outcome: AnyOutcome) -> AnyOutcome:
         """The law's numbers get intervals, which `refit` leaves out; see `Candidate.fit_again`."""
-        return fit_structure(data, outcome.model.structure, starts=[list(outcome.model.shape.values())])
+        start = list(outcome.model.shape.values())
+        return fit_structure(data, outcome.model.structure, starts=[start])
 
 
 class Laws(Kind):
@@ -105,8 +112,11 @@ class Laws(Kind):
         if settings.lag != AUTO:
             return Grown()
         quicker = [] if steady_command(train) else _second_time_constant(train, laws)
-        named = {name for name, _ in asked(settings, train, KIND) if name in settings.models}
-        remembering, findings = with_memory(train, [*laws, *quicker], {_law_of(name, train) for name in named})
+        named: set[str | None] = set()  # laws that were asked for by name
+        for name, _ in asked(settings, train, KIND):
+            if name in settings.models:
+                named.add(_law_of(name, train))
+        remembering, findings = with_memory(train, [*laws, *quicker], named)
         known = [LawCandidate(law.model.structure, outcome=law) for law in quicker]
         return Grown([*known, *remembering], findings)
 
@@ -232,7 +242,8 @@ def _second_time_constant(train: Dataset, laws: Sequence[FitOutcome[TorqueModel]
 def _called_for(train: Dataset, plain: FitOutcome[TorqueModel], richer: FitOutcome[TorqueModel]) -> bool:
     """Whether the training rows give very strong evidence for a law with more numbers."""
     # Rows of one log are alike, so the criterion counts those that are independent, as many for both laws.
-    independent = min(independent_rows(train.effort - law.model.predict(train)) for law in (plain, richer))
+    errors = [train.effort - law.model.predict(train) for law in (plain, richer)]
+    independent = min(independent_rows(error) for error in errors)
 
     def criterion(law: FitOutcome[TorqueModel]) -> float:
         criteria = information_criteria(law.train_cost, law.train_rows, independent, law.parameters)
@@ -273,8 +284,9 @@ def with_memory(
     best = min(known, key=lambda law: law.train_cost)
     base = _plainest_of_the_best(known)
     first_rung = replace(base.model.structure, dynamics=best.model.structure.dynamics)
+    among = () if train.in_no_time else None
     with one_thread():
-        rungs = grown(train, first_rung, tuple(train.extras), among=() if train.in_no_time else None)
+        rungs = grown(train, first_rung, tuple(train.extras), among)
         spare = helpful(train, rungs[-1])  # share of the error that a column would take off, by its name
 
     findings: list[Finding] = []
@@ -288,8 +300,8 @@ def with_memory(
     if len(rungs) < 2:
         return [], tuple(findings)
     # The first step up and the last: the smallest memory that helps, and all that helps. They may be the same.
-    wanted = {rung.structure: rung for rung in (rungs[1], rungs[-1])}.values()
-    candidates = [_of_rung(rung, base.notes) for rung in wanted]
+    wanted = {rung.structure: rung for rung in (rungs[1], rungs[-1])}
+    candidates = [_of_rung(rung, base.notes) for rung in wanted.values()]
     if len(set(groups_of(train).field)) >= FEWEST_GROUPS:
         others = _of_another_form(train, rungs[-1], known, base)
         candidates = [*others, *_that_saturate(train, rungs[-1], others), *candidates]  # the last stays the richest
@@ -321,7 +333,8 @@ def _of_another_form(
             others.append(law)
     if not others:
         return []
-    few = sorted(others, key=lambda law: (law.parameters, law.train_cost))[:_MOST_FORMS]
+    others.sort(key=lambda law: (law.parameters, law.train_cost))
+    few = others[:_MOST_FORMS]
     with one_thread():
         rungs = [of_law(train, rung, law.model.structure) for law in few]
     best = min(range(len(few)), key=lambda place: rungs[place].error)
@@ -344,9 +357,11 @@ def _that_saturate(train: Dataset, rung: Rung, others: Sequence[LawCandidate]) -
             for form in (TANH, SATURATING):
                 specification = f"{structure.specification}/{form.name}"
                 law = law_from_name(specification, structure.device)
-                remembering = of_law(train, rung, replace(structure, specification=specification, law=law))
-                near = [tuple(remembering.numbers.values())]
-                fits.append(_with_terms_told(train, fit_structure(train, remembering.structure, starts=near)))
+                with_form = replace(structure, specification=specification, law=law)
+                remembering = of_law(train, rung, with_form)
+                near = tuple(remembering.numbers.values())
+                fit = fit_structure(train, remembering.structure, starts=[near])
+                fits.append(_with_terms_told(train, fit))
         plain, richer = fits
         taken = richer if richer.sound and _called_for(train, plain, richer) else plain
         if taken.model.structure not in known:  # such a form may have been asked for

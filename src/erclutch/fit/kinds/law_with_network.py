@@ -41,7 +41,13 @@ class LawWithNetworkCandidate(Candidate):
         law = laws.get(self.structure.law)
         return fit_residual(train, self.structure, seed=self.seed, workers=workers, law=law)
 
-    def refit(self, train: Dataset, kept: Mask, outcome: AnyOutcome, fitted: Sequence[Fitted]) -> AnyOutcome:
+    def refit(
+        self,
+        train: Dataset,
+        kept: Mask,
+        outcome: AnyOutcome,
+        fitted: Sequence[Fitted],
+    ) -> AnyOutcome:
         """The share of the network that was kept stays; see `Candidate.refit`."""
         structure: ResidualStructure = outcome.model.structure
         laws = [f.outcome for f in fitted if f.outcome.model.structure == structure.law]

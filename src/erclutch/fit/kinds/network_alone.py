@@ -53,7 +53,13 @@ class NetworkCandidate(Candidate):
         model = replace(outcome.model, beyond=law_beyond(train, laws))
         return replace(outcome, model=model)
 
-    def refit(self, train: Dataset, kept: Mask, outcome: AnyOutcome, fitted: Sequence[Fitted]) -> AnyOutcome:
+    def refit(
+        self,
+        train: Dataset,
+        kept: Mask,
+        outcome: AnyOutcome,
+        fitted: Sequence[Fitted],
+    ) -> AnyOutcome:
         """See `Candidate.refit`."""
         constants = outcome.model.dynamics
         again = fit_network(train, self.structure, seed=self.seed, polish=self.polish, dynamics=constants, kept=kept)

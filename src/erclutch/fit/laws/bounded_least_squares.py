@@ -42,7 +42,13 @@ def solve_bounded(triangle: Array, vector: Array, nonnegative: Mask) -> tuple[Ar
     return c / scale, held
 
 
-def _enter(a: Array, vector: Array, c: Array, held: Mask, nonnegative: Mask) -> tuple[Array, Mask]:
+def _enter(
+    a: Array,
+    vector: Array,
+    c: Array,
+    held: Mask,
+    nonnegative: Mask,
+) -> tuple[Array, Mask]:
     """Step toward the solution of the enlarged set, stopping where a coefficient reaches zero."""
     while True:
         target = _solve(a, vector, ~held)

@@ -51,6 +51,7 @@ SCAN_ROWS, _ROUGH_ROWS = 1500, 6000
 _REFIT_ROWS = 6000  # that weigh in a refit which only validates
 _MIDDLE_ROWS = 40000  # of a long log: the last steps, on all rows, then start next to the minimum
 MANY_ROWS = 100_000  # from here on centroids stand for the rows where they can
+_FINEST = 2  # level of compression
 _SCAN_POINTS = 48
 _ROUGH_STARTS = 3
 _HELD = 1e-6  # share by which a number that is held may move
@@ -120,12 +121,14 @@ def fit_structure(
 
     # Of a long log, weighted centroids stand for rows, unless their order matters or the law steps.
     under_field = [element.field != 0 for element in data.elements]
-    under_both_fields = len(data.elements) > 1 and bool(np.any(np.logical_and.reduce(under_field)))
+    under_all_fields = np.logical_and.reduce(under_field)
+    under_both_fields = len(data.elements) > 1 and bool(np.any(under_all_fields))
     steps = bool(structure.law.stimulus_shape)
     cells: Separable | None = None
     if memoryless and not steps and data.rows >= MANY_ROWS and not under_both_fields:
         signed = signed_rows(data.elements)
-        centroids = centroids_of((signed, data.effort, spaced_rows(signed, reference)), [2])[2]
+        gridded = signed, data.effort, spaced_rows(signed, reference)
+        centroids = centroids_of(gridded, [_FINEST])[_FINEST]
         cells = on_cells(centroids, structure, reference, shapes)
 
     # A lag needs neighbouring rows, so it is searched in windows; without one, rows from all over tell more, and so do
@@ -171,10 +174,13 @@ def refit_near(
     for shape in structure.shapes(reference.period):
         if shape.name in held:
             number = model.shape[shape.name]
-            shape = replace(shape, lower=(1.0 - _HELD) * number, upper=(1.0 + _HELD) * number)
+            lower = (1.0 - _HELD) * number
+            upper = (1.0 + _HELD) * number
+            shape = replace(shape, lower=lower, upper=upper)
         shapes.append(shape)
     rows = np.arange(data.rows) if kept is None else np.flatnonzero(kept)
-    few = separable(data, structure, reference, tuple(shapes), rows[thinned(rows.size, _REFIT_ROWS)])
+    few_rows = rows[thinned(rows.size, _REFIT_ROWS)]
+    few = separable(data, structure, reference, tuple(shapes), few_rows)
     data = data if kept is None else data.take(kept)
     nearest = _LINEAR
     if shapes:
@@ -212,7 +218,11 @@ _LINEAR = Minimum(
 
 
 def _search(
-    few: Separable, rough: Separable, starts: Sequence[Sequence[float]], scan: int, remembers: bool = False
+    few: Separable,
+    rough: Separable,
+    starts: Sequence[Sequence[float]],
+    scan: int,
+    remembers: bool = False,
 ) -> Array:
     """Coordinates of the best minimum on some of the rows: a scan on few, local solvers from its best on more.
 

@@ -55,10 +55,10 @@ def closed_in_slices(
         The gains, the triangle of free columns and derivatives, and the sum of squared residuals.
     """
     with np.errstate(over="ignore", invalid="ignore", divide="ignore", under="ignore"):
-        problems = [
-            separable(data.picked(slice(at, at + _SLICE)), structure, reference, shapes, slice(None))
-            for at in range(0, data.rows, _SLICE)
-        ]
+        problems: list[Separable] = []  # of each slice
+        for at in range(0, data.rows, _SLICE):
+            some = data.picked(slice(at, at + _SLICE))
+            problems.append(separable(some, structure, reference, shapes, slice(None)))
         q = parameters(shapes, minimum.point)
         r = triangle_over(problem.values(problem.columns(q), q) for problem in problems)
         nonnegative: Mask = np.array([gain.nonnegative for gain in structure.gains()], np.bool_)

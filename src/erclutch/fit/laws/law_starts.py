@@ -30,7 +30,12 @@ def thinned(rows: int, most: int) -> slice:
     return slice(None, None, max(1, -(-rows // most)))
 
 
-def windows(rows: int, most: int, period: float, count: int = 12) -> NDArray[np.bool_]:
+def windows(
+    rows: int,
+    most: int,
+    period: float,
+    count: int = 12,
+) -> NDArray[np.bool_]:
     """Mask of ``count`` stretches of neighbouring rows: ``most`` together, and more where these are too short a time.
 
     A command must move within them, and what follows it must be seen, however fast it was sampled. One stretch begins

@@ -84,7 +84,8 @@ def _elsewhere(few: Separable, point: Array) -> list[Array]:
         far = [place for place in places[:, i] if abs(place - point[i]) >= apart[i]]
         moved.append([_moved(point, i, place) for place in far])
     little = (1.0 + _IDLE) * cost(point)
-    idle = [i for i, points in enumerate(moved) if min(cost(u) for u in points) < little]
+    cheapest = [min(cost(u) for u in points) for points in moved]
+    idle = [i for i, least in enumerate(cheapest) if least < little]
 
     starts: list[Array] = []
     for i, points in enumerate(moved):

@@ -53,7 +53,13 @@ def no_intervals(parameters: int) -> tuple[Array, Array]:
     return np.full(parameters, np.nan), np.full(parameters, np.nan)
 
 
-def interval_ends(few: Separable, optimum: Optimum, spread: Uncertainty, *, ordered: bool) -> tuple[Array, Array]:
+def interval_ends(
+    few: Separable,
+    optimum: Optimum,
+    spread: Uncertainty,
+    *,
+    ordered: bool,
+) -> tuple[Array, Array]:
     """Ends of the 95 % intervals of all parameters, (p,) each; infinite where the rows do not identify a parameter.
 
     Args:
@@ -234,7 +240,13 @@ def _limits(optimum: Optimum, ordered: bool) -> Array:
     return robust.quantile**2 * variance * ratio
 
 
-def _next(inner: float, inner_rise: float, outer: float, outer_rise: float, start: float) -> float:
+def _next(
+    inner: float,
+    inner_rise: float,
+    outer: float,
+    outer_rise: float,
+    start: float,
+) -> float:
     """The next value to try: between the two that enclose the end, else further out by what the rise asks for."""
     if np.isfinite(outer_rise):
         # By a straight line between both; a steep rise beyond says little of where the end is.

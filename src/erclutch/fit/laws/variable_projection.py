@@ -165,7 +165,9 @@ def triangle_over(matrices: Iterable[Array]) -> Array:
     packed = dgeqrf(last)[0]
     r: Array = np.triu(packed[:wide])
     missing = wide - r.shape[0]  # rows, where there are fewer than columns
-    return r if not missing else np.vstack([r, np.zeros((missing, wide))])
+    if not missing:
+        return r
+    return np.vstack([r, np.zeros((missing, wide))])
 
 
 #: Rows of a slice.

@@ -97,7 +97,14 @@ class Point:
 class WeightedRows:
     """Weighted rows of one round; they come in the precision of the round, sums over blocks in double."""
 
-    def __init__(self, x: Floats, y: Floats, weight: Floats | None, sizes: Sequence[int], single: bool) -> None:
+    def __init__(
+        self,
+        x: Floats,
+        y: Floats,
+        weight: Floats | None,
+        sizes: Sequence[int],
+        single: bool,
+    ) -> None:
         kind: Any = np.float32 if single else np.float64
         self.kind = kind
         self.x = np.ascontiguousarray(x, kind)  # (inputs, n)
@@ -181,8 +188,10 @@ class WeightedRows:
     def _active(self, point: Point) -> Iterator[tuple[slice, Sequence[Floats]]]:
         """Each block with the activations of its rows: those that were kept, else anew."""
         for number, block in enumerate(self._blocks()):
-            active = point.active[number] if point.active else _activations(point.layers, self.x[:, block])
-            yield block, active
+            if point.active:
+                yield block, point.active[number]
+            else:
+                yield block, _activations(point.layers, self.x[:, block])
 
 
 def _activations(layers: Layers, x: Floats) -> list[Floats]:

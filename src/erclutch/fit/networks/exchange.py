@@ -67,7 +67,12 @@ def exchanged(
     return replace(best, steps=steps)
 
 
-def _with_new(rows: WeightedRows, theta: Array, rng: np.random.Generator, slips: Slips | None) -> Array:
+def _with_new(
+    rows: WeightedRows,
+    theta: Array,
+    rng: np.random.Generator,
+    slips: Slips | None,
+) -> Array:
     """Weights with one more neuron in the last hidden layer, which has no say in the output yet."""
     w_new, b_new = new_neurons(rng, rows.sizes, _CANDIDATES, slips)
     gains = _gains(rows, theta, (w_new, b_new))

@@ -55,7 +55,12 @@ def first_weights(rng: np.random.Generator, sizes: Sequence[int], slips: Slips |
     return np.concatenate([*parts, w_out, b_out])
 
 
-def new_neurons(rng: np.random.Generator, sizes: Sequence[int], count: int, slips: Slips | None) -> Layer:
+def new_neurons(
+    rng: np.random.Generator,
+    sizes: Sequence[int],
+    count: int,
+    slips: Slips | None,
+) -> Layer:
     """W and b of so many random neurons for the last hidden layer."""
     w, b = _spread(rng, sizes[-3], count)
     if len(sizes) == _ONE_HIDDEN and slips is not None:
@@ -70,10 +75,16 @@ def _spread(rng: np.random.Generator, before: int, after: int) -> Layer:
     w *= reach / np.linalg.norm(w, axis=1, keepdims=True)
     if after == 1:
         return w, np.zeros(1)
-    return w, reach * np.linspace(-1.0, 1.0, after) * np.sign(w[:, 0])
+    even = np.linspace(-1.0, 1.0, after)
+    return w, reach * even * np.sign(w[:, 0])
 
 
-def _transitions(rng: np.random.Generator, slips: Slips, w: Array, b: Array) -> None:
+def _transitions(
+    rng: np.random.Generator,
+    slips: Slips,
+    w: Array,
+    b: Array,
+) -> None:
     """Make the first neurons transitions at zero slip, slip after slip, each of a width of its own.
 
     Their weights of further inputs stay, and the more of these there are, the more neurons stay as they were.
@@ -85,7 +96,8 @@ def _transitions(rng: np.random.Generator, slips: Slips, w: Array, b: Array) -> 
     narrow, wide = _WIDTHS
     width = narrow * (wide / narrow) ** rng.uniform(size=count)
     which = np.arange(count) % ways
-    w[:count, own] = (slips.slope[which] / width[:, None])[:, own]
+    slopes = slips.slope[which] / width[:, None]
+    w[:count, own] = slopes[:, own]
     w[:count, 0] += slips.field * _FIELD * rng.standard_normal(count)
     b[:count] = slips.offset[which] / width
 

@@ -94,7 +94,12 @@ class Schedule:
         return {round.level for round in self.rounds}
 
 
-def schedule_for(hidden: Sequence[int], inputs: int, polish: bool = False, judges: bool = False) -> Schedule:
+def schedule_for(
+    hidden: Sequence[int],
+    inputs: int,
+    polish: bool = False,
+    judges: bool = False,
+) -> Schedule:
     """Small networks have more bad minima and cost less a start, so they get more starts and more exchanges.
 
     With many inputs the coarsest grid has too few cells along each to prune on, and exchanges bring nothing. The rows
@@ -137,7 +142,10 @@ def schedule_for(hidden: Sequence[int], inputs: int, polish: bool = False, judge
             Round(level=0, steps=8, kept=4, tries=2, exchanges=6),
         )
         if polish:
-            rounds += (Round(level=1, steps=20, kept=3), Round(level=2, steps=30, kept=1))
+            rounds += (
+                Round(level=1, steps=20, kept=3),
+                Round(level=2, steps=30, kept=1),
+            )
             return Schedule(starts, rounds, spare, between=6, polish=10)
         rounds += (
             Round(level=1, steps=10, kept=2),
@@ -201,10 +209,22 @@ def train(
     for number, part in enumerate(schedule.rounds):
         neurons = hidden[-1] + part.spare
         harder = 1.0 if part.level == level else _HARDER
-        stage = _Stage(part, cells[part.level], sizes, neurons, schedule.between, harder, slips, schedule.decay)
-        random = [np.random.default_rng([seed, number, rank]) for rank in range(len(networks))]
-        with ThreadPoolExecutor(max_workers=max(1, min(workers, len(networks)))) as pool:
-            trained = sorted(pool.map(stage.through, networks, random), key=lambda network: network.cost)
+        stage = _Stage(
+            part=part,
+            cells=cells[part.level],
+            sizes=sizes,
+            neurons=neurons,
+            between=schedule.between,
+            harder=harder,
+            slips=slips,
+            decay=schedule.decay,
+        )
+        ranks = range(len(networks))
+        random = [np.random.default_rng([seed, number, rank]) for rank in ranks]
+        side_by_side = max(1, min(workers, len(networks)))
+        with ThreadPoolExecutor(max_workers=side_by_side) as pool:
+            trained = list(pool.map(stage.through, networks, random))
+        trained.sort(key=lambda network: network.cost)
         steps += sum(network.steps for network in trained)
         networks = trained[: part.kept]
         sizes = (*sizes[:-2], neurons, 1)
@@ -260,8 +280,15 @@ class _Stage:
         network = levenberg_marquardt(rows, network.theta, self.part.steps, damping, self.decay)
         steps += network.steps
         if self.part.exchanges:
-            rows_of = partial(_rows, self.cells)
-            network = exchanged(rows_of, rows.sizes, network, rng, self.slips, self.part.tries, self.part.exchanges)
+            network = exchanged(
+                partial(_rows, self.cells),
+                rows.sizes,
+                network,
+                rng,
+                self.slips,
+                tries=self.part.tries,
+                most=self.part.exchanges,
+            )
             steps += network.steps
         return replace(network, steps=steps)
 

@@ -113,7 +113,8 @@ def fit_rows(
             """Slopes of the effort by the weights; of an RBFN the centres and spreads stay where they are."""
             unit = model.scaling.inputs(x[:, rows])
             if structure.kind == "rbfn":
-                return np.vstack([model.last_layer(unit), np.ones(unit.shape[1])]).T
+                of_bias = np.ones(unit.shape[1])
+                return np.vstack([model.last_layer(unit), of_bias]).T
             return slopes_of(model.weights, unit).T
 
         residual = y - model.of_inputs(x, exactly=False)

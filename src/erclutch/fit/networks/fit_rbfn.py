@@ -51,7 +51,12 @@ def candidates(cells: Centroids, seed: int) -> Array:
     return cells.x[:, np.sort(chosen)].T
 
 
-def forward_selection(cells: Centroids, pool: Array, spread: float, neurons: int) -> tuple[list[int], Array]:
+def forward_selection(
+    cells: Centroids,
+    pool: Array,
+    spread: float,
+    neurons: int,
+) -> tuple[list[int], Array]:
     """Indices of the chosen candidates in their order, and the cost left after each, in the cells' weighting."""
     root = np.sqrt(cells.count)
     spreads = np.full(len(pool), spread)
@@ -83,7 +88,12 @@ def forward_selection(cells: Centroids, pool: Array, spread: float, neurons: int
     return chosen, np.array(costs)
 
 
-def by_forward_selection(cells: Centroids, neurons: int, seed: int, spreads: Sequence[float] = SPREADS) -> FoundCentres:
+def by_forward_selection(
+    cells: Centroids,
+    neurons: int,
+    seed: int,
+    spreads: Sequence[float] = SPREADS,
+) -> FoundCentres:
     """Centres by forward selection, one spread: that of the scan with the lowest cost."""
     pool = candidates(cells, seed)
     if pool.shape[0] < neurons:
@@ -95,7 +105,12 @@ def by_forward_selection(cells: Centroids, neurons: int, seed: int, spreads: Seq
     return FoundCentres(pool[chosen], np.full(neurons, spreads[best]))
 
 
-def by_k_means(cells: Centroids, neurons: int, seed: int, spreads: Sequence[float] = SPREADS) -> FoundCentres:
+def by_k_means(
+    cells: Centroids,
+    neurons: int,
+    seed: int,
+    spreads: Sequence[float] = SPREADS,
+) -> FoundCentres:
     """Centres by k-means on the weighted centroids (Lloyd's iteration), one spread: the cheapest of the scan."""
     rng = np.random.default_rng([seed, 2])
     count = cells.y.size
@@ -104,7 +119,8 @@ def by_k_means(cells: Centroids, neurons: int, seed: int, spreads: Sequence[floa
     centres = cells.x[:, drawn].T
     for _ in range(_MOST_MOVES):
         # Squared distances but for |x|^2, which is the same for all centres.
-        distance = np.sum(centres**2, axis=1)[:, None] - 2.0 * centres @ cells.x
+        square = np.sum(centres**2, axis=1)[:, None]
+        distance = square - 2.0 * centres @ cells.x
         nearest = np.argmin(distance, axis=0)
         mass = np.bincount(nearest, cells.count, neurons)[:, None]
         of_inputs = [np.bincount(nearest, cells.count * x, neurons) for x in cells.x]
@@ -116,7 +132,8 @@ def by_k_means(cells: Centroids, neurons: int, seed: int, spreads: Sequence[floa
 
     costs: list[float] = []
     for spread in spreads:
-        _, left = weights_for(cells.x, cells.y, cells.count, centres, np.full(neurons, spread))
+        same = np.full(neurons, spread)
+        _, left = weights_for(cells.x, cells.y, cells.count, centres, same)
         costs.append(left)
     best = spreads[int(np.argmin(costs))]
     return FoundCentres(centres, np.full(neurons, best))
@@ -197,7 +214,13 @@ def _least_squares(square: Array, right: Array) -> Array:
     return np.asarray(solve(lifted, right, assume_a="pos"), np.float64)
 
 
-def weights_for(x: Array, y: Array, count: Array | None, centres: Array, spreads: Array) -> tuple[Array, float]:
+def weights_for(
+    x: Array,
+    y: Array,
+    count: Array | None,
+    centres: Array,
+    spreads: Array,
+) -> tuple[Array, float]:
     """Output weights (w, b last) by least squares over all rows, and the sum of squares that is left.
 
     Args:

@@ -83,7 +83,13 @@ def _with_decay(point: Point, theta: Array, pull: float) -> float:
     return point.cost + pull * float(theta @ theta)
 
 
-def _step(rows: WeightedRows, theta: Array, now: Point, mu: float, pull: float) -> tuple[Array, Point, float] | None:
+def _step(
+    rows: WeightedRows,
+    theta: Array,
+    now: Point,
+    mu: float,
+    pull: float,
+) -> tuple[Array, Point, float] | None:
     """Weights after a step that lowers the cost, what they give, the next damping; None if rounding leaves none."""
     p = rows.count
     total = rows.gram(now)

@@ -73,7 +73,12 @@ def rounded(values: Array, made: Channel) -> NDArray[np.int64]:
     return np.rint((values - made.middle) / made.step).astype(np.int64)
 
 
-def coarse(values: NDArray[np.int64], start: int, stop: int, bucket: int) -> NDArray[np.int64]:
+def coarse(
+    values: NDArray[np.int64],
+    start: int,
+    stop: int,
+    bucket: int,
+) -> NDArray[np.int64]:
     """Smallest and largest of each bucket of rows, interleaved, shape (2 * buckets,)."""
     first_rows = np.arange(start, stop, bucket)
     smallest = np.minimum.reduceat(values[:stop], first_rows)

@@ -72,7 +72,13 @@ def print_report(material: Material, path: Path) -> Path:
     return path
 
 
-def _print(program: str, page: Path, pages: Path, profile: str, path: Path) -> None:
+def _print(
+    program: str,
+    page: Path,
+    pages: Path,
+    profile: str,
+    path: Path,
+) -> None:
     """Let a browser print a page.
 
     Raises:

@@ -74,7 +74,13 @@ def write_report(material: Material, path: Path) -> Path:
     return path
 
 
-def page(material: Material, sections: Sequence[Section], title: str, heading: str, line: str) -> str:
+def page(
+    material: Material,
+    sections: Sequence[Section],
+    title: str,
+    heading: str,
+    line: str,
+) -> str:
     """Sections as one HTML document.
 
     Args:

@@ -197,7 +197,13 @@ def _chosen(rows: RunRows, element: int, windows: _Periods, largest: float) -> l
     return chosen
 
 
-def _loop(rows: RunRows, models: Sequence[str], element: int, windows: _Periods, place: int) -> EffortLoop:
+def _loop(
+    rows: RunRows,
+    models: Sequence[str],
+    element: int,
+    windows: _Periods,
+    place: int,
+) -> EffortLoop:
     """The window at a place, with few enough points to be drawn."""
     start = int(windows.starts[place])
     stop = int(windows.stops[place]) + 1

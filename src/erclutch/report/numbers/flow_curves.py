@@ -93,7 +93,12 @@ def law_names(body: Mapping[str, Any]) -> tuple[str, ...]:
     return tuple(best.values())
 
 
-def flow_curves(rows: RunRows, models: Sequence[Model], element: int = 0, wait: int | None = None) -> list[FlowCurves]:
+def flow_curves(
+    rows: RunRows,
+    models: Sequence[Model],
+    element: int = 0,
+    wait: int | None = None,
+) -> list[FlowCurves]:
     """Curves of models on one element and the rows near them.
 
     Args:
@@ -300,7 +305,12 @@ def _met(strength: Array) -> Array:
     return dwelled if dwelled.size > 1 else _levels(strength)
 
 
-def _near(rows: RunRows, settling: int, element: int, levels: Array) -> list[NDArray[np.bool_]]:
+def _near(
+    rows: RunRows,
+    settling: int,
+    element: int,
+    levels: Array,
+) -> list[NDArray[np.bool_]]:
     """Rows whose field is near each level and has been there long enough for the lag to be over."""
     strength = np.abs(rows.data.elements[element].field)
     settled, slack = _settled(rows, settling, element, levels)

@@ -51,7 +51,12 @@ def describe_error_map(material: Material) -> Plot:
     )
 
 
-def _panels(material: Material, cells: ErrorMap, top: float, most: int) -> tuple[Panel, Panel]:
+def _panels(
+    material: Material,
+    cells: ErrorMap,
+    top: float,
+    most: int,
+) -> tuple[Panel, Panel]:
     """The errors of an element, and its training rows, on the same axes."""
     name = material.element_name(cells.element)
     tail = f", {name}" if name else ""

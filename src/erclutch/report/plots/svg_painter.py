@@ -81,7 +81,13 @@ class _Ruler:
         return (places >= low) & (places <= high)
 
 
-def ticks(low: float, high: float, most: int, *, log: bool = False) -> list[float]:
+def ticks(
+    low: float,
+    high: float,
+    most: int,
+    *,
+    log: bool = False,
+) -> list[float]:
     """Round values inside a range; about as many as asked for."""
     if log:
         return _decades(low, high, most)

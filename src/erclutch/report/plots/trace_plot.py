@@ -10,7 +10,11 @@ from erclutch.report.plots.plot_description import Axis, Line, Mark, Panel, Plot
 
 
 def describe_trace(
-    material: Material, *, start: float | None = None, seconds: float | None = None, band: bool = True
+    material: Material,
+    *,
+    start: float | None = None,
+    seconds: float | None = None,
+    band: bool = True,
 ) -> Plot:
     """A section: by default the liveliest of the rows held out (`Windows.lively`).
 

@@ -48,7 +48,14 @@ class Playback:
         """Nothing to close."""
 
 
-def at_period(log: Recording, values: Array, period: float, *, held: bool, seconds: float = math.inf) -> Array:
+def at_period(
+    log: Recording,
+    values: Array,
+    period: float,
+    *,
+    held: bool,
+    seconds: float = math.inf,
+) -> Array:
     """Rows of a recording as a loop of another period meets them, shape (m, 3).
 
     Args:

@@ -24,7 +24,12 @@ def stribeck(speed: float, breakaway: float, stribeck_speed: float) -> float:
 
 
 @compiled
-def bristle_after(z: float, speed: float, limit: float, dt: float) -> tuple[float, float]:
+def bristle_after(
+    z: float,
+    speed: float,
+    limit: float,
+    dt: float,
+) -> tuple[float, float]:
     """Deflection one step later, for a speed at the step's middle, and the energy lost meanwhile over the stiffness.
 
     ``limit`` is the deflection of steady sliding, above 0.

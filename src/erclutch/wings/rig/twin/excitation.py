@@ -54,7 +54,12 @@ def held_peakedness(rig: RigParameters) -> float:
     return rig.value("excitation.peakedness") * rig.value("excitation.held_peakedness")
 
 
-def field_sequence(rows: int, rng: np.random.Generator, settings: FieldSettings, rate: float = 1000.0) -> Array:
+def field_sequence(
+    rows: int,
+    rng: np.random.Generator,
+    settings: FieldSettings,
+    rate: float = 1000.0,
+) -> Array:
     """Signed field commands, shape (rows,): stretches of squares and of whole half-sines."""
     out = np.zeros(rows)
     k = 0
@@ -76,7 +81,13 @@ def _amplitude(rng: np.random.Generator, settings: FieldSettings) -> float:
 
 
 def _sines(
-    out: Array, k: int, end: int, side: float, rng: np.random.Generator, settings: FieldSettings, rate: float
+    out: Array,
+    k: int,
+    end: int,
+    side: float,
+    rng: np.random.Generator,
+    settings: FieldSettings,
+    rate: float,
 ) -> tuple[int, float]:
     while k < end:
         width = max(2, _half_period(rng, settings, rate))
@@ -92,7 +103,13 @@ def _sines(
 
 
 def _squares(
-    out: Array, k: int, end: int, side: float, rng: np.random.Generator, settings: FieldSettings, rate: float
+    out: Array,
+    k: int,
+    end: int,
+    side: float,
+    rng: np.random.Generator,
+    settings: FieldSettings,
+    rate: float,
 ) -> tuple[int, float]:
     while k < end:
         width = _half_period(rng, settings, rate)

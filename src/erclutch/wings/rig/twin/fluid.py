@@ -41,7 +41,14 @@ def structure_rates(field: float, fluid: Fluid) -> tuple[float, float]:
 
 
 @compiled
-def structure_after(s: float, rate: float, halving: float, shear: float, fluid: Fluid, dt: float) -> float:
+def structure_after(
+    s: float,
+    rate: float,
+    halving: float,
+    shear: float,
+    fluid: Fluid,
+    dt: float,
+) -> float:
     """Structure one step later, under a shear rate at the step's middle."""
     size = abs(shear)
     return toward(s, halving / (halving + size), (rate + size * (1.0 / fluid.rearranging_strain)) * dt)

@@ -43,7 +43,13 @@ SIZE = SCRATCH + 2 * ROW
 
 
 @compiled
-def _gap_torques(x: Array, omega: float, omega_r: float, warm: float, parts: Parts) -> tuple[float, ...]:
+def _gap_torques(
+    x: Array,
+    omega: float,
+    omega_r: float,
+    warm: float,
+    parts: Parts,
+) -> tuple[float, ...]:
     """Torque of the strained chains of gap 1 and 2, and of viscosity per slip."""
     gaps = parts.gaps
     fluid = parts.fluid
@@ -74,7 +80,14 @@ def _gap_torques(x: Array, omega: float, omega_r: float, warm: float, parts: Par
 
 @compiled
 def _gaps_after(
-    x: Array, omega: float, omega_r: float, before_1: float, before_2: float, firm: float, parts: Parts, dt: float
+    x: Array,
+    omega: float,
+    omega_r: float,
+    before_1: float,
+    before_2: float,
+    firm: float,
+    parts: Parts,
+    dt: float,
 ) -> None:
     """Structure and strain one step later, and their entries in the ledger."""
     gaps = parts.gaps
@@ -120,7 +133,14 @@ def _gaps_after(
 
 
 @compiled
-def _dry(x: Array, at: int, speed: float, limit: float, stiffness: float, dt: float) -> None:
+def _dry(
+    x: Array,
+    at: int,
+    speed: float,
+    limit: float,
+    stiffness: float,
+    dt: float,
+) -> None:
     """A bristle one step later, and its entry in the ledger."""
     x[at], lost = bristle_after(x[at], speed, limit, dt)
     x[DISSIPATED] += stiffness * lost
@@ -223,7 +243,15 @@ def _meter_after(x: Array, torque: float, parts: Parts, dt: float) -> None:
 
 
 @compiled
-def _states_after(x: Array, parts: Parts, first: float, second: float, motor: float, firm: float, dt: float) -> None:
+def _states_after(
+    x: Array,
+    parts: Parts,
+    first: float,
+    second: float,
+    motor: float,
+    firm: float,
+    dt: float,
+) -> None:
     """Positions and internal states under the new speeds."""
     drive = parts.drive
     screw = parts.screw
@@ -260,7 +288,14 @@ def _states_after(x: Array, parts: Parts, first: float, second: float, motor: fl
 
 @compiled
 def advance(
-    x: Array, parts: Parts, first: float, second: float, motor: float, locked: bool, dt: float, steps: int
+    x: Array,
+    parts: Parts,
+    first: float,
+    second: float,
+    motor: float,
+    locked: bool,
+    dt: float,
+    steps: int,
 ) -> None:
     """Advance the state by ``steps`` internal steps under constant commands. Changes ``x``."""
     above = parts.thermal.room + x[WARMTH]  # the reference temperature; slow: once a call will do

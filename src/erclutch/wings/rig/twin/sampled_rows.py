@@ -65,7 +65,15 @@ def true_states(x: Array, row: Array) -> None:
 
 @compiled
 def run_open(
-    x: Array, parts: Parts, rows: Array, locked: bool, soft: float, guard: Array, dt: float, steps: int, out: Array
+    x: Array,
+    parts: Parts,
+    rows: Array,
+    locked: bool,
+    soft: float,
+    guard: Array,
+    dt: float,
+    steps: int,
+    out: Array,
 ) -> None:
     """Predefined commands. Beyond the soft stroke whole half-waves are mirrored, so that the table comes back.
 
@@ -95,7 +103,14 @@ def run_open(
 
 @compiled
 def run_tracking(
-    x: Array, parts: Parts, rows: Array, gains: Array, memory: Array, dt: float, steps: int, out: Array
+    x: Array,
+    parts: Parts,
+    rows: Array,
+    gains: Array,
+    memory: Array,
+    dt: float,
+    steps: int,
+    out: Array,
 ) -> None:
     """Position tracking by the PD law of equation (23), with its split into E1 and E2.
 

@@ -223,7 +223,13 @@ SINGLE_COLUMNS = (
 )
 
 
-def prepare(name: str, *, rig: RigParameters | None = None, seconds: float | None = None, seed: int = 0) -> TwinRun:
+def prepare(
+    name: str,
+    *,
+    rig: RigParameters | None = None,
+    seconds: float | None = None,
+    seed: int = 0,
+) -> TwinRun:
     """A run of a scenario on the twin.
 
     Args:

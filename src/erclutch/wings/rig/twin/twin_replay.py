@@ -37,7 +37,14 @@ def _settled(x: Array, parts: Parts, field: float, motor: float, torque: float) 
 
 
 @compiled
-def follow(parts: Parts, field: Array, motor: Array, start: Array, dt: float, steps: int) -> Array:
+def follow(
+    parts: Parts,
+    field: Array,
+    motor: Array,
+    start: Array,
+    dt: float,
+    steps: int,
+) -> Array:
     """Run the twin under a log's commands.
 
     Args:
