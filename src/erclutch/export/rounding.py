@@ -60,7 +60,8 @@ def bound(step: ExportedStep, rows: Array, precision: Precision | None = None) -
         own = _filter_error(step, p)
         slips = evaluate(record.record, inputs, in_float64, outputs=record.slips)
         for node, slip in zip(record.slips, slips, strict=True):
-            given[node] = np.stack([slip, own + 0.5 * p.epsilon * np.abs(slip)])
+            error = own + 0.5 * p.epsilon * np.abs(slip)
+            given[node] = np.stack([slip, error])
     for node, parameters in _oscillating(step, record):
         signal_node = node.arguments[2]
         value, signal = evaluate(record.record, inputs, in_float64, outputs=(node, signal_node))

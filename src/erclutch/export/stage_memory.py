@@ -47,7 +47,8 @@ class StageMemory:
 
     def before(self, name: str) -> Any:
         """The value of a number after the row before; in the first row the initial one."""
-        return self.record.choose(self.going, self.record.state(name + self.suffix), self.initial[name])
+        state = self.record.state(name + self.suffix)
+        return self.record.choose(self.going, state, self.initial[name])
 
     def keep(self, name: str, value: Any) -> Any:
         """Set a number for the next row, and give the value that is kept."""

@@ -110,7 +110,8 @@ def near(
     """Steps of a target with functions of somebody else: against NumPy in float64, within what rounding may make."""
     other_flags = np.asarray(flags, np.uint32) != vectors.flags
     other = int(np.count_nonzero(other_flags))
-    difference = float(np.max(np.abs(np.asarray(effort, np.float64) - vectors.numpy)))
+    off = np.asarray(effort, np.float64) - vectors.numpy
+    difference = float(np.max(np.abs(off)))
     largest = ulps(step, difference) if np.isfinite(difference) else float("inf")
 
     rounding = bound(step, vectors.rows) + bound(step, vectors.rows, FLOAT64)

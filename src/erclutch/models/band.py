@@ -95,15 +95,21 @@ class Band:
 
     def cells(self, elements: Sequence[Element], clock: Clock) -> NDArray[np.intp]:
         """The cell of each row, shape (n,); the lag starts settled in each span."""
-        field, _, place = self.leading([e.field for e in elements], [e.slip for e in elements])
+        field, _, place = self._leading_of(elements)
+        switched = self._switched(field, clock)
         switching, fields, slips = self.shape
-        return np.ravel_multi_index((self._switched(field, clock), place), (switching, fields * slips))
+        return np.ravel_multi_index((switched, place), (switching, fields * slips))
 
     def around(self, effort: Array, elements: Sequence[Element], clock: Clock) -> tuple[Array, Array]:
         """Low and high end of the band around an estimated effort, each (n,)."""
-        field, slip, place = self.leading([e.field for e in elements], [e.slip for e in elements])
+        field, slip, place = self._leading_of(elements)
         factor = None if self.haste is None else self.haste.factors(slip, clock)
         return self.ends(effort, slip, self._switched(field, clock), place, factor)
+
+    def _leading_of(self, elements: Sequence[Element]) -> tuple[Any, Any, Any]:
+        fields = [element.field for element in elements]
+        slips = [element.slip for element in elements]
+        return self.leading(fields, slips)
 
     def _switched(self, field: Array, clock: Clock) -> NDArray[np.intp]:
         followed = FOLLOWER.respond(field, clock, [self.settling_s], slice(None))

@@ -181,7 +181,8 @@ def _recorded(model: Model, elements: int) -> Record:
     def through(place: Place, signal: Any) -> Any:
         for stage, q in stages:
             if stage.place == place:
-                (signal,) = stage.step(_FirstRow(stage.initial(signal, q)), signal, q, 1.0)
+                memory = _FirstRow(stage.initial(signal, q))
+                (signal,) = stage.step(memory, signal, q, 1.0)
         return signal
 
     fluids = [through("command", model.command(field)) for field in fields]
@@ -190,7 +191,8 @@ def _recorded(model: Model, elements: int) -> Record:
         outputs: list[Any] = []
         for stage, q in stages:
             if stage.place == "slip":
-                outputs.append(stage.step(_FirstRow(stage.initial(moved, q)), moved, q, 1.0))
+                memory = _FirstRow(stage.initial(moved, q))
+                outputs.append(stage.step(memory, moved, q, 1.0))
         remembered.append(outputs)
     signals = FluidSignals(fluids, slips, remembered, extras)
     effort = through("effort", model.from_fluid(signals))
@@ -199,7 +201,8 @@ def _recorded(model: Model, elements: int) -> Record:
     record.give(effort + 0.0)  # no effort is minus zero
 
     def forward(*inputs: Any) -> Any:
-        return model.network_part.of_inputs(np.array([[x] for x in inputs], object))[0]
+        one_row = np.array([[x] for x in inputs], object)
+        return model.network_part.of_inputs(one_row)[0]
 
     for node in record.nodes:
         if node.operation == "network":

@@ -319,6 +319,7 @@ def _sums(
     begins = np.flatnonzero(np.concatenate([[True], another_bin | another_part]))
     effort = measured - plan.middle
     errors = [measured - estimated for estimated in predicted.values()]
+    sizes = [np.abs(error) for error in errors]
 
     def added(values: Array) -> Array:
         return np.add.reduceat(values, begins)
@@ -330,5 +331,5 @@ def _sums(
         effort_square=added(effort * effort),
         error=np.array([added(error) for error in errors]),
         square=np.array([added(error * error) for error in errors]),
-        largest=np.array([np.maximum.reduceat(np.abs(error), begins) for error in errors]),
+        largest=np.array([np.maximum.reduceat(size, begins) for size in sizes]),
     )

@@ -349,6 +349,7 @@ def _read(
     if how.rate is not None:  # other rows than those of the log
         return data, np.arange(data.rows), data.clock.time
     if data.rows < recording.rows:  # lone rows between gaps
-        kept = np.concatenate([kept[start:stop] for start, stop in recording.segments if stop - start >= 2])
+        stretches = [kept[start:stop] for start, stop in recording.segments if stop - start >= 2]
+        kept = np.concatenate(stretches)
     index = range(table.rows) if isinstance(log, str | Path) else log.index
     return data, kept, index

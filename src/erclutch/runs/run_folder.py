@@ -147,9 +147,11 @@ class Run(Shown):
         if "final" not in self.body:
             problem = "the run keeps no model of all rows"
             raise RunError(problem, where=str(self.folder), remedy="Fit the log again with --final")
-        path, said = self.folder / FINAL_FILE, self.body["final"]
+        path = self.folder / FINAL_FILE
+        said = self.body["final"]
         model = load_model(path)
-        if (model.to_dict()["digest"], model.name) != (said["model_digest"], said["name"]):
+        digest = model.to_dict()["digest"]
+        if digest != said["model_digest"] or model.name != said["name"]:
             raise RunError("this is not the model that the run wrote", where=str(path), remedy="Fit the log again")
         return model
 

@@ -63,7 +63,8 @@ def _rows_of(body: Mapping[str, Any], columns: Mapping[str, Any]) -> RunRows:
     tails = [""] if body["device"] == "single" else ["1", "2"]
     spans: list[Span] = []
     for start, stop, period in body["spans"]:
-        spans.append(Span(int(start), int(stop), None if period is None else float(period)))
+        known_period = None if period is None else float(period)
+        spans.append(Span(int(start), int(stop), known_period))
     data = Dataset(
         device=body["device"],
         elements=tuple(Element(columns[f"field{tail}"], columns[f"slip{tail}"]) for tail in tails),

@@ -145,7 +145,10 @@ def plan_of_rows(
             is_test = test[kept]
             turns = np.flatnonzero(is_test[1:] != is_test[:-1])  # the last rows before a turn
             begins = np.concatenate([[0], 1 + turns])
-            held_out = HeldOut(tuple(places[begins].tolist()), tuple(is_test[begins].tolist()))
+            held_out = HeldOut(
+                turns=tuple(places[begins].tolist()),
+                held=tuple(is_test[begins].tolist()),
+            )
         logs.append(
             LogToScore(
                 path=str(log.path),

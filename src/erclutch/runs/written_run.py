@@ -210,12 +210,13 @@ def _write_table(path: Path, comparison: Comparison) -> None:
             heads += [f"test_{name}", f"test_{name}_low", f"test_{name}_high"]
         writer.writerow([*heads, "train_rmse", "train_mse", "aic", "bic"])
         for rank, entry in enumerate(comparison.entries, start=1):
+            about = [rank, entry.name, entry.outcome.parameters, unit]
             figures: list[float] = []
             for name in _COLUMNS:
                 figures += getattr(entry.test, name).to_list()
             figures += [entry.train.rmse.value, entry.train.mse.value]
             figures += [entry.criteria["aic"], entry.criteria["bic"]]
-            writer.writerow([rank, entry.name, entry.outcome.parameters, unit, *map(repr, figures)])
+            writer.writerow([*about, *map(repr, figures)])
 
 
 def _write_predictions(path: Path, comparison: Comparison) -> None:

@@ -60,4 +60,7 @@ def functions(n: str, used: set[str], p: Precision) -> list[str]:
     parts = [bits(n, p)]
     if used & _WITH_BITS or (p.width == 64 and used & {"tanh", "tanh_held"}):
         parts.append(real_of_bits(n, p))
-    return parts + [function(n, p, name, traced(name, p), about) for name, about in _ABOUT.items() if name in used]
+    for name, about in _ABOUT.items():
+        if name in used:
+            parts.append(function(n, p, name, traced(name, p), about))
+    return parts

@@ -74,7 +74,10 @@ def _tables(model: NetworkModel, p: Precision) -> dict[str, list[str]]:
             tables[f"w{layer}"] = weights[f"W{layer}"].T
             tables[f"b{layer}"] = weights[f"b{layer}"]
         tables["w_out"] = weights["W_out"][0]
-    return {name: [p.constant(float(value)) for value in values.ravel()] for name, values in tables.items()}
+    constants: dict[str, list[str]] = {}
+    for name, values in tables.items():
+        constants[name] = [p.constant(value) for value in values.ravel().tolist()]
+    return constants
 
 
 # --- head of the function ---------------------------------------------------------------------------------------------

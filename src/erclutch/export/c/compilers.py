@@ -154,7 +154,8 @@ def foreign() -> tuple[Compiler, ...]:
 @cache
 def cpp_compilers() -> tuple[tuple[str, tuple[str, ...]], ...]:
     """Name and command of each C++ compiler of this machine."""
-    installed = tuple((name, (name,)) for name in ("g++", "clang++") if shutil.which(name))
+    here = [name for name in ("g++", "clang++") if shutil.which(name)]
+    installed = tuple((name, (name,)) for name in here)
     if installed:
         return installed
     zig = importlib.util.find_spec("ziglang") is not None

@@ -30,8 +30,10 @@ def network_from_dict(body: Mapping[str, Any], where: str = "model", *, alone: b
 
 def _network_from(body: Mapping[str, Any], alone: bool) -> NetworkModel:
     structure = _structure_from(body)
-    names = STRENGTH if alone and slip_stages(structure.dynamics) else ()
-    strength = {name: model_file.number_of(body["dynamics"][name], name, positive=True) for name in names}
+    strength: dict[str, float] = {}
+    if alone and slip_stages(structure.dynamics):
+        for name in STRENGTH:
+            strength[name] = model_file.number_of(body["dynamics"][name], name, positive=True)
     if strength.get("n_m", 0.0) > _STEEPEST:
         raise ValueError(f"n_m is {strength['n_m']:g}, above {_STEEPEST:g}")
     scaling = body["scaling"]
@@ -53,6 +55,8 @@ def _network_from(body: Mapping[str, Any], alone: bool) -> NetworkModel:
     if beyond is not None and not set(beyond.extras) <= set(structure.extras):
         raise ValueError(f"the law {beyond.name} beyond the rows has inputs that the network has not")
     longest_period = period or model_file.LONGEST_PERIOD
+    stage_numbers = _stage_numbers_from(body["dynamics"], structure, longest_period)
+    ranges = [model_file.pair_of(body["input_range"][place], "range of an input") for place in range(count)]
     return NetworkModel(
         structure=structure,
         scaling=Scaling(
@@ -62,10 +66,10 @@ def _network_from(body: Mapping[str, Any], alone: bool) -> NetworkModel:
             effort_scale=model_file.number_of(scaling["effort_scale"], "effort_scale"),
         ),
         weights=weights,
-        dynamics={**_stage_numbers_from(body["dynamics"], structure, longest_period), **strength},
+        dynamics={**stage_numbers, **strength},
         units=units,
         trained_on=model_file.range_of(body),
-        input_range=np.array([model_file.pair_of(body["input_range"][i], "range of an input") for i in range(count)]),
+        input_range=np.array(ranges),
         about=model_file.about_of(body),
         period=period,
         beyond=beyond,

@@ -245,7 +245,10 @@ class NetworkModel(ModelBase):
         parts: list[Array] = []
         for at in range(0, inputs.shape[1], rows):
             block = inputs[:, at : at + rows]
-            parts.append(self.as_exported(block) if exactly else self.forward(self.scaling.inputs(block)))
+            if exactly:
+                parts.append(self.as_exported(block))
+            else:
+                parts.append(self.forward(self.scaling.inputs(block)))
         return np.concatenate(parts) if parts else np.zeros(0)
 
     @cached_property
@@ -310,7 +313,8 @@ class NetworkModel(ModelBase):
         """
         beyond = self.beyond
         if beyond is not None:
-            beyond = replace(beyond, gains={name: factor * gain for name, gain in beyond.gains.items()})
+            gains = {name: factor * gain for name, gain in beyond.gains.items()}
+            beyond = replace(beyond, gains=gains)
         scaling = replace(
             self.scaling,
             effort_offset=factor * self.scaling.effort_offset + offset,

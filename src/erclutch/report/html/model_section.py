@@ -52,10 +52,13 @@ def _fill(material: Material) -> dict[str, Any]:
             letters += (
                 f" {', '.join(of_stages)} come from the stages on the slip, whose equations stand under “Details”."
             )
+    wait = ""  # how long the field had stayed before a dot
+    if not material.without_field:
+        wait = Scale(1e3, "ms").of(material.dot_wait * material.period, 2)
     return {
         "title": material.title,
         "rival": material.titles[material.rival] if material.rival else "",
-        "wait": "" if material.without_field else Scale(1e3, "ms").of(material.dot_wait * material.period, 2),
+        "wait": wait,
         "figures": describe_model(material).panels,
         "says": [*_curve_words(material), *_network_words(material)],
         "halves": halves,

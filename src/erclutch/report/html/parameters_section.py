@@ -18,21 +18,25 @@ from erclutch.report.numbers.run_material import Material
 
 def _fill(material: Material) -> dict[str, Any]:
     """One table a law, the recommended one first."""
-    ranking = sorted(material.body["ranking"], key=lambda e: e["name"] != material.recommended)
-    laws = [_law(material, e) for e in ranking if e["name"] in material.law_parts]
-    networks = [e for e in ranking if e["name"] not in material.law_parts]
-    return {
-        "laws": laws,
-        "networks": [{"title": e["title"], "weights": e["fit"]["weights"]} for e in networks],
-    }
+    ranking = sorted(material.body["ranking"], key=lambda entry: entry["name"] != material.recommended)
+    laws: list[dict[str, Any]] = []
+    networks: list[dict[str, Any]] = []
+    for entry in ranking:
+        if entry["name"] in material.law_parts:
+            laws.append(_law(material, entry))
+        else:
+            networks.append({"title": entry["title"], "weights": entry["fit"]["weights"]})
+    return {"laws": laws, "networks": networks}
 
 
 PARAMETERS = Section("parameters", "Equations and constants of all laws", "Parameters", _fill, folded=True)
 
 
 def _law(material: Material, entry: Mapping[str, Any]) -> dict[str, Any]:
+    """The equation of a law with its constants, as it was fitted and as it was published."""
     model = material.law_parts[entry["name"]]
     fit = entry["fit"]
+    published = [(symbol(name), number(value, 4)) for name, value in fit["paper_form"].items()]
     return {
         "name": entry["name"],
         "title": entry["title"],
@@ -41,7 +45,7 @@ def _law(material: Material, entry: Mapping[str, Any]) -> dict[str, Any]:
         "reference": meaning_of_letters(material, model),
         "source": model.structure.law.source,
         "rows": [parameter_row(p) for p in fit["parameters"]],
-        "published": [(symbol(name), number(value, 4)) for name, value in fit["paper_form"].items()],
+        "published": published,
         "condition": number(fit["condition"], 2),
         "odd": negative_gains(model),
         "weights": fit["weights"],

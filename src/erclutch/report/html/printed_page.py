@@ -84,13 +84,19 @@ def _print(
     Raises:
         RunError: it ends with an error, goes on for too long, or leaves no PDF.
     """
-    words = [*_SAFE, f"--user-data-dir={profile}", f"--print-to-pdf={pages}"]
+    words = [program, *_SAFE, f"--user-data-dir={profile}", f"--print-to-pdf={pages}"]
     if hasattr(os, "geteuid") and os.geteuid() == 0:
         words.append("--no-sandbox")  # root has none: a browser would not start
+    words.append(page.as_uri())
     quiet = subprocess.DEVNULL
     try:
         done = subprocess.run(
-            [program, *words, page.as_uri()], stdin=quiet, stdout=quiet, stderr=quiet, timeout=_SECONDS, check=False
+            words,
+            stdin=quiet,
+            stdout=quiet,
+            stderr=quiet,
+            timeout=_SECONDS,
+            check=False,
         )
     except subprocess.TimeoutExpired as error:
         problem = f"{Path(program).name} has not printed it in {_SECONDS:g} s"

@@ -33,6 +33,9 @@ def _fill(material: Material) -> dict[str, Any]:
         if log.get("mapping"):
             name, sha256 = log["mapping"]
             mappings[name, sha256] = {"name": name, "sha256": sha256}
+    specifications: list[tuple[str, str, str]] = []
+    for place, entry in enumerate(body["ranking"]):
+        specifications.append((id_of(place), entry["title"], entry["name"]))
     return {
         "logs": logs,
         "means": material.badge_means,
@@ -41,7 +44,7 @@ def _fill(material: Material) -> dict[str, Any]:
         "settings": [(key, setting_text(value)) for key, value in body["settings"].items()],
         "reading": [(key, setting_text(value)) for key, value in reading.items()],
         "versions": list(body["versions"].items()),
-        "specifications": [(id_of(place), e["title"], e["name"]) for place, e in enumerate(body["ranking"])],
+        "specifications": specifications,
         "command": command_of(body),
         "digest": body["digest"],
         "rows": f"{count(body['train_rows'])} to fit, {count(body['test_rows'])} held out",

@@ -96,8 +96,12 @@ def page(
         if values is not None:
             filled.append((section, values))
     environment = templates()
-    data = {section.name: values["data"] for section, values in filled if "data" in values}
-    grids: list[Any] = [grid for _, values in filled for grid in values.get("grids", [])]
+    data: dict[str, Any] = {}  # for the page's scripts
+    grids: list[Any] = []
+    for section, values in filled:
+        if "data" in values:
+            data[section.name] = values["data"]
+        grids += values.get("grids", [])
     common = {
         "material": material,
         "body": material.body,

@@ -51,7 +51,8 @@ def sentence(pairing: Pairing, scale: Scale) -> str:
 
 def what_changed(pairing: Pairing) -> str:
     """What the models of the runs differ in, so that a difference is credited to nothing else."""
-    return " ".join(_changed(pairing.contenders[0], other) for other in pairing.contenders[1:])
+    first, *others = pairing.contenders
+    return " ".join(_changed(first, other) for other in others)
 
 
 def _changed(first: Contender, other: Contender) -> str:

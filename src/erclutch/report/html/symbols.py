@@ -33,7 +33,8 @@ def equation_text(text: str) -> Markup:
     text = re.sub(r"(?<=[a-z])(?=\d)", "_", text.replace("'", "′").replace(" - ", " − "))
     parts = re.split(r"([A-Za-z]+_\w+|\b[^\W\d_]\b)", text)
     # Every second part is a name: the pattern has a group.
-    shown = Markup("").join(symbol(part) if place % 2 else part for place, part in enumerate(parts))
+    parts[1::2] = [symbol(name) for name in parts[1::2]]
+    shown = Markup("").join(parts)
     return Markup(re.sub(r"\^(<i>\w</i>|\w)", r"<sup>\1</sup>", str(shown)))
 
 

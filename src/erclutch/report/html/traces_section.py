@@ -91,12 +91,16 @@ def _packed(material: Material) -> tuple[Packer, list[dict[str, Any]]]:
     rows = material.rows
     data = rows.data
     packer = Packer(data.rows, BUDGET)
-    finite = [name for name in material.run.names if np.all(np.isfinite(rows.predicted[name]))]
+    finite: list[str] = []  # models
+    for name in material.run.names:
+        if np.all(np.isfinite(rows.predicted[name])):
+            finite.append(name)
 
     # All of each signal, coarse.
     buckets = _BUCKETS if len(finite) <= _MANY else _BUCKETS // 2
-    rmse = material.run.entry(material.recommended)["test"]["rmse"][0] or float(np.std(data.effort))
-    fine = _resolution(data.effort, _FINE * rmse)
+    rmse, *_ = material.run.entry(material.recommended)["test"]["rmse"]
+    size_of_error = rmse or float(np.std(data.effort))
+    fine = _resolution(data.effort, _FINE * size_of_error)
     packer.add("measured", data.effort, fine, buckets)
     inputs = _inputs(material, packer, buckets)
     limit = 3.0 * float(np.abs(data.effort).max())  # a model that runs away shall not take the resolution
@@ -130,8 +134,8 @@ def _resolution(values: Array, wanted: float) -> float:
 def _inputs(material: Material, packer: Packer, buckets: int) -> list[dict[str, Any]]:
     """Fields and slips as channels; those of a pair in two plots."""
     made: list[dict[str, Any]] = []
-    kinds: tuple[tuple[str, Scale], ...] = (("field", material.field), ("slip", material.slip))
-    for kind, scale in kinds:
+    kinds: dict[str, Scale] = {"field": material.field, "slip": material.slip}
+    for kind, scale in kinds.items():
         for place, element in enumerate(material.rows.data.elements):
             channel = f"{kind}{place}"
             values = element.field if kind == "field" else element.slip

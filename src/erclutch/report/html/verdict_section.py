@@ -273,7 +273,8 @@ def _next(material: Material) -> list[dict[str, str]]:
     steps.append((text, shlex.join(["erclutch", "export", folder, "--precision", "float32"])))
     if "final" in body:
         text = f"The same model fitted to all {count(body['final']['rows'])} rows, which no figure here judges:"
-        steps.append((text, shlex.join(["erclutch", "export", folder, "--model", "final", "--precision", "float32"])))
+        words = ["erclutch", "export", folder, "--model", "final"]
+        steps.append((text, shlex.join([*words, "--precision", "float32"])))
     code = f'erclutch.predict({json.dumps(folder, ensure_ascii=False)}, "LOG")'
     steps.append(("Use the model in Python: LOG is a file, or a DataFrame in its place.", code))
     return [{"text": text, "code": code} for text, code in steps]
@@ -309,17 +310,21 @@ def _ranking(material: Material) -> dict[str, Any]:
     if all(entry["name"] != material.recommended for entry in first):
         first = [*first[:-1], material.run.entry(material.recommended)]
     left = [entry for entry in ranking if entry not in first]
-    errors = [entry["test"]["rmse"] for entry in first if entry["test"]["rmse"][0] is not None]
+    errors = [entry["test"]["rmse"] for entry in first]
+    finite = [error for error in errors if error[0] is not None]
     longest_bar = 0.0
-    if errors:
+    if finite:
         # One model gone wild must not flatten the bars of all others.
-        longest_bar = min(max(high for _, _, high in errors), 4.0 * errors[0][0])
+        best_error, _, _ = finite[0]
+        highest_end = max(high for _, _, high in finite)
+        longest_bar = min(highest_end, 4.0 * best_error)
 
     folds: dict[str, float] = {}
     for entry in ranking:
         of_folds = entry["folds_rmse"]
         if of_folds and None not in of_folds:
-            folds[entry["name"]] = (sum(rmse * rmse for rmse in of_folds) / len(of_folds)) ** 0.5
+            mean_square = sum(rmse * rmse for rmse in of_folds) / len(of_folds)
+            folds[entry["name"]] = mean_square**0.5
     return {
         "first": first,
         "left": left,

@@ -80,7 +80,8 @@ def effort_loops(rows: RunRows, models: Sequence[str]) -> list[EffortLoop]:
 
     Rows held out come first; a field that was not held out is shown on training rows.
     """
-    largest = max(float(np.abs(e.field).max()) for e in rows.data.elements) or 1.0
+    fields = [np.abs(element.field) for element in rows.data.elements]
+    largest = max(float(field.max()) for field in fields) or 1.0
     loops: list[EffortLoop] = []
     for element in range(len(rows.data.elements)):
         windows = _windows(rows, element, 2)

@@ -29,7 +29,10 @@ def number(value: float | None, digits: int = 3) -> str:
     size = math.floor(math.log10(abs(value)))
     if -4 <= size < 6:
         rounded = round(value, digits - 1 - size)
-        places = max(0, digits - 1 - math.floor(math.log10(abs(rounded))) if rounded else 0)
+        places = 0
+        if rounded:
+            size_of_rounded = math.floor(math.log10(abs(rounded)))
+            places = max(0, digits - 1 - size_of_rounded)
         text = f"{rounded:.{places}f}"
     else:
         mantissa, _, power = f"{value:.{digits - 1}e}".partition("e")

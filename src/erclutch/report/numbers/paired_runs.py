@@ -201,7 +201,8 @@ def _shared(runs: Sequence[Run], loaded: Sequence[RunRows]) -> list[Rows]:
         for of_run, table in zip(of_runs, tables, strict=True):
             own_times, own_rows = table[digest]
             of_run.append(own_rows[np.searchsorted(own_times, times)])
-    shared = [np.concatenate(of_logs) if of_logs else np.zeros(0, np.int64) for of_logs in of_runs]
+    nothing = np.zeros(0, np.int64)
+    shared = [np.concatenate([nothing, *of_logs]) for of_logs in of_runs]
     if shared[0].size < _FEWEST:
         raise RunError(
             f"only {shared[0].size} rows were held out by all runs, at least {_FEWEST} are needed",

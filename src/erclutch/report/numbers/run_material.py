@@ -376,7 +376,10 @@ def material_in_memory(comparison: Comparison) -> Material:
     """All that is needed of a comparison that is kept in no folder."""
     data = comparison.data
     origins = data.origins or ("",) * len(data.sources)
-    logs = [{"name": name, "origin": origin} for name, origin in zip(data.sources, origins, strict=True)]
+    logs: list[dict[str, str]] = []
+    for name, origin in zip(data.sources, origins, strict=True):
+        logs.append({"name": name, "origin": origin})
     body = {**run_to_dict(comparison, (), None), "logs": logs}
     rows = RunRows(data, comparison.test, {e.name: e.predicted for e in comparison.entries})
-    return Material(Run(Path("RUN"), body), rows, fitted={e.name: e.outcome.model for e in comparison.entries})
+    models = {entry.name: entry.outcome.model for entry in comparison.entries}
+    return Material(Run(Path("RUN"), body), rows, fitted=models)

@@ -68,7 +68,8 @@ class StepResponse:
     @property
     def settled(self) -> float:
         """Time in s after which less than 1 % of a step is missing."""
-        off = np.maximum(np.abs(1.0 - self.rising), np.abs(self.falling)) > _MISSING
+        missing = np.maximum(np.abs(1.0 - self.rising), np.abs(self.falling))
+        off = missing > _MISSING
         last_off = int(np.flatnonzero(off)[-1])
         return float(self.time[min(last_off + 1, off.size - 1)])
 
@@ -85,7 +86,8 @@ def after_switch(rows: RunRows, models: Sequence[str]) -> AfterSwitch | None:
     if switches < _FEWEST:
         return None
     longest = float(np.quantile(since[test], 0.98)) / period
-    ticks = np.unique(np.round(np.geomspace(1.0, longest + 1.0, 25)).astype(int))
+    even = np.geomspace(1.0, longest + 1.0, 25)
+    ticks = np.unique(np.round(even).astype(int))
     if ticks.size < 5:
         return None
     # Bins of whole periods: 0, 1, 2, 3 and 4, ...

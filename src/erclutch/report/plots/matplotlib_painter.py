@@ -119,13 +119,22 @@ def _maps(figure: Any, axes: Any, plot: Plot) -> None:
     drawn: dict[str, list[tuple[Any, Any, Cells]]] = {}  # image, axis and cells, by label
     for panel, axis in zip(plot.panels, axes.flat, strict=False):
         for cells in panel.cells():
-            drawn.setdefault(cells.label, []).append((_cells(axis, cells), axis, cells))
+            image = _cells(axis, cells)
+            drawn.setdefault(cells.label, []).append((image, axis, cells))
     for label, maps in drawn.items():
         if not label:
             continue
         image, _, cells = maps[0]
         beside = [axis for _, axis, _ in maps]
-        bar = figure.colorbar(image, ax=beside, location="top", shrink=0.9, aspect=28, pad=0.03, label=label)
+        bar = figure.colorbar(
+            image,
+            ax=beside,
+            location="top",
+            shrink=0.9,
+            aspect=28,
+            pad=0.03,
+            label=label,
+        )
         if cells.log:
             _plain_decades(bar.ax.xaxis, *bar.ax.get_xlim())
 
@@ -156,8 +165,8 @@ def _draw(axis: Any, mark: Mark, layer: float) -> None:
         case Dots():
             look = {"ms": 1.8 * mark.size, "mew": 0, "color": STYLES[mark.style]["color"]}
             # Rows beside a curve stay pale; dots that the legend names do not.
-            alpha = 1.0 if mark.label else 0.6
-            axis.plot(mark.x, mark.y, ".", alpha=alpha, label=mark.label or None, zorder=layer, **look)
+            look["alpha"] = 1.0 if mark.label else 0.6
+            axis.plot(mark.x, mark.y, ".", label=mark.label or None, zorder=layer, **look)
         case Bars():
             look = {"color": STYLES[mark.style]["color"], "label": mark.label or None}
             axis.stairs(mark.heights, mark.edges, fill=True, alpha=0.5, zorder=layer, **look)
@@ -180,7 +189,15 @@ def _named_bars(axis: Any, bars: NamedBars) -> None:
     colours = [STYLES[name]["color"] for name in bars.styles]
     axis.barh(rows, bars.values, 0.62, color=colours)
     whiskers = [bars.values - bars.low, bars.high - bars.values]
-    axis.errorbar(bars.values, rows, xerr=whiskers, fmt="none", ecolor=BLACK, elinewidth=0.7, capsize=1.5)
+    axis.errorbar(
+        bars.values,
+        rows,
+        xerr=whiskers,
+        fmt="none",
+        ecolor=BLACK,
+        elinewidth=0.7,
+        capsize=1.5,
+    )
     names = [_parted(name, LONGEST_NAME) for name in bars.names]
     axis.set_yticks(rows, names, fontsize=6.0)
     axis.invert_yaxis()  # the first bar is on top
