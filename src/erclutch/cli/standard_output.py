@@ -13,11 +13,6 @@ from typing import Any, TextIO
 _PLAIN = str.maketrans("·░▒▓█─│╭╮╰╯…–µ°²³", ".:+x#-|....~-ud23")
 
 
-def _plain(text: str, encoding: str) -> str:
-    """A text in an encoding that lacks some of its signs: like signs in their place, a question mark for the rest."""
-    return text.translate(_PLAIN).encode(encoding, "replace").decode(encoding)
-
-
 class StandardOutput:
     """Standard output that never raises: its first failure is kept, and what comes after is dropped.
 
@@ -41,7 +36,10 @@ class StandardOutput:
                 try:
                     self._stream.write(text)
                 except UnicodeEncodeError:
-                    self._stream.write(_plain(text, self._stream.encoding))
+                    # The encoding lacks some signs: like signs take their place, a question mark that of the rest.
+                    encoding = self._stream.encoding
+                    encoded = text.translate(_PLAIN).encode(encoding, "replace")
+                    self._stream.write(encoded.decode(encoding))
         return len(text)
 
     def flush(self) -> None:

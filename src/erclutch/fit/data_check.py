@@ -15,7 +15,7 @@ from erclutch.fit.sensor_check import sensor_findings
 from erclutch.fit.training_range import range_of
 from erclutch.logs.dataset import Dataset
 from erclutch.logs.resample import RESAMPLED
-from erclutch.signals.array import Array, Mask, rms
+from erclutch.signals.array import Mask, rms
 from erclutch.signals.recording import NO_FIELD
 
 #: Subject of the finding that the rows held out have a single field.
@@ -209,7 +209,11 @@ def _sign(train: Dataset) -> Finding | None:
     effort = train.effort if train.one_way else train.effort - np.mean(train.effort)
     power = 0.0
     for element in train.elements:
-        weighed = effort * element.slip * _weight(element.field)
+        # Most power is dissipated under the strongest field, so rows weigh by it; all the same without any field.
+        strength = np.abs(element.field)
+        most = float(strength.max())
+        weight = strength + 1e-3 * most if most > 0.0 else np.ones_like(element.field)
+        weighed = effort * element.slip * weight
         power += float(np.mean(weighed))
     if power >= 0:
         return None
@@ -224,13 +228,6 @@ def _sign(train: Dataset) -> Finding | None:
             break
     message = "effort opposes slip on average, so the device would deliver energy"
     return Finding("warning", SIGN, message, f"Turn a sign, for example --{name} {shell_word(label)}")
-
-
-def _weight(field: Array) -> Array:
-    """The strength of the field, under which most power is dissipated; one for rows without any field."""
-    strength = np.abs(field)
-    most = float(strength.max())
-    return strength + 1e-3 * most if most > 0.0 else np.ones_like(field)
 
 
 def _quantised(train: Dataset) -> Finding | None:

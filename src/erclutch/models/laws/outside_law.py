@@ -35,28 +35,25 @@ def checked(law: Any, plugin: Plugin) -> Law:
         paper_form=None if law.paper_form is None else plugin.guarded(law.paper_form),
         plugin=plugin,
     )
-    _try_out(own, plugin)
-    return own
-
-
-def _try_out(law: Law, plugin: Plugin) -> None:
-    names = [number.name for number in (*law.stimulus_shape, *law.shape, *law.gains)]
+    # The law is tried out: its columns must be what its gains say.
+    names = [number.name for number in (*own.stimulus_shape, *own.shape, *own.gains)]
     if len(set(names)) < len(names):
         raise plugin.fault(f"has two parameters of one name: {', '.join(names)}")
     field = _FIELDS
-    if law.stimulus is not None:
-        field = law.stimulus(_FIELDS, *map(typical, law.stimulus_shape))
-    columns: Any = law.columns(field, _SLIPS, *map(typical, law.shape))
+    if own.stimulus is not None:
+        field = own.stimulus(_FIELDS, *map(typical, own.stimulus_shape))
+    columns: Any = own.columns(field, _SLIPS, *map(typical, own.shape))
     given = type(columns).__name__
     if type(columns) is tuple:
         count = len(cast("tuple[Any, ...]", columns))
         given = f"{count} columns"
-    if given != f"{len(law.gains)} columns":
-        gains = ", ".join(gain.name for gain in law.gains)
+    if given != f"{len(own.gains)} columns":
+        gains = ", ".join(gain.name for gain in own.gains)
         raise plugin.fault(f"must return a tuple with a column for each of its gains ({gains}), it returns {given}")
-    for gain, column in zip(law.gains, cast("tuple[Any, ...]", columns), strict=True):
+    for gain, column in zip(own.gains, cast("tuple[Any, ...]", columns), strict=True):
         if np.shape(column) != _SLIPS.shape or not np.isfinite(column).all():
             raise plugin.fault(f"returns for the gain {gain.name} what is no finite array of the rows: {column}")
+    return own
 
 
 def typical(shape: ShapeParameter) -> float:

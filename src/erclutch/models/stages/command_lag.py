@@ -71,7 +71,19 @@ class CommandLag:
         delay, rise, *fall = q
         x, tau = _lag(signal, clock, rise, fall[0] if self.switches else None)
         slope = (signal - x) / tau
-        return _delayed(x, slope, clock, delay, rows)
+        # x(t - delay) by the cubic through values and slopes of the two rows around it.
+        before, after, lead, step = _bracket(clock, float(value_of(delay)), rows)
+        # Ahead of a span's first row there is no command to look back to: the two rows are the same one and it is held.
+        reach = np.where(after > before, step, 0.0)
+        s = (lead - delay) / step  # from 0 at the earlier row to 1 at the later one
+        square = s * s
+        cube = s * s * s
+        first = pick(x, before)
+        last = pick(x, after)
+        slope_first = pick(slope, before)
+        slope_last = pick(slope, after)
+        bend = slope_first * (cube - 2.0 * square + s) + slope_last * (cube - square)
+        return first + (last - first) * (3.0 * square - 2.0 * cube) + bend * reach
 
     def initial(self, signal: Any, q: Mapping[str, float]) -> Mapping[str, Any]:
         """The field has settled at the first command."""
@@ -112,22 +124,6 @@ class CommandLag:
         cube = s * s * s
         bend = slope_old * (cube - 2.0 * square + s) + slope_new * (cube - square)
         return (old + (new - old) * (3.0 * square - 2.0 * cube) + bend * period,)
-
-
-def _delayed(x: Any, slope: Any, clock: Clock, delay: Any, rows: slice) -> Any:
-    """x(t - delay) by the cubic through values and slopes of the two rows around it."""
-    before, after, lead, step = _bracket(clock, float(value_of(delay)), rows)
-    # Ahead of a span's first row there is no command to look back to: the two rows are the same one and it is held.
-    reach = np.where(after > before, step, 0.0)
-    s = (lead - delay) / step  # from 0 at the earlier row to 1 at the later one
-    square = s * s
-    cube = s * s * s
-    first = pick(x, before)
-    last = pick(x, after)
-    slope_first = pick(slope, before)
-    slope_last = pick(slope, after)
-    bend = slope_first * (cube - 2.0 * square + s) + slope_last * (cube - square)
-    return first + (last - first) * (3.0 * square - 2.0 * cube) + bend * reach
 
 
 def _bracket(clock: Clock, delay: float, rows: slice) -> tuple[Rows, Rows, Array | float, Array | float]:

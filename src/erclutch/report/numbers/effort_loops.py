@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from erclutch.report.numbers.correlation import spans_inside
 from erclutch.runs.run_rows import RunRows
 from erclutch.signals.array import Array, rms
-from erclutch.signals.clock import Span
 
 Rows = NDArray[np.intp]
 
@@ -119,7 +118,12 @@ def loop_areas(rows: RunRows, models: Sequence[str]) -> LoopAreas | None:
         heights = _reach(rows.data.effort, starts, stops)
         boxes += float(np.sum(widths * heights))
         for place, effort in enumerate(efforts):
-            areas[place] += float(np.sum(_area(own.slip, effort, starts, stops)))
+            # Signed area around which effort runs over slip in each window, the last row joined to the first.
+            slip = own.slip
+            strips = 0.5 * (effort[1:] + effort[:-1]) * np.diff(slip)
+            sums = np.concatenate([[0.0], np.cumsum(strips)])
+            closing = 0.5 * (effort[starts] + effort[stops]) * (slip[starts] - slip[stops])
+            areas[place] += float(np.sum(sums[stops] - sums[starts] + closing))
         periods += starts.size
     measured, *modelled = areas
     if periods < _FEWEST_PERIODS or not boxes or not measured:
@@ -138,7 +142,13 @@ def _windows(rows: RunRows, element: int, periods: int) -> _Periods:
     held: list[NDArray[np.bool_]] = []
     for is_held in (True, False):
         for span in spans_inside(rows, rows.test == is_held):
-            turns = _turns(slip, span, dead)
+            # Rows at which the slip, about its mean, turns from negative to positive; a small slip does not turn.
+            own = slip[span.start : span.stop]
+            own = own - own.mean()
+            beyond = np.flatnonzero(np.abs(own) > dead)
+            large = own[beyond]
+            up = np.flatnonzero((large[:-1] < 0.0) & (large[1:] > 0.0))
+            turns = beyond[up + 1] + span.start
             if turns.size > periods:
                 starts.append(turns[:-periods])
                 stops.append(turns[periods:])
@@ -160,16 +170,6 @@ def _windows(rows: RunRows, element: int, periods: int) -> _Periods:
             busy_before = np.concatenate([[0], np.cumsum(is_busy)])  # rows before each row
             keep &= busy_before[last] == busy_before[first]
     return _Periods(first[keep], last[keep], np.concatenate(held)[keep])
-
-
-def _turns(slip: Array, span: Span, dead: float) -> Rows:
-    """Rows at which the slip, about its mean, turns from negative to positive; a small slip does not turn."""
-    own = slip[span.start : span.stop]
-    own = own - own.mean()
-    beyond = np.flatnonzero(np.abs(own) > dead)
-    large = own[beyond]
-    up = np.flatnonzero((large[:-1] < 0.0) & (large[1:] > 0.0))
-    return beyond[up + 1] + span.start
 
 
 def _chosen(rows: RunRows, element: int, windows: _Periods, largest: float) -> list[int]:
@@ -242,11 +242,3 @@ def _reach(values: Array, starts: Rows, stops: Rows) -> Array:
     """Largest less smallest value of each window."""
     windows = zip(starts.tolist(), stops.tolist(), strict=True)
     return np.array([np.ptp(values[start : stop + 1]) for start, stop in windows])
-
-
-def _area(slip: Array, effort: Array, starts: Rows, stops: Rows) -> Array:
-    """Signed area around which effort runs over slip in each window, the last row joined to the first."""
-    strips = 0.5 * (effort[1:] + effort[:-1]) * np.diff(slip)
-    sums = np.concatenate([[0.0], np.cumsum(strips)])
-    closing = 0.5 * (effort[starts] + effort[stops]) * (slip[starts] - slip[stops])
-    return sums[stops] - sums[starts] + closing
