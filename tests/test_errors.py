@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import ast
 import re
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -12,6 +14,7 @@ import pytest
 
 import erclutch
 from erclutch.errors import ErclutchError, LogError, MappingError, SettingError, for_a_shell, worded
+from erclutch.export import ExportOptions, export_model
 from tests.support.command import run
 
 SOURCE = Path(erclutch.__file__).parent
@@ -113,3 +116,21 @@ def test_a_command_that_settles_a_log_is_a_call_in_python() -> None:
 def test_a_switch_of_reading_is_true_or_false() -> None:
     with pytest.raises(SettingError, match="keep_values is 'x'"):
         erclutch.read(frame(), field="x7 [A]", slip="w [rad/s]", keep_values="x")
+
+
+@pytest.mark.parametrize(
+    ("call", "said"),
+    [
+        (lambda: erclutch.Settings(modles="bingham"), "Settings knows no modles. Did you mean models?"),
+        (lambda: ExportOptions(precison="float32"), "ExportOptions knows no precison. Did you mean precision?"),
+        (
+            lambda: export_model(None, "c", presicion="float32"),
+            "export_model knows no presicion. Did you mean precision?",
+        ),
+        (lambda: erclutch.compare(None, settngs=None), "compare knows no settngs. Did you mean settings?"),
+        (lambda: erclutch.recording_from_arrays({}, sample_rate=1.0), "recording_from_arrays knows no sample_rate."),
+    ],
+)
+def test_a_misspelt_keyword_is_answered_with_the_nearest(call: Callable[[], Any], said: str) -> None:
+    with pytest.raises(SettingError, match=re.escape(said)):
+        call()

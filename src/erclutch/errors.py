@@ -5,12 +5,17 @@ The command line prints ``str(error)`` and exits with ``error.exit_code``; nothi
 
 from __future__ import annotations
 
+import functools
+import inspect
 import math
 import re
 import shlex
-from collections.abc import Generator
+from collections.abc import Callable, Generator, Iterable, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from typing import Any, TypeVar, cast
+
+Taker = TypeVar("Taker", bound=Callable[..., Any])
 
 
 class ErclutchError(Exception):
@@ -173,6 +178,38 @@ class CheckError(ErclutchError):
 
 class SettingError(ErclutchError):
     """A command-line option or an API argument is outside what it may be."""
+
+
+def require_known(given: Iterable[str], known: Sequence[str], of: str) -> None:
+    """Refuse a keyword that a function or a class does not know; the nearest that it knows is proposed.
+
+    Raises:
+        SettingError: an unknown keyword.
+    """
+    import difflib
+
+    for keyword in given:
+        if keyword not in known:
+            near = difflib.get_close_matches(keyword, known, n=1)
+            hint = f"Did you mean {near[0]}? " if near else ""
+            raise SettingError(f"{of} knows no {keyword}", remedy=f"{hint}Known are {', '.join(known)}")
+
+
+def keywords_checked(taker: Taker) -> Taker:
+    """A function or a class of the Python interface that answers a misspelt keyword with `SettingError`."""
+    parameters = inspect.signature(taker).parameters.values()
+    known = [each.name for each in parameters if each.kind is not each.POSITIONAL_ONLY]
+    plain: Any = taker.__init__ if isinstance(taker, type) else taker
+
+    @functools.wraps(plain)
+    def checked(*values: Any, **keywords: Any) -> Any:
+        require_known(keywords, known, taker.__name__)
+        return plain(*values, **keywords)
+
+    if isinstance(taker, type):
+        taker.__init__ = checked
+        return cast(Taker, taker)
+    return cast(Taker, checked)
 
 
 def require(low: float, high: float = math.inf, unit: str = "", **options: float) -> None:

@@ -6,10 +6,11 @@ the source of those targets that compile C.
 
 from __future__ import annotations
 
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
 
-from erclutch.errors import ExportError
+from erclutch.errors import ExportError, require_known
 from erclutch.export.export_folder import finish, may_write, read_export, unwritable
 from erclutch.export.exported_step import ExportedStep, ExportOptions
 from erclutch.export.rounding import refuse_noise
@@ -29,6 +30,7 @@ def export_model(
     options: ExportOptions | None = None,
     *,
     force: bool = False,
+    **more: Any,
 ) -> Path:
     """Write a model for a target.
 
@@ -38,15 +40,19 @@ def export_model(
         to: name of the target.
         options: name, precision, period, inputs, limits.
         force: replace an export that is already there (never anything else).
+        more: fields of the options, such as ``precision="float32"``; they go before those of `options`.
 
     Returns:
         The folder.
 
     Raises:
         ExportError: the model, an option, the target or the folder will not do.
+        SettingError: a keyword that no export knows.
     """
     folder, chosen = Path(out), target(to)
-    asked = options or ExportOptions()
+    known = [each.name for each in fields(ExportOptions)]
+    require_known(more, [*known, "to", "options", "force"], "export_model")
+    asked = replace(options or ExportOptions(), **more)
     for name, wanted in (("alarms", asked.alarms), ("adaptation", asked.adapt)):
         if wanted and not getattr(chosen.value, "ALARMS", False):
             raise ExportError(f"target {to} has no {name}", remedy=f"Export to c, cpp or python, or without {name}")

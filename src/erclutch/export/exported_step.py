@@ -13,7 +13,7 @@ from typing import Any, Literal, cast
 import numpy as np
 
 from erclutch.arithmetic.precision import PRECISIONS, Precision, PrecisionName
-from erclutch.errors import ExportError
+from erclutch.errors import ExportError, keywords_checked
 from erclutch.export.encode import comment
 from erclutch.export.monotone import monotone_share, sides
 from erclutch.models.alarms import Alarms, alarms_of
@@ -45,6 +45,7 @@ _LONGEST_NAME = 20
 _SAME_PERIOD = 0.01
 
 
+@keywords_checked
 @dataclass(frozen=True)
 class ExportOptions:
     """What is asked of an export.

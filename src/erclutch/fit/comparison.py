@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from erclutch.errors import CheckError, SettingError
+from erclutch.errors import CheckError, SettingError, keywords_checked
 from erclutch.fit.candidate import Candidate, Fitted, Kind, kinds
 from erclutch.fit.data_check import ONE_FIELD, SIGN, check, steady_command
 from erclutch.fit.finding import Finding
@@ -122,6 +122,7 @@ _NO_LAG = Finding(
 _CHOICE = 3.0
 
 
+@keywords_checked
 def compare(
     data: Dataset,
     settings: Settings | None = None,

@@ -5,11 +5,12 @@ from __future__ import annotations
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from erclutch.errors import require
+from erclutch.errors import keywords_checked, require
 
 AUTO = "auto"
 
 
+@keywords_checked
 @dataclass(frozen=True)
 class Settings:
     """What a comparison does; together with the log it determines every figure.

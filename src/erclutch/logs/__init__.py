@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 from numpy.typing import ArrayLike
 
-from erclutch.errors import placed
+from erclutch.errors import keywords_checked, placed
 from erclutch.logs.applied import apply
 from erclutch.logs.arrays import table_of_arrays
 from erclutch.logs.batches import WHOLE_FILE, Batch, RowRange, one_batch, windowed_batches
@@ -208,6 +208,7 @@ def extent_of(path: str | Path) -> tuple[int, int] | None:
         return extent(file)
 
 
+@keywords_checked
 def recording_from_arrays(
     signals: Mapping[str, ArrayLike],
     units: Mapping[str, str] | None = None,

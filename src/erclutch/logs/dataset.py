@@ -10,7 +10,7 @@ from types import UnionType
 import numpy as np
 from numpy.typing import NDArray
 
-from erclutch.errors import MappingError, SettingError
+from erclutch.errors import MappingError, SettingError, keywords_checked
 from erclutch.logs.timing import IN_NO_TIME
 from erclutch.signals.array import Array, Mask, rms
 from erclutch.signals.clock import Clock, Span, cut_spans, stretches
@@ -211,6 +211,7 @@ class Dataset(Shown):
                 yield replace(span, start=start + span.start, stop=start + span.stop)
 
 
+@keywords_checked
 def build_dataset(
     recordings: Recording | Sequence[Recording],
     *,

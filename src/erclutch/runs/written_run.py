@@ -16,6 +16,7 @@ import numpy as np
 
 from erclutch import files
 from erclutch._version import __version__
+from erclutch.errors import keywords_checked
 from erclutch.files import file_digest, whole_folder
 from erclutch.logs.keywords import told_alike
 from erclutch.models.model import Model
@@ -35,6 +36,7 @@ unwritable = partial(files.unwritable, problem="the run cannot be written", reme
 may_write = partial(files.may_write, marker="run.json")
 
 
+@keywords_checked
 def write_run(
     folder: str | Path,
     comparison: Comparison,

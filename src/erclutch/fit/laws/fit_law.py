@@ -11,6 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from erclutch.errors import keywords_checked
 from erclutch.fit.centroids import centroids_of
 from erclutch.fit.intervals import uncertainty, unknown
 from erclutch.fit.kept_heap import keep_heap
@@ -86,6 +87,7 @@ def _root_mean_square(values: Array) -> float:
     return largest * rms(values / largest)
 
 
+@keywords_checked
 def fit_structure(
     data: Dataset,
     structure: Structure,

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from erclutch.errors import CheckError
+from erclutch.errors import CheckError, keywords_checked
 from erclutch.fit.centroids import centroids_of
 from erclutch.fit.left_out_logs import unseen_errors
 from erclutch.fit.levenberg_marquardt import Stop
@@ -32,6 +32,7 @@ _NARROW = 0.006  # slip, over its root mean square, below which cells are equall
 _ROUNDING = 1e-12  # of an input: it varies by less where it is constant but for its last digits
 
 
+@keywords_checked
 def fit_network(
     data: Dataset,
     structure: NetworkStructure,

@@ -22,7 +22,7 @@ from operator import itemgetter
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
-from erclutch.errors import ErclutchError, RunError, SettingError
+from erclutch.errors import ErclutchError, RunError, SettingError, keywords_checked
 from erclutch.files import file_digest, may_write, small_text, whole_file
 from erclutch.files.places import nothing, release, reserve
 from erclutch.fit.comparison import Settings, compare
@@ -141,6 +141,7 @@ class Fleet(Shown):
         return len({row["device"] for row in self.fits})
 
 
+@keywords_checked
 def fit_many(
     logs: Sequence[str | Path] | str | Path,
     models: Sequence[str] = ("all",),
