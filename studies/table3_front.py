@@ -14,7 +14,7 @@ and table3-reach.svg.
 from __future__ import annotations
 
 import argparse
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 
@@ -34,14 +34,16 @@ from erclutch.wings.paper.published import APPROACHES
 from erclutch.wings.paper.sweep_points import Points
 from erclutch.wings.paper.tables import BASE, law_fit, printed, rows_of
 from erclutch.wings.rig.twin.parameters import RigParameters, default_rig, load_rig
+from erclutch.wings.rig.twin.parameters_file import write_rig
 from erclutch.wings.rig.twin.scenarios import prepare
 
 IMAGES = Path(__file__).resolve().parents[1] / "docs" / "images"
 HELD = "zero-motion rbfm-10/forward over Bingham"
 SEEDS, SECONDS, THIN = (1,), 30.0, 4
 ANYWHERE, AT_THE_ENDS = "all parameters anywhere", "one parameter at an end"
-FOR_HELD = "searched for the held ratios alone"
+FOR_HELD, FOR_ALL = "searched for the held ratios alone", "searched from there for all figures"
 Figures = Mapping[str, tuple[float, float]]  # TWIN and paper, by figure
+Asks = Callable[[Figures], Figures]
 
 
 def figures(rig: RigParameters) -> Figures:
@@ -72,23 +74,51 @@ def anywhere(rig: RigParameters, paths: tuple[str, ...], count: int) -> dict[str
     }
 
 
-def searched(rig: RigParameters, paths: Sequence[str], known: Points, count: int) -> dict[str, Figures]:
-    """Figures of the rigs of a search for the ratios with the output held, and for nothing else."""
-    entries = [rig.entry(path) for path in paths]
-    start = np.array([coordinate_of(entry, entry.value) for entry in entries])
-    found: dict[str, Figures] = {}
+Point = Array  # coordinates of a rig's open parameters, each from 0 to 1 over its range
+
+
+def searched(
+    rig: RigParameters, paths: Sequence[str], known: Points, name: str, start: Point, asks: Asks, count: int
+) -> dict[str, tuple[Point, Figures]]:
+    """Points and figures of a search (CMA-ES) for some of the paper's figures, and for nothing else.
+
+    Args:
+        rig: whose open parameters are searched.
+        paths: these parameters.
+        known: what is done already.
+        name: of the search; its rigs are numbered.
+        start: where it begins.
+        asks: the figures that are asked for, all with the same weight.
+        count: rigs.
+    """
+    found: dict[str, tuple[Point, Figures]] = {}
 
     def logarithms(points: Sequence[Array]) -> list[Array]:
         residuals: list[Array] = []
         for point in points:
-            name = f"searched {len(found)}"
-            values = {p: value_at(e, float(u)) for p, e, u in zip(paths, entries, point, strict=True)}
-            found[name] = known.get(name, partial(figures, rig.changed(values)))
-            residuals.append(np.array([np.log(ours / theirs) for ours, theirs in held_ratios(found[name]).values()]))
+            number = f"{name} {len(found)}"
+            these = known.get(number, partial(figures, at(rig, paths, point)))
+            found[number] = point, these
+            residuals.append(np.array([np.log(ours / theirs) for ours, theirs in asks(these).values()]))
         return residuals
 
     wide(logarithms, start, 1, count, Points(None, {}), lambda done, cost: None)
     return found
+
+
+def at(rig: RigParameters, paths: Sequence[str], point: Point) -> RigParameters:
+    """The rig at a point."""
+    return rig.changed({p: value_at(rig.entry(p), float(u)) for p, u in zip(paths, point, strict=True)})
+
+
+def away(found: Figures) -> float:
+    """Sum of the squared logarithms of TWIN over paper."""
+    return float(sum(np.log(ours / theirs) ** 2 for ours, theirs in found.values()))
+
+
+def both_tables(found: Figures) -> Figures:
+    """All figures but the warming."""
+    return {name: pair for name, pair in found.items() if name != "warming"}
 
 
 def held_ratios(found: Figures) -> Figures:
@@ -135,14 +165,20 @@ def print_front(rigs: Mapping[str, Figures]) -> None:
     print("\n| distance from the paper elsewhere | rigs | SS, HEM, RBFM over Bingham of the nearest, output held |")
     print("| --- | --- | --- |")
 
-    def away(found: Figures) -> float:
-        return float(sum(np.log(ours / theirs) ** 2 for ours, theirs in held_ratios(found).values()))
-
     for within in (0.3, 0.5, 1.0, np.inf):
         near = [found for found in rigs.values() if apart(found) < within]
-        nearest = min(near, key=away)
+        nearest = min(near, key=lambda found: away(held_ratios(found)))
         ratios = ", ".join(f"{ours:.2f}" for ours, _ in held_ratios(nearest).values())
         print(f"| {'any' if within == np.inf else f'below {within:g}'} | {len(near)} | {ratios} |")
+
+
+def print_beside(default: Figures, nearest: Figures) -> None:
+    """What comes nearest to all figures of both tables, beside the default set."""
+    print(
+        "\n| figure | paper | default set | nearest to all figures | over the paper |\n| --- | --- | --- | --- | --- |"
+    )
+    for figure, (ours, theirs) in nearest.items():
+        print(f"| {figure} | {theirs:.3g} | {default[figure][0]:.3g} | {ours:.3g} | {ours / theirs:.2f} |")
 
 
 def trained_held(rig: RigParameters) -> Figures:
@@ -167,7 +203,7 @@ def draw_front(groups: Mapping[str, Mapping[str, Figures]]) -> None:
     """The held ratio over the distance from the paper, a dot a rig."""
     figure = Figure(figsize=(5.2, 3.4), layout="constrained")
     axes = figure.subplots()
-    styles = (("0.7", 8), ("C0", 12), ("C3", 40), ("C2", 40), ("C1", 40), ("C4", 8))
+    styles = (("0.7", 8), ("C0", 12), ("C3", 40), ("C2", 40), ("C1", 40), ("C4", 8), ("C5", 8))
     for (label, rigs), (colour, size) in zip(groups.items(), styles, strict=False):
         dots = [(apart(found), found[HELD][0]) for found in rigs.values()]
         axes.scatter(*np.array(dots).T, s=size, color=colour, label=f"TWIN, {label}")
@@ -205,6 +241,8 @@ def main() -> None:
     parser.add_argument("--out", type=Path, required=True, help="folder that keeps what is done")
     parser.add_argument("--drawn", type=int, default=64, help="rigs drawn anywhere")
     parser.add_argument("--searched", type=int, default=240, help="rigs of the search for the held ratios alone")
+    parser.add_argument("--searched-for-all", type=int, default=160, help="rigs of the search for all figures")
+    parser.add_argument("--nearest", type=Path, help="rig file for what comes nearest to all figures")
     asked = parser.parse_args()
     asked.out.mkdir(exist_ok=True)
     rig = default_rig()
@@ -221,7 +259,10 @@ def main() -> None:
             label: {name: known.get(name, partial(figures, each)) for name, each in rigs.items()}
             for label, rigs in sets.items()
         }
-        for_held = searched(rig, paths, known, asked.searched)
+        start = np.array([coordinate_of(entry, entry.value) for entry in map(rig.entry, paths)])
+        for_held = searched(rig, paths, known, "searched", start, held_ratios, asked.searched)
+        start, _ = min(for_held.values(), key=lambda pair: away(both_tables(pair[1])))
+        for_all = searched(rig, paths, known, "searched for all", start, both_tables, asked.searched_for_all)
         held = {
             name: known.get(f"held {name}", partial(trained_held, each))
             for label in (AT_THE_ENDS, "default set")
@@ -235,13 +276,22 @@ def main() -> None:
     for name in (*lowest, *single):
         print(f"| {name} | {rigs[name][HELD][0]:.2f} | {apart(rigs[name]):.2f} |")
     print_nearest(rigs, 0.5)
-    print(f"\nof the search for these three alone, {len(for_held)} rigs:")
-    print_nearest(for_held, 0.5)
-    print_front({**rigs, **for_held})
+    searches = {
+        label: {name: found for name, (_, found) in search.items()}
+        for label, search in ((FOR_HELD, for_held), (FOR_ALL, for_all))
+    }
+    for label, search in searches.items():
+        print(f"\n{label}, {len(search)} rigs:")
+        print_nearest(search, 0.5)
+    print_front({**rigs, **searches[FOR_HELD], **searches[FOR_ALL]})
+    point, nearest = min([*for_held.values(), *for_all.values()], key=lambda pair: away(both_tables(pair[1])))
+    print_beside(rigs["default"], nearest)
+    if asked.nearest:
+        write_rig(asked.nearest, at(rig, paths, point))
     print_sensitivities(groups[AT_THE_ENDS], rigs["default"])
     print_trained_held(held)
     matplotlib.rcParams.update({"svg.hashsalt": "erclutch", "svg.fonttype": "none", "font.size": 8})
-    draw_front({**groups, FOR_HELD: for_held})
+    draw_front({**groups, **searches})
     draw_reach(groups)
 
 

@@ -663,7 +663,7 @@ def test_a_log_of_one_field_after_another(tmp_path: Path) -> None:
     assert re.search(r"3\s+500\s+10\s+10\.998\s+1\s", seen)
     assert "field [A]" in seen
     fitted = good("fit", "steps.csv", *more, "--models", "bingham", cwd=tmp_path)
-    assert "held out: the last 30% of each stretch" in fitted
+    assert "held out: the last 30 % of each stretch" in fitted
 
 
 @pytest.mark.slow

@@ -125,7 +125,7 @@ def test_score_says_that_a_run_was_trained_on_the_log(place: Path, tmp_path: Pat
     shutil.copy(place / "one.csv", tmp_path / "renamed.csv")
     for log, trained in ((tmp_path / "renamed.csv", True), (place / "two.csv", False)):
         code, said, _ = run("score", log, "--run", place / "run", "--model", "bingham", cwd=tmp_path)
-        assert (code, "trained on 70% of the rows of its logs" in " ".join(said.split())) == (0, trained)
+        assert (code, "trained on 70 % of the rows of its logs" in " ".join(said.split())) == (0, trained)
 
 
 @pytest.mark.slow

@@ -175,7 +175,7 @@ def coaxial(both: int) -> Dataset:
 def test_both_clutches_under_field() -> None:
     finding = only(findings(coaxial(40)))
     assert (finding.level, finding.subject) == ("warning", "fields")
-    assert "in 40 rows (1.0%)" in finding.message
+    assert "in 40 rows (1.0 %)" in finding.message
     assert findings(coaxial(0)) == ()
 
 

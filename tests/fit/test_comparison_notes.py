@@ -122,7 +122,7 @@ def test_stretches_that_end_before_the_start_is_forgotten(share: float, short: i
 
 @pytest.mark.parametrize(
     ("alone", "both", "said"),
-    [(2.0, 1.0, "50.0% less"), (1.0, 1.5, "50.0% more"), (0.0, 0.0, "no less"), (2.0, 2.0, "0.0% less")],
+    [(2.0, 1.0, "50.0 % less"), (1.0, 1.5, "50.0 % more"), (0.0, 0.0, "no less"), (2.0, 2.0, "0.0 % less")],
 )
 def test_what_a_network_adds(alone: float, both: float, said: str) -> None:
     log, test = data(), np.arange(N) >= 70

@@ -192,7 +192,7 @@ def test_stretches_like_the_whole_log_are_held_out_where_its_end_is_a_rest(
 ) -> None:
     result, recording = resting
     (told,) = [finding for finding in result.findings if finding.subject == "rest"]
-    assert told.message.startswith("100% of the rows held out are at rest, of the others 1")
+    assert told.message.startswith("100 % of the rows held out are at rest, of the others 1")
     assert "--test stretches" in told.remedy
     fair = compare(build_dataset(recording), Settings(("bingham",), lag="none", test=("stretches",)))
     assert fair.standing.word == "recommended"

@@ -21,6 +21,7 @@ from erclutch.models.structure import Structure
 from erclutch.signals.array import Array, Mask
 from erclutch.signals.clock import Clock, Span
 from erclutch.signals.device import Element, Units
+from erclutch.signals.percent import percent
 
 UNITS = Units("N*m", "V", "rad/s")
 ANY_PLACE = st.tuples(st.floats(0.0, 1.0), st.floats(0.0, 1.0))
@@ -74,7 +75,7 @@ def test_the_check_the_model_and_the_step_count_the_same_rows() -> None:
     outside = model.outside(data)
     assert outside[test].all()
     assert not outside[~test].any()
-    assert finding.message.startswith(f"{outside[test].mean():.1%} of the test rows")
+    assert finding.message.startswith(f"{percent(outside[test].mean(), 1)} of the test rows")
     rows = np.column_stack([data.elements[0].field, data.elements[0].slip])
     assert np.array_equal((run(step_of(model), rows)[1] & OUTSIDE) != 0, outside)
 

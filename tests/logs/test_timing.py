@@ -226,7 +226,7 @@ def test_stamps_may_wander_by_a_thousandth(share: float, uniform: bool) -> None:
     assert clock.uniform
     assert any("early or late about a steady" in n for n in clock.notes) != uniform
     assert (
-        any("wanders by less than 0.1% of a period: put on the regular grid of 0.1 s" in n for n in clock.notes)
+        any("wanders by less than 0.1 % of a period: put on the regular grid of 0.1 s" in n for n in clock.notes)
         == uniform
     )
     np.testing.assert_allclose(clock.time, ROWS * 0.1, atol=1e-4)

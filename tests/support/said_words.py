@@ -82,6 +82,10 @@ SAID: dict[str, tuple[str, ...]] = {
     "breakaway": ("hysteresis",),
     "jitter": ("live",),
     "sedimentation": ("recalibrate",),
+    "Raspberry Pi": ("export",),
+    "licence": ("install",),
+    "cite": ("install",),
+    "sign of force": ("your-log",),
 }
 
 

@@ -13,6 +13,7 @@ from erclutch.logs.covering_stretches import STRETCHES
 from erclutch.logs.held_out import constant_stretches
 from erclutch.signals.array import rms
 from erclutch.signals.clock import stretches
+from erclutch.signals.percent import percent
 
 #: Models that are shown where not all of them are asked for.
 SHOWN = 8
@@ -56,7 +57,7 @@ def ranking(comparison: Comparison, width: int, *, whole: bool = False) -> Table
     if any(e.by_log for e in shown):
         cells["by log"] = [_by_log(e) for e in shown]
     cells["over the best"] = ["" if e.name == comparison.best else _percent(e.excess) for e in shown]
-    cells["of std"] = [f"{100 * e.test.share.value:.1f} %" for e in shown]
+    cells["of std"] = [percent(e.test.share.value, 1) for e in shown]
     cells["R2"] = [f"{e.test.r2.value:.3f}" for e in shown]
     cells["max error"] = [number(e.test.largest.value, 3) for e in shown]
     cells["train RMSE"] = [number(e.train.rmse.value, zeros=True) for e in shown]
@@ -102,14 +103,15 @@ def prediction(entry: RankedModel, unit: str) -> list[str]:
     if entry.band is not None:
         unit = unit.replace("?", "")
         held = entry.band.held
-        over = f", {held.width / entry.band.plain:.0%} of one width for all rows" if entry.band.plain else ""
+        over = f", {percent(held.width / entry.band.plain)} of one width for all rows" if entry.band.plain else ""
         of_band = (
-            f"Its 95 % prediction band holds {held.share:.1%} of the rows held out ({held.worst:.1%} in {held.where}); "
+            f"Its 95 % prediction band holds {percent(held.share, 1)} of the rows held out "
+            f"({percent(held.worst, 1)} in {held.where}); "
             f"mean width {number(held.width, 3)} {unit}{over}."
         )
         taught = entry.band.with_sensor
         if taught is not None:
-            of_band += f" With a torque sensor: {taught.share:.1%}, {number(taught.width, 3)} {unit}."
+            of_band += f" With a torque sensor: {percent(taught.share, 1)}, {number(taught.width, 3)} {unit}."
         sentences.append(of_band)
     if entry.by_log is None:
         sentences.append("Rows of one log were held out: nothing here says how far another motion is off.")
@@ -119,7 +121,7 @@ def prediction(entry: RankedModel, unit: str) -> list[str]:
         between = (logs - 1) / (logs + 1)
         sentences.append(
             f"By log its RMSE is {number(low, 3)} to {number(high, 3)} {unit} ({logs} logs): for a further log like "
-            f"these the RMSE lies between with a chance of {between:.0%}."
+            f"these the RMSE lies between with a chance of {percent(between)}."
         )
     return sentences
 
@@ -136,7 +138,7 @@ def verdict(comparison: Comparison) -> str:
     return (
         f"No model is recommended: the nearest, {called}, {standing.why_none} (R2 "
         f"{chosen.test.r2.value:.3f}, 95 % band {chosen.test.r2.low:.3f} to {chosen.test.r2.high:.3f}; a constant "
-        f"would err by {1 / chosen.test.share.value:.0%} of that)."
+        f"would err by {percent(1 / chosen.test.share.value)} of that)."
     )
 
 
@@ -222,7 +224,9 @@ def held_out(comparison: Comparison) -> str:
     cut = [rows for rows in data.source_rows if constant_stretches(data, *rows)]
     if not cut:
         return ""
-    return f"held out: the last {test:.0%} of each stretch of one field, since the end of the log has one field only"
+    return (
+        f"held out: the last {percent(test)} of each stretch of one field, since the end of the log has one field only"
+    )
 
 
 def at_rest(comparison: Comparison) -> str:
@@ -237,7 +241,7 @@ def at_rest(comparison: Comparison) -> str:
     overall = number(chosen.test.rmse.value, zeros=True)
     unit = comparison.data.units.effort.replace("?", "")
     return (
-        f"{share:.0%} of the rows held out are at rest. Over those in motion "
+        f"{percent(share)} of the rows held out are at rest. Over those in motion "
         f"{comparison.id_of(chosen.name)} errs by {moving} {unit}, not {overall}."
     )
 

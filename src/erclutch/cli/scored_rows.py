@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from erclutch.cli import terminal
 from erclutch.errors import SettingError
+from erclutch.signals.percent import percent
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -96,7 +97,7 @@ def table(figures: EveryRow, recommended: str, unit: str) -> Table:
                 name,
                 terminal.number(rmse.value, zeros=True),
                 f"{terminal.number(rmse.low, 3)} - {terminal.number(rmse.high, 3)}",
-                f"{100 * score.share.value:.1f} %",
+                percent(score.share.value, 1),
                 terminal.number(score.largest.value, 3),
                 "" if trained is None else terminal.number(trained.rmse.value, zeros=True),
             ]

@@ -34,6 +34,7 @@ from erclutch.logs.dataset import Dataset, require_dataset
 from erclutch.logs.held_out import hold_out
 from erclutch.models.model_titles import id_of, title_of, titles_of
 from erclutch.registry import Plugin
+from erclutch.signals.percent import percent
 from erclutch.signals.shown import Shown, one_line
 
 __all__ = ["Comparison", "FitProgress", "FitStep", "RankedModel", "Settings", "compare"]
@@ -88,7 +89,7 @@ class Comparison(Shown):
         test = chosen.test
         word = f"{self.standing.word} {self.called(chosen.name)}"
         error = f"RMSE {test.rmse.value:.4g} {self.data.units.effort} on {test.rows} rows held out"
-        share = f"{test.share.value:.1%} of the standard deviation"
+        share = f"{percent(test.share.value, 1)} of the standard deviation"
         return one_line(self, self.data.where, f"{len(self.entries)} models", word, error, share)
 
     @property

@@ -16,6 +16,7 @@ from erclutch.fit.training_range import range_of
 from erclutch.logs.dataset import Dataset
 from erclutch.logs.resample import RESAMPLED
 from erclutch.signals.array import Mask, rms
+from erclutch.signals.percent import percent
 from erclutch.signals.recording import NO_FIELD
 
 #: Subject of the finding that the rows held out have a single field.
@@ -172,7 +173,7 @@ def _both_fields(data: Dataset) -> Finding | None:
     count = int(np.count_nonzero(under_both))
     if not count:
         return None
-    message = f"both clutches are under field in {count} rows ({count / data.rows:.1%})"
+    message = f"both clutches are under field in {count} rows ({percent(count / data.rows, 1)})"
     remedy = "Command one clutch at a time, as the models assume (section III of the paper)"
     return Finding("warning", "fields", message, remedy)
 
@@ -266,7 +267,7 @@ def _coverage(train: Dataset, data: Dataset, test: Mask) -> Finding | None:
     share = float(outside.mean()) if outside.size else 0.0
     if share < _UNCOVERED:
         return None
-    message = f"{share:.1%} of the test rows have a field and slip that no training row comes near"
+    message = f"{percent(share, 1)} of the test rows have a field and slip that no training row comes near"
     remedy = (
         "Figures there are inter- or extrapolated: log those fields and slips too, or hold out other rows with --test"
     )
@@ -282,7 +283,8 @@ def _resting(data: Dataset, test: Mask) -> Finding | None:
     if held_out < _MOSTLY_AT_REST or others > 0.5 * held_out:
         return None
     message = (
-        f"{held_out:.0%} of the rows held out are at rest, of the others {others:.0%}: they say little of any model"
+        f"{percent(held_out)} of the rows held out are at rest, of the others {percent(others)}: they say little of "
+        "any model"
     )
     return Finding("warning", "rest", message, "Hold out stretches that are like the whole log: --test stretches")
 

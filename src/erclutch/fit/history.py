@@ -21,6 +21,7 @@ from erclutch.models.stages import NONE, remembers, slip_stages, stage_named, st
 from erclutch.models.stages.stage import SlipAndStrength
 from erclutch.models.structure import Reference
 from erclutch.signals.array import Array, Mask, rms
+from erclutch.signals.percent import percent
 
 #: A LuGre state is a Dahl state with two more numbers, and a travel is no friction: neither is told of here.
 _BRISTLES = "lugre"
@@ -112,7 +113,7 @@ def history_finding(data: Dataset, error: Array, name: str, dynamics: str) -> Fi
         return None
     message = (
         f"the error of {name} depends on where the slip came from, not only on field and slip: a memory of the slip "
-        f"({memory.stage}) would take about {memory.share:.0%} off"
+        f"({memory.stage}) would take about {percent(memory.share)} off"
     )
     return Finding("warning", HISTORY, message, f"Fit with --lag {with_stage(dynamics, memory.stage)}")
 
@@ -124,7 +125,7 @@ def effort_finding(data: Dataset) -> Finding | None:
         return None
     message = (
         f"the effort depends on where the slip came from: a memory of the slip ({memory.stage}) would take about "
-        f"{memory.share:.0%} off the error of any model of field and slip alone"
+        f"{percent(memory.share)} off the error of any model of field and slip alone"
     )
     return Finding("note", HISTORY, message, "erclutch fit tries memories by itself (--lag auto, the default)")
 

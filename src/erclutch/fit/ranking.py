@@ -19,6 +19,7 @@ from erclutch.logs.dataset import Dataset
 from erclutch.models.model import Model
 from erclutch.models.stages import slip_stages
 from erclutch.signals.array import Array, rms
+from erclutch.signals.percent import percent
 from erclutch.signals.shown import Shown, one_line
 
 #: Travels after which a state of memory has forgotten where it started, to 5 %.
@@ -69,7 +70,7 @@ class RankedModel(Shown):
         rmse, unit = self.test.rmse, self.outcome.model.units.effort
         band = f"95 % band {rmse.low:.4g} to {rmse.high:.4g}"
         error = f"RMSE {rmse.value:.4g} {unit} on {self.test.rows} rows held out ({band})"
-        share = f"{self.test.share.value:.1%} of the standard deviation"
+        share = f"{percent(self.test.share.value, 1)} of the standard deviation"
         return one_line(self, self.name, f"{self.outcome.parameters} parameters", error, share)
 
 
@@ -184,7 +185,9 @@ def judged_by_training(entries: Sequence[RankedModel]) -> list[RankedModel]:
         if entry.outcome.weights or not more > TOLERATED:
             judged_anew.append(entry)
             continue
-        note = f"errs on the training rows by {more:.0%} more than {best.name}, which rows held out at one field hide"
+        note = (
+            f"errs on the training rows by {percent(more)} more than {best.name}, which rows held out at one field hide"
+        )
         judged_anew.append(replace(entry, sound=False, notes=(*entry.notes, note)))
     return judged_anew
 
@@ -260,7 +263,7 @@ def _adds(
     change = "no less"
     if alone > 0:
         share = abs(1.0 - both / alone)
-        change = f"{share:.1%} less" if both <= alone else f"{share:.1%} more"
+        change = f"{percent(share, 1)} less" if both <= alone else f"{percent(share, 1)} more"
     unit = data.units.effort or ""
     limit = model.correction.limit
     return (

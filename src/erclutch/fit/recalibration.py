@@ -27,6 +27,7 @@ from erclutch.logs.dataset import Dataset, require_dataset, require_kind
 from erclutch.models.model import Model
 from erclutch.models.shared_answers import ModelBase
 from erclutch.signals.array import Array, Mask
+from erclutch.signals.percent import percent
 
 __all__ = ["AS_IT_IS", "GAIN", "OFFSET", "Recalibration", "recalibrate"]
 
@@ -238,7 +239,7 @@ def _chosen(base: Model, trial: _Trial, ways: Sequence[Way]) -> Recalibration:
     better = [each for each in worth if _surely(plain - each.squares)]
     least = min(better or tried, key=lambda each: float(each.squares.sum())).squares
     if not better:
-        change = f"{_change(least, plain):+.1%}"
+        change = percent(_change(least, plain), 1, sign=True)
         reason = f"nothing helps for sure, on unseen blocks the best way changes the error by {change}"
         return Recalibration(base, base, AS_IT_IS, folds, {}, reason)
 
@@ -255,7 +256,7 @@ def _chosen(base: Model, trial: _Trial, ways: Sequence[Way]) -> Recalibration:
     if GAIN in numbers:
         value, low, high = numbers[GAIN]
         gain = f"gain {value:.4g} ({low:.4g} - {high:.4g}), "
-    less = f"{-_change(taken.squares, plain):.1%}"
+    less = percent(-_change(taken.squares, plain), 1)
     reason = f"{way.name}: {gain}on unseen blocks the error is {less} less than {AS_IT_IS}"
     return Recalibration(base, _noted(model, trial.data, way.name), way.name, folds, numbers, reason)
 

@@ -10,6 +10,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 from erclutch.fit.finding import Finding
 from erclutch.logs.dataset import Dataset
 from erclutch.signals.array import Array
+from erclutch.signals.percent import percent
 
 #: Of what devices have, from small to large ones: the largest slip and effort in such a log, by unit.
 _USUAL = {
@@ -87,7 +88,7 @@ def _saturation(data: Dataset) -> Finding | None:
         at_end = np.count_nonzero(data.effort == end)
         share = at_end / data.rows
         if share > _SATURATED and at_end >= _FEWEST_SATURATED:
-            message = f"{share:.1%} of the rows sit at the {name} effort, {end:g}: the sensor may be saturated"
+            message = f"{percent(share, 1)} of the rows sit at the {name} effort, {end:g}: the sensor may be saturated"
             return Finding("warning", "effort", message, "Leave saturated rows out, or use a sensor with more range")
     return None
 

@@ -13,6 +13,7 @@ from erclutch.fit.kinds.law_alone import LawCandidate, structures_of, with_memor
 from erclutch.fit.outcome import AnyOutcome
 from erclutch.logs.dataset import Dataset
 from erclutch.signals.array import Array, Mask, rms
+from erclutch.signals.percent import percent
 
 
 def with_turned_fit(
@@ -42,8 +43,8 @@ def with_turned_fit(
     as_it_is = min(mean_squares, default=np.inf) ** 0.5
     share_as_it_is = as_it_is / float(np.std(data.effort[~test]))
     message = (
-        f"{finding.message}; with the effort turned, {law.model.name} errs by {share:.1%} of the standard "
+        f"{finding.message}; with the effort turned, {law.model.name} errs by {percent(share, 1)} of the standard "
         f"deviation on the rows held out, while no law of the log as it is comes below "
-        f"{share_as_it_is:.0%} on the training rows"
+        f"{percent(share_as_it_is)} on the training rows"
     )
     return replace(finding, message=message)

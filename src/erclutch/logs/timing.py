@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from erclutch.errors import ShortLogError, TimingError
 from erclutch.signals.array import Array, Mask
+from erclutch.signals.percent import percent
 
 MINIMUM_ROWS = 10
 #: How the note of rows begins that are points of a table: none comes after another in time.
@@ -423,5 +424,5 @@ def _restored(stamps: Array, grain: Array, period: float, column: str) -> str:
     elif float(grain.max()) > 0.75 * _JITTER * period:
         how = f"is rounded to {grain.max():.2g} s"
     else:
-        how = f"wanders by less than {_JITTER:.1%} of a period"
+        how = f"wanders by less than {percent(_JITTER, 1)} of a period"
     return f"{column} {how}: put on the regular grid of {period:.10g} s"

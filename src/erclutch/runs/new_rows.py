@@ -31,6 +31,7 @@ from erclutch.models.model import Model, Pair, held_window, margins
 from erclutch.runs.run_folder import FINAL, Run, read_run
 from erclutch.runs.run_rows import read_rows
 from erclutch.signals.array import Array, Mask
+from erclutch.signals.percent import percent
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -232,7 +233,7 @@ def _where(model: Model, data: Dataset, outside: NDArray[np.bool_]) -> str:
     if quick.any():
         shares.append((float(quick.mean()), "the slip changes more quickly than in any training log"))
     largest_first = sorted(shares, reverse=True)
-    return "; ".join(f"{text} ({share:.1%} of rows)" for share, text in largest_first)
+    return "; ".join(f"{text} ({percent(share, 1)} of rows)" for share, text in largest_first)
 
 
 def quicker_than_known(model: Model, data: Dataset) -> Mask:

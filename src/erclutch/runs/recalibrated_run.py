@@ -21,6 +21,7 @@ from erclutch.models.law_model import TorqueModel
 from erclutch.models.parameter_units import in_user_units
 from erclutch.runs.run_folder import Run, outcome_of
 from erclutch.signals.array import Mask
+from erclutch.signals.percent import percent
 
 #: What an adapted model's name ends in, beside its base.
 LABEL = "@recalibrated"
@@ -71,9 +72,9 @@ def recalibrated(
     if result.way == AS_IT_IS:
         verdict = f"The base is kept: {result.reason}."
     elif change < 0.0:
-        verdict = f"Recalibrated, {result.reason}. On the rows that neither saw it errs by {-change:.1%} less."
+        verdict = f"Recalibrated, {result.reason}. On the rows that neither saw it errs by {percent(-change, 1)} less."
     else:
-        verdict = f"The base is kept: on the rows that neither saw, {adapted_name} errs by {change:.1%} more."
+        verdict = f"The base is kept: on the rows that neither saw, {adapted_name} errs by {percent(change, 1)} more."
     best = entries[0].name
     about = {
         "run": run.folder.name,

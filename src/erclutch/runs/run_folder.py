@@ -32,6 +32,7 @@ from erclutch.models.model import Model
 from erclutch.models.model_file import keeps_digest, require_schema
 from erclutch.models.model_titles import id_of, titles_of
 from erclutch.runs.run_shape import FINAL, FINAL_FILE, RUN_SCHEMA, file_name, require_shape
+from erclutch.signals.percent import percent
 from erclutch.signals.shown import Shown, one_line, presenter
 
 if TYPE_CHECKING:
@@ -60,7 +61,7 @@ class Run(Shown):
             f"{len(self.body['ranking'])} models",
             f"{self.standing.word} {chosen['title']}",
             error,
-            f"{share:.1%} of the standard deviation",
+            f"{percent(share, 1)} of the standard deviation",
         )
 
     @property

@@ -149,7 +149,7 @@ def test_the_first_round_drives_at_half_of_the_torque_and_its_band_ends_nothing(
     rounds.reports.append(a_round(1, band=20.0, largest=1e6))
     assert not rounds.enough(0.5)
     rounds.reports.append(a_round(2, band=20.0, largest=10.0))
-    assert "within 50.00%" in rounds.enough(0.5)
+    assert "within 50.00 %" in rounds.enough(0.5)
     assert not rounds.enough(0.05)
 
 
@@ -161,8 +161,8 @@ def test_until_asks_for_what_rounds_can_teach_and_tells_the_floor() -> None:
     assert (last.share, last.open_share) == (2.0, 0.1)
     assert last.floor_share == pytest.approx(1.96 * last.residual / 10.0)
     ended = rounds.enough(0.1)
-    assert "leave open is within 10.00%" in ended
-    assert "the band is 200.00%, for bingham+lag errs by 1" in ended
+    assert "leave open is within 10.00 %" in ended
+    assert "the band is 200.00 %, for bingham+lag errs by 1" in ended
     assert last.to_dict()["floor_share"] == last.floor_share
 
 

@@ -239,7 +239,7 @@ def test_faint_stresses_of_the_wrong_sign_are_noise_and_told(written: Written) -
     text = rows([0.001, 0.01, *RATES], [-0.2, -0.02, *STRESSES], head="rate [1/s],stress [Pa]")
     file = read_flow_curves(written(text))
     assert holds_the_curve(file)
-    assert any("2 points left out: a stress of the other sign than its rate, below 2%" in note for note in file.notes)
+    assert any("2 points left out: a stress of the other sign than its rate, below 2 %" in note for note in file.notes)
     with pytest.raises(LogError, match="row 1 of the table"):
         read_flow_curves(written(text.replace("-0.2", "-20")))
 

@@ -13,6 +13,7 @@ from erclutch.cli.options import DEFAULT_READING, LogOptions, expand
 from erclutch.errors import RunError, SettingError
 from erclutch.files import LOG_ENDINGS, may_write_file, unwritable, whole_folder
 from erclutch.files.places import is_there, nothing, release, reserve
+from erclutch.signals.percent import percent
 
 if TYPE_CHECKING:
     from erclutch.models.model import Model
@@ -132,7 +133,7 @@ def _estimated(
     for name in model.extras:
         columns[name] = (data.extras[name], "")
     columns["effort"] = (effort, unit)
-    told = f"{model.name}: {data.rows:,} rows, {outside.mean():.2%} of them outside what it was trained on"
+    told = f"{model.name}: {data.rows:,} rows, {percent(outside.mean(), 2)} of them outside what it was trained on"
     if band or sensor:
         low, high = band_ends(data, model, effort, sensor)
         columns["low"] = (low, unit)

@@ -12,6 +12,7 @@ from cyclopts import Parameter
 from erclutch.cli import terminal
 from erclutch.cli.options import DEFAULT_READING, LogOptions
 from erclutch.errors import LogError
+from erclutch.signals.percent import percent
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -115,10 +116,10 @@ def _table(scores: Sequence[_Scored], data: Dataset, runs: int) -> Table:
         error = score.figures.rmse
         columns[rmse].append(number(error.value, zeros=True))
         columns["95 % band"].append(f"{number(error.low, 3)} - {number(error.high, 3)}")
-        columns["of std"].append(f"{score.figures.share.value:.1%}")
-        columns["guessed"].append(f"{score.guessed:.1%}")
-        columns["inside"].append("no band" if score.held is None else f"{score.held.share:.1%}")
-        columns[worst].append("" if score.held is None else f"{score.held.worst:.1%}")
+        columns["of std"].append(percent(score.figures.share.value, 1))
+        columns["guessed"].append(percent(score.guessed, 1))
+        columns["inside"].append("no band" if score.held is None else percent(score.held.share, 1))
+        columns[worst].append("" if score.held is None else percent(score.held.worst, 1))
 
     whose = str(scores[0].run) if runs == 1 else f"{runs} runs"
     title = f"Models of {whose} on {data.rows:,} rows of {data.where}"
@@ -150,6 +151,6 @@ def _trained_on(run: Run, recordings: Sequence[Recording]) -> list[str]:
     share = run.body["train_rows"] / (run.body["train_rows"] + run.body["test_rows"])
     more = f" and {len(seen) - 1} more are among them" if len(seen) > 1 else " is one of them"
     return [
-        f"{run.folder.name} was trained on {share:.0%} of the rows of its logs, and {seen[0]}{more}: these figures are "
-        "no test of its models. Score logs that the fit has not seen, or read the report."
+        f"{run.folder.name} was trained on {percent(share)} of the rows of its logs, and {seen[0]}{more}: these "
+        "figures are no test of its models. Score logs that the fit has not seen, or read the report."
     ]

@@ -27,6 +27,7 @@ from erclutch.models.laws.yield_stress import CONSTANT, POWER, SATURATING, TANH
 from erclutch.models.model import full_name
 from erclutch.models.structure import Structure
 from erclutch.signals.array import Mask
+from erclutch.signals.percent import percent
 
 #: Separate time constants are asked for by the data when they lower the criterion by this much: "very strong" evidence.
 _EVIDENCE = 10.0
@@ -292,7 +293,8 @@ def with_memory(
     findings: list[Finding] = []
     for name, gain in spare.items():
         seen = (
-            f"the column {name!r}, which no model has as an input, would take {gain:.0%} off the error of the best law"
+            f"the column {name!r}, which no model has as an input, would take {percent(gain)} off the error of the "
+            "best law"
         )
         remedy = f"Fit with --input {shell_word(name)}, unless it measures the effort once more"
         findings.append(Finding("note", "spare column", seen, remedy))

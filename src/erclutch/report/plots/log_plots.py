@@ -10,6 +10,7 @@ from erclutch.report.numbers.error_map import even_edges
 from erclutch.report.numbers.number_text import unit_text
 from erclutch.report.plots.plot_description import Axis, Cells, Line, Panel, Plot, PlotTable
 from erclutch.signals.array import Array
+from erclutch.signals.percent import percent
 from erclutch.signals.recording import Recording
 
 _BINS = 40
@@ -115,7 +116,7 @@ def describe_coverage(data: Dataset, name: str = "") -> Plot:
         )
         label = f"CH{number}: " if len(maps) > 1 else ""
         empty = np.count_nonzero(count == 0) / count.size
-        title = f"{label}{empty:.0%} empty"
+        title = f"{label}{percent(empty)} empty"
         x = Axis("field", field_unit, float(field_edges[0]), float(field_edges[-1]))
         y = Axis("slip", slip_unit, float(slip_edges[0]), float(slip_edges[-1]))
         panels.append(Panel(x, y, [cells], f"Rows over field and slip, {title}.", title))

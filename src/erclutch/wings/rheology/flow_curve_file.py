@@ -18,6 +18,7 @@ from erclutch.logs import read_table, recordings_in
 from erclutch.logs.row_groups import EACH, group_of, wants_each
 from erclutch.logs.table import Table, listed
 from erclutch.signals.array import Array
+from erclutch.signals.percent import percent
 from erclutch.wings.rheology.conditions import conditions_note, conditions_of
 from erclutch.wings.rheology.flow_curve import FEWEST_POINTS, FlowCurve
 from erclutch.wings.rheology.flow_plan import CurvePlan, FlowPlan, oscillation, plan_of, require_several_rates
@@ -234,7 +235,7 @@ def _points(curve: CurvePlan, table: Table, label: str) -> tuple[Array, Array, l
     if faint.any() and 2 * int(against.sum()) <= rate.size:
         # At the lowest rates a fluid of low viscosity is below what an instrument resolves: the sign is noise.
         left_out = f"{int(faint.sum())} points left out: a stress of the other sign than its rate"
-        notes.append(f"{left_out}, below {_FAINT:.0%} of the largest stress, as noise is")
+        notes.append(f"{left_out}, below {percent(_FAINT)} of the largest stress, as noise is")
         clear = ~faint
         rate = rate[clear]
         stress = stress[clear]

@@ -9,6 +9,7 @@ import numpy as np
 from erclutch.logs.dataset import Dataset
 from erclutch.signals.array import Array
 from erclutch.signals.device import Units
+from erclutch.signals.percent import percent
 
 ADVICE = "which logs teach nothing new, and what no log has"
 
@@ -53,7 +54,7 @@ def _repeated(rows: Dataset) -> list[str]:
         said.append(
             f"Of {count} logs {len(lessons.repeat)} teach nothing new about field and motion: "
             f"{_named(lessons.repeat)}. Without them no interval of Bingham's law grows by more than "
-            f"{lessons.growth - 1.0:.0%}."
+            f"{percent(lessons.growth - 1.0)}."
         )
     if lessons.surer:
         said.append(

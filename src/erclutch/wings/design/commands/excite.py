@@ -12,6 +12,7 @@ from erclutch.cli import terminal
 from erclutch.cli.quantities import HERTZ, SECONDS, TORQUE
 from erclutch.errors import SettingError, require
 from erclutch.files import LOG_ENDINGS, may_write_file, refuse_ending
+from erclutch.signals.percent import percent
 from erclutch.wings.design.limit_options import NO_LIMITS, LimitOptions
 
 if TYPE_CHECKING:
@@ -196,7 +197,7 @@ def _designed(
             count = len(lessons.teach) + len(lessons.repeat)
             terminal.tell(
                 f"Of {count} logs {len(lessons.repeat)} repeat what the others show. Without them no interval grows "
-                f"by more than {lessons.growth - 1.0:.0%}: {', '.join(lessons.repeat)}"
+                f"by more than {percent(lessons.growth - 1.0)}: {', '.join(lessons.repeat)}"
             )
     terminal.say(path)
 
@@ -252,8 +253,8 @@ def _tell(
         f"Limits: {known.line(unit, field_unit)}",
         *(f"Note: {note}" for note in Bounds.of(known, draw.rate, draw.seconds).notes),
         terminal.coverage(commands.field, commands.speed, " of the commands", (field_unit, f"{unit}/s")),
-        f"Of the cells over field, slip and their directions {ours:.0%} are visited; by the paper's draws of "
-        f"section III-B within the same limits {papers:.0%}",
+        f"Of the cells over field, slip and their directions {percent(ours)} are visited; by the paper's draws of "
+        f"section III-B within the same limits {percent(papers)}",
     )
 
 
@@ -309,7 +310,7 @@ def _papers_commands(
     terminal.tell(f"COMMANDS, seed {seed}: {rows:,} rows, {seconds:g} s; nothing was measured")
     for name, values in (("E1 - E2", field), ("motor torque", motor)):
         terminal.tell(f"{name}: {values.min():.3g} .. {values.max():.3g}; power by band of frequency:")
-        shares = [f"{low:g}-{high:g} Hz {share:.0%}" for low, high, share in terminal.bands(values, rate)]
+        shares = [f"{low:g}-{high:g} Hz {percent(share)}" for low, high, share in terminal.bands(values, rate)]
         terminal.tell("  " + ", ".join(shares))
     terminal.tell(terminal.coverage(field, motor, " of the commands (torque across)"))
     terminal.say(path)

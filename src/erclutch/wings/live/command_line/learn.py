@@ -17,6 +17,7 @@ from cyclopts import Parameter
 from erclutch.cli.quantities import SECONDS
 from erclutch.errors import ErclutchError, RunError, SettingError
 from erclutch.files import plain_words, small_file, whole_file
+from erclutch.signals.percent import percent
 from erclutch.wings.live.command_line.live_options import LEARN
 
 if TYPE_CHECKING:
@@ -297,8 +298,9 @@ def line_of(report: RoundReport, rig: Rig) -> str:
     unit = next((channel.unit for channel in rig.channels if channel.role == "effort"), "")
     return (
         f"round {report.number}: {report.seconds:.3g} s, {report.law}, band +-{report.band:.3g} {unit} "
-        f"({report.share:.2%} of the largest effort). The numbers leave {report.open_share:.2%} open; "
-        f"the floor is {report.floor_share:.2%}, of which the sensor's noise is {report.noise_share:.2%}"
+        f"({percent(report.share, 2)} of the largest effort). The numbers leave {percent(report.open_share, 2)} open; "
+        f"the floor is {percent(report.floor_share, 2)}, of which the sensor's noise is "
+        f"{percent(report.noise_share, 2)}"
     )
 
 
@@ -319,7 +321,7 @@ def _tell(rounds: LearningRounds, rig: Rig, folder: Path, ended: str, output: Co
                     terminal.number(x, 3)
                     for x in (each.before, each.residual, each.open, each.open_foretold, each.band)
                 ),
-                *(f"{share:.2%}" for share in (each.open_share, each.floor_share, each.share)),
+                *(percent(share, 2) for share in (each.open_share, each.floor_share, each.share)),
             ]
             for each in rounds.reports
         ]

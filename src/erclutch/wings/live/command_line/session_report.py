@@ -8,6 +8,7 @@ import time
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
+from erclutch.signals.percent import percent
 from erclutch.wings.live.layout import EVENTS
 from erclutch.wings.live.ring import doubt_in_words
 
@@ -131,7 +132,7 @@ def _show(session: Session, watch: SessionFigures, notes: Sequence[str], output:
             continue
         share = count / max(watch.frames, 1)
         if count > 0.01 * watch.frames:
-            counts.append(f"{name}: {count:,} ({share:.0%} of the steps)")
+            counts.append(f"{name}: {count:,} ({percent(share)} of the steps)")
         else:
             counts.append(f"{name}: {count}")
     output.print(", ".join(counts) or "no event", markup=False)

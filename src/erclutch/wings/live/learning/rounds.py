@@ -28,6 +28,7 @@ from erclutch.models.law_model import TorqueModel
 from erclutch.models.laws import law_from_name, quick_laws
 from erclutch.models.structure import Structure
 from erclutch.signals.array import Array
+from erclutch.signals.percent import percent
 from erclutch.wings.design.information import Knowledge
 from erclutch.wings.live.learning.drawn_tables import TableLimits, drawn_table
 from erclutch.wings.live.learning.foretold_motion import ForetoldMotion, LoggedRound
@@ -245,8 +246,8 @@ class LearningRounds:
         # The first round drives at half of the torque: it says nothing of the rest.
         if until and last.number > 1 and last.open_share <= until:
             return (
-                f"what the numbers leave open is within {until:.2%} of the largest effort; the band is "
-                f"{last.share:.2%}, for {last.law} errs by {last.residual:.3g} whatever its numbers are"
+                f"what the numbers leave open is within {percent(until, 2)} of the largest effort; the band is "
+                f"{percent(last.share, 2)}, for {last.law} errs by {last.residual:.3g} whatever its numbers are"
             )
         if self.nothing_more:
             return (

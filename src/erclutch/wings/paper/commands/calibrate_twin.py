@@ -13,6 +13,7 @@ from erclutch.cli.options import DEFAULT_READING, LogOptions
 from erclutch.cli.quantities import SECONDS
 from erclutch.errors import require
 from erclutch.files import may_write_file
+from erclutch.signals.percent import percent
 from erclutch.wings.rig.twin.parameters import RigParameters, load_rig
 
 if TYPE_CHECKING:
@@ -205,7 +206,7 @@ def _print(found: Calibration) -> None:
             number(parameter.value) + limit,
             f"{number(parameter.low, 3)} - {number(parameter.high, 3)}",
             found.rig.entry(parameter.path).unit,
-            f"{parameter.learnt:.0%}",
+            percent(parameter.learnt),
         ]
         rows.append(row)
     heads = ["parameter", "start", "value", "95 % interval", "unit", "learnt"]

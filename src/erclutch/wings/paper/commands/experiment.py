@@ -16,6 +16,7 @@ from erclutch.cli import terminal
 from erclutch.cli.quantities import SECONDS
 from erclutch.errors import SettingError
 from erclutch.files.places import nothing, reserve
+from erclutch.signals.percent import percent
 from erclutch.wings.paper.published import WARMING
 from erclutch.wings.rig.twin.parameters import load_rig
 
@@ -304,8 +305,8 @@ def _show(name: str, trace: OnlineTrace, figure: int, stem: Path) -> dict[str, A
             f"{line.mse:.3e}",
             f"{line.rmse:.5f}",
             f"{line.largest:.4f}",
-            f"{line.share:.1%}",
-            f"{line.outside:.1%}",
+            percent(line.share, 1),
+            percent(line.outside, 1),
             "-" if paper is None else f"{paper:.3e}",
         ]
         rows.append(row)
