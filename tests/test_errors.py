@@ -119,18 +119,22 @@ def test_a_switch_of_reading_is_true_or_false() -> None:
 
 
 @pytest.mark.parametrize(
-    ("call", "said"),
+    ("taker", "values", "keywords", "said"),
     [
-        (lambda: erclutch.Settings(modles="bingham"), "Settings knows no modles. Did you mean models?"),
-        (lambda: ExportOptions(precison="float32"), "ExportOptions knows no precison. Did you mean precision?"),
+        (erclutch.Settings, (), {"modles": "bingham"}, "Settings knows no modles. Did you mean models?"),
+        (ExportOptions, (), {"precison": "float32"}, "ExportOptions knows no precison. Did you mean precision?"),
         (
-            lambda: export_model(None, "c", presicion="float32"),
-            "export_model knows no presicion. Did you mean precision?",
+            export_model,
+            (None, "c"),
+            {"presicion": "float32"},
+            "export_model knows no presicion. Did you mean precision",
         ),
-        (lambda: erclutch.compare(None, settngs=None), "compare knows no settngs. Did you mean settings?"),
-        (lambda: erclutch.recording_from_arrays({}, sample_rate=1.0), "recording_from_arrays knows no sample_rate."),
+        (erclutch.compare, (None,), {"settngs": None}, "compare knows no settngs. Did you mean settings?"),
+        (erclutch.recording_from_arrays, ({},), {"sample_rate": 1.0}, "recording_from_arrays knows no sample_rate."),
     ],
 )
-def test_a_misspelt_keyword_is_answered_with_the_nearest(call: Callable[[], Any], said: str) -> None:
+def test_a_misspelt_keyword_is_answered_with_the_nearest(
+    taker: Callable[..., Any], values: tuple[Any, ...], keywords: dict[str, Any], said: str
+) -> None:
     with pytest.raises(SettingError, match=re.escape(said)):
-        call()
+        taker(*values, **keywords)
