@@ -231,7 +231,10 @@ def test_a_mapping_with_something_missing_is_valid_and_says_what(tmp_path: Path)
     rows = [f"{k},{k % 7},{k % 5}" for k in range(50)]
     (tmp_path / "log.csv").write_text("\n".join(["t [ms],Strom [A],Kraft (V)", *rows]), encoding="utf-8")
     said = good("inspect", "log.csv", "--write-mapping", "half.toml", cwd=tmp_path, code=1)
-    assert "Mapping written: half.toml; 2 to fill in" in said
+    place = "Mapping written: half.toml; 2 to fill in. It is read once it lies beside the log as log.csv.toml"
+    assert place in " ".join(said.split())
+    no_option = refused("inspect", "log.csv", "--mapping", "half.toml", cwd=tmp_path, code=1)
+    assert "it is read where it lies beside LOG" in no_option
     text = (tmp_path / "half.toml").read_text(encoding="utf-8")
     assert tomllib.loads(text)["columns"] == {"field": {"column": "Strom", "unit": "A"}}
     assert "# missing: no column for slip or position" in text

@@ -46,9 +46,13 @@ def _versions() -> str:
     return "\n".join(lines)
 
 
+#: What people write to name a mapping file.
+_OF_MAPPINGS = ("--mapping", "--map", "--mapping-file")
+
+
 def _misused(error: CycloptsError) -> object:
     """What is wrong with the words of a command, framed; some may be names of files that the shell put there."""
-    from cyclopts import CycloptsPanel, MissingArgumentError, UnusedCliTokensError
+    from cyclopts import CycloptsPanel, MissingArgumentError, UnknownOptionError, UnusedCliTokensError
 
     from erclutch.cli.terminal import shown
 
@@ -56,7 +60,10 @@ def _misused(error: CycloptsError) -> object:
         command = " ".join(["erclutch", *(error.command_chain or ())])
         unused = ", ".join(map(repr, error.unused_tokens or ()))
         return CycloptsPanel(shown(f"{unused}: more than the command takes. {command} --help shows what it takes."))
-    hint = _taken_by_a_list(error.root_input_tokens or ()) if isinstance(error, MissingArgumentError) else ""
+    words = error.root_input_tokens or ()
+    hint = _taken_by_a_list(words) if isinstance(error, MissingArgumentError) else ""
+    if isinstance(error, UnknownOptionError) and any(word.partition("=")[0] in _OF_MAPPINGS for word in words):
+        return CycloptsPanel(shown("A mapping file has no option: it is read where it lies beside LOG as LOG.toml."))
     return CycloptsPanel(shown(f"{error}{hint}"))
 
 

@@ -129,7 +129,12 @@ def _tell(look: LogLook, mapping: Path | None) -> None:
     log_tables.tell_columns(look.log, look.raw)
     if mapping is not None:
         missing = f"; {len(look.missing)} to fill in" if look.missing else ""
-        terminal.say(f"Mapping written: {mapping}{missing}")
+        from erclutch.logs.mapping import file_beside
+
+        beside = file_beside(look.log)
+        read = beside is not None and beside.resolve() == mapping.resolve()
+        place = "" if read else f". It is read once it lies beside the log as {look.log}.toml"
+        terminal.say(f"Mapping written: {mapping}{missing}{place}")
     elif look.missing:
         command = ["erclutch", "inspect", str(look.log), "--write-mapping", f"{look.log}.toml"]
         terminal.say(f"A mapping file to fill in: {shlex.join(command)}")
