@@ -24,6 +24,7 @@ from erclutch.errors import ErclutchError, RunError
 from erclutch.files import is_plain_file, may_write, may_write_file, places, unwritable, whole_file, whole_folder
 from erclutch.files.places import put_new, release, release_all, reserve
 from erclutch.logs.synthetic import write_synthetic_log
+from tests.support.no_room import read_only
 from tests.support.raced_writers import Written, lost_in, written_by
 from tests.support.races import SLOW, WORDS, forked, make_material, started
 
@@ -409,6 +410,16 @@ def test_a_writer_that_takes_anothers_place_is_seen(tmp_path: Path, monkeypatch:
     monkeypatch.setattr(files, "_put", lambda partial, target, *_: os.replace(partial, target))
     monkeypatch.setattr(places, "_locked", lambda _: None)
     assert lost_in(written, 5, tmp_path / "raced")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["demo", "export", "tune"])
+def test_a_folder_that_takes_nothing_is_one_line(name: str, material: Path) -> None:
+    """`studies/attack.py` asks all commands, and each on a disk of 60 kB, too."""
+    ended = read_only(name, material)
+    assert ended.wrong == ""
+    assert ended.code == 2
+    assert ended.left == ()
 
 
 @pytest.mark.slow

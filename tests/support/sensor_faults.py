@@ -19,6 +19,7 @@ from erclutch.signals.device import DeviceName
 from erclutch.wings.live.c_core import Core
 from erclutch.wings.live.layout import EVENT_BITS, FRAME, SAMPLE
 from erclutch.wings.live.live_model import live_model
+from erclutch.wings.live.motion_limits import alpha_count, theta_count
 from erclutch.wings.live.offered_programs import rig_settings, shaft_angle, standard_programs
 from erclutch.wings.live.sensor_limits import free_drive, free_output, sensor_limits
 from erclutch.wings.live.session import LiveModel
@@ -44,6 +45,15 @@ REST_FRICTION, OFF_SHARE = 1.2, 0.35
 #: check of the momentum while the output rests; too high.
 OUTCOMES = ("held", "safe", "bounded", "not held")
 NOT_HELD = OUTCOMES[-1]
+#: What leaves nothing to tell of a fault in time, told by the rows themselves.
+CAUSES = {
+    "not asked": "control asks no meter: the field has the bits of health",
+    "same bits": "the sensor reads as in health, to the bit",
+    "a count": "the encoder reads as in health but for a count or two",
+    "friction": "the meter is off by no more than dry friction withstands or varies",
+}
+COUNTS = 2.0
+SLOW = 1.0  # rad/s: a third of the speed up to which dry friction is elastic
 _DOUBTS = ("theta-doubted", "alpha-doubted", "torque-doubted")
 
 #: Control -> device, program, and settings that differ.
@@ -91,6 +101,7 @@ class FaultRun:
         said: events that named a sensor.
         most: largest field above the healthy one.
         unbounded: longest run of rows that nothing bounded either.
+        cause: why nothing tells of the fault in time, one of `CAUSES`; "" where it was held, or nobody knows.
     """
 
     above: int
@@ -98,6 +109,7 @@ class FaultRun:
     said: tuple[str, ...]
     most: float
     unbounded: int
+    cause: str = ""
 
     @property
     def held(self) -> bool:
@@ -218,11 +230,35 @@ def fault_run(
     sensor, _, begin = fault
     faulty = frames_of(settings, model, rig, seed, fault)
     run = judged(healthy, faulty, begin)
+    cause = "" if run.held else cause_of(settings, rig, fault, healthy, faulty)
     if run.outcome != "not held":
-        return run
+        return replace(run, cause=cause)
     without = frames_of(settings, model, rig, seed, (sensor, "silent", begin)) if sensor == "torque" else None
     unseen = (settings.load_band + REST_FRICTION * settings.load_friction) / (1.0 - OFF_SHARE)
-    return judged(healthy, faulty, begin, without, unseen)
+    return replace(judged(healthy, faulty, begin, without, unseen), cause=cause)
+
+
+def cause_of(settings: LoopSettings, rig: RigParameters, fault: tuple[str, str, int], healthy: Any, faulty: Any) -> str:
+    """What left nothing to tell of a fault in `ZERO_WITHIN` rows: one of `CAUSES`, or "" if nobody knows.
+
+    Args:
+        settings: of the loop.
+        rig: parameters of the TWIN.
+        fault: sensor, kind and row of the fault.
+        healthy, faulty: frames of both loops.
+    """
+    sensor, _, begin = fault
+    if all(np.array_equal(healthy[name], faulty[name]) for name in ("field1", "field2")):
+        return "not asked"
+    rows = slice(begin, begin + ZERO_WITHIN)
+    off = float(np.nanmax(np.abs(faulty[sensor][rows] - healthy[sensor][rows])))
+    if sensor == "torque":
+        speed = faulty["theta_dot" if settings.device == "single" else "alpha_dot"][rows]
+        if float(np.max(np.abs(speed))) <= SLOW:  # there elastic friction withstands whatever is read
+            off = min(off, float(np.nanmax(np.abs(faulty[sensor][rows]))))
+        return "friction" if off <= settings.load_band + REST_FRICTION * settings.load_friction else ""
+    count = theta_count(rig) if sensor == "theta" else alpha_count(rig)
+    return "same bits" if off == 0.0 else "a count" if off <= COUNTS * count else ""
 
 
 def sessions(control: str, seed: int, name: str = "bingham") -> Iterator[tuple[str, str, FaultRun]]:

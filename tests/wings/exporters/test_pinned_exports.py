@@ -88,7 +88,7 @@ _DIGEST = re.compile(r"\{[\da-f]{8}(?:-[\da-f]{4}){3}-[\da-f]{12}\}|(?<=lib)m-[\
 
 
 #: C of an FMU that is the same for all models.
-FMU_C = {"core.h", "fmi_common.h", "fmi2.h", "fmi2.c", "fmi3.h", "fmi3.c"}
+FMU_C = {"fmu-core.h", "fmu-common.h", "fmu-fmi2.h", "fmu-fmi2.c", "fmu-fmi3.h", "fmu-fmi3.c"}
 
 
 def made(model: Any, options: str) -> ExportedStep:

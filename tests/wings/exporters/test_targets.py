@@ -387,7 +387,7 @@ def test_our_functions_are_the_standards(
         words = ["gcc", *flags, "-c", str(sources / "x.c"), "-o", str(made)]
         return subprocess.run(words, capture_output=True).returncode == 0
 
-    ours = (sources / f"fmi{version}.c").read_text()
+    ours = (sources / f"fmu-fmi{version}.c").read_text()
     assert not compiles(ours.replace("CALL(DoStep)(", "CALL(DoStep)(int more, "))
     assert compiles(ours)
     words = ["nm", "-g", "--defined-only", "--format=just-symbols", str(made)]
@@ -467,7 +467,7 @@ def test_a_saved_fmu_state_is_restored(fmu3: Any) -> None:
 
 _FORGER = """
 #include <stdio.h>
-#include "fmi{version}.c"
+#include "fmu-fmi{version}.c"
 #define OF_STATE_(name) FMI(name)
 #define OF_STATE(verb) OF_STATE_(STATE(verb, ))
 int main(int count, char **words)

@@ -1,4 +1,4 @@
-"""Both FMU targets share model.h, the page and the archive."""
+"""Both FMU targets share fmu-model.h, the page and the archive."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def write_fmu(step: ExportedStep, folder: Path, version: int, face: Interface | 
     """
     face = face or interface(step)
     name = identifier(step, version)
-    files = [f"fmi{version}.c", f"{step.name}.c"]
+    files = [f"fmu-fmi{version}.c", f"{step.name}.c"]
     with tempfile.TemporaryDirectory() as work, ThreadPoolExecutor(1) as pool:
         root = Path(work)
         code = root / "sources"
@@ -59,16 +59,16 @@ def write_fmu(step: ExportedStep, folder: Path, version: int, face: Interface | 
 
 
 def _sources(step: ExportedStep, face: Interface, version: int, folder: Path) -> None:
-    """The C of the model, that of the FMU, and model.h, which binds the two."""
+    """The C of the model, that of the FMU, and fmu-model.h, which binds the two. A name of C has no hyphen."""
     source, header = face.code
     texts = {f"{step.name}.c": source, f"{step.name}.h": header}
     sources = resources.files("erclutch.wings.exporters") / "fmu" / "fmu_c"
-    for name in ("core.h", "fmi_common.h", f"fmi{version}.h", f"fmi{version}.c"):
+    for name in ("fmu-core.h", "fmu-common.h", f"fmu-fmi{version}.h", f"fmu-fmi{version}.c"):
         texts[name] = (sources / name).read_text(encoding="ascii")
     n = step.name
     period = step.period if face.sampled and step.period else 1.0  # s
     defaults = [*(repr(float(port.start)) for port in face.parameters), "0.0"]  # C wants one at least
-    texts["model.h"] = f"""/* Binds the FMU's code to {n}. */
+    texts["fmu-model.h"] = f"""/* Binds the FMU's code to {n}. */
 #ifndef ERC_MODEL_H
 #define ERC_MODEL_H
 

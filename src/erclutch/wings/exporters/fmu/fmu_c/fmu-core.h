@@ -1,4 +1,4 @@
-/* What an instance holds and does, for all FMI versions. model.h binds the model.
+/* What an instance holds and does, for all FMI versions. fmu-model.h binds the model.
 
    A model without memory is computed whenever an output is asked for, from the inputs of that moment. One with memory is
    sampled: in co-simulation at the end of each period, with the inputs that held through it; in model exchange by a time
@@ -11,7 +11,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "model.h"
+#include "fmu-model.h"
 
 /* Value references: 0 the time, then the inputs, the outputs, the flags, the parameters. */
 #define REF_TIME 0u

@@ -1,7 +1,7 @@
 /* FMI 3.0 for co-simulation and model exchange around the exported step. */
-#include "fmi3.h"
+#include "fmu-fmi3.h"
 
-#include "core.h"
+#include "fmu-core.h"
 
 typedef struct
 {
@@ -32,7 +32,7 @@ static fmi3Status fail(fmi3Instance c, const char *message)
 #define EXTRA_PARAMETERS , size_t values_count
 #define ALLOWED values_count == count
 #define EXTRA_REASON ", or not as many values as variables"
-#include "fmi_common.h"
+#include "fmu-common.h"
 
 EXPORT const char *fmi3GetVersion(void)
 {

@@ -1,7 +1,7 @@
 /* FMI 2.0 for co-simulation around the exported step. */
-#include "fmi2.h"
+#include "fmu-fmi2.h"
 
-#include "core.h"
+#include "fmu-core.h"
 
 typedef struct
 {
@@ -32,7 +32,7 @@ static fmi2Status fail(fmi2Component c, const char *message)
 #define EXTRA_PARAMETERS
 #define ALLOWED references[i] != REF_TIME
 #define EXTRA_REASON
-#include "fmi_common.h"
+#include "fmu-common.h"
 
 EXPORT const char *fmi2GetTypesPlatform(void)
 {
