@@ -173,6 +173,16 @@ _MACHINES: dict[str, tuple[str, tuple[str, ...]]] = {
 }
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["model", "core", "fmi2", "erc_core"])
+def test_a_model_called_as_a_file_of_the_fmu_is_exported(
+    name: str, models: dict[str, Model], tmp_path: Path, need: Callable[..., None]
+) -> None:
+    """A log whose name makes no name of C gives a model called model: no compiler took it."""
+    need("gcc")
+    assert exported(models["bingham, single"], "fmu2", tmp_path / "f", name=name)
+
+
 @pytest.fixture(scope="module")
 def fmu3(
     models: dict[str, Model], tmp_path_factory: pytest.TempPathFactory, need: Callable[..., None]
@@ -383,7 +393,7 @@ def test_our_functions_are_the_standards(
 
     def compiles(text: str) -> bool:
         (sources / "x.c").write_text(text)
-        flags = ["-std=c11", f"-DERC_FMI{version}_H", "-include", f"fmi{version}Functions.h", f"-I{official}"]
+        flags = ["-std=c11", f"-DERC_FMI{version}_HEADER", "-include", f"fmi{version}Functions.h", f"-I{official}"]
         words = ["gcc", *flags, "-c", str(sources / "x.c"), "-o", str(made)]
         return subprocess.run(words, capture_output=True).returncode == 0
 

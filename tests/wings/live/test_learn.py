@@ -6,9 +6,11 @@ import contextlib
 import io
 import json
 import math
+import multiprocessing
+import os
 import shutil
-import threading
-from dataclasses import replace
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -190,13 +192,10 @@ def test_options_that_do_not_go_with_rounds_are_refused(tmp_path: Path) -> None:
 class FailingBrake(Twin):
     """The TWIN brake, whose encoder reads nothing for a while; keeps what it is commanded from then on."""
 
-    def __init__(self) -> None:
+    def __init__(self, fails: bool) -> None:
         super().__init__(seed=1, locked=True, single=True)
-        self.begin()
-
-    def begin(self) -> None:
         self.fails_after = 800  # samples with field
-        self.fails_for = 500
+        self.fails_for = 500 if fails else 0
         self.after_fault: list[float] = []
 
     def sense(self) -> Measurement:
@@ -214,58 +213,88 @@ class FailingBrake(Twin):
             self.after_fault.append(command.E1)
 
 
+def _serve(fails: bool, parent: Any) -> None:
+    with contextlib.suppress(PermissionError):
+        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(70))  # as a rig of erclutch, whatever else runs here
+    brake = FailingBrake(fails)
+    server = RigServer(brake, session=7, lead=default_rig().value("screw.lead"), device="single")
+    for _ in range(3):
+        brake.step()  # compiled before the loop waits for it
+    parent.send(server.port)
+    server.run(parent.poll)
+    parent.send(brake.after_fault)
+    os._exit(0)
+
+
+@dataclass
+class ServedBrake:
+    """A brake behind UDP, in a process of its own: a thread beside the session waits for it, and the loop trips."""
+
+    port: int
+    after_fault: list[float]
+
+
+@contextlib.contextmanager
+def served_brake(*, fails: bool) -> Iterator[ServedBrake]:
+    here, there = multiprocessing.Pipe()
+    process = multiprocessing.get_context("fork").Process(target=_serve, args=(fails, there))
+    process.start()
+    brake = ServedBrake(here.recv(), [])
+    try:
+        yield brake
+    finally:
+        here.send("end")
+        brake.after_fault += here.recv()
+        process.join()
+
+
 @pytest.mark.slow
 @pytest.mark.timed
 def test_a_fault_ends_at_zero_field_with_a_whole_log_and_the_next_round_goes_on(tmp_path: Path) -> None:
     """The encoder of the rig behind UDP fails in the middle of a round."""
-    brake = FailingBrake()
-    server = RigServer(brake, session=7, lead=default_rig().value("screw.lead"), device="single")
-    stop = threading.Event()
-    thread = threading.Thread(target=server.run, args=(stop.is_set,))
-    thread.start()
-    words = ("live", "--rig", "udp", "--address", f"127.0.0.1:{server.port}", "--session", "7", "--device", "single")
-    asked = (*words, "--program", "learn", "--seconds", "4", "--round", "2", "--headless", "--folder", "logs")
-    try:
-        for _ in range(10):
-            brake.begin()
-            shutil.rmtree(tmp_path / "logs", ignore_errors=True)
-            done = run(*asked, cwd=tmp_path)
-            if brake.after_fault:
-                break
-        else:
-            pytest.skip("the machine is so busy that each loop trips, or ends, before the fault comes")
-        assert done.code == 3
-        assert "the fields are held at zero" in done.out
-        assert "--after logs" in done.out
 
-        assert brake.after_fault[-1] == 0.0
-        (folder,) = (tmp_path / "logs").iterdir()
-        (first,) = json.loads((folder / "learn.json").read_bytes())["rounds"]
-        assert first["tripped"]
-        log = folder / first["file"]
-        field = np.asarray(erclutch.read(log).signals["field"])
-        assert field.size > 700
-        assert field.max() > 0.05
-        kept = log.read_bytes()
+    def asked(brake: ServedBrake) -> tuple[str, ...]:
+        words = ("live", "--rig", "udp", "--address", f"127.0.0.1:{brake.port}", "--session", "7", "--device", "single")
+        return (*words, "--program", "learn", "--seconds", "4", "--round", "2", "--headless", "--folder", "logs")
 
-        # Of the loop's own rows: commands that wait in the rig's socket are older than the sample that failed.
-        rows = read_table(log).columns
-        invalid = np.flatnonzero(rows["events"].astype(int) & EVENT_BITS["sample-invalid"])[0]
-        assert rows["field"][invalid - 1] > 0.0
-        assert not np.any(rows["field"][invalid + 20 :])
+    for _ in range(10):
+        shutil.rmtree(tmp_path / "logs", ignore_errors=True)
+        with served_brake(fails=True) as brake:
+            done = run(*asked(brake), cwd=tmp_path)
+        if brake.after_fault:
+            break
+    else:
+        pytest.skip("the machine is so busy that each loop trips, or ends, before the fault comes")
+    assert done.code == 3
+    assert "the fields are held at zero" in done.out
+    assert "--after logs" in done.out
 
-        body: dict[str, Any] = {"rounds": [first]}
-        for _ in range(10):  # a busy machine may trip the loop before a round is long enough to be fitted
-            again = run(*asked, "--after", folder, cwd=tmp_path)
-            body = json.loads((folder / "learn.json").read_bytes())
-            if len(body["rounds"]) > 1:
-                assert "round 2: " in again.out
-                break
-        else:
-            pytest.skip("the machine is so busy that each second round trips before it can be fitted")
-    finally:
-        stop.set()
-        thread.join()
+    assert brake.after_fault[-1] == 0.0
+    (folder,) = (tmp_path / "logs").iterdir()
+    (first,) = json.loads((folder / "learn.json").read_bytes())["rounds"]
+    assert first["tripped"]
+    log = folder / first["file"]
+    field = np.asarray(erclutch.read(log).signals["field"])
+    assert field.size > 700
+    assert field.max() > 0.05
+    kept = log.read_bytes()
+
+    # Of the loop's own rows: commands that wait in the rig's socket are older than the sample that failed.
+    rows = read_table(log).columns
+    invalid = np.flatnonzero(rows["events"].astype(int) & EVENT_BITS["sample-invalid"])[0]
+    assert rows["field"][invalid - 1] > 0.0
+    assert not np.any(rows["field"][invalid + 20 :])
+
+    body: dict[str, Any] = {"rounds": [first]}
+    for _ in range(10):  # a busy machine may trip the loop before a round is long enough to be fitted
+        with served_brake(fails=False) as brake:
+            again = run(*asked(brake), "--after", folder, cwd=tmp_path)
+        body = json.loads((folder / "learn.json").read_bytes())
+        if len(body["rounds"]) > 1:
+            assert "round 2: " in again.out
+            break
+    else:
+        pytest.skip("the machine is so busy that each second round trips before it can be fitted")
     assert body["rounds"][0]["file"] == first["file"]
     assert body["ended"]
     assert log.read_bytes() == kept

@@ -69,8 +69,8 @@ def _sources(step: ExportedStep, face: Interface, version: int, folder: Path) ->
     period = step.period if face.sampled and step.period else 1.0  # s
     defaults = [*(repr(float(port.start)) for port in face.parameters), "0.0"]  # C wants one at least
     texts["fmu-model.h"] = f"""/* Binds the FMU's code to {n}. */
-#ifndef ERC_MODEL_H
-#define ERC_MODEL_H
+#ifndef ERC_FMU_MODEL_HEADER
+#define ERC_FMU_MODEL_HEADER
 
 #include "{n}.h"
 

@@ -3,8 +3,8 @@
    A model without memory is computed whenever an output is asked for, from the inputs of that moment. One with memory is
    sampled: in co-simulation at the end of each period, with the inputs that held through it; in model exchange by a time
    event at its start. */
-#ifndef ERC_CORE_H
-#define ERC_CORE_H
+#ifndef ERC_FMU_CORE_HEADER
+#define ERC_FMU_CORE_HEADER
 
 #include <stddef.h>
 #include <stdint.h>

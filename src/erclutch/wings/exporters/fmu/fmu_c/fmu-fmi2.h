@@ -1,6 +1,6 @@
 /* The types of the FMI 2.0 C interface (fmi-standard.org) that a co-simulation FMU needs. */
-#ifndef ERC_FMI2_H
-#define ERC_FMI2_H
+#ifndef ERC_FMI2_HEADER
+#define ERC_FMI2_HEADER
 
 #include <stddef.h>
 

@@ -1,6 +1,6 @@
 /* The types of the FMI 3.0 C interface (fmi-standard.org). */
-#ifndef ERC_FMI3_H
-#define ERC_FMI3_H
+#ifndef ERC_FMI3_HEADER
+#define ERC_FMI3_HEADER
 
 #include <stdbool.h>
 #include <stddef.h>
