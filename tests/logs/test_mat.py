@@ -453,6 +453,7 @@ def test_a_datetime_among_the_variables_hides_none_of_them(tmp_path: Path, first
     assert [*table.columns] == ["t", "velocity", "force"]
 
 
+@pytest.mark.usefixtures("read_here")
 @pytest.mark.parametrize("name", ["data", "f", "measured_signals_of_the_rig"])
 @pytest.mark.parametrize("values", [np.float64, np.float32, np.int16])
 def test_a_matrix_of_v4_is_read_as_one_of_v5(tmp_path: Path, name: str, values: type) -> None:
