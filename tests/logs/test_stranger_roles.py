@@ -396,3 +396,11 @@ def test_the_current_of_a_motor_is_doubted_as_a_field(current: str, noise: float
 @pytest.mark.parametrize("field", [LEVELS, LEVELS - 0.5, np.abs(PLAIN["torque [N*m]"])])
 def test_a_field_of_its_own_course_is_not_doubted(field: Array) -> None:
     assert planned({**without("current [A]"), "current [A]": field}).doubts == ()
+
+
+@pytest.mark.parametrize(
+    "name", ["Angular frequency [rad/s]", "Frequency [rad/s]", "Frequenz [rad/s]", "osc freq [rad/s]"]
+)
+def test_the_frequency_of_an_oscillation_is_no_slip(name: str) -> None:
+    columns = {**without("speed [rad/s]"), name: 1.0 + np.abs(TURN)}
+    assert [question.signal for question in planned(columns).questions] == ["slip"]

@@ -90,7 +90,7 @@ _MODELS = _set("dahl lugre stribeck boucwen svm svr pinn lstm gru mlp ann gms ma
 # Words that turn the head of a name to another thing than the device's own signal.
 _AGAINST = {
     "field": _set("battery supply bus link sensor cell strain batt bat psu vbat cc dark leak shunt"),
-    "slip": _set("rolling entrainment wind air fan pump flow sound stream freestream data "
+    "slip": _set("rolling entrainment wind air fan pump flow sound stream freestream data frequency freq frequenz "
                  "frame sampling refresh ball disc"),
     "position": _set("throttle valve pedal gps cursor mouse time phase attack incidence"),
     "effort": _set("ball clamp gravity preload clamping gewichts"),

@@ -127,3 +127,10 @@ def test_a_line_that_heads_no_table_is_skipped_as_before(tmp_path: Path, upper: 
     names = "Shear rate [1/s],Shear stress [Pa]"
     (tmp_path / "f.csv").write_text(f"{upper}\n{names},{names}\n{rows}\n")
     assert [curve.label for curve in read_flow_curves(tmp_path / "f.csv").curves][1] == "Shear stress [Pa] (2)"
+
+
+@pytest.mark.parametrize("level", [25.0, 298.15, -10.0])
+def test_a_regulated_value_that_wobbles_is_one_level(level: float) -> None:
+    wobble = np.tile([-0.007, -0.003, 0.0, 0.002, 0.005], 8)
+    assert levels_of(level + wobble) is None
+    assert levels_of(np.repeat([level, 1.2 * level], 20)) is not None

@@ -26,6 +26,7 @@ _MOST_LEVELS = 50  # that are the same number in all their rows
 _MOST_GROUPS = 20  # of measured levels
 _APART = 0.05  # of the range, by which measured levels are apart at least
 _WIDEST = 0.02  # of the range, which a measured level spans at most
+_WOBBLE = 0.01  # of its level, by which a regulated temperature wanders and is one level all the same
 _FEWEST_RATES = 3  # of a sweep
 
 
@@ -96,7 +97,7 @@ def levels_of(values: Array) -> NDArray[np.intp] | None:
     """
     known = np.isfinite(values)
     distinct = np.unique(values[known])
-    if distinct.size < 2:
+    if distinct.size < 2 or np.ptp(distinct) <= _WOBBLE * np.abs(distinct).max():
         return None
     starts = np.arange(distinct.size)  # of each level, among the distinct values
     if distinct.size > _MOST_LEVELS or _FEWEST_RATES * distinct.size > np.count_nonzero(known):
