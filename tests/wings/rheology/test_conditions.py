@@ -134,3 +134,11 @@ def test_a_regulated_value_that_wobbles_is_one_level(level: float) -> None:
     wobble = np.tile([-0.007, -0.003, 0.0, 0.002, 0.005], 8)
     assert levels_of(level + wobble) is None
     assert levels_of(np.repeat([level, 1.2 * level], 20)) is not None
+
+
+@pytest.mark.parametrize("sheet", ["sample=all", "sample=A"])
+def test_rows_that_the_user_parted_are_not_asked_about_again(tmp_path: Path, sheet: str) -> None:
+    rows = [f"{word},{phase},{x},{20 + 3 * x}" for word in "AB" for phase in (1, 2) for x in range(1, 13)]
+    (tmp_path / "log.csv").write_text("\n".join(["sample,phase,gamma,tau", *rows]) + "\n")
+    found = read_flow_curves(tmp_path / "log.csv", shear_rate="gamma [1/s]", sheet=[sheet])
+    assert [curve.rate.size for curve in found.curves] == [24] * (2 if sheet.endswith("all") else 1)

@@ -43,12 +43,13 @@ class Condition:
     table: Table
 
 
-def conditions_of(table: Table, plan: FlowPlan) -> list[Condition]:
+def conditions_of(table: Table, plan: FlowPlan, *, parted: bool = False) -> list[Condition]:
     """The points of each condition; the table alone where it holds one.
 
     Args:
         table: of flow curves.
         plan: which of its columns are rates and stresses.
+        parted: whether the user said which rows are a curve; then no column of an unknown meaning is asked about.
 
     Raises:
         MappingError: a column of an unknown meaning parts the points so: the user knows whether each of its numbers is
@@ -65,6 +66,8 @@ def conditions_of(table: Table, plan: FlowPlan) -> list[Condition]:
         if levels is None or not any(_repeats_the_sweep(levels, rate) for rate in rates):
             continue
         is_set = np.unique(values[levels >= 0]).size == levels.max() + 1
+        if meaning == "unknown" and is_set and parted:
+            continue
         if meaning == "unknown" and is_set:
             each = f"--sheet {shell_word(f'{name}=all')}"
             one = f"--sheet {shell_word(f'{name}={values[levels == 0][0]:.15g}')}"

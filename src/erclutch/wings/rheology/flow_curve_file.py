@@ -15,7 +15,7 @@ import numpy as np
 
 from erclutch.errors import ErclutchError, LogError, MappingError, SettingError, placed, shell_word
 from erclutch.logs import read_table, recordings_in
-from erclutch.logs.row_groups import EACH, group_of, wants_each
+from erclutch.logs.row_groups import EACH, group_of, rows_of, wants_each
 from erclutch.logs.table import Table, listed
 from erclutch.signals.array import Array
 from erclutch.signals.percent import percent
@@ -60,18 +60,26 @@ def read_flow_curves(
         SettingError: no such test.
     """
     with placed(str(path)):
-        chosen = _chosen(path, sheet)
+        recordings = recordings_in(path)
+        chosen = _chosen(path, recordings, sheet)
+        parted: dict[str | None, Table] = {}  # read once for all words of a column
         each_named = bool(sheet) and not any(wants_each(test) for test in sheet)
         curves: list[FlowCurve] = []
         notes: list[str] = []
         refused: list[ErclutchError] = []
         for name in chosen:
             try:
-                table = read_table(path, variable=name or None)
+                group = None if name in recordings else group_of(name)
+                if group is None:
+                    table = read_table(path, variable=name or None)
+                else:
+                    if group.recording not in parted:
+                        parted[group.recording] = read_table(path, variable=group.recording)
+                    table = rows_of(parted[group.recording], group)
                 plan = _plan_of(table, shear_rate, stress, sheet)
                 require_several_rates(plan, table)
                 _require_one_sample(plan, table)
-                conditions = conditions_of(table, plan)
+                conditions = conditions_of(table, plan, parted=any(map(group_of, sheet)))
             except (LogError, MappingError) as error:
                 # A sheet of remarks or an oscillation beside the flow curves ends nothing, a file of them alone does.
                 if len(chosen) == 1 or each_named:
@@ -99,9 +107,8 @@ def read_flow_curves(
         return FlowFile(tuple(curves), tuple(notes))
 
 
-def _chosen(path: str | Path, tests: Sequence[str]) -> list[str]:
+def _chosen(path: str | Path, names: Sequence[str], tests: Sequence[str]) -> list[str]:
     """Names of the recordings to read; "" for a file that is one recording."""
-    names = recordings_in(path)
     if not tests:
         return list(names) or [""]
     chosen: list[str] = []
