@@ -10,6 +10,7 @@ as it is seen. The program ends with 1 if anything failed, or if a row had no tr
 - races: two processes write to one place at one moment, for each command that writes. Of the writers ``--count`` / 10
   pairs each: the command's own result, its rule of what may be replaced, and the code that puts it in place. Of whole
   commands ``--count`` / 10 pairs each, as far as the time goes; of `demo`, which takes seconds, a tenth.
+- room: each command that writes, into a folder that nobody may write to, and onto a disk of 60 kB.
 - bombs: small files that unpack to gigabytes.
 - formats: damaged logs of each format, ``--count`` each: a crash, a hang, more than 1 GB, or other numbers in silence
   where the reader says that it sees damage.
@@ -66,6 +67,7 @@ WEIGHTS = {
     "settings": 25,
     "runs": 35,
     "places": 40,
+    "room": 60,
     "sensors": 70,
     "app": 80,
     "hostile": 100,
@@ -126,8 +128,9 @@ def races(until: float, count: int) -> Iterator[Row]:
         for command in WORDS:  # the first run of each also imports all that `forked` takes from this process
             row = Row(f"writers of {command}")
             for number, written in enumerate(written_by(command, folder, Path(name))):
-                row.tries += max(count // 10, 1)
-                for lost in lost_in(written, max(count // 10, 1), Path(name) / f"raced-{command}-{number}"):
+                pairs = max(count // (10 if time.monotonic() < until else 100), 1)
+                row.tries += pairs
+                for lost in lost_in(written, pairs, Path(name) / f"raced-{command}-{number}"):
                     row.fail(lost)
             yield row
         for pair in range(max(count // 10, 1)):
@@ -293,6 +296,30 @@ def _one_language(place: int, language: str, guarded: bool, *, until: float) -> 
     return row
 
 
+def room(until: float, count: int) -> Iterator[Row]:
+    """Each command that writes, where it cannot, in a folder of its own."""
+    from tests.support.races import WORDS, make_material
+
+    with tempfile.TemporaryDirectory() as name:
+        make_material(Path(name))
+        yield from at_once(_one_room, [(command, name) for command in WORDS], until)
+
+
+def _one_room(command: str, material: str, *, until: float) -> Row:
+    from tests.support.no_room import full_disk, read_only
+
+    row = Row(f"no room for {command}")
+    with tempfile.TemporaryDirectory() as folder:
+        shutil.copytree(material, folder, dirs_exist_ok=True)
+        for how in (read_only, full_disk):
+            if row.tries and time.monotonic() > until:
+                break
+            row.tries += 1
+            if wrong := how(command, Path(folder)).wrong:
+                row.fail(f"{how.__name__}: {wrong}")
+    return row
+
+
 def hostile(until: float, count: int) -> Iterator[Row]:
     """Each case of `tests/support/hostile.py` once."""
     from tests.support.hostile import CASES
@@ -342,6 +369,7 @@ PARTS: dict[str, Callable[[float, int], Iterator[Row]]] = {
     "sensors": sensors,
     "compilers": compilers,
     "hostile": hostile,
+    "room": room,
 }
 PARTS |= {"races": races, "formats": formats}
 

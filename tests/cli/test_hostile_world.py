@@ -9,12 +9,9 @@ import pytest
 from tests.support import hostile
 from tests.support.hostile import CASES
 
-#: Of this `tests/test_files.py` asks a few commands; all of them take a minute of CPU.
-LONG = "folders that take nothing, a disk of 60 kB"
-
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", [name for name in CASES if name != LONG])
+@pytest.mark.parametrize("name", CASES)
 def test_it_holds(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(hostile, "RUNS", 10_000)
     tries, wrong = CASES[name](tmp_path)
