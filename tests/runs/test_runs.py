@@ -237,10 +237,10 @@ def test_a_missing_parent_is_not_made(tmp_path: Path, compared: Comparison, reco
 def test_a_parent_that_cannot_be_written(
     tmp_path: Path, compared: Comparison, recording: Recording, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def locked(**_: object) -> None:
+    def locked(*_: object) -> None:
         raise PermissionError(13, "Permission denied")
 
-    monkeypatch.setattr("tempfile.mkdtemp", locked)
+    monkeypatch.setattr(Path, "mkdir", locked)
     message = error_of(lambda: write_run(tmp_path / "run", compared, [recording]))
     assert "run: the run cannot be written: Permission denied. Give --out a folder" in message
     assert list(tmp_path.iterdir()) == []
