@@ -36,6 +36,7 @@ from erclutch.logs.readers.text_bytes import (
 )
 from erclutch.logs.readers.text_cells import BLANK, CORRECT, long_rows, read_cells, refuse_ragged
 from erclutch.logs.readers.text_tables import read_tables
+from erclutch.logs.readers.unit_cells import without_units_in_cells
 from erclutch.logs.row_groups import parting_note, words_of
 from erclutch.logs.table import Table
 from erclutch.signals.array import Array
@@ -70,9 +71,9 @@ def read_text(source: LogSource) -> Table:
     broken = 0  # cells
     if '"' in text:
         text, broken = unbroken(text)
+    text, units_in_cells = without_units_in_cells(text)
     dialect, notes = _dialect_of(text, source.decimal)
-    if stamps:
-        notes.append(stamps)
+    notes += [said for said in (stamps, units_in_cells) if said]
     if broken:
         notes.append(f"{broken} quoted cells hold a number and a line end: the line end is left out")
 

@@ -1,0 +1,78 @@
+"""Some loggers write the unit into each cell (``0.5 A``): it belongs to the column, and the cells are numbers."""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from collections.abc import Mapping, Sequence
+
+from erclutch.logs.readers.cells import is_comment
+from erclutch.logs.readers.dialect import LINE_END
+from erclutch.signals import units
+
+_LOOKED_AT = 1 << 13  # last characters
+_FEWEST = 3  # rows
+_DELIMITERS = ("\t", ";", ",", "|")
+_LONGEST_UNIT = 12  # characters
+_MEASURED = re.compile(
+    rf"\s*([+-]?(?:\d+(?:[.,]\d*)?|[.,]\d+)(?:[eE][+-]?\d+)?)\s*([^\W\d_]|[%°µ])([^\s\d,;]{{0,{_LONGEST_UNIT}}})\s*"
+)
+
+
+def without_units_in_cells(text: str) -> tuple[str, str]:
+    """The text with the units of such columns behind their names, and what is said of it; "" where there are none."""
+    tail = LINE_END.split(text[-_LOOKED_AT:])[1:]
+    rows_of_tail = [line for line in tail if line.strip() and not is_comment(line)]
+    delimiter, unit_of = _units_by_column(rows_of_tail[len(rows_of_tail) // 2 :])  # the first ones may name columns
+    if not unit_of:
+        return text, ""
+
+    rows = [line.split(delimiter) for line in LINE_END.split(text)]
+    first = next(place for place, cells in enumerate(rows) if _is_row(cells, unit_of))
+    for cells in rows[first:]:
+        for column, unit in unit_of.items():
+            if column < len(cells) and unit_in(cells[column]) == unit:
+                cells[column] = _MEASURED.sub(r"\1", cells[column])
+    if first and len(rows[first - 1]) >= len(rows[first]):
+        header = rows[first - 1]
+        for column, unit in unit_of.items():
+            name = header[column].strip()
+            if not name.endswith(("]", ")")):
+                header[column] = f"{name} [{unit}]"
+    said = ", ".join(dict.fromkeys(unit_of.values()))
+    return "\n".join(
+        delimiter.join(cells) for cells in rows
+    ), f"cells hold their units ({said}): read as numbers in them"
+
+
+def unit_in(cell: str) -> str | None:
+    """The unit behind the number of a cell; None for any other cell, a plain number too."""
+    match = _MEASURED.fullmatch(cell)
+    if not match:
+        return None
+    _, first, rest = match.groups()
+    unit = first + rest
+    return unit if units.is_unit(unit) else None
+
+
+def _units_by_column(lines: Sequence[str]) -> tuple[str, Mapping[int, str]]:
+    """The delimiter, and the unit of each column in all of whose cells the same one stands."""
+    best: tuple[str, Mapping[int, str]] = (",", {})
+    for delimiter in _DELIMITERS:
+        rows = [line.split(delimiter) for line in lines]
+        width, count = Counter(map(len, rows)).most_common(1)[0] if rows else (0, 0)
+        if width < 2 or count < _FEWEST or count < len(rows) - 1:  # the last one may be cut off
+            continue
+        whole = [cells for cells in rows if len(cells) == width]
+        unit_of: dict[int, str] = {}
+        for column in range(width):
+            unit = unit_in(whole[-1][column])  # most logs end here
+            if unit and all(unit_in(cells[column]) == unit for cells in whole):
+                unit_of[column] = unit
+        if len(unit_of) > len(best[1]):
+            best = delimiter, unit_of
+    return best
+
+
+def _is_row(cells: Sequence[str], unit_of: Mapping[int, str]) -> bool:
+    return all(column < len(cells) and unit_in(cells[column]) == unit for column, unit in unit_of.items())
