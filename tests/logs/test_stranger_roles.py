@@ -404,3 +404,26 @@ def test_a_field_of_its_own_course_is_not_doubted(field: Array) -> None:
 def test_the_frequency_of_an_oscillation_is_no_slip(name: str) -> None:
     columns = {**without("speed [rad/s]"), name: 1.0 + np.abs(TURN)}
     assert [question.signal for question in planned(columns).questions] == ["slip"]
+
+
+@pytest.mark.parametrize("words", [("CW", "CCW"), ("forward", "reverse"), ("Zug", "Druck")])
+def test_a_speed_without_a_sign_beside_its_sense_is_doubted(tmp_path: Path, words: tuple[str, str]) -> None:
+    rows: list[str] = []
+    for k, turn in enumerate(TURN):
+        rows.append(f"{k / 100:.2f},{LEVELS[k]:g},{abs(turn):.6f},{words[int(turn < 0.0)]},{turn**3:.6f}")
+    path = tmp_path / "a.csv"
+    path.write_text("\n".join(["t [s],current [A],speed [rad/s],direction,torque [N*m]", *rows]) + "\n")
+    (doubt,) = plan_of(read_table(path), ColumnMap()).doubts
+    assert f"has no sign, while direction says {words[0]} and {words[1]}" in doubt
+    parted = read_table(path, variable=f"direction={words[0]}")
+    assert plan_of(parted, ColumnMap()).doubts == ()
+    assert plan_of(read_table(path), ColumnMap.from_labels({"slip": "speed"})).doubts == ()
+
+
+def test_words_beside_a_speed_that_turns_doubt_nothing(tmp_path: Path) -> None:
+    rows: list[str] = []
+    for k, turn in enumerate(TURN):
+        rows.append(f"{k / 100:.2f},{LEVELS[k]:g},{turn:.6f},{'up' if turn > 0 else 'down'},{turn:.6f}")
+    path = tmp_path / "a.csv"
+    path.write_text("\n".join(["t [s],current [A],speed [rad/s],direction,torque [N*m]", *rows]) + "\n")
+    assert plan_of(read_table(path), ColumnMap()).doubts == ()

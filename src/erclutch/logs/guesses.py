@@ -11,10 +11,11 @@ from erclutch.errors import MappingError, shell_word
 from erclutch.logs.columns import Guess, candidates, guess
 from erclutch.logs.draft import Draft
 from erclutch.logs.missing_columns import missing
+from erclutch.logs.names import SENSES, words_of
 from erclutch.logs.no_field import settle_the_field
 from erclutch.logs.plan import NEEDS, Sureness
 from erclutch.logs.sensor_scales import scaled
-from erclutch.logs.shapes import goes_along, is_rate_of
+from erclutch.logs.shapes import goes_along, is_rate_of, takes_both_signs
 from erclutch.signals.recording import SIGNALS
 from erclutch.signals.units import UNKNOWN
 
@@ -79,6 +80,7 @@ def guess_what_is_needed(draft: Draft) -> None:
     if field_may_be_unlogged:
         settle_the_field(draft, taken)
     _doubt_the_current_of_a_drive(draft)
+    _doubt_a_speed_without_its_sense(draft)
 
 
 def _take_guess(draft: Draft, signal: str, found: Guess, motion: str) -> bool:
@@ -128,6 +130,25 @@ def _doubt_the_current_of_a_drive(draft: Draft) -> None:
     doubt = f"which takes the sign of {effort.column} and goes along with it, as the current of a motor does"
     doubt += ": --field none if it drives no coil of a brake or damper"
     draft.signals["field"] = replace(field, sureness="doubtful", doubt=doubt)
+
+
+def _doubt_a_speed_without_its_sense(draft: Draft) -> None:
+    """Doubt a guessed slip that never turns, where a column of words says in which sense the device moves."""
+    slip = draft.signals.get("slip")
+    effort = draft.signals.get("effort")
+    if slip is None or effort is None or not slip.reason.startswith("guessed"):
+        return
+    speed = draft.table.columns.get(slip.column)
+    measured = draft.table.columns.get(effort.column)
+    if speed is None or measured is None or takes_both_signs(speed) or not takes_both_signs(measured):
+        return
+    for name, column in draft.table.words.items():
+        senses = [word for word in column.words if not SENSES.isdisjoint(words_of(word))]
+        if len(senses) < 2:
+            continue
+        doubt = f"which has no sign, while {name} says {' and '.join(senses[:2])}: give a column whose sign turns, or "
+        doubt += f"--variable {shell_word(f'{name}={senses[0]}')} for the rows of one sense"
+        draft.signals["slip"] = replace(slip, sureness="doubtful", doubt=doubt)
 
 
 def _tell_supplies(draft: Draft, field: str, taken: Iterable[str]) -> None:

@@ -72,6 +72,13 @@ TOLD = _set(
     "setpoint set target desired demand demanded commanded command cmd ref reference goal soll consigne consigna "
     "setpt sollwert ziel objetivo consegna"
 )
+#: Words that say in which sense a device moves, in a column beside a speed without a sign.
+SENSES = _set(
+    "cw ccw clockwise counterclockwise anticlockwise forward forwards fwd backward backwards back bwd reverse rev left "
+    "right up down upward downward in out push pull compression rebound bump extension extend retract positive "
+    "negative pos neg vor vorwarts ruck ruckwarts zuruck links rechts auf ab zug druck avant arriere gauche droite traction "
+    "adelante atras izquierda derecha"
+)
 OTHER = _set(
     "pressure druck pression presion presiones pressione pressao temperature temp esc vibration gap diameter thickness "
     "noise error normal accuracy resolution power viscosity strain crack radius size length width mass weight h fn "

@@ -173,12 +173,17 @@ def follows(effort: Array, motion: Array) -> bool:
     return False
 
 
+def takes_both_signs(values: Array) -> bool:
+    """Whether some numbers lie above zero and some below."""
+    return bool(np.any(values < 0.0) and np.any(values > 0.0))
+
+
 def goes_along(first: Array, second: Array) -> bool:
     """Whether two columns take both signs, and one is by and large the other one times a number."""
     known = np.isfinite(first) & np.isfinite(second)
     a = first[known][:LOOKED_AT]
     b = second[known][:LOOKED_AT]
-    if a.size < FEW or not (a.min() < 0.0 < a.max()) or not (b.min() < 0.0 < b.max()):
+    if a.size < FEW or not takes_both_signs(a) or not takes_both_signs(b):
         return False
     a = a / np.abs(a).max()  # no square of a large number overflows
     b = b / np.abs(b).max()
