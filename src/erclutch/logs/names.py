@@ -76,8 +76,8 @@ TOLD = _set(
 SENSES = _set(
     "cw ccw clockwise counterclockwise anticlockwise forward forwards fwd backward backwards back bwd reverse rev left "
     "right up down upward downward in out push pull compression rebound bump extension extend retract positive "
-    "negative pos neg vor vorwarts ruck ruckwarts zuruck links rechts auf ab zug druck avant arriere gauche droite traction "
-    "adelante atras izquierda derecha"
+    "negative pos neg vor vorwarts ruck ruckwarts zuruck links rechts auf ab zug druck avant arriere gauche "
+    "droite traction adelante atras izquierda derecha"
 )
 OTHER = _set(
     "pressure druck pression presion presiones pressione pressao temperature temp esc vibration gap diameter thickness "
