@@ -195,3 +195,11 @@ def test_rows_without_a_time_are_asked_about_at_once(tmp_path: Path) -> None:
     plan = plan_of(read_table(written(tmp_path, "\n".join(lines) + "\n")), ColumnMap())
     assert {question.signal for question in plan.questions} == {"time", "slip", "variable"}
     assert not any("COLUMN" in option for option in plan.examples)
+
+
+@pytest.mark.parametrize("levels", [["20", "50", "100"], ["0", "1"]])
+def test_a_curve_at_each_number_of_a_column_is_of_points(tmp_path: Path, levels: list[str]) -> None:
+    plan = plan_of(read_table(written(tmp_path, points_of(levels, "throttle [%]"))), ColumnMap())
+    assert not plan.questions
+    assert plan.clock is not None
+    assert plan.clock.kind == "points"

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator
+
 import numpy as np
 
 from erclutch.logs.clock_planning import points
@@ -17,7 +19,7 @@ _FEWEST = 10  # rows: fewer may be in order by chance
 def take_points(draft: Draft) -> None:
     """Take the rows as points in no time where the speed goes one way through the table, and no column may be a time.
 
-    Where a column of words parts the rows, through the rows of each word.
+    Where a column of words or of a few numbers parts the rows, such as the throttle, through the rows of each of these.
 
     A log of a motion turns back or rests, and its rate matters: there the user is asked for it.
     """
@@ -34,7 +36,7 @@ def take_points(draft: Draft) -> None:
 
     columns = draft.seen.columns.values()
     speeds = [column for column in columns if "slip" in column.spoken.may_be or column.fits(_SPEEDS)]
-    parted = draft.table.words.values()
+    parted = [*draft.table.words.values(), *_levels(columns)]
     swept = [
         column.name
         for column in speeds
@@ -46,6 +48,14 @@ def take_points(draft: Draft) -> None:
     del draft.questions["time"]
     sentence = f"no time: column {swept[0]} goes one way through the table, so its rows are points, none after another"
     draft.clock = points(draft.seen.counters, sentence, f"{swept[0]} goes one way")
+
+
+def _levels(columns: Iterable[SeenColumn]) -> Iterator[WordColumn]:
+    """Columns that keep a few numbers, each for many rows, as columns of words."""
+    for column in columns:
+        if column.shape.keeps_levels and np.isfinite(column.values).all():
+            levels, of_row = np.unique(column.values, return_inverse=True)
+            yield WordColumn(tuple(map(str, levels)), of_row.astype(np.int32))
 
 
 def _goes_one_way(speed: Array, fewest: int = _FEWEST) -> bool:
