@@ -42,9 +42,7 @@ _STRETCHES = 4
 _FITTED_ROWS = 3000
 #: Logs from which on each log is a window.
 _MANY_LOGS = 12
-#: Steps of a solver from each start and from the best of them, and where in the usual range of a new constant its
-#: searches start.
-_FIRST_STEPS = 4
+#: Steps of a solver from each start, and where in the usual range of a new constant its searches start.
 _STEPS = 15
 _PLACES = (0.15, 0.5, 0.85)
 
@@ -253,12 +251,9 @@ def _rung(folds: Sequence[_Fold], structure: Structure, known: dict[str, float])
         reference = reference_of(data, structure.extras)
         shapes = shapes_told(data, structure, reference)
         problem = separable(data, structure, reference, shapes, fold.fitted)
-        # A few steps from each start say which is worth all of them.
         points = [coordinates(shapes, start) for start in _starts(shapes, numbers)]
-        if len(points) > 1:
-            begun = [minimise(outer_problem(problem), u, tolerance=1e-4, max_iterations=_FIRST_STEPS) for u in points]
-            points = [min(begun, key=lambda minimum: minimum.cost).point]
-        best = minimise(outer_problem(problem), points[0], tolerance=1e-4, max_iterations=_STEPS)
+        ended = [minimise(outer_problem(problem), u, tolerance=1e-4, max_iterations=_STEPS) for u in points]
+        best = min(ended, key=lambda minimum: minimum.cost)
         q = parameters(shapes, best.point)
         gains = project(problem, q).gains
 
