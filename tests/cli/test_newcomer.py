@@ -93,7 +93,7 @@ def test_a_named_column_without_a_number_is_told_as_such(tmp_path: Path) -> None
 
 
 def test_an_umlaut_in_a_log_s_name_stays_in_the_names_of_c() -> None:
-    from erclutch.export.exported_step import named_after
+    from erclutch.export.c_names import named_after
 
     assert named_after("Prüfstand 3") == "pruefstand_3_model"
     assert named_after("Frottement à sec") == "frottement_a_model"

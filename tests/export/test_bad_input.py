@@ -36,6 +36,14 @@ def test_a_network_with_an_infinite_weight_is_refused(network: Callable[..., Net
         step_of(replace(model, weights=weights))
 
 
+@pytest.mark.parametrize("name", ["string", "Math", "erc_core", "ERC_x"])
+def test_a_name_of_another_header(law: Callable[..., TorqueModel], name: str, tmp_path: Path) -> None:
+    """With the export's folder among those of includes, `#include <string.h>` would take the export."""
+    with pytest.raises(ExportError, match="is the name of another header"):
+        export_model(law("bingham"), tmp_path / "out", options=ExportOptions(name=name))
+    assert list(tmp_path.iterdir()) == []
+
+
 @pytest.mark.parametrize("name", ["", "2nd", "a-b", "int", "class", "_x", "a__b", "größe", "a b"])
 def test_a_name_that_is_no_c_identifier(law: Callable[..., TorqueModel], name: str, tmp_path: Path) -> None:
     with pytest.raises(ExportError, match="no name for C functions"):

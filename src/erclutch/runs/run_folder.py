@@ -24,7 +24,7 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 
 from erclutch.errors import RunError
-from erclutch.export.exported_step import named_after
+from erclutch.export.c_names import named_after
 from erclutch.files import file_digest, plain_words, small_text
 from erclutch.fit.standing import Standing, standing_of_run
 from erclutch.models.load import load_model

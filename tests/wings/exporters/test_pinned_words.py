@@ -15,9 +15,9 @@ import pytest
 
 from erclutch.export import ExportOptions, encode, export_model, step_of, verify_export
 from erclutch.export.c import compilers
+from erclutch.export.c_names import c_name
 from erclutch.export.cost import cost_text
 from erclutch.export.export_folder import read_export
-from erclutch.export.exported_step import c_name
 from erclutch.export.monotone import apart, monotone_share, sides
 from erclutch.export.rounding import refuse_noise
 from erclutch.export.step_vectors import _edges, vectors_of

@@ -11,8 +11,9 @@ from erclutch._version import __version__
 from erclutch.errors import ExportError
 from erclutch.export.c.compilers import EXACT, cpp_compilers, native, run
 from erclutch.export.c.include_guard import once
+from erclutch.export.c_names import KEYWORDS
 from erclutch.export.encode import comment, markup
-from erclutch.export.exported_step import KEYWORDS, ExportedStep
+from erclutch.export.exported_step import ExportedStep
 from erclutch.export.step_vectors import vectors_of
 from erclutch.export.target_check import Check, compare
 from erclutch.export.targets import c
