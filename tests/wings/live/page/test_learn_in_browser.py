@@ -15,10 +15,8 @@ from typing import Any
 
 import pytest
 
-from erclutch.wings.rig.rig_server import RigServer
-from erclutch.wings.rig.twin.parameters import default_rig
 from tests.wings.live.page.test_browser import chromium  # noqa: F401  # pyright: ignore[reportUnusedImport]
-from tests.wings.live.test_learn import FailingBrake
+from tests.wings.live.test_learn import served_brake
 
 pytestmark = [pytest.mark.slow, pytest.mark.timed]
 _PATIENCE = 120.0  # s, of a busy machine
@@ -27,13 +25,8 @@ _PATIENCE = 120.0  # s, of a busy machine
 @pytest.fixture
 def failing_rig() -> Generator[int]:
     """Port of a brake whose encoder fails in the middle of the first round."""
-    server = RigServer(FailingBrake(), session=7, lead=default_rig().value("screw.lead"), device="single")
-    stop = threading.Event()
-    thread = threading.Thread(target=server.run, args=(stop.is_set,))
-    thread.start()
-    yield server.port
-    stop.set()
-    thread.join()
+    with served_brake(fails=True) as brake:
+        yield brake.port
 
 
 class Told:
