@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from erclutch.errors import MappingError
+from erclutch.errors import LogError, MappingError
 from erclutch.wings.rheology.conditions import levels_of
 from erclutch.wings.rheology.flow_curve_file import FlowFile, read_flow_curves
 
@@ -142,3 +142,10 @@ def test_rows_that_the_user_parted_are_not_asked_about_again(tmp_path: Path, she
     (tmp_path / "log.csv").write_text("\n".join(["sample,phase,gamma,tau", *rows]) + "\n")
     found = read_flow_curves(tmp_path / "log.csv", shear_rate="gamma [1/s]", sheet=[sheet])
     assert [curve.rate.size for curve in found.curves] == [24] * (2 if sheet.endswith("all") else 1)
+
+
+def test_conditions_of_too_few_points_are_named(tmp_path: Path) -> None:
+    rows = [f"{level},{rate},{20 + rate}" for level in (0, 1) for rate in (1, 10, 100)]
+    (tmp_path / "f.csv").write_text("\n".join(["I [A],Shear rate [1/s],Shear stress [Pa]", *rows]))
+    with pytest.raises(LogError, match="I 0 A: 3 points, at least"):
+        read_flow_curves(tmp_path / "f.csv")

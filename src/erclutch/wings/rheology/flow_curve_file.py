@@ -96,7 +96,9 @@ def read_flow_curves(
                 found, left_out = curves_of(plan, condition.table, test)
                 short = [curve for curve in found if curve.rate.size < FEWEST_POINTS]
                 if short and not each_named and len(chosen) * len(conditions) > 1:  # a few points beside curves
-                    notes.append(f"{test}: {short[0].rate.size} points, at least {FEWEST_POINTS} are needed: left out")
+                    problem = f"{test}: {short[0].rate.size} points, at least {FEWEST_POINTS} are needed"
+                    refused.append(LogError(problem, remedy="Give more points of each curve"))
+                    notes.append(f"{problem}: left out")
                     continue
                 curves += found
                 notes += [f"{test}: {note}" if test else note for note in left_out]
