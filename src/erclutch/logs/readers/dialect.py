@@ -188,10 +188,7 @@ def _with_header(lines: Sequence[str], first: int, marks: Marks, data: Sequence[
         notes.append(f"no header row: the columns are called c1 .. c{len(header.labels)}")
     elif len(header.labels) > 1 and not header.labels[-1] and (trailing or len(header.labels) > width):
         header = replace(header, labels=header.labels[:-1], units=header.units and header.units[:-1])
-    headed = with_headings(header, [lines[index] for index in above], marks)
-    if headed is not header:
-        notes.append("tables stand side by side: the heading of each stands before its names")
-        header = headed
+    header = with_headings(header, [lines[index] for index in above], marks)
     names, own_units, renamed = name_columns(header.labels, header.units)
 
     before_header = [lines[index] for index in above[: len(above) - header.lines]]

@@ -18,6 +18,8 @@ _UNIT_LINE = frozenset(
     ("unit", "units", "einheit", "einheiten", "unite", "unité", "unités", "unidad", "unidade", "単位", "单位", "單位")
 )
 _COLUMN = r"(?:col(?:umn)?|ch(?:annel)?|field|var(?:iable)?|spalte|colonne|columna)?"
+#: Between the heading of a table and the name of a column, where tables stand side by side.
+HEADED = ": "
 #: A comment that names one column by its number: ``# column 1: time [s]``.
 _NUMBERED = re.compile(rf"[#%/]+\s*{_COLUMN}[\s.#]*(\d{{1,3}})\s*[:=.)-]\s*(\S.*)", re.I)
 
@@ -97,9 +99,10 @@ def with_headings(header: Header, above: Sequence[str], marks: Marks) -> Header:
     if not 0 < header.lines < len(above):
         return header
     names = header.labels
-    starts = [place for place, name in enumerate(names) if name and name == names[0]]
+    bare = [split_label(label)[0] for label in names]
+    starts = [place for place, name in enumerate(bare) if name and name == bare[0]]
     tables = [[*names[start:stop]] for start, stop in pairwise([*starts, len(names)])]
-    columns = [[name for name in table if name] for table in tables]
+    columns = [[split_label(label)[0] for label in table if label] for table in tables]
     if len(tables) < 2 or len(columns[0]) < 2 or any(table != columns[0] for table in columns):
         return header
 
@@ -114,7 +117,7 @@ def with_headings(header: Header, above: Sequence[str], marks: Marks) -> Header:
     if len({*headings}) < len(tables):
         return header
     pairs = zip(headings, names, strict=True)
-    labels = [f"{heading}: {name}" if name else "" for heading, name in pairs]
+    labels = [f"{heading}{HEADED}{name}" if name else "" for heading, name in pairs]
     return Header(labels, header.units, header.lines + 1)
 
 

@@ -24,6 +24,7 @@ from erclutch.logs.readers.cells import NO_NUMBERS, WORDS, cells_of, is_comment,
 from erclutch.logs.readers.dialect import LINE_END, SAMPLE, Dialect, sniff
 from erclutch.logs.readers.numerals import grouped_by_blanks, ungrouped, weigh
 from erclutch.logs.readers.serial_monitor import with_stamps_in_cells
+from erclutch.logs.readers.side_by_side import read_side_by_side
 from erclutch.logs.readers.text_bytes import (
     DAMAGE,
     ToldBytes,
@@ -360,7 +361,7 @@ def _head_of(path: Path) -> str:
 
 
 def _read(source: LogSource) -> Table:
-    return read_tables(source, read_text)
+    return read_side_by_side(source, read_text) or read_tables(source, read_text)
 
 
 READER = LogReader(

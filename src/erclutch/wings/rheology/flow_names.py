@@ -44,8 +44,7 @@ def plain_name(name: str) -> str:
 
 def said_by_name(name: str) -> Role:
     """The role that a name alone speaks for."""
-    heading, parted, own = name.partition(": ")  # of tables side by side
-    plain = plain_name(re.sub(r"\s*\(\d+\)$", "", own if parted else heading))
+    plain = plain_name(re.sub(r"\s*\(\d+\)$", "", name))
     for role, pattern in _BY_NAME.items():
         if pattern.search(plain):
             return role

@@ -139,7 +139,7 @@ def plan_of(table: Table, rate: str | None = None, stress: Sequence[str] = ()) -
             quantity = "viscosity"
         curves.append(
             CurvePlan(
-                label=_headed(value_name),
+                label=value_name,
                 rate=_flow_column(table, rate_name, "rate", asked),
                 stress=_flow_column(table, value_name, quantity, asked),
                 times_rate=quantity == "viscosity",
@@ -227,12 +227,6 @@ def _said_by_unit(unit: str | None) -> Role:
             counted = role == "rate" and _NO_RATE.search(unit)
             return "other" if counted else role
     return "other"
-
-
-def _headed(name: str) -> str:
-    """The heading of the table in which a column stands, or the column's name."""
-    heading, parted, own = name.partition(": ")
-    return heading if parted and said_by_name(own) in _SI else name
 
 
 def _unit(table: Table, name: str) -> str | None:

@@ -1,0 +1,96 @@
+"""Tables of the same columns may stand side by side, a heading over each: each of them is a recording.
+
+Rheologists write a flow curve at each current so, test benches a run at each, and loggers a channel with a time of its
+own. A heading that is a quantity, such as ``0.5 A``, becomes a column of the field.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import replace
+
+import numpy as np
+
+from erclutch.errors import LogError, UnitError
+from erclutch.logs.log_reader import LogSource
+from erclutch.logs.readers.dialect import SAMPLE, sniff
+from erclutch.logs.readers.found_recordings import Found, chosen
+from erclutch.logs.readers.header_lines import HEADED
+from erclutch.logs.readers.text_bytes import decode
+from erclutch.logs.table import Table
+from erclutch.signals import units
+from erclutch.signals.recording import SIGNALS
+
+_FIELD = "field"
+
+
+def read_side_by_side(source: LogSource, read: Callable[[LogSource], Table]) -> Table | None:
+    """The table that is wanted of several side by side, or several joined by time; None where a text holds no such.
+
+    Args:
+        source: of a text.
+        read: a text that holds one table.
+
+    Raises:
+        LogError: several without a choice, or none of that name; what ``read`` raises.
+    """
+    head = decode(source.data[: 4 * SAMPLE])  # bytes of more letters than are looked at
+    try:
+        names = sniff(head, source.decimal).names
+    except LogError:
+        return None  # whoever reads the text says what is wrong
+    if not _by_heading(names):
+        return None
+
+    whole = read(replace(source, variable=None))
+    tables = _tables(whole)
+    table = chosen(tables, source.variable, "table", "the text holds one table")
+    return replace(
+        table,
+        name=whole.name,
+        digest=whole.digest,
+        metadata=whole.metadata,
+        notes=(*table.notes, *whole.notes),
+        unreadable=whole.unreadable,
+    )
+
+
+def _by_heading(names: Iterable[str]) -> dict[str, dict[str, str]]:
+    """For each heading the names below it, with the whole name of each; nothing where these are no such tables."""
+    below: dict[str, dict[str, str]] = {}
+    for whole in names:
+        heading, parted, name = whole.partition(HEADED)
+        if parted:
+            below.setdefault(heading, {})[name] = whole
+    kinds = {tuple(own) for own in below.values()}
+    return below if len(below) > 1 and len(kinds) == 1 else {}
+
+
+def _tables(whole: Table) -> dict[str, Found]:
+    """The tables side by side, by heading; rows below the end of a shorter one are left out."""
+    tables: dict[str, Found] = {}
+    for heading, own in _by_heading(whole.columns).items():
+        filled = np.zeros(whole.rows, np.bool_)
+        for name in own.values():
+            filled |= np.isfinite(whole.columns[name])
+        columns = {name: whole.columns[whole_name][filled] for name, whole_name in own.items()}
+        units_below = {name: whole.units.get(whole_name) for name, whole_name in own.items()}
+        stated = _field_of(heading)
+        if stated is not None and _FIELD not in columns:
+            number, unit = stated
+            columns[_FIELD] = np.full(np.count_nonzero(filled), number)
+            units_below[_FIELD] = unit
+        tables[heading] = Found(columns, units_below)
+    return tables
+
+
+def _field_of(heading: str) -> tuple[float, str] | None:
+    """Number and unit of a heading such as ``0.5 A`` or ``B = 100 mT``; None for other words."""
+    _, _, text = heading.rpartition("=")
+    try:
+        number, unit = units.quantity(text)
+    except UnitError:
+        return None
+    if unit is None or not units.is_unit(unit) or not units.fits(unit, SIGNALS[_FIELD].si_units):
+        return None
+    return number, unit
