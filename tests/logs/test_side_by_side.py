@@ -90,6 +90,13 @@ def test_a_shared_time_keeps_the_columns_together(tmp_path: Path) -> None:
     assert recordings_in(tmp_path / "a.csv") == []
 
 
+def test_names_with_a_colon_beside_a_shared_time_are_names(tmp_path: Path) -> None:
+    rows = [f"{time:.2f},{k},{2 * k},{3 * k},{4 * k}" for k, time in enumerate(TIME)]
+    names = "t [s],axis 1: speed,axis 1: torque,axis 2: speed,axis 2: torque"
+    (tmp_path / "a.csv").write_text("\n".join([names, *rows]))
+    assert [*read_table(tmp_path / "a.csv").columns] == names.replace(" [s]", "").split(",")
+
+
 @given(text=st.text(alphabet="ab, \n;:1.A", max_size=120))
 def test_any_text_is_read_or_refused(text: str, tmp_path_factory: pytest.TempPathFactory) -> None:
     path = tmp_path_factory.mktemp("any") / "a.csv"

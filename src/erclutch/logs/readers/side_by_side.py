@@ -6,6 +6,7 @@ own. A heading that is a quantity, such as ``0.5 A``, becomes a column of the fi
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterable
 from dataclasses import replace
 
@@ -22,6 +23,8 @@ from erclutch.signals import units
 from erclutch.signals.recording import SIGNALS
 
 _FIELD = "field"
+#: What a column without a name is called: an empty one may stand between two tables.
+_BETWEEN = re.compile(r"c\d+")
 
 
 def read_side_by_side(source: LogSource, read: Callable[[LogSource], Table]) -> Table | None:
@@ -62,6 +65,8 @@ def _by_heading(names: Iterable[str]) -> dict[str, dict[str, str]]:
         heading, parted, name = whole.partition(HEADED)
         if parted:
             below.setdefault(heading, {})[name] = whole
+        elif not _BETWEEN.fullmatch(whole):
+            return {}  # such as a time that all columns share
     kinds = {tuple(own) for own in below.values()}
     return below if len(below) > 1 and len(kinds) == 1 else {}
 
