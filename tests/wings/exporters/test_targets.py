@@ -174,7 +174,7 @@ _MACHINES: dict[str, tuple[str, tuple[str, ...]]] = {
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["model", "core", "fmi2", "erc_core"])
+@pytest.mark.parametrize("name", ["model", "core", "fmi2"])
 def test_a_model_called_as_a_file_of_the_fmu_is_exported(
     name: str, models: dict[str, Model], tmp_path: Path, need: Callable[..., None]
 ) -> None:
