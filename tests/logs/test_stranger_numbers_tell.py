@@ -100,3 +100,31 @@ def test_a_signal_s_word_within_a_name_is_proposed_and_never_taken() -> None:
     assert {question.signal for question in plan.questions} >= {"slip", "effort"}
     assert '--slip "act_vel_se"' in plan.command()
     assert '--effort "act_torque_abs"' in plan.command()
+
+
+@pytest.mark.parametrize(
+    ("time", "unit", "constants", "told"),
+    [
+        (SPAN, None, {}, "100 Hz"),
+        (1e3 * SPAN, "ms", {}, "100 Hz"),
+        (None, None, {"fs": 3004.8}, "3004.8 Hz"),
+        (1e3 * SPAN, None, {}, ""),  # ms, or seconds: nobody says it
+    ],
+)
+def test_a_rate_that_is_not_that_of_the_file_is_told(
+    time: Any, unit: str | None, constants: dict[str, float], told: str
+) -> None:
+    columns = {"current": 1.0 + SWING, "velocity": SWING, "force": SWING}
+    if time is not None:
+        columns = {"time": time, **columns}
+    table = Table("a", columns, {"time": unit} if unit else {}, "0" * 64, constants=constants)
+    clock = plan_of(table, ColumnMap(rate=128.0)).clock
+    assert clock is not None
+    assert clock.sentence.endswith(f", though the file says {told}" if told else "(given)")
+
+
+def test_a_rate_that_is_that_of_the_file_is_told_without_a_doubt() -> None:
+    columns = {"time": SPAN, "current": 1.0 + SWING, "velocity": SWING, "force": SWING}
+    clock = plan_of(Table("a", columns, {}, "0" * 64), ColumnMap(rate=100.0)).clock
+    assert clock is not None
+    assert "though" not in clock.sentence

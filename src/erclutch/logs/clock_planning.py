@@ -18,6 +18,7 @@ from erclutch.signals.array import Array
 _APART = 1.0  # s between points: the steps of a clock that nothing may be read from
 #: s between rows from which on stamps without a unit may be ms or counts.
 SLOW = 0.5
+_OTHER_RATE = 0.01  # share by which a given rate differs from that of the file at least
 _FEW_STEPS = 9  # in fewer nothing of the rate is seen
 _SINCE_1970 = (1e9, 4.1e9)  # s: 2001 to 2100
 _SHEET_DAYS = (20_000, 80_000)  # days as spreadsheets number them: 1954 to 2119
@@ -43,6 +44,9 @@ def clock_plan(seen: SeenColumns, told: ColumnMap, taken: Sequence[str]) -> Cloc
     dates = [table.clock_name] if table.clock_name else []
     if told.rate is not None:
         said = f"time from the sampling rate of {told.rate:g} Hz ({told.source})"
+        own = _rate_of_file(seen, taken)
+        if own is not None and abs(told.rate - own) > _OTHER_RATE * own:
+            said += f", though the file says {own:.5g} Hz"
         not_signals = (*counters, *dates)
         return ClockPlan("rate", period=1.0 / told.rate, not_signals=not_signals, reason=told.source, sentence=said)
 
@@ -102,6 +106,25 @@ def points(counters: Sequence[str], sentence: str, reason: str) -> ClockPlan:
         reason: who said so, or what it was guessed from.
     """
     return ClockPlan("points", period=_APART, not_signals=tuple(counters), reason=reason, sentence=sentence)
+
+
+def _rate_of_file(seen: SeenColumns, taken: Sequence[str]) -> float | None:
+    """The sampling rate in Hz that the file states, or that its time tells; None where it says nothing."""
+    table = seen.table
+    header = table.sample_period or _header_period(table)
+    if header:
+        return 1.0 / header
+    name = seen.time_column(taken)
+    if name is None:
+        return None
+    stamps = table.columns[name]
+    stamps = stamps[np.isfinite(stamps)]
+    unit = seen.columns[name].written_unit
+    if stamps.size <= _FEW_STEPS or (unit and not units.fits(unit, ("s",))) or (not unit and _doubt(name, stamps)):
+        return None
+    factor, _, _ = _as_seconds(name, unit, stamps)
+    step = float(np.median(np.diff(stamps))) * factor
+    return 1.0 / step if step > 0.0 else None
 
 
 def _header_period(table: Table) -> float | None:
