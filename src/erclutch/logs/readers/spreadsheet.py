@@ -113,5 +113,5 @@ READER = LogReader(
     suffixes=(".xlsx", ".xlsm", ".xls", ".ods"),
     claims=_claims,
     **found_recordings.in_child("spreadsheet", "python_calamine"),
-    tells_damage="seen: the parts of the file have checksums",
+    tells_damage="seen: the parts of the file have checksums; an .xls has none",
 )
