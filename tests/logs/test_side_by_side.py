@@ -57,6 +57,15 @@ def test_a_shorter_table_ends_where_its_rows_end(tmp_path: Path) -> None:
     assert read_table(path, variable="0.5 A").rows == 80
 
 
+def test_a_table_with_an_empty_column_leaves_the_others_as_they_are(tmp_path: Path) -> None:
+    path = runs(tmp_path / "runs.csv")
+    lines = path.read_text().splitlines()
+    without = [",".join([*line.split(",")[:2], "", *line.split(",")[3:]]) for line in lines[2:]]
+    path.write_text("\n".join([*lines[:2], *without]))
+    assert "Force" not in read_table(path, variable="0 A").columns
+    assert read(path, variable="0.5 A").signals["effort"] == pytest.approx(170.0 * np.tanh(SPEED / 0.01), abs=1e-3)
+
+
 def test_a_heading_of_words_states_no_field(tmp_path: Path) -> None:
     path = runs(tmp_path / "runs.csv", ("soft", "hard at 3 o'clock"))
     assert "field" not in read_table(path, variable="soft").columns

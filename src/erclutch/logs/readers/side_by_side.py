@@ -42,7 +42,7 @@ def read_side_by_side(source: LogSource, read: Callable[[LogSource], Table]) -> 
         names = sniff(head, source.decimal).names
     except LogError:
         return None  # whoever reads the text says what is wrong
-    if not _by_heading(names):
+    if not _are_tables(names):
         return None
 
     whole = read(replace(source, variable=None))
@@ -58,21 +58,28 @@ def read_side_by_side(source: LogSource, read: Callable[[LogSource], Table]) -> 
     )
 
 
+def _are_tables(names: Iterable[str]) -> bool:
+    """Whether the same columns stand below each of several headings, and nothing beside them but empty columns."""
+    beside = [name for name in names if HEADED not in name]
+    if not all(map(_BETWEEN.fullmatch, beside)):  # such as a time that all columns share
+        return False
+    below = _by_heading(names)
+    kinds = {tuple(own) for own in below.values()}
+    return len(below) > 1 and len(kinds) == 1
+
+
 def _by_heading(names: Iterable[str]) -> dict[str, dict[str, str]]:
-    """For each heading the names below it, with the whole name of each; nothing where these are no such tables."""
+    """For each heading the names below it, with the whole name of each."""
     below: dict[str, dict[str, str]] = {}
     for whole in names:
         heading, parted, name = whole.partition(HEADED)
         if parted:
             below.setdefault(heading, {})[name] = whole
-        elif not _BETWEEN.fullmatch(whole):
-            return {}  # such as a time that all columns share
-    kinds = {tuple(own) for own in below.values()}
-    return below if len(below) > 1 and len(kinds) == 1 else {}
+    return below
 
 
 def _tables(whole: Table) -> dict[str, Found]:
-    """The tables side by side, by heading; rows below the end of a shorter one are left out."""
+    """The tables side by side, by heading; rows below the end of a shorter one, and empty columns, are left out."""
     tables: dict[str, Found] = {}
     for heading, own in _by_heading(whole.columns).items():
         filled = np.zeros(whole.rows, np.bool_)
