@@ -112,3 +112,12 @@ def test_any_text_is_read_or_refused(text: str, tmp_path_factory: pytest.TempPat
     path.write_text(text)
     with contextlib.suppress(LogError):
         read_table(path)
+
+
+def test_an_option_that_is_to_be_left_out_is_no_command(tmp_path: Path) -> None:
+    path = tmp_path / "a.csv"
+    path.write_text("t [s],x\n" + "".join(f"{time:.2f},{k}\n" for k, time in enumerate(TIME)))
+    asked = run("inspect", path, "--variable", "left")
+    assert asked.code == 2
+    assert "Leave it out" in asked.error
+    assert "What settles it" not in asked.out

@@ -29,8 +29,10 @@ COMMAND = {
     "place": 3,
 }
 
-#: An option in the remedy of an error that says how a file is read.
-_OPTION = re.compile(r"--variable (?:'[^']*'|[^\s,;]+)[^;,.]*|--decimal [.,]")
+#: An option in the remedy of an error that says how a file is read, with the options behind it; none that is to be left
+#: out (``--variable ''``, "leave --variable out").
+_WORD = r"""(?:'[^']+'|"[^"]+"|[^\s,;'"]+)"""
+_OPTION = re.compile(rf"--variable (?!out\b){_WORD}(?: --[a-z-]+(?: (?!--){_WORD})?)*|--decimal [.,]")
 #: A strain, or the rate of a strain, by its symbol alone.
 _GAMMAS = {"gamma", "γ"}
 
