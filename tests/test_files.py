@@ -19,11 +19,12 @@ from typing import Any
 import pytest
 
 from erclutch import files
-from erclutch.cli.command_list import Command, commands
+from erclutch.cli.command_list import commands
 from erclutch.errors import ErclutchError, RunError
 from erclutch.files import is_plain_file, may_write, may_write_file, places, unwritable, whole_file, whole_folder
 from erclutch.files.places import put_new, release, release_all, reserve
 from erclutch.logs.synthetic import write_synthetic_log
+from tests.support.command import run
 from tests.support.no_room import read_only
 from tests.support.raced_writers import Written, lost_in, written_by
 from tests.support.races import SLOW, WORDS, forked, make_material, started
@@ -369,12 +370,86 @@ ALONE = {
 }
 
 
-def test_every_command_that_writes_is_raced() -> None:
-    def writes(command: Command) -> bool:
-        return bool({"out", "write_mapping"} & set(inspect.signature(command.plugin.value).parameters))
+#: Options of commands that name a place.
+PLACES = {"out", "write_mapping", "plots", "picture"}  # live: by LoopOptions
 
-    writing = {command.name for command in commands() if command.plugin.own and writes(command)}
-    assert writing <= {*WORDS, *ALONE}
+
+def writing() -> dict[str, set[str]]:
+    """Our commands that write, with the options that name a place."""
+    options = {
+        command.name: PLACES & set(inspect.signature(command.plugin.value).parameters)
+        for command in commands()
+        if command.plugin.own
+    }
+    return {name: places for name, places in options.items() if places}
+
+
+def test_every_command_that_writes_is_raced() -> None:
+    assert set(writing()) <= {*WORDS, *ALONE}
+
+
+#: What each command that writes is told besides a place. Its inputs are not there: who reads them first does not look
+#: at the place first.
+TOO_EARLY = {
+    "align": "none.csv none.csv --on torque",
+    "calibrate-twin": "none.csv --device coaxial",
+    "compare": "none none",
+    "demo": "--seconds 10",
+    "excite": "--sequence paper --seconds 1",
+    "experiment": "sine --run none --seconds 1",
+    "export": "none --to c",
+    "figure": "trace none",
+    "fit": "none.csv",
+    "fit-many": "none",
+    "inspect": "none.csv",
+    "live": "--run none --headless --seconds 1 --record",
+    "predict": "none.csv --run none",
+    "recalibrate": "none none.csv",
+    "report": "none",
+    "reproduce": "table2 --log none.csv",
+    "simulate": "training --seconds 2 --rig-file none.toml",
+    "table": "none",
+    "tune": "none",
+}
+_ENDINGS = {
+    "align": ".csv",
+    "predict": ".csv",
+    "excite": ".csv",
+    "simulate": ".csv",
+    "report": ".html",
+    "compare": ".html",
+}
+PLACED = [(name, option) for name, options in writing().items() for option in sorted(options)] + [("live", "folder")]
+
+
+@pytest.mark.parametrize("closed", ["a file where the folder is to be", "a folder that nobody may write to"])
+@pytest.mark.parametrize(("name", "option"), PLACED, ids=["-".join(placed) for placed in PLACED])
+def test_a_place_that_takes_nothing_is_told_before_the_work(
+    name: str, option: str, closed: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """`experiment`, `figure` and `tune` worked for minutes, and then found their folder closed."""
+    if closed.startswith("a file"):
+        (tmp_path / "closed").write_text("")
+    else:
+        (tmp_path / "closed").mkdir()
+        access = os.access  # who runs the tests may be allowed to write everywhere
+        monkeypatch.setattr(os, "access", lambda path, mode: "closed" not in str(path) and access(path, mode))
+
+    def too_late(*_: object) -> None:
+        pytest.fail("it came to the writing")
+
+    monkeypatch.setattr(files, "_partial", too_late)
+    ending = {"write_mapping": ".toml", "picture": ".png", "out": _ENDINGS.get(name, "")}.get(option, "")
+    words = [name, *TOO_EARLY[name].split(), f"--{option.replace('_', '-')}", f"closed/made{ending}"]
+    if option == "picture":
+        words += ["--out", "open.csv"]
+    ended = run(*words, cwd=tmp_path)
+    assert ended.code == 2
+    (error,) = [line for line in ended.error.splitlines() if line.startswith("error: ")]
+    assert "closed" in error
+    assert "Give " in error or "Make " in error  # the remedy
+    left = [path.name for path in tmp_path.rglob("*") if path.name not in ("closed", ".open.csv.writing")]
+    assert left == []
 
 
 @pytest.fixture(scope="module")

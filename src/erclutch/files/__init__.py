@@ -147,8 +147,7 @@ def may_write(
 
     if not folder.parent.is_dir():
         raise kind("its parent folder does not exist", where=str(folder), remedy=f"Make {folder.parent} first")
-    if not os.access(folder.parent, os.W_OK):
-        raise kind("its parent folder cannot be written", where=str(folder), remedy="Give --out another place")
+    require_room(folder, kind=kind)
     reserve(folder, ours if force else nothing, kind)
     if not is_there(folder) or (force and ours(folder)):
         return
@@ -158,17 +157,46 @@ def may_write(
     raise kind(f"there is {what} already", where=str(folder), remedy="Give --out another name, or --force")
 
 
+def may_fill(folder: Path, option: str = "out") -> None:
+    """Say before any work whether files may be put into a folder, which is made with the first of them.
+
+    Raises:
+        RunError: it cannot be made, or takes no file. ``option`` gave the name.
+    """
+    if is_there(folder) and not folder.is_dir():
+        problem = "cannot be made: there is a file of that name"
+        raise RunError(problem, where=str(folder), remedy=f"Give --{option} another name")
+    require_room(folder / "any", option)
+
+
+def require_room(target: Path, option: str = "out", kind: type[ErclutchError] = RunError) -> None:
+    """Say before any work whether the folder of a name takes files, or can be made where it is missing.
+
+    Raises:
+        ErclutchError: it does not, or cannot; of the class ``kind``. ``option`` gave the name.
+    """
+    folder = next(parent for parent in target.parents if is_there(parent))  # the root is, and "." is
+    missing = folder != target.parent
+    remedy = f"Give --{option} another place"
+    if not folder.is_dir():
+        raise kind(f"{folder} is no folder, so nothing can be put there", where=str(target), remedy=remedy)
+    if not os.access(folder, os.W_OK | os.X_OK):
+        problem = f"its folder cannot be made in {folder}" if missing else "its parent folder cannot be written"
+        raise kind(problem, where=str(target), remedy=remedy)
+
+
 def may_write_file(path: Path | None, force: bool, option: str = "out", endings: tuple[str, ...] = ()) -> None:
     """Say before any work whether a file may be made, or replaced; the name is then reserved. None is no file.
 
     Raises:
         RunError: there is a file of this name, and it may not be replaced; or its ending is none of those that may be,
-            where ``endings`` tells some. ``option`` gave the name.
+            where ``endings`` tells some; or its folder takes no file. ``option`` gave the name.
     """
     if path is None:
         return
     if endings:
         refuse_ending(path, endings, option)
+    require_room(path, option)
     reserve(path, is_plain_file if force else nothing, option=option)
     if not is_there(path) or (force and is_plain_file(path)):
         return

@@ -62,11 +62,14 @@ def export(
     from erclutch.cli import terminal
     from erclutch.errors import ExportError
     from erclutch.export import ExportOptions, export_model, step_of
+    from erclutch.export.export_folder import may_write
     from erclutch.models.load import load_model
     from erclutch.models.model_titles import title_of
     from erclutch.runs.run_folder import read_run
     from erclutch.signals.speed import Derivative
 
+    if out is not None:
+        may_write(out, force)
     if run_model is not None and not model.is_dir():
         raise ExportError("--model needs the folder of a run", where=str(model), remedy="Give the run, or leave it out")
     if model.is_dir():

@@ -43,6 +43,7 @@ def figure(
     """
     from erclutch.cli import terminal
     from erclutch.errors import CheckError, SettingError
+    from erclutch.files import may_fill
     from erclutch.report.plots.run_plots import FIGURES, write_figure
 
     screen = terminal.console()
@@ -54,6 +55,7 @@ def figure(
         raise SettingError(f"no figure {name!r}", remedy=f"Figures are {', '.join(FIGURES)}, or all of them: all")
     if run is None:
         raise SettingError("no run was given", remedy=f"Write erclutch figure {name} RUN")
+    may_fill(out)
     from erclutch.report.numbers.run_material import material_of
     from erclutch.runs.run_folder import read_run
 

@@ -18,6 +18,7 @@ from erclutch.cli.log_look import LogLook, look_at, table_of_first
 from erclutch.cli.options import DEFAULT_READING, LogOptions, expand
 from erclutch.cli.quantities import SECONDS
 from erclutch.errors import AlikeRecordingsError, ErclutchError, LogError, SettingError, require
+from erclutch.files import may_fill, require_room
 
 if TYPE_CHECKING:
     from erclutch.logs import Plan, Table
@@ -66,6 +67,10 @@ def inspect(
     require(1e-6, unit=" s", seconds=seconds)
     require(0, 10_000, courses=courses)
     require(0, unit=" s", start=start or 0.0)
+    if plots is not None:
+        may_fill(plots, "plots")
+    if write_mapping is not None:
+        require_room(write_mapping, "write-mapping")
     log, *others = expand(logs)
     read_table = table_of_first if json else _table_or_question
     asked = reading

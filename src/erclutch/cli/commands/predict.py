@@ -11,7 +11,7 @@ from cyclopts import Parameter
 from erclutch.cli import terminal
 from erclutch.cli.options import DEFAULT_READING, LogOptions, expand
 from erclutch.errors import RunError, SettingError
-from erclutch.files import LOG_ENDINGS, may_write_file, unwritable, whole_folder
+from erclutch.files import LOG_ENDINGS, may_write_file, require_room, unwritable, whole_folder
 from erclutch.files.places import is_there, nothing, release, reserve
 from erclutch.signals.percent import percent
 
@@ -92,6 +92,7 @@ def _may_write_folder(out: Path, force: bool) -> None:
         return folder.is_dir() and all(is_prediction(path) for path in folder.iterdir())
 
     may_replace = are_predictions if force else nothing
+    require_room(out)
     reserve(out, may_replace)
     if is_there(out) and not may_replace(out):
         release(out)

@@ -47,10 +47,13 @@ def report(
     from erclutch.runs.run_about import about_with, kept_about, write_about
     from erclutch.runs.run_folder import read_run
 
-    found = read_run(run)
     pdf = pdf or (out is not None and out.suffix.lower() == ".pdf")
-    path = out or run / ("report.pdf" if pdf else "report.html")
-    may_write_report(path, force, (".pdf",) if pdf else (".html",))
+    endings = (".pdf",) if pdf else (".html",)
+    if out is not None:
+        may_write_report(out, force, endings)
+    found = read_run(run)
+    path = out or run / f"report{endings[0]}"
+    may_write_report(path, force, endings)
     said = {"title": title, "device": device_name, "author": author, "date": date, "note": note}
     if any(text is not None for text in said.values()):
         write_about(run, about_with(kept_about(run), **said))

@@ -23,7 +23,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
 from erclutch.errors import ErclutchError, RunError, SettingError, keywords_checked
-from erclutch.files import file_digest, may_write, small_text, whole_file
+from erclutch.files import file_digest, may_fill, may_write, small_text, whole_file
 from erclutch.files.places import nothing, release, reserve
 from erclutch.fit.comparison import Settings, compare
 from erclutch.logs import ColumnMap
@@ -335,6 +335,7 @@ def _begin(folder: Path, body: Mapping[str, Any], force: bool) -> None:
     Raises:
         RunError: the folder holds something else, or a fleet of other settings, or cannot be written.
     """
+    may_fill(folder)
     reserve(folder, nothing)
     marker = folder / MARKER
     held: Any = None

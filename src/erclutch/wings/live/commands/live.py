@@ -15,6 +15,7 @@ from cyclopts import Parameter
 
 from erclutch.cli.options import DEFAULT_READING, LogOptions
 from erclutch.errors import SettingError, require
+from erclutch.files import may_fill
 from erclutch.wings.live.command_line.learn import NO_LEARN, LearnOptions
 from erclutch.wings.live.command_line.live_options import (
     DEFAULTS,
@@ -86,6 +87,8 @@ def live(
     require(0.001, unit=" s", seconds=math.inf if loop.seconds is None else loop.seconds)
     require(0, 99, priority=loop.priority)
     learns = control.program == "learn"
+    if loop.record or learns:
+        may_fill(loop.folder, "folder")  # before models are fitted and compiled
     if learns:
         offered = offered_rig(rig.rig)
         plays_rounds = offered is None or offered.learns

@@ -11,7 +11,7 @@ from cyclopts import Parameter
 from erclutch.cli import terminal
 from erclutch.cli.quantities import HERTZ, TORQUE, quantity
 from erclutch.errors import CheckError, SettingError, require
-from erclutch.files import may_write_file
+from erclutch.files import may_fill, may_write_file
 
 if TYPE_CHECKING:
     from erclutch.models.model import Model
@@ -100,6 +100,7 @@ def tune(
     from erclutch.wings.rig.twin.parameters import load_rig
 
     require(0.1, unit=" Hz", bandwidth=bandwidth, torque_bandwidth=torque_bandwidth)
+    may_fill(out)
     may_write_file(out / "control.toml", force)
     rig = load_rig(rig_file)
     kept = read_run(run)

@@ -15,6 +15,7 @@ from cyclopts import Parameter
 from erclutch.cli import terminal
 from erclutch.cli.quantities import SECONDS
 from erclutch.errors import SettingError
+from erclutch.files import may_fill
 from erclutch.files.places import nothing, reserve
 from erclutch.signals.percent import percent
 from erclutch.wings.paper.published import WARMING
@@ -81,6 +82,7 @@ def experiment(
         else:
             terminal.tell(terminal.table("Experiments with the live loop", heads, rows, left=2))
         return
+    may_fill(out)
     if name in ("control", "impedance", "wall"):
         if run is not None or seconds is not None or seed or real_time:
             problem = f"experiment {name} takes no --run, --seconds, --seed or --real-time"

@@ -13,6 +13,7 @@ from erclutch.cli import terminal
 from erclutch.cli.options import DEFAULT_READING, LogOptions
 from erclutch.cli.quantities import SECONDS
 from erclutch.errors import RunError, SettingError, require
+from erclutch.files import may_fill
 from erclutch.files.places import nothing, reserve
 from erclutch.wings.paper.published import APPROACHES
 from erclutch.wings.rig.twin.parameters import RigParameters, load_rig
@@ -97,6 +98,7 @@ def reproduce(
     if what in _ONLINE and log:
         problem = f"{what} shows the live loop on the TWIN, and a log is no rig"
         raise SettingError(problem, remedy="Leave out --log, or run erclutch live on your rig")
+    may_fill(out)
     _make_folder(out)
     reserve(out / what, nothing)  # its figures, its numbers and the points that it resumes from
 

@@ -57,9 +57,9 @@ def simulate(
         if out or seconds or seed or rig_file:
             raise SettingError("no scenario is named, and no log was written", remedy="Name a scenario of the list")
         return
-    run = prepare(scenario, rig=load_rig(rig_file), seconds=seconds, seed=seed)
     path = out or Path(f"{scenario}.parquet")
     may_write_file(path, force, endings=LOG_ENDINGS)
+    run = prepare(scenario, rig=load_rig(rig_file), seconds=seconds, seed=seed)
     collect(run, path)
     if json:
         told = {"log": str(path), "rows": run.rows, "seconds": run.rows / 1000, "seed": seed}
