@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from erclutch.errors import MappingError, UnitError, shell_word
+from erclutch.logs.draft import Draft
 from erclutch.logs.mapping import NONE, ColumnChoice, ColumnMap
 from erclutch.logs.named_columns import locate
 from erclutch.logs.plan import ClockPlan
@@ -26,6 +27,15 @@ _SHEET_STEP = 1.2e-5  # days: 1 Hz or faster
 _RATES = {"fs", "rate", "samplerate", "samplingrate"}
 _PERIODS = {"ts", "dt", "sampletime", "samplingtime", "sampleperiod", "samplingperiod"}
 _LONGEST_PERIOD = 0.5  # s: a larger number may be one of ms
+
+
+def choose_clock(draft: Draft) -> None:
+    """Choose the clock of a log; where it has none, what is wrong is a question."""
+    signals = [each.column for each in draft.signals.values()]
+    try:
+        draft.clock = clock_plan(draft.seen, draft.told, signals)
+    except MappingError as error:
+        draft.ask("time", error)
 
 
 def clock_plan(seen: SeenColumns, told: ColumnMap, taken: Sequence[str]) -> ClockPlan:

@@ -35,6 +35,7 @@ class Draft:
         inputs: further inputs of networks, as logged.
         spare: further columns that are worth a look.
         declined: signals that the user said no column is.
+        missing: signals that the device needs and that no column may be.
         clock: None while no clock was found.
         questions: what only the user can say, by the signal that it is about.
     """
@@ -48,6 +49,7 @@ class Draft:
     inputs: list[SignalPlan] = field(default_factory=list[SignalPlan])
     spare: list[str] = field(default_factory=list[str])
     declined: list[str] = field(default_factory=list[str])
+    missing: list[str] = field(default_factory=list[str])
     clock: ClockPlan | None = None
     questions: dict[str, Question] = field(default_factory=dict[str, Question])
 

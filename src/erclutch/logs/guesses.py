@@ -12,7 +12,6 @@ from erclutch.logs.columns import Guess, candidates, guess
 from erclutch.logs.draft import Draft
 from erclutch.logs.missing_columns import missing
 from erclutch.logs.names import SENSES, words_of
-from erclutch.logs.no_field import settle_the_field
 from erclutch.logs.plan import NEEDS, Sureness
 from erclutch.logs.sensor_scales import scaled
 from erclutch.logs.shapes import goes_along, is_rate_of, takes_both_signs
@@ -32,7 +31,6 @@ def guess_what_is_needed(draft: Draft) -> None:
         MappingError: a scale that is none. UnitError: a unit that does not fit its signal.
     """
     taken = [*draft.taken, *draft.table.truths]
-    field_may_be_unlogged = False
     for group in NEEDS[draft.device]:
         settled = False
         for option in group:
@@ -74,11 +72,9 @@ def guess_what_is_needed(draft: Draft) -> None:
         or_a_pair = _pair_remedy(draft)
         error = doubts[0] if doubts else missing(draft.seen, needed, taken, names)
         draft.ask(needed, MappingError(error.problem, remedy=error.remedy + or_a_pair))
-        if needed == "field" and not doubts:
-            field_may_be_unlogged = True
+        if not doubts:
+            draft.missing.append(needed)
 
-    if field_may_be_unlogged:
-        settle_the_field(draft, taken)
     _doubt_the_current_of_a_drive(draft)
     _doubt_a_speed_without_its_sense(draft)
 

@@ -12,11 +12,10 @@ import numpy as np
 
 from erclutch.errors import LogError, placed
 from erclutch.logs.log_reader import LogReader, LogSource, log_at, readable
+from erclutch.logs.one_time import unwoven, with_whole_stamps
 from erclutch.logs.readers.budget import Budget, size_of, within
 from erclutch.logs.row_groups import group_of, groups_in, rows_of, wants_each
-from erclutch.logs.split_stamps import with_whole_stamps
 from erclutch.logs.table import Table
-from erclutch.logs.woven_rows import unwoven
 from erclutch.registry import Plugin
 
 if TYPE_CHECKING:

@@ -1,4 +1,8 @@
-"""Columns that a user named are taken first; the error for a name that is not there lists what is there."""
+"""Columns that a user named are taken first; the error for a name that is not there lists what is there.
+
+A column that nobody named, that is called like a signal and that holds no numbers ends the plan: the log would be read
+without the signal.
+"""
 
 from __future__ import annotations
 
@@ -8,6 +12,7 @@ from erclutch.errors import LogError, MappingError, UnitError, shell_word
 from erclutch.logs.draft import Draft
 from erclutch.logs.labels import own_unit, split_end, split_label
 from erclutch.logs.mapping import NONE, ColumnChoice
+from erclutch.logs.names import meant_by
 from erclutch.logs.plan import SignalPlan
 from erclutch.logs.table import Table
 from erclutch.signals import units
@@ -15,6 +20,33 @@ from erclutch.signals.recording import SIGNALS
 
 _TEMPERATURE = "temperature"
 _LONGEST_NUMBER = 9  # digits of a column's place in the file
+
+
+def refuse_unreadable_signals(draft: Draft) -> None:
+    """Refuse a log in which a column is called like a signal, or like the time, and holds no numbers.
+
+    Only where nothing else was chosen for that signal, and no other column is called so: the log would be read without
+    the signal.
+
+    Raises:
+        LogError: there is such a column.
+    """
+    table, told = draft.table, draft.told
+    settled = {*told.columns, *told.constants}
+    if settled & {"slip", "position"}:
+        settled |= {"slip", "position"}
+    wanted = draft.needed - settled
+    if told.name_pattern:
+        wanted = {signal for signal in wanted if f"{{{signal}}}" not in told.name_pattern}
+    timed = told.time is not None or told.rate is not None or table.clock is not None
+
+    for name, problem in table.unreadable.items():
+        meant = meant_by(name, wanted, time=not timed)
+        if not meant or any(meant_by(other, {meant}, time=meant == "time") for other in table.columns):
+            continue
+        remedy = f"Correct its cells, or say what the {meant} is: --{meant} {shell_word('NAME [unit]')}"
+        remedy += ", or --field none if it was not logged" if meant == "field" else ""
+        raise LogError(f"{problem}, and it is called like the {meant}", remedy=remedy)
 
 
 def take_named(draft: Draft) -> None:

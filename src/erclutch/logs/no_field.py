@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 
 import numpy as np
 
@@ -25,8 +25,11 @@ _OWN_SCALE = re.compile(r"(?:°|deg ?)?[CF]|[℃℉]|dB\w*|bits?|counts?|ticks?|
 _ESTIMATES = 0.7  # correlation of the signs of two estimates of one thing
 
 
-def settle_the_field(draft: Draft, taken: Sequence[str]) -> None:
+def settle_the_field(draft: Draft) -> None:
     """Take the field from what the file states, or as not logged, where no column may be it; else it stays asked."""
+    if "field" not in draft.missing:
+        return
+    taken = [*draft.taken, *draft.table.truths]
     inputs: list[str] = []
     for choice in draft.told.inputs:
         label = str(choice.column)

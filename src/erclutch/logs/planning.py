@@ -1,12 +1,12 @@
-"""A plan is made of a table, a step after another; each step stands in a file of its own and is done once.
+"""A plan is made of a table, a step after another; `plan_of` calls them all, and none of them calls another.
 
 1. What is seen of the columns: names, units, how their numbers run, which is the time (`seen_columns`).
 2. What the user said: columns (`named_columns`), the clock (`clock_planning`), numbers (`given_numbers`). A column that
-   is called like a signal and holds no numbers ends it here (`unreadable_columns`).
+   is called like a signal and holds no numbers ends it here.
 3. What is needed besides is guessed (`guesses`). Columns that may be a signal are found by `columns`, and by
-   `quotients`. Where none is, `missing_columns` says what to do; a log has no field where `no_field` tells of each
-   column what else it is, and the file may still state one (`stated_field`).
-4. What is left is looked at (`points`, `further_columns`), and what belongs together is held together (`motions`).
+   `quotients`. Where none is, `missing_columns` says what to do. A log has no field where `no_field` tells of each
+   column what else it is; the file may still state one (`stated_field`).
+4. What is left is looked at (`row_order`, `further_columns`), and what belongs together is held together (`motions`).
 5. What is open is asked: `proposals` has the options that answer it.
 
 Nothing is converted here: `erclutch.logs.applied.apply` does what the plan says.
@@ -14,25 +14,21 @@ Nothing is converted here: `erclutch.logs.applied.apply` does what the plan says
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from pathlib import Path
-
 from erclutch.errors import ErclutchError, LogError, MappingError, SettingError, placed
-from erclutch.logs.clock_planning import clock_plan
+from erclutch.logs.clock_planning import choose_clock
 from erclutch.logs.draft import Draft
 from erclutch.logs.further_columns import take_further_columns
 from erclutch.logs.given_numbers import take_given_numbers
-from erclutch.logs.group_question import ask_about_groups, ask_about_order
 from erclutch.logs.guesses import guess_what_is_needed
 from erclutch.logs.mapping import ColumnMap
 from erclutch.logs.motions import hold_effort_against_slip, hold_power, hold_slip_against_position, turn_screw
-from erclutch.logs.named_columns import take_named
-from erclutch.logs.plan import NEEDS, OPTIONAL, Invalid, Plan, SignalPlan
-from erclutch.logs.points import take_points
+from erclutch.logs.named_columns import refuse_unreadable_signals, take_named
+from erclutch.logs.no_field import settle_the_field
+from erclutch.logs.plan import NEEDS, OPTIONAL, Invalid, Plan
 from erclutch.logs.proposals import proposals
+from erclutch.logs.row_order import ask_about_groups, ask_about_order, take_points
 from erclutch.logs.seen_columns import seen_columns
 from erclutch.logs.table import Table
-from erclutch.logs.unreadable_columns import refuse_unreadable_signals
 from erclutch.signals.device import DeviceName
 
 _WIDEST = 1000  # columns: more, and fewer rows, lie on their side
@@ -84,36 +80,30 @@ def plan_of(
         notes.append(f"no number in any row: column {', '.join(numberless)}: left out")
     draft = Draft(seen, told, device, notes, constants=dict(table.constants))
     with placed(table.name):
+        # What the user said.
         refuse_unreadable_signals(draft)
         take_named(draft)
-        try:
-            draft.clock = clock_plan(draft.seen, told, [each.column for each in draft.signals.values()])
-        except MappingError as error:
-            draft.ask("time", error)
+        choose_clock(draft)
         take_given_numbers(draft)
+
+        # What the device needs besides.
         guess_what_is_needed(draft)
+        settle_the_field(draft)
+
+        # What the rows are; some rows of a log do not tell it.
         if whole:
             take_points(draft)
             ask_about_order(draft)
             ask_about_groups(draft)
+
+        # What is left, and what belongs together.
         take_further_columns(draft)
         turn_screw(draft)
         hold_slip_against_position(draft)
         hold_power(draft)
         hold_effort_against_slip(draft)
-
-        # A model that is given its effort as another signal would find just that.
-        effort = draft.signals.get("T" if device == "coaxial" else "effort", SignalPlan(""))
-        for each in (*draft.signals.values(), *draft.inputs):
-            if each.column and each.column == effort.column and each is not effort:
-                raise MappingError(
-                    f"column {each.column} is both {each.signal} and {effort.signal}",
-                    remedy=f"Name another column with --{effort.signal} or --{each.signal}",
-                )
-        examples: Sequence[str] = ()
-        if draft.questions:
-            file = Path(table.path).name
-            examples = proposals(draft.seen, told, draft.taken, draft.signals, draft.questions, file)
+        _refuse_the_effort_twice(draft)
+        examples = proposals(draft) if draft.questions else []
 
     return Plan(
         log=table.name,
@@ -131,6 +121,23 @@ def plan_of(
         path=table.path,
         examples=tuple(examples),
     )
+
+
+def _refuse_the_effort_twice(draft: Draft) -> None:
+    """Refuse a column that is the effort and another signal: a model that is given its effort would find just that.
+
+    Raises:
+        MappingError: there is such a column.
+    """
+    effort = draft.signals.get("T" if draft.device == "coaxial" else "effort")
+    if effort is None or not effort.column:
+        return
+    for other in (*draft.signals.values(), *draft.inputs):
+        if other.column == effort.column and other is not effort:
+            raise MappingError(
+                f"column {effort.column} is both {other.signal} and {effort.signal}",
+                remedy=f"Name another column with --{effort.signal} or --{other.signal}",
+            )
 
 
 def is_log(table: Table, told: ColumnMap | None = None, device: DeviceName | None = None) -> bool:

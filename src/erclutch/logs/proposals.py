@@ -5,14 +5,15 @@ from __future__ import annotations
 import re
 import shlex
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 
 import numpy as np
 
 from erclutch.errors import shell_word
 from erclutch.logs import name_pattern
 from erclutch.logs.columns import candidates
+from erclutch.logs.draft import Draft
 from erclutch.logs.labels import split_label
-from erclutch.logs.mapping import ColumnMap
 from erclutch.logs.missing_columns import has_short_name, sensor_options, usual_unit
 from erclutch.logs.names import spoken_name
 from erclutch.logs.no_field import maybe_field
@@ -25,24 +26,12 @@ _NUMBERED = frozenset(("cell", "id", "label", "trial", "specimen", "station", "w
 _USUAL = {"lead": '--lead "10 mm"', "input": '--input "COLUMN"', "temperature": '--temperature "COLUMN [°C]"'}
 
 
-def proposals(
-    seen: SeenColumns,
-    told: ColumnMap,
-    taken: Sequence[str],
-    signals: Mapping[str, SignalPlan],
-    questions: Mapping[str, Question],
-    name: str = "",
-) -> list[str]:
-    """An option for each question: with what is most likely, or with a place to fill in; then what the rows need.
-
-    Args:
-        seen: the columns of the log.
-        told: what the user and the mapping file said.
-        taken: columns that are signals, inputs, the time or a counter of samples.
-        signals: what was found, by its name.
-        questions: what is asked, by the signal that it is about.
-        name: the file's: it may hold the field.
-    """
+def proposals(draft: Draft) -> list[str]:
+    """An option for each question: with what is most likely, or with a place to fill in; then what the rows need."""
+    seen = draft.seen
+    taken = draft.taken
+    signals = draft.signals
+    questions = draft.questions
     motions = [each.column for signal, each in signals.items() if signal in ("slip", "position")]
     options: dict[str, str] = {}
     proposed: list[str] = []  # the columns in these options, and their labels
@@ -75,7 +64,7 @@ def proposals(
             efforts = candidates(seen, "effort", others)[0] if asks_for_both else []
             option = _column_option(seen, signal, others, [*motions, *proposed], efforts)
         if signal == "field" and ("COLUMN" in option or "none" in option):
-            pattern = name_pattern.proposed(name)
+            pattern = name_pattern.proposed(Path(seen.table.path).name)
             if pattern:
                 option = f"--name-pattern {shlex.quote(pattern)}"
         options[signal] = option
@@ -85,7 +74,7 @@ def proposals(
             proposed += [label, name_of]
 
     examples = [options[signal] for signal in questions]
-    if told.invalid != "drop":
+    if draft.told.invalid != "drop":
         needed = [*taken, *(name for name in proposed if name in seen.columns)]
         has_holes = any(not np.isfinite(seen.columns[name].values).all() for name in needed)
         if has_holes:

@@ -9,9 +9,8 @@ import pytest
 
 from erclutch.errors import LogError, MappingError
 from erclutch.logs import read
-from erclutch.logs.split_stamps import with_whole_stamps
+from erclutch.logs.one_time import unwoven, with_whole_stamps
 from erclutch.logs.table import Table
-from erclutch.logs.woven_rows import unwoven
 from erclutch.signals.array import Array
 from tests.support.command import good
 

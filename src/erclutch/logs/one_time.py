@@ -1,11 +1,15 @@
-"""Channels of several rates may be woven into one table: each row has the cells of the channel that was sampled then.
+"""A table gets one time for all of its columns: split stamps are put together, channels of several rates are joined.
 
+A stamp in two columns, whole seconds and the nanoseconds beyond them as ROS writes it, is one time.
+
+Channels of several rates may be woven into one table: each row has the cells of the channel that was sampled then.
 Exports of plotting tools for robots are such: the current stands in other rows than the torque, and each row has a
 time. Such cells are not missing; the channels are joined by time, as groups of a measurement file are.
 """
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from dataclasses import replace
 
@@ -17,11 +21,44 @@ from erclutch.logs.seen_columns import seen_columns
 from erclutch.logs.table import Table
 from erclutch.signals.array import Array, Mask
 
+_SECONDS = re.compile(r"(.*?)[._/ ]?(?:secs?|seconds)", re.IGNORECASE)
+_BEYOND = {
+    **dict.fromkeys(("nsec", "nsecs", "nanosec", "nanosecs", "nanoseconds"), 1e-9),
+    **dict.fromkeys(("usec", "usecs", "microseconds"), 1e-6),
+}
 _TIME = "time"
 _FEWEST = 20  # samples of a channel
 _MOST = 0.75  # share of the rows in which a channel beside whole columns has cells: with more, values are missing
 _STEADY = 4.0  # times its usual distance that the samples of such a channel are apart at most
 _ONE_A_ROW = (0.9, 1.1)  # channels a row where each stands in rows of its own
+
+
+def with_whole_stamps(table: Table) -> Table:
+    """The table with one column in s in place of seconds and nanoseconds; as it is where there is no such pair."""
+    columns = dict(table.columns)
+    notes: list[str] = []
+    for name in table.columns:
+        match = _SECONDS.fullmatch(name)
+        beyond = None if match is None else _beyond(table, match.group(1))
+        if beyond is not None:
+            other, factor = beyond
+            columns[name] = columns[name] + factor * columns.pop(other)
+            notes.append(f"columns {name} and {other} are one time, in s")
+    return replace(table, columns=columns, notes=(*table.notes, *notes)) if notes else table
+
+
+def _beyond(table: Table, stem: str) -> tuple[str, float] | None:
+    """The column with the rest of a stamp, by the name in front of ``sec``, and the factor to s."""
+    for name, values in table.columns.items():
+        front, word = name[: len(stem)], name[len(stem) :].lstrip("._/ ").lower()
+        if front != stem or word not in _BEYOND:
+            continue
+        factor = _BEYOND[word]
+        known = values[np.isfinite(values)]
+        within_a_second = known.size and known.min() >= 0.0 and known.max() * factor < 1.0
+        if within_a_second and np.all(known == np.round(known)):
+            return name, factor
+    return None
 
 
 def unwoven(table: Table) -> Table:
