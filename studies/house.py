@@ -17,6 +17,7 @@ from collections import Counter, defaultdict
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import groupby
 from pathlib import Path, PurePosixPath
 from typing import Any
 
@@ -54,6 +55,9 @@ REPEATED = {
     "base inputs of a network": r"fields\[0\] - fields\[1\]|fluids\[0\] - fluids\[1\]|x\[0\] - x\[1\]",
     "1 % outside of what was trained on": r"0\.01 \* \(+(?:high - low|b - a)\)",
 }
+
+#: Files whose functions a reader knows by their name and does not open: a log's way is counted with and without them.
+VOCABULARY = {"errors.py", "registry.py", "signals/units.py"}
 
 #: Where a log's way begins: the module and its function.
 LOG = ("erclutch.logs", "read")
@@ -300,6 +304,7 @@ def counts(house: House) -> dict[str, str]:
     longest, where = house.functions[-1]
     density = house.density
     stays = house.way_of_a_log
+    alone = [file for file, _ in groupby(file for file in stays if file not in VOCABULARY)]
     lines = {name: house.lines(endings) for name, endings in LANGUAGES.items()}
     return {
         "rooms": f"{len(house.rooms)}",
@@ -314,6 +319,8 @@ def counts(house: House) -> dict[str, str]:
         "a log's way: stays": f"{len(stays)}",
         "  files": f"{len(set(stays))}",
         "  returns": f"{len(stays) - len(set(stays))}",
+        "  stays, errors and units apart": f"{len(alone)}",
+        "  returns, errors and units apart": f"{len(alone) - len(set(alone))}",
         "source lines": f"{sum(lines.values()):,}",
         **{f"  {name}": f"{count:,}" for name, count in lines.items()},
         "functions": f"{len(lengths):,}",

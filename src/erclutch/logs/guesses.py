@@ -11,17 +11,16 @@ from erclutch.errors import MappingError, shell_word
 from erclutch.logs.columns import Guess, candidates, guess
 from erclutch.logs.draft import Draft
 from erclutch.logs.missing_columns import missing
-from erclutch.logs.names import SENSES, words_of
 from erclutch.logs.plan import NEEDS, Sureness
 from erclutch.logs.sensor_scales import scaled
-from erclutch.logs.shapes import goes_along, is_rate_of, takes_both_signs
+from erclutch.logs.shapes import is_rate_of
 from erclutch.signals.recording import SIGNALS
 from erclutch.signals.units import UNKNOWN
 
 #: A coil that makes a field draws more than this, in A, in V or as logged.
 _FAINT_FIELD = 1e-3
 #: Units of a field that is the output of a supply.
-_OF_A_SUPPLY = ("A", "V", UNKNOWN)
+OF_A_SUPPLY = ("A", "V", UNKNOWN)
 
 
 def guess_what_is_needed(draft: Draft) -> None:
@@ -75,9 +74,6 @@ def guess_what_is_needed(draft: Draft) -> None:
         if not doubts:
             draft.missing.append(needed)
 
-    _doubt_the_current_of_a_drive(draft)
-    _doubt_a_speed_without_its_sense(draft)
-
 
 def _take_guess(draft: Draft, signal: str, found: Guess, motion: str) -> bool:
     """Take a column that was guessed, and say how sure that is; False for a position that goes with no slip."""
@@ -107,44 +103,10 @@ def _take_guess(draft: Draft, signal: str, found: Guess, motion: str) -> bool:
     if signal != "field" or column.spoken.forms["field"] == "field":
         return True
     strongest = float(np.nanmax(np.abs(column.values), initial=0.0)) * abs(taken.factor)
-    if taken.si in _OF_A_SUPPLY and 0.0 < strongest < _FAINT_FIELD:
+    if taken.si in OF_A_SUPPLY and 0.0 < strongest < _FAINT_FIELD:
         doubt = f"which never exceeds {strongest:.3g}, as the output of a sensor: --field none if it drives no coil"
         draft.signals[signal] = replace(taken, sureness="doubtful", doubt=doubt)
     return True
-
-
-def _doubt_the_current_of_a_drive(draft: Draft) -> None:
-    """Doubt a guessed field with the sign and the course of the effort: the current of the motor that makes it."""
-    field = draft.signals.get("field")
-    effort = draft.signals.get("effort")
-    if field is None or effort is None or field.si not in _OF_A_SUPPLY or not field.reason.startswith("guessed"):
-        return
-    current = draft.seen.columns.get(field.column)
-    measured = draft.seen.columns.get(effort.column)
-    if current is None or measured is None or not goes_along(current.values, measured.values):
-        return
-    doubt = f"which takes the sign of {effort.column} and goes along with it, as the current of a motor does"
-    doubt += ": --field none if it drives no coil of a brake or damper"
-    draft.signals["field"] = replace(field, sureness="doubtful", doubt=doubt)
-
-
-def _doubt_a_speed_without_its_sense(draft: Draft) -> None:
-    """Doubt a guessed slip that never turns, where a column of words says in which sense the device moves."""
-    slip = draft.signals.get("slip")
-    effort = draft.signals.get("effort")
-    if slip is None or effort is None or not slip.reason.startswith("guessed"):
-        return
-    speed = draft.table.columns.get(slip.column)
-    measured = draft.table.columns.get(effort.column)
-    if speed is None or measured is None or takes_both_signs(speed) or not takes_both_signs(measured):
-        return
-    for name, column in draft.table.words.items():
-        senses = [word for word in column.words if not SENSES.isdisjoint(words_of(word))]
-        if len(senses) < 2:
-            continue
-        doubt = f"which has no sign, while {name} says {' and '.join(senses[:2])}: give a column whose sign turns, or "
-        doubt += f"--variable {shell_word(f'{name}={senses[0]}')} for the rows of one sense"
-        draft.signals["slip"] = replace(slip, sureness="doubtful", doubt=doubt)
 
 
 def _tell_supplies(draft: Draft, field: str, taken: Iterable[str]) -> None:

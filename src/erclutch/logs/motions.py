@@ -1,4 +1,4 @@
-"""The motions of a log are held against each other: a screw turns, and a slip is the rate of its position."""
+"""Signals of a log are held against each other: a slip is the rate of its position, slip times effort is a power."""
 
 from __future__ import annotations
 
@@ -19,7 +19,6 @@ _POWERS = (("rad/s", "N*m"), ("m/s", "N"))
 _STEADY = 0.02  # share by which slip times effort over a power varies at most, or it is a power of something else
 _LARGE = 0.1  # share of the largest power from which on its digits tell
 _FEWEST = 20  # rows with such a power
-_NO_POWER = (("N", "rad/s"), ("N*m", "m/s"))
 
 
 def turn_screw(draft: Draft) -> None:
@@ -104,19 +103,18 @@ def _steady_ratio(made: Array, power: Array) -> float | None:
     return float(ratio) if high - low <= _STEADY * abs(ratio) else None
 
 
-def hold_effort_against_slip(draft: Draft) -> None:
-    """Doubt a guess where effort and slip make no power together: a force beside turns is of some arm or another axis.
+def refuse_the_effort_twice(draft: Draft) -> None:
+    """Refuse a column that is the effort and another signal: a model that is given its effort would find just that.
 
-    Whoever names both is believed, and so is a whole name: the check before a fit warns of it.
+    Raises:
+        MappingError: there is such a column.
     """
-    effort, slip = draft.signals.get("effort"), draft.signals.get("slip")
-    if effort is None or slip is None or (effort.si, slip.si) not in _NO_POWER:
+    effort = draft.signals.get("T" if draft.device == "coaxial" else "effort")
+    if effort is None or not effort.column:
         return
-    guesses = [each for each in (effort, slip) if each.column and each.sureness in ("sure", "likely")]
-    partly_named = (each for each in guesses if not draft.seen.columns[each.column].spoken.forms[each.signal])
-    guessed = next(partly_named, None)
-    if guessed is None:
-        return
-    other = slip if guessed is effort else effort
-    why = f"in {guessed.si}, which makes no power with the {other.signal} in {other.si}"
-    draft.signals[guessed.signal] = replace(guessed, sureness="doubtful", doubt=why)
+    for other in (*draft.signals.values(), *draft.inputs):
+        if other.column == effort.column and other is not effort:
+            raise MappingError(
+                f"column {effort.column} is both {other.signal} and {effort.signal}",
+                remedy=f"Name another column with --{effort.signal} or --{other.signal}",
+            )

@@ -1,11 +1,11 @@
-"""A plan is made of a table, a step after another; `plan_of` calls them all, and none of them calls another.
+"""A plan is made of a table, a step after another: `plan_of` calls them all.
 
 1. What is seen of the columns: names, units, how their numbers run, which is the time (`seen_columns`).
 2. What the user said: columns (`named_columns`), the clock (`clock_planning`), numbers (`given_numbers`). A column that
    is called like a signal and holds no numbers ends it here.
-3. What is needed besides is guessed (`guesses`). Columns that may be a signal are found by `columns`, and by
-   `quotients`. Where none is, `missing_columns` says what to do. A log has no field where `no_field` tells of each
-   column what else it is; the file may still state one (`stated_field`).
+3. What is needed besides is guessed (`guesses`): columns that may be a signal are found by `columns` and `quotients`.
+   Where none is, `missing_columns` says what to do. A guess that the log speaks against is doubted (`doubts`). A log
+   has no field where `no_field` tells of each column what else it is; the file may still state one (`stated_field`).
 4. What is left is looked at (`row_order`, `further_columns`), and what belongs together is held together (`motions`).
 5. What is open is asked: `proposals` has the options that answer it.
 
@@ -14,14 +14,19 @@ Nothing is converted here: `erclutch.logs.applied.apply` does what the plan says
 
 from __future__ import annotations
 
-from erclutch.errors import ErclutchError, LogError, MappingError, SettingError, placed
+from erclutch.errors import ErclutchError, LogError, SettingError, placed
 from erclutch.logs.clock_planning import choose_clock
+from erclutch.logs.doubts import (
+    doubt_a_speed_without_its_sense,
+    doubt_effort_without_power,
+    doubt_the_current_of_a_drive,
+)
 from erclutch.logs.draft import Draft
 from erclutch.logs.further_columns import take_further_columns
 from erclutch.logs.given_numbers import take_given_numbers
 from erclutch.logs.guesses import guess_what_is_needed
 from erclutch.logs.mapping import ColumnMap
-from erclutch.logs.motions import hold_effort_against_slip, hold_power, hold_slip_against_position, turn_screw
+from erclutch.logs.motions import hold_power, hold_slip_against_position, refuse_the_effort_twice, turn_screw
 from erclutch.logs.named_columns import refuse_unreadable_signals, take_named
 from erclutch.logs.no_field import settle_the_field
 from erclutch.logs.plan import NEEDS, OPTIONAL, Invalid, Plan
@@ -88,6 +93,8 @@ def plan_of(
 
         # What the device needs besides.
         guess_what_is_needed(draft)
+        doubt_the_current_of_a_drive(draft)
+        doubt_a_speed_without_its_sense(draft)
         settle_the_field(draft)
 
         # What the rows are; some rows of a log do not tell it.
@@ -101,8 +108,8 @@ def plan_of(
         turn_screw(draft)
         hold_slip_against_position(draft)
         hold_power(draft)
-        hold_effort_against_slip(draft)
-        _refuse_the_effort_twice(draft)
+        doubt_effort_without_power(draft)
+        refuse_the_effort_twice(draft)
         examples = proposals(draft) if draft.questions else []
 
     return Plan(
@@ -121,23 +128,6 @@ def plan_of(
         path=table.path,
         examples=tuple(examples),
     )
-
-
-def _refuse_the_effort_twice(draft: Draft) -> None:
-    """Refuse a column that is the effort and another signal: a model that is given its effort would find just that.
-
-    Raises:
-        MappingError: there is such a column.
-    """
-    effort = draft.signals.get("T" if draft.device == "coaxial" else "effort")
-    if effort is None or not effort.column:
-        return
-    for other in (*draft.signals.values(), *draft.inputs):
-        if other.column == effort.column and other is not effort:
-            raise MappingError(
-                f"column {effort.column} is both {other.signal} and {effort.signal}",
-                remedy=f"Name another column with --{effort.signal} or --{other.signal}",
-            )
 
 
 def is_log(table: Table, told: ColumnMap | None = None, device: DeviceName | None = None) -> bool:

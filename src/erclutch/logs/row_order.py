@@ -1,7 +1,7 @@
-"""What the rows of a table are: rows in time, points in no time, or rows of several devices that only the user can part.
+"""What the rows of a table are is found: rows in time, points in no time, or rows of several devices.
 
 A table of points, such as a motor's curve of torque over speed, has no time and needs none. A time that runs backwards
-is no time of a log. A column of words may part the rows: by material, by device, by direction.
+is no time of a log. A column of words may part the rows: by material, by device, by direction; the user says which.
 """
 
 from __future__ import annotations

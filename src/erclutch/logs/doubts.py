@@ -1,0 +1,65 @@
+"""A guess is doubted where the log speaks against it, by its numbers or its words: the user is asked to confirm it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from erclutch.errors import shell_word
+from erclutch.logs.draft import Draft
+from erclutch.logs.guesses import OF_A_SUPPLY
+from erclutch.logs.names import SENSES, words_of
+from erclutch.logs.shapes import goes_along, takes_both_signs
+
+_NO_POWER = (("N", "rad/s"), ("N*m", "m/s"))  # units of effort and slip
+
+
+def doubt_the_current_of_a_drive(draft: Draft) -> None:
+    """Doubt a guessed field with the sign and the course of the effort: the current of the motor that makes it."""
+    field = draft.signals.get("field")
+    effort = draft.signals.get("effort")
+    if field is None or effort is None or field.si not in OF_A_SUPPLY or not field.reason.startswith("guessed"):
+        return
+    current = draft.seen.columns.get(field.column)
+    measured = draft.seen.columns.get(effort.column)
+    if current is None or measured is None or not goes_along(current.values, measured.values):
+        return
+    doubt = f"which takes the sign of {effort.column} and goes along with it, as the current of a motor does"
+    doubt += ": --field none if it drives no coil of a brake or damper"
+    draft.signals["field"] = replace(field, sureness="doubtful", doubt=doubt)
+
+
+def doubt_a_speed_without_its_sense(draft: Draft) -> None:
+    """Doubt a guessed slip that never turns, where a column of words says in which sense the device moves."""
+    slip = draft.signals.get("slip")
+    effort = draft.signals.get("effort")
+    if slip is None or effort is None or not slip.reason.startswith("guessed"):
+        return
+    speed = draft.table.columns.get(slip.column)
+    measured = draft.table.columns.get(effort.column)
+    if speed is None or measured is None or takes_both_signs(speed) or not takes_both_signs(measured):
+        return
+    for name, column in draft.table.words.items():
+        senses = [word for word in column.words if not SENSES.isdisjoint(words_of(word))]
+        if len(senses) < 2:
+            continue
+        doubt = f"which has no sign, while {name} says {' and '.join(senses[:2])}: give a column whose sign turns, or "
+        doubt += f"--variable {shell_word(f'{name}={senses[0]}')} for the rows of one sense"
+        draft.signals["slip"] = replace(slip, sureness="doubtful", doubt=doubt)
+
+
+def doubt_effort_without_power(draft: Draft) -> None:
+    """Doubt a guess where effort and slip make no power together: a force beside turns is of some arm or another axis.
+
+    Whoever names both is believed, and so is a whole name: the check before a fit warns of it.
+    """
+    effort, slip = draft.signals.get("effort"), draft.signals.get("slip")
+    if effort is None or slip is None or (effort.si, slip.si) not in _NO_POWER:
+        return
+    guesses = [each for each in (effort, slip) if each.column and each.sureness in ("sure", "likely")]
+    partly_named = (each for each in guesses if not draft.seen.columns[each.column].spoken.forms[each.signal])
+    guessed = next(partly_named, None)
+    if guessed is None:
+        return
+    other = slip if guessed is effort else effort
+    why = f"in {guessed.si}, which makes no power with the {other.signal} in {other.si}"
+    draft.signals[guessed.signal] = replace(guessed, sureness="doubtful", doubt=why)
