@@ -16,13 +16,15 @@ from erclutch.arithmetic.evaluation import evaluate
 from erclutch.arithmetic.precision import FLOAT32, FLOAT64
 from erclutch.arithmetic.record import Record
 from erclutch.export import Check, ExportOptions, export_model, step_of, verify_export
-from erclutch.export.c.compilers import natives
+from erclutch.export.c.compilers import EXACT, STRICT, natives
+from erclutch.export.c.compilers import run as told
 from erclutch.export.exported_step import NON_FINITE, OUT_OF_REACH, ExportedStep
 from erclutch.export.rounding import ULPS, Errors, _filter_error, _oscillator_error, bound
 from erclutch.export.step_numbers import inverse, inverse_now, named, numbers, reference, run
 from erclutch.export.step_record import feels_next_field, rest_record
 from erclutch.export.step_vectors import _edges, ordinary, rows_of, vectors_of
 from erclutch.export.target_check import compare, ulps
+from erclutch.export.targets.c import write
 from erclutch.models.law_model import TorqueModel
 from erclutch.models.model import Model
 from erclutch.models.networks.network_model import NetworkModel
@@ -145,6 +147,24 @@ def test_every_compiler_and_processor_gives_the_same_bits(
         outcome = boards.run_board(board, made, folder, tmp_path)
         _sound([compare(made, vectors_of(made), board.name, outcome.printed)], precision, 1, model)
         assert outcome.note.endswith("flash")
+
+
+@pytest.mark.parametrize("name", ["fnn-16", "fnn-6-7", "fnn-4-5-9"])
+def test_a_network_has_the_same_bits_with_vectors_and_without(
+    name: str, network: Callable[..., NetworkModel], tmp_path: Path, need: Callable[..., None]
+) -> None:
+    """Float32 has a text of the forward pass for each: neurons left over from fours, two layers, saturated ones."""
+    need("gcc")
+    made = program(network(name), "float32")
+    write(made, tmp_path)
+    text = (tmp_path / "m.c").read_text(encoding="ascii")
+    assert text.count("static m_real m_network(") == 2
+    sources = [str(tmp_path / file) for file in ("m.c", "m_check.c")]
+    for options in ((), ("-U__SSE2__", "-U__ARM_NEON")):
+        checked = tmp_path / "checked"
+        command = ["gcc", *EXACT, *STRICT, "-O2", *options, *sources, "-o", str(checked)]
+        told(command, "not compiled", "")
+        told([str(checked)], "other bits", "")  # exits with 1 where a bit is another
 
 
 @pytest.mark.slow

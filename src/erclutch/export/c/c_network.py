@@ -1,4 +1,9 @@
-"""A network in C has tables, and its forward pass is loops over them."""
+"""A network in C has tables, and its forward pass is loops over them.
+
+An FNN in float32 has two texts of one pass, with the same operations and so the same bits. Where a processor has
+vectors, all arguments of tanh are held first, and nothing branches. Elsewhere each sum goes straight on to its tanh:
+nothing is stored in between, and a compiler passes over the polynomials where tanh is 1 already.
+"""
 
 from __future__ import annotations
 
@@ -11,6 +16,11 @@ from erclutch.export.c.c_printer import WRITTEN_OUT, indented, table
 from erclutch.models.networks.network_model import NetworkModel
 
 LONG = 100  # letters of a sum, after which a line begins
+_LANES = 4  # running sums of the last layer
+#: Whether a processor has vectors of float32: x86, POWER, Arm beyond the microcontrollers. What is proved has them too.
+HAS_VECTORS = " || ".join(
+    f"defined({macro})" for macro in ("__SSE2__", "_M_X64", "__ARM_NEON", "__ALTIVEC__", "__FRAMAC__")
+)
 
 
 def network(model: NetworkModel, n: str, p: Precision) -> str:
@@ -30,15 +40,18 @@ def network(model: NetworkModel, n: str, p: Precision) -> str:
     parameters = f"const {n}real v[{count}]"
     if _is_written_out(folded):
         parameters = ", ".join(f"{n}real v{j}" for j in range(count))
-    body = [*_declarations(folded, n, p), *_moved_inputs(folded, n, p), *_forward(folded, n, p)]
-    lines = [
-        *tables,
-        f"/* {about} */",
-        f"static {n}real {n}network({parameters})",
-        "{",
-        indented(body),
-        "}\n",
-    ]
+    head = f"static {n}real {n}network({parameters})"
+    moved = list(_moved_inputs(folded, n, p))
+    body = [*_declarations(folded, n, p), *moved, *_forward(folded, n, p)]
+    lines = [*tables, f"/* {about} */"]
+    *before_the_last, neurons = folded.structure.hidden
+    written_out = max(count, *before_the_last, 0) <= WRITTEN_OUT
+    if _is_rbfn(folded) or p is not FLOAT32 or not written_out or neurons < _LANES:
+        return "\n".join([*lines, head, "{", indented(body), "}\n"])
+    scalar = [*_declarations(folded, n, p, stored=len(folded.structure.hidden) - 1), *moved]
+    scalar += _one_by_one(folded, n, p)
+    lines += [f"#if {HAS_VECTORS}", head, "{", indented(body), "}"]
+    lines += ["#else", head, "{", indented(scalar), "}", "#endif\n"]
     return "\n".join(lines)
 
 
@@ -83,14 +96,15 @@ def _tables(model: NetworkModel, p: Precision) -> dict[str, list[str]]:
 # --- head of the function ---------------------------------------------------------------------------------------------
 
 
-def _declarations(model: NetworkModel, n: str, p: Precision) -> Iterator[str]:
+def _declarations(model: NetworkModel, n: str, p: Precision, stored: int | None = None) -> Iterator[str]:
+    """Counters, and the values of so many layers; None: of all."""
     widths = [len(model.structure.inputs)]  # of what each layer takes
     if not _is_rbfn(model):
         widths += model.structure.hidden[:-1]
     yield "uint32_t i;"
     if max(widths) > WRITTEN_OUT:  # a line of C does not write them out
         yield "uint32_t j;"
-    for layer, neurons in enumerate(model.structure.hidden, start=1):
+    for layer, neurons in enumerate(model.structure.hidden[:stored], start=1):
         yield f"{n}real a{layer}[{neurons}];"
     zero = _zero(p)
     yield f"{n}real s[4] = {{{zero}, {zero}, {zero}, {zero}}};"
@@ -152,6 +166,47 @@ def _fnn(model: NetworkModel, n: str, p: Precision) -> Iterator[str]:
         before, width = a, neurons
 
 
+def _one_by_one(model: NetworkModel, n: str, p: Precision) -> Iterator[str]:
+    """The pass of an FNN without vectors, from the moved inputs to the effort: each sum goes on to its tanh at once."""
+    hidden = model.structure.hidden
+    values = [f"x{j}" for j in range(len(model.structure.inputs))]
+    for layer, neurons in enumerate(hidden, start=1):
+        if layer < len(hidden):
+            active = f"a{layer}[i] = {n}tanh_held({n}tanh_hold(sum));"
+            yield from _loop("i", neurons, [*_sum(n, _terms(n, layer, neurons, values, "i + ")), active])
+            values = [f"a{layer}[{i}]" for i in range(neurons)]
+            continue
+
+        # The order of the last sum is that of `_dot`.
+        whole = neurons // 4 * 4
+        if whole:
+            yield f"for (i = 0u; i < {whole}u; i += 4u)"
+            yield "{"
+            for lane in range(4):
+                yield from (
+                    f"    {line}" for line in _sum(n, _terms(n, layer, neurons, values, "i + ", lane), f"sum_{lane}_")
+                )
+            for lane in range(4):
+                active = f"{n}tanh_held({n}tanh_hold(sum_{lane}_))"
+                yield f"    s[{lane}] = s[{lane}] + ({n}w_out[i + {lane}u] * {active});"
+            yield "}"
+        yield "total = (s[0] + s[1]) + (s[2] + s[3]);"
+        for i in range(whole, neurons):
+            yield "{"
+            yield from (f"    {line}" for line in _sum(n, _terms(n, layer, neurons, values, "", i)))
+            yield f"    total = total + ({n}w_out[{i}] * {n}tanh_held({n}tanh_hold(sum)));"
+            yield "}"
+    yield f"return {p.constant(float(model.weights['b_out'][0]))} + total;"
+
+
+def _terms(n: str, layer: int, neurons: int, values: list[str], place: str, on: int = 0) -> list[str]:
+    """Bias and weighted values of the neuron so many places on from a place."""
+    terms = [f"{n}b{layer}[{place}{on}u]"]
+    for j, value in enumerate(values):
+        terms.append(f"({n}w{layer}[{place}{j * neurons + on}u] * {value})")
+    return terms
+
+
 def _rbfn(model: NetworkModel, n: str, p: Precision) -> Iterator[str]:
     neurons = model.structure.hidden[0]
     width = len(model.structure.inputs)
@@ -192,8 +247,8 @@ def _dot(
 # --- C ----------------------------------------------------------------------------------------------------------------
 
 
-def _sum(n: str, terms: list[str]) -> list[str]:
-    """A sum from left to right, a few terms a line."""
+def _sum(n: str, terms: list[str], name: str = "sum") -> list[str]:
+    """A sum from left to right by its name, a few terms a line."""
     lines: list[str] = []
     total, *further = terms
     for i, term in enumerate(further, start=1):
@@ -202,9 +257,9 @@ def _sum(n: str, terms: list[str]) -> list[str]:
             break
         total = f"({total} + {term})"
         if len(total) > LONG:
-            lines.append(f"const {n}real sum{i} = {total[1:-1]};")
-            total = f"sum{i}"
-    return [*lines, f"const {n}real sum = {total};"]
+            lines.append(f"const {n}real {name}{i} = {total[1:-1]};")
+            total = f"{name}{i}"
+    return [*lines, f"const {n}real {name} = {total};"]
 
 
 def _loop(index: str, count: int, body: list[str]) -> Iterator[str]:
