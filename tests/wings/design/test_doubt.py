@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 from erclutch.fit.laws.fit_law import fit_structure
 from erclutch.logs import recording_from_arrays
@@ -12,9 +13,12 @@ from erclutch.logs.dataset import Dataset, build_dataset
 from erclutch.models.laws import law_from_name
 from erclutch.models.structure import Structure
 from erclutch.signals.array import Array
+from erclutch.wings.design.courses import Bounds, GrowingSequence
 from erclutch.wings.design.doubt import CellGrid, Doubt, RowsOfUse
 from erclutch.wings.design.fill import Cells
-from erclutch.wings.design.information import Knowledge
+from erclutch.wings.design.information import Criterion, Knowledge
+from erclutch.wings.design.limits import RigLimits
+from erclutch.wings.design.stretches import StretchMaker
 
 GRID = CellGrid(1.0, 10.0)
 NUMBERS = 3
@@ -91,3 +95,31 @@ def test_a_law_is_doubted_as_far_as_its_residual_is_no_noise() -> None:
     assert wrong.doubt is not None
     assert wrong.doubt.deviation > 0.8 * wrong.noise
     assert Knowledge(right, late, 1000.0).doubt is None
+
+
+@pytest.mark.parametrize("criterion", ["D", "I"])
+def test_a_stretch_that_was_looked_at_teaches_what_it_would_teach_unseen(
+    criterion: Criterion, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    rng = np.random.default_rng(0)
+    time = np.arange(3000) * 1e-3
+    field = 0.5 + 0.5 * np.sin(7.0 * time)
+    slip = 10.0 * np.sin(11.0 * time)
+    data = brake(field, slip, field * np.tanh(slip) + 0.02 * slip + 0.05 * rng.standard_normal(time.size))
+    structure = Structure("single", "bingham", law_from_name("bingham", "single"), "none", True, True)
+    model = fit_structure(data, structure, intervals=False).model
+    sequence = GrowingSequence(Bounds.of(RigLimits(field=1.0, speed=10.0, acceleration=500.0), 1000.0, 5.0))
+    maker = StretchMaker(sequence, rng, 1000.0, signed=False, one_way=False)
+    offers = [maker.draw() for _ in range(4)]
+
+    unseen = Knowledge(model, data, 1000.0, criterion)
+    unseen.take(sequence, offers[2])
+    seen = Knowledge(model, data, 1000.0, criterion)
+    seen.gains(sequence, offers)
+    with monkeypatch.context() as patched:  # the derivatives are there: nothing is computed anew
+        patched.setattr(Knowledge, "_rows", None)
+        seen.take(sequence, offers[2])
+    np.testing.assert_allclose(seen.information, unseen.information, rtol=1e-12)
+    np.testing.assert_allclose(seen.errors(), unseen.errors(), rtol=1e-9)
+    seen.take(sequence, offers[2])  # once more: the sequence has grown, so its derivatives are others
+    assert seen.information[-1, -1] > unseen.information[-1, -1]

@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 import erclutch
 from erclutch.errors import ErclutchError, RunError, SettingError, for_a_shell
 from erclutch.wings.design.commands import excite as command
-from erclutch.wings.design.courses import Commands
+from erclutch.wings.design.courses import Bounds, Commands, GrowingSequence, course
 from erclutch.wings.design.fill import chosen_sequence, coverage_share, papers_sequence
 from erclutch.wings.design.limit_options import LimitOptions
 from erclutch.wings.design.limits import RigLimits, limits_of_file, limits_of_log, trailing_largest
@@ -355,3 +355,24 @@ def test_a_sequence_that_cannot_be(tmp_path: Path, options: dict[str, Any]) -> N
 def test_the_largest_of_the_values_before_is_that_of_each_window(values: list[int], rows: int) -> None:
     wanted = [max(values[max(0, row - rows) : row + 1]) for row in range(len(values))]
     assert trailing_largest(np.array(values, np.int64), rows).tolist() == wanted
+
+
+PIECES = st.lists(st.tuples(st.integers(-50, 50), st.integers(1, 9), st.integers(0, 6)), max_size=6)
+
+
+@given(st.integers(-50, 50), PIECES, st.integers(0, 60))
+def test_a_course_of_which_some_rows_are_enough_begins_like_the_whole(
+    now: int, pieces: list[tuple[int, int, int]], enough: int
+) -> None:
+    whole = course(now, pieces)
+    cut = course(now, pieces, enough)
+    assert cut.size >= min(enough, whole.size)
+    assert cut.tolist() == whole[: cut.size].tolist()
+    assert pieces == [] or whole[-1:].tolist() in ([], [pieces[-1][0]])
+
+
+def test_a_rig_at_rest_stops_by_resting() -> None:
+    at_rest = GrowingSequence(Bounds.of(BRAKE, 1000.0, 5.0))
+    for hold, rows in ((0, 1), (7, 7)):
+        fields, speeds = at_rest.stop(hold)
+        assert fields.tolist() == speeds.tolist() == [0] * rows

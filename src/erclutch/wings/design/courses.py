@@ -30,20 +30,25 @@ _LEVELS = 128  # of the field felt and of the speed, by which the effort is look
 _LEAST_SHARE = 0.1
 
 
-def course(now: int, pieces: Iterable[tuple[int, int, int]]) -> Ticks:
+def course(now: int, pieces: Iterable[tuple[int, int, int]], enough: int = _FAR) -> Ticks:
     """Ticks after ``now``: for each piece a straight line to its target by a step a row, then a hold of some rows.
 
     Args:
         now: where it starts; not part of the course.
         pieces: target, step (above 0) and rows of the hold.
+        enough: rows after which no further piece is looked at.
     """
     parts: list[Ticks] = [np.zeros(0, np.int64)]
+    count = 0
     for target, step, hold in pieces:
+        if count >= enough:
+            break
         rows = -(-abs(target - now) // step)
-        line = now + (step if target > now else -step) * np.arange(1, rows + 1)
-        if rows:
-            line[-1] = target
-        parts += [line.astype(np.int64), np.full(hold, target, np.int64)]
+        line = np.empty(rows + hold, np.int64)
+        line[:rows] = now + (step if target > now else -step) * np.arange(1, rows + 1)
+        line[max(rows - 1, 0) :] = target
+        parts.append(line)
+        count += line.size
         now = target
     return np.concatenate(parts)
 
@@ -256,6 +261,9 @@ class GrowingSequence:
 
     def stop(self, hold: int = 0) -> tuple[Ticks, Ticks]:
         """Field and speed to zero as fast as may be, and some rows there; always safe, but for the rows of the hold."""
+        if not self.field and not self.speed:
+            still = np.zeros(max(hold, 1), np.int64)
+            return still, still
         fields = course(self.field, [(0, min(self.bounds.field_step, self.bounds.field), hold)])
         speeds = course(self.speed, [(0, self.bounds.speed_step, hold)])
         rows = max(fields.size, speeds.size, 1)
@@ -268,7 +276,8 @@ class GrowingSequence:
         before = np.concatenate([[self.speed], speeds[:-1]])
         self.position += int((speeds + before).sum())
         sizes = np.abs(speeds)
-        self._heat += int((sizes * self._parts(fields, sizes)).sum())
+        if sizes.any():
+            self._heat += int((sizes * self._parts(fields, sizes)).sum())
         self._felt = np.concatenate([self._felt, np.abs(fields)])[fields.size :][-self.bounds.linger :]
         self.field, self.speed = int(fields[-1]), int(speeds[-1])
         self.rows += speeds.size

@@ -147,15 +147,14 @@ def chosen_sequence(
         if offers:
             gains = worth.gains(sequence, offers)
             prices = [sequence.cost(fields, speeds) for fields, speeds in offers]
-            best = int(np.argmax(np.array(gains) / np.array(prices)))
-            fields, speeds = offers[best]
+            stretch = offers[int(np.argmax(np.array(gains) / np.array(prices)))]
         else:
             # Near the end of the stroke, or when the heat is used up: brake, and rest for a while.
             fields, speeds = sequence.stop(maker.rows // 4)
             rows = sequence.safe(fields, speeds)
-            fields, speeds = fields[:rows], speeds[:rows]
-        worth.take(sequence, (fields, speeds))
-        sequence.append(fields, speeds)
+            stretch = fields[:rows], speeds[:rows]
+        worth.take(sequence, stretch)
+        sequence.append(*stretch)
     return sequence.end()
 
 
@@ -183,9 +182,13 @@ def papers_sequence(
         piece = pieces_of_paper(bounds, rng, rate, one_way=one_way, highest=highest, lowest=settings.lowest)
         speeds = course(sequence.speed, [piece])[: sequence.left]
         next_wanted = wanted[sequence.rows : sequence.rows + speeds.size]
-        fields = _followed(sequence.field, next_wanted, bounds.field_step)
-        rows = sequence.safe(fields, speeds)
-        if not rows:
+        # Where heat is scarce nine of ten draws have no safe row: the first row alone shows that.
+        first = _followed(sequence.field, next_wanted[:1], bounds.field_step)
+        rows = sequence.safe(first, speeds[:1])
+        if rows:
+            fields = _followed(sequence.field, next_wanted, bounds.field_step)
+            rows = sequence.safe(fields, speeds)
+        else:
             fields, speeds = sequence.stop()
             rows = speeds.size
         sequence.append(fields[:rows], speeds[:rows])

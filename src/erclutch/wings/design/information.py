@@ -205,17 +205,21 @@ class Knowledge:
         if wanted is not None:
             used, cells = used[wanted], cells[wanted]
         self._use = RowsOfUse.of(used, cells, grid)
+        self._looked_at: list[tuple[Stretch, tuple[Array, Cells]]] = []  # stretches, with their derivatives and cells
 
     def gains(self, sequence: GrowingSequence, offers: Sequence[Stretch]) -> list[float]:
         """What each stretch takes off the criterion: the logarithm of what is not known."""
         now = self.criterion(self.information, self.doubt)
         of_offers = self._rows(sequence, offers)
+        self._looked_at = list(zip(offers, of_offers, strict=True))
         return [now - self._after(derivatives, cells, self.weight) for derivatives, cells in of_offers]
 
     def take(self, sequence: GrowingSequence, stretch: Stretch) -> None:
-        """The stretch will be logged."""
-        ((derivatives, cells),) = self._rows(sequence, [stretch])
+        """The stretch will be logged: one of those just looked at, or another."""
+        known = [of_offer for offer, of_offer in self._looked_at if offer is stretch]
+        ((derivatives, cells),) = known or self._rows(sequence, [stretch])
         self._add(derivatives, cells, self.weight)
+        self._looked_at = []
 
     def learn(self, commands: Commands) -> None:
         """A whole sequence will be logged."""

@@ -83,7 +83,7 @@ class StretchMaker:
     @staticmethod
     def _cut(now: int, pieces: list[Piece], rows: int) -> Ticks:
         """A course of so many rows; where it is shorter its last value is held."""
-        ticks = course(now, pieces)[:rows]
+        ticks = course(now, pieces, rows)[:rows]
         last = int(ticks[-1]) if ticks.size else now
         return np.concatenate([ticks, np.full(rows - ticks.size, last, np.int64)])
 
