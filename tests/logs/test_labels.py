@@ -165,3 +165,22 @@ def test_the_end_of_a_quotient_in_words_is_no_unit() -> None:
     for name in ("T_per_rpm_Nm_per_rpm", "stiffness_N_per_mm", "gain_Nm_per_A"):
         assert split_end(name) == (name, None)
     assert split_end("omega_rad_per_s") == ("omega", "rad/s")
+
+
+@pytest.mark.parametrize(
+    ("line", "pair"),
+    [
+        ('"Gage length, standard travel",20,"mm"', {"Gage length, standard travel": "20 mm"}),
+        ('"v1";1,5;"mm/min"', {"v1": "1.5 mm/min"}),
+        ("Coil current,0.5,A", {"Coil current": "0.5 A"}),
+        ("Temp\t25\t°C,,", {"Temp": "25 °C"}),
+        ("Sampling interval;1e-3;s", {"Sampling interval": "1e-3 s"}),
+        ("Strom;1,500;A", {"Strom": "1,500;A"}),  # a thousands mark, or a decimal one
+        ('"Start: 12:00",5', {"Start: 12:00": "5"}),
+        ('"Extensometer",""', {"Extensometer": ""}),
+        ('"time","force"', {"time": "force"}),
+        ("Range,1,2", {"Range": "1,2"}),
+    ],
+)
+def test_a_header_in_cells_states_a_number_with_its_unit(line: str, pair: dict[str, str]) -> None:
+    assert header_pairs([line]) == pair

@@ -110,3 +110,12 @@ def test_a_number_in_the_name_of_the_file_is_asked_about(tmp_path: Path, name: s
 @pytest.mark.parametrize("name", ["run 3.csv", "A380.csv", "2Ampere.csv", "v2.csv", "0A to 1A.csv"])
 def test_other_names_state_no_field(tmp_path: Path, name: str) -> None:
     assert not np.any(read(written(tmp_path / name)).signals["field"])
+
+
+@pytest.mark.parametrize(
+    ("line", "amperes"),
+    [('"Coil current",0.5,"A"', 0.5), ("Coil current;0,5;A", 0.5), ("Coil current\t500\tmA", 0.5), ('"I",2,"A"', 2.0)],
+)
+def test_a_field_in_the_cells_of_a_header_is_not_passed_over(tmp_path: Path, line: str, amperes: float) -> None:
+    log = read(written(tmp_path / "a.csv", f'"Operator","Me"\n{line}\n'))
+    assert (log.units["field"], set(log.signals["field"])) == ("A", {amperes})

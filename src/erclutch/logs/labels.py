@@ -19,6 +19,10 @@ _LETTERS = {"V": "电压 電壓 電圧", "A": "电流 電流", "N": "力 荷重"
 _SLASH = re.compile(r"(.+?)\s+(?:/|in)\s+(\S.*)", re.DOTALL)
 _UNIT_ALONE = re.compile(r"in\s+(\S+)")  # what an oscilloscope writes over its time
 _PAIR = re.compile(r"\W*([^\d\W][^:=,;\t]{0,60}?)\s*[:=,;\t]\s*(\S.*?)[\s,;]*")
+# A cell in quotes, with the mark behind it: signs that part keys from values have no meaning in it.
+_QUOTED_KEY = re.compile(r'\W*?"((?:[^"]|"")+)"\s*[:=,;\t]\s*(.*)')
+_NUMBER_AND_UNIT = re.compile(r'([+-]?[\d.]+(?:[eE][+-]?\d+)?)"?\s*[,;\t]\s*"?([^\d\W][^,;\t"]*|[%°][^,;\t"]*)"?')
+_DECIMAL_COMMA = re.compile(r'([+-]?\d+),(\d{1,2}|\d{4,})("?\s*[;\t].*)')  # three digits may be thousands
 _PERIOD = re.compile(
     r"(?:sampl\w*|scan)[ _-]*(?:interval|period|time)|dt|delta[ _]?[tx]|tick[ _]?period|time[ _]?step", re.I
 )
@@ -227,12 +231,16 @@ def name_columns(
 
 
 def header_pairs(lines: Iterable[str]) -> dict[str, str]:
-    """``Key: value`` lines of a header block as texts, the first 200 of them."""
+    """``Key: value`` lines of a header block as texts, the first 200; a number and its unit may stand in two cells."""
     pairs: dict[str, str] = {}
     for line in lines:
-        match = _PAIR.fullmatch(line)
+        match = _QUOTED_KEY.fullmatch(line) or _PAIR.fullmatch(line)
         if match and len(pairs) < 200:
-            pairs.setdefault(match.group(1).strip(), match.group(2).strip().strip('"'))
+            value = match.group(2).strip(" \t,;")
+            in_cells = _NUMBER_AND_UNIT.fullmatch(_DECIMAL_COMMA.sub(r"\1.\2\3", value))
+            if in_cells:
+                value = f"{in_cells.group(1)} {in_cells.group(2).strip()}"
+            pairs.setdefault(match.group(1).strip(), value.strip('"'))
     return pairs
 
 
