@@ -116,6 +116,33 @@ def test_positions_are_differentiated_segment_by_segment() -> None:
     assert late.elements[0].slip[20] == 0.0
 
 
+def test_the_usual_filter_gives_way_to_central_differences_where_a_log_has_no_rows_for_it() -> None:
+    place = np.sin(np.arange(43) / 5)
+    units = {"field": "V", "position": "rad", "effort": "N*m"}
+
+    def swing(rows: slice, segments: Sequence[tuple[int, int]], *, uniform: bool = True) -> Recording:
+        part = place[rows]
+        signals = {"field": 0.0 * part, "position": part, "effort": 0.0 * part}
+        return recording(part.size, segments=segments, signals=signals, units=units, uniform=uniform)
+
+    def slip(log: Recording, derivative: Derivative | None = None) -> np.ndarray:
+        return build_dataset(log, derivative=derivative).elements[0].slip
+
+    log = swing(slice(None), ((0, 20), (20, 23), (23, 43)))
+    for rows in (slice(0, 20), slice(23, 43)):
+        np.testing.assert_array_equal(slip(log)[rows], slip(swing(rows, ((0, 20),))))
+    np.testing.assert_allclose(slip(log)[20:23], np.gradient(place[20:23], 1e-3))
+    assert any(
+        "in 1 of 3 segments by the central one: few rows stand there" in note for note in build_dataset(log).notes
+    )
+
+    uneven = swing(slice(None), ((0, 43),), uniform=False)
+    np.testing.assert_allclose(slip(uneven), np.gradient(place, 1e-3))
+    assert any("central derivative, since the steps are unequal" in note for note in build_dataset(uneven).notes)
+    with pytest.raises(SettingError, match="needs equal time steps"):  # chosen by the user
+        slip(uneven, Derivative(window=7))
+
+
 def test_a_segment_of_a_single_row_has_no_speed() -> None:
     """A lone row between two gaps is what `erclutch.read` makes of lost samples."""
     zero = np.zeros(40)

@@ -288,6 +288,32 @@ def device_of(log: Recording) -> DeviceName:
     return "coaxial" if "T" in log.signals else "single"
 
 
+def _speed_of(position: Array, clock: Clock, derivative: Derivative) -> tuple[Array, str]:
+    """The speed of a position, and by which derivative.
+
+    The usual filter needs equal steps and five rows between gaps; where a log has less, and nobody chose a filter,
+    central differences take its place.
+    """
+    how = f"{derivative.name} derivative"
+    if derivative != Derivative():
+        return differentiate(position, clock, derivative), how
+    parts: dict[bool, list[Span]] = {True: [], False: []}
+    for span in clock.spans:
+        parts[span.period is not None and span.stop - span.start >= derivative.window].append(span)
+    filtered = tuple(parts[True])
+    others = tuple(parts[False])
+    if not others:
+        return differentiate(position, clock, derivative), how
+    speed = differentiate(position, Clock(clock.time, others), Derivative("central"))
+    if not filtered:
+        why = "the steps are unequal" if others[0].period is None else "few rows stand between gaps"
+        return speed, f"central derivative, since {why}"
+    smooth = differentiate(position, Clock(clock.time, filtered), derivative)
+    for span in filtered:
+        speed[span.start : span.stop] = smooth[span.start : span.stop]
+    return speed, f"{how}, in {len(others)} of {len(clock.spans)} segments by the central one: few rows stand there"
+
+
 def dataset_of(log: Recording, device: DeviceName, derivative: Derivative) -> Dataset:
     """The rows of one log; see `build_dataset`."""
     notes = list(log.notes)
@@ -308,9 +334,9 @@ def dataset_of(log: Recording, device: DeviceName, derivative: Derivative) -> Da
                 signals[position], turns = _drawn_out(signals[position], clock)
                 if turns:
                     notes.append(f"{position} starts again after a full turn, {turns} times: drawn out without jumps")
-            signals[speed] = differentiate(signals[position], clock, derivative)
+            signals[speed], how = _speed_of(signals[position], clock, derivative)
             units[speed] = f"{units[position]}/s" if units.get(position, "?") not in ("", "?") else "?"
-            notes.append(f"{speed} <- {position} by the {derivative.name} derivative")
+            notes.append(f"{speed} <- {position} by the {how}")
 
     effort = EFFORT_OF[device]
     needed = ("field", "slip") if device == "single" else ("theta_dot", "alpha_dot")
