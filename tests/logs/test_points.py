@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from erclutch.errors import MappingError
+from erclutch.errors import LogError, MappingError
 from erclutch.logs import read
 from tests.support.command import good
 
@@ -27,6 +27,44 @@ def test_a_speed_that_goes_one_way_makes_points(tmp_path: Path, speed: np.ndarra
     np.testing.assert_allclose(log.signals["slip"], speed * np.pi / 30)
     assert any("column Speed goes one way through the table, so its rows are points" in note for note in log.notes)
     assert any("a lag or a rate of change means nothing" in note for note in log.notes)
+
+
+@pytest.mark.parametrize("speed", [SPEED, SPEED[::-1]])
+def test_a_sweep_with_the_noise_of_a_sensor_makes_points(tmp_path: Path, speed: np.ndarray) -> None:
+    wobble = np.where(np.arange(40) % 10 == 0, 130.0 * np.sign(speed[1] - speed[0]), 0.0)
+    log = read(written(tmp_path, "Current [A],Speed [rpm],Torque [N*m]", SPEED % 7, speed + wobble, SPEED % 9))
+    assert any("column Speed goes one way" in note for note in log.notes)
+    with pytest.raises(MappingError, match="no time column and no sampling rate"):
+        read(written(tmp_path, "Current [A],Speed [rpm],Torque [N*m]", SPEED % 7, speed + 2.0 * wobble, SPEED % 9))
+
+
+def test_a_long_sweep_with_noise_is_a_log(tmp_path: Path) -> None:
+    rows = np.arange(1001.0)
+    wobble = np.where(rows % 10 == 0, 1.5, 0.0)
+    columns = [rows % 7, 1000.0 + rows + wobble, rows % 9]
+    with pytest.raises(MappingError, match="no time column and no sampling rate"):
+        read(written(tmp_path, "Current [A],Speed [rpm],Torque [N*m]", *columns))
+    short = [column[:1000] for column in columns]
+    assert read(written(tmp_path, "Current [A],Speed [rpm],Torque [N*m]", *short)).rows == 1000
+
+
+@pytest.mark.parametrize("hole", [0, 17, 39])
+def test_a_point_without_a_number_is_left_out_with_a_word(tmp_path: Path, hole: int) -> None:
+    torque = SPEED % 9
+    torque[hole] = np.nan
+    header = "Current [A],Speed [rpm],Torque [N*m]"
+    log = read(written(tmp_path, header, SPEED % 7, SPEED, torque))
+    assert log.rows == 39
+    np.testing.assert_allclose(log.signals["effort"], np.delete(torque, hole))
+    assert any(f"in data row {hole + 1}: 1 rows dropped" in note for note in log.notes)
+    refused = "column Torque has 1 value missing"
+    with pytest.raises(LogError, match=refused):
+        read(written(tmp_path, header, SPEED % 7, SPEED, torque), invalid="error")
+    with pytest.raises(LogError, match=refused):  # the rows are a log
+        read(written(tmp_path, header, SPEED % 7, SPEED, torque), rate=50)
+    torque[20:25] = np.nan  # another table than it seems
+    with pytest.raises(LogError, match="values missing"):
+        read(written(tmp_path, header, SPEED % 7, SPEED, torque))
 
 
 def test_a_set_speed_that_goes_one_way_makes_points_of_the_measured_one(tmp_path: Path) -> None:

@@ -6,6 +6,7 @@ are left, the motion or a coefficient of friction may settle which it is (`guess
 
 from __future__ import annotations
 
+import re
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from typing import NamedTuple
 
@@ -13,9 +14,9 @@ import numpy as np
 
 from erclutch.errors import MappingError, shell_word
 from erclutch.logs.labels import split_end
-from erclutch.logs.names import CURRENTS, NEED_UNIT, OTHER, SINGLE, TOLD, VOLTAGES, headed
-from erclutch.logs.quotients import rubbing_force
-from erclutch.logs.seen_columns import KINDS, NO_UNITS, SeenColumn, SeenColumns
+from erclutch.logs.names import CURRENTS, NEED_UNIT, OTHER, SINGLE, TOLD, VOLTAGES, headed, plain
+from erclutch.logs.quotients import rubbing_force, speeds_of_machine
+from erclutch.logs.seen_columns import KINDS, NO_UNITS, UNITS_OF_KIND, SeenColumn, SeenColumns
 from erclutch.logs.shapes import follows, is_rate_of
 from erclutch.signals import units
 from erclutch.signals.array import Array
@@ -24,6 +25,12 @@ from erclutch.signals.recording import SIGNALS
 #: Signals that a unit alone may tell.
 _TOLD_BY_UNIT = ("field", "slip", "position", "effort", "T")
 _LENGTHS = ("displacement", "disp", "extension", "stroke", "crosshead", "weg", "deplacement", "desplazamiento")
+#: What the length between the marks of a specimen is called in the headers of testing machines.
+_GAUGE_LENGTH = re.compile(
+    r"ga(?:u)?ge length|\bL0\b|messl(?:ä|ae)nge|longueur (?:initiale|utile|entre rep(?:è|e)res)|base de mesure|"
+    r"longitud (?:inicial|calibrada)|標点距離|标距",
+    re.IGNORECASE,
+)
 _OHMS_OF_A_COIL = 1000.0  # at most; an electrorheological fluid has megohms
 _WATT = "W"  # power is no signal
 _DIGITS = 2e-3  # share of the largest number by which numbers written with some digits may differ
@@ -54,6 +61,10 @@ def guess(
     names, reason = candidates(seen, signal, taken, units_of_sensor)
     if signal == "position":
         names = _one_motion(seen, names)
+        measured = [name for name in names if len(names) > 1 and _has_gauge_length(seen, name)]
+        if len(measured) == 1:
+            names = measured
+            reason += ", and the header gives the gauge length for it"
     if signal == "field" and len(names) > 1:
         names = _without_driving_voltages(seen, names)
     if signal == "effort" and len(names) > 1 and motion:
@@ -64,6 +75,16 @@ def guess(
         if len(alike) == 1 and all(kinds.values()):
             names = alike
             reason += f", and it is that of a {KINDS[kind]}"
+    if signal == "slip" and len(names) > 1:
+        # Only one of the speeds makes a power with the effort, whatever column that is.
+        efforts, _ = candidates(seen, "effort", [*taken, *names])
+        kinds_of_effort = {seen.columns[name].kind for name in efforts}
+        kind = kinds_of_effort.pop() if len(kinds_of_effort) == 1 else ""
+        fits = {name: seen.columns[name].fits(UNITS_OF_KIND[kind]) if kind else None for name in names}
+        alike = [name for name in names if fits[name]]
+        if len(alike) == 1 and None not in fits.values():
+            names = alike
+            reason += f", and the effort is that of a {KINDS[kind]}"
     if signal == "effort" and len(names) > 1:
         # A coefficient of friction says by its numbers which force is the friction and which presses.
         rubbing = rubbing_force(seen)
@@ -99,6 +120,9 @@ def candidates(
         # A whole name with a unit speaks as loud as the bare word: a motor's slip is a share, beside its speed.
         bare = fits[signal] is None
         louder = [column.name for column in free if bare and fits[column.name] and column.spoken.forms[signal]]
+        speeds = speeds_of_machine(seen.columns[signal], free) if signal == "slip" else []
+        if speeds:
+            return distinct(seen, speeds), "name, and column slip is the share by which a machine lags"
         return [signal, *louder], "name"
 
     told = frozenset[str]() if signal == "field" else TOLD
@@ -219,6 +243,8 @@ def _unit_speaks(column: SeenColumn, signal: str, si_units: tuple[str, ...]) -> 
         return False
     if not (told | OTHER).isdisjoint(column.spoken.stem_words) or signal in column.spoken.turned:
         return False
+    if column.spoken.is_primed:
+        return False
     own = "effort" if signal == "T" else signal
     for other in SINGLE:
         form = column.spoken.forms[other] or ""
@@ -274,6 +300,12 @@ def _one_motion(seen: SeenColumns, names: Iterable[str]) -> list[str]:
         if not any(_move_alike(column.values, other.values) for other in alike):
             kept.append(column)
     return [column.name for column in kept]
+
+
+def _has_gauge_length(seen: SeenColumns, name: str) -> bool:
+    """Whether the header gives the length of a specimen, from which it is stretched, for a column by its name."""
+    keys = (key for key, text in seen.table.metadata.items() if text and _GAUGE_LENGTH.search(key))
+    return any(plain(name) in plain(key) for key in keys)
 
 
 def _one_quantity(column: SeenColumn, other: SeenColumn) -> bool:

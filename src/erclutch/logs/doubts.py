@@ -4,13 +4,55 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
+
 from erclutch.errors import shell_word
 from erclutch.logs.draft import Draft
-from erclutch.logs.guesses import OF_A_SUPPLY
-from erclutch.logs.names import SENSES, words_of
-from erclutch.logs.shapes import goes_along, takes_both_signs
+from erclutch.logs.guesses import OF_A_SUPPLY, faintness
+from erclutch.logs.missing_columns import missing
+from erclutch.logs.names import SENSES, VOLTAGES, words_of
+from erclutch.logs.quotients import rubbing_force
+from erclutch.logs.shapes import FEW, LOOKED_AT, goes_along, takes_both_signs
+from erclutch.signals.array import Array
 
+_GOES_STRAIGHT = 0.99  # correlation of the output of a sensor with what it measures
 _NO_POWER = (("N", "rad/s"), ("N*m", "m/s"))  # units of effort and slip
+
+
+def leave_out_the_sensor_of_the_effort(draft: Draft) -> None:
+    """Take a guessed voltage back that is too faint for a coil and goes straight with the effort: its sensor's output.
+
+    A faint current may be what leaks through an electrorheological fluid, and tells the field.
+    """
+    field = draft.signals.get("field")
+    effort = draft.signals.get("effort")
+    if field is None or effort is None or not field.reason.startswith("guessed") or not effort.column:
+        return
+    column = draft.seen.columns[field.column]
+    is_voltage = column.fits(("V",)) or (not column.unit and column.spoken.forms["field"] in VOLTAGES)
+    output = column.values
+    strongest = faintness(field, output)
+    if not is_voltage or strongest is None or not _go_straight(output, draft.table.columns[effort.column]):
+        return
+    del draft.signals["field"]
+    draft.no_signals.append(field.column)
+    draft.notes[:] = [note for note in draft.notes if not note.startswith("field <- ")]
+    course = f"never exceeds {strongest:.3g} and goes straight with {effort.column}"
+    draft.notes.append(f"column {field.column} {course}: taken for the output of its sensor, left out")
+    draft.ask("field", missing(draft.seen, "field", draft.taken))
+    draft.missing.append("field")
+
+
+def _go_straight(output: Array, measured: Array) -> bool:
+    """Whether one column is the other one times a number plus a number, up to the noise of a sensor."""
+    known = np.isfinite(output) & np.isfinite(measured)
+    a = output[known][:LOOKED_AT]
+    b = measured[known][:LOOKED_AT]
+    if a.size < FEW or np.ptp(a) == 0.0 or np.ptp(b) == 0.0:
+        return False
+    a = a / np.abs(a).max()  # no square of a tiny or a large number is lost
+    b = b / np.abs(b).max()
+    return bool(abs(np.corrcoef(a, b)[0, 1]) >= _GOES_STRAIGHT)
 
 
 def doubt_the_current_of_a_drive(draft: Draft) -> None:
@@ -50,10 +92,13 @@ def doubt_a_speed_without_its_sense(draft: Draft) -> None:
 def doubt_effort_without_power(draft: Draft) -> None:
     """Doubt a guess where effort and slip make no power together: a force beside turns is of some arm or another axis.
 
-    Whoever names both is believed, and so is a whole name: the check before a fit warns of it.
+    Whoever names both is believed, and so is a whole name: the check before a fit warns of it. A force that a
+    coefficient of friction is made of is the friction of this motion, at an arm that the file need not say.
     """
     effort, slip = draft.signals.get("effort"), draft.signals.get("slip")
     if effort is None or slip is None or (effort.si, slip.si) not in _NO_POWER:
+        return
+    if effort.si == "N" and effort.column and effort.column == rubbing_force(draft.seen):
         return
     guesses = [each for each in (effort, slip) if each.column and each.sureness in ("sure", "likely")]
     partly_named = (each for each in guesses if not draft.seen.columns[each.column].spoken.forms[each.signal])

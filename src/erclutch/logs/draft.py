@@ -34,6 +34,7 @@ class Draft:
         signals: what was chosen, by the signal.
         inputs: further inputs of networks, as logged.
         spare: further columns that are worth a look.
+        no_signals: columns that are known to be none.
         declined: signals that the user said no column is.
         missing: signals that the device needs and that no column may be.
         clock: None while no clock was found.
@@ -48,6 +49,7 @@ class Draft:
     signals: dict[str, SignalPlan] = field(default_factory=dict[str, SignalPlan])
     inputs: list[SignalPlan] = field(default_factory=list[SignalPlan])
     spare: list[str] = field(default_factory=list[str])
+    no_signals: list[str] = field(default_factory=list[str])
     declined: list[str] = field(default_factory=list[str])
     missing: list[str] = field(default_factory=list[str])
     clock: ClockPlan | None = None
@@ -70,10 +72,10 @@ class Draft:
 
     @property
     def taken(self) -> list[str]:
-        """Columns that are signals, inputs, the time or a counter of samples."""
+        """Columns that are signals, inputs, the time or a counter of samples, or that are known to be no signal."""
         chosen = [each.column for each in (*self.signals.values(), *self.inputs) if each.column]
         stamps = [self.clock.column] if self.clock is not None and self.clock.kind == "column" else []
-        return [*chosen, *self.seen.counters, *stamps]
+        return [*chosen, *self.no_signals, *self.seen.counters, *stamps]
 
     def ask(self, signal: str, error: MappingError, option: str = "") -> None:
         """Keep an error as a question about a signal, with the option that answers it where that is known."""

@@ -11,9 +11,11 @@ from erclutch.errors import MappingError, shell_word
 from erclutch.logs.columns import Guess, candidates, guess
 from erclutch.logs.draft import Draft
 from erclutch.logs.missing_columns import missing
-from erclutch.logs.plan import NEEDS, Sureness
+from erclutch.logs.names import spoken_name
+from erclutch.logs.plan import NEEDS, SignalPlan, Sureness
 from erclutch.logs.sensor_scales import scaled
 from erclutch.logs.shapes import is_rate_of
+from erclutch.signals.array import Array
 from erclutch.signals.recording import SIGNALS
 from erclutch.signals.units import UNKNOWN
 
@@ -100,13 +102,19 @@ def _take_guess(draft: Draft, signal: str, found: Guess, motion: str) -> bool:
         sureness = "likely" if column.shape.looks_like(signal) else "doubtful"
     draft.take(signal, column.name, column.unit_for(si_units), 1.0, f"guessed from its {found.reason}", sureness)
     taken = draft.signals[signal]
-    if signal != "field" or column.spoken.forms["field"] == "field":
-        return True
-    strongest = float(np.nanmax(np.abs(column.values), initial=0.0)) * abs(taken.factor)
-    if taken.si in OF_A_SUPPLY and 0.0 < strongest < _FAINT_FIELD:
+    strongest = faintness(taken, column.values) if signal == "field" else None
+    if strongest is not None:
         doubt = f"which never exceeds {strongest:.3g}, as the output of a sensor: --field none if it drives no coil"
         draft.signals[signal] = replace(taken, sureness="doubtful", doubt=doubt)
     return True
+
+
+def faintness(field: SignalPlan, values: Array) -> float | None:
+    """The largest field in its unit, where that is too little for a coil; None where it may drive one."""
+    strongest = float(np.nanmax(np.abs(values), initial=0.0)) * abs(field.factor)
+    is_too_little = field.si in OF_A_SUPPLY and 0.0 < strongest < _FAINT_FIELD
+    called_so = spoken_name(field.column).forms["field"] == "field"
+    return strongest if is_too_little and not called_so else None
 
 
 def _tell_supplies(draft: Draft, field: str, taken: Iterable[str]) -> None:

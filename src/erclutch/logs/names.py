@@ -85,7 +85,7 @@ OTHER = _set(
     "horsepower count counts cycle cycles index sample samples no nr number frame packet seq row rows point points "
     "acceleration accelerazione accel acc accx accy accz beschleunigung aceleracion jerk humidity energy efficiency "
     "wirkungsgrad leistung puissance potencia temperatur temperatura stiffness coefficient coeff mu density inertia "
-    "wear film area volume latitude longitude altitude date datum fecha err fehler latency delay dt"
+    "wear film area volume cof latitude longitude altitude date datum fecha err fehler latency delay dt"
 )
 # What was computed or bounds a measurement is none.
 _NOT_MEASURED = _set(
@@ -135,6 +135,9 @@ _TIME = re.compile(
 )
 _PRIME = re.compile(r"['\"′″](?!\w)")  # force d'amortissement has none
 _AXES = _set("x y z r")
+# The rate of a rate: ddq, qdd, d2x, theta_ddot.
+_SHORT_POSITIONS = r"(?:q|x|y|z|s|theta|phi|alpha|pos|angle)"
+_SECOND_RATE = re.compile(rf"d(?:d|2){_SHORT_POSITIONS}|{_SHORT_POSITIONS}(?:dd|ddot|2dot|dotdot)")
 
 
 @dataclass(frozen=True)
@@ -155,6 +158,7 @@ class SpokenName:
             word says that it is something else: enough to propose a column, not to take it.
         turned: signals of which a word of the name makes another thing: what was computed, a limit, a rolling speed.
         is_of_a_model: whether the column is called like a model of friction or a network: it holds what the model says.
+        is_primed: whether the name has a prime, as G' and G" have: the moduli of an oscillation.
         is_time: whether the column is called like the time.
         ends_in_time: whether its last word is a time.
         is_accounted: whether the name says that the column is no field.
@@ -173,6 +177,7 @@ class SpokenName:
     within: frozenset[str]
     turned: frozenset[str]
     is_of_a_model: bool
+    is_primed: bool
     is_time: bool
     ends_in_time: bool
     is_accounted: bool
@@ -217,6 +222,7 @@ def spoken(name: str, stem: str, end: str | None) -> SpokenName:
         within=frozenset(signal for signal in SINGLE if speaking & _NAMES[signal]),
         turned=frozenset(signal for signal in NAMES if not against[signal].isdisjoint(stem_words)),
         is_of_a_model=plain(name) in _MODELS or not _MODELS.isdisjoint(stem_words),
+        is_primed=_PRIME.search(stem) is not None,
         is_time=_is_time(name, stem),
         ends_in_time=_ends_in_time(stem_words),
         is_accounted=_is_accounted(stem),
@@ -344,6 +350,8 @@ def _is_accounted(stem: str) -> bool:
             others += [word for word in _NAMES[signal] if EASTERN.search(word)]
         return any(word in plain(stem) for word in others)
     spoken = {re.sub(r"\d+$", "", word) for word in words_of(stem)}
+    if _SECOND_RATE.fullmatch(plain(stem).rstrip("0123456789")):
+        return True
     if spoken & OTHER or any(_speaks(word, "field") for word in spoken):
         return True
     return any(_german(word, signal) for word in spoken for signal in SINGLE[1:])

@@ -22,6 +22,9 @@ _SAME_COURSE = 2e-3  # of the range, within which two columns are one course
 _SET_ENDS = 0.1  # of the range, by which the ends of a set point and of what follows it differ at most
 _FOLLOWS_CLOSELY = 0.996  # correlation of a set point with what follows it some rows later
 _OWN_SCALE = re.compile(r"(?:°|deg ?)?[CF]|[℃℉]|dB\w*|bits?|counts?|ticks?|lsb", re.I)
+#: The last word of a column that numbers the steps of a test, and words that may stand in front of it.
+_PARTS = frozenset({"step", "segment", "stage", "interval", "block", "schritt", "abschnitt", "etape", "paso", "etapa"})
+_OF_A_TEST = frozenset({"test", "recipe", "program", "sequence", "measurement", "active", "actual"})
 _ESTIMATES = 0.7  # correlation of the signs of two estimates of one thing
 
 
@@ -72,6 +75,8 @@ def why_no_field(seen: SeenColumns, column: SeenColumn, taken: Iterable[str]) ->
         return "counts rows"
     if column.spoken.is_time:
         return "is a time"
+    if column.shape.rises and _numbers_parts(column):
+        return "numbers the parts of the test"
     if column.spoken.is_accounted:
         return "is another quantity by its name"
     if _is_of_models(seen, column):
@@ -89,6 +94,13 @@ def why_no_field(seen: SeenColumns, column: SeenColumn, taken: Iterable[str]) ->
             return f"is the rate of {other.name}"
     parts = quotient_of(seen, column)
     return f"is {parts[0]} over {parts[1]}" if parts else ""
+
+
+def _numbers_parts(column: SeenColumn) -> bool:
+    """Whether a column is called like the steps of a test, and holds whole numbers."""
+    words = [re.sub(r"\d+$", "", word) for word in column.spoken.stem_words]
+    whole = bool(np.all(column.values == np.round(column.values)))
+    return whole and words[-1:] != [] and words[-1] in _PARTS and {*words[:-1]} <= _OF_A_TEST
 
 
 def _is_of_models(seen: SeenColumns, column: SeenColumn) -> bool:

@@ -20,6 +20,7 @@ from erclutch.logs.doubts import (
     doubt_a_speed_without_its_sense,
     doubt_effort_without_power,
     doubt_the_current_of_a_drive,
+    leave_out_the_sensor_of_the_effort,
 )
 from erclutch.logs.draft import Draft
 from erclutch.logs.further_columns import take_further_columns
@@ -31,7 +32,7 @@ from erclutch.logs.named_columns import refuse_unreadable_signals, take_named
 from erclutch.logs.no_field import settle_the_field
 from erclutch.logs.plan import NEEDS, OPTIONAL, Invalid, Plan
 from erclutch.logs.proposals import proposals
-from erclutch.logs.row_order import ask_about_groups, ask_about_order, take_points
+from erclutch.logs.row_order import ask_about_groups, ask_about_order, has_holes, take_points
 from erclutch.logs.seen_columns import seen_columns
 from erclutch.logs.table import Table
 from erclutch.signals.device import DeviceName
@@ -73,6 +74,7 @@ def plan_of(
             notes.append(f"a recording of the live loop: its channels are those of a {device} device")
     if device not in NEEDS:
         raise SettingError(f"there is no device '{device}'", remedy=f"Use one of {', '.join(NEEDS)}")
+    said = invalid or told.invalid
     invalid = invalid or ("drop" if told.invalid == "drop" else "error")
     if invalid not in ("error", "drop"):
         raise SettingError(f"invalid is '{invalid}'", remedy="Use error or drop")
@@ -93,6 +95,7 @@ def plan_of(
 
         # What the device needs besides.
         guess_what_is_needed(draft)
+        leave_out_the_sensor_of_the_effort(draft)
         doubt_the_current_of_a_drive(draft)
         doubt_a_speed_without_its_sense(draft)
         settle_the_field(draft)
@@ -100,6 +103,8 @@ def plan_of(
         # What the rows are; some rows of a log do not tell it.
         if whole:
             take_points(draft)
+            if not said and has_holes(draft):
+                invalid = "drop"  # without a point the others are what they were
             ask_about_order(draft)
             ask_about_groups(draft)
 

@@ -1,7 +1,12 @@
-"""A column may be one column over another: a coefficient of friction tells which force rubs and which presses."""
+"""A column may be made of others: a coefficient of friction of two forces, the slip of an electric machine of a speed.
+
+The coefficient tells which force rubs and which presses. A machine that would turn at n0 and turns at n has the slip
+1 - n / n0: the number of a table, and no speed of a fluid.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from itertools import permutations
 
 import numpy as np
@@ -14,6 +19,8 @@ _FRICTION = frozenset({"cof", "friction", "traction", "mu"})
 _MOST_PARTS = 12  # columns with a unit, among whose quotients none is by chance a column
 _DIGITS = 0.05  # of its spread, by which a quotient that was written with some digits is off
 _QUARTERS = (0.25, 0.5, 0.75)
+_WHOLE_SLIPS = (1.0, 100.0)  # at rest, as a share and in percent
+_DIGITS_OF_SPEED = 2e-3  # of the speed without load, by which speeds written with some digits are off
 _ABOUT = 0.1  # of a smoothed quotient, by which it differs from the quotient at its quartiles
 
 
@@ -77,3 +84,32 @@ def _is_as_large(column: Array, top: Array, bottom: Array) -> bool:
         made = np.quantile(np.abs(top[known] / bottom[known]), _QUARTERS)
     about_alike = np.abs(made - share) <= _ABOUT * share
     return bool(np.all(share > 0.0) and np.all(about_alike))
+
+
+def speeds_of_machine(slip: SeenColumn, columns: Iterable[SeenColumn]) -> list[str]:
+    """The columns of speeds whose share a column called slip is; none where it is a speed of its own."""
+    if slip.unit not in (None, *NO_UNITS):
+        return []
+    speeds = (column for column in columns if column is not slip and column.spoken.forms["slip"])
+    return [speed.name for speed in speeds if _is_share_of(slip.values, speed.values)]
+
+
+def _is_share_of(slip: Array, speed: Array) -> bool:
+    """Whether a slip is what a speed lacks of some speed without load, in every row."""
+    known = np.isfinite(slip) & np.isfinite(speed)
+    share = slip[known][:LOOKED_AT]
+    turns = speed[known][:LOOKED_AT]
+    if share.size < FEW or np.ptp(share) == 0.0:
+        return False
+    for whole in _WHOLE_SLIPS:
+        left = 1.0 - share / whole
+        square = float(left @ left)
+        if square == 0.0:
+            continue
+        without_load = float(left @ turns) / square
+        off = float(np.abs(turns - without_load * left).max())
+        digits = _DIGITS_OF_SPEED * abs(without_load)
+        # A speed that changes by no more than its digits is any share's.
+        if np.ptp(turns) > 10.0 * digits and off <= digits:
+            return True
+    return False

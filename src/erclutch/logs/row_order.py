@@ -23,6 +23,9 @@ from erclutch.signals.array import Array
 
 _SPEEDS = ("rad/s", "m/s")
 _FEWEST = 10  # rows: fewer may be in order by chance
+_MOST_NOISY = 1000  # rows of a table that was swept with noise: more are those of a log
+_NOISE = 0.01  # of its range, by which a swept speed that was measured goes back at most
+_MOST_HOLES = 0.1  # share of the points that lack a number
 #: Words for the parts of one measurement, whose rows are one log whichever part they are of.
 _PARTS = (
     "trial test run direction cycle phase state status step rep repetition segment mode sweep load flag valid event "
@@ -69,6 +72,17 @@ def take_points(draft: Draft) -> None:
     draft.clock = points(draft.seen.counters, sentence, f"{swept[0]} goes one way")
 
 
+def has_holes(draft: Draft) -> bool:
+    """Whether some points of a table, and not many, lack a number of a signal."""
+    if draft.clock is None or draft.clock.kind != "points":
+        return False
+    hole = np.zeros(draft.table.rows, dtype=np.bool_)
+    for each in draft.signals.values():
+        if each.column:
+            hole |= ~np.isfinite(draft.table.columns[each.column])
+    return bool(0 < np.count_nonzero(hole) <= _MOST_HOLES * hole.size)
+
+
 def _levels(columns: Iterable[SeenColumn]) -> Iterator[WordColumn]:
     """Columns that keep a few numbers, each for many rows, as columns of words."""
     for column in columns:
@@ -78,14 +92,14 @@ def _levels(columns: Iterable[SeenColumn]) -> Iterator[WordColumn]:
 
 
 def _goes_one_way(speed: Array, fewest: int = _FEWEST) -> bool:
-    """Whether a speed of one sign only grows, or only falls."""
+    """Whether a speed of one sign only grows, or only falls, up to its noise."""
     if speed.size < fewest or not np.isfinite(speed).all() or speed.min() == speed.max():
         return False
     if speed.min() < 0.0 < speed.max():
         return False
-    steps = np.diff(speed)
-    grows = np.all(steps >= 0.0)
-    falls = np.all(steps <= 0.0)
+    noise = _NOISE * float(np.ptp(speed)) if _FEWEST <= speed.size <= _MOST_NOISY else 0.0
+    grows = (np.maximum.accumulate(speed) - speed).max() <= noise
+    falls = (speed - np.minimum.accumulate(speed)).max() <= noise
     return bool(grows or falls)
 
 

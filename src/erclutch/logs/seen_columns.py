@@ -32,7 +32,7 @@ _VARIES = 0.5  # and by which a field varies at least
 
 #: Kinds of motion by the SI unit of their effort, in words.
 KINDS = {"Pa": "shear rate", "N*m": "turning motion", "N": "motion along a line"}
-_UNITS_OF_KIND = {"Pa": ("Pa", "1/s"), "N*m": ("N*m", "rad/s", "rad"), "N": ("N", "m/s", "m")}
+UNITS_OF_KIND = {"Pa": ("Pa", "1/s"), "N*m": ("N*m", "rad/s", "rad"), "N": ("N", "m/s", "m")}
 _WORDS_OF_KIND = {
     "Pa": ("shearrate", "shearstress", "gammadot"),
     "N*m": ("torque", "rpm", "omega", "angle", "angular", "theta", "drehzahl", "drehmoment", "扭矩", "转速", "角"),
@@ -100,7 +100,7 @@ class SeenColumn:
     def kind(self) -> str:
         """Whether a motion or an effort is that of turning, of a line or of shear, see `KINDS`; "" for untold."""
         for kind in KINDS:
-            if self.fits(_UNITS_OF_KIND[kind]):
+            if self.fits(UNITS_OF_KIND[kind]):
                 return kind
         if self.written_unit:
             return ""
