@@ -28,7 +28,10 @@ def _own(name: str) -> Callable[..., Array]:
     def apply(x: Any, *more: Any) -> Array:
         shape = np.shape(x)
         if np.size(x) <= _FEW:
-            values = [function(v, *more) if v == v else v for v in np.ravel(x).tolist()]
+            values: list[float] = []
+            for number in np.ravel(x).tolist():
+                is_lost = number != number  # NaN alone is not itself
+                values.append(number if is_lost else function(number, *more))
             return np.array(values, np.float64).reshape(shape)
         flat = np.ascontiguousarray(x, np.float64).reshape(-1)
         out = np.empty(flat.size)
@@ -69,17 +72,27 @@ _FUNCTIONS: dict[np.ufunc, Callable[..., Any]] = {np.exp: exp, np.expm1: _expm1,
 class ArrayAsInC(np.ndarray[Any, np.dtype[np.float64]]):
     """An array of doubles on which exp, expm1, tanh and powers are those of the exported C; all else is NumPy's."""
 
-    def __array_ufunc__(self, ufunc: np.ufunc, method: str, *inputs: Any, **kwargs: Any) -> Any:
+    def __array_ufunc__(
+        self,
+        ufunc: np.ufunc,
+        method: str,
+        *inputs: Any,
+        **kwargs: Any,
+    ) -> Any:
         plain = [_plain(x) for x in inputs]
         if not kwargs and method == "__call__":
             function = _FUNCTIONS.get(ufunc, ufunc)
             outcome: Any = function(*plain)
-            return outcome.view(ArrayAsInC) if np.ndim(outcome) and outcome.dtype == _DOUBLE else outcome
-        if "out" in kwargs:
-            kwargs["out"] = tuple(_plain(x) for x in kwargs["out"])
-        outcome = getattr(ufunc, method)(*plain, **kwargs)
-        of_doubles = getattr(outcome, "dtype", None) == np.float64
-        return outcome.view(ArrayAsInC) if of_doubles and np.ndim(outcome) else outcome
+        else:
+            if "out" in kwargs:
+                kwargs["out"] = tuple(_plain(x) for x in kwargs["out"])
+            outcome = getattr(ufunc, method)(*plain, **kwargs)
+
+        # What comes next in a law goes on with the functions of the C; a mask or a single number is NumPy's own.
+        of_doubles = getattr(outcome, "dtype", np.bool_) == _DOUBLE
+        if of_doubles and np.ndim(outcome):
+            return outcome.view(ArrayAsInC)
+        return outcome
 
 
 def _plain(x: Any) -> Any:

@@ -139,12 +139,16 @@ def is_less(a: Any, b: Any) -> Any:
 
 def one_where(truth: Any) -> Any:
     """1 where a truth holds, else 0."""
-    return truth.record("choose", truth, 1.0, 0.0) if isinstance(truth, RecordingOperand) else 1.0 * truth
+    if isinstance(truth, RecordingOperand):
+        return truth.record("choose", truth, 1.0, 0.0)
+    return 1.0 * truth
 
 
 def whole_number_near(x: Any) -> Any:
     """The whole number nearest to x, for |x| below half of 2^23."""
-    return x.record("nearest", x) if isinstance(x, RecordingOperand) else nearest(format_of(FLOAT64), x)
+    if isinstance(x, RecordingOperand):
+        return x.record("nearest", x)
+    return nearest(format_of(FLOAT64), x)
 
 
 def _bits_of(x: Any, precision: Precision) -> Any:
@@ -169,7 +173,9 @@ def _number(u: Any, precision: Precision) -> Any:
     """The bits' value as an integer, as a real number."""
     if isinstance(u, RecordingOperand):
         return u.record("real_from_bits", u)
-    return float(u) if isinstance(u, int) else np.asarray(u).astype(precision.dtype)
+    if isinstance(u, int):
+        return float(u)
+    return np.asarray(u).astype(precision.dtype)
 
 
 _DOUBLE = struct.Struct("<d")

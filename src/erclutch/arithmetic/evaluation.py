@@ -54,7 +54,9 @@ class Numbers:
             return np.asarray(node.value, np.float64).astype(self.precision.dtype).reshape(1)
         if node.operation == "table":
             entry = table_entry(node.value, *arguments)
-            return entry.astype(self.precision.dtype) if node.kind == "real" else entry
+            if node.kind == "real":
+                return entry.astype(self.precision.dtype)
+            return entry
         assert node.operation == "network"
         assert self.network is not None
         inputs = np.array(np.broadcast_arrays(*arguments))
@@ -253,7 +255,12 @@ class _Run:
             self.known[node] = np.concatenate(values[node], axis=-1)
 
     def _in_line(
-        self, record: Record, nodes: Sequence[Node], places: dict[Node, int], now: list[Any], steps: list[_Step]
+        self,
+        record: Record,
+        nodes: Sequence[Node],
+        places: dict[Node, int],
+        now: list[Any],
+        steps: list[_Step],
     ) -> None:
         """Give each node its place in a row, and append how it is computed there; of a call, how its inner nodes are.
 
@@ -292,7 +299,11 @@ def _holds(node: Node, inside: set[Node]) -> bool:
     return node.operation == "either" and within.count(True) == 1
 
 
-def _parts(record: Record, outputs: Sequence[Node], known: Mapping[Node, Any]) -> list[tuple[list[Node], bool]]:
+def _parts(
+    record: Record,
+    outputs: Sequence[Node],
+    known: Mapping[Node, Any],
+) -> list[tuple[list[Node], bool]]:
     """The strongly connected parts in the order of computation, each with its nodes in theirs, and whether it loops.
 
     The record keeps them: a search asks for the same outputs many times.

@@ -74,10 +74,18 @@ class Record:
     calls: dict[str, Record] = field(default_factory=dict[str, "Record"])
     labels: dict[int, str] = field(default_factory=dict[int, str])
     _known: dict[Any, Node] = field(default_factory=dict[Any, Node])
-    orders: dict[Any, Any] = field(default_factory=dict[Any, Any], repr=False, compare=False)
+    orders: dict[Any, Any] = field(
+        default_factory=dict[Any, Any],
+        repr=False,
+        compare=False,
+    )
 
     def node(
-        self, operation: str, arguments: tuple[Node, ...] = (), value: Any = None, kind: ValueKind = "real"
+        self,
+        operation: str,
+        arguments: tuple[Node, ...] = (),
+        value: Any = None,
+        kind: ValueKind = "real",
     ) -> Node:
         """The node of an operation, a new one if it is the first time."""
         key = (operation, tuple(a.index for a in arguments), repr(value), kind)
@@ -91,10 +99,18 @@ class Record:
         """The node of an operand or of a number."""
         if isinstance(x, Traced):
             return x.node
-        number = float(np.asarray(x).reshape(())[()]) if np.size(x) == 1 else np.nan
+        number = np.nan
+        if np.size(x) == 1:
+            number = float(np.asarray(x).reshape(())[()])
         return self.node("constant", (), number)
 
-    def operand(self, operation: str, *arguments: Any, value: Any = None, kind: ValueKind = "real") -> Traced:
+    def operand(
+        self,
+        operation: str,
+        *arguments: Any,
+        value: Any = None,
+        kind: ValueKind = "real",
+    ) -> Traced:
         """The operand for an operation on operands and numbers."""
         nodes = tuple(self.node_of(x) for x in arguments)
         return Traced(self, self.node(operation, nodes, value, kind))
@@ -206,7 +222,11 @@ class Record:
         return flat
 
 
-def _copy(record: Record, into: Record, known: dict[int, Node]) -> dict[int, Node]:
+def _copy(
+    record: Record,
+    into: Record,
+    known: dict[int, Node],
+) -> dict[int, Node]:
     """The copies of a record's nodes by their index; some, such as its inputs, are known before."""
     for node in record.needed():
         if node.index in known:
@@ -255,7 +275,13 @@ class Traced(RecordingOperand):
         """Both truths."""
         return self.owner.both(self, other)
 
-    def __array_ufunc__(self, ufunc: np.ufunc, method: str, *inputs: Any, **kwargs: Any) -> Any:
+    def __array_ufunc__(
+        self,
+        ufunc: np.ufunc,
+        method: str,
+        *inputs: Any,
+        **kwargs: Any,
+    ) -> Any:
         operation = _UFUNCS.get(ufunc)
         if operation is None or method != "__call__" or kwargs:
             raise ExportError(
@@ -280,8 +306,10 @@ class Traced(RecordingOperand):
             return record.operand("table", *places, value=table, kind=kind)
         nodes: list[Node] = []
         for x in arguments:
-            as_bits = bits and isinstance(x, int)
-            nodes.append(record.node("constant", (), x, kind="bits") if as_bits else record.node_of(x))
+            if bits and isinstance(x, int):
+                nodes.append(record.node("constant", (), x, kind="bits"))
+            else:
+                nodes.append(record.node_of(x))
         return Traced(record, record.node(operation, tuple(nodes), kind="bits" if bits else "real"))
 
     def _record(self, operation: str, nodes: list[Node]) -> Node:

@@ -38,7 +38,14 @@ class Adapted(NamedTuple):
 SETTLED = Adapted(0.0, 1.0)
 
 
-def after(state: Adapted, error: Any, below: Any, above: Any, level: float, period: float) -> Adapted:
+def after(
+    state: Adapted,
+    error: Any,
+    below: Any,
+    above: Any,
+    level: float,
+    period: float,
+) -> Adapted:
     """The state after one row; elementwise on any operand.
 
     Args:
@@ -64,7 +71,13 @@ def after(state: Adapted, error: Any, below: Any, above: Any, level: float, peri
     return Adapted(offset, within(scale, NARROWEST, WIDEST))
 
 
-def adapted(band: Band, ends: tuple[Array, Array], effort: Array, measured: Array, clock: Clock) -> tuple[Array, Array]:
+def adapted(
+    band: Band,
+    ends: tuple[Array, Array],
+    effort: Array,
+    measured: Array,
+    clock: Clock,
+) -> tuple[Array, Array]:
     """Low and high end at each row from the measured effort of the rows before it, each (n,); anew in each span.
 
     Args:

@@ -100,7 +100,12 @@ class Band:
         switching, fields, slips = self.shape
         return np.ravel_multi_index((switched, place), (switching, fields * slips))
 
-    def around(self, effort: Array, elements: Sequence[Element], clock: Clock) -> tuple[Array, Array]:
+    def around(
+        self,
+        effort: Array,
+        elements: Sequence[Element],
+        clock: Clock,
+    ) -> tuple[Array, Array]:
         """Low and high end of the band around an estimated effort, each (n,)."""
         field, slip, place = self._leading_of(elements)
         factor = None if self.haste is None else self.haste.factors(slip, clock)
@@ -115,7 +120,14 @@ class Band:
         followed = FOLLOWER.respond(field, clock, [self.settling_s], slice(None))
         return np.asarray(self.switching(field, followed)).astype(np.intp)
 
-    def ends(self, effort: Any, slip: Any, switching: Any, place: Any, factor: Any = None) -> tuple[Any, Any]:
+    def ends(
+        self,
+        effort: Any,
+        slip: Any,
+        switching: Any,
+        place: Any,
+        factor: Any = None,
+    ) -> tuple[Any, Any]:
         """Low and high end, on any operand.
 
         Args:
@@ -167,7 +179,10 @@ def leading(fields: Sequence[Any], *signals: Sequence[Any]) -> tuple[Any, ...]:
     for element in others:
         size = leader[0] * leader[0]
         other_size = element[0] * element[0]
-        leader = [less_select(size, other_size, other, own) for other, own in zip(element, leader, strict=True)]
+        ahead: list[Any] = []
+        for other, own in zip(element, leader, strict=True):
+            ahead.append(less_select(size, other_size, other, own))
+        leader = ahead
     return tuple(leader)
 
 

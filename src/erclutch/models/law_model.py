@@ -65,7 +65,12 @@ class TorqueModel(ModelBase):
     extra_ranges: tuple[Pair, ...] = ()
     band: Band | None = None
     #: Nothing is added to a law's effort.
-    correction: None = field(default=None, init=False, repr=False, compare=False)
+    correction: None = field(
+        default=None,
+        init=False,
+        repr=False,
+        compare=False,
+    )
 
     @property
     def law_part(self) -> TorqueModel:
@@ -136,7 +141,12 @@ class TorqueModel(ModelBase):
         return stages if law is None else (law, *stages)
 
     def effort_of_rows(
-        self, elements: Sequence[Element], clock: Clock, extras: Mapping[str, Array], *, exactly: bool
+        self,
+        elements: Sequence[Element],
+        clock: Clock,
+        extras: Mapping[str, Array],
+        *,
+        exactly: bool,
     ) -> Array:
         """Effort on the long road, shape (n,); see `ModelBase.effort`."""
         q = list(self.shape.values())
@@ -155,7 +165,12 @@ class TorqueModel(ModelBase):
         """The columns times their gains; they are added from left to right as in the exported C."""
         return (gain * column for gain, column in zip(self.gains.values(), columns, strict=True))
 
-    def steady(self, fields: Sequence[Array], slips: Sequence[Array], extras: Sequence[Array] = ()) -> Array:
+    def steady(
+        self,
+        fields: Sequence[Array],
+        slips: Sequence[Array],
+        extras: Sequence[Array] = (),
+    ) -> Array:
         """Effort once the field has settled: no stages. One array (n,) an element, in the data's units."""
         # A field that has settled is the command itself.
         fluids = [self.command(array_as_in_c(np.atleast_1d(field))) for field in fields]

@@ -43,7 +43,12 @@ M = TypeVar("M")
 
 def digest_of(body: Mapping[str, Any]) -> str:
     """SHA-256 of a JSON body, independent of the order of its keys."""
-    text = json.dumps(body, sort_keys=True, separators=(",", ":"), allow_nan=False)
+    text = json.dumps(
+        body,
+        sort_keys=True,
+        separators=(",", ":"),
+        allow_nan=False,
+    )
     return hashlib.sha256(text.encode()).hexdigest()
 
 
@@ -95,7 +100,12 @@ def require_schema(
     raise error(f"schema {found!r:.40}{whose}; this version reads schema {known}", where=where, remedy=remedy)
 
 
-def read_model(body: Mapping[str, Any], kind: str, where: str, make: Callable[[Mapping[str, Any]], M]) -> M:
+def read_model(
+    body: Mapping[str, Any],
+    kind: str,
+    where: str,
+    make: Callable[[Mapping[str, Any]], M],
+) -> M:
     """A model from the body of its file.
 
     Args:
@@ -263,7 +273,13 @@ def band_of(body: Mapping[str, Any]) -> Band:
         raise ValueError(f"a half width is {narrowest:g}")
     haste = None if body.get("haste") is None else _haste_of(body["haste"])
     part = None if body.get("part") is None else number_of(body["part"], "part", positive=True)
-    return replace(empty, behind=behind, ahead=ahead, haste=haste, part=part)
+    return replace(
+        empty,
+        behind=behind,
+        ahead=ahead,
+        haste=haste,
+        part=part,
+    )
 
 
 def _haste_of(body: Mapping[str, Any]) -> Haste:

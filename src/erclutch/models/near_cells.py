@@ -62,12 +62,15 @@ class NearCells:
         """
         row, down = _between_centres(field, self.field)
         column, along = _between_centres(slip, self.slip)
-        # How much is missed in the row of cells above the point, between its two columns; then in the row below.
-        missed: list[Any] = []
-        for i in (row, row + 1.0):
-            left, right = (one_where(table_entry(self._far_or_beyond, i, k)) for k in (column, column + 1.0))
-            missed.append((left, right))
-        above, below = ((1.0 - along) * left + along * right for left, right in missed)
+        next_row = row + 1.0
+        next_column = column + 1.0
+        # How much is missed at the four centres around the point, one or zero; then between two columns of each row.
+        above_left = one_where(table_entry(self._far_or_beyond, row, column))
+        above_right = one_where(table_entry(self._far_or_beyond, row, next_column))
+        below_left = one_where(table_entry(self._far_or_beyond, next_row, column))
+        below_right = one_where(table_entry(self._far_or_beyond, next_row, next_column))
+        above = (1.0 - along) * above_left + along * above_right
+        below = (1.0 - along) * below_left + along * below_right
         return 1.0 - ((1.0 - down) * above + down * below)
 
     def _cell(self, field: Any, slip: Any) -> tuple[Any, Any]:
@@ -118,7 +121,12 @@ class Nearness:
     elements: Sequence[NearCells]
     extras: Sequence[Pair] = ()
 
-    def amid(self, fields: Sequence[Any], slips: Sequence[Any], extras: Sequence[Any]) -> Any:
+    def amid(
+        self,
+        fields: Sequence[Any],
+        slips: Sequence[Any],
+        extras: Sequence[Any],
+    ) -> Any:
         """Whether the share is one because the cells of all elements lie amid near ones; on any operand."""
         amid: list[Any] = []
         for cells, field, slip in zip(self.elements, fields, slips, strict=True):
@@ -130,7 +138,12 @@ class Nearness:
             every = every & each
         return every
 
-    def share(self, fields: Sequence[Any], slips: Sequence[Any], extras: Sequence[Any]) -> Any:
+    def share(
+        self,
+        fields: Sequence[Any],
+        slips: Sequence[Any],
+        extras: Sequence[Any],
+    ) -> Any:
         """How much a network counts, one to zero, elementwise on any operand."""
         shares: list[Any] = []
         for cells, field, slip in zip(self.elements, fields, slips, strict=True):

@@ -195,14 +195,24 @@ class ResidualModel(ModelBase):
         return self.law.plugins
 
     def effort_of_rows(
-        self, elements: Sequence[Element], clock: Clock, extras: Mapping[str, Array], *, exactly: bool
+        self,
+        elements: Sequence[Element],
+        clock: Clock,
+        extras: Mapping[str, Array],
+        *,
+        exactly: bool,
     ) -> Array:
         """Effort on the long road, shape (n,); see `ModelBase.effort`."""
         law = self.law.effort_of_rows(elements, clock, extras, exactly=exactly)
         return law + self.added(elements, clock, extras, exactly=exactly)
 
     def added(
-        self, elements: Sequence[Element], clock: Clock, extras: Mapping[str, Array], *, exactly: bool = True
+        self,
+        elements: Sequence[Element],
+        clock: Clock,
+        extras: Mapping[str, Array],
+        *,
+        exactly: bool = True,
     ) -> Array:
         """What the network adds to the law's effort, shape (n,).
 
@@ -223,7 +233,12 @@ class ResidualModel(ModelBase):
         correction = replace(self.correction, network=network, limit=share * self.correction.limit)
         return ResidualModel(law, correction)
 
-    def steady(self, fields: Sequence[Array], slips: Sequence[Array], extras: Sequence[Array] = ()) -> Array:
+    def steady(
+        self,
+        fields: Sequence[Array],
+        slips: Sequence[Array],
+        extras: Sequence[Array] = (),
+    ) -> Array:
         """Effort at rest, shape (n,): the fluid settled, all past rows as the present one."""
         of_law = extras[: len(self.law.extras)]  # the law's own come first
         law = self.law.steady(fields, slips, of_law)

@@ -40,7 +40,12 @@ class _LoneRows:
     machine: Machine | None = None
     extras: tuple[str, ...] = ()
 
-    def effort(self, model: Model, elements: Sequence[Element], extras: Mapping[str, Array]) -> float:
+    def effort(
+        self,
+        model: Model,
+        elements: Sequence[Element],
+        extras: Mapping[str, Array],
+    ) -> float:
         """The effort by machine code; NaN asks for the long road."""
         if self.machine is None:
             self.asked += 1
@@ -52,7 +57,8 @@ class _LoneRows:
             except ExportError:  # a law or a stage of functions that are not exported: do not ask again
                 self.asked = -sys.maxsize
                 return np.nan
-        row = [e.field.item() for e in elements] + [e.slip.item() for e in elements]
+        row = [element.field.item() for element in elements]
+        row += [element.slip.item() for element in elements]
         if self.extras:
             row += [x.item() for x in further_inputs(self.extras, extras).values()]
         return self.machine.run(np.array(row))
@@ -92,7 +98,12 @@ class ModelBase(Shown):
         return None
 
     def added(
-        self: Model, elements: Sequence[Element], clock: Clock, extras: Mapping[str, Array], *, exactly: bool = True
+        self: Model,
+        elements: Sequence[Element],
+        clock: Clock,
+        extras: Mapping[str, Array],
+        *,
+        exactly: bool = True,
     ) -> Array:
         """Nothing is added unless the class says so: zeros, shape (n,)."""
         return np.zeros(clock.time.size)

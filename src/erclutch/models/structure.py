@@ -199,7 +199,12 @@ class Structure:
             return None
         return self.extras.index(TEMPERATURE)
 
-    def _factors(self, extras: Sequence[Any], reference: Reference, q: Sequence[Any]) -> dict[Part | None, Any]:
+    def _factors(
+        self,
+        extras: Sequence[Any],
+        reference: Reference,
+        q: Sequence[Any],
+    ) -> dict[Part | None, Any]:
         """What the temperature makes of the parts of the fluid's effort, elementwise on any operand."""
         if self._temperature_place is None:
             return {}
@@ -283,7 +288,13 @@ class Structure:
             remembered.append(outputs)
         return fluids, slips, moved, remembered
 
-    def behind(self, effort: Any, clock: Clock, q: Sequence[Any], rows: slice | NDArray[np.intp] = slice(None)) -> Any:
+    def behind(
+        self,
+        effort: Any,
+        clock: Clock,
+        q: Sequence[Any],
+        rows: slice | NDArray[np.intp] = slice(None),
+    ) -> Any:
         """What the stages on the effort make of an effort, or of a column of it, over all rows; some of them."""
         stages = stages_at(self.dynamics, "effort")
         for stage in stages:
@@ -329,7 +340,8 @@ class Structure:
             q: nonlinear parameters.
             moved: what `moved` makes of fluids and slips, where that is known.
         """
-        fluids, slips = signals.fluids, signals.slips
+        fluids = signals.fluids
+        slips = signals.slips
         extras = [signals.extras[name] for name in self.extras]
         if moved is None:
             moved = self.moved(fluids, slips, reference, q)
@@ -373,7 +385,13 @@ class Structure:
             columns.append(np.ones(slips[0].size))
         return columns
 
-    def in_fluid(self, command: Any, clock: Clock, q: Sequence[Any], rows: slice) -> Any:
+    def in_fluid(
+        self,
+        command: Any,
+        clock: Clock,
+        q: Sequence[Any],
+        rows: slice,
+    ) -> Any:
         """The field in one element's fluid at some of the rows: the command after the stages on it."""
         stages = stages_at(self.dynamics, "command")
         for place, stage in enumerate(stages, start=1):

@@ -70,12 +70,20 @@ _ROWS: Mapping[DeviceName, tuple[_Row, ...]] = {
     ),
 }
 #: The pair turns; nothing is known of a single device until its model, log or rig says it.
-USUAL: Mapping[DeviceName, Units] = {"single": Units("?", "?", "?"), "coaxial": Units("N*m", "", "rad/s")}
+USUAL: Mapping[DeviceName, Units] = {
+    "single": Units("?", "?", "?"),
+    "coaxial": Units("N*m", "", "rad/s"),
+}
 #: Slots that a rig sends or is sent; a frame has the others besides.
 _WIRED = ("theta", "alpha", "torque", "field1", "field2", "motor_torque")
 
 
-def channels_of(device: DeviceName, units: Units | None = None, *, motor: bool = True) -> tuple[LiveChannel, ...]:
+def channels_of(
+    device: DeviceName,
+    units: Units | None = None,
+    *,
+    motor: bool = True,
+) -> tuple[LiveChannel, ...]:
     """What the frames of a device hold, in their order.
 
     Args:
@@ -109,7 +117,10 @@ def device_of_channels(names: Iterable[str]) -> DeviceName | None:
     held = set(names)
     if not held:
         return None
-    fitting: list[DeviceName] = [device for device, rows in _ROWS.items() if held <= {name for name, *_ in rows}]
+    fitting: list[DeviceName] = []
+    for device, rows in _ROWS.items():
+        if held <= {name for name, *_ in rows}:
+            fitting.append(device)
     return fitting[0] if len(fitting) == 1 else None
 
 
@@ -138,10 +149,16 @@ class NamedChannels:
 
     def of(self, channels: tuple[LiveChannel, ...]) -> tuple[LiveChannel, ...]:
         """The same channels under these labels, without an effort that nothing measures."""
-        kept = [c for c in channels if self.sensor or c.role != "effort"]
-        if self.drive != "?":
-            kept = [replace(c, unit=self.drive) if c.role == "motor" else c for c in kept]
-        return tuple(replace(c, label=self.labels.get(c.name, c.label)) for c in kept)
+        kept: list[LiveChannel] = []
+        for channel in channels:
+            if channel.role == "effort" and not self.sensor:
+                continue
+            unit = channel.unit
+            if channel.role == "motor" and self.drive != "?":
+                unit = self.drive
+            label = self.labels.get(channel.name, channel.label)
+            kept.append(replace(channel, unit=unit, label=label))
+        return tuple(kept)
 
 
 def named(device: DeviceName, texts: Mapping[str, str]) -> NamedChannels:
@@ -172,7 +189,8 @@ def named(device: DeviceName, texts: Mapping[str, str]) -> NamedChannels:
                 raise SettingError(problem, remedy="Send both in one unit")
 
     # A rig sends positions; the speed's unit follows from theirs.
-    slip = next((speed for speed, position in _POSITIONS.items() if units.get("position") == position), "?")
+    speed_of = {position: speed for speed, position in _POSITIONS.items()}
+    slip = speed_of.get(units.get("position", "?"), "?")
     given_roles = {roles[name] for name in labels}
     return NamedChannels(
         labels,

@@ -60,7 +60,8 @@ def stretches(mask: Mask) -> list[tuple[int, int]]:
     """Rows [start, stop) of each stretch of a mask."""
     walled = np.concatenate(([False], mask, [False])).astype(np.int8)
     edges = np.flatnonzero(np.diff(walled)).tolist()
-    starts, stops = edges[::2], edges[1::2]
+    starts = edges[::2]
+    stops = edges[1::2]
     return list(zip(starts, stops, strict=True))
 
 

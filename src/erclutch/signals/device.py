@@ -50,7 +50,8 @@ class Units:
         """The three as words, for messages."""
         words: list[str] = []
         for name, unit in (("effort", self.effort), ("field", self.field), ("slip", self.slip)):
-            words.append(f"{name} in units as logged" if unit == "?" else f"{name} in {unit or '1'}")
+            shown = "units as logged" if unit == "?" else unit or "1"
+            words.append(f"{name} in {shown}")
         return ", ".join(words)
 
 
@@ -88,8 +89,10 @@ def elements_of(device: DeviceName, signals: Mapping[str, Array]) -> tuple[Eleme
     if device == "single":
         return (Element(signals["field"], signals["slip"]),)
     if "E1" in signals:
-        first, second = signals["E1"], signals["E2"]
+        first = signals["E1"]
+        second = signals["E2"]
     else:
-        first, second = np.maximum(signals["E"], 0.0), np.maximum(-signals["E"], 0.0)
+        first = np.maximum(signals["E"], 0.0)
+        second = np.maximum(-signals["E"], 0.0)
     slips = slips_of(device, (signals["theta_dot"], signals["alpha_dot"]))
     return Element(first, slips[0]), Element(second, slips[1])

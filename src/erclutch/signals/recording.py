@@ -156,9 +156,13 @@ class Recording(Shown):
 
     def __repr__(self) -> str:
         extent = f"{self.duration:.4g} s at {1.0 / self.period:.4g} Hz"
-        stretches = [f"{len(self.segments)} stretches"] if len(self.segments) > 1 else []
-        columns = [f"{name} [{self.units[name]}]" if self.units.get(name) else name for name in list(self.signals)[:8]]
-        return one_line(self, self.name, f"{self.rows} rows", extent, *stretches, *columns)
+        words = [f"{self.rows} rows", extent]
+        if len(self.segments) > 1:
+            words.append(f"{len(self.segments)} stretches")
+        for name in list(self.signals)[:8]:
+            unit = self.units.get(name)
+            words.append(f"{name} [{unit}]" if unit else name)
+        return one_line(self, self.name, *words)
 
     def __getstate__(self) -> dict[str, object]:
         """For copies and other processes: views of mappings as mappings."""
@@ -180,7 +184,9 @@ class Recording(Shown):
     @property
     def duration(self) -> float:
         """Recorded time in s, gaps left out."""
-        return float(sum(self.time[stop - 1] - self.time[start] + self.period for start, stop in self.segments))
+        # The last row of a segment lasts a period too.
+        lasting = [self.time[stop - 1] - self.time[start] + self.period for start, stop in self.segments]
+        return float(sum(lasting))
 
     def only(self, segments: Sequence[tuple[int, int]]) -> Recording:
         """The recording with some of its segments or their parts, [start, stop) each."""

@@ -24,19 +24,48 @@ _LONGEST = 60
 _NO_DIMENSION = {"", "-", "1", "[-]", "(-)", "none", "dimensionless"}
 # Chinese and Japanese units, the longer before the shorter that it holds.
 _EASTERN = (
-    *(
-        (r"(?:转|轉|回転|(?<![A-Za-z])r)\s*(?:/|每|毎)\s*(?:分钟|分鐘|分|min)", "rpm"),
-        (r"毫秒|ミリ秒", "ms"),
-        (r"微秒", "us"),
-    ),
-    *((r"分钟|分鐘|分", "min"), (r"秒", "s"), (r"毫米|ミリメートル", "mm"), (r"厘米", "cm"), (r"米|メートル", "m")),
-    *((r"弧度|ラジアン", "rad"), (r"度", "deg"), (r"千牛|キロニュートン", "kN"), (r"牛顿|牛|ニュートン", "N")),
-    *((r"毫安", "mA"), (r"安培|安|アンペア", "A"), (r"伏特|伏|ボルト", "V"), (r"千帕", "kPa"), (r"帕|パスカル", "Pa")),
+    (r"(?:转|轉|回転|(?<![A-Za-z])r)\s*(?:/|每|毎)\s*(?:分钟|分鐘|分|min)", "rpm"),
+    ("毫秒|ミリ秒", "ms"),
+    ("微秒", "us"),
+    ("分钟|分鐘|分", "min"),
+    ("秒", "s"),
+    ("毫米|ミリメートル", "mm"),
+    ("厘米", "cm"),
+    ("米|メートル", "m"),
+    ("弧度|ラジアン", "rad"),
+    ("度", "deg"),
+    ("千牛|キロニュートン", "kN"),
+    ("牛顿|牛|ニュートン", "N"),
+    ("毫安", "mA"),
+    ("安培|安|アンペア", "A"),
+    ("伏特|伏|ボルト", "V"),
+    ("千帕", "kPa"),
+    ("帕|パスカル", "Pa"),
 )
 _CYRILLIC = (
-    *(("с", "s"), ("сек", "s"), ("мс", "ms"), ("мин", "min"), ("м", "m"), ("мм", "mm"), ("см", "cm"), ("об", "turn")),
-    *(("рад", "rad"), ("град", "deg"), ("Н", "N"), ("кН", "kN"), ("Нм", "N*m"), ("Па", "Pa"), ("кПа", "kPa")),
-    *(("МПа", "MPa"), ("А", "A"), ("мА", "mA"), ("В", "V"), ("мВ", "mV"), ("кВ", "kV"), ("Тл", "T"), ("мТл", "mT")),
+    ("с", "s"),
+    ("сек", "s"),
+    ("мс", "ms"),
+    ("мин", "min"),
+    ("м", "m"),
+    ("мм", "mm"),
+    ("см", "cm"),
+    ("об", "turn"),
+    ("рад", "rad"),
+    ("град", "deg"),
+    ("Н", "N"),
+    ("кН", "kN"),
+    ("Нм", "N*m"),
+    ("Па", "Pa"),
+    ("кПа", "kPa"),
+    ("МПа", "MPa"),
+    ("А", "A"),
+    ("мА", "mA"),
+    ("В", "V"),
+    ("мВ", "mV"),
+    ("кВ", "kV"),
+    ("Тл", "T"),
+    ("мТл", "mT"),
 )
 # Written unit -> what pint understands by it. Pint reads Nm as newton x molal, U/min as enzyme units, gauss in CGS.
 _SPELLINGS = (
@@ -127,6 +156,7 @@ class Unit:
 
 @lru_cache(maxsize=1)
 def _registry() -> Any:
+    """What pint knows; to load it takes half a second."""
     import pint
 
     return cast(Any, pint.UnitRegistry())
@@ -148,11 +178,13 @@ def parse(text: str) -> Unit:
         spelled = pattern.sub(replacement, spelled)
     # pint evaluates arithmetic: a chain of powers would keep it busy for ever, so only small single powers pass.
     chained = re.search(r"\^|\*\*", _POWER.sub("", spelled))
-    known = _FORM.fullmatch(spelled) and not _DIFFERENCE.fullmatch(spelled)
-    known = known and text not in _KELVIN | _CELSIUS - {"C"}  # a temperature: pint would take a second to say so
-    if len(text) <= _LONGEST and known and not chained:
+    has_form = _FORM.fullmatch(spelled) and not _DIFFERENCE.fullmatch(spelled)
+    of_temperature = text in _KELVIN | _CELSIUS - {"C"}  # pint would take a second to refuse it
+    if len(text) <= _LONGEST and has_form and not of_temperature and not chained:
         # In short units capitals tell one from another: mm and Mm, s and S.
-        attempts = (spelled, spelled.lower()) if len(text.strip()) > 2 else (spelled,)
+        attempts = [spelled]
+        if len(text.strip()) > 2:
+            attempts.append(spelled.lower())
         for attempt in attempts:
             unit = _evaluate(text, attempt)
             if unit is not None:
@@ -184,7 +216,9 @@ def _evaluate(text: str, spelled: str) -> Unit | None:
 
 def is_written_well(text: str) -> bool:
     """Whether the text has the form of a unit, known to erclutch or not: ``N*m``, ``m/s^2``, none or "?"."""
-    return text in ("", "-", UNKNOWN) or (len(text) <= _LONGEST and _PRODUCT.fullmatch(text) is not None)
+    if text in ("", "-", UNKNOWN):
+        return True
+    return len(text) <= _LONGEST and _PRODUCT.fullmatch(text) is not None
 
 
 def is_temperature(unit: str | None) -> bool:
@@ -199,9 +233,9 @@ def kelvin(values: Array, unit: str | None, column: str) -> Array:
         UnitError: no unit, another unit than °C or K, or temperatures that no fluid of a device has.
     """
     if not is_temperature(unit):
-        problem = f"column '{column}' has " + (f"the unit '{unit}'" if unit else "no unit")
+        own = f"the unit '{unit}'" if unit else "no unit"
         raise UnitError(
-            f"{problem}, and a temperature needs °C or K",
+            f"column '{column}' has {own}, and a temperature needs °C or K",
             remedy=f"Give it as --temperature {shell_word(f'{column} [°C]')}, or [K]",
         )
     warm = values + 273.15 if unit in _CELSIUS else values
@@ -294,7 +328,8 @@ def in_unit(text: str, unit: str) -> float:
     number, own = quantity(text)
     factor = 1.0
     if own not in (None, unit):
-        given, wanted = parse(own or ""), parse(unit)
+        given = parse(own or "")
+        wanted = parse(unit)
         fits_it = given.dimension == wanted.dimension
         factor = given.factor / wanted.factor if fits_it else math.inf
     converted = number * factor

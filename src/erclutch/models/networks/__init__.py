@@ -78,7 +78,12 @@ class NetworkStructure:
         return tuple(f"{name}{tail}" for tail in tails for stage in stages for name in stage.outputs)
 
 
-def base_inputs(device: DeviceName, kind: NetworkKind, *, field: bool = True) -> tuple[str, ...]:
+def base_inputs(
+    device: DeviceName,
+    kind: NetworkKind,
+    *,
+    field: bool = True,
+) -> tuple[str, ...]:
     """Inputs of equation (18) for the RBFN, (20) for the FNN; field and slip of a single device; or without field."""
     if device == "single":
         inputs = ("field", "slip")

@@ -14,7 +14,12 @@ from erclutch.arithmetic.precision import FLOAT32
 from erclutch.signals.array import Array
 
 
-def forward_fnn(weights: Mapping[str, Array], x: NDArray[Any], *, exactly: bool = True) -> NDArray[Any]:
+def forward_fnn(
+    weights: Mapping[str, Array],
+    x: NDArray[Any],
+    *,
+    exactly: bool = True,
+) -> NDArray[Any]:
     """Equation (19), any number of hidden layers: W_out tanh(... tanh(W1 x + b1)) + b_out, shape (n,).
 
     Exactly: with the bits of the exported C in the precision of x. Otherwise through BLAS and NumPy's own functions.
@@ -26,7 +31,12 @@ def forward_fnn(weights: Mapping[str, Array], x: NDArray[Any], *, exactly: bool 
     return tables["b_out"][0] + output
 
 
-def last_hidden(tables: Mapping[str, Array], x: NDArray[Any], *, exactly: bool) -> NDArray[Any]:
+def last_hidden(
+    tables: Mapping[str, Array],
+    x: NDArray[Any],
+    *,
+    exactly: bool,
+) -> NDArray[Any]:
     """Outputs of the last hidden layer of an FNN, shape (neurons, n)."""
     tanh = _functions(x)["tanh"] if exactly else np.tanh
     active = x
@@ -40,7 +50,12 @@ def last_hidden(tables: Mapping[str, Array], x: NDArray[Any], *, exactly: bool) 
     return active
 
 
-def forward_rbfn(weights: Mapping[str, Array], x: NDArray[Any], *, exactly: bool = True) -> NDArray[Any]:
+def forward_rbfn(
+    weights: Mapping[str, Array],
+    x: NDArray[Any],
+    *,
+    exactly: bool = True,
+) -> NDArray[Any]:
     """Equation (17): ``w_0 + sum_i w_i exp(-|x - c_i|^2 / (2 s_i^2))``, shape (n,); see `forward_fnn`."""
     tables = {name: table.astype(x.dtype, copy=False) for name, table in weights.items()}
     centres = tables["centres"]

@@ -19,7 +19,12 @@ from erclutch.signals.array import Array
 _STEEPEST = 10.0  # exponent of the field in a memory's strength
 
 
-def network_from_dict(body: Mapping[str, Any], where: str = "model", *, alone: bool = True) -> NetworkModel:
+def network_from_dict(
+    body: Mapping[str, Any],
+    where: str = "model",
+    *,
+    alone: bool = True,
+) -> NetworkModel:
     """The network that `NetworkModel.to_dict` wrote; not alone, it has the strength of the field from its law.
 
     Raises:
@@ -77,7 +82,11 @@ def _network_from(body: Mapping[str, Any], alone: bool) -> NetworkModel:
     )
 
 
-def _stage_numbers_from(numbers: Mapping[str, Any], structure: NetworkStructure, period: float) -> dict[str, float]:
+def _stage_numbers_from(
+    numbers: Mapping[str, Any],
+    structure: NetworkStructure,
+    period: float,
+) -> dict[str, float]:
     """Numbers of the stages; those in the unit of the slip may be as large as they like."""
     of_stages: dict[str, float] = {}
     for stage in stages_of(structure.dynamics):

@@ -72,13 +72,23 @@ def inputs_from(structure: NetworkStructure, signals: FluidSignals) -> list[Any]
     return inputs + extras
 
 
-def _respond(stage: Stage, signal: Any, clock: Clock, numbers: Mapping[str, float]) -> Any:
+def _respond(
+    stage: Stage,
+    signal: Any,
+    clock: Clock,
+    numbers: Mapping[str, float],
+) -> Any:
     """The output of a stage over all rows, its numbers by name."""
     q = [numbers[number.name] for number in stage.parameters(1.0)]
     return stage.respond(signal, clock, q, slice(None))
 
 
-def field_in_fluid(field: Array, structure: NetworkStructure, clock: Clock, numbers: Mapping[str, float]) -> Array:
+def field_in_fluid(
+    field: Array,
+    structure: NetworkStructure,
+    clock: Clock,
+    numbers: Mapping[str, float],
+) -> Array:
     """The field of an element behind the network's stages on the command, shape (n,)."""
     signal: Any = field
     for stage in stages_at(structure.dynamics, "command"):
@@ -125,7 +135,11 @@ def stage_numbers_in_user_units(model: TorqueModel, dynamics: str) -> dict[str, 
     return numbers
 
 
-def base_of(structure: NetworkStructure, fields: Sequence[Any], slips: Sequence[Any]) -> list[Any]:
+def base_of(
+    structure: NetworkStructure,
+    fields: Sequence[Any],
+    slips: Sequence[Any],
+) -> list[Any]:
     """A network's inputs of the present row, in the order of `base_inputs`; elementwise on any operand."""
     if structure.device == "single":
         return [fields[0], slips[0]] if structure.field else [slips[0]]
@@ -137,7 +151,11 @@ def base_of(structure: NetworkStructure, fields: Sequence[Any], slips: Sequence[
     return [field, *speeds]
 
 
-def recalled_of(structure: NetworkStructure, base: Sequence[Any], extras: Sequence[Any]) -> list[Any]:
+def recalled_of(
+    structure: NetworkStructure,
+    base: Sequence[Any],
+    extras: Sequence[Any],
+) -> list[Any]:
     """The present inputs whose past samples are inputs too."""
     return [*base, *extras] if structure.past_extras else list(base)
 

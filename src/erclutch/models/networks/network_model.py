@@ -85,7 +85,12 @@ class NetworkModel(ModelBase):
     beyond: TorqueModel | None = None
     near: tuple[tuple[int, ...], ...] = ()
     #: Nothing is added to a network's effort.
-    correction: None = field(default=None, init=False, repr=False, compare=False)
+    correction: None = field(
+        default=None,
+        init=False,
+        repr=False,
+        compare=False,
+    )
 
     @property
     def network_part(self) -> NetworkModel:
@@ -186,7 +191,12 @@ class NetworkModel(ModelBase):
         return super().effort(elements, clock, extras, exactly=exactly)
 
     def effort_of_rows(
-        self, elements: Sequence[Element], clock: Clock, extras: Mapping[str, Array], *, exactly: bool
+        self,
+        elements: Sequence[Element],
+        clock: Clock,
+        extras: Mapping[str, Array],
+        *,
+        exactly: bool,
     ) -> Array:
         """Effort on the long road, shape (n,); see `ModelBase.effort`."""
         structure = self.structure
@@ -203,7 +213,13 @@ class NetworkModel(ModelBase):
             effort = np.asarray(behind)
         return effort
 
-    def _faded(self, effort: Array, given: Sequence[Sequence[Array]], *, exactly: bool) -> Array:
+    def _faded(
+        self,
+        effort: Array,
+        given: Sequence[Sequence[Array]],
+        *,
+        exactly: bool,
+    ) -> Array:
         """The network's effort, and the law's where no training row was, shape (n,).
 
         Args:
@@ -224,7 +240,12 @@ class NetworkModel(ModelBase):
         mixed[away] = np.where(share > 0.0, faded(effort[away], law, share), law)
         return mixed
 
-    def law_beyond(self, fluids: Sequence[Any], slips: Sequence[Any], extras: Sequence[Any]) -> Any:
+    def law_beyond(
+        self,
+        fluids: Sequence[Any],
+        slips: Sequence[Any],
+        extras: Sequence[Any],
+    ) -> Any:
         """Effort of the law that takes the network's place where no training row was, elementwise on any operand.
 
         Args:
@@ -289,7 +310,12 @@ class NetworkModel(ModelBase):
         scale = folded.scaling.scale.astype(inputs.dtype)[:, None]
         return forward_rbfn(folded.weights, moved / scale)
 
-    def steady(self, fields: Sequence[Array], slips: Sequence[Array], extras: Sequence[Array] = ()) -> Array:
+    def steady(
+        self,
+        fields: Sequence[Array],
+        slips: Sequence[Array],
+        extras: Sequence[Array] = (),
+    ) -> Array:
         """Effort at rest, shape (n,): the fluid settled, all past rows as the present one."""
         # Memories settle on the exported C's own functions.
         fields_as_in_c = [array_as_in_c(field) for field in fields]
@@ -337,7 +363,8 @@ class NetworkModel(ModelBase):
 
     def equation(self) -> list[str]:
         """The equation and its inputs, as lines of a comment."""
-        structure, scaling = self.structure, self.scaling
+        structure = self.structure
+        scaling = self.scaling
         sign = "-" if scaling.effort_offset < 0 else "+"
         effort = f"effort = y {scaling.effort_scale:.9g} {sign} {abs(scaling.effort_offset):.9g}"
         if structure.kind == "rbfn":

@@ -46,7 +46,13 @@ class BoucWen(SlipMemory):
             ShapeParameter("beta_b", "beta over beta + gamma", 0.5, 5.0, scale="log", usual=(0.55, 2.0)),
         )
 
-    def respond(self, signal: SlipAndStrength, clock: Clock, q: Sequence[Any], rows: slice) -> list[Any]:
+    def respond(
+        self,
+        signal: SlipAndStrength,
+        clock: Clock,
+        q: Sequence[Any],
+        rows: slice,
+    ) -> list[Any]:
         """The state over all rows; see `Stage`."""
         r, beta = q
         moved = (signal.slip * steps_of(clock)) / r
@@ -59,7 +65,13 @@ class BoucWen(SlipMemory):
         """The settled state."""
         return {"z": sign_of(signal.slip)}
 
-    def step(self, memory: Memory, signal: SlipAndStrength, q: Mapping[str, float], period: float) -> tuple[Any, ...]:
+    def step(
+        self,
+        memory: Memory,
+        signal: SlipAndStrength,
+        q: Mapping[str, float],
+        period: float,
+    ) -> tuple[Any, ...]:
         """One row."""
         moved = (signal.slip * memory.number(period)) / memory.number(q["r_b"])
         given = (moved, memory.number(2.0 * q["beta_b"] - 1.0))

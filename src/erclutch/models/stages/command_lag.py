@@ -66,7 +66,13 @@ class CommandLag:
             numbers.append(ShapeParameter(name, meaning, 0.2 * period, 1.0, _TIME, "log"))
         return tuple(numbers)
 
-    def respond(self, signal: Any, clock: Clock, q: Sequence[Any], rows: slice) -> Any:
+    def respond(
+        self,
+        signal: Any,
+        clock: Clock,
+        q: Sequence[Any],
+        rows: slice,
+    ) -> Any:
         """The field in the fluid that follows a command; see `Stage`. The lag runs over all rows regardless."""
         delay, rise, *fall = q
         x, tau = _lag(signal, clock, rise, fall[0] if self.switches else None)
@@ -89,7 +95,13 @@ class CommandLag:
         """The field has settled at the first command."""
         return {"lag": signal}
 
-    def step(self, memory: Memory, signal: Any, q: Mapping[str, float], period: float) -> tuple[Any]:
+    def step(
+        self,
+        memory: Memory,
+        signal: Any,
+        q: Mapping[str, float],
+        period: float,
+    ) -> tuple[Any]:
         """The recursion, then the cubic between the two rows around the delay.
 
         Raises:
@@ -126,7 +138,11 @@ class CommandLag:
         return (old + (new - old) * (3.0 * square - 2.0 * cube) + bend * period,)
 
 
-def _bracket(clock: Clock, delay: float, rows: slice) -> tuple[Rows, Rows, Array | float, Array | float]:
+def _bracket(
+    clock: Clock,
+    delay: float,
+    rows: slice,
+) -> tuple[Rows, Rows, Array | float, Array | float]:
     """For t - delay at each of the rows: the rows around it, t less the earlier one's time, and their distance in s."""
     chosen = np.arange(clock.time.size)[rows]
     period = step_of(clock)
@@ -172,7 +188,12 @@ def _share(clock: Clock, tau: Any) -> Any:
     return -np.expm1(-step_of(clock) / tau)
 
 
-def _lag(command: Any, clock: Clock, rise: Any, fall: Any | None) -> tuple[Any, Any]:
+def _lag(
+    command: Any,
+    clock: Clock,
+    rise: Any,
+    fall: Any | None,
+) -> tuple[Any, Any]:
     """The lagged command, and the time constant at each row."""
     tau = rise
     share = _share(clock, rise)

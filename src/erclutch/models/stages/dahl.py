@@ -49,7 +49,13 @@ class Dahl(SlipMemory):
         """The travel of each state; a scan looks for them in neighbouring parts of the usual range."""
         return travels("r_{}", "travel over which memory {} yields", period, len(self.outputs))
 
-    def respond(self, signal: SlipAndStrength, clock: Clock, q: Sequence[Any], rows: slice) -> list[Any]:
+    def respond(
+        self,
+        signal: SlipAndStrength,
+        clock: Clock,
+        q: Sequence[Any],
+        rows: slice,
+    ) -> list[Any]:
         """The states over all rows; see `Stage`."""
         aim = self.aim(signal)
         moved = np.abs(signal.slip) * step_of(clock)
@@ -60,7 +66,13 @@ class Dahl(SlipMemory):
             states.append(pick(state, rows))
         return states
 
-    def step(self, memory: Memory, signal: SlipAndStrength, q: Mapping[str, float], period: float) -> tuple[Any, ...]:
+    def step(
+        self,
+        memory: Memory,
+        signal: SlipAndStrength,
+        q: Mapping[str, float],
+        period: float,
+    ) -> tuple[Any, ...]:
         """One row of each state."""
         aim = self.aim(signal)
         moved = np.abs(signal.slip) * memory.number(period)
@@ -94,4 +106,9 @@ def _dahl(count: int, forms: tuple[str, ...]) -> Dahl:
     )
 
 
-STAGE = StageFamily(_dahl, count=1, forms=("field",), ladder=("dahl/field", "dahl-2/field"))
+STAGE = StageFamily(
+    _dahl,
+    count=1,
+    forms=("field",),
+    ladder=("dahl/field", "dahl-2/field"),
+)

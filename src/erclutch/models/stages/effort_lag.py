@@ -47,7 +47,13 @@ class EffortLag:
         )
         return (tau,)
 
-    def respond(self, signal: Any, clock: Clock, q: Sequence[Any], rows: slice) -> Any:
+    def respond(
+        self,
+        signal: Any,
+        clock: Clock,
+        q: Sequence[Any],
+        rows: slice,
+    ) -> Any:
         """The lagged effort at some of the rows; see `Stage`."""
         share = -np.expm1(-step_of(clock) / q[0])
         return pick(recur(1.0 - share, share * signal, signal, clock), rows)
@@ -56,7 +62,13 @@ class EffortLag:
         """The effort has settled."""
         return {"effort": signal}
 
-    def step(self, memory: Memory, signal: Any, q: Mapping[str, float], period: float) -> tuple[Any]:
+    def step(
+        self,
+        memory: Memory,
+        signal: Any,
+        q: Mapping[str, float],
+        period: float,
+    ) -> tuple[Any]:
         """One row."""
         share = memory.number(-float(np.expm1(-period / q["tau_e"])))
         lagged = (1.0 - share) * memory.before("effort") + share * signal

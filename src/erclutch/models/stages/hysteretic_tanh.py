@@ -47,7 +47,13 @@ class HystereticTanh(SlipMemory):
             ShapeParameter("tau_m", leak, 10.0 * period, 1e6 * period, _TIME, "log", usual_leak),
         )
 
-    def respond(self, signal: SlipAndStrength, clock: Clock, q: Sequence[Any], rows: slice) -> list[Any]:
+    def respond(
+        self,
+        signal: SlipAndStrength,
+        clock: Clock,
+        q: Sequence[Any],
+        rows: slice,
+    ) -> list[Any]:
         """The output over all rows; see `Stage`."""
         w_t, t_w, tau_m = q
         steps = steps_of(clock)
@@ -68,7 +74,13 @@ class HystereticTanh(SlipMemory):
         """The travel starts at zero."""
         return {"travel": 0.0 * signal.slip}
 
-    def step(self, memory: Memory, signal: SlipAndStrength, q: Mapping[str, float], period: float) -> tuple[Any, ...]:
+    def step(
+        self,
+        memory: Memory,
+        signal: SlipAndStrength,
+        q: Mapping[str, float],
+        period: float,
+    ) -> tuple[Any, ...]:
         """One row."""
         keep = memory.number(float(np.exp(-period / q["tau_m"])))
         travelled = keep * memory.before("travel") + signal.slip * memory.number(period)

@@ -32,7 +32,11 @@ class Inertia:
         Gain(
             "m",
             "inertia between fluid and load cell",
-            Dimension(effort=1, slip=-1, time=1),
+            Dimension(
+                effort=1,
+                slip=-1,
+                time=1,
+            ),
             nonnegative=False,
             negative="No mass is negative: this one stands for an effort that comes later than the slip (a filter, a "
             "delay or a soft mount on the sensor's side), or a mass whose push the sensor sees with the other sign. "
@@ -52,7 +56,13 @@ class Inertia:
         """The acceleration."""
         return tuple(outputs)
 
-    def respond(self, signal: SlipAndStrength, clock: Clock, q: Sequence[Any], rows: slice) -> list[Any]:
+    def respond(
+        self,
+        signal: SlipAndStrength,
+        clock: Clock,
+        q: Sequence[Any],
+        rows: slice,
+    ) -> list[Any]:
         """The acceleration over all rows; see `Stage`."""
         slip: Any = signal.slip
         before: Any = slip.copy()
@@ -65,7 +75,13 @@ class Inertia:
         """Before the first row the slip was as in the first row."""
         return {"slip": signal.slip}
 
-    def step(self, memory: Memory, signal: SlipAndStrength, q: Mapping[str, float], period: float) -> tuple[Any, ...]:
+    def step(
+        self,
+        memory: Memory,
+        signal: SlipAndStrength,
+        q: Mapping[str, float],
+        period: float,
+    ) -> tuple[Any, ...]:
         """One row."""
         before = memory.before("slip")
         memory.keep("slip", signal.slip)

@@ -43,14 +43,27 @@ class LuGre(SlipMemory):
             ShapeParameter("w_l", "slip over which the static effort fades", 1e-3, 3.0, SLIP, "log", (0.01, 1.0)),
         )
 
-    def respond(self, signal: SlipAndStrength, clock: Clock, q: Sequence[Any], rows: slice) -> list[Any]:
+    def respond(
+        self,
+        signal: SlipAndStrength,
+        clock: Clock,
+        q: Sequence[Any],
+        rows: slice,
+    ) -> list[Any]:
         """Deflection and its rate over all rows; see `Stage`."""
         aim, most, gone = self._row(signal, steps_of(clock), *q)
         s = recur(1.0 - gone, (aim * most) * gone, aim * most, clock)
         rate = self._rate(signal, aim, s, most)
         return [pick(s, rows), pick(rate, rows)]
 
-    def _row(self, signal: SlipAndStrength, step: Any, r: Any, h: Any, w_l: Any) -> tuple[Any, Any, Any]:
+    def _row(
+        self,
+        signal: SlipAndStrength,
+        step: Any,
+        r: Any,
+        h: Any,
+        w_l: Any,
+    ) -> tuple[Any, Any, Any]:
         """The way of the slip with the field's strength, g, and the share of the way that a row goes."""
         way = sign_of(signal.slip)
         ratio = signal.slip / w_l
@@ -75,7 +88,13 @@ class LuGre(SlipMemory):
         """The settled deflection."""
         return {"s": self.settled(signal, q)[0]}
 
-    def step(self, memory: Memory, signal: SlipAndStrength, q: Mapping[str, float], period: float) -> tuple[Any, ...]:
+    def step(
+        self,
+        memory: Memory,
+        signal: SlipAndStrength,
+        q: Mapping[str, float],
+        period: float,
+    ) -> tuple[Any, ...]:
         """One row."""
         aim, most, gone = self._row(signal, memory.number(period), *map(memory.number, q.values()))
         deflection = (1.0 - gone) * memory.before("s") + (aim * most) * gone

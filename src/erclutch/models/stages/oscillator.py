@@ -69,7 +69,13 @@ class Oscillator:
         )
         return tau, zeta
 
-    def respond(self, signal: Any, clock: Clock, q: Sequence[Any], rows: slice) -> Any:
+    def respond(
+        self,
+        signal: Any,
+        clock: Clock,
+        q: Sequence[Any],
+        rows: slice,
+    ) -> Any:
         """What follows at some of the rows; see `Stage`."""
         tau, zeta = q
         given = (signal, *coefficients(tau, zeta, step_of(clock)))
@@ -80,7 +86,13 @@ class Oscillator:
         """At rest at the signal."""
         return {"x": signal, "v": 0.0 * signal}
 
-    def step(self, memory: Memory, signal: Any, q: Mapping[str, float], period: float) -> tuple[Any]:
+    def step(
+        self,
+        memory: Memory,
+        signal: Any,
+        q: Mapping[str, float],
+        period: float,
+    ) -> tuple[Any]:
         """One row."""
         tau, zeta = q.values()
         before = memory.before("x"), memory.before("v")
@@ -102,7 +114,11 @@ def _advance(before: tuple[Any, ...], given: tuple[Any, ...]) -> tuple[Any, ...]
     return u + (a11 * off + a12 * v), a21 * off + a22 * v
 
 
-def coefficients(tau: Any, zeta: Any, step: Any) -> tuple[Any, Any, Any, Any]:
+def coefficients(
+    tau: Any,
+    zeta: Any,
+    step: Any,
+) -> tuple[Any, Any, Any, Any]:
     """The numbers a11, a12, a21, a22 for a sampling step, of numbers, arrays or duals."""
     h = step / tau
     x = h * h * (zeta * zeta - 1.0)

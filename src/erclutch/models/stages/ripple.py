@@ -140,7 +140,13 @@ class Ripple:
                 left = without_waves
         return left
 
-    def respond(self, signal: Any, clock: Clock, q: Sequence[Any], rows: slice) -> list[Any]:
+    def respond(
+        self,
+        signal: Any,
+        clock: Clock,
+        q: Sequence[Any],
+        rows: slice,
+    ) -> list[Any]:
         """The waves over all rows; see `Stage`."""
         return [pick(wave, rows) for wave in self.outputs_at(signal, q[0])]
 
@@ -148,7 +154,13 @@ class Ripple:
         """There is no state."""
         return {}
 
-    def step(self, memory: Memory, signal: Any, q: Mapping[str, float], period: float) -> tuple[Any, ...]:
+    def step(
+        self,
+        memory: Memory,
+        signal: Any,
+        q: Mapping[str, float],
+        period: float,
+    ) -> tuple[Any, ...]:
         """One row."""
         return self.outputs_at(signal, *q.values())
 

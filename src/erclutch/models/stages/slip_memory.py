@@ -54,7 +54,13 @@ class SlipMemory:
             gains.append(self._gain(output, "y", f"{meaning} at the reference field", "yield"))
         return tuple(gains)
 
-    def _gain(self, output: str, ending: str, meaning: str, part: Part | None = None) -> Gain:
+    def _gain(
+        self,
+        output: str,
+        ending: str,
+        meaning: str,
+        part: Part | None = None,
+    ) -> Gain:
         if output in self.damping:
             return Gain(f"T_{output}{ending}", meaning, VISCOUS, part="viscous")
         return Gain(f"T_{output}{ending}", meaning, EFFORT, part=part)
@@ -86,7 +92,12 @@ def travel(name: str, meaning: str, period: float) -> ShapeParameter:
     return ShapeParameter(name, meaning, 0.1 * period, 10.0, TRAVEL, "log", span)
 
 
-def travels(name: str, meaning: str, period: float, count: int) -> tuple[ShapeParameter, ...]:
+def travels(
+    name: str,
+    meaning: str,
+    period: float,
+    count: int,
+) -> tuple[ShapeParameter, ...]:
     """Travels of equal parts of a memory; a scan looks for them in neighbouring parts of the usual range."""
     ends = np.geomspace(_USUAL[0] * period, _USUAL[1] * period, count + 1).tolist()
     of_parts: list[ShapeParameter] = []

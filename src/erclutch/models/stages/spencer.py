@@ -76,7 +76,13 @@ class Spencer:
         """The effort over that of the dashpot in series: the field is in it."""
         return tuple(outputs)
 
-    def respond(self, signal: SlipAndStrength, clock: Clock, q: Sequence[Any], rows: slice) -> list[Any]:
+    def respond(
+        self,
+        signal: SlipAndStrength,
+        clock: Clock,
+        q: Sequence[Any],
+        rows: slice,
+    ) -> list[Any]:
         """The column over all rows; see `Stage`."""
         given = _given(signal, q, steps_of(clock))
         z, d = follow(_advance, (_yielded(given), 0.0), given, clock)
@@ -92,7 +98,13 @@ class Spencer:
         given = _given(signal, list(q.values()), 0.0)
         return {"z": _yielded(given), "d": 0.0 * signal.slip}
 
-    def step(self, memory: Memory, signal: SlipAndStrength, q: Mapping[str, float], period: float) -> tuple[Any, ...]:
+    def step(
+        self,
+        memory: Memory,
+        signal: SlipAndStrength,
+        q: Mapping[str, float],
+        period: float,
+    ) -> tuple[Any, ...]:
         """One row."""
         numbers = [memory.number(x) for x in q.values()]
         given = _given(signal, numbers, memory.number(period))

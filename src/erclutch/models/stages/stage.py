@@ -104,7 +104,13 @@ class Stage(Protocol):
         """The nonlinear parameters, for data sampled at a period in s."""
         ...
 
-    def respond(self, signal: Any, clock: Clock, q: Sequence[Any], rows: slice) -> Any:
+    def respond(
+        self,
+        signal: Any,
+        clock: Clock,
+        q: Sequence[Any],
+        rows: slice,
+    ) -> Any:
         """The output over all rows, for fits; of a stage on the slip a list of all outputs.
 
         Args:
@@ -120,7 +126,13 @@ class Stage(Protocol):
         """The state once the signal has long been the same, by name."""
         ...
 
-    def step(self, memory: Memory, signal: Any, q: Mapping[str, float], period: float) -> tuple[Any, ...]:
+    def step(
+        self,
+        memory: Memory,
+        signal: Any,
+        q: Mapping[str, float],
+        period: float,
+    ) -> tuple[Any, ...]:
         """One row: the outputs, of which a stage on the command or on the effort has one.
 
         Args:

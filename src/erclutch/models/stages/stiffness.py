@@ -37,7 +37,16 @@ class Stiffness:
     from_the_start: bool = True
     outputs: tuple[str, ...] = ("x",)
     gains: tuple[Gain, ...] = (
-        Gain("k", "stiffness beside the fluid", Dimension(effort=1, slip=-1, time=-1), nonnegative=False),
+        Gain(
+            "k",
+            "stiffness beside the fluid",
+            Dimension(
+                effort=1,
+                slip=-1,
+                time=-1,
+            ),
+            nonnegative=False,
+        ),
     )
 
     def parameters(self, period: float) -> tuple[ShapeParameter, ...]:
@@ -54,7 +63,13 @@ class Stiffness:
         """The travel."""
         return tuple(outputs)
 
-    def respond(self, signal: SlipAndStrength, clock: Clock, q: Sequence[Any], rows: slice) -> list[Any]:
+    def respond(
+        self,
+        signal: SlipAndStrength,
+        clock: Clock,
+        q: Sequence[Any],
+        rows: slice,
+    ) -> list[Any]:
         """The travel over all rows; see `Stage`."""
         steps = steps_of(clock)
         keep = np.exp(-steps / q[0])
@@ -65,7 +80,13 @@ class Stiffness:
         """The travel starts at zero."""
         return {"travel": 0.0 * signal.slip}
 
-    def step(self, memory: Memory, signal: SlipAndStrength, q: Mapping[str, float], period: float) -> tuple[Any, ...]:
+    def step(
+        self,
+        memory: Memory,
+        signal: SlipAndStrength,
+        q: Mapping[str, float],
+        period: float,
+    ) -> tuple[Any, ...]:
         """One row."""
         keep = memory.number(float(np.exp(-period / q["tau_x"])))
         travel = keep * memory.before("travel") + signal.slip * memory.number(period)

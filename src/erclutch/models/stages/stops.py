@@ -32,7 +32,13 @@ class Stops(SlipMemory):
         """The travel of each stop; a scan looks for them in neighbouring parts of the usual range."""
         return travels("r_p{}", "travel over which stop {} yields", period, len(self.outputs))
 
-    def respond(self, signal: SlipAndStrength, clock: Clock, q: Sequence[Any], rows: slice) -> list[Any]:
+    def respond(
+        self,
+        signal: SlipAndStrength,
+        clock: Clock,
+        q: Sequence[Any],
+        rows: slice,
+    ) -> list[Any]:
         """The states over all rows; see `Stage`."""
         moved, edge = self._given(signal, steps_of(clock))
         settled = (self.aim(signal),)
@@ -49,7 +55,13 @@ class Stops(SlipMemory):
             return moved * signal.strength, signal.strength
         return moved, 1.0
 
-    def step(self, memory: Memory, signal: SlipAndStrength, q: Mapping[str, float], period: float) -> tuple[Any, ...]:
+    def step(
+        self,
+        memory: Memory,
+        signal: SlipAndStrength,
+        q: Mapping[str, float],
+        period: float,
+    ) -> tuple[Any, ...]:
         """One row of each state."""
         moved, edge = self._given(signal, memory.number(period))
         states: list[Any] = []

@@ -37,7 +37,13 @@ class TemperatureFactor:
         """The number of the factor."""
         return (self.shape,)
 
-    def respond(self, signal: Any, clock: Clock, q: Sequence[Any], rows: slice) -> Any:
+    def respond(
+        self,
+        signal: Any,
+        clock: Clock,
+        q: Sequence[Any],
+        rows: slice,
+    ) -> Any:
         """The factor over all rows; see `Stage`."""
         return pick(self.factor(signal, q[0]), rows)
 
@@ -45,6 +51,12 @@ class TemperatureFactor:
         """There is no state."""
         return {}
 
-    def step(self, memory: Memory, signal: Any, q: Mapping[str, float], period: float) -> tuple[Any, ...]:
+    def step(
+        self,
+        memory: Memory,
+        signal: Any,
+        q: Mapping[str, float],
+        period: float,
+    ) -> tuple[Any, ...]:
         """One row."""
         return (self.factor(signal, *q.values()),)

@@ -45,7 +45,13 @@ class TwoLags:
             ShapeParameter("p_1", "share of the quick lag", 0.0, 1.0),
         )
 
-    def respond(self, signal: Any, clock: Clock, q: Sequence[Any], rows: slice) -> Any:
+    def respond(
+        self,
+        signal: Any,
+        clock: Clock,
+        q: Sequence[Any],
+        rows: slice,
+    ) -> Any:
         """The field in the fluid at some of the rows; see `Stage`."""
         tau, times, part = q
         step = step_of(clock)
@@ -60,7 +66,13 @@ class TwoLags:
         """Both have settled."""
         return {"quick": signal, "slow": signal}
 
-    def step(self, memory: Memory, signal: Any, q: Mapping[str, float], period: float) -> tuple[Any]:
+    def step(
+        self,
+        memory: Memory,
+        signal: Any,
+        q: Mapping[str, float],
+        period: float,
+    ) -> tuple[Any]:
         """One row."""
         tau, times, part = q.values()
         lagged: list[Any] = []

@@ -49,7 +49,13 @@ class Viscous:
         with_field = [strength * output for output in outputs]
         return (*outputs, *with_field)
 
-    def respond(self, signal: SlipAndStrength, clock: Clock, q: Sequence[Any], rows: slice) -> list[Any]:
+    def respond(
+        self,
+        signal: SlipAndStrength,
+        clock: Clock,
+        q: Sequence[Any],
+        rows: slice,
+    ) -> list[Any]:
         """The power of the slip; see `Stage`."""
         return [pick(signed_power(signal.slip, q[0]), rows)]
 
@@ -57,7 +63,13 @@ class Viscous:
         """There is no state."""
         return {}
 
-    def step(self, memory: Memory, signal: SlipAndStrength, q: Mapping[str, float], period: float) -> tuple[Any, ...]:
+    def step(
+        self,
+        memory: Memory,
+        signal: SlipAndStrength,
+        q: Mapping[str, float],
+        period: float,
+    ) -> tuple[Any, ...]:
         """One row."""
         return (signed_power(signal.slip, q["p"]),)
 

@@ -104,7 +104,13 @@ class _Words(Operand):
     def __init__(self, text: str) -> None:
         self.text = text
 
-    def __array_ufunc__(self, ufunc: np.ufunc, method: str, *inputs: Any, **kwargs: Any) -> Any:
+    def __array_ufunc__(
+        self,
+        ufunc: np.ufunc,
+        method: str,
+        *inputs: Any,
+        **kwargs: Any,
+    ) -> Any:
         return _Words(f"{ufunc.__name__}.{method}({', '.join(map(_text, inputs))}{kwargs or ''})")
 
 

@@ -13,7 +13,11 @@ _OURS = (b'<meta name="generator" content="erclutch">', b"/Creator (erclutch)")
 _LOOK = 1_000
 
 
-def may_write_report(path: Path, force: bool = False, endings: tuple[str, ...] = (".html", ".pdf")) -> None:
+def may_write_report(
+    path: Path,
+    force: bool = False,
+    endings: tuple[str, ...] = (".html", ".pdf"),
+) -> None:
     """Say before any work whether a report may be written to a path; the name is then reserved.
 
     Raises:

@@ -110,7 +110,9 @@ def spectrum(rows: RunRows, models: Sequence[str]) -> Spectrum | None:
     frequency = np.fft.rfftfreq(width, period)[1:]
     # Groups of frequencies, evenly over the logarithm, for a curve of few points.
     edges = np.unique(np.geomspace(1, frequency.size, _POINTS).astype(int))
-    groups = [slice(first - 1, max(stop - 1, first)) for first, stop in itertools.pairwise(edges)]
+    groups: list[slice] = []
+    for first, stop in itertools.pairwise(edges):
+        groups.append(slice(first - 1, max(stop - 1, first)))
 
     signals = {"measured": rows.data.effort}
     for name in models:

@@ -279,7 +279,9 @@ def _others(rows: RunRows, model: Model, element: int, at: Rows) -> Array:
     nothing = np.zeros(at.size)
     if model.structure.device == "single" or not at.size:
         return nothing
-    slips = [nothing if i == element else e.slip[at] for i, e in enumerate(rows.data.elements)]
+    slips: list[Array] = []
+    for number, other in enumerate(rows.data.elements):
+        slips.append(nothing if number == element else other.slip[at])
     return _steady(model, [nothing] * len(slips), slips)
 
 

@@ -109,7 +109,11 @@ class Pairing:
     whole: bool
 
 
-def pair(runs: Sequence[Run], models: Sequence[str] = (), seed: int = 0) -> Pairing:
+def pair(
+    runs: Sequence[Run],
+    models: Sequence[str] = (),
+    seed: int = 0,
+) -> Pairing:
     """Put runs side by side.
 
     Args:

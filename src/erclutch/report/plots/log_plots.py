@@ -128,4 +128,10 @@ def describe_coverage(data: Dataset, name: str = "") -> Plot:
             slip = float(slip_middles[j])
             rows.append((number, field, slip, int(count[i, j])))
     table = PlotTable(("element", "field", "slip", "rows"), rows)
-    return Plot(panels, table, height=2.9, columns=len(panels), title=name)
+    return Plot(
+        panels,
+        table,
+        height=2.9,
+        columns=len(panels),
+        title=name,
+    )

@@ -68,7 +68,12 @@ def paint(figure: Any, plot: Plot) -> None:
     _legends(figure, axes, plot, letters)
     if plot.title:  # below, where a shared legend is above
         place = figure.supxlabel if plot.legend == "shared" else figure.suptitle
-        place(plot.title, x=0.02, ha="left", fontsize=8.0)
+        place(
+            plot.title,
+            x=0.02,
+            ha="left",
+            fontsize=8.0,
+        )
     if plot.columns == 1:
         figure.align_ylabels(list(axes.flat))
 
@@ -76,7 +81,12 @@ def paint(figure: Any, plot: Plot) -> None:
 def _panel(axis: Any, panel: Panel, letters: int) -> None:
     """Scales, marks and title of a panel; its maps follow in `_maps`."""
     x_ends, y_ends = panel.limits()
-    axis.set(xscale=_scale(panel.x), yscale=_scale(panel.y), xlim=x_ends, ylim=y_ends)
+    axis.set(
+        xscale=_scale(panel.x),
+        yscale=_scale(panel.y),
+        xlim=x_ends,
+        ylim=y_ends,
+    )
     if panel.x.log:
         _plain_decades(axis.xaxis, *x_ends)
     if panel.y.log:
@@ -90,7 +100,12 @@ def _panel(axis: Any, panel: Panel, letters: int) -> None:
     if panel.title:
         title = _parted(panel.title, letters)
         side = "right" if _names_bars(panel) else "left"
-        axis.set_title(title, loc=side, fontweight="bold" if panel.chosen else "normal", fontsize=7.0)
+        axis.set_title(
+            title,
+            loc=side,
+            fontweight="bold" if panel.chosen else "normal",
+            fontsize=7.0,
+        )
 
 
 def _scale(axis: Axis) -> str:
@@ -148,7 +163,9 @@ def _plain_decades(axis: Any, low: float, high: float) -> None:
 
 
 def _decade(value: float, _: int) -> str:
-    return f"{value:g}" if 1e-3 <= value < 1e4 else number(value, 1).replace("1·", "")
+    if 1e-3 <= value < 1e4:
+        return f"{value:g}"
+    return number(value, 1).replace("1·", "")
 
 
 def _draw(axis: Any, mark: Mark, layer: float) -> None:
@@ -169,7 +186,14 @@ def _draw(axis: Any, mark: Mark, layer: float) -> None:
             axis.plot(mark.x, mark.y, ".", label=mark.label or None, zorder=layer, **look)
         case Bars():
             look = {"color": STYLES[mark.style]["color"], "label": mark.label or None}
-            axis.stairs(mark.heights, mark.edges, fill=True, alpha=0.5, zorder=layer, **look)
+            axis.stairs(
+                mark.heights,
+                mark.edges,
+                fill=True,
+                alpha=0.5,
+                zorder=layer,
+                **look,
+            )
         case NamedBars():
             _named_bars(axis, mark)
         case Shade() if mark.x is not None:
@@ -211,12 +235,26 @@ def _cells(axis: Any, cells: Cells) -> Any:
     norm = LogNorm(1.0, max(2.0, cells.top)) if cells.log else Normalize(0.0, cells.top)
     x = cells.x_edges
     y = cells.y_edges
-    image = axis.pcolormesh(x, y, cells.values.T, cmap=colours, norm=norm, rasterized=True)
+    image = axis.pcolormesh(
+        x,
+        y,
+        cells.values.T,
+        cmap=colours,
+        norm=norm,
+        rasterized=True,
+    )
     if cells.crossed is not None:
         i, j = np.nonzero(cells.crossed)
         x_middles = 0.5 * (x[i] + x[i + 1])
         y_middles = 0.5 * (y[j] + y[j + 1])
-        axis.plot(x_middles, y_middles, "x", color=BLACK, ms=2.0, mew=0.4)
+        axis.plot(
+            x_middles,
+            y_middles,
+            "x",
+            color=BLACK,
+            ms=2.0,
+            mew=0.4,
+        )
     return image
 
 
@@ -229,7 +267,9 @@ def _titles(axes: Any, plot: Plot, letters: int) -> None:
         first = place - place % columns  # of the row of panels
         row = panels[first : first + columns]
         row_below = panels[first + columns : first + columns + len(row)]
-        same_below = [_same(own.x, below.x) for own, below in zip(row, row_below, strict=False)]
+        same_below: list[bool] = []
+        for own, below in zip(row, row_below, strict=False):
+            same_below.append(_same(own.x, below.x))
         if len(row_below) == len(row) and all(same_below):  # the row below names the axis
             axis.tick_params(labelbottom=False)
         else:
@@ -268,7 +308,13 @@ def _legends(figure: Any, axes: Any, plot: Plot, letters: int) -> None:
         handles = [by_label[label] for label in labels]
         if plot.legend == "shared":
             columns = len(labels)
-            figure.legend(handles, labels, loc="outside upper center", ncols=columns, title=plot.legend_title)
+            figure.legend(
+                handles,
+                labels,
+                loc="outside upper center",
+                ncols=columns,
+                title=plot.legend_title,
+            )
             return
         if len(labels) < 2:
             continue

@@ -104,7 +104,11 @@ def _over_field(material: Material, curves: FieldCurves, y: Axis, title: str) ->
 
 
 def _marks(
-    material: Material, at: Array, efforts: Array, labels: Sequence[str], dots: Sequence[Array]
+    material: Material,
+    at: Array,
+    efforts: Array,
+    labels: Sequence[str],
+    dots: Sequence[Array],
 ) -> Sequence[Mark]:
     """Curves with the measured rows near them as dots.
 

@@ -173,7 +173,11 @@ def _save_for_latex(figure: Any, path: Path) -> None:
         backend._tex_escape = plain
 
 
-def save_numbers(path: Path, header: Sequence[str], rows: Iterable[Sequence[object]]) -> Path:
+def save_numbers(
+    path: Path,
+    header: Sequence[str],
+    rows: Iterable[Sequence[object]],
+) -> Path:
     """Write the numbers behind a figure as CSV, whole or not at all.
 
     Raises:

@@ -78,7 +78,8 @@ def _distribution(material: Material) -> Panel:
     deviation = (first.spread or 1.0) * effort.factor
     residual: Array = np.linspace(lowest, highest, 121)
     z: Array = (residual - mean) / deviation
-    normal: Array = np.exp(-0.5 * z * z) / (deviation * np.sqrt(2 * np.pi))
+    area = deviation * np.sqrt(2 * np.pi)
+    normal: Array = np.exp(-0.5 * z * z) / area
     marks.append(Line(residual, normal, "ref"))
     marks.append(ReferenceLine(0.0, "x"))
 

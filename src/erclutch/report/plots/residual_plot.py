@@ -75,7 +75,8 @@ def _correlation(material: Material, memory: Autocorrelation) -> Panel:
         values = memory.values[name]
         marks.append(Line(lag[thin], values[thin], role))
 
-    lowest = min(-0.1, *(float(values.min()) for values in memory.values.values()))
+    lowest_values = [float(values.min()) for values in memory.values.values()]
+    lowest = min(-0.1, *lowest_values)
     slack = 0.04 * (1.0 - lowest)
     return Panel(
         Axis("lag", "ms" if in_ms else "s", 0.0, float(lag[-1])),

@@ -73,7 +73,8 @@ class AlignedLogs(Shown):
         for match in self.matches:
             drifts_ppm = (1e6 * drift for drift in (match.drift, *match.drift_interval))
             rows.append((match.offset, *match.offset_interval, *drifts_ppm))
-        columns, units = self.joined.columns, self.joined.units
+        columns = self.joined.columns
+        units = self.joined.units
         titled = {titled_column(name, units.get(name)): values for name, values in columns.items()}
         signal = self.signal[0]
         return Card(
@@ -175,7 +176,12 @@ def _opened(log: str | Path | DataFrame) -> tuple[Table, ColumnMap]:
 
 
 def align_tables(
-    a: Table, b: Table, on: Sequence[str] = (), *, maps: tuple[ColumnMap, ColumnMap], near: float | None = None
+    a: Table,
+    b: Table,
+    on: Sequence[str] = (),
+    *,
+    maps: tuple[ColumnMap, ColumnMap],
+    near: float | None = None,
 ) -> AlignedLogs:
     """Match the clocks of two logs and join them.
 
@@ -266,7 +272,13 @@ class _Signal:
         return self.sign * log.columns[self.name]
 
 
-def _shared(a: Table, b: Table, on: Sequence[str], clocks_a: set[str], clocks_b: set[str]) -> tuple[_Signal, _Signal]:
+def _shared(
+    a: Table,
+    b: Table,
+    on: Sequence[str],
+    clocks_a: set[str],
+    clocks_b: set[str],
+) -> tuple[_Signal, _Signal]:
     """The signal that both logs have, in A and in B.
 
     Raises:
@@ -295,7 +307,12 @@ def _shared(a: Table, b: Table, on: Sequence[str], clocks_a: set[str], clocks_b:
     return signal(a, on[0], clocks_a), signal(b, on[-1], clocks_b)
 
 
-def _sampled(clock: LogClock, values: Array, wanted: Array, period: float) -> tuple[Array, Mask]:
+def _sampled(
+    clock: LogClock,
+    values: Array,
+    wanted: Array,
+    period: float,
+) -> tuple[Array, Mask]:
     """A column of such a clock at the times that are wanted, a period apart, and where it has any value."""
     if np.isfinite(values).sum() < 2:
         return np.full(wanted.size, np.nan), np.zeros(wanted.size, np.bool_)
@@ -304,7 +321,12 @@ def _sampled(clock: LogClock, values: Array, wanted: Array, period: float) -> tu
 
 
 def _joined(
-    a: Table, b: Table, time: Array, own: Mapping[str, Array], moved: Mapping[str, Array], there: Mask
+    a: Table,
+    b: Table,
+    time: Array,
+    own: Mapping[str, Array],
+    moved: Mapping[str, Array],
+    there: Mask,
 ) -> tuple[Table, dict[str, str]]:
     """One table of both logs' columns, and what columns of B are called in it."""
     columns: dict[str, Array] = {_TIME: time}

@@ -116,7 +116,13 @@ def _turned(match: ClockMatch) -> ClockMatch:
     )
 
 
-def _described(a: Track, b: Track, line: ClockLine, step: StepSeen, independent: float) -> ClockMatch:
+def _described(
+    a: Track,
+    b: Track,
+    line: ClockLine,
+    step: StepSeen,
+    independent: float,
+) -> ClockMatch:
     """The match with its intervals, by the scatter of the windows' scores.
 
     A window pulls the line towards itself: its score is that against the line of all other windows (jackknife, CR3 of

@@ -15,7 +15,10 @@ _ROWS = 150  # of the slower log in the section that is shown
 
 
 def describe_clocks(
-    matches: Sequence[ClockMatch], traces: tuple[Track, tuple[Track, ...]], title: str, badge: str = ""
+    matches: Sequence[ClockMatch],
+    traces: tuple[Track, tuple[Track, ...]],
+    title: str,
+    badge: str = "",
 ) -> Plot:
     """Three panels: both signals on their own clocks, on A's clock, and the offset that is left over time."""
     a, all_b = traces

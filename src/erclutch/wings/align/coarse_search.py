@@ -59,7 +59,12 @@ class _Scan:
         return self.heights * np.sqrt(np.maximum(self.independent, 4.0) - 3.0)
 
 
-def search_of_all(a: Track, b: Track, near: float | None, sign: float) -> tuple[ClockLine, float, float]:
+def search_of_all(
+    a: Track,
+    b: Track,
+    near: float | None,
+    sign: float,
+) -> tuple[ClockLine, float, float]:
     """The best line of all offsets and drifts, the width of its peak in s, and the independent samples it rests on.
 
     Raises:
@@ -76,12 +81,15 @@ def search_of_all(a: Track, b: Track, near: float | None, sign: float) -> tuple[
     y, y_there = _centred(b, step, shorter)
     # From one drift to the next, the end of the shorter log moves by the width of the peak.
     drifts = int(np.ceil(MOST_DRIFT * shorter / width))
-    shares: list[float] = (MOST_DRIFT * np.arange(-drifts, drifts + 1) / max(drifts, 1)).tolist()
+    numbers = np.arange(-drifts, drifts + 1)
+    shares: list[float] = (MOST_DRIFT * numbers / max(drifts, 1)).tolist()
     scans = [_scanned(x, x_there, y, y_there, drift) for drift in shares]
     best = max(scans, key=lambda scan: float(scan.scores.max()))
 
     shift: Array = np.arange(best.scores.size, dtype=np.float64) - (x.size - 1)  # rows of the grid
-    lags: Array = shift * (step * (1.0 + best.drift)) + (b.ends[0] - a.ends[0])  # [s]
+    step_of_b = step * (1.0 + best.drift)  # [s]
+    between_starts = b.ends[0] - a.ends[0]  # [s]
+    lags: Array = shift * step_of_b + between_starts  # [s]
     place = _chosen(
         best,
         sign * lags,
@@ -95,7 +103,15 @@ def search_of_all(a: Track, b: Track, near: float | None, sign: float) -> tuple[
     return line.about(0.5 * (low + high)), width, float(best.independent[place])
 
 
-def _chosen(scan: _Scan, lags: Array, *, tried: float, apart: float, widths: float, near: float | None) -> int:
+def _chosen(
+    scan: _Scan,
+    lags: Array,
+    *,
+    tried: float,
+    apart: float,
+    widths: float,
+    near: float | None,
+) -> int:
     """The lag with the best correlation, which neither may be chance nor one of several that are as good.
 
     Args:
@@ -111,13 +127,15 @@ def _chosen(scan: _Scan, lags: Array, *, tried: float, apart: float, widths: flo
     """
     from scipy.special import ndtri
 
-    heights, scores = scan.heights, scan.scores
+    heights = scan.heights
+    scores = scan.scores
     best = int(np.argmax(scores))
     correlation = scan.correlation[best]
     independent = scan.independent[best]
 
     inner = heights[1:-1]
-    peaks = 1 + np.flatnonzero((inner >= heights[:-2]) & (inner > heights[2:]))
+    is_peak = (inner >= heights[:-2]) & (inner > heights[2:])
+    peaks = 1 + np.flatnonzero(is_peak)
     as_good = peaks[heights[best] - heights[peaks] < _APART * scan.errors[best]]
     rivals = as_good[np.abs(lags[as_good] - lags[best]) > apart]
 
@@ -191,11 +209,18 @@ def _centred(track: Track, step: float, shorter: float) -> tuple[Array, Mask]:
     return np.where(there, values - trend, 0.0), there
 
 
-def _scanned(x: Array, x_there: Mask, y: Array, y_there: Mask, drift: float) -> _Scan:
+def _scanned(
+    x: Array,
+    x_there: Mask,
+    y: Array,
+    y_there: Mask,
+    drift: float,
+) -> _Scan:
     """Correlations of x with y, which runs on a clock that drifts; lag k pairs x[i] with y[i + k - (x.size - 1)]."""
     # y as a clock without a drift would have sampled it
     rows = np.arange(y.size)
-    drifted = np.arange(max(int(y.size / (1.0 + drift)), 1)) * (1.0 + drift)
+    rate = 1.0 + drift
+    drifted = np.arange(max(int(y.size / rate), 1)) * rate
     y_there = np.interp(drifted, rows, y_there) > 0.99
     y = np.where(y_there, np.interp(drifted, rows, y), 0.0)
 
@@ -209,8 +234,10 @@ def _scanned(x: Array, x_there: Mask, y: Array, y_there: Mask, drift: float) -> 
         circular = np.fft.irfft(np.conj(of_x) * of_y, size)
         return np.concatenate([circular[size - (x.size - 1) :], circular[: y.size]])
 
-    x_spectrum, x_mask = spectrum(x), spectrum(x_there)
-    y_spectrum, y_mask = spectrum(y), spectrum(y_there)
+    x_spectrum = spectrum(x)
+    x_mask = spectrum(x_there)
+    y_spectrum = spectrum(y)
+    y_mask = spectrum(y_there)
     overlap = np.maximum(np.rint(lagged(x_mask, y_mask)), 0.0)  # rows that both have
     # Power of each signal in the overlap. The floor is a tenth of its mean: a stretch at rest correlates by chance.
     x_floor = 0.1 * overlap * float(np.mean(x[x_there] ** 2))

@@ -46,14 +46,21 @@ class StepSeen:
 _Weights = Callable[[Array, Array, Mask], Array]
 
 
-def stepped(a: Track, b: Track, line: ClockLine, period: float, weigh: _Weights) -> tuple[ClockLine, StepSeen]:
+def stepped(
+    a: Track,
+    b: Track,
+    line: ClockLine,
+    period: float,
+    weigh: _Weights,
+) -> tuple[ClockLine, StepSeen]:
     """The line after Newton steps on rows of one period, and what the last step saw.
 
     Raises:
         LogError: too few rows without a gap are left, or the steps lead to no such drift as clocks have.
     """
     low, high = overlap_of(a, b, line)  # [s]
-    middle, half = 0.5 * (low + high), 0.5 * (high - low)
+    middle = 0.5 * (low + high)
+    half = 0.5 * (high - low)
     # A's rows stay where they are, so that they are filtered and interpolated once.
     first, _ = a.ends
     rows = np.arange(np.ceil((low - first) / period), (high - first) / period)
@@ -75,7 +82,8 @@ def stepped(a: Track, b: Track, line: ClockLine, period: float, weigh: _Weights)
             return line, seen
         # Beyond one row the signals' slopes say nothing of what comes.
         move *= min(1.0, period / size)
-        offset, drift = float(move[0]), float(move[1]) / half
+        offset = float(move[0])
+        drift = float(move[1]) / half
         line = replace(line, middle=line.middle + offset, drift=line.drift + drift)
         if abs(line.drift) > _ASTRAY:
             problem = f"the fine search goes astray, to a drift of {1e6 * abs(line.drift):.0f} ppm"
@@ -87,7 +95,13 @@ def stepped(a: Track, b: Track, line: ClockLine, period: float, weigh: _Weights)
     return line, _seen(grid, x, y, x_there & y_there, taps)
 
 
-def _seen(grid: Array, x: Array, y: Array, there: Mask, taps: tuple[Array, Array]) -> StepSeen:
+def _seen(
+    grid: Array,
+    x: Array,
+    y: Array,
+    there: Mask,
+    taps: tuple[Array, Array],
+) -> StepSeen:
     """What a Newton step sees of both signals on one grid, filtered.
 
     Raises:
@@ -108,7 +122,8 @@ def _seen(grid: Array, x: Array, y: Array, there: Mask, taps: tuple[Array, Array
         whole: Array = fftconvolve(np.where(there, signal, 0.0), by, "same")
         return whole[rows]
 
-    fx, fy = filtered(x, smooth), filtered(y, smooth)
+    fx = filtered(x, smooth)
+    fy = filtered(y, smooth)
     dx, dy = filtered(x, slope), filtered(y, slope)  # a row
     # Each log has a mean of its own, which the filter lets through in part.
     fx = fx - fx.mean()
@@ -180,7 +195,8 @@ def by_agreement(x: Array, y: Array, there: Mask) -> Array:
         centred = segments - segments.mean(axis=1, keepdims=True)
         return np.fft.rfft(centred * taper)
 
-    fx, fy = spectra(x), spectra(y)
+    fx = spectra(x)
+    fy = spectra(y)
     cross = np.abs(np.mean(np.conj(fx) * fy, axis=0))
     x_power = np.mean(np.abs(fx) ** 2, axis=0)
     y_power = np.mean(np.abs(fy) ** 2, axis=0)

@@ -48,7 +48,8 @@ class Track:
     @cached_property
     def scaled(self) -> Array:
         """The values around zero with a standard deviation of one."""
-        return (self.values - np.mean(self.values)) / (float(np.std(self.values)) or 1.0)
+        deviation = float(np.std(self.values)) or 1.0
+        return (self.values - np.mean(self.values)) / deviation
 
     def sampler(self, period: float, *, plain: bool = False) -> Callable[[Array], tuple[Array, Mask]]:
         """What samples the signal at given times, behind a low-pass where it is to be sampled more slowly.
@@ -77,7 +78,9 @@ class Track:
                 np.float64,
             )
             time = self.time[start + reach : stop - reach]
-            curves.append((float(time[0]), float(time[-1]), curve_of(time, filtered)))
+            first = float(time[0])
+            last = float(time[-1])
+            curves.append((first, last, curve_of(time, filtered)))
 
         def sample(times: Array) -> tuple[Array, Mask]:
             sampled = np.zeros(times.size)
@@ -120,12 +123,14 @@ def track_of(time: Array, values: Array, period: float) -> Track:
         LogError: fewer than two samples.
     """
     finite = np.isfinite(values)
-    time, values = time[finite], values[finite]
+    time = time[finite]
+    values = values[finite]
     if time.size < 2:
         raise LogError(f"the column has {time.size} finite samples", remedy="Choose another column with --on")
 
     # Each sample's row: a short gap keeps its rows, a long gap none, since a stretch ends there.
-    periods = np.maximum(np.rint(np.diff(time) / period), 1.0).astype(np.int64)
+    whole = np.rint(np.diff(time) / period)
+    periods = np.maximum(whole, 1.0).astype(np.int64)
     gaps = periods > _BRIDGED
     steps = np.where(gaps, 1, periods)
     row: NDArray[np.int64] = np.concatenate([[0], np.cumsum(steps)]).astype(np.int64)

@@ -27,7 +27,12 @@ static const double erclutch_commands[ERCLUTCH_COMMANDS_ROWS][ERCLUTCH_COMMANDS_
 """
 
 
-def columns_of(commands: Commands, device: DeviceKind, rate: float, field_unit: str) -> tuple[LabelledColumns, Array]:
+def columns_of(
+    commands: Commands,
+    device: DeviceKind,
+    rate: float,
+    field_unit: str,
+) -> tuple[LabelledColumns, Array]:
     """Names and units of the columns, and the rows, shape (n, columns)."""
     time = np.arange(commands.speed.size) / rate
     if device == "pair":
@@ -45,7 +50,12 @@ def motion_unit(device: DeviceKind) -> str:
     return "m" if device == "damper" else "rad"
 
 
-def write_commands(path: Path, columns: LabelledColumns, rows: Array, about: Mapping[str, Any]) -> Path:
+def write_commands(
+    path: Path,
+    columns: LabelledColumns,
+    rows: Array,
+    about: Mapping[str, Any],
+) -> Path:
     """Write rows of commands: .csv, .parquet or .mat as a log, .h as a table of C.
 
     Raises:

@@ -50,9 +50,13 @@ class CellGrid:
     def cells(self, data: Dataset) -> Cells:
         """The cell of each row, shape (n,)."""
         fields, speeds = _signed(data)
-        level = np.ceil(np.clip(np.abs(fields) / self.field, 0.0, 1.0) * _LEVELS) * np.sign(fields) + _LEVELS
-        place = np.clip(np.floor((speeds / self.speed + 1.0) * 0.5 * _LEVELS), 0, _LEVELS - 1)
-        turns = 3 * self._directions(data, fields, self.field) + self._directions(data, speeds, self.speed)
+        share = np.clip(np.abs(fields) / self.field, 0.0, 1.0)
+        level = np.ceil(share * _LEVELS) * np.sign(fields) + _LEVELS
+        along = (speeds / self.speed + 1.0) * 0.5  # from 0 to 1
+        place = np.clip(np.floor(along * _LEVELS), 0, _LEVELS - 1)
+        turn_of_field = self._directions(data, fields, self.field)
+        turn_of_speed = self._directions(data, speeds, self.speed)
+        turns = 3 * turn_of_field + turn_of_speed
         return ((level * _LEVELS + place) * _DIRECTIONS + turns).astype(np.intp)
 
     def _directions(self, data: Dataset, values: Array, largest: float) -> Array:
@@ -62,14 +66,19 @@ class CellGrid:
         for span in data.clock.spans:
             of_span = values[span.start : span.stop]
             change[span.start + ago : span.stop] = of_span[ago:] - of_span[:-ago]
-        return np.where(np.abs(change) <= _STEADY * largest, 1.0, np.where(change > 0.0, 2.0, 0.0))
+        steady = np.abs(change) <= _STEADY * largest
+        rises_or_falls = np.where(change > 0.0, 2.0, 0.0)
+        return np.where(steady, 1.0, rises_or_falls)
 
 
 def _signed(data: Dataset) -> tuple[Array, Array]:
     """Field, of a pair positive for the first clutch, and the speed of the drive."""
-    elements = data.elements
-    field = elements[0].field if len(elements) == 1 else elements[0].field - elements[1].field
-    return field, speeds_of(data.device, [element.slip for element in elements])[0]
+    first, *others = data.elements
+    field = first.field
+    for other in others:
+        field = field - other.field
+    slips = [element.slip for element in data.elements]
+    return field, speeds_of(data.device, slips)[0]
 
 
 @dataclass(frozen=True)
@@ -114,7 +123,14 @@ class Doubt:
     sums: Array
 
     @classmethod
-    def of(cls, cells_of: CellGrid, known: Dataset, deviation: float, derivatives: Array, weight: float) -> Doubt:
+    def of(
+        cls,
+        cells_of: CellGrid,
+        known: Dataset,
+        deviation: float,
+        derivatives: Array,
+        weight: float,
+    ) -> Doubt:
         """Of the rows that a law was fitted to.
 
         Args:
@@ -124,7 +140,10 @@ class Doubt:
             derivatives: by the law's numbers, shape (n, k + p).
             weight: precision that a row brings.
         """
-        nothing = cls(cells_of, deviation, np.zeros(cells_of.size), np.zeros((cells_of.size, derivatives.shape[1])))
+        _, numbers = derivatives.shape
+        no_counts = np.zeros(cells_of.size)
+        no_sums = np.zeros((cells_of.size, numbers))
+        nothing = cls(cells_of, deviation, no_counts, no_sums)
         return nothing.plus(cells_of.cells(known), derivatives, weight)
 
     def plus(self, cells: Cells, derivatives: Array, weight: float) -> Doubt:

@@ -227,7 +227,9 @@ def _effort_by_field_and_speed(data: Dataset, limits: Mapping[str, float]) -> di
     above = shares > 0.0
     if not above.any():
         return {"idle_effort": idle, "slow_effort": slow}
-    powers = np.log(np.minimum(shares[above], 1.0)) / np.log(np.minimum(fields[~weak][above], _NEARLY_ALL))
+    shares_above = np.minimum(shares[above], 1.0)
+    fields_above = np.minimum(fields[~weak][above], _NEARLY_ALL)
+    powers = np.log(shares_above) / np.log(fields_above)
     exponent = float(np.clip(powers.min(), *_EXPONENTS))
     return {"idle_effort": idle, "slow_effort": slow, "exponent": exponent}
 
@@ -243,10 +245,12 @@ def _cell_means(data: Dataset, limits: Mapping[str, float]) -> tuple[Array, Arra
 
     rows = np.bincount(cell, minlength=along_field * along_speed)
     enough = rows > _FEW * field.size
-    felt_mean, speed_mean, effort_mean = (
-        np.bincount(cell, each, rows.size)[enough] / rows[enough] for each in (felt, speed, np.abs(data.effort))
-    )
-    return felt_mean, speed_mean, effort_mean
+
+    def means(values: Array) -> Array:
+        """The mean in each cell of enough rows."""
+        return np.bincount(cell, values, rows.size)[enough] / rows[enough]
+
+    return means(felt), means(speed), means(np.abs(data.effort))
 
 
 def trailing_largest(values: NDArray[_Number], rows: int) -> NDArray[_Number]:

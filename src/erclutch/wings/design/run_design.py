@@ -238,7 +238,13 @@ def _by_noise(law: LawOfRun, errors: Array) -> Array:
     return QUANTILE * errors * np.array(moved)
 
 
-def _empty_cells(law: LawOfRun, limits: RigLimits, rate: float, seconds: float, one_way: bool) -> CellCounts:
+def _empty_cells(
+    law: LawOfRun,
+    limits: RigLimits,
+    rate: float,
+    seconds: float,
+    one_way: bool,
+) -> CellCounts:
     """The worth of stretches where the rows of the run are counted already."""
     cells = CellCounts(Bounds.of(limits, rate, seconds), rate, signed=law.pair, one_way=one_way)
     elements = law.rows.elements

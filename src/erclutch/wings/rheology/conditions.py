@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from erclutch.errors import MappingError, shell_word
 from erclutch.logs.table import Table, listed
 from erclutch.signals import units
-from erclutch.signals.array import Array, Mask
+from erclutch.signals.array import Array
 from erclutch.wings.rheology.flow_names import said_by_name
 from erclutch.wings.rheology.flow_plan import FlowPlan
 
@@ -69,8 +69,9 @@ def conditions_of(table: Table, plan: FlowPlan, *, parted: bool = False) -> list
         if meaning == "unknown" and is_set and parted:
             continue
         if meaning == "unknown" and is_set:
+            lowest = values[levels == 0][0]
             each = f"--sheet {shell_word(f'{name}=all')}"
-            one = f"--sheet {shell_word(f'{name}={values[levels == 0][0]:.15g}')}"
+            one = f"--sheet {shell_word(f'{name}={lowest:.15g}')}"
             problem = f"column {name} parts the points into {levels.max() + 1} sweeps of the rate"
             raise MappingError(problem, where=table.name, remedy=f"Take each as a curve: {each}; or one: {one}")
         parting[name] = levels
@@ -78,13 +79,24 @@ def conditions_of(table: Table, plan: FlowPlan, *, parted: bool = False) -> list
         return [Condition("", table)]
 
     names = list(parting)
-    levels_of_rows = np.column_stack([parting[name] for name in names])
+    levels_of_rows = np.column_stack([parting[name] for name in names])  # shape (rows, parting columns)
     known = np.all(levels_of_rows >= 0, axis=1)
     conditions: list[Condition] = []
     for levels in np.unique(levels_of_rows[known], axis=0):
         rows = np.all(levels_of_rows == levels, axis=1)
-        words = [_level_text(table, name, rows) for name in names]
-        conditions.append(Condition(", ".join(words), _rows(table, rows)))
+        words: list[str] = []
+        for name in names:
+            level = float(np.nanmedian(table.columns[name][rows]))
+            unit = table.units.get(name) or ""
+            words.append(f"{name} {level:.4g} {unit}".rstrip())
+        points = replace(
+            table,
+            columns={name: values[rows] for name, values in table.columns.items()},
+            clock=None if table.clock is None else table.clock[rows],
+            breaks=(),
+            words={},
+        )
+        conditions.append(Condition(", ".join(words), points))
     return conditions
 
 
@@ -120,7 +132,9 @@ def _meaning(table: Table, name: str) -> str:
     unit = table.units.get(name) or (end if end != name and units.is_unit(end) else None)
     if unit and (units.is_temperature(unit) or units.fits(unit, _SET)):
         return "condition"
-    return "unknown" if not unit and said_by_name(name) == "unknown" else "no condition"
+    if not unit and said_by_name(name) == "unknown":
+        return "unknown"
+    return "no condition"
 
 
 def _repeats_the_sweep(levels: NDArray[np.intp], rate: Array) -> bool:
@@ -132,15 +146,3 @@ def _repeats_the_sweep(levels: NDArray[np.intp], rate: Array) -> bool:
             sweeps.append((float(at_level.min()), float(at_level.max())))
     sweeps.sort()
     return any(low < high_before for (_, high_before), (low, _) in pairwise(sweeps))
-
-
-def _level_text(table: Table, name: str, rows: Mask) -> str:
-    level = float(np.nanmedian(table.columns[name][rows]))
-    unit = table.units.get(name) or ""
-    return f"{name} {level:.4g} {unit}".rstrip()
-
-
-def _rows(table: Table, rows: Mask) -> Table:
-    columns = {name: values[rows] for name, values in table.columns.items()}
-    clock = None if table.clock is None else table.clock[rows]
-    return replace(table, columns=columns, clock=clock, breaks=(), words={})

@@ -55,7 +55,10 @@ class FlowCurve(Shown):
         return Card(
             self.label,
             lambda: as_frame({"rate [1/s]": self.rate, "stress [Pa]": self.stress}),
-            plots={"points": lambda: _described(self, ()), "laws": lambda: _described(self, ranked(self))},
+            plots={
+                "points": lambda: _described(self, ()),
+                "laws": lambda: _described(self, ranked(self)),
+            },
         )
 
 
@@ -198,7 +201,8 @@ def ranked(curve: FlowCurve, laws: Sequence[str] = ()) -> list[FlowFit]:
     judged: list[tuple[FlowFit, Array | None]] = []
     for fit, residual in zip(fits, residuals, strict=True):
         validated = np.inf if residual is None else float(rms(residual) / np.log(10.0))
-        judged.append((replace(fit, validated=validated, yield_shown=_shows(fit, plateau)), residual))
+        shown = _shows(fit, plateau)
+        judged.append((replace(fit, validated=validated, yield_shown=shown), residual))
     judged.sort(key=lambda pair: (pair[0].validated, pair[0].aicc, pair[0].log_rmse))
     best, reference = judged[0]
     if reference is None:
@@ -228,7 +232,8 @@ def _held_out(curve: FlowCurve, law_name: str) -> Array | None:
     residuals = np.empty(points)
     for held in np.array_split(np.argsort(curve.rate, kind="stable"), stretches):
         train = np.setdiff1d(np.arange(points), held)
-        minimum = law.fit(curve.rate[train], curve.stress[train], Effort.of_validation(len(law.shapes)))
+        effort = Effort.of_validation(len(law.shapes))
+        minimum = law.fit(curve.rate[train], curve.stress[train], effort)
         predicted = law.stress(curve.rate[held], minimum.point)
         residuals[held] = np.log(curve.stress[held]) - np.log(predicted)
     return residuals

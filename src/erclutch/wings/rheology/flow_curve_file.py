@@ -43,7 +43,11 @@ class FlowFile:
 
 
 def read_flow_curves(
-    path: str | Path, *, shear_rate: str | None = None, stress: Sequence[str] = (), sheet: Sequence[str] = ()
+    path: str | Path,
+    *,
+    shear_rate: str | None = None,
+    stress: Sequence[str] = (),
+    sheet: Sequence[str] = (),
 ) -> FlowFile:
     """Read all flow curves of a file.
 
@@ -93,14 +97,14 @@ def read_flow_curves(
             notes += [f"{name}: {note}" if name else note for note in told]
             for condition in conditions:
                 test = "; ".join(word for word in (name, condition.label) if word)
-                found, left_out = curves_of(plan, condition.table, test)
-                short = [curve for curve in found if curve.rate.size < FEWEST_POINTS]
+                curves_of_condition, left_out = curves_of(plan, condition.table, test)
+                short = [curve for curve in curves_of_condition if curve.rate.size < FEWEST_POINTS]
                 if short and not each_named and len(chosen) * len(conditions) > 1:  # a few points beside curves
                     problem = f"{test}: {short[0].rate.size} points, at least {FEWEST_POINTS} are needed"
                     refused.append(LogError(problem, remedy="Give more points of each curve"))
                     notes.append(f"{problem}: left out")
                     continue
-                curves += found
+                curves += curves_of_condition
                 notes += [f"{test}: {note}" if test else note for note in left_out]
         if not curves:
             if refused:
@@ -109,7 +113,11 @@ def read_flow_curves(
         return FlowFile(tuple(curves), tuple(notes))
 
 
-def _chosen(path: str | Path, names: Sequence[str], tests: Sequence[str]) -> list[str]:
+def _chosen(
+    path: str | Path,
+    names: Sequence[str],
+    tests: Sequence[str],
+) -> list[str]:
     """Names of the recordings to read; "" for a file that is one recording."""
     if not tests:
         return list(names) or [""]
@@ -118,16 +126,23 @@ def _chosen(path: str | Path, names: Sequence[str], tests: Sequence[str]) -> lis
         if test not in names and group_of(test):  # rows that a column parts
             chosen += recordings_in(path, test) if wants_each(test) else [test]
             continue
-        numbered = test.isdecimal() and test not in names and 1 <= int(test) <= len(names)
-        name = names[int(test) - 1] if numbered else test
+        name = test
+        if test not in names and test.isdecimal() and 1 <= int(test) <= len(names):
+            name = names[int(test) - 1]
         if name not in names:
-            listed = ", ".join(f"{i} {name}" for i, name in enumerate(names, start=1)) or "none: leave --sheet out"
-            raise SettingError(f"there is no test {test!r}", where="--sheet", remedy=f"Choose from {listed}")
+            numbered = [f"{number} {known}" for number, known in enumerate(names, start=1)]
+            there = ", ".join(numbered) or "none: leave --sheet out"
+            raise SettingError(f"there is no test {test!r}", where="--sheet", remedy=f"Choose from {there}")
         chosen.append(name)
     return chosen
 
 
-def _plan_of(table: Table, shear_rate: str | None, stress: Sequence[str], tests: Sequence[str]) -> FlowPlan:
+def _plan_of(
+    table: Table,
+    shear_rate: str | None,
+    stress: Sequence[str],
+    tests: Sequence[str],
+) -> FlowPlan:
     """The plan of a table; what it asks for is asked together with the rows that a column of words parts.
 
     Raises:
@@ -139,9 +154,8 @@ def _plan_of(table: Table, shear_rate: str | None, stress: Sequence[str], tests:
         if tests or not table.words or '"' not in error.remedy:
             raise
         parted = f"{next(iter(table.words))}={EACH}"
-        raise MappingError(
-            error.problem, where=error.where, remedy=f"{error.remedy} --sheet {shell_word(parted)}"
-        ) from None
+        remedy = f"{error.remedy} --sheet {shell_word(parted)}"
+        raise MappingError(error.problem, where=error.where, remedy=remedy) from None
 
 
 def _require_one_sample(plan: FlowPlan, table: Table) -> None:
@@ -154,11 +168,16 @@ def _require_one_sample(plan: FlowPlan, table: Table) -> None:
     """
     rate = table.columns[plan.curves[0].rate.name]
     for name, column in table.words.items():
-        sweeps = [rate[(column.of_row == number) & np.isfinite(rate)] for number in range(len(column.words))]
-        ends = sorted((sweep.min(), sweep.max()) for sweep in sweeps if np.unique(sweep).size >= _FEWEST_RATES)
+        ends: list[tuple[float, float]] = []  # [1/s], of each sweep
+        for number in range(len(column.words)):
+            sweep = rate[(column.of_row == number) & np.isfinite(rate)]
+            if np.unique(sweep).size >= _FEWEST_RATES:
+                ends.append((float(sweep.min()), float(sweep.max())))
+        ends.sort()
         if not any(low < before for (_, before), (low, _) in pairwise(ends)):
             continue
-        one, each = (f"--sheet {shell_word(f'{name}={word}')}" for word in (column.words[0], EACH))
+        one = f"--sheet {shell_word(f'{name}={column.words[0]}')}"
+        each = f"--sheet {shell_word(f'{name}={EACH}')}"
         raise MappingError(
             f"column {name} parts the points into {len(column.words)}: {listed(column.words, 6)}",
             where=table.name,
@@ -166,7 +185,11 @@ def _require_one_sample(plan: FlowPlan, table: Table) -> None:
         )
 
 
-def curves_of(plan: FlowPlan, table: Table, test: str = "") -> tuple[list[FlowCurve], list[str]]:
+def curves_of(
+    plan: FlowPlan,
+    table: Table,
+    test: str = "",
+) -> tuple[list[FlowCurve], list[str]]:
     """The curves that a plan names, in SI units, and what was left out.
 
     Args:
@@ -195,7 +218,11 @@ def _label(curve: CurvePlan, plan: FlowPlan, table: Table, test: str) -> str:
     return Path(table.name).stem if alone else curve.label
 
 
-def _points(curve: CurvePlan, table: Table, label: str) -> tuple[Array, Array, list[str]]:
+def _points(
+    curve: CurvePlan,
+    table: Table,
+    label: str,
+) -> tuple[Array, Array, list[str]]:
     """Shear rates in 1/s and stresses in Pa of the points that can be used, each shape (n,), and what was left out."""
     rate = table.columns[curve.rate.name]
     stress = table.columns[curve.stress.name]
@@ -222,15 +249,15 @@ def _points(curve: CurvePlan, table: Table, label: str) -> tuple[Array, Array, l
             notes.append(f"{int(rows.sum())} of {int((~empty).sum())} points left out: {why}")
     kept = ~(empty | half | never | at_rest | swings)
     if not kept.any():
-        raise LogError(
-            "no point has a shear rate and a shear stress", where=f"{table.name}, {label}", remedy="Check the columns"
-        )
+        problem = "no point has a shear rate and a shear stress"
+        raise LogError(problem, where=f"{table.name}, {label}", remedy="Check the columns")
     places = np.flatnonzero(kept)  # of the points in the table
     rate = rate[kept] * curve.rate.factor  # [1/s]
     stress = stress[kept] * curve.stress.factor  # [Pa], or a viscosity in Pa s
     if curve.times_rate:
         # Viscosities that are all positive are magnitudes, so their stresses are magnitudes too.
-        stress = stress * np.abs(rate) if (stress > 0).all() else stress * rate
+        are_magnitudes = (stress > 0).all()
+        stress = stress * (np.abs(rate) if are_magnitudes else rate)  # [Pa]
     turned = (rate < 0) & (stress < 0)
     if turned.any():
         notes.append(f"{int(turned.sum())} points turn the other way: magnitudes are taken")
@@ -240,7 +267,9 @@ def _points(curve: CurvePlan, table: Table, label: str) -> tuple[Array, Array, l
         rate = np.abs(rate)
 
     against = np.sign(rate) != np.sign(stress)
-    faint = against & (np.abs(stress) < _FAINT * float(np.abs(stress).max(initial=0.0)))
+    size = np.abs(stress)
+    largest = float(size.max(initial=0.0))
+    faint = against & (size < _FAINT * largest)
     if faint.any() and 2 * int(against.sum()) <= rate.size:
         # At the lowest rates a fluid of low viscosity is below what an instrument resolves: the sign is noise.
         left_out = f"{int(faint.sum())} points left out: a stress of the other sign than its rate"
@@ -258,6 +287,7 @@ def _points(curve: CurvePlan, table: Table, label: str) -> tuple[Array, Array, l
             where=f"{table.name}, {label}",
             remedy="Remove the point, or give magnitudes",
         )
-    if np.any(np.diff(rate) > 0) and np.any(np.diff(rate) < 0):
+    steps = np.diff(rate)
+    if np.any(steps > 0) and np.any(steps < 0):
         notes.append("the rate rises and falls: both sweeps are fitted as one curve")
     return rate, stress, notes

@@ -61,14 +61,23 @@ class Effort:
     @classmethod
     def whole(cls, shapes: int) -> Effort:
         """For the fit to a whole curve. On eight files of curves four times as much found nothing better."""
-        points, solves = (1500, 24) if shapes > 2 else (120, 4)
+        points = 120
+        solves = 4
+        if shapes > 2:  # three shapes leave many valleys
+            points = 1500
+            solves = 24
         return cls(points, solves, tolerance=1e-12, iterations=300)
 
     @classmethod
     def of_validation(cls, shapes: int) -> Effort:
         """For the fits without a stretch of rates, whose minimum lies near the minimum of all points."""
         whole = cls.whole(shapes)
-        return cls(max(whole.points // 10, 20), max(whole.solves // 6, 2), tolerance=1e-10, iterations=200)
+        return cls(
+            points=max(whole.points // 10, 20),
+            solves=max(whole.solves // 6, 2),
+            tolerance=1e-10,
+            iterations=200,
+        )
 
 
 @dataclass(frozen=True)
@@ -236,7 +245,9 @@ class FlowLaw:
                 # The consistency at 1 1/s in place of the reference rate: ln K_1 = ln K - m ln(reference).
                 index = next(place for place, shape in enumerate(self.shapes) if shape.name == "m")
                 shift = -float(np.log(self.reference))
-                variance = covariance[i, i] + shift**2 * covariance[index, index] + 2 * shift * covariance[i, index]
+                of_index = shift**2 * covariance[index, index]
+                of_both = 2 * shift * covariance[i, index]
+                variance = covariance[i, i] + of_index + of_both
                 middle += float(minimum.point[index]) * shift
                 half_width = float(spread.quantile.max(initial=0.0)) * float(np.sqrt(variance))
                 unit = "Pa*s^m"

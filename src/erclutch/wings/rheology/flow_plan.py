@@ -85,7 +85,11 @@ class FlowPlan:
     notes: tuple[str, ...]
 
 
-def plan_of(table: Table, rate: str | None = None, stress: Sequence[str] = ()) -> FlowPlan:
+def plan_of(
+    table: Table,
+    rate: str | None = None,
+    stress: Sequence[str] = (),
+) -> FlowPlan:
     """Choose the columns of the flow curves in a table.
 
     Args:
@@ -180,14 +184,19 @@ def _labelled_pairs(table: Table) -> tuple[CurvePlan, ...]:
     names = list(table.columns)
     if len(names) % 2 or not names:
         return ()
-    unnamed = [re.fullmatch(r"c\d+", name) is not None and table.units.get(name) is None for name in names]
+    unnamed: list[bool] = []
+    for name in names:
+        is_numbered = re.fullmatch(r"c\d+", name) is not None
+        unnamed.append(is_numbered and table.units.get(name) is None)
     if not all(unnamed[1::2]):
         return ()
     labels: list[str] = []
     if all(unnamed):
         # Labels that are numbers, such as volume fractions, stand in the first row of the table.
         first_row = [table.columns[name][0] for name in names]
-        if not np.isfinite(first_row[::2]).all() or not np.isnan(first_row[1::2]).all():
+        over_rates = np.isfinite(first_row[::2])
+        none_over_stresses = np.isnan(first_row[1::2])
+        if not over_rates.all() or not none_over_stresses.all():
             return ()
         labels = [f"{label:g}" for label in first_row[::2]]
     else:
@@ -281,7 +290,13 @@ def _distinct(table: Table, names: Sequence[str]) -> list[str]:
     def repeats(name: str, other: str) -> bool:
         if not name.startswith(other) or _unit(table, name) != _unit(table, other):
             return False
-        return np.allclose(table.columns[name], table.columns[other], rtol=1e-6, atol=0.0, equal_nan=True)
+        return np.allclose(
+            table.columns[name],
+            table.columns[other],
+            rtol=1e-6,
+            atol=0.0,
+            equal_nan=True,
+        )
 
     distinct: list[str] = []
     for place, name in enumerate(names):
@@ -304,7 +319,11 @@ def _rises(table: Table, rate: str, name: str) -> bool:
     return bool(np.corrcoef(rate_ranks, value_ranks)[0, 1] > 0.5)
 
 
-def _grouped(table: Table, rates: Sequence[str], values: Sequence[str]) -> list[tuple[str, str]]:
+def _grouped(
+    table: Table,
+    rates: Sequence[str],
+    values: Sequence[str],
+) -> list[tuple[str, str]]:
     """Pairs of a column of rates and a column of stresses or viscosities."""
     if len(rates) == 1:
         return [(rates[0], value) for value in values]
@@ -317,7 +336,12 @@ def _grouped(table: Table, rates: Sequence[str], values: Sequence[str]) -> list[
     )
 
 
-def _flow_column(table: Table, name: str, role: Quantity, asked: dict[str, str]) -> FlowColumn:
+def _flow_column(
+    table: Table,
+    name: str,
+    role: Quantity,
+    asked: dict[str, str],
+) -> FlowColumn:
     """A column with the unit by which it is read.
 
     Raises:
@@ -342,6 +366,7 @@ def _flow_column(table: Table, name: str, role: Quantity, asked: dict[str, str])
 def _notes(
     table: Table, curves: Sequence[CurvePlan], guessed: Sequence[str], roles: dict[str, Role]
 ) -> tuple[str, ...]:
+    """What each column was taken for, and which columns were not used, one sentence each."""
     notes: list[str] = []
     columns: dict[FlowColumn, Quantity] = {curve.rate: "rate" for curve in curves}
     for curve in curves:
@@ -379,22 +404,32 @@ def _compare(table: Table, curve: CurvePlan, viscosity: FlowColumn) -> None:
     ratio = float(np.median(stress[known] / apparent[known]))
     if abs(np.log(ratio)) <= np.log1p(_AGREE):
         return
-    problem = (
-        f"{curve.stress.name!r} [{curve.stress.unit}] is {ratio:.4g} times {viscosity.name!r} [{viscosity.unit}] x "
-        f"{curve.rate.name!r} [{curve.rate.unit}]: one of these units is wrong"
-    )
+    shear_rate = curve.rate
+    shear_stress = curve.stress
+    product = f"{viscosity.name!r} [{viscosity.unit}] x {shear_rate.name!r} [{shear_rate.unit}]"
     options = (
-        f"--shear-rate {shell_word(f'{curve.rate.name} [1/s]')} --stress {shell_word(f'{curve.stress.name} [Pa]')}"
+        f"--shear-rate {shell_word(f'{shear_rate.name} [1/s]')} --stress {shell_word(f'{shear_stress.name} [Pa]')}"
     )
-    raise UnitError(problem, where=table.name, remedy=f"Name the columns with their units: {options}")
+    raise UnitError(
+        f"{shear_stress.name!r} [{shear_stress.unit}] is {ratio:.4g} times {product}: one of these units is wrong",
+        where=table.name,
+        remedy=f"Name the columns with their units: {options}",
+    )
 
 
 def _missing(table: Table, roles: dict[str, Role], rates: Sequence[str]) -> MappingError:
-    what, option, unit = ("shear stress", "--stress", "Pa") if rates else ("shear rate", "--shear-rate", "1/s")
+    """The error where no column is surely the rate, or the stress beside one."""
+    what = "shear rate"
+    option = "--shear-rate"
+    unit = "1/s"
+    if rates:
+        what = "shear stress"
+        option = "--stress"
+        unit = "Pa"
     candidates = [name for name, role in roles.items() if role == "unknown"] or list(roles) or ["NAME"]
     # A gamma beside a tau is a rate or a strain: only the user knows, and no other column is more likely.
     likely = [name for name in candidates if plain_name(name) in ("gamma", "gamma point", "shear")]
-    example = next(iter([*likely, *candidates]))
+    example = [*likely, *candidates][0]
     return MappingError(
         f"no column is surely the {what} (there are: {', '.join(table.labels)})",
         where=table.name,

@@ -22,7 +22,8 @@ def plateau_of(rate: Array, stress: Array) -> tuple[float, float] | None:
         stress: shear stress in Pa, shape (n,).
     """
     order = np.argsort(rate, kind="stable")
-    rate, stress = rate[order], stress[order]
+    rate = rate[order]
+    stress = stress[order]
     lowest = rate <= 10.0 * rate[0]
     if lowest.sum() < _FEWEST:
         lowest = np.arange(rate.size) < _FEWEST

@@ -47,7 +47,12 @@ class Block:
             rows.append([*cells_kept, *row[len(self.names) :]])
         names = [self.names[column] for column in kept]
         units = [self.units[column] for column in kept] if self.units else []
-        return replace(self, names=names, units=units, rows=rows)
+        return replace(
+            self,
+            names=names,
+            units=units,
+            rows=rows,
+        )
 
 
 def cells(line: str, delimiter: str) -> list[str]:
@@ -99,11 +104,10 @@ def _table(source: LogSource, block: Block) -> Table:
         labels.append(f"{name} [{bare}]" if bare else name)
     missing = [""] * width
     rows = [[*row, *missing][:width] for row in block.rows]
-    lines = ["\t".join(map(_plain, row)) for row in (labels, *rows)]
+    lines: list[str] = []
+    for row in (labels, *rows):
+        # No cell ends its line or its column, and none starts a comment.
+        plain = [" ".join(cell.replace('"', "'").split()).lstrip("#") for cell in row]
+        lines.append("\t".join(plain))
     with placed(f"{source.name}, table from line {block.line} on"):
         return text.read_text(replace(source, data="\n".join(lines).encode("utf-8"), variable=None))
-
-
-def _plain(cell: str) -> str:
-    """A cell that neither ends its line nor its column, and that starts no comment."""
-    return " ".join(cell.replace('"', "'").split()).lstrip("#")

@@ -75,8 +75,9 @@ def _unswitched(rows: Dataset) -> list[str]:
         return []
     for element in rows.elements:
         steady = _STEADY * float(np.abs(element.field).max())
-        if any(np.ptp(element.field[start:stop]) > steady for start, stop in rows.source_rows if stop > start):
-            return []
+        for start, stop in rows.source_rows:
+            if stop > start and np.ptp(element.field[start:stop]) > steady:
+                return []
     return [
         "The field changes in no log, so the delay of the device stays unknown: log steps of the field while the slip "
         "moves."
@@ -113,7 +114,13 @@ def _gaps(field: Array, slip: Array, units: Units, which: str) -> list[str]:
             below = [gap for gap in gaps if gap[1:] == (band - 1, first, last)]
             start = below[0][0] if below else band
             gaps = [gap for gap in gaps if gap not in below] + [(start, band, first, last)]
-    gaps.sort(key=lambda gap: -(gap[1] - gap[0] + 1) * (gap[3] - gap[2] + 1))
+
+    def size(gap: tuple[int, int, int, int]) -> int:
+        """Cells of a gap."""
+        lowest, highest, first, last = gap
+        return (highest - lowest + 1) * (last - first + 1)
+
+    gaps.sort(key=size, reverse=True)
 
     sentences: list[str] = []
     for lowest, highest, first, last in gaps:
@@ -125,7 +132,8 @@ def _gaps(field: Array, slip: Array, units: Units, which: str) -> list[str]:
 
 def _edges(values: Array, bands: int) -> list[float]:
     """From the least to the most value, both included, shape (bands + 1,)."""
-    low, high = float(values.min()), float(values.max())
+    low = float(values.min())
+    high = float(values.max())
     edges = [low + (high - low) * band / bands for band in range(bands)]
     return [*edges, high]
 

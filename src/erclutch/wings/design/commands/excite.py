@@ -154,7 +154,9 @@ def _designed(
     from erclutch.wings.design.lessons import lessons_of
     from erclutch.wings.design.run_design import designed_for
 
-    rate, seconds, seed = draw.rate, draw.seconds, draw.seed
+    rate = draw.rate
+    seconds = draw.seconds
+    seed = draw.seed
     signed = device == "pair"
     one_way = options.one_way or signed
     known = options.limits({} if law is None else law.limits, pair=signed)
@@ -165,7 +167,14 @@ def _designed(
         commands = chosen_sequence(known, rate, seconds, draw.rng, signed=signed, one_way=one_way)
     else:
         commands, expected = designed_for(
-            law, known, rate, seconds, seed, criterion=criterion, where=region, one_way=one_way
+            law,
+            known,
+            rate,
+            seconds,
+            seed,
+            criterion=criterion,
+            where=region,
+            one_way=one_way,
         )
 
     field_unit = options.field_unit
@@ -206,7 +215,8 @@ def _coverages(commands: Commands, known: RigLimits, draw: _Draw) -> tuple[float
     """Share of the cells that the commands visit, and that the paper's draws do."""
     from erclutch.wings.design.fill import coverage_share, papers_sequence
 
-    rate, seconds = draw.rate, draw.seconds
+    rate = draw.rate
+    seconds = draw.seconds
     signed = bool(commands.field.min() < 0.0)
     one_way = bool(commands.speed.min() >= 0.0)
     papers = papers_sequence(known, rate, seconds, draw.rng, signed=signed, one_way=one_way)
@@ -275,7 +285,9 @@ def _papers_commands(
     from erclutch.logs.log_writer import write_log
     from erclutch.wings.rig.twin.excitation import FieldSettings, field_sequence, torque_sequence
 
-    rate, seconds, seed = draw.rate, draw.seconds, draw.seed
+    rate = draw.rate
+    seconds = draw.seconds
+    seed = draw.seed
     lowest, highest = frequencies
     low, high = torque
     if not 0 <= low < high:
@@ -284,7 +296,11 @@ def _papers_commands(
         raise SettingError(
             f"{highest:g} Hz at {rate:g} rows a second", remedy="Give --highest at most a quarter of --rate"
         )
-    settings = FieldSettings(largest=largest, lowest=lowest, highest=highest)
+    settings = FieldSettings(
+        largest=largest,
+        lowest=lowest,
+        highest=highest,
+    )
     may_write_file(out, force)
     rng = draw.rng
     rows = round(seconds * rate)

@@ -56,7 +56,12 @@ def flowcurve(
     notes: list[str] = []
     curves: list[tuple[str, FlowCurve]] = []  # with the name of the file
     for path in files:
-        file = read_flow_curves(path, shear_rate=shear_rate, stress=stress, sheet=sheet)
+        file = read_flow_curves(
+            path,
+            shear_rate=shear_rate,
+            stress=stress,
+            sheet=sheet,
+        )
         notes += [f"{path.name}: {note}" for note in file.notes]
         curves += [(path.name, curve) for curve in file.curves]
     fitted: list[tuple[str, FlowCurve, list[FlowFit]]] = []
@@ -79,7 +84,9 @@ def flowcurve(
         return
 
     def missed(fit: FlowFit) -> str:
-        return f"{fit.law} {fit.validated:.4f}" if isfinite(fit.validated) else fit.law
+        if isfinite(fit.validated):
+            return f"{fit.law} {fit.validated:.4f}"
+        return fit.law
 
     terminal.tell(*notes)
     rows: list[list[str]] = []

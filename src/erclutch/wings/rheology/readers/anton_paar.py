@@ -36,11 +36,14 @@ def _blocks(content: str) -> list[Block]:
         row = cells(lines[at], delimiter)
         at += 1
         first = row[0] if row else ""
+        numbers = sum(map(_is_numeric, row))
         if first in _TESTS and len(row) > 1 and row[1]:
-            heads = {**({} if first == _TESTS[0] else heads), first: row[1]}
+            if first == _TESTS[0]:  # another test begins
+                heads = {}
+            heads = {**heads, first: row[1]}
         elif first in _INTERVALS and len(row) > 1:
             interval = row[1].removesuffix(".0")  # a sheet's number
-        elif not first.endswith(":") and sum(map(_is_numeric, row)) > 1 and (not first or _is_numeric(first)):
+        elif numbers > 1 and not first.endswith(":") and (not first or _is_numeric(first)):
             problem = f"line {at} is a row of numbers outside of any table"
             raise LogError(problem, remedy="Correct the lines above it, or delete it")
         elif first in (_COMPASS, _PLUS):
@@ -78,7 +81,12 @@ def _blocks(content: str) -> list[Block]:
     return told_apart
 
 
-def _units_from(lines: list[str], at: int, delimiter: str, margin: int) -> tuple[list[str], int]:
+def _units_from(
+    lines: list[str],
+    at: int,
+    delimiter: str,
+    margin: int,
+) -> tuple[list[str], int]:
     """The units of a table from a line below its names on, and the line of its first row; a table may have no units."""
     while at < len(lines):
         below = cells(lines[at], delimiter)

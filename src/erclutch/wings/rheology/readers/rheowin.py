@@ -48,20 +48,21 @@ def _blocks(content: str) -> list[Block]:
             if re.search(r"\d\|\d", line):
                 raise LogError(f"line {number} holds names and a row", remedy="Break the line before the row")
             labels = [_NAMED.fullmatch(cell) for cell in row[1:] if cell]
-            names = [label.group(1) if label else cell for label, cell in zip(labels, row[1:], strict=False)]
+            names = []
+            for label, cell in zip(labels, row[1:], strict=False):
+                names.append(label.group(1) if label else cell)
             units = [label.group(2) if label else "" for label in labels]
-    return [_without_empty_columns(block) for block in blocks]
+    without_empty: list[Block] = []
+    for block in blocks:
+        filled = [column for column in range(len(block.names)) if block.is_filled(column)]
+        without_empty.append(block.with_columns(filled))
+    return without_empty
 
 
 def _holds_numbers(row: list[str]) -> bool:
     """Whether a line looks like measured values: two numbers at least, with either decimal mark."""
     numbers = [cell for cell in row if is_number(cell, ",") or is_number(cell, ".")]
     return len(numbers) > 1
-
-
-def _without_empty_columns(block: Block) -> Block:
-    """A segment's table without the columns that hold nothing in it."""
-    return block.with_columns([column for column in range(len(block.names)) if block.is_filled(column)])
 
 
 def _read(source: LogSource) -> Table:

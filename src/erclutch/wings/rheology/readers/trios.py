@@ -30,7 +30,10 @@ def _blocks(content: str) -> list[Block]:
             problem = f"line {number} ends in {_STEP[1:]!r}, and the mark of a step is a line {_STEP}"
             raise LogError(problem, remedy="Correct that line")
     # A section with rows of numbers is a step, also where its mark is damaged.
-    starts = [at for at, line in enumerate(lines) if line.strip().lower() == _STEP or _begins_a_step(lines, at)]
+    starts: list[int] = []
+    for at, line in enumerate(lines):
+        if line.strip().lower() == _STEP or _begins_a_step(lines, at):
+            starts.append(at)
     if not starts:
         return _points(lines)
     blocks: list[Block] = []
