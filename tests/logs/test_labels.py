@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import time
+
 import pytest
 
 from erclutch.logs.labels import (
@@ -184,3 +186,11 @@ def test_the_end_of_a_quotient_in_words_is_no_unit() -> None:
 )
 def test_a_header_in_cells_states_a_number_with_its_unit(line: str, pair: dict[str, str]) -> None:
     assert header_pairs([line]) == pair
+
+
+@pytest.mark.parametrize("sign", ['"', "1", ".", ",", '",', "1,", "\t", "a", " "])
+def test_a_long_line_of_a_header_takes_no_long_time(sign: str) -> None:
+    begun = time.process_time()
+    for start in ("", '"', "key,", '"key",'):
+        header_pairs([start + sign * 200_000])
+    assert time.process_time() - begun < 2.0

@@ -20,7 +20,7 @@ _SLASH = re.compile(r"(.+?)\s+(?:/|in)\s+(\S.*)", re.DOTALL)
 _UNIT_ALONE = re.compile(r"in\s+(\S+)")  # what an oscilloscope writes over its time
 _PAIR = re.compile(r"\W*([^\d\W][^:=,;\t]{0,60}?)\s*[:=,;\t]\s*(\S.*?)[\s,;]*")
 # A cell in quotes, with the mark behind it: signs that part keys from values have no meaning in it.
-_QUOTED_KEY = re.compile(r'\W*?"((?:[^"]|"")+)"\s*[:=,;\t]\s*(.*)')
+_QUOTED_KEY = re.compile(r'[\s#%/,;]*"((?:[^"]|"")+)"\s*[:=,;\t]\s*(.*)')
 _NUMBER_AND_UNIT = re.compile(r'([+-]?[\d.]+(?:[eE][+-]?\d+)?)"?\s*[,;\t]\s*"?([^\d\W][^,;\t"]*|[%°][^,;\t"]*)"?')
 _DECIMAL_COMMA = re.compile(r'([+-]?\d+),(\d{1,2}|\d{4,})("?\s*[;\t].*)')  # three digits may be thousands
 _PERIOD = re.compile(
@@ -237,7 +237,8 @@ def header_pairs(lines: Iterable[str]) -> dict[str, str]:
         match = _QUOTED_KEY.fullmatch(line) or _PAIR.fullmatch(line)
         if match and len(pairs) < 200:
             value = match.group(2).strip(" \t,;")
-            in_cells = _NUMBER_AND_UNIT.fullmatch(_DECIMAL_COMMA.sub(r"\1.\2\3", value))
+            comma = _DECIMAL_COMMA.fullmatch(value)
+            in_cells = _NUMBER_AND_UNIT.fullmatch("{}.{}{}".format(*comma.groups()) if comma else value)
             if in_cells:
                 value = f"{in_cells.group(1)} {in_cells.group(2).strip()}"
             pairs.setdefault(match.group(1).strip(), value.strip('"'))
