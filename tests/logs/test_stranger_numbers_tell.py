@@ -163,6 +163,15 @@ def test_the_slip_of_an_electric_machine_is_a_share_of_its_speed(whole: float, u
     assert "slip" not in {question.signal for question in plan.questions}
 
 
+@pytest.mark.parametrize("driven", [1.0, 98.0, 100.0, 1500.0])
+def test_what_a_clutch_lags_behind_its_shaft_is_its_slip(driven: float) -> None:
+    slip = 0.4 * driven * (1.0 + SWING) / 2.0
+    columns = {"time": SPAN, "output speed": driven - slip, "slip": slip, "torque": SWING}
+    taken = _signals(columns).signal("slip")
+    assert taken is not None
+    assert taken.column == "slip"
+
+
 @pytest.mark.parametrize("slip", [SWING, 0.2 + 0.1 * SWING, np.abs(SWING)])
 def test_a_slip_that_is_no_share_of_a_speed_is_the_slip_or_asked_about(slip: Any) -> None:
     columns = {"time": SPAN, "speed": 1500.0 - 90.0 * np.cos(4.0 * SPAN), "slip": slip, "torque": SWING}

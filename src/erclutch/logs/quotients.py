@@ -107,6 +107,8 @@ def _is_share_of(slip: Array, speed: Array) -> bool:
         if square == 0.0:
             continue
         without_load = float(left @ turns) / square
+        if abs(without_load - whole) <= _ABOUT * whole:
+            continue  # of a shaft at 100 rad/s a clutch that slips by s turns at 100 - s: share and slip are one number
         off = float(np.abs(turns - without_load * left).max())
         digits = _DIGITS_OF_SPEED * abs(without_load)
         # A speed that changes by no more than its digits is any share's.
