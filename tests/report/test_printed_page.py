@@ -43,7 +43,7 @@ def test_a_browser_prints_a_tagged_pdf(material: Material, tmp_path: Path) -> No
 @pytest.mark.slow
 @needs_browser
 def test_no_page_is_half_empty(material: Material, tmp_path: Path) -> None:
-    """Of each page but the last one the lowest ink lies well below the middle."""
+    """Of each page, the last one too, the lowest ink lies below the middle."""
     pixels = shutil.which("pdftoppm")
     if pixels is None:
         pytest.skip("needs pdftoppm: apt install poppler-utils")
@@ -53,12 +53,41 @@ def test_no_page_is_half_empty(material: Material, tmp_path: Path) -> None:
 
     path = print_report(material, tmp_path / "report.pdf")
     subprocess.run([pixels, "-r", "30", "-gray", path, tmp_path / "page"], check=True)
-    for page in sorted(tmp_path.glob("page-*.pgm"))[:-1]:
+    for page in sorted(tmp_path.glob("page-*.pgm")):
         _, size, _, grey = page.read_bytes().split(b"\n", 3)
         width, height = map(int, size.split())
         rows = np.frombuffer(grey, np.uint8).reshape(height, width)[: int(0.93 * height)]  # without the page's number
         lowest = np.flatnonzero((rows < 200).any(axis=1))[-1] / height
-        assert lowest > 0.6, page.name
+        assert lowest > 0.5, page.name
+
+
+def says_where_it_ends(folder: Path, reads: str, shown: int, otherwise: int) -> Path:
+    """A browser's stand-in, whose PDF says how far from below the page ends: it depends on what the page has."""
+    script = f'''echo once >> "{folder}/printed"
+end={otherwise}
+{reads} "${{pages%report.pdf}}report.html" && end={shown}
+printf '%%PDF-1.4\\n/MediaBox [0 0 594.9 840.0]\\n/end [9 0 R /XYZ 0 %s 0]\\n' $end > "$pages"'''
+    return fake_browser(folder, script)
+
+
+def test_a_last_page_that_would_be_half_empty_is_filled_by_a_chapter(
+    material: Material, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The first way that fills it is taken, and no further one is tried."""
+    program = says_where_it_ends(tmp_path, 'grep -q \'id="residual" class="chapter onpaper"\'', 300, 600)
+    monkeypatch.setattr(printed_page, "browser", lambda: str(program))
+    printed = print_report(material, tmp_path / "report.pdf").read_bytes()
+    assert printed_page.last_page_fill(printed) == pytest.approx(1 - 300 / 840)
+    assert (tmp_path / "printed").read_text().split() == ["once", "once"]
+
+
+def test_where_nothing_fills_the_last_page_the_fullest_is_kept(
+    material: Material, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    program = says_where_it_ends(tmp_path, "grep -q '<details class=\"onpaper\">'", 600, 500)
+    monkeypatch.setattr(printed_page, "browser", lambda: str(program))
+    printed = print_report(material, tmp_path / "report.pdf").read_bytes()
+    assert printed_page.last_page_fill(printed) == pytest.approx(1 - 500 / 840)
 
 
 def test_the_page_for_print_has_traces_and_the_constants_of_the_recommended_model(material: Material) -> None:

@@ -88,8 +88,13 @@ class Dataset(Shown):
 
     @property
     def at_rest(self) -> Mask:
-        """Rows in which no element slips by more than 2 % of the usual (RMS) slip, shape (n,)."""
+        """Rows in which no element slips by more than 2 % of the usual (RMS) slip, shape (n,).
+
+        Of points in no time these are the rows without slip: a low shear rate is a setting, and no rest.
+        """
         slips = np.array([element.slip for element in self.elements])
+        if self.in_no_time:
+            return np.all(slips == 0.0, axis=0)
         usual = rms(slips)
         return np.max(np.abs(slips), axis=0) < _AT_REST * usual
 

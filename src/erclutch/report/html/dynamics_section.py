@@ -90,6 +90,10 @@ def _lead(material: Material, after: AfterSwitch | None, *, staged: bool) -> str
         of_stages = _gain(material)
     elif material.body["settings"]["lag"] == "none":
         of_stages = "No model has a lag or a memory: none was asked for (--lag none)."
+    elif material.rows.data.in_no_time:
+        return "No model has a lag or a memory: the rows are points of a table, none after another in time."
+    elif material.without_field:
+        return "No model has a lag: the log has no field, so no command switches."
     else:
         of_stages = "No model has a lag or a memory: the field never changes within a stretch of rows."
 

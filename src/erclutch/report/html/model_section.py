@@ -53,7 +53,7 @@ def _fill(material: Material) -> dict[str, Any]:
                 f" {', '.join(of_stages)} come from the stages on the slip, whose equations stand under “Details”."
             )
     wait = ""  # how long the field had stayed before a dot
-    if not material.without_field:
+    if not material.without_field and not material.rows.data.in_no_time:
         wait = Scale(1e3, "ms").of(material.dot_wait * material.period, 2)
     return {
         "title": material.title,

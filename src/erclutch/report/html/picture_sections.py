@@ -127,6 +127,8 @@ def _loops(material: Material) -> dict[str, Any] | None:
 def _drawn(material: Material) -> str:
     """How much of the measured loops the models draw."""
     areas = material.loop_areas
+    if areas is None and material.without_field:
+        return "Hardly a period was held out."
     if areas is None:
         return "Hardly a period was held out at a steady field, and at a moving field a loop is no sign of memory."
     wide = (

@@ -6,8 +6,10 @@ Chrome and its kin write a tagged PDF, which can be read aloud.
 from __future__ import annotations
 
 import os
+import re
 import shutil
 import subprocess
+from collections.abc import Iterator
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -37,7 +39,14 @@ _SAFE = (
     "--no-pdf-header-footer",
 )
 _SECONDS = 120.0
+_HALF = 0.55  # of a page; a line more than its half
 _REMEDY = "Write the report without --pdf, open it in a browser and print it (Ctrl-P)"
+#: Where the last page would be half empty, the first of these that fills it is printed: with more chapters unfolded
+#: (their names), or with the tables of quantiles and of the band folded, which may save the page.
+_FILLING: tuple[tuple[str, ...], ...] = (("residual",), ("flow_curves",), (), ("residual", "flow_curves"))
+#: Where the page's end stands, from below: a browser keeps the places to which the links of a page lead.
+_END = re.compile(rb"/end \[\d+ 0 R /XYZ \S+ (\S+) ")
+_HEIGHT = re.compile(rb"/MediaBox \[\S+ \S+ \S+ ([0-9.]+)\]")
 _CREATOR = b"/Creator ("
 #: By this a PDF is known as ours; its length may not change, because the file lists its parts by their places.
 _OURS = b"/Creator (erclutch)"
@@ -50,7 +59,7 @@ def browser() -> str | None:
 
 
 def print_report(material: Material, path: Path) -> Path:
-    """Print the report of a run to a PDF, whole or not at all.
+    """Print the report of a run to a PDF, whole or not at all; chapters that fill its last page are printed too.
 
     Raises:
         RunError: no browser is here, or it does not print; or the folder cannot be written.
@@ -66,10 +75,39 @@ def print_report(material: Material, path: Path) -> Path:
     profile = TemporaryDirectory(prefix="erclutch-browser-", ignore_cleanup_errors=True)
     with folder as name, profile as own, placed(path) as partial:
         page, pages = Path(name, "report.html"), Path(name, "report.pdf")
-        page.write_text(report_html(material), encoding="utf-8")
-        _print(program, page.resolve(), pages.resolve(), own, path)
-        partial.write_bytes(_signed(pages.read_bytes()))
+        text = report_html(material)
+        fullest = b""
+        for variant in (text, *_fuller(text)):
+            page.write_text(variant, encoding="utf-8")
+            _print(program, page.resolve(), pages.resolve(), own, path)
+            printed = pages.read_bytes()
+            fullest = max(fullest, printed, key=last_page_fill)
+            if last_page_fill(fullest) >= _HALF:
+                break
+        partial.write_bytes(_signed(fullest))
     return path
+
+
+def last_page_fill(pdf: bytes) -> float:
+    """How far down the last page the report ends, 0 .. 1; 1 where the browser does not say."""
+    end = _END.search(pdf)
+    height = _HEIGHT.search(pdf)
+    if not pdf:
+        return 0.0
+    if end is None or height is None:
+        return 1.0
+    return 1.0 - float(end[1]) / float(height[1])
+
+
+def _fuller(text: str) -> Iterator[str]:
+    """The page with other parts folded, as far as it has them."""
+    for chapters in _FILLING:
+        variant = text if chapters else text.replace('<details class="onpaper">', "<details>")
+        for chapter in chapters:
+            folded = f'<details id="{chapter}" class="chapter">'
+            variant = variant.replace(folded, folded.replace('"chapter"', '"chapter onpaper"'))
+        if variant != text:
+            yield variant
 
 
 def _print(

@@ -55,6 +55,8 @@ def headings(material: Material) -> tuple[str, str]:
         more = f" and {len(others)} more log{'s' if len(others) > 1 else ''}"
     device = "A coaxial pair of clutches" if body["device"] == "coaxial" else "A single clutch, brake or damper"
     rows = sum(int(log["rows"]) for log in body["logs"])
+    if material.rows.data.in_no_time:
+        return f"{first}{more}", f"{device}, {count(rows)} points of a table"
     seconds = sum(int(log["rows"]) * float(log["period_s"]) for log in body["logs"])
     different = {float(f"{1.0 / log['period_s']:.4g}") for log in body["logs"]}  # Hz
     rates = [f"{rate:g}" for rate in sorted(different)]

@@ -162,7 +162,10 @@ def _said(packer: Packer, material: Material, models: list[dict[str, Any]]) -> s
     rows = material.rows.data.rows
     all_measured = packer.has("measured", 0, rows)
     if all_measured and len(whole) == len(models):
-        return f"Each of the {count(rows)} rows is in this page."
+        whole_page = f"Each of the {count(rows)} rows is in this page."
+        if material.rows.data.in_no_time:
+            return f"The points stand in the order of the file, a second apart: no time passes. {whole_page}"
+        return whole_page
     if all_measured:
         parts = ["Each measured row is in this page"]
     elif whole or held_out:

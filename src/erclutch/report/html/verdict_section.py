@@ -259,10 +259,11 @@ def _next(material: Material) -> list[dict[str, str]]:
         text = (
             "More than half of the field and slip range holds no row (error map): log there too, or keep away from it."
         )
-        # The command is a wing's, and it needs a law of the run: else there is none to give.
+        # The command is a wing's. It needs a law of the run, a field and a motion: else there is none to give.
         has_law = any(not entry["fit"]["weights"] for entry in body["ranking"])
+        has_motion = not material.without_field and not material.rows.data.in_no_time
         command = ""
-        if has_law and "excite" in names("erclutch.commands"):
+        if has_law and has_motion and "excite" in names("erclutch.commands"):
             words = ["erclutch", "excite", "--run", folder, "--criterion", "fill"]
             command = shlex.join([*words, "--out", "next.csv"])
         steps.append((text, command))

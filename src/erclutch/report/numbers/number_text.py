@@ -124,6 +124,8 @@ def scale_for(unit: str, size: float) -> Scale:
             return Scale(1e3, f"m{unit_text(unit)}")
         if size > 5e3:
             return Scale(1e-3, f"k{unit_text(unit)}")
+    if unit == "V/m" and size > 1e5:
+        return Scale(1e-6, "kV/mm")
     return Scale(1.0, unit_text(unit))
 
 

@@ -63,8 +63,8 @@ def _panels(
     field = cells.field_edges * material.field.factor
     slip = cells.slip_edges * material.slip.factor
     x = Axis(
-        f"field {name}".strip(),
-        material.field.unit,
+        "no field in the log" if material.without_field else f"field {name}".strip(),
+        "" if material.without_field else material.field.unit,
         low=float(field[0]),
         high=float(field[-1]),
     )
@@ -117,4 +117,5 @@ def worst_cell(material: Material, cells: ErrorMap) -> str:
     rows = count(int(cells.test[i, j]))
     name = material.element_name(cells.element)
     element = f" on {name}" if name else ""
-    return f"Largest{element} near field {field} and slip {slip}: {error} over {rows} rows."
+    near = f"slip {slip}" if material.without_field else f"field {field} and slip {slip}"
+    return f"Largest{element} near {near}: {error} over {rows} rows."

@@ -55,7 +55,7 @@ def _panel(material: Material, loop: EffortLoop, x: Axis, values: Array) -> Pane
     lines = [Line(values, loop.measured * factor, "measured", "measured")]
     for name, role in material.looped.items():
         lines.append(Line(values, loop.modelled[name] * factor, role, material.titles[name]))
-    at = _field_of(material, loop)
+    at = "" if material.without_field else f" at {_field_of(material, loop)}"
     where = f"from {loop.start:.4g} s"
     if loop.log:
         where += f" of {loop.log}"
@@ -65,10 +65,10 @@ def _panel(material: Material, loop: EffortLoop, x: Axis, values: Array) -> Pane
         x,
         Axis(material.word, material.effort.unit),
         lines,
-        f"{material.word} over {x.label} at {at}, measured and estimated by "
+        f"{material.word} over {x.label}{at}, measured and estimated by "
         f"{', '.join(material.titles[name] for name in loop.modelled)}.",
-        f"{at}, {where}",
-        caption=f"Over {x.label} at {at}, {where}.",
+        f"{at.removeprefix(' at ')}, {where}".removeprefix(", "),
+        caption=f"Over {x.label}{at}, {where}.",
         size=(430, 250),
     )
 
