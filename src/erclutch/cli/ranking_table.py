@@ -126,6 +126,23 @@ def prediction(entry: RankedModel, unit: str) -> list[str]:
     return sentences
 
 
+def headline(comparison: Comparison) -> str:
+    """The recommended model and how far it is off, in motion first; where none is recommended, the verdict."""
+    chosen = comparison.entry(comparison.recommended)
+    standing = comparison.standing
+    if standing.sign_open or standing.why_none or not chosen.sound:
+        return verdict(comparison)
+    unit = comparison.data.units.effort.replace("?", "")
+    overall = f"{number(chosen.test.rmse.value, zeros=True)} {unit}".rstrip()
+    moving = _error_in_motion(comparison)
+    in_motion = f"{number(moving, zeros=True)} {unit}".rstrip() + " in motion, and by " if moving is not None else ""
+    recommended = "is recommended: it errs by" if len(comparison.entries) > 1 else "errs by"
+    return (
+        f"{comparison.called(chosen.name)}, {recommended} {in_motion}{overall} over the rows held out, "
+        f"{percent(chosen.test.share.value, 1)} of their standard deviation."
+    )
+
+
 def verdict(comparison: Comparison) -> str:
     """The recommendation in a sentence or two."""
     chosen = comparison.entry(comparison.recommended)
@@ -231,19 +248,29 @@ def held_out(comparison: Comparison) -> str:
 
 def at_rest(comparison: Comparison) -> str:
     """The error over rows in motion, where many of those held out are at rest."""
-    still = comparison.data.at_rest[comparison.test]
-    share = float(still.mean())
-    if share < MANY_AT_REST or share == 1.0:
+    error = _error_in_motion(comparison)
+    if error is None:
         return ""
     chosen = comparison.entry(comparison.recommended)
-    error = (comparison.data.effort - chosen.predicted)[comparison.test][~still]
-    moving = number(rms(error), zeros=True)
+    share = float(comparison.data.at_rest[comparison.test].mean())
+    moving = number(error, zeros=True)
     overall = number(chosen.test.rmse.value, zeros=True)
     unit = comparison.data.units.effort.replace("?", "")
     return (
         f"{percent(share)} of the rows held out are at rest. Over those in motion "
         f"{comparison.id_of(chosen.name)} errs by {moving} {unit}, not {overall}."
     )
+
+
+def _error_in_motion(comparison: Comparison) -> float | None:
+    """RMSE of the recommended model over the rows held out that move; None where few or all are at rest."""
+    still = comparison.data.at_rest[comparison.test]
+    share = float(still.mean())
+    if share < MANY_AT_REST or share == 1.0:
+        return None
+    chosen = comparison.entry(comparison.recommended)
+    error = (comparison.data.effort - chosen.predicted)[comparison.test]
+    return rms(error[~still])
 
 
 def parameters(comparison: Comparison) -> list[Table | str]:

@@ -165,10 +165,11 @@ def _times_ago(words: Sequence[str]) -> tuple[int | str, ...]:
 
 def _print_all(rows: RowsOfLogs, comparison: Comparison, seconds: float, *, whole: bool) -> None:
     """What was read, what came out, and how long it took."""
-    terminal.tell("\n".join(terminal.recording_lines(rows.logs)))
+    lines = terminal.recording_lines(rows.logs)
+    terminal.tell(*(line for line in lines if not line.startswith(" ")))
     if rows.left_out:
         terminal.tell(rows.data.notes[-1])
-    print_comparison(comparison, whole=whole)
+    print_comparison(comparison, [line for line in lines if line.startswith(" ")], whole=whole)
     if comparison.final is not None:
         terminal.tell(
             f"Also fitted to all {comparison.final.train_rows:,} rows: --model final. The figures above are of the "
@@ -231,11 +232,12 @@ def _held_out(test: tuple[str, ...]) -> float | tuple[str, ...]:
     return number / 100.0 if word.endswith("%") else number
 
 
-def print_comparison(comparison: Comparison, *, whole: bool = False) -> None:
-    """Findings, ranking, recommendation and the recommended model's parameters.
+def print_comparison(comparison: Comparison, reading: Sequence[str], *, whole: bool = False) -> None:
+    """The verdict, findings, ranking, why, how the log was read, and the recommended model's parameters.
 
     Args:
         comparison: what came out.
+        reading: how the log was read, a line a decision.
         whole: every model with its notes, or the first ones and the notes of the recommended one.
     """
     from erclutch.cli import ranking_table
@@ -243,6 +245,8 @@ def print_comparison(comparison: Comparison, *, whole: bool = False) -> None:
     screen = terminal.console()
     chosen = comparison.entry(comparison.recommended)
     held = int(comparison.test.sum())
+    headline = ranking_table.headline(comparison)
+    terminal.tell(headline, style="bold")
     terminal.tell(f"fitted on {comparison.data.rows - held:,} rows, scored on {held:,} rows held out")
     which_rows = ranking_table.held_out(comparison)
     if which_rows:
@@ -255,11 +259,16 @@ def print_comparison(comparison: Comparison, *, whole: bool = False) -> None:
         terminal.tell(not_shown)
     terminal.tell(*ranking_table.notes(comparison, whole=whole), style="dim")
     screen.print()
-    terminal.tell(ranking_table.verdict(comparison), style="bold")
+    why = ranking_table.verdict(comparison)
+    if why != headline:
+        terminal.tell(why)
     over_motion = ranking_table.at_rest(comparison)
     if over_motion:
         terminal.tell(over_motion)
     terminal.tell(*ranking_table.prediction(chosen, comparison.data.units.effort))
     terminal.tell(f"Its specification: {chosen.name}")
     screen.print()
+    if reading:
+        terminal.tell("How the log was read:", *reading)
+        screen.print()
     terminal.tell(*ranking_table.parameters(comparison))
