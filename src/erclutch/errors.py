@@ -180,18 +180,23 @@ class SettingError(ErclutchError):
     """A command-line option or an API argument is outside what it may be."""
 
 
+def did_you_mean(name: str, known: Iterable[str]) -> str:
+    """A question with the known name that is nearest to a misspelt one, and a space; empty where none is near."""
+    import difflib
+
+    near = difflib.get_close_matches(name, list(known), n=1)
+    return f"Did you mean {near[0]}? " if near else ""
+
+
 def require_known(given: Iterable[str], known: Sequence[str], of: str) -> None:
     """Refuse a keyword that a function or a class does not know; the nearest that it knows is proposed.
 
     Raises:
         SettingError: an unknown keyword.
     """
-    import difflib
-
     for keyword in given:
         if keyword not in known:
-            near = difflib.get_close_matches(keyword, known, n=1)
-            hint = f"Did you mean {near[0]}? " if near else ""
+            hint = did_you_mean(keyword, known)
             raise SettingError(f"{of} knows no {keyword}", remedy=f"{hint}Known are {', '.join(known)}")
 
 

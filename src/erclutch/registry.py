@@ -13,7 +13,6 @@ Nothing of a plug-in is imported before its value is asked for. Where a name sta
 
 from __future__ import annotations
 
-import difflib
 import re
 from collections.abc import Callable, Generator, Iterable, Mapping
 from contextlib import contextmanager
@@ -28,7 +27,7 @@ from traceback import extract_tb
 from typing import Any, Literal, NamedTuple, cast
 
 from erclutch._version import __version__
-from erclutch.errors import ErclutchError, PluginError, SettingError, of_missing_wing, placed
+from erclutch.errors import ErclutchError, PluginError, SettingError, did_you_mean, of_missing_wing, placed
 
 
 class _Group(NamedTuple):
@@ -202,8 +201,7 @@ def unknown(
         error: its class.
     """
     offered = tuple(known) or names(group)
-    near = difflib.get_close_matches(name, offered, n=1)
-    hint = f"Did you mean {near[0]}? " if near else ""
+    hint = did_you_mean(name, offered)
     return error(f"unknown {_GROUPS[group].kind} {name!r}", where=where, remedy=f"{hint}Known are {', '.join(offered)}")
 
 

@@ -244,6 +244,21 @@ def test_a_mapping_with_something_missing_is_valid_and_says_what(tmp_path: Path)
     assert "taken from 0.01 s to 0.03 s: 21 of 50 rows" in said
 
 
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("fit",), "LOG is missing. Write: erclutch fit LOG... [OPTIONS]"),
+        (
+            ("predict", "log.csv", "--run", "run"),
+            "--out is missing. Write: erclutch predict LOG... --run RUN --out OUT",
+        ),
+        (("fit", "log.csv", "--out"), "--out needs a value: see erclutch fit --help."),
+    ],
+)
+def test_a_command_says_what_it_lacks(words: tuple[str, ...], said: str, tmp_path: Path) -> None:
+    assert said in " ".join(refused(*words, cwd=tmp_path, code=1).replace("│", " ").split())
+
+
 @pytest.mark.slow
 def test_fit_prints_eight_models_and_all_of_them_where_asked(log: Path) -> None:
     short = good("fit", log, "--models", "paper", "bingham/critical", "--lag", "none", cwd=log.parent)
@@ -254,6 +269,12 @@ def test_fit_prints_eight_models_and_all_of_them_where_asked(log: Path) -> None:
     assert len(rows.findall(whole)) > 8
     assert "m1 is " in whole
     assert "m1 is " not in short
+    # The first screen of a terminal has the verdict, the eight models and the notes; how the log was read stands below.
+    screen = short.splitlines()[:24]
+    assert re.match(r"m\d+, .+, is recommended: it errs by \S+ N\*m over the rows held out", screen[2])
+    assert len(rows.findall("\n".join(screen))) == 8
+    assert any("more models: --all" in line for line in screen)
+    assert short.index("more models") < short.index("How the log was read:") < short.index("effort <- column")
 
 
 def test_fit_keeps_a_run(log: Path) -> None:
@@ -619,8 +640,13 @@ def test_figure(runs: Path) -> None:
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (("report", "nowhere"), "nowhere: not a run: run.json: there is no such file"),
+        (("report", "nowhere"), "nowhere: not a run: there is no such folder. Give the --out folder of erclutch fit"),
         (("report", "log.csv"), "log.csv: not a run"),
+        (("report", "."), ".: not a run: it holds no run.json. Give the --out folder of erclutch fit"),
+        (("figure", "trac", "one"), "no figure 'trac'. Did you mean trace?"),
+        (("simulate", "sines"), "there is no scenario 'sines'. Did you mean sine?"),
+        (("experiment", "trackin"), "there is no experiment 'trackin'. Did you mean tracking?"),
+        (("verify", "nowhere"), "nowhere: not an export: there is no such folder"),
         (("report", "one", "--out", "no/x.html"), "no/x.html: its folder does not exist. Make no first."),
         (("report", "one", "--out", "log.csv"), "log.csv: exists and is not a report. Give --out another name"),
         (("report", "one", "--out", "two"), "two: this is a folder"),

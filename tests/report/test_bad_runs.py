@@ -78,10 +78,18 @@ def test_predictions_of_another_run(run: Path) -> None:
     assert "does not fit run.json" in error_of(run)
 
 
-@pytest.mark.parametrize("folder", ["nowhere", "file"])
-def test_no_run_at_all(tmp_path: Path, folder: str) -> None:
+@pytest.mark.parametrize(
+    ("folder", "said"),
+    [
+        ("nowhere", "there is no such folder"),
+        ("empty", "it holds no run.json"),
+        ("file", "run.json lies in the folder"),
+    ],
+)
+def test_no_run_at_all(tmp_path: Path, folder: str, said: str) -> None:
     (tmp_path / "file").write_text("x")
-    assert "not a run: run.json" in error_of(tmp_path / folder)
+    (tmp_path / "empty").mkdir()
+    assert f"not a run: {said}" in error_of(tmp_path / folder)
 
 
 @pytest.mark.skipif(os.name != "posix", reason="permissions of POSIX")

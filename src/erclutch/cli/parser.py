@@ -7,7 +7,7 @@ import sys
 from collections.abc import Callable, Sequence
 from typing import Annotated, Any
 
-from cyclopts import App, CycloptsError, Group, Parameter
+from cyclopts import App, CycloptsError, Group, MissingArgumentError, Parameter
 
 from erclutch._version import __version__
 from erclutch.cli.command_list import Command, commands
@@ -52,7 +52,7 @@ _OF_MAPPINGS = ("--mapping", "--map", "--mapping-file")
 
 def _misused(error: CycloptsError) -> object:
     """What is wrong with the words of a command, framed; some may be names of files that the shell put there."""
-    from cyclopts import CycloptsPanel, MissingArgumentError, UnknownOptionError, UnusedCliTokensError
+    from cyclopts import CycloptsPanel, UnknownOptionError, UnusedCliTokensError
 
     from erclutch.cli.terminal import shown
 
@@ -61,10 +61,21 @@ def _misused(error: CycloptsError) -> object:
         unused = ", ".join(map(repr, error.unused_tokens or ()))
         return CycloptsPanel(shown(f"{unused}: more than the command takes. {command} --help shows what it takes."))
     words = error.root_input_tokens or ()
-    hint = _taken_by_a_list(words) if isinstance(error, MissingArgumentError) else ""
+    if isinstance(error, MissingArgumentError) and error.argument is not None and error.command_chain:
+        return CycloptsPanel(shown(f"{_what_is_missing(error)}{_taken_by_a_list(words)}"))
     if isinstance(error, UnknownOptionError) and any(word.partition("=")[0] in _OF_MAPPINGS for word in words):
         return CycloptsPanel(shown("A mapping file has no option: it is read where it lies beside LOG as LOG.toml."))
-    return CycloptsPanel(shown(f"{error}{hint}"))
+    return CycloptsPanel(shown(str(error)))
+
+
+def _what_is_missing(error: MissingArgumentError) -> str:
+    """Which file or value a command lacks, and how the command is typed."""
+    name = error.argument.name if error.argument else ""
+    command = (error.command_chain or ("",))[0]
+    asked = [word for word in error.root_input_tokens or () if error.argument and word in error.argument.names]
+    if asked:
+        return f"{asked[0]} needs a value: see erclutch {command} --help."
+    return f"{name} is missing. {_usage(command).replace('Usage: ', 'Write: ')}"
 
 
 def _taken_by_a_list(words: Sequence[str]) -> str:

@@ -96,6 +96,8 @@ def read_export(folder: str | Path) -> Exported:
         if (place / "run.json").is_file():
             remedy = f"This is a run: erclutch export {shlex.quote(str(place))} makes one"
         problem = f"not an export: export.json: {plain_words(error)}"
+        if isinstance(error, FileNotFoundError):
+            problem = f"not an export: {'it holds no export.json' if place.is_dir() else 'there is no such folder'}"
         raise ExportError(problem, where=where, remedy=remedy) from error
     body = cast(dict[str, Any], read) if isinstance(read, dict) else {}
     if body.get("kind") != KIND:

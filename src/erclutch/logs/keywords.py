@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Mapping, Sequence
 from typing import Any, cast
 
-from erclutch.errors import MappingError, SettingError, UnitError
+from erclutch.errors import MappingError, SettingError, UnitError, did_you_mean
 from erclutch.signals import units
 from erclutch.signals.recording import NAMED_COLUMNS, LogFacts, Recording
 
@@ -32,8 +31,7 @@ def options_of(keywords: Mapping[str, Any]) -> dict[str, Any]:
     for keyword, value in keywords.items():
         name = keyword.lower()
         if name not in _KNOWN:
-            near = difflib.get_close_matches(keyword, _KNOWN.values(), n=1)
-            hint = f"Did you mean {near[0]}? " if near else ""
+            hint = did_you_mean(keyword, _KNOWN.values())
             remedy = f"{hint}Known are {', '.join(_KNOWN.values())}"
             raise MappingError(f"{keyword!r} is no signal and no option of reading", remedy=remedy)
         if value is None:

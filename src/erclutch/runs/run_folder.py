@@ -233,6 +233,8 @@ def read_run(folder: str | Path) -> Run:
         json.dumps(body, ensure_ascii=False).encode()  # fails on half a character, which no report can hold
     except (OSError, ValueError, RecursionError) as error:
         what = f"not a run: run.json: {plain_words(error)}"
+        if isinstance(error, FileNotFoundError):
+            what = "not a run: it holds no run.json" if Path(folder).is_dir() else "not a run: there is no such folder"
         raise RunError(what, where=str(folder), remedy="Give the --out folder of erclutch fit") from error
     if not isinstance(body, dict) or cast(dict[str, Any], body).get("kind") != "erclutch run":
         raise RunError("run.json does not describe a run", where=str(folder), remedy="Give the folder of erclutch fit")

@@ -28,5 +28,10 @@ def test_a_rig_is_described_by_a_file() -> None:
     assert "pathlib.Path" in hints["--run"]
 
 
+def test_a_misspelt_program_is_told_before_a_model_is_fitted(tmp_path: Path) -> None:
+    said = refused("live", "--headless", "--program", "torque-stp", cwd=tmp_path)
+    assert said.startswith("error: there is no program 'torque-stp'. Did you mean torque-step? Choose one of rest, ")
+
+
 def test_a_model_without_its_run_is_refused(tmp_path: Path) -> None:
     assert "no run is given" in refused("live", "--model", "bingham", cwd=tmp_path)

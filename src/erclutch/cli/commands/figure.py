@@ -42,7 +42,7 @@ def figure(
         wide: Draw over both columns of a page.
     """
     from erclutch.cli import terminal
-    from erclutch.errors import CheckError, SettingError
+    from erclutch.errors import CheckError, SettingError, did_you_mean
     from erclutch.files import may_fill
     from erclutch.report.plots.run_plots import FIGURES, write_figure
 
@@ -52,7 +52,8 @@ def figure(
         screen.print(terminal.table("Figures of a run", ["name", "what"], rows, left=2))
         return
     if name != "all" and name not in FIGURES:
-        raise SettingError(f"no figure {name!r}", remedy=f"Figures are {', '.join(FIGURES)}, or all of them: all")
+        hint = did_you_mean(name, FIGURES)
+        raise SettingError(f"no figure {name!r}", remedy=f"{hint}Figures are {', '.join(FIGURES)}, or all of them: all")
     if run is None:
         raise SettingError("no run was given", remedy=f"Write erclutch figure {name} RUN")
     may_fill(out)

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from erclutch.errors import SettingError
+from erclutch.errors import SettingError, did_you_mean
 from erclutch.report.numbers.run_material import Material
 from erclutch.report.plots.error_map_plot import describe_error_map
 from erclutch.report.plots.flow_curves_plot import describe_flow_curves
@@ -64,7 +64,8 @@ def write_figure(
         RunError: the folder cannot be written.
     """
     if name not in FIGURES:
-        raise SettingError(f"no figure {name!r}", remedy=f"Figures are {', '.join(FIGURES)}")
+        hint = did_you_mean(name, FIGURES)
+        raise SettingError(f"no figure {name!r}", remedy=f"{hint}Figures are {', '.join(FIGURES)}")
     _, describe = FIGURES[name]
     if name == "trace":
         plot = describe(material, start=start, seconds=seconds)

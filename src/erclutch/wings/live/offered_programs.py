@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from erclutch.errors import SettingError
+from erclutch.errors import SettingError, did_you_mean
 from erclutch.signals.array import Array
 from erclutch.signals.device import DeviceName
 from erclutch.wings.live.motion_limits import MOTION, motion_limits, stroke_end
@@ -196,8 +196,9 @@ def starting_with(programs: Sequence[LoopProgram], name: str) -> tuple[LoopProgr
     first = [program for program in programs if program.name == name]
     others = [program for program in programs if program.name != name]
     if not first:
-        known = ", ".join(program.name for program in programs)
-        raise SettingError(f"there is no program {name!r}", remedy=f"Choose one of {known}")
+        known = [program.name for program in programs]
+        remedy = f"{did_you_mean(name, known)}Choose one of {', '.join(known)}"
+        raise SettingError(f"there is no program {name!r}", remedy=remedy)
     return (*first, *others)
 
 

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from erclutch.errors import SettingError
+from erclutch.errors import SettingError, did_you_mean
 from erclutch.export.c.compiled_model import CompiledModel
 from erclutch.export.exported_step import LIMITED, OUTSIDE
 from erclutch.models.model import Model
@@ -236,8 +236,9 @@ def experiment_of(name: str) -> Experiment:
         SettingError: there is none.
     """
     if name not in EXPERIMENTS:
-        known = ", ".join((*EXPERIMENTS, "control", "impedance", "wall", "all"))
-        raise SettingError(f"there is no experiment {name!r}", remedy=f"Choose one of {known}")
+        known = (*EXPERIMENTS, "control", "impedance", "wall", "all")
+        remedy = f"{did_you_mean(name, known)}Choose one of {', '.join(known)}"
+        raise SettingError(f"there is no experiment {name!r}", remedy=remedy)
     return EXPERIMENTS[name]
 
 

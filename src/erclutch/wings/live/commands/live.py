@@ -75,6 +75,7 @@ def live(
     from erclutch.wings.live.command_line.chosen_settings import knows_inertia, settings_of, supported, tuned
     from erclutch.wings.live.command_line.learn import Rig, learn
     from erclutch.wings.live.command_line.session_report import ended, follow, introduce
+    from erclutch.wings.live.offered_programs import standard_programs, starting_with
     from erclutch.wings.live.offered_rig import offered_rig
     from erclutch.wings.live.session import Session, SessionOptions
     from erclutch.wings.live.session_figures import SessionFigures
@@ -107,6 +108,9 @@ def live(
         knows_inertia(control)
         what, program = rig_of(rig, reading, folder, file, control, loop)
         device = device_of(what)
+        if control.program is not None and program is None:
+            # A misspelt program is told before a model is fitted to the twin.
+            starting_with(standard_programs(parameters, model=not no_model, device=device), control.program)
         chosen: LiveModel | None = None
         if not no_model:
             chosen = model_of(file, rig, what, parameters, output, device, adapt)

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from erclutch._version import __version__
-from erclutch.errors import SettingError
+from erclutch.errors import SettingError, did_you_mean
 from erclutch.signals.array import Array
 from erclutch.signals.recording import Recording
 from erclutch.wings.rig.twin.excitation import (
@@ -242,7 +242,8 @@ def prepare(
         SettingError: an unknown scenario, or a length that is not above 0 or beyond a day.
     """
     if name not in SCENARIOS:
-        raise SettingError(f"there is no scenario {name!r}", remedy=f"Choose one of {', '.join(SCENARIOS)}")
+        hint = did_you_mean(name, SCENARIOS)
+        raise SettingError(f"there is no scenario {name!r}", remedy=f"{hint}Choose one of {', '.join(SCENARIOS)}")
     scenario = SCENARIOS[name]
     length = scenario.seconds if seconds is None else seconds
     if not 0.1 <= length <= _LONGEST or seed < 0:
