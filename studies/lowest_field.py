@@ -1,22 +1,27 @@
 #!/usr/bin/env python
-"""Should a law that errs without the rows at no field be chosen less often?
+"""Should a law that errs without the rows at no field be chosen less often? And which of laws that are as good?
 
 SYNTHETIC devices of known truth (a yield effort that is a power of the field or saturates, a thinning viscosity; all
 numbers drawn) are logged in six motions at five fields, the lowest of which is none. One field or one motion is taken
-away, nine laws are fitted to the rest, and the training rows choose one: with the parts at no field among those that
-choose, as before decision 0004 was amended, and without them.
+away, nine laws are fitted to the rest, and the training rows choose one: as now, and as before decision 0004 was
+amended.
 
-    python studies/lowest_field.py [--devices 5]
+    python studies/lowest_field.py [--before no-field] [--devices 5] [--first 0] [--cases "field 0"]
+
+Before, the parts at no field were among those that choose (no-field); or of laws that the parts cannot tell apart the
+one with the fewest parameters was chosen, not the one with the least error on all parts (ties).
 
 Printed for what was taken away: the error of the chosen law over the least error of all nine, mean and largest, by both
-rules. Field 0 is none: where it is taken away both rules are the same.
+rules. Field 0 is none: where it is taken away parts at no field decide nothing.
 """
 
 from __future__ import annotations
 
 import argparse
 import os
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from typing import Any
 from unittest import mock
 
 if __name__ == "__main__":
@@ -28,8 +33,10 @@ from erclutch.fit.candidate import Fitted
 from erclutch.fit.fit_settings import Settings
 from erclutch.fit.kinds.law_alone import KIND
 from erclutch.fit.laws.fit_law import fit_structure
-from erclutch.fit.validation import chosen
+from erclutch.fit.outcome import AnyOutcome
+from erclutch.fit.validation import LeftOut, _counted, chosen
 from erclutch.logs.dataset import Dataset, joined
+from erclutch.signals.array import Array
 from erclutch.signals.clock import Clock, Span
 from erclutch.signals.device import Element, Units
 
@@ -75,12 +82,27 @@ def device(seed: int) -> Dataset:
     return joined(logs)
 
 
-def judged(data: Dataset, word: str) -> tuple[float, float]:
-    """Error of the chosen law over the least of all, with the parts at no field among those that choose, and without.
+def parameters_of(
+    usable: Mapping[str, Sequence[Array]], outcomes: Mapping[str, AnyOutcome], parts: LeftOut
+) -> dict[str, float]:
+    """What decided between laws that are as good, before."""
+    return {name: float(_counted(outcomes[name])) for name in usable}
+
+
+#: Of each rule the function that made it, and what stands in its place.
+BEFORE: dict[str, tuple[str, Any]] = {
+    "no-field": ("_no_field", lambda train, start, stop: False),
+    "ties": ("_burdens", parameters_of),
+}
+
+
+def judged(data: Dataset, word: str, rule: str) -> tuple[float, float]:
+    """Error of the chosen law over the least of all, before a rule and now.
 
     Args:
         data: of a device.
         word: which logs are taken away, by a part of their names.
+        rule: the rule's name.
     """
     held = np.zeros(data.rows, np.bool_)
     for source, (start, stop) in zip(data.sources, data.source_rows, strict=True):
@@ -94,7 +116,8 @@ def judged(data: Dataset, word: str) -> tuple[float, float]:
         left = (data.effort - model.predict(data))[held]
         errors[model.name] = float(np.sqrt(np.mean(left**2)))
     now = chosen(train, fitted, list(errors), seed=0)
-    with mock.patch("erclutch.fit.validation._no_field", return_value=False):
+    name, other = BEFORE[rule]
+    with mock.patch(f"erclutch.fit.validation.{name}", other):
         before = chosen(train, fitted, list(errors), seed=0)
     assert now is not None
     assert before is not None
@@ -105,12 +128,18 @@ def judged(data: Dataset, word: str) -> tuple[float, float]:
 def main() -> None:
     """Print the table."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--before", choices=list(BEFORE), default="no-field")
     parser.add_argument("--devices", type=int, default=5)
-    devices = [device(seed) for seed in range(parser.parse_args().devices)]
+    parser.add_argument("--first", type=int, default=0, help="seed of the first device")
+    parser.add_argument("--cases", nargs="+", default=list(TAKEN.values()), choices=list(TAKEN.values()))
+    asked = parser.parse_args()
+    devices = [device(seed) for seed in range(asked.first, asked.first + asked.devices)]
     for word, title in TAKEN.items():
-        ratios = np.array([judged(data, word) for data in devices])
+        if title not in asked.cases:
+            continue
+        ratios = np.array([judged(data, word, asked.before) for data in devices])
         told = [f"{mean:.3f} (largest {most:.3f})" for mean, most in zip(ratios.mean(0), ratios.max(0), strict=True)]
-        print(f"{title:<9} with no field {told[0]}, without {told[1]}", flush=True)
+        print(f"{title:<9} before {told[0]}, now {told[1]}", flush=True)
 
 
 if __name__ == "__main__":

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -14,7 +16,15 @@ from erclutch.fit.ladder import _folds, grown
 from erclutch.fit.laws.fit_law import fit_structure, reference_of, refit_near
 from erclutch.fit.log_groups import chessboard, groups_of
 from erclutch.fit.ranking import unknown_start
-from erclutch.fit.validation import _in_question, chosen, part_weights, parts_of_training, worth_their_freedom
+from erclutch.fit.validation import (
+    LeftOut,
+    _burdens,
+    _in_question,
+    chosen,
+    part_weights,
+    parts_of_training,
+    worth_their_freedom,
+)
 from erclutch.logs import recording_from_arrays
 from erclutch.logs.dataset import Dataset, build_dataset, joined
 from erclutch.models.laws import law_from_name
@@ -183,6 +193,19 @@ def test_each_part_counts_the_same_and_a_part_at_rest_counts_less() -> None:
     errors = {"a": errors_of(1.0, 10.0, 0.001), "b": errors_of(2.0, 9.0, 0.002)}
     np.testing.assert_allclose(part_weights(errors), [9.0, 1.0, 10.0])
     assert part_weights({"a": errors_of(0.0, 0.0)}) == [1.0, 1.0]
+
+
+@pytest.mark.parametrize(("further", "taken"), [(True, "rich"), (False, "plain")])
+def test_of_models_that_are_as_good_the_least_error_on_all_parts_decides_or_the_fewest_parameters(
+    further: bool, taken: str
+) -> None:
+    """The first part is at no field: it chooses no model, but it breaks ties."""
+    errors = {"plain": errors_of(1.5, 1.0, 1.0), "rich": errors_of(1.0, 1.0, 1.0)}
+    outcomes: dict[str, Any] = {}
+    for name, parameters in (("plain", 8), ("rich", 9)):
+        outcomes[name] = SimpleNamespace(parameters=parameters, model=SimpleNamespace(law_part=None))
+    burdens = _burdens(errors, outcomes, LeftOut("parts", (), further, fields=3, lowest=1))
+    assert min(burdens, key=burdens.__getitem__) == taken
 
 
 @pytest.mark.slow

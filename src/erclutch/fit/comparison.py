@@ -181,7 +181,7 @@ def compare(
     best, recommended = recommend(
         scores={entry.name: entry.test for entry in entries},
         excesses={entry.name: entry.excess for entry in entries},
-        parameters={entry.name: entry.outcome.parameters for entry in entries},
+        burden={entry.name: entry.outcome.parameters for entry in entries},
         sound=set(sound),
         freedom={entry.name: entry.outcome.freedom for entry in entries},
     )

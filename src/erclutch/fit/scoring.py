@@ -377,14 +377,14 @@ TOLERATED = 0.05
 def recommend(
     scores: Mapping[str, Score],
     excesses: Mapping[str, BandedFigure],
-    parameters: Mapping[str, int],
+    burden: Mapping[str, float],
     sound: Collection[str] | None = None,
     freedom: Mapping[str, int] | None = None,
 ) -> tuple[str, str]:
     """The best model, and the simplest one that is as good for all these rows can tell.
 
     Of models that are as good, one that physics binds beyond its rows goes first: a law, then a law with a network,
-    then a network, which knows nothing where it saw nothing. Among these the one with the fewest parameters goes first.
+    then a network, which knows nothing where it saw nothing. Among these the one with the least burden goes first.
 
     As good: the test error lies within the best one's band, and on the same blocks of rows it is not more than 5 %
     larger or cannot be told from it.
@@ -392,7 +392,7 @@ def recommend(
     Args:
         scores: test score by model.
         excesses: how much larger the test error is than the best one's, by model.
-        parameters: number of parameters by model.
+        burden: number of parameters by model, or another measure of which less is better.
         sound: models that may be recommended; None or none of them: all.
         freedom: how far a model is free of physics beyond its rows: a law 0, a law with a network 1, a network 2.
 
@@ -412,7 +412,7 @@ def recommend(
     nearest = min(allowed, key=lambda name: scores[name].rmse.value)
     free = freedom or {}
 
-    def order(name: str) -> tuple[int, int, float]:
-        return free.get(name, 0), parameters[name], scores[name].rmse.value
+    def order(name: str) -> tuple[int, float, float]:
+        return free.get(name, 0), burden[name], scores[name].rmse.value
 
     return best, min(good or [nearest], key=order)

@@ -189,7 +189,7 @@ def chosen(
     _, recommended = recommend(
         scores={name: scores[name] for name in worth},
         excesses={name: excess(whole[name], whole[least], seed=seed) for name in worth},
-        parameters={name: _counted(outcomes[name]) for name in worth},
+        burden=_burdens({name: usable[name] for name in worth}, outcomes, parts),
         freedom={name: freedom[name] for name in worth},
     )
 
@@ -203,6 +203,22 @@ def chosen(
     if len(allowed) < 2:
         return Choice(recommended, "", {}, at_new_fields)
     return Choice(recommended, parts.words, rmse, at_new_fields)
+
+
+def _burdens(
+    usable: Mapping[str, Sequence[Array]], outcomes: Mapping[str, AnyOutcome], parts: LeftOut
+) -> dict[str, float]:
+    """What decides between models that the parts which choose cannot tell apart, by their names; less is better.
+
+    On other rows of the same fields and motions such models do the same, so the fewest parameters decide. Where whole
+    fields or motions are left out, the next log may lie beyond all, where the models part, and a parameter more is a
+    small price. So the error on all parts decides, those at no field among them: they are evidence, if not enough to
+    choose by.
+    """
+    if not parts.further:
+        return {name: float(_counted(outcomes[name])) for name in usable}
+    weights = part_weights(usable)
+    return {name: rms(np.concatenate(_times(weights, own))) for name, own in usable.items()}
 
 
 def _counted(outcome: AnyOutcome) -> int:
