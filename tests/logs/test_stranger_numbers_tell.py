@@ -213,6 +213,13 @@ def test_a_modulus_of_an_oscillation_is_no_stress(name: str) -> None:
     assert effort.column == "sigma"
 
 
+@pytest.mark.parametrize(("prime", "mean", "unit"), [("E'", "E_bar", "V"), ("u'", "u_bar", "m/s")])
+def test_a_fluctuation_beside_its_mean_is_asked_about(prime: str, mean: str, unit: str) -> None:
+    columns = {"time": SPAN, prime: 0.1 + 0.1 * SWING, mean: 1.0 + SWING, "force": SWING}
+    asked = _signals(columns, {prime: unit, mean: unit}).questions
+    assert any(f"may be any of the columns {prime}, {mean}" in question.problem for question in asked)
+
+
 @pytest.mark.parametrize("name", ["ddq3", "qdd3", "theta_ddot", "d2x", "xddot"])
 def test_a_rate_of_a_rate_is_no_field(name: str) -> None:
     noisy = np.cos(40.0 * SPAN) + SWING

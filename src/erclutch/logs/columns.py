@@ -243,8 +243,8 @@ def _unit_speaks(column: SeenColumn, signal: str, si_units: tuple[str, ...]) -> 
         return False
     if not (told | OTHER).isdisjoint(column.spoken.stem_words) or signal in column.spoken.turned:
         return False
-    if column.spoken.is_primed:
-        return False
+    if signal in ("effort", "T") and column.spoken.is_primed:
+        return False  # a modulus; the fluctuation of another quantity speaks, and is asked about beside its mean
     own = "effort" if signal == "T" else signal
     for other in SINGLE:
         form = column.spoken.forms[other] or ""
