@@ -130,6 +130,7 @@ def test_a_switch_of_reading_is_true_or_false() -> None:
             "export_model knows no presicion. Did you mean precision",
         ),
         (erclutch.compare, (None,), {"settngs": None}, "compare knows no settngs. Did you mean settings?"),
+        (erclutch.compare, (None,), {"modles": ()}, "compare knows no modles. Did you mean models?"),
         (erclutch.recording_from_arrays, ({},), {"sample_rate": 1.0}, "recording_from_arrays knows no sample_rate."),
     ],
 )

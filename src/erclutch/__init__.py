@@ -21,6 +21,7 @@ from erclutch.signals.shown import Presenter, present_by
 
 if TYPE_CHECKING:
     from erclutch.errors import ErclutchError
+    from erclutch.export import export_model, verify_export
     from erclutch.fit.comparison import Comparison, Settings, compare
     from erclutch.fit.laws.fit_law import FitOutcome, fit_structure
     from erclutch.fit.networks.fit_network import fit_network
@@ -59,6 +60,7 @@ _HOMES = {
     "logs.held_out": ("hold_out",),
     "signals.speed": ("Derivative",),
     "errors": ("ErclutchError",),
+    "export": ("export_model", "verify_export"),
     "fit.recalibration": ("Recalibration", "recalibrate"),
     "runs.new_rows": ("predict", "score"),
     "fit.laws.fit_law": ("FitOutcome", "fit_structure"),
@@ -99,6 +101,7 @@ __all__ = [
     "align",
     "build_dataset",
     "compare",
+    "export_model",
     "fit_flow_curve",
     "fit_many",
     "fit_network",
@@ -114,6 +117,7 @@ __all__ = [
     "recalibrate",
     "recording_from_arrays",
     "score",
+    "verify_export",
     "write_run",
 ]
 

@@ -38,6 +38,17 @@ def shown() -> dict[str, Any]:
     return {f"{type(value).__name__}": value for value in values}
 
 
+def test_single_settings_may_stand_in_the_call(shown: dict[str, Any]) -> None:
+    found = erclutch.compare(shown["Dataset"], models=("quadratic",), lag="none")
+    assert [entry.name for entry in found.entries] == ["quadratic"]
+    assert found.settings.test == erclutch.Settings().test
+
+
+def test_a_model_is_exported_and_verified_from_the_top(shown: dict[str, Any], tmp_path: Path) -> None:
+    erclutch.export_model(shown["TorqueModel"], tmp_path / "model", "python")
+    assert all(check.passed for check in erclutch.verify_export(tmp_path / "model"))
+
+
 def test_html_is_escaped_and_asks_for_nothing(shown: dict[str, Any]) -> None:
     for name, value in shown.items():
         drawn = value._repr_html_()

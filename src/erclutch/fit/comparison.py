@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from types import MappingProxyType
 from typing import Any
@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from erclutch.errors import CheckError, SettingError, keywords_checked
+from erclutch.errors import CheckError, SettingError, require_known
 from erclutch.fit.candidate import Candidate, Fitted, Kind, kinds
 from erclutch.fit.data_check import ONE_FIELD, SIGN, check, steady_command
 from erclutch.fit.finding import Finding
@@ -123,12 +123,12 @@ _NO_LAG = Finding(
 _CHOICE = 3.0
 
 
-@keywords_checked
 def compare(
     data: Dataset,
     settings: Settings | None = None,
     progress: FitProgress | None = None,
     known: Mapping[str, AnyOutcome] = MappingProxyType({}),
+    **more: Any,
 ) -> Comparison:
     """Fit, score and rank models.
 
@@ -137,13 +137,15 @@ def compare(
         settings: what to do; None: all models with the defaults.
         progress: called after each step with what was done, a `FitStep`.
         known: fits to the same training rows, by the names of their models, which are not made again.
+        more: single settings, such as ``models=("bingham",)``; they go before those of `settings`.
 
     Raises:
         CheckError: the data cannot support a fit.
-        SettingError: an unknown model, lag or split.
+        SettingError: an unknown model, lag, split or keyword.
     """
+    require_known(more, [*(each.name for each in fields(Settings)), "settings", "progress"], "compare")
     require_dataset(data)
-    settings = settings or Settings()
+    settings = replace(settings or Settings(), **more)
     test = hold_out(data, settings.test)
     train = data.take(~test)
     findings = check(data, test) + past_finding(settings.past, data) + motion_held_out(data, test)
