@@ -8,7 +8,7 @@ search asks for it. SYNTHETIC logs of known truths, noise drawn anew for each:
     all told    five fields, slip of both signs, friction and a constant effort
     one way     slip of one sign: friction is a constant effort
     two fields  friction, yield effort and exponent are three numbers, of which two fields tell two; friction is none
-    memory      a Dahl state, which the search for memory has to find
+    memory      a Dahl state that the field enters (`dahl/field`), which the search for memory has to find
 
     python studies/chosen_terms.py [--logs 200] [--cases "one way" memory] [--rows 1500]
 
@@ -52,7 +52,7 @@ class Case:
         fields: levels of the field, the largest 1.
         forward: speed that is added to the motion, in rad/s.
         numbers: true numbers by the names of the fit.
-        remembers: whether the yield effort has a Dahl state.
+        remembers: whether the yield effort is a Dahl state that the field enters.
     """
 
     fields: tuple[float, ...]
@@ -77,20 +77,23 @@ def log_of(case: Case, rows: int, seed: int) -> Dataset:
     phases = rng.uniform(0.0, 2.0 * np.pi, 2)
     slip = case.forward + 3.0 * np.sin(4.4 * t + phases[0]) + 2.0 * np.sin(11.9 * t + phases[1])
     yielding = case.numbers.get("T_y", 0.8) * field ** case.numbers["n"]
-    turned = _dahl(slip) if case.remembers else np.tanh(slip / case.numbers.get("w_s", 1e-3))
-    effort = yielding * turned + case.numbers["eta"] * slip + case.numbers.get("T_0", 0.0)
+    if case.remembers:
+        yielded = _dahl(yielding, slip)
+    else:
+        yielded = yielding * np.tanh(slip / case.numbers.get("w_s", 1e-3))
+    effort = yielded + case.numbers["eta"] * slip + case.numbers.get("T_0", 0.0)
     effort += case.numbers.get("T_f", 0.0) * np.tanh(slip / TRUTH["w_s"])
     clock = Clock(t, (Span(0, rows, PERIOD),))
     noisy = effort + NOISE * rng.standard_normal(rows)
     return Dataset("single", (Element(field, slip),), noisy, clock, Units("N*m", "A", "rad/s"))
 
 
-def _dahl(slip: Array) -> Array:
-    """A Dahl state, from rest."""
-    state, states = 0.0, np.empty(slip.size)
-    for k, w in enumerate(slip):
+def _dahl(yielding: Array, slip: Array) -> Array:
+    """A Dahl state, which tends to the yield effort in the way of the slip and has got there when the log begins."""
+    state, states = yielding[0] * np.sign(slip[0]), np.empty(slip.size)
+    for k, (effort, w) in enumerate(zip(yielding, slip, strict=True)):
         gone = 1.0 - np.exp(-abs(w) * PERIOD / TRAVEL)
-        state = states[k] = (1.0 - gone) * state + gone * np.sign(w)
+        state = states[k] = (1.0 - gone) * state + gone * effort * np.sign(w)
     return states
 
 
