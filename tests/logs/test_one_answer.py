@@ -153,3 +153,17 @@ def test_a_bare_slip_beside_a_speed_with_a_unit_is_asked_about() -> None:
 def test_the_rate_is_asked_for_where_no_column_can_be_the_time() -> None:
     plan = planned({"Index": ROWS, "displacement": ANGLE, "force": SPEED})
     assert plan.command() == 'erclutch inspect a.csv --rate "RATE Hz"'
+
+
+@pytest.mark.parametrize(
+    ("name", "unit", "option"),
+    [
+        ("Machine_N_cycles", None, '--rate "RATE Hz"'),
+        ("wear", "um", '--rate "RATE Hz"'),
+        ("counted", None, '--time "COLUMN [s]"'),  # it may be the time
+    ],
+)
+def test_a_rising_column_of_another_quantity_is_no_time(name: str, unit: str | None, option: str) -> None:
+    columns = {name: np.floor(ROWS / 7), "displacement": ANGLE, "force": SPEED}
+    plan = plan_of(Table("a.csv", columns, {name: unit}, "0" * 64, path="a.csv"), ColumnMap())
+    assert option in plan.command()

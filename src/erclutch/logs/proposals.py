@@ -103,10 +103,12 @@ def _clock_option(
     if has_speed:
         return "--time none"  # a law without memory needs no clock where the speed is logged; a position needs it
 
-    shapes = [column.shape for column in seen.without(others)]
+    free = seen.without(others)
+    # Cycles and other quantities rise too, and are no time by their name or unit.
+    nameless = [column for column in free if column.fits(("s",)) is not False and not column.spoken.is_accounted]
     moving = not questions.keys() - {"time", "field"}  # else a column of the time may be among the open ones
-    timeless = moving and not any(shape.rises and not shape.counts_rows for shape in shapes)
-    return '--rate "RATE Hz"' if timeless or not shapes else '--time "COLUMN [s]"'
+    timeless = moving and not any(column.shape.rises and not column.shape.counts_rows for column in nameless)
+    return '--rate "RATE Hz"' if timeless or not free else '--time "COLUMN [s]"'
 
 
 def _column_option(
