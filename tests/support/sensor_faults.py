@@ -51,7 +51,11 @@ CAUSES = {
     "same bits": "the sensor reads as in health, to the bit",
     "a count": "the encoder reads as in health but for a count or two",
     "friction": "the meter is off by no more than dry friction withstands or varies",
+    "noise": "the same, and with other noise of its meter the healthy loop is as high",
 }
+#: Rows from the first doubt of the momentum to zero field, and the share by which its filter moves in a row.
+FALLS, MOVES = 8, 0.13
+NOISES = (101, 102, 103)  # seeds
 COUNTS = 2.0
 SLOW = 1.0  # rad/s: a third of the speed up to which dry friction is elastic
 _DOUBTS = ("theta-doubted", "alpha-doubted", "torque-doubted")
@@ -147,7 +151,12 @@ def settings_of(control: str, model: LiveModel, rig: RigParameters, observer: st
 
 
 def frames_of(
-    settings: LoopSettings, model: Path, rig: RigParameters, seed: int, fault: tuple[str, str, int] | None = None
+    settings: LoopSettings,
+    model: Path,
+    rig: RigParameters,
+    seed: int,
+    fault: tuple[str, str, int] | None = None,
+    noise: tuple[int, int] | None = None,
 ) -> Any:
     """Frames of the loop on the TWIN, dtype `FRAME`, shape (ROWS,).
 
@@ -157,12 +166,15 @@ def frames_of(
         rig: parameters of the TWIN.
         seed: of the torque meter's noise.
         fault: sensor, kind and row of the fault.
+        noise: row from which the meter has other noise, and its seed.
     """
     single, turns = settings.device == "single", 2.0 * np.pi / rig.value("screw.lead")
     twin, core = Twin(rig, seed=seed, locked=single, single=single), Core(settings, model)
     frames, sample = np.zeros(ROWS, FRAME), np.zeros(1, SAMPLE)
     seen = {name: np.zeros(ROWS) for name in SENSORS}
     for k in range(ROWS):
+        if noise is not None and k == noise[0]:
+            twin._random = np.random.default_rng(noise[1])
         read = twin.sense()
         for name, value in zip(SENSORS, (read.torque, read.theta, turns * read.alpha_raw), strict=True):
             seen[name][k] = sample[name][0] = value
@@ -194,7 +206,7 @@ def judged(healthy: Any, faulty: Any, begin: int, without: Any = None, unseen: f
     """
     ill = np.abs(faulty["field1"] - faulty["field2"])
     most = _near(healthy)
-    above = (ill > (1.0 + ABOVE) * most + LEAST)[begin:]
+    above = _field_above(faulty, most)[begin:]
     bounded = np.abs(faulty["estimate"]) <= unseen
     if without is not None:
         bounded |= ill <= (1.0 + ABOVE) * _near(without) + LEAST
@@ -217,6 +229,11 @@ def _near(frames: Any) -> NDArray[np.float64]:
     return np.max([np.roll(size, shift) for shift in range(-NEAR, NEAR + 1)], axis=0)
 
 
+def _field_above(frames: Any, most: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Rows whose field is above another one by more than `ABOVE`."""
+    return np.abs(frames["field1"] - frames["field2"]) > (1.0 + ABOVE) * most + LEAST
+
+
 def _longest(rows: NDArray[np.bool_]) -> int:
     """The longest run of true rows."""
     edges = np.flatnonzero(np.diff(np.concatenate(([0], rows.astype(int), [0]))))
@@ -231,6 +248,10 @@ def fault_run(
     faulty = frames_of(settings, model, rig, seed, fault)
     run = judged(healthy, faulty, begin)
     cause = "" if run.held else cause_of(settings, rig, fault, healthy, faulty)
+    if cause == "friction" and not run.never_above:
+        others = [frames_of(settings, model, rig, seed, noise=(begin, other)) for other in NOISES]
+        high = _field_above(faulty, np.max([_near(frames) for frames in (healthy, *others)], axis=0))
+        cause = "noise" if _longest(high[begin:]) <= MOST_ABOVE else cause
     if run.outcome != "not held":
         return replace(run, cause=cause)
     without = frames_of(settings, model, rig, seed, (sensor, "silent", begin)) if sensor == "torque" else None
@@ -253,12 +274,23 @@ def cause_of(settings: LoopSettings, rig: RigParameters, fault: tuple[str, str, 
     rows = slice(begin, begin + ZERO_WITHIN)
     off = float(np.nanmax(np.abs(faulty[sensor][rows] - healthy[sensor][rows])))
     if sensor == "torque":
+        rows = slice(begin, begin + ZERO_WITHIN - FALLS)  # a doubt that begins later comes too late
+        off = _filtered(faulty[sensor][rows] - healthy[sensor][rows])
         speed = faulty["theta_dot" if settings.device == "single" else "alpha_dot"][rows]
         if float(np.max(np.abs(speed))) <= SLOW:  # there elastic friction withstands whatever is read
-            off = min(off, float(np.nanmax(np.abs(faulty[sensor][rows]))))
+            off = min(off, _filtered(faulty[sensor][rows]))
         return "friction" if off <= settings.load_band + REST_FRICTION * settings.load_friction else ""
     count = theta_count(rig) if sensor == "theta" else alpha_count(rig)
     return "same bits" if off == 0.0 else "a count" if off <= COUNTS * count else ""
+
+
+def _filtered(torque: NDArray[np.float64]) -> float:
+    """The largest size of a torque through the filter of the check of the momentum."""
+    passed = most = 0.0
+    for each in torque[np.isfinite(torque)].tolist():
+        passed += MOVES * (each - passed)
+        most = max(most, abs(passed))
+    return most
 
 
 def sessions(control: str, seed: int, name: str = "bingham") -> Iterator[tuple[str, str, FaultRun]]:

@@ -83,6 +83,19 @@ def test_late_samples_hide_no_fault_of_a_sensor(sensor: str, kind: str, late: st
         assert trips(frames)
 
 
+@pytest.mark.parametrize(("after", "lasts"), [(1, 5), (1, 15), (4, 10)])
+def test_a_meter_that_was_turned_while_samples_were_lost_has_been_wrong_since(
+    after: int, lasts: int, pair: LiveModel
+) -> None:
+    """Torque and motion are compared anew when the filters have settled. Only from then on the doubt was counted."""
+    settings = settings_of("torque", pair, RIG)
+    fault, paused = ("torque", "reversed", BEGINS), [(BEGINS - 40, 12), (BEGINS + after, lasts)]
+    frames = frames_of_late(settings, pair.library, RIG, "lost", paused, rows=BEGINS + 100, fault=fault)
+    on = np.flatnonzero(frames["field1"] + frames["field2"])
+    zero = int(frames["seq"][on[-1] + 1]) - BEGINS
+    assert zero - (after + lasts) <= 20, "of the first sample that came again"  # it was 26
+
+
 @pytest.mark.parametrize("late", ["lost", "rig"])
 def test_a_doubt_goes_on_while_no_sample_comes(late: str, pair: LiveModel) -> None:
     """It began anew after each pause: the field came back between, and was zero only 28 ms after the fault."""

@@ -248,6 +248,52 @@ def test_a_wrong_meter_keeps_no_brake_at_rest_shut(kind: str) -> None:
         assert 0 <= fault.zero <= 300, (seed, fault)
 
 
+@pytest.mark.parametrize("kind", ["reversed", "doubled"])
+def test_a_meter_that_jumps_while_a_brake_rests_is_wrong(kind: str) -> None:
+    """What holds a drive at rest does not jump. Its torque stayed within the dry friction: 29 and 161 ms passed."""
+    brake = study.model_of(RIG, "bingham", "single")
+    settings, begin = study.settings_of("wall", brake, RIG), 1113
+    healthy = study.frames_of(settings, brake.library, RIG, 0)
+    rest = healthy["theta"][begin - 50 : begin + 20]
+    assert np.ptp(rest) == 0.0
+    fault = study.judged(healthy, study.frames_of(settings, brake.library, RIG, 0, ("torque", kind, begin)), begin)
+    assert fault.held, fault
+    assert fault.zero < 12
+
+
+def resting(change: Any, wave: Waveform = Waveform.CONSTANT) -> Any:
+    """Frames of a brake whose drive rests on one count of its encoder; what its meter reads is noise about 8 mN m."""
+    program = LoopProgram("fields", Mode.FIELDS, wave, amplitude=0.1, frequency=1.0, offset=0.3)
+    limits = torque_limits(0.4, 5e-3, 1e-3) | free_drive(RIG)
+    core = Core(LoopSettings(device="single", programs=(program,), rise_rate=1e6, fall_rate=1e6, **limits), None)
+    noise = 3e-4 * np.random.default_rng(5).standard_normal(900)
+    sample, frames = np.zeros(1, SAMPLE), np.zeros(900, FRAME)
+    for k in range(900):
+        sample["seq"], sample["time_ns"] = k + 1, (k + 1) * 1_000_000
+        sample["torque"] = change(k, 0.008 + float(noise[k]))
+        frames[k] = core.step(sample, k)[1]
+    return frames
+
+
+def test_at_rest_four_periods_of_another_torque_are_told_and_a_spike_is_not() -> None:
+    def spike(lasts: int) -> Any:
+        return resting(lambda k, torque: 2.0 * torque if 0 <= k - 600 < lasts else torque)
+
+    assert said(spike(3), "torque-doubted").size == 0
+    assert said(spike(900), "torque-doubted", "disagrees")[0] == 603
+    assert said(spike(4), "torque-doubted").size > 200  # no agreement takes that back
+
+
+def test_at_rest_no_count_of_a_coarse_meter_no_slow_change_and_no_new_field_is_a_fault() -> None:
+    coarse = resting(lambda k, torque: 0.008 * round((torque + 5e-6 * k) / 0.008))
+    assert said(coarse, "torque-doubted").size == 0
+    assert np.unique(coarse["torque"][100:]).size > 1
+    assert said(resting(lambda k, torque: torque - 1e-5 * k), "torque-doubted").size == 0
+    fields = resting(lambda k, torque: torque if k % 1000 < 500 else 2.0 * torque, Waveform.SQUARE)
+    assert np.ptp(fields["field1"][100:]) > 0.1
+    assert said(fields, "torque-doubted").size == 0
+
+
 @pytest.mark.slow
 def test_a_healthy_drive_and_its_meter_agree() -> None:
     brake = study.model_of(RIG, "bingham", "single")

@@ -5,19 +5,28 @@
 #include <math.h>
 
 #define MOST_PERIODS 1000000u
-#define UNLIKELY_SHARE 0.5 /* of the model's torque that a device may lack, or give beyond it */
+#define HALF 0.5
+
+/* A reading alone. */
+#define HIGHEST_TORQUE 1e9 /* N m, where no limit is known */
+#define LIVELY 500u        /* readings after which it is known how often a sensor repeats itself */
+#define MOST_REPEATED 16u  /* periods for which a sensor with noise does; a coarse one does so for as long as it likes */
+#define REPEATS 2u         /* times its longest repetition after which a sensor is stuck */
+
+/* A reading beside the model's torque. */
 #define DRIFTS 3.0         /* bands by which a device may drift off its model */
+#define UNLIKELY_SHARE 0.5 /* and of the model's torque that it may lack, or give beyond it */
+#define OPPOSED 0.5        /* of the band: a model's torque whose sign is known */
 #define GUESSES 5.0        /* times its band by which a model is off outside its log */
 #define GUESSED 100u       /* periods after that in which it still is: at the edge of its log a network is no better */
-#define HIGHEST_TORQUE 1e9 /* N m, where no limit is known */
-#define OPPOSED 0.5        /* of the band: a model's torque whose sign is known */
-#define LIVELY 500u        /* readings after which it is known how often a sensor repeats itself */
-#define MOST_REPEATED 16u  /* periods for which a sensor with noise repeats itself; a coarse one does so for as long as it likes */
-#define REPEATS 2u         /* times its longest repetition after which a sensor is stuck */
 #define SURE 5u            /* periods of disagreement that no later agreement takes back */
-#define MOMENTUM_RATE 150.0 /* 1/s of the filter of torque and motion */
+#define SAYS_LITTLE 4u     /* readings inside the band that clear as much doubt as another one */
+
+/* Torque beside motion. */
+#define FASTEST 1e6         /* rad/s: no encoder that works reads more */
+#define MOMENTUM_RATE 150.0 /* 1/s of the filter of both */
 #define NEAR_REST 3.0       /* rad/s: dry friction is elastic, and turns only some way after the motion has */
-#define BREAKS_AWAY 1.2     /* times its sliding friction that an output at rest withstands beyond it */
+#define BREAKS_AWAY 1.2     /* times its sliding friction that an output at rest withstands */
 #define STANDS 0.02         /* rad/s: between two counts of an encoder */
 #define STOOD_STILL 32u     /* periods at rest after which nothing rings or is late any more */
 #define AT_REST 0.3         /* of the band, at such a rest */
@@ -25,11 +34,20 @@
 #define MOTOR_SHARE 0.3     /* of the motor's torque: a tenth of that may be off */
 #define MOTOR_LAGS 6.0      /* of its change: that may pass before the speed shows it */
 #define SLOW 20.0           /* times the least slip: up to there a drive's viscous drag is less than its dry friction */
-#define HALF 0.5
 #define MOMENTUM_SURE 1u    /* periods of doubt after which the field falls whatever follows, twice as fast */
 #define MOMENTUM_LITTLE 16u /* agreements that say little and clear as much doubt as another one */
-#define FASTEST 1e6         /* rad/s: no encoder that works reads more */
-#define SAYS_LITTLE 4u     /* readings inside the band that clear as much doubt as another one */
+
+/* What dry friction takes of the torque of a load at rest. */
+#define CREEPS 1.0           /* rad/s: by a count now and then a load at rest creeps on */
+#define RINGS 12u            /* periods after such a count */
+#define HELD_BY 0.125        /* share by which the usual friction moves in a period */
+#define SCATTERS_BY 0.015625 /* and its usual distance from that */
+#define CALM 64u             /* periods after which both are known */
+#define STEADY 0.01          /* of the field limit: no change in a period */
+#define JUMPS 16.0           /* times the usual distance: noise is never so far off */
+#define JUMP_COUNTS 2.0      /* counts of the meter */
+#define JUMP_LAGS 2.0        /* of the change of the motor's torque */
+#define JUMPED 4u            /* periods in a row, which are no spike of a meter */
 
 static double distance(double a, double b) {
     return a > b ? a - b : b - a;
@@ -93,6 +111,8 @@ static void watch(erc_meter *m, double torque) {
         m->longest = m->still;
     }
     if (!same) {
+        const double step = distance(torque, m->reading); /* NaN at first */
+        m->count = m->count > 0.0 && !(step < m->count) ? m->count : step;
         m->still = 0u;
         m->low = m->high = m->expected;
     }
@@ -254,6 +274,45 @@ static double unbalanced(erc_core *core) {
     return m->passed - taken;
 }
 
+/* Beyond this the friction of a load at rest is another one. */
+static double most_off_at_rest(const erc_core *core) {
+    const erc_momentum *m = &core->momentum;
+    const double rest = AT_REST * core->config.load_band;
+    const double usual = JUMPS * m->scatter;
+    const double counts = JUMP_COUNTS * core->meter.count;
+    const double late = JUMP_LAGS * distance(core->driven, m->driven);
+    return (rest > usual ? rest : usual) + counts + late;
+}
+
+/* Whether a load at rest is held by another friction than before, all at once, while neither field nor motor changes. No
+ * friction jumps so: the meter is another. */
+static bool jumps(erc_core *core) {
+    erc_momentum *m = &core->momentum;
+    const double friction = torque_on_load(core);
+    const double off = distance(friction, m->held);
+    const bool steady = distance(core->field, m->field) <= STEADY * core->config.field_limit;
+    const bool moves = fabs(speed_of_load(core)) > CREEPS;
+    m->field = core->field;
+    if (!steady || moves) { /* what was known of a rest says nothing of the next one */
+        m->calm = 0u;
+        m->scatter = 0.0;
+    }
+    if (!steady || m->stands < RINGS) {
+        m->held = friction;
+        m->jumped = 0u;
+        return false;
+    }
+    if (m->calm >= CALM && off > most_off_at_rest(core)) {
+        m->jumped++;
+        return true;
+    }
+    m->calm += m->calm < CALM ? 1u : 0u;
+    m->jumped = 0u;
+    m->held += HELD_BY * (friction - m->held);
+    m->scatter += SCATTERS_BY * (off - m->scatter);
+    return false;
+}
+
 /* Agreement takes doubt away, unless the field already falls. Of a small torque half would not be missed: agreement on it
  * says little. */
 static void agree(erc_momentum *m, bool says) {
@@ -270,53 +329,93 @@ uint32_t erc_momentum_doubts(const erc_core *core) {
     return ERC_TORQUE_DOUBTED | encoder | ERC_DISAGREES;
 }
 
+/* Whether the torque is known, and nothing but friction acts beside it: there an end stop does. */
+static bool has_witness(const erc_core *core) {
+    const erc_config *config = &core->config;
+    const double limit = config->torque_limit > 0.0 ? config->torque_limit : HIGHEST_TORQUE;
+    const bool compared = config->load_inertia > 0.0 && erc_placed(core);
+    const bool known = isfinite(core->torque) && fabs(core->torque) <= limit && fabs(speed_of_load(core)) <= FASTEST;
+    const bool alone = core->meter.wrong && (core->meter.reason & ERC_DISAGREES) == 0u; /* wrong by itself */
+    return compared && known && !alone;
+}
+
+/* The first sample of a comparison: nothing has changed yet. */
+static void begin(erc_core *core) {
+    erc_momentum *m = &core->momentum;
+    m->begun = true;
+    m->speed = speed_of_load(core);
+    m->torque = torque_on_load(core);
+    m->late[0] = m->late[1] = m->torque;
+    m->passed = 0.0;
+    m->rests = 0.0;
+    m->driven = core->driven;
+    m->size = uncertain(core, 0.0);
+    m->stands = 0u;
+}
+
+/* By how much torque and motion may differ. */
+static double most_off(const erc_core *core) {
+    const erc_momentum *m = &core->momentum;
+    const double band = (m->stands < STOOD_STILL ? 1.0 : AT_REST) * core->config.load_band;
+    const double rest = BREAKS_AWAY * core->config.load_friction * m->rests;
+    return band + rest + OFF_SHARE * m->size;
+}
+
+/* One more period of doubt. Where missing samples were why nothing was compared, meter or encoder has been wrong since. */
+static void doubt(erc_core *core, uint32_t apart) {
+    erc_momentum *m = &core->momentum;
+    core->meter.good = false;
+    core->meter.unlearn = core->meter.unlearn || m->doubted == 0u;
+    m->unseen = m->doubted == 0u ? apart : m->unseen;
+    m->doubted++;
+    if (m->doubted > MOMENTUM_SURE && m->unseen > 1u) {
+        m->doubted += m->unseen;
+    }
+}
+
 uint32_t erc_momentum_plausible(erc_core *core) {
     const uint32_t either = erc_momentum_doubts(core);
-    const erc_config *config = &core->config;
     erc_momentum *m = &core->momentum;
-    const double limit = config->torque_limit > 0.0 ? config->torque_limit : HIGHEST_TORQUE;
     if (m->doubted > MOMENTUM_SURE) { /* no agreement takes that back: one that is doubled agrees whenever it is small */
         m->doubted += m->doubted < MOST_PERIODS ? 2u : 0u;
         core->meter.good = false;
         return either;
     }
-    const bool alone = core->meter.wrong && (core->meter.reason & ERC_DISAGREES) == 0u; /* the meter is wrong by itself */
-    const bool known = isfinite(core->torque) && fabs(core->torque) <= limit && !alone &&
-                       fabs(speed_of_load(core)) <= FASTEST;
-    if (!(config->load_inertia > 0.0) || !erc_placed(core) || !known) { /* an end stop, or no witness */
+    if (!has_witness(core)) {
         m->begun = false;
-        m->doubted = 0u; /* a meter that is known to be wrong is who disagreed */
+        m->doubted = m->apart = 0u; /* a meter that is known to be wrong is who disagreed */
         return 0u;
     }
     if (!m->begun) {
-        m->begun = true;
-        m->speed = speed_of_load(core);
-        m->torque = m->late[0] = m->late[1] = torque_on_load(core);
-        m->passed = m->rests = 0.0;
-        m->driven = core->driven;
-        m->size = uncertain(core, 0.0);
-        m->stands = 0u;
-        return 0u; /* nothing has changed yet */
+        begin(core);
+        return 0u;
     }
     delay(m, torque_on_load(core));
     const double off = fabs(unbalanced(core));
-    m->stands = fabs(speed_of_load(core)) > STANDS ? 0u : m->stands + (m->stands < STOOD_STILL ? 1u : 0u);
-    const double band = (m->stands < STOOD_STILL ? 1.0 : AT_REST) * config->load_band;
-    const double may = band + BREAKS_AWAY * config->load_friction * m->rests + OFF_SHARE * m->size;
-    if (core->config.device == ERC_SINGLE && !(fabs(speed_of_load(core)) <= SLOW * config->least_slip)) {
-        m->doubted = 0u; /* drags of bearings and gears are not known */
+    const bool stands = fabs(speed_of_load(core)) <= STANDS;
+    m->stands = stands ? m->stands + (m->stands < STOOD_STILL ? 1u : 0u) : 0u;
+    const bool slow = fabs(speed_of_load(core)) <= SLOW * core->config.least_slip;
+    if (core->config.device == ERC_SINGLE && !slow) {
+        m->doubted = m->apart = 0u; /* drags of bearings and gears are not known */
         return 0u;
     }
     if (m->unsure > 0u) { /* of torque and speed each was begun at a value that nobody knows to be the usual one */
         m->unsure--;
         return 0u;
     }
+    const uint32_t apart = m->apart;
+    m->apart = 0u;
+    if (jumps(core)) {
+        core->meter.good = false;
+        core->meter.unlearn = core->meter.unlearn || m->jumped == 1u;
+        m->doubted = m->jumped < JUMPED ? m->doubted : MOMENTUM_SURE + 1u;
+        return m->jumped < JUMPED ? 0u : either;
+    }
+    const double may = most_off(core);
     if (!(off > may)) {
         agree(m, HALF * m->size > may);
         return 0u;
     }
-    core->meter.unlearn = core->meter.unlearn || m->doubted == 0u;
-    core->meter.good = false;
-    m->doubted++;
+    doubt(core, apart);
     return either;
 }

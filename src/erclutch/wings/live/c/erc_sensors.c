@@ -186,6 +186,7 @@ static uint32_t take_one(erc_core *core, const erc_sample *sample, int *good) {
     events |= status_events(core, sample->status) | torque_events(core, sample->torque);
     predict(&core->theta, core->dt, gap);
     predict(&core->alpha, core->dt, gap);
+    core->momentum.apart += core->momentum.apart < LARGEST_GAP ? (uint32_t)gap + 1u : 0u;
     watch(&core->theta, sample->theta);
     watch(&core->alpha, sample->alpha);
     const uint32_t theta = impossible(core, &core->theta, sample->theta, gap + 1u);

@@ -52,6 +52,7 @@ typedef struct {
 /* What is known of the torque sensor. Torques in N m. */
 typedef struct {
     double reading, believed;    /* the last reading as it came, and the last that can be */
+    double count;                /* the least by which two readings in a row have differed */
     double expected;             /* the model's torque, as late as the measured one */
     double low, high;            /* its range since the reading changed */
     double earlier[ERC_EARLIER]; /* and what it was in the last periods, by the step */
@@ -75,11 +76,17 @@ typedef struct {
     double speed;        /* of that side, through the same */
     double driven;       /* by the motor, through the same */
     double size, rests;  /* of the torque, and the share of the time at rest, through the same */
+    double held, scatter; /* what dry friction takes of the torque of a load at rest, and by how much that varies there */
+    double field;        /* a period ago */
     uint32_t doubted;    /* how long both have disagreed, in periods; agreement takes one off */
     uint32_t before;     /* the same a step ago: samples that come together may bring several */
     uint32_t stands;     /* periods at rest */
+    uint32_t calm;       /* periods in which nothing changed that acts on it either */
+    uint32_t jumped;     /* periods in a row in which what friction takes is another than before, all at once */
     uint32_t little;     /* agreements that say little */
     uint32_t unsure;     /* periods left, after samples that were missing, in which nothing follows */
+    uint32_t apart;      /* periods since both were compared, where missing samples were why they were not */
+    uint32_t unseen;     /* the same when a doubt began */
     bool begun;
 } erc_momentum;
 

@@ -203,40 +203,68 @@ static double slope_at(const erc_core *core, const double *in, double field, dou
     return isfinite(slope) ? slope : 0.0;
 }
 
-/* The field near the last one at which the model gives a torque at rest, by secants; whether there is one, or an end of
- * the field that does not suffice. It begins with what the last field gave and what the slips made of it a period ago,
- * so a smooth period asks the model once. The torque must go on changing with the field in the direction in which it did
- * where the inverse found its field. */
-static bool follow(erc_core *core, const double *in, double wanted, uint32_t *events) {
-    erc_stages *s = &core->stages;
-    const double limit = core->config.field_limit, enough = ENOUGH * core->config.torque_scale;
-    const double lowest = lowest_field(core);
-    double at = s->found, slope = s->slope, gives = s->gave + s->turned, miss = gives - wanted, first = 0.0;
-    bool met = false, at_end = false;
-    uint32_t i;
-    for (i = 0u; i < SECANTS && slope * s->slope > 0.0 && !met && !at_end; i++) {
-        const double next = bounded(at - miss / slope, lowest, limit);
-        gives = erc_at_rest(core, in, next);
-        const double there = gives - wanted;
-        met = fabs(there) <= enough;
-        at_end = !met && (next == limit || next == lowest) && there * slope * next < 0.0 &&
-                 slope_at(core, in, next, gives) * s->slope > 0.0;
-        if (i > 0u && !at_end) { /* both are of this period; else a step of the torque */
-            slope = fabs(there) < fabs(miss) || there * miss < 0.0 ? (there - miss) / (next - at) : 0.0;
-        }
-        first = i == 0u ? there : first;
-        at = next;
-        miss = there;
-    }
-    if (!(slope * s->slope > 0.0 && (met || at_end))) {
+/* Torque per field between two guesses of a period. 0 where the second is no better and on the same side: that is no way
+ * to the wanted torque. off: the torque that each gives less the wanted one. */
+static double secant(double field, double off, double next, double next_off) {
+    const bool better = fabs(next_off) < fabs(off);
+    const bool between = next_off * off < 0.0;
+    return better || between ? (next_off - off) / (next - field) : 0.0;
+}
+
+/* Whether a guess is an end of the field, the torque lacks more of the same, and the slope there still has its sign. */
+static bool ends_there(const erc_core *core, const double *in, double field, double gives, double off, double slope) {
+    if (field != core->config.field_limit && field != lowest_field(core)) {
         return false;
     }
-    s->found = at;
+    const bool lacks = off * slope * field < 0.0;
+    return lacks && slope_at(core, in, field, gives) * core->stages.slope > 0.0;
+}
+
+/* The field near the last one at which the model gives a torque at rest, by secants. Returns whether there is one, or an
+ * end of the field that does not suffice. The first guess takes what the last field gave, and what the slips made of that
+ * a period ago: so a smooth period asks the model once. The torque must go on changing with the field in the direction in
+ * which it did where the inverse found its field. */
+static bool follow(erc_core *core, const double *in, double wanted, uint32_t *events) {
+    erc_stages *s = &core->stages;
+    const double limit = core->config.field_limit;
+    const double lowest = lowest_field(core);
+    const double enough = ENOUGH * core->config.torque_scale;
+    double field = s->found;
+    double slope = s->slope;
+    double gives = s->gave + s->turned;
+    double off = gives - wanted;
+    double first_off = 0.0; /* of the first guess: what slips and slope have made of the torque in this period */
+    bool met = false;
+    bool at_end = false;
+    uint32_t guess;
+    for (guess = 0u; guess < SECANTS && !met && !at_end; guess++) {
+        if (!(slope * s->slope > 0.0)) {
+            return false;
+        }
+        const double next = bounded(field - off / slope, lowest, limit);
+        gives = erc_at_rest(core, in, next);
+        const double next_off = gives - wanted;
+        met = fabs(next_off) <= enough;
+        at_end = !met && ends_there(core, in, next, gives, next_off, slope);
+        if (guess == 0u) {
+            first_off = next_off; /* the guess before is of another period: no slope follows from it */
+        } else if (!at_end) {
+            slope = secant(field, off, next, next_off);
+        } else {
+            /* the slope stays that of the last guess inside */
+        }
+        field = next;
+        off = next_off;
+    }
+    if (!(slope * s->slope > 0.0) || !(met || at_end)) {
+        return false;
+    }
+    s->found = field;
     s->gave = gives;
     s->slope = slope;
-    s->turned = at_end ? 0.0 : s->turned + first;
+    s->turned = at_end ? 0.0 : s->turned + first_off;
     if (at_end) {
-        stay_at_end(s, -miss, events);
+        stay_at_end(s, -off, events);
     }
     return true;
 }
