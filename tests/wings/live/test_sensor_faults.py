@@ -264,7 +264,7 @@ def test_a_meter_that_jumps_while_a_brake_rests_is_wrong(kind: str) -> None:
 def resting(change: Any, wave: Waveform = Waveform.CONSTANT) -> Any:
     """Frames of a brake whose drive rests on one count of its encoder; what its meter reads is noise about 8 mN m."""
     program = LoopProgram("fields", Mode.FIELDS, wave, amplitude=0.1, frequency=1.0, offset=0.3)
-    limits = torque_limits(0.4, 5e-3, 1e-3) | free_drive(RIG)
+    limits: dict[str, Any] = torque_limits(0.4, 5e-3, 1e-3) | free_drive(RIG)
     core = Core(LoopSettings(device="single", programs=(program,), rise_rate=1e6, fall_rate=1e6, **limits), None)
     noise = 3e-4 * np.random.default_rng(5).standard_normal(900)
     sample, frames = np.zeros(1, SAMPLE), np.zeros(900, FRAME)

@@ -105,7 +105,8 @@ class Workbench(LogAnswers, RunAnswers):
 
     def _overview(self) -> Response:
         space = self._space
-        logs, runs, results = space.logs(), space.runs(), space.results()
+        found = space.look()
+        logs, runs, results = found.logs, found.runs, found.results
         left_out = ""
         most = max(len(logs), len(runs), len(results))
         if most > SHOWN:

@@ -9,7 +9,7 @@ import json
 import os
 import re
 import secrets
-from collections.abc import AsyncIterable, Iterable, Mapping
+from collections.abc import AsyncIterable, Iterator, Mapping
 from dataclasses import asdict, dataclass
 from dataclasses import fields as dataclass_fields
 from pathlib import Path
@@ -49,6 +49,15 @@ class Entry:
     changed: float
 
 
+@dataclass(frozen=True)
+class Look:
+    """What is in a workspace: logs, runs, and what commands wrote: exports, estimates, comparisons, mappings."""
+
+    logs: list[Entry]
+    runs: list[Entry]
+    results: list[Entry]
+
+
 class Workspace:
     """A folder with logs and runs.
 
@@ -59,57 +68,60 @@ class Workspace:
     def __init__(self, folder: Path) -> None:
         self.folder = folder.resolve()
 
-    def logs(self) -> list[Entry]:
-        """Logs, the newest first: files of a suffix that a reader knows, and folders that are one log."""
+    def look(self) -> Look:
+        """What is in the folder, each kind with the newest first; of 10^6 runs the folder is read once."""
         from erclutch.logs.log_reader import folder_reader, log_suffixes
 
         suffixes = tuple(suffix for suffix in log_suffixes() if suffix not in _WRITTEN)
 
-        def is_log(path: Path) -> bool:
-            if path.is_dir():
-                return not _is_run(path) and folder_reader(path) is not None
-            if ESTIMATE.search(path.name):
-                return False
-            return path.is_file() and path.name.lower().endswith(suffixes)
+        def kind_of(entry: os.DirEntry[str]) -> list[Entry] | None:
+            name = entry.name
+            if entry.is_dir() and os.path.isfile(os.path.join(entry.path, "run.json")):
+                return look.runs
+            estimate = ESTIMATE.search(name) is not None
+            if entry.is_dir():
+                if folder_reader(Path(entry.path)) is not None:
+                    return look.logs
+                if os.path.isfile(os.path.join(entry.path, "export.json")):
+                    return look.results
+            elif not estimate and entry.is_file() and name.lower().endswith(suffixes):
+                return look.logs
+            return look.results if estimate or Path(name).suffix in (*_WRITTEN, ".toml") else None
 
-        return self._entries(path for path in self._visible() if is_log(path))
+        look = Look([], [], [])
+        for entry in self._visible():
+            with contextlib.suppress(OSError):  # gone since the folder was listed
+                kind = kind_of(entry)
+                if kind is not None:
+                    state = entry.stat()
+                    kind.append(Entry(entry.name, state.st_size, state.st_mtime))
+        for kind in (look.logs, look.runs, look.results):
+            kind.sort(key=lambda entry: (-entry.changed, entry.name))
+        return look
+
+    def logs(self) -> list[Entry]:
+        """Logs, the newest first: files of a suffix that a reader knows, and folders that are one log."""
+        return self.look().logs
 
     def runs(self) -> list[Entry]:
         """Runs, the newest first."""
-        return self._entries(path for path in self._visible() if path.is_dir() and _is_run(path))
+        return self.look().runs
 
     def results(self) -> list[Entry]:
         """What commands wrote besides: exports, estimates, comparisons, mapping files."""
-        known = {entry.name for entry in (*self.logs(), *self.runs())}
-        kinds = (*_WRITTEN, ".toml")
+        return self.look().results
 
-        def is_result(path: Path) -> bool:
-            if path.name in known:
-                return False
-            is_export = (path / "export.json").is_file()
-            return is_export or path.suffix in kinds or ESTIMATE.search(path.name) is not None
-
-        return self._entries(path for path in self._visible() if is_result(path))
-
-    def _visible(self) -> Iterable[Path]:
+    def _visible(self) -> Iterator[os.DirEntry[str]]:
         with contextlib.suppress(OSError), os.scandir(self.folder) as entries:
             for entry in entries:
-                path = self.folder / entry.name
                 # Only a link leads elsewhere: to follow each of 10^5 runs takes seconds.
-                if not entry.name.startswith((".", "-")) and (not entry.is_symlink() or self._holds(path)):
-                    yield path
+                linked_away = entry.is_symlink() and not self._holds(Path(entry.path))
+                if not entry.name.startswith((".", "-")) and not linked_away:
+                    yield entry
 
     def _holds(self, path: Path) -> bool:
         """Whether a path, its links followed, is in the workspace."""
         return Path(os.path.realpath(path)).is_relative_to(self.folder)
-
-    def _entries(self, paths: Iterable[Path]) -> list[Entry]:
-        entries: list[Entry] = []
-        for path in paths:
-            with contextlib.suppress(OSError):  # gone since the folder was listed
-                state = path.stat()
-                entries.append(Entry(path.name, state.st_size, state.st_mtime))
-        return sorted(entries, key=lambda entry: (-entry.changed, entry.name))
 
     def path(self, name: str) -> Path:
         """A file or folder that is in the workspace.
@@ -197,7 +209,7 @@ class Workspace:
 
     def mappings(self) -> list[str]:
         """Names of the mapping files."""
-        return sorted(path.name for path in self._visible() if path.suffix == ".toml" and path.is_file())
+        return sorted(entry.name for entry in self._visible() if entry.name.endswith(".toml") and entry.is_file())
 
     def about(self, log: str) -> RunAbout:
         """What was said of a log."""
@@ -230,7 +242,12 @@ class Workspace:
 
     def state(self, name: str) -> tuple[object, ...]:
         """Changes when a log changes, or what says how it is read."""
-        return tuple(self._entries(self.folder / each for each in (name, *self.mappings())))
+        found: list[Entry] = []
+        for each in (name, *self.mappings()):
+            with contextlib.suppress(OSError):  # gone since the folder was listed
+                state = (self.folder / each).stat()
+                found.append(Entry(each, state.st_size, state.st_mtime))
+        return tuple(found)
 
     def body(self, name: str) -> Mapping[str, Any] | None:
         """What run.json says of a run; None where it cannot be read."""
