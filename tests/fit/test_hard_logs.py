@@ -138,6 +138,16 @@ def test_the_fit_of_the_turned_log_stands_beside(friction: tuple[Array, Array]) 
     assert verdict(result).startswith("No model is recommended before the sign is settled")
 
 
+def test_noise_asks_for_no_sign() -> None:
+    """Noise that happens to oppose the slip: with the sign turned it would be noise again."""
+    torque = noise(0.3, 1)
+    if float(np.dot(torque, SPEED)) > 0:
+        torque = -torque
+    result = compare(logged(SPEED, torque, FIELD), Settings(("bingham", "casson"), lag="none"))
+    assert SIGN not in [finding.subject for finding in result.findings]
+    assert verdict(result).startswith("No model is recommended: the nearest,")
+
+
 # --- terms that cannot be told ----------------------------------------------------------------------------------------
 
 

@@ -11,6 +11,7 @@ from erclutch.fit.finding import Finding
 from erclutch.fit.fit_settings import AUTO, Settings
 from erclutch.fit.kinds.law_alone import LawCandidate, structures_of, with_memory
 from erclutch.fit.outcome import AnyOutcome
+from erclutch.fit.standing import NEXT_TO_NOTHING
 from erclutch.logs.dataset import Dataset
 from erclutch.signals.array import Array, Mask, rms
 from erclutch.signals.percent import percent
@@ -21,6 +22,7 @@ def with_turned_fit(
 ) -> Finding:
     """The finding that a sign is wrong, with what a law makes of the log once its effort is turned.
 
+    Where neither way explains anything, no sign is in question.
     No law can follow an effort that opposes the slip, so the ranking of such a log says nothing of what the turned log
     would give. One law is fitted to it, with memory as far as the rows ask for it.
     """
@@ -41,7 +43,13 @@ def with_turned_fit(
     # What laws of the log as it is make of the training rows.
     mean_squares = [outcome.train_cost / outcome.train_rows for outcome in outcomes if not outcome.weights]
     as_it_is = min(mean_squares, default=np.inf) ** 0.5
-    share_as_it_is = as_it_is / float(np.std(data.effort[~test]))
+    spread_of_training = float(np.std(data.effort[~test])) or 1.0
+    share_as_it_is = as_it_is / spread_of_training
+    share_turned = (law.train_cost / law.train_rows) ** 0.5 / spread_of_training
+    if min(share_as_it_is, share_turned) > NEXT_TO_NOTHING:
+        # Noise opposes the slip as often as not: to turn it would bring nobody on.
+        message = f"{finding.message}, but no law explains the training rows with either sign"
+        return Finding("warning", "explained", message, "Look at the columns and their units: a wrong one may be noise")
     message = (
         f"{finding.message}; with the effort turned, {law.model.name} errs by {percent(share, 1)} of the standard "
         f"deviation on the rows held out, while no law of the log as it is comes below "
