@@ -87,6 +87,31 @@ def test_no_sequence_is_offered_that_cannot_be_made(name: str, request: pytest.F
     assert "erclutch excite" not in page
 
 
+@pytest.fixture(scope="module")
+def noise(tmp_path_factory: pytest.TempPathFactory) -> Material:
+    """An effort that follows nothing, SYNTHETIC."""
+    random = np.random.default_rng(3)
+    time = np.arange(4000) / 500
+    columns = (time, random.uniform(0, 2, time.size), 3 * np.sin(np.pi * time), random.normal(0, 0.3, time.size))
+    header = "time [s],current [A],speed [rad/s],torque [N m]"
+    return reported(tmp_path_factory.mktemp("noise"), header, columns, {})
+
+
+def test_where_nothing_explains_no_form_of_the_field_is_praised(noise: Material) -> None:
+    page = report_html(noise)
+    assert "No model is recommended" in page
+    assert "Its torque does not follow the field." in page
+    assert "so each torque has one field" not in page
+
+
+def test_a_share_of_the_variance_near_none_is_read_at_once(noise: Material) -> None:
+    """It was 6.308·10⁻⁸."""
+    page = report_html(noise)
+    fact = page.partition("of the variance explained")[2][:200]
+    assert re.search(r"[0−]\.?\d*\.\d{4}\D", fact)
+    assert "10⁻" not in fact
+
+
 def test_a_low_shear_rate_is_no_rest(points: Material) -> None:
     assert not points.rows.data.at_rest.any()
 

@@ -58,7 +58,7 @@ def ranking(comparison: Comparison, width: int, *, whole: bool = False) -> Table
         cells["by log"] = [_by_log(e) for e in shown]
     cells["over the best"] = ["" if e.name == comparison.best else _percent(e.excess) for e in shown]
     cells["of std"] = [percent(e.test.share.value, 1) for e in shown]
-    cells["R2"] = [f"{e.test.r2.value:.3f}" for e in shown]
+    cells["R2"] = [f"{e.test.r2.value:z.3f}" for e in shown]
     cells["max error"] = [number(e.test.largest.value, 3) for e in shown]
     cells["train RMSE"] = [number(e.train.rmse.value, zeros=True) for e in shown]
     cells["condition"] = ["" if e.outcome.weights else f"{e.outcome.condition:.0e}" for e in shown]
@@ -154,7 +154,7 @@ def verdict(comparison: Comparison) -> str:
         return _recommended(comparison)
     return (
         f"No model is recommended: the nearest, {called}, {standing.why_none} (R2 "
-        f"{chosen.test.r2.value:.3f}, 95 % band {chosen.test.r2.low:.3f} to {chosen.test.r2.high:.3f}; a constant "
+        f"{chosen.test.r2.value:z.3f}, 95 % band {chosen.test.r2.low:z.3f} to {chosen.test.r2.high:z.3f}; a constant "
         f"would err by {percent(1 / chosen.test.share.value)} of that)."
     )
 

@@ -23,6 +23,7 @@ from erclutch.signals.array import Array
 _FIELD_NUMBERS = {shape.name for form in YIELD_FORMS.values() for shape in form.shape} | {"n_m"}
 _FIELDS_FOR_A_CURVE = 3
 _LONG = 4  # constants that stand in one column
+_FLAT = 0.01  # of the largest measured effort: a model whose effort changes by less does not follow the field
 _FAR = 1.1  # of the largest measured effort, from which on a guess is told
 
 
@@ -98,8 +99,12 @@ def _curve_words(material: Material) -> Iterator[str]:
         yield f"The log has {field}: nothing tells how the {word} follows the field."
         return
     share, turn = monotone_share(model), worst_turn(model)
-    if share == 1.0:
-        yield f"At rest its {word} follows the field one way at every slip of the log, so each {word} has one field."
+    measured = float(np.abs(material.rows.data.effort).max())
+    follows = max(float(np.ptp(over_field.effort, axis=1).max()) for _, over_field in material.recommended_curves)
+    if follows <= _FLAT * measured:
+        yield f"Its {word} does not follow the field."
+    elif share == 1.0:
+        yield f"In settled fields its {word} goes one way with the field at every slip, so each {word} has one field."
     else:
         at = " and ".join(material.slip.of(slip, 2) for slip in turn.slips)
         yield (
@@ -108,7 +113,6 @@ def _curve_words(material: Material) -> Iterator[str]:
             f"{material.field.bare(turn.fields[0], 3)} and {material.field.of(turn.fields[1], 3)}. Two fields give one "
             f"{word} there, and an exported inverse takes the field nearest to zero."
         )
-    measured = float(np.abs(material.rows.data.effort).max())
     if abs(turn.farthest) > _FAR * measured:
         yield (
             f"Inside the ranges of field and slip the settled model reaches {material.effort.of(turn.farthest)}; the "

@@ -81,7 +81,8 @@ def _facts(material: Material, rest: _Rest, *, matters: bool) -> Iterator[tuple[
     yield of_spread, percent(share), f"{span(100 * _or_nan(low), 100 * _or_nan(high))} %"
     if not matters:
         r2, low, high = test["r2"]
-        yield "of the variance explained (R²)", number(r2, 4), span(low, high, 4)
+        value, *ends = (f"{_or_nan(figure):.4f}".replace("-", "−") for figure in (r2, low, high))
+        yield "of the variance explained (R²)", value, " to ".join(ends)
     yield "largest error", effort.of(test["largest"][0]), f"bias {effort.of(test['bias'], 2)}"
 
 
