@@ -61,7 +61,12 @@ def commands() -> list[Command]:
         assert mark is not None, f"COMMAND of {plugin.source} is no literal that spans lines"
         about = ast.literal_eval(mark.group(1))
         listed.append(Command(plugin, about["help"], about["panel"], about["place"]))
-    return sorted(listed, key=lambda command: (_rank(command.panel), command.panel, command.place, command.name))
+
+    def place(command: Command) -> tuple[int, str, int, str]:
+        """By heading, and below it by the place that the command asks for."""
+        return _rank(command.panel), command.panel, command.place, command.name
+
+    return sorted(listed, key=place)
 
 
 def _foreign(plugin: Plugin) -> Command:

@@ -7,5 +7,10 @@ def failed(message: str, code: int) -> int:
     """Tell it, and give the exit code back."""
     from rich.console import Console
 
-    Console(stderr=True, soft_wrap=True).print(f"error: {message}", style="red", markup=False, highlight=False)
+    Console(stderr=True, soft_wrap=True).print(
+        f"error: {message}",
+        style="red",
+        markup=False,
+        highlight=False,
+    )
     return code

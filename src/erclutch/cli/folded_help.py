@@ -61,7 +61,9 @@ def _typed(default: str | None) -> str | None:
     """A default as a user would type it: of several values ``pdf png``, and not Python's ``('pdf', 'png')``."""
     if default is None or default in _NO_VALUE:
         return None
-    return default.strip("()").replace(",", "").replace("'", "") if default.startswith("(") else default
+    if default.startswith("("):
+        return default.strip("()").replace(",", "").replace("'", "")
+    return default
 
 
 def _show(console: Console, options: ConsoleOptions, panel: HelpPanel) -> None:

@@ -88,7 +88,10 @@ def look_at(log: Path, others: Sequence[Path], raw: Table, reading: LogOptions) 
     read: list[Recording] = []
     problem: ErclutchError | None = None
     try:
-        read = reading.read([log]) if reading.each else [reading.how().finished(apply(plan, raw))]
+        if reading.each:
+            read = reading.read([log])
+        else:
+            read = [reading.how().finished(apply(plan, raw))]
     except SettingError:
         raise
     except ErclutchError as error:

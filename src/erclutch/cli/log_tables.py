@@ -39,7 +39,9 @@ def figures(values: Array) -> Figures:
     missing = values.size - finite.size
     if not finite.size:
         finite = np.array([np.nan])
-    low, high, mean = float(finite.min()), float(finite.max()), float(finite.mean())
+    low = float(finite.min())
+    high = float(finite.max())
+    mean = float(finite.mean())
     if abs(mean) < _LEAST_MEAN * max(abs(low), abs(high)):
         mean = 0.0
     return Figures(low, high, mean, float(missing))
@@ -127,7 +129,8 @@ def _segments(recording: Recording, data: Dataset) -> RichTable:
 def _range(values: Array) -> str:
     """Smallest and largest value; of a constant that value alone."""
     low, high, _, _ = figures(values)
-    smallest, largest = terminal.number(low), terminal.number(high)
+    smallest = terminal.number(low)
+    largest = terminal.number(high)
     return smallest if smallest == largest else f"{smallest} .. {largest}"
 
 

@@ -82,8 +82,10 @@ def _not_exported(law: str, stage: str) -> str:
     if infinite:
         return f"its effort is not finite in {infinite} of {rows} rows within its range"
     for row in range(3):  # the export computes one row at a time
-        field, slip = fields[row : row + 1], slips[row : row + 1]
-        alone = float(model.steady([field], [slip], [np.ones(1) for _ in model.extras])[0])
+        field = fields[row : row + 1]
+        slip = slips[row : row + 1]
+        extras_of_row = [np.ones(1) for _ in model.extras]
+        alone = float(model.steady([field], [slip], extras_of_row)[0])
         if not np.isclose(alone, effort[row], rtol=1e-9, atol=0.0):
             return f"its effort of a row depends on other rows: {alone:g} alone, {effort[row]:g} among {rows}"
     source(step_of(model, ExportOptions("checked", "float64", 1e-3)))
@@ -101,7 +103,8 @@ def _model_of(law: str, stage: str) -> TorqueModel:
     structure = Structure("single", law, law_from_name(law, "single"), stage, True, True)
 
     def middle(shape: Any) -> float:
-        low, high = float(shape.lower), float(shape.upper)
+        low = float(shape.lower)
+        high = float(shape.upper)
         if shape.scale == "log":
             return low * (high / low) ** 0.4
         return low + 0.4 * (high - low)

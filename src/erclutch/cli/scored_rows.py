@@ -24,7 +24,11 @@ if TYPE_CHECKING:
 
 
 def score_left_out(
-    rows: RowsOfLogs, comparison: Comparison, how: Reading, tasks: Tasks, folder: Path | None
+    rows: RowsOfLogs,
+    comparison: Comparison,
+    how: Reading,
+    tasks: Tasks,
+    folder: Path | None,
 ) -> EveryRow:
     """Score the models of a comparison of stretches on every row; with the folder of the run, in which all is kept.
 
@@ -40,7 +44,12 @@ def score_left_out(
     return _scored(plan_of(rows, comparison, run), models, how, tasks, folder)
 
 
-def score_the_rest(folder: Path | None, how: Reading, cluster: str | None, workers: int) -> tuple[EveryRow, Run]:
+def score_the_rest(
+    folder: Path | None,
+    how: Reading,
+    cluster: str | None,
+    workers: int,
+) -> tuple[EveryRow, Run]:
     """Go on with the scoring of a run that was interrupted; the figures, and the run.
 
     Raises:
@@ -60,7 +69,11 @@ def score_the_rest(folder: Path | None, how: Reading, cluster: str | None, worke
 
 
 def _scored(
-    plan: ScoringPlan, models: Mapping[str, Model], how: Reading, tasks: Tasks, folder: Path | None
+    plan: ScoringPlan,
+    models: Mapping[str, Model],
+    how: Reading,
+    tasks: Tasks,
+    folder: Path | None,
 ) -> EveryRow:
     from erclutch.runs.every_row import score_every_row
     from erclutch.runs.every_row_folder import KeptParts, write_every_row

@@ -76,7 +76,8 @@ class StandardOutput:
 @contextmanager
 def standard_output() -> Generator[StandardOutput]:
     """Take the place of the process's standard output for a command."""
-    before, output = sys.stdout, StandardOutput(sys.stdout)
+    before = sys.stdout
+    output = StandardOutput(sys.stdout)
     sys.stdout = output  # pyright: ignore[reportAttributeAccessIssue]
     try:
         yield output

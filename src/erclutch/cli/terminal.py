@@ -33,19 +33,39 @@ PROGRESS = "erclutch progress: "
 MEASURED = frozenset({"", "RECORDING", "HARDWARE"})
 
 
-def table(title: str, columns: Sequence[str], rows: Iterable[Sequence[str | Text]], left: int = 1) -> Table:
+def table(
+    title: str,
+    columns: Sequence[str],
+    rows: Iterable[Sequence[str | Text]],
+    left: int = 1,
+) -> Table:
     """A plain table: the first ``left`` columns to the left, numbers to the right."""
-    made = Table(title=title, title_justify="left", title_style="bold", box=box.SIMPLE_HEAD, pad_edge=False)
+    made = Table(
+        title=title,
+        title_justify="left",
+        title_style="bold",
+        box=box.SIMPLE_HEAD,
+        pad_edge=False,
+    )
     for i, name in enumerate(columns):
         # A name that is cut cannot be told from another, so it goes on in the next line.
-        made.add_column(name, justify="left" if i < left else "right", no_wrap=i >= left, overflow="fold")
+        made.add_column(
+            name,
+            justify="left" if i < left else "right",
+            no_wrap=i >= left,
+            overflow="fold",
+        )
     for row in rows:
         made.add_row(*row)
     return made
 
 
 def narrowed(
-    title: str, columns: Mapping[str, Sequence[str]], less_needed: Iterable[str], width: int, left: int = 1
+    title: str,
+    columns: Mapping[str, Sequence[str]],
+    less_needed: Iterable[str],
+    width: int,
+    left: int = 1,
 ) -> Table:
     """A table of columns by heading, without those that are less needed, in their order, until it fits the screen."""
     kept = dict(columns)
@@ -150,7 +170,12 @@ def estimates(title: str, values: Sequence[Estimate]) -> Table:
     return made
 
 
-def coverage(field: Array, slip: Array, name: str, units: tuple[str, str] = ("", "")) -> str:
+def coverage(
+    field: Array,
+    slip: Array,
+    name: str,
+    units: tuple[str, str] = ("", ""),
+) -> str:
     """Rows over field and slip as a picture of characters; empty where one of them is constant."""
     import numpy as np
 
@@ -232,7 +257,14 @@ def _finite(value: Any) -> Any:
 class Bar(Protocol):
     """Called with how much is done, of how much (None: nobody knows), and what is done now."""
 
-    def __call__(self, done: float, total: float | None, doing: str, /, **more: str | float | None) -> None:
+    def __call__(
+        self,
+        done: float,
+        total: float | None,
+        doing: str,
+        /,
+        **more: str | float | None,
+    ) -> None:
         """Further values are for a program that follows; a terminal does not show them."""
 
 
@@ -243,7 +275,13 @@ def progress(title: str) -> Generator[Bar]:
     With ``ERCLUTCH_PROGRESS=lines`` each call is a line of JSON behind `PROGRESS`, for a program that shows them.
     """
 
-    def print_line(done: float, total: float | None, doing: str, /, **more: str | float | None) -> None:
+    def print_line(
+        done: float,
+        total: float | None,
+        doing: str,
+        /,
+        **more: str | float | None,
+    ) -> None:
         line = {"done": done, "total": total, "doing": doing, **more}
         print(PROGRESS + json.dumps(line), file=sys.stderr, flush=True)
 
@@ -254,10 +292,20 @@ def progress(title: str) -> Generator[Bar]:
     from rich.progress import Progress
 
     screen = Console(stderr=True)
-    with Progress(console=screen, transient=True, disable=not screen.is_terminal) as bar:
+    with Progress(
+        console=screen,
+        transient=True,
+        disable=not screen.is_terminal,
+    ) as bar:
         task = bar.add_task(title, total=None)
 
-        def move(done: float, total: float | None, doing: str, /, **more: str | float | None) -> None:
+        def move(
+            done: float,
+            total: float | None,
+            doing: str,
+            /,
+            **more: str | float | None,
+        ) -> None:
             bar.update(task, completed=done, total=total, description=doing)
 
         yield move
@@ -277,7 +325,12 @@ class _Screen(Console):
 
 def console(*, stderr: bool = False) -> Console:
     """Standard output, or the errors'; wide enough for the tables where it is not a terminal and nobody set COLUMNS."""
-    made = _Screen(highlight=False, markup=False, emoji=False, stderr=stderr)
+    made = _Screen(
+        highlight=False,
+        markup=False,
+        emoji=False,
+        stderr=stderr,
+    )
     if not made.is_terminal and "COLUMNS" not in os.environ:
         made.width = 150
     return made

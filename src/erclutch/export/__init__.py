@@ -49,7 +49,8 @@ def export_model(
         ExportError: the model, an option, the target or the folder will not do.
         SettingError: a keyword that no export knows.
     """
-    folder, chosen = Path(out), target(to)
+    folder = Path(out)
+    chosen = target(to)
     known = [each.name for each in fields(ExportOptions)]
     require_known(more, [*known, "to", "options", "force"], "export_model")
     asked = replace(options or ExportOptions(), **more)

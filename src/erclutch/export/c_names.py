@@ -38,7 +38,9 @@ def c_name(model: str, wanted: str | None = None) -> str:
     """
     if wanted is None:
         whole = "_".join(_words(model))
-        return whole if len(whole) <= _LONGEST_NAME else named_after(model.partition("+")[0])
+        if len(whole) <= _LONGEST_NAME:
+            return whole
+        return named_after(model.partition("+")[0])
     if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", wanted) or wanted in KEYWORDS or "__" in wanted:
         raise ExportError(
             f"{wanted!r} is no name for C functions",

@@ -78,7 +78,11 @@ def drifted(
     return raised
 
 
-def _gathered(record: Record, block: int, added: Mapping[str, Any]) -> tuple[Any, list[Any]]:
+def _gathered(
+    record: Record,
+    block: int,
+    added: Mapping[str, Any],
+) -> tuple[Any, list[Any]]:
     """Whether a block of rows is still open, and sums over its rows so far; a full block begins anew.
 
     Args:

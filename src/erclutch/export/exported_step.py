@@ -174,7 +174,8 @@ class ExportedStep:
     @property
     def other_period(self) -> str:
         """What to know of a memory that is called at another period than it was fitted at; else empty."""
-        own, period = self.model.period, self.period
+        own = self.model.period
+        period = self.period
         if own is None or period is None or self.model.structure.dynamics == "none":
             return ""
         if abs(period - own) <= _SAME_PERIOD * own:
@@ -246,7 +247,8 @@ def described_step(model: Any, options: ExportOptions | None = None) -> Exported
     elements = 2 if coaxial else 1
     scale = float(np.max(np.abs(model.trained_on.effort)))
 
-    field_unit, slip_unit = model.units.field or "1", model.units.slip
+    field_unit = model.units.field or "1"
+    slip_unit = model.units.slip
     filter_ = None
     if options.inputs == "angles":
         assert period is not None
@@ -337,7 +339,8 @@ def _limits(model: Model, wanted: tuple[float, float] | None) -> tuple[float, fl
 
 
 def _period(model: Model, options: ExportOptions) -> float | None:
-    own, past = model.period, model.past
+    own = model.period
+    past = model.past
     period = own if options.period is None else options.period
     if period is not None and not (np.isfinite(period) and 1e-7 <= period <= 10.0):
         raise ExportError(f"a period of {period:g} s", remedy="Give one between 1e-7 s and 10 s")

@@ -58,7 +58,9 @@ class StageMemory:
 
     def back(self, name: str, value: Any, rows: int) -> Any:
         """A signal so many rows back."""
-        return value if rows == 0 else self.earlier(name + self.suffix, kept(value), rows)
+        if rows == 0:
+            return value
+        return self.earlier(name + self.suffix, kept(value), rows)
 
     def number(self, value: float) -> Any:
         """A constant."""

@@ -63,9 +63,11 @@ def search_record(step: ExportedStep) -> Record:
     of them lies outside.
     """
     recording = StepRecording(step, remember=False, rest=True)
-    record, elements = recording.record, step.elements
+    record = recording.record
+    elements = step.elements
     inputs = [record.input(f"u{i}") for i in range(elements, step.model_inputs)]
-    speeds, extras = inputs[:elements], inputs[elements:]
+    speeds = inputs[:elements]
+    extras = inputs[elements:]
     outside, _, held = recording.signals([], slips_of(step.device, speeds), extras)
     for signal in held:
         # It is finite. A proof of the C must see that where the signal says a place in a table.
@@ -78,10 +80,12 @@ def search_record(step: ExportedStep) -> Record:
 def settled_record(step: ExportedStep) -> Record:
     """The record of the effort at rest from a signed field, and from slips and further inputs that are held."""
     recording = StepRecording(step, remember=False, rest=True)
-    record, elements = recording.record, step.elements
+    record = recording.record
+    elements = step.elements
     signed = record.input("field")
     held = [record.input(f"w{i}") for i in range(elements + len(step.extras))]
-    slips, extras = held[:elements], held[elements:]
+    slips = held[:elements]
+    extras = held[elements:]
     record.give(recording.behind(parted(step, signed), slips, extras))
     return record
 

@@ -119,7 +119,8 @@ def _edges(step: ExportedStep) -> list[Array]:
     """Odd values of each input: limits, zeros, what is no number, denormals, far outside."""
     info = np.finfo(step.precision.dtype)
     tiny = float(info.smallest_subnormal)
-    largest, smallest = float(info.max), float(info.tiny)
+    largest = float(info.max)
+    smallest = float(info.tiny)
     always = [0.0, -0.0, np.nan, np.inf, -np.inf, tiny, smallest, largest, -largest]
     # A stage that tells rise from fall asks for the field's sign: a field of no size but a sign is all rounding there.
     switched = any(stage.switches for stage, _ in step.stages)

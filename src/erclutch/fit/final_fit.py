@@ -20,7 +20,8 @@ def with_final_fit(comparison: Comparison) -> Comparison:
         SettingError: no model is recommended, or the comparison does not know how its models are fitted.
         CheckError: all rows cannot make the model.
     """
-    name, why_none = comparison.recommended, comparison.standing.why_none
+    name = comparison.recommended
+    why_none = comparison.standing.why_none
     if why_none or name not in comparison.candidates:
         problem = f"{name} {why_none or 'cannot be fitted again'}, so it is not fitted to all rows"
         raise SettingError(problem, where="--final", remedy="Leave --final out")

@@ -100,7 +100,13 @@ def with_haste(band: Band, data: Dataset, errors: Array) -> Band:
         growths.append(1.0)
 
     known_haste = float(haste.max())
-    grown = Haste(lag_s, mean_s, known=known_haste, quickest=quickest, growth=max(growths))
+    grown = Haste(
+        lag_s,
+        mean_s,
+        known=known_haste,
+        quickest=quickest,
+        growth=max(growths),
+    )
     return replace(band, haste=grown)
 
 

@@ -222,7 +222,8 @@ class _TwoFolds:
             whole[np.diag_indices_from(whole)] += _RIDGE * float(np.count_nonzero(fitted))
             right = np.concatenate([moment, added.T @ self.y[fitted]])
             gains = np.linalg.solve(whole, right)
-            of_own, of_added = gains[: moment.size], gains[moment.size :]
+            of_own = gains[: moment.size]
+            of_added = gains[moment.size :]
             rest = ~fitted
             estimated = self.columns[rest] @ of_own + wider[rest] @ of_added
             left[rest] = self.y[rest] - estimated

@@ -22,7 +22,11 @@ _FEWEST = 3
 _UNSAID = 1e-4
 
 
-def unseen_errors(data: Dataset, slopes: Callable[[slice], Array], error: Array) -> Array | None:
+def unseen_errors(
+    data: Dataset,
+    slopes: Callable[[slice], Array],
+    error: Array,
+) -> Array | None:
     """Measured less estimated effort of each log by a fit without the logs of its motion, shape (n,).
 
     Args:

@@ -97,7 +97,11 @@ def log_differences(data: Dataset, predicted: Array) -> tuple[Finding, ...]:
     return tuple(findings)
 
 
-def per_log(residuals: Sequence[Array], columns: Sequence[Array], beside: Sequence[Array]) -> PerLog:
+def per_log(
+    residuals: Sequence[Array],
+    columns: Sequence[Array],
+    beside: Sequence[Array],
+) -> PerLog:
     """The factor of a column in each log's residuals, tested against one factor for all logs.
 
     Args:
@@ -186,4 +190,6 @@ def _listed(
 
 def _sureness(numbers: PerLog) -> str:
     ratio = f"F = {numbers.ratio:.3g}"
-    return f"{ratio}, chance {numbers.chance:.0e}" if numbers.chance > 1e-12 else ratio
+    if numbers.chance > 1e-12:
+        return f"{ratio}, chance {numbers.chance:.0e}"
+    return ratio

@@ -126,7 +126,11 @@ def wider_at_new_fields(band: Band, data: Dataset, errors: Array) -> Band:
     )
 
 
-def _classes(levels: Sequence[float], span: float, edges: Sequence[float]) -> Iterator[_Class]:
+def _classes(
+    levels: Sequence[float],
+    span: float,
+    edges: Sequence[float],
+) -> Iterator[_Class]:
     """All fields from zero on, in classes: those of logs parted as they were, and the new ones between and beyond."""
     known = _KNOWN * span
     narrow = _NARROW * span

@@ -227,7 +227,12 @@ class _Errors:
     per_row: float
 
     @classmethod
-    def of(cls, directed: Array, log: NDArray[np.intp] | None, per_row: float) -> _Errors:
+    def of(
+        cls,
+        directed: Array,
+        log: NDArray[np.intp] | None,
+        per_row: float,
+    ) -> _Errors:
         """In the order of the calibration rows."""
         place = np.argsort(directed, kind="stable")
         if log is None:
@@ -322,7 +327,11 @@ def _followed(
     return float(max(np.sort(parts)[rank - 1], np.finfo(float).tiny))
 
 
-def _half_widths(errors: _Errors, cell_of_row: NDArray[np.intp], shape: tuple[int, int, int]) -> tuple[Array, Array]:
+def _half_widths(
+    errors: _Errors,
+    cell_of_row: NDArray[np.intp],
+    shape: tuple[int, int, int],
+) -> tuple[Array, Array]:
     """Half widths against and in the direction of the slip, each (cells,).
 
     Args:

@@ -67,7 +67,8 @@ class RankedModel(Shown):
         return self.label or self.outcome.model.name
 
     def __repr__(self) -> str:
-        rmse, unit = self.test.rmse, self.outcome.model.units.effort
+        rmse = self.test.rmse
+        unit = self.outcome.model.units.effort
         band = f"95 % band {rmse.low:.4g} to {rmse.high:.4g}"
         error = f"RMSE {rmse.value:.4g} {unit} on {self.test.rows} rows held out ({band})"
         share = f"{percent(self.test.share.value, 1)} of the standard deviation"

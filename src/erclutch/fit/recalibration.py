@@ -130,7 +130,8 @@ class _Trial:
         # The rows of a block count by their triangle alone, so a fit to all others stacks small triangles.
         triangles = [triangle_of(problem[block]) for block in self.blocks]
         folds = [np.vstack([other for other in triangles if other is not own]) for own in triangles]
-        best_width, best_squares = np.nan, np.full(len(self.blocks), np.inf)
+        best_width = np.nan
+        best_squares = np.full(len(self.blocks), np.inf)
         best_numbers: list[Array] = []
         for width in _WIDTHS:
             numbers = [self._solved(way, fold, width) for fold in folds]

@@ -18,7 +18,11 @@ from erclutch.signals.percent import percent
 
 
 def with_turned_fit(
-    finding: Finding, data: Dataset, test: Mask, settings: Settings, outcomes: Sequence[AnyOutcome]
+    finding: Finding,
+    data: Dataset,
+    test: Mask,
+    settings: Settings,
+    outcomes: Sequence[AnyOutcome],
 ) -> Finding:
     """The finding that a sign is wrong, with what a law makes of the log once its effort is turned.
 

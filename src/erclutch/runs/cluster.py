@@ -198,7 +198,13 @@ class OwnProcesses(Executor):
         self._all[process] = process.submit(os.getpid)
         return process
 
-    def submit(self, fn: Callable[..., R], /, *args: Any, **kwargs: Any) -> Future[R]:
+    def submit(
+        self,
+        fn: Callable[..., R],
+        /,
+        *args: Any,
+        **kwargs: Any,
+    ) -> Future[R]:
         """Give a task to an idle process, and wait until there is one."""
         process = self._idle.get()
         try:
@@ -316,7 +322,13 @@ class _DaskExecutor(Executor):
     def __init__(self, executor: Any) -> None:
         self._executor = executor
 
-    def submit(self, fn: Callable[..., R], /, *args: Any, **kwargs: Any) -> Future[R]:
+    def submit(
+        self,
+        fn: Callable[..., R],
+        /,
+        *args: Any,
+        **kwargs: Any,
+    ) -> Future[R]:
         try:
             return self._executor.submit(_on_dask, fn, *args, **kwargs)
         except (RuntimeError, OSError) as error:  # of a client that lost its scheduler

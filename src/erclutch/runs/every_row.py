@@ -207,7 +207,12 @@ class PartSums:
             return f"they count {counted} rows and rows held out, not {expected}"
         return ""
 
-    def scores(self, names: Sequence[str], held: bool, seed: int) -> dict[str, Score]:
+    def scores(
+        self,
+        names: Sequence[str],
+        held: bool,
+        seed: int,
+    ) -> dict[str, Score]:
         """Figures by model on the bins that are held out, or on the others; none where there are no such bins."""
         bins = self.held == held
         if not bins.any():

@@ -167,7 +167,11 @@ class ModelScore:
         }
 
 
-def models_of(run: Run | None, chosen: Model, name: str | None) -> list[tuple[str, Model]]:
+def models_of(
+    run: Run | None,
+    chosen: Model,
+    name: str | None,
+) -> list[tuple[str, Model]]:
     """Names and models to score: those of a run as the run calls them, or the one that was chosen."""
     if run is None:
         return [(chosen.name, chosen)]

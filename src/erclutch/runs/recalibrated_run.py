@@ -117,7 +117,14 @@ def _adapted(base: FitOutcome[Any], result: Recalibration) -> FitOutcome[Any]:
     estimates = list(base.estimates)
     named = {estimate.name for estimate in estimates}
     if OFFSET in law.gains and OFFSET not in named:
-        offset = Estimate(OFFSET, "constant effort", law.units.effort, value=0.0, low=0.0, high=0.0)
+        offset = Estimate(
+            OFFSET,
+            "constant effort",
+            law.units.effort,
+            value=0.0,
+            low=0.0,
+            high=0.0,
+        )
         estimates.append(offset)
     moved = tuple(_moved(estimate, law, result.numbers) for estimate in estimates)
     return replace(
@@ -128,7 +135,11 @@ def _adapted(base: FitOutcome[Any], result: Recalibration) -> FitOutcome[Any]:
     )
 
 
-def _moved(estimate: Estimate, law: TorqueModel, numbers: Mapping[str, tuple[float, float, float]]) -> Estimate:
+def _moved(
+    estimate: Estimate,
+    law: TorqueModel,
+    numbers: Mapping[str, tuple[float, float, float]],
+) -> Estimate:
     """An estimate of the base with the adapted model's value and the interval that the new rows give."""
     name = estimate.name
     value = {**law.shape, **law.gains}[name]  # normalised

@@ -90,7 +90,8 @@ def read_about(run_folder: Path) -> RunAbout:
     Raises:
         RunError: about.json cannot be understood.
     """
-    said, written = kept_about(run_folder), run_folder / "run.json"
+    said = kept_about(run_folder)
+    written = run_folder / "run.json"
     if said.date or not written.is_file():
         return said
     day = datetime.fromtimestamp(written.stat().st_mtime).astimezone().date()

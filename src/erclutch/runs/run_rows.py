@@ -56,7 +56,8 @@ def read_rows(run: Run) -> RunRows:
 def _rows_of(body: Mapping[str, Any], columns: Mapping[str, Any]) -> RunRows:
     """Columns as rows; ValueError or KeyError where they do not fit what run.json says."""
     test = columns["test"]
-    rows, held = test.size, int(test.sum())
+    rows = test.size
+    held = int(test.sum())
     if (rows - held, held) != (body["train_rows"], body["test_rows"]):
         raise ValueError(f"{rows} rows, {held} of them held out")
     units = body["units"]

@@ -42,7 +42,8 @@ def _checked_as(kind: type, what: str) -> _Check:
     return check
 
 
-_text, _object = _checked_as(str, "a text"), _checked_as(dict, "an object")
+_text = _checked_as(str, "a text")
+_object = _checked_as(dict, "an object")
 
 
 def _figure(value: Any, name: str) -> None:

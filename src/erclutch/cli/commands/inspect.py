@@ -115,7 +115,12 @@ def _table_or_question(log: Path, reading: LogOptions) -> Table | None:
 
 
 def _draw(
-    folder: Path, log: Path, recording: Recording, start: float | None, seconds: float, reading: LogOptions
+    folder: Path,
+    log: Path,
+    recording: Recording,
+    start: float | None,
+    seconds: float,
+    reading: LogOptions,
 ) -> list[Path]:
     """Figure 3 and the coverage of a log, in a folder; the files that were written."""
     from erclutch.report.plots.log_plots import describe_coverage, describe_section, titled

@@ -112,7 +112,14 @@ def _refuse_same_names(files: list[Path], out: Path) -> None:
 
 
 def _estimated(
-    file: Path, how: LogOptions, model: Model, run: Run | None, out: Path, *, band: bool, sensor: bool
+    file: Path,
+    how: LogOptions,
+    model: Model,
+    run: Run | None,
+    out: Path,
+    *,
+    band: bool,
+    sensor: bool,
 ) -> str:
     """Write the prediction of one log by a model of a run, or by a model alone; what to say of it."""
     import numpy as np

@@ -131,7 +131,9 @@ def _title(run: Run | None, name: str) -> str:
     """A model's id in its run, and what it is called in plain words."""
     from erclutch.models.model_titles import title_of
 
-    return title_of(name) if run is None else f"{run.id_of(name)}, {run.titles[name]}"
+    if run is None:
+        return title_of(name)
+    return f"{run.id_of(name)}, {run.titles[name]}"
 
 
 def _trained_on(run: Run, recordings: Sequence[Recording]) -> list[str]:

@@ -70,7 +70,8 @@ def _miss(step: ExportedStep, n: str) -> str:
     printer = Printer(n, step.precision, settled_record(step), names)
     name, of_next = "miss", ""
     if feels_state(step):
-        name, of_next = "rest_miss", _next_miss(step, n)
+        name = "rest_miss"
+        of_next = _next_miss(step, n)
     return f"""/* Effort at rest for a signed field, less the wanted one. */
 static {n}real {n}{name}({n}real field, const {n}real w[{count}], {n}real wanted)
 {{

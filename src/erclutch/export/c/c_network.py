@@ -96,7 +96,12 @@ def _tables(model: NetworkModel, p: Precision) -> dict[str, list[str]]:
 # --- head of the function ---------------------------------------------------------------------------------------------
 
 
-def _declarations(model: NetworkModel, n: str, p: Precision, stored: int | None = None) -> Iterator[str]:
+def _declarations(
+    model: NetworkModel,
+    n: str,
+    p: Precision,
+    stored: int | None = None,
+) -> Iterator[str]:
     """Counters, and the values of so many layers; None: of all."""
     widths = [len(model.structure.inputs)]  # of what each layer takes
     if not _is_rbfn(model):
@@ -199,7 +204,14 @@ def _one_by_one(model: NetworkModel, n: str, p: Precision) -> Iterator[str]:
     yield f"return {p.constant(float(model.weights['b_out'][0]))} + total;"
 
 
-def _terms(n: str, layer: int, neurons: int, values: list[str], place: str, on: int = 0) -> list[str]:
+def _terms(
+    n: str,
+    layer: int,
+    neurons: int,
+    values: list[str],
+    place: str,
+    on: int = 0,
+) -> list[str]:
     """Bias and weighted values of the neuron so many places on from a place."""
     terms = [f"{n}b{layer}[{place}{on}u]"]
     for j, value in enumerate(values):

@@ -159,7 +159,9 @@ class Printer:
     def _name(self, node: Node) -> str:
         """The value's label, unless another value has the same."""
         label = self.record.labels.get(node.index, "")
-        return label if label and list(self.record.labels.values()).count(label) == 1 else f"t{node.index}"
+        if label and list(self.record.labels.values()).count(label) == 1:
+            return label
+        return f"t{node.index}"
 
     def _finite(self, node: Node, name: str) -> Iterator[str]:
         """What a kept truth says of numbers: a static analysis cannot see that the bits do (docs/proof.md)."""
@@ -186,7 +188,9 @@ class Printer:
         if node.operation == "input":
             return self.names.get(str(node.value), str(node.value))
         if node.operation == "state":
-            return f"(state->{node.value} != 0u)" if node.kind == "truth" else f"state->{node.value}"
+            if node.kind == "truth":
+                return f"(state->{node.value} != 0u)"
+            return f"state->{node.value}"
         if node.operation == "constant":
             return self._constant(node)
         if node.operation in BINARY:
@@ -208,7 +212,9 @@ class Printer:
             return f"({self._comparisons.get(node.arguments[0].index, a[0])} ? {a[1]} : {a[2]})"
         if node.operation == "table" and node.kind != "truth":
             return f"{self._tables[node.value]}[entry{node.index}]"
-        return self._truth(node, a) if node.kind == "truth" else self._special(node.operation, a)
+        if node.kind == "truth":
+            return self._truth(node, a)
+        return self._special(node.operation, a)
 
     def _delayed(self, node: Node) -> str:
         name, rows = node.value
@@ -236,7 +242,8 @@ class Printer:
             is_zero = bare(a[0]).replace(" != 0u", " == 0u")
             return f"({is_zero})"
         if node.operation == "table":
-            name, at = self._tables[node.value], f"entry{node.index}"
+            name = self._tables[node.value]
+            at = f"entry{node.index}"
             return f"((({name}[{at} >> 5u] >> ({at} & 31u)) & 1u) != 0u)"
         numbers = [_number(x) for x in a]
         on_numbers, on_conditions = ("&", "&&") if node.operation == "both" else ("|", "||")
@@ -254,7 +261,9 @@ class Printer:
     def _constant(self, node: Node) -> str:
         if node.kind == "bits":
             value = int(node.value or 0)
-            return f"{value}{self.precision.bits_suffix}" if value < 256 else f"0x{value:x}{self.precision.bits_suffix}"
+            if value < 256:
+                return f"{value}{self.precision.bits_suffix}"
+            return f"0x{value:x}{self.precision.bits_suffix}"
         text = self.precision.constant(float(node.value or 0.0))
         return f"({text})" if text.startswith("-") else text
 

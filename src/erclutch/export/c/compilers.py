@@ -102,7 +102,9 @@ def zig_command() -> tuple[str, ...]:
     places: list[str] = getattr(found, "submodule_search_locations", None) or []
     binaries = [Path(place, name) for place in places for name in ("zig", "zig.exe")]
     there = next((binary for binary in binaries if binary.is_file()), None)
-    return (sys.executable, "-P", "-m", "ziglang") if there is None else (str(there),)
+    if there is None:
+        return (sys.executable, "-P", "-m", "ziglang")
+    return (str(there),)
 
 
 @cache

@@ -65,7 +65,8 @@ def rows_of_bits(step: ExportedStep, name: str, values: NDArray[Any]) -> str:
 
 def vectors_header(step: ExportedStep, vectors: Vectors) -> str:
     """The vectors as tables of bits."""
-    n, p = step.name, step.precision
+    n = step.name
+    p = step.precision
     steps = np.column_stack([vectors.rows, vectors.effort, vectors.numpy.astype(p.dtype)])
     fields = np.column_stack([vectors.speeds, vectors.wanted, vectors.field])
     ahead = np.column_stack([vectors.wanted_now, vectors.field_now])
@@ -100,7 +101,8 @@ def vectors_header(step: ExportedStep, vectors: Vectors) -> str:
 
 def bit_functions(step: ExportedStep) -> str:
     """C that turns bits into a number, and a number into bits."""
-    n, p = step.name, step.precision
+    n = step.name
+    p = step.precision
     return f"""typedef {p.c_bits} word;
 
 static {n}_real number(word bits)
@@ -122,7 +124,8 @@ static word bits_of({n}_real x)
 
 def check_source(step: ExportedStep) -> str:
     """The tiny main. With PRINT defined it prints every result instead, for erclutch verify."""
-    n, p = step.name, step.precision
+    n = step.name
+    p = step.precision
     digits = p.width // 4
     form = "PRIx32" if p.width == 32 else "PRIx64"
     return f"""/* Checks {n} on this machine: make check. Exit code 0 if every bit is as expected. */
@@ -264,7 +267,13 @@ def verify(step: ExportedStep, folder: Path) -> Iterator[Check]:
             yield compare(step, vectors, f"{compiler.name} (QEMU)", printed)
 
 
-def run_check(compiler: Compiler, folder: Path, work: Path, step: ExportedStep, *flags: str) -> str:
+def run_check(
+    compiler: Compiler,
+    folder: Path,
+    work: Path,
+    step: ExportedStep,
+    *flags: str,
+) -> str:
     """What the tiny main prints of its results."""
     bench = work / f"{compiler.name}.o"
     if not bench.is_file():  # the same at every level, and quickest with few optimisations

@@ -139,7 +139,11 @@ def structures_for(data: Dataset, settings: Settings) -> list[Structure]:
     return structures_of(data, settings, asked(settings, data, KIND))
 
 
-def structures_of(data: Dataset, settings: Settings, named: Sequence[tuple[str, str]]) -> list[Structure]:
+def structures_of(
+    data: Dataset,
+    settings: Settings,
+    named: Sequence[tuple[str, str]],
+) -> list[Structure]:
     """Laws by name, each with its stages; at one field without field terms, or not at all."""
     if data.one_field:
         # What was named is refused; of a set of laws only those go on that one field can tell.

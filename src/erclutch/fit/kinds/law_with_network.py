@@ -39,7 +39,13 @@ class LawWithNetworkCandidate(Candidate):
         """A law that is fitted already is not fitted again; see `Candidate.fit`."""
         laws = {f.candidate.structure: f.outcome for f in fitted if isinstance(f.candidate, LawCandidate)}
         law = laws.get(self.structure.law)
-        return fit_residual(train, self.structure, seed=self.seed, workers=workers, law=law)
+        return fit_residual(
+            train,
+            self.structure,
+            seed=self.seed,
+            workers=workers,
+            law=law,
+        )
 
     def refit(
         self,
@@ -53,7 +59,14 @@ class LawWithNetworkCandidate(Candidate):
         laws = [f.outcome for f in fitted if f.outcome.model.structure == structure.law]
         law = laws[0] if laws else refit_near(train, outcome.model.law, kept)
         share = float(outcome.model.correction.network.about["share"])
-        return fit_residual(train, structure, seed=self.seed, law=law, share=share, kept=kept)
+        return fit_residual(
+            train,
+            structure,
+            seed=self.seed,
+            law=law,
+            share=share,
+            kept=kept,
+        )
 
 
 class LawsWithNetwork(Kind):

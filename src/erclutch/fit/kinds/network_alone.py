@@ -48,7 +48,12 @@ class NetworkCandidate(Candidate):
         laws = laws_among(fitted)
         constants = constants_for(train, self.structure, laws)
         outcome = fit_network(
-            train, self.structure, seed=self.seed, polish=self.polish, workers=workers, dynamics=constants
+            train,
+            self.structure,
+            seed=self.seed,
+            polish=self.polish,
+            workers=workers,
+            dynamics=constants,
         )
         model = replace(outcome.model, beyond=law_beyond(train, laws))
         return replace(outcome, model=model)
@@ -62,7 +67,14 @@ class NetworkCandidate(Candidate):
     ) -> AnyOutcome:
         """See `Candidate.refit`."""
         constants = outcome.model.dynamics
-        again = fit_network(train, self.structure, seed=self.seed, polish=self.polish, dynamics=constants, kept=kept)
+        again = fit_network(
+            train,
+            self.structure,
+            seed=self.seed,
+            polish=self.polish,
+            dynamics=constants,
+            kept=kept,
+        )
         law = outcome.model.beyond
         if law is None:
             return again

@@ -98,7 +98,11 @@ def described(
 
 
 def _shape_estimates(
-    model: TorqueModel, shapes: tuple[ShapeParameter, ...], minimum: Minimum, low: Array, high: Array
+    model: TorqueModel,
+    shapes: tuple[ShapeParameter, ...],
+    minimum: Minimum,
+    low: Array,
+    high: Array,
 ) -> list[Estimate]:
     """Nonlinear parameters with their intervals, whose ends (k,) are the solver's coordinates."""
     estimates: list[Estimate] = []
@@ -127,7 +131,11 @@ def _shape_estimates(
 
 
 def _gain_estimates(
-    model: TorqueModel, full: Separable, projection: Projection, low: Array, high: Array
+    model: TorqueModel,
+    full: Separable,
+    projection: Projection,
+    low: Array,
+    high: Array,
 ) -> list[Estimate]:
     """Gains with their intervals, whose ends are normalised, (p,) each."""
     estimates: list[Estimate] = []

@@ -171,7 +171,8 @@ def refit_near(
         kept: rows whose effort is known, shape (n,); None: all.
         held: nonlinear parameters that keep the model's numbers, by name.
     """
-    structure, reference = model.structure, model.reference
+    structure = model.structure
+    reference = model.reference
     shapes: list[ShapeParameter] = []
     for shape in structure.shapes(reference.period):
         if shape.name in held:

@@ -28,7 +28,8 @@ def signed_rows(elements: Sequence[Element]) -> Array:
 
 def spaced_rows(rows: Array, reference: Reference) -> Array:
     """What the grid is over: laws bend most where the slip is small, so cells narrow towards zero."""
-    field, slips = rows[0], rows[1:]
+    field = rows[0]
+    slips = rows[1:]
     return np.array([field, *np.arcsinh(slips / (_NARROW * reference.slip))])
 
 

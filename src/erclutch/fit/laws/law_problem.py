@@ -47,7 +47,11 @@ def separable(
 
 
 def closed_in_slices(
-    data: Dataset, structure: Structure, reference: Reference, shapes: tuple[ShapeParameter, ...], minimum: Minimum
+    data: Dataset,
+    structure: Structure,
+    reference: Reference,
+    shapes: tuple[ShapeParameter, ...],
+    minimum: Minimum,
 ) -> tuple[Projection, Array, float]:
     """The gains at a minimum over the nonlinear parameters, for a law without dynamics.
 

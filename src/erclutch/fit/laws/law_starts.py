@@ -41,7 +41,8 @@ def windows(
     A command must move within them, and what follows it must be seen, however fast it was sampled. One stretch begins
     in each of ``count`` parts of the log, at another place in each: a command of any period moves in some of them.
     """
-    length, part = max(1, most // count, round(_SECONDS / period)), rows / count
+    length = max(1, most // count, round(_SECONDS / period))
+    part = rows / count
     if length >= part:
         return np.ones(rows, np.bool_)
     mask = np.zeros(rows, np.bool_)

@@ -185,7 +185,8 @@ class _Search:
 
         # The end lies between an inner value, where the profile is below its limit, and an outer one beyond.
         inner, inner_rise = start, 0.0
-        outer, outer_rise = bound, np.inf
+        outer = bound
+        outer_rise = np.inf
         rest: Array | None = None  # the other coordinates at the inner value
         trial = start + side * float(self.first[j])
         for _ in range(_TRIES):
@@ -205,7 +206,12 @@ class _Search:
             trial = _next(inner, inner_rise, outer, outer_rise, start)
         return inner if np.isfinite(outer_rise) else side * np.inf
 
-    def _rise(self, j: int, value: float, start: Array | None) -> tuple[float, Array]:
+    def _rise(
+        self,
+        j: int,
+        value: float,
+        start: Array | None,
+    ) -> tuple[float, Array]:
         """Root of the profile's rise as a share of its limit, and the other coordinates there."""
         k = len(self.problem.shapes)
         # Where the others go along the valley of the parabola.

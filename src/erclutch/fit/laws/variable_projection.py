@@ -223,7 +223,11 @@ def jacobian(separable: Separable, u: Array) -> tuple[Array, Array, Projection]:
     return stacked[:, :-1], slopes, projection
 
 
-def linearised(separable: Separable, u: Array, known: Projection | None = None) -> tuple[Array, Array, Projection]:
+def linearised(
+    separable: Separable,
+    u: Array,
+    known: Projection | None = None,
+) -> tuple[Array, Array, Projection]:
     """Columns and target (n, p + 1), derivatives of the fitted effort (n, k), and the gains if they are not known."""
     with np.errstate(over="ignore", invalid="ignore", divide="ignore", under="ignore"):
         q = seeded(separable.shapes, u)

@@ -41,7 +41,11 @@ class Slips:
     field: bool = True
 
 
-def first_weights(rng: np.random.Generator, sizes: Sequence[int], slips: Slips | None = None) -> Array:
+def first_weights(
+    rng: np.random.Generator,
+    sizes: Sequence[int],
+    slips: Slips | None = None,
+) -> Array:
     """Random weights for inputs within -1 and 1, with transitions along the slips if these are given."""
     parts: list[Array] = []
     for layer, (before, after) in enumerate(itertools.pairwise(sizes[:-1])):

@@ -133,7 +133,14 @@ def schedule_for(
             Round(level=2, steps=0, kept=1),
             Round(level=2, steps=60 if polish else 30, kept=1),
         )
-        return Schedule(starts, rounds, spare, between=15, polish=10 if polish else 0, decay=_DECAY)
+        return Schedule(
+            starts,
+            rounds,
+            spare,
+            between=15,
+            polish=10 if polish else 0,
+            decay=_DECAY,
+        )
 
     if small:
         starts = 16 if polish else 10
@@ -163,7 +170,12 @@ def schedule_for(
             Round(level=1, steps=0, kept=1, tries=4, exchanges=6),
             Round(level=2, steps=60, kept=1),
         )
-        return Schedule(starts=8, rounds=rounds, spare=spare, polish=6)
+        return Schedule(
+            starts=8,
+            rounds=rounds,
+            spare=spare,
+            polish=6,
+        )
     rounds = (
         Round(level=0, steps=30, kept=3, spare=spare),
         Round(level=0, steps=0, kept=2, spare=few),

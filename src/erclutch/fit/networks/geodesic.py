@@ -48,7 +48,11 @@ class Trained:
 
 
 def levenberg_marquardt(
-    rows: WeightedRows, theta: Array, most: int, damping: float = FIRST_DAMPING, decay: float = 0.0
+    rows: WeightedRows,
+    theta: Array,
+    most: int,
+    damping: float = FIRST_DAMPING,
+    decay: float = 0.0,
 ) -> Trained:
     """Accelerated steps until the cost falls no more, or ``most`` are done.
 

@@ -218,7 +218,11 @@ SAID: tuple[tuple[str, str, str], ...] = (
 )
 
 
-def fit_words(form: Mapping[str, str], logs: Sequence[str], run: str) -> list[str]:
+def fit_words(
+    form: Mapping[str, str],
+    logs: Sequence[str],
+    run: str,
+) -> list[str]:
     """`erclutch fit` as a form asks for it."""
     words = ["fit", *map(plain_name, logs), *chosen_of(form).words()]
     models = _models(form)

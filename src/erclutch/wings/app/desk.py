@@ -108,7 +108,13 @@ class Desk:
         text: str = self._pages.get_template(f"{template}.html.j2").render({"back": "/", **shown})
         return Response(text, status, media_type="text/html; charset=utf-8")
 
-    def _begin(self, request: Request, title: str, words: list[str], result: str | None = None) -> Response:
+    def _begin(
+        self,
+        request: Request,
+        title: str,
+        words: list[str],
+        result: str | None = None,
+    ) -> Response:
         if self.jobs.full:
             raise WorkspaceError("four commands run already", remedy="Wait for one of them, or cancel one")
         job = self.jobs.begin(title, words, result=result, back=origin(request))
@@ -186,12 +192,15 @@ def origin(request: Request) -> str:
 
     The form of a verification says of which run its export is (``?run=``).
     """
-    kind, name = request.url.path.split("/")[1], quoted(request.path_params.get("name", ""))
+    kind = request.url.path.split("/")[1]
+    name = quoted(request.path_params.get("name", ""))
     if kind in ("fit", "log", "score") and request.method == "POST":
         return f"/log/{name}?{urlencode(request.state.form)}"
     if kind == "verify" and (run := request.query_params.get("run")):
         return f"/run/{quoted(run)}"
-    return f"/run/{name}" if kind == "run" and request.url.path.count("/") > 2 else "/"
+    if kind == "run" and request.url.path.count("/") > 2:
+        return f"/run/{name}"
+    return "/"
 
 
 def last_line(job: Job) -> str:

@@ -77,7 +77,14 @@ class Job:
         self._ended = 0.0
         self._process = start(words, folder)
         pipes = self._process.stdout, self._process.stderr
-        self._readers = [threading.Thread(target=self._read, args=(pipe,), daemon=True) for pipe in pipes]
+        self._readers = [
+            threading.Thread(
+                target=self._read,
+                args=(pipe,),
+                daemon=True,
+            )
+            for pipe in pipes
+        ]
         self._waiter = threading.Thread(target=self._wait, daemon=True)
         for thread in (*self._readers, self._waiter):
             thread.start()
@@ -124,9 +131,12 @@ class Job:
         # A name of a log may stand where a line of ours is expected, so the line is believed only as a whole.
         with contextlib.suppress(ValueError, TypeError, KeyError):
             line = json.loads(text)
-            done, total, doing = float(line["done"]), line["total"], str(line["doing"])
+            done = float(line["done"])
+            total = line["total"]
+            doing = str(line["doing"])
             share = min(done / total, 1.0) if total else None
-            model, train_share = str(line.get("fitted", "")), line.get("train_share")
+            model = str(line.get("fitted", ""))
+            train_share = line.get("train_share")
             off = None if train_share is None else float(train_share)
             self.doing, self.share = doing, share
             if model:
@@ -175,7 +185,13 @@ class Jobs:
             del self._jobs[number]
         return job
 
-    def look(self, title: str, words: Sequence[str], state: object, back: str) -> Job:
+    def look(
+        self,
+        title: str,
+        words: Sequence[str],
+        state: object,
+        back: str,
+    ) -> Job:
         """The job that looks at a log so: one that did while the files were in this state, or a new one.
 
         Raises:
@@ -215,7 +231,13 @@ def start(words: Sequence[str], folder: Path) -> subprocess.Popen[bytes]:
     # A group of its own, so that Ctrl-C at the server reaches it through the server alone; not a session of its own, to
     # which Linux would give processor time beside that of all others.
     return subprocess.Popen(
-        command, cwd=folder, env=surroundings, stdin=pipe, stdout=pipe, stderr=pipe, process_group=0
+        command,
+        cwd=folder,
+        env=surroundings,
+        stdin=pipe,
+        stdout=pipe,
+        stderr=pipe,
+        process_group=0,
     )
 
 

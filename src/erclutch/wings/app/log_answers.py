@@ -45,7 +45,12 @@ class LogAnswers(Desk):
             found: dict[str, Any] = json.loads(job.output)
         except ValueError:
             problem = last_line(job) or f"erclutch inspect ended with code {job.code}"
-            return self._page("problem", status=400, title=name, problem=actions.on_page(problem))
+            return self._page(
+                "problem",
+                status=400,
+                title=name,
+                problem=actions.on_page(problem),
+            )
         offered = await run_in_threadpool(self._offered_beside, name, form)
         about = await run_in_threadpool(self._space.about, name)
         signals = signals_of(found, chosen)
@@ -198,7 +203,9 @@ class LogAnswers(Desk):
 
     def _taken(self, run: str) -> bool:
         """Whether a run of that name is there, or is being made."""
-        return (self._space.folder / run).exists() or any(job.result == run and job.code is None for job in self.jobs)
+        if (self._space.folder / run).exists():
+            return True
+        return any(job.result == run and job.code is None for job in self.jobs)
 
     def _free_run(self, stem: str) -> str:
         """A name that no run has, and none that is being made."""

@@ -103,7 +103,12 @@ class RunAnswers(Desk):
                 raise WorkspaceError(said or "no report could be written", where=name, remedy="Fit the log again")
         whole = f"{name}-report.{ending}" if "download" in request.query_params else None
         kind = "application/pdf" if ending == "pdf" else "text/html"
-        return FileResponse(made, media_type=kind, headers={"content-security-policy": ALONE}, filename=whole)
+        return FileResponse(
+            made,
+            media_type=kind,
+            headers={"content-security-policy": ALONE},
+            filename=whole,
+        )
 
     async def _rename(self, request: Request, form: Form) -> Response:
         name = form.get("to", "").strip()
@@ -112,7 +117,8 @@ class RunAnswers(Desk):
 
     async def _export(self, request: Request, form: Form) -> Response:
         name = self._space.path(request.path_params["name"]).name
-        model, target = form.get("model", ""), form.get("target", "")
+        model = form.get("model", "")
+        target = form.get("target", "")
         out = self._space.free(actions.safe_stem(f"{name}-{model}-{target}"))
         words = ["export", name, f"--model={model}", f"--to={target}", "--out", out]
         precision = form.get("precision") or ("float32" if target in actions.SINGLE_TARGETS else "float64")
@@ -125,7 +131,8 @@ class RunAnswers(Desk):
     async def _predict(self, request: Request, form: Form) -> Response:
         name = self._space.path(request.path_params["name"]).name
         log = self._space.path(form.get("log", "")).name
-        what, model = form.get("what"), form.get("model", "")
+        what = form.get("what")
+        model = form.get("model", "")
         if what == "look":
             from erclutch.runs.run_folder import read_run
 

@@ -151,7 +151,12 @@ def _lines(step: ExportedStep, printed: StepRecord) -> Iterator[str]:
     yield "state = next;"
 
 
-def _expression(step: ExportedStep, node: Node, a: list[str], places: dict[str, str]) -> str:
+def _expression(
+    step: ExportedStep,
+    node: Node,
+    a: list[str],
+    places: dict[str, str],
+) -> str:
     operation = node.operation
     if operation in ("input", "state"):
         place = places[str(node.value)]
@@ -201,7 +206,8 @@ def _matrix(step: ExportedStep, values: NDArray[np.float64]) -> str:
 def _network(step: ExportedStep) -> str:
     model = step.network
     assert model is not None
-    scaling, weights = model.scaling, model.weights
+    scaling = model.scaling
+    weights = model.weights
     hidden = model.structure.hidden
 
     def matrix(values: NDArray[np.float64]) -> str:
@@ -224,7 +230,8 @@ def _network(step: ExportedStep) -> str:
             f"    a(i) = exp({number(-0.5)} * sum(d .* d) / squares(i));",
             "end",
         ]
-        out, start = weights["w"], weights["b"][0]
+        out = weights["w"]
+        start = weights["b"][0]
     else:
         before = "x"
         for i in range(1, len(hidden) + 1):
@@ -235,7 +242,8 @@ def _network(step: ExportedStep) -> str:
             ]
             before = f"a{i}"
         lines.append(f"a = a{len(hidden)};")
-        out, start = weights["W_out"][0], weights["b_out"][0]
+        out = weights["W_out"][0]
+        start = weights["b_out"][0]
     lines.append(f"y = {matrix(out[None, :])} * a + {number(float(start))};")
     lines.append(f"y = y * {number(scaling.effort_scale)} + {number(scaling.effort_offset)};")
     return f"function y = network(x)\n{indented(lines)}\nend\n"

@@ -67,7 +67,13 @@ class Emitter:
             self.constants.append(numpy_helper.from_array(held, self._known[key]))
         return self._known[key]
 
-    def add(self, operator: str, arguments: Sequence[str], result: str = "", **attributes: Any) -> str:
+    def add(
+        self,
+        operator: str,
+        arguments: Sequence[str],
+        result: str = "",
+        **attributes: Any,
+    ) -> str:
         """One operator with one result; returns the result's name."""
         name = result or f"v{len(self.nodes)}"
         self.nodes.append(self.helper.make_node(operator, list(arguments), [name], **attributes))
@@ -100,7 +106,8 @@ class Emitter:
         if operation == "delay":
             now, row_before = a
             name, rows = node.value
-            start, stop = self.constant([rows - 1], np.int64), self.constant([rows], np.int64)
+            start = self.constant([rows - 1], np.int64)
+            stop = self.constant([rows], np.int64)
             back = self.add("Slice", [f"before_{name}", start, stop])
             return self.add("Where", [row_before, back, now])
         if operation == "constant":
@@ -148,7 +155,8 @@ class Emitter:
     def _network(self, inputs: list[str]) -> str:
         model = self.step.network
         assert model is not None
-        scaling, weights = model.scaling, model.weights
+        scaling = model.scaling
+        weights = model.weights
         x = self.add("Concat", inputs, axis=0)
         x = self.add("Sub", [x, self.constant(scaling.offset)])
         x = self.add("Div", [x, self.constant(scaling.scale)])
@@ -158,12 +166,14 @@ class Emitter:
             distance = self.add("ReduceSum", [squares, self.constant([1], np.int64)], keepdims=0)
             half = self.add("Mul", [distance, self.constant([-0.5])])
             x = self.add("Exp", [self.add("Div", [half, self.constant(weights["spreads"] ** 2)])])
-            out, start = weights["w"], weights["b"]
+            out = weights["w"]
+            start = weights["b"]
         else:
             for i in range(1, len(model.structure.hidden) + 1):
                 product = self.add("MatMul", [self.constant(weights[f"W{i}"]), x])
                 x = self.add("Tanh", [self.add("Add", [product, self.constant(weights[f"b{i}"])])])
-            out, start = weights["W_out"][0], weights["b_out"]
+            out = weights["W_out"][0]
+            start = weights["b_out"]
         product = self.add("MatMul", [self.constant(out[None, :]), x])
         y = self.add("Add", [product, self.constant(start)])
         y = self.add("Mul", [y, self.constant([scaling.effort_scale])])
@@ -237,7 +247,8 @@ def _pack(emit: Emitter, record: Record, real: int) -> None:
         now, row_before = (emit.value(node) for node in entering[name])
         moved = now
         if length > 1:
-            start, stop = emit.constant([0], np.int64), emit.constant([length - 1], np.int64)
+            start = emit.constant([0], np.int64)
+            stop = emit.constant([length - 1], np.int64)
             kept = emit.add("Slice", [f"before_{name}", start, stop])
             moved = emit.add("Concat", [now, kept], axis=0)
         full = emit.add("Expand", [now, emit.constant([length], np.int64)])

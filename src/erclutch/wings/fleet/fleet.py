@@ -305,7 +305,11 @@ def _logs_of(paths: Sequence[str | Path]) -> list[Path]:
     return list(dict.fromkeys(path.resolve() for path in files))
 
 
-def _grouped(files: Sequence[Path], by: str, reading: Reading) -> dict[str, tuple[str, ...]]:
+def _grouped(
+    files: Sequence[Path],
+    by: str,
+    reading: Reading,
+) -> dict[str, tuple[str, ...]]:
     """The logs of each device by its name, in order."""
     top = os.path.commonpath([path.parent for path in files])
     if by == "log":

@@ -41,12 +41,15 @@ def drifting(series: FleetSeries) -> bool:
 def fleet_html(fleet: Fleet) -> str:
     """The report of a fleet as one HTML document."""
     series = fleet.stands_for
+    rows: list[tuple[object, ...]] = []
+    for each in series:
+        middle = np.median(each.value)
+        outliers = named(each.outliers)
+        rows.append((each, middle, trend_of(each), drifting(each), outliers, named(beyond(each))))
     values = {
         "fleet": fleet,
         "series": series,
-        "rows": [
-            (s, np.median(s.value), trend_of(s), drifting(s), named(s.outliers), named(beyond(s))) for s in series
-        ],
+        "rows": rows,
         "panels": fleet_panels(series, fleet.over),
         "failed": fleet.failed,
         "others": sorted({row["model"] for row in fleet.fits if row["model"]} - {fleet.model}),

@@ -185,7 +185,9 @@ def _series_of(parameters: Rows, baseline: int) -> tuple[FleetSeries, ...]:
         known = [row for row in rows if row["value"] is not None and row["order"] == row["order"]]
         known.sort(key=itemgetter("order"))
         order = _column(known, "order")
-        value, low, high = _column(known, "value"), _column(known, "low"), _column(known, "high")
+        value = _column(known, "value")
+        low = _column(known, "low")
+        high = _column(known, "high")
         scores = outlier_scores(value, low, high)
         for row, score in zip(known, scores, strict=True):
             row["score"] = float(score) if np.isfinite(score) else None

@@ -94,7 +94,13 @@ class Core:
         self._out = (self._command.ctypes.data, self._frame.ctypes.data)
         self._step = step_function()
 
-    def step(self, samples: NDArray[Any], tick: int, *, late_ns: int = 0) -> tuple[Any, Any]:
+    def step(
+        self,
+        samples: NDArray[Any],
+        tick: int,
+        *,
+        late_ns: int = 0,
+    ) -> tuple[Any, Any]:
         """One step.
 
         Args:

@@ -23,7 +23,12 @@ class CompanionProcess(subprocess.Popen[bytes]):
     def __init__(self, module: str, *words: str, listens: bool = False) -> None:
         stdin = subprocess.PIPE if listens else subprocess.DEVNULL
         command = [sys.executable, "-P", "-m", module, *words]
-        super().__init__(command, stdin=stdin, stdout=subprocess.PIPE, start_new_session=True)
+        super().__init__(
+            command,
+            stdin=stdin,
+            stdout=subprocess.PIPE,
+            start_new_session=True,
+        )
         self._lines: SimpleQueue[bytes] = SimpleQueue()
         self._listener = threading.Thread(target=self._listen, daemon=True)
         self._listener.start()

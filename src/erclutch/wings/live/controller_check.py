@@ -12,9 +12,16 @@ INPUTS = ("wanted", "rate", "theta_dot", "alpha_dot", "alpha", "torque", "motor_
 OUTPUTS = ("field1", "field2", "estimate")
 
 
-def check_source(step: ExportedStep, rows: Array, printed: str = "", *, plain: bool = False) -> str:
+def check_source(
+    step: ExportedStep,
+    rows: Array,
+    printed: str = "",
+    *,
+    plain: bool = False,
+) -> str:
     """A tiny main: prints bits and flags of every sample, or compares them with those that are given."""
-    n, p = step.name, step.precision
+    n = step.name
+    p = step.precision
     expected = [line.split() for line in printed.splitlines()]  # bits of each output, and the flags
     if not expected:
         expected = [["0"] * (len(OUTPUTS) + 1)] * len(rows)
@@ -44,7 +51,8 @@ static int is_same({n}_real x, word expected)
 
 def _main(step: ExportedStep, rows: int, plain: bool) -> str:
     """The loop over the samples: with each observer in turn, from a reset each quarter; or plain, by the defaults."""
-    n, p = step.name, step.precision
+    n = step.name
+    p = step.precision
     form = "%0" + f'{p.width // 4}" PRIx{p.width} " '
     given = "\n".join(f"        input.{name} = number(samples[i][{place}]);" for place, name in enumerate(INPUTS))
     compared = "\n".join(

@@ -79,7 +79,9 @@ WAYS: Mapping[State, tuple[Period, ...]] = {
 
 def events_of(settings: LoopSettings = _PUSH) -> dict[str, tuple[Period, ...]]:
     """Each event, with the limits of the settings in its name, and the periods that play it."""
-    hold, trip, late = settings.hold + 1, settings.trip, settings.late_trip
+    hold = settings.hold + 1
+    trip = settings.trip
+    late = settings.late_trip
     return {
         "a good sample": (Period(),),
         "one period without a sample": (Period(good=False),),

@@ -17,7 +17,12 @@ _INPUTS = {"coaxial": 4, "single": 2}
 
 
 def live_model(
-    path: str | Path, device: DeviceName, *, adapt: bool = False, units: Units | None = None, period: float = 1e-3
+    path: str | Path,
+    device: DeviceName,
+    *,
+    adapt: bool = False,
+    units: Units | None = None,
+    period: float = 1e-3,
 ) -> LiveModel:
     """A saved model, ready for the loop.
 
@@ -49,7 +54,13 @@ def live_model(
     from erclutch.export import ExportOptions, step_of
 
     alarms = model.band is not None
-    options = ExportOptions(name="live", precision="float64", period=period, alarms=alarms, adapt=adapt)
+    options = ExportOptions(
+        name="live",
+        precision="float64",
+        period=period,
+        alarms=alarms,
+        adapt=adapt,
+    )
     step = step_of(model, options)
     if step.model_inputs != _INPUTS[device]:
         needed = ", ".join(step.inputs[: step.model_inputs])

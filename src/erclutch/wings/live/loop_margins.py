@@ -107,7 +107,9 @@ class LoopMargins:
     @property
     def gains(self) -> str:
         """Both margins of the gain in words."""
-        return f"{self.least:.2g} to {self.gain:.2f}" if self.least else f"{self.gain:.2f}"
+        if self.least:
+            return f"{self.least:.2g} to {self.gain:.2f}"
+        return f"{self.gain:.2f}"
 
 
 @dataclass(frozen=True)
@@ -188,7 +190,8 @@ def torque_loop(path: TorquePath, bandwidth: float, integral_rate: float, torque
     # The estimate behind its lag, until the lag is over.
     late = share(1.0 / torque_lag) if torque_lag > 0.0 else 1.0
     padding = math.ceil(12.0 * torque_lag / path.period)
-    modelled = np.asarray(lfilter([late], [1.0, late - 1.0], np.pad(path.estimated, (0, padding))))
+    padded = np.pad(path.estimated, (0, padding))
+    modelled = np.asarray(lfilter([late], [1.0, late - 1.0], padded))
 
     fast = share(2.0 * math.pi * bandwidth)
     filtered = np.array([1.0, fast - 1.0])
@@ -239,7 +242,8 @@ def largest_bandwidth(loop: Callable[[float], LinearLoop], most: float) -> float
     good = [value for value in tried.tolist() if bears(value)]
     if not good or good[-1] == tried[-1]:
         return good[-1] if good else 0.0
-    low, high = good[-1], good[-1] * tried[1] / tried[0]
+    low = good[-1]
+    high = good[-1] * tried[1] / tried[0]
     for _ in range(12):
         middle = math.sqrt(low * high)
         low, high = (middle, high) if bears(middle) else (low, middle)

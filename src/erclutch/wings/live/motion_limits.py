@@ -25,7 +25,12 @@ _COMPARED_BY = 150.0
 _FORGOTTEN = 1e-6
 
 
-def motion_limits(rig: RigParameters, device: DeviceName, derivative: AnyFilter, period: float) -> dict[str, float]:
+def motion_limits(
+    rig: RigParameters,
+    device: DeviceName,
+    derivative: AnyFilter,
+    period: float,
+) -> dict[str, float]:
     """Settings of a loop that say how far, how fast and how suddenly healthy sides can move.
 
     A motor may be told its largest torque at any time, on the page too: the limits hold for each torque of a program.
@@ -48,7 +53,8 @@ def motion_limits(rig: RigParameters, device: DeviceName, derivative: AnyFilter,
 
     lag = innovation_lag(derivative, period)  # s
     # A reading is a count off at most, and so is its prediction.
-    theta_noise, alpha_noise = 2.0 * theta_count(rig) / period, 2.0 * alpha_count(rig) / period
+    theta_noise = 2.0 * theta_count(rig) / period
+    alpha_noise = 2.0 * alpha_count(rig) / period
     viscous = rig.value("drive.viscous")  # N m s/rad
     drive_fastest = motor / viscous if viscous > 0.0 else 0.0
     limits = {
@@ -94,7 +100,9 @@ def innovation_lag(derivative: AnyFilter, period: float) -> float:
 def acceleration_noise(derivative: AnyFilter, period: float) -> float:
     """Standard deviation in 1/s^2 of the acceleration that is compared, for a reading to the next count of 1."""
     count = itertools.chain((1.0,), itertools.repeat(0.0))
-    passed, speed, squares = _COMPARED_BY * period / (1.0 + _COMPARED_BY * period), 0.0, 0.0
+    passed = _COMPARED_BY * period / (1.0 + _COMPARED_BY * period)
+    speed = 0.0
+    squares = 0.0
     for _, filtered in _answers(derivative, period, count):
         change = passed * (filtered - speed)
         speed += change
@@ -102,7 +110,11 @@ def acceleration_noise(derivative: AnyFilter, period: float) -> float:
     return math.sqrt(squares / 12.0)  # a count's error is anything within it
 
 
-def _answers(derivative: AnyFilter, period: float, angles: Iterator[float]) -> Iterator[tuple[float, float]]:
+def _answers(
+    derivative: AnyFilter,
+    period: float,
+    angles: Iterator[float],
+) -> Iterator[tuple[float, float]]:
     """Innovation in rad and speed in rad/s of a filter at rest to angles, until it has forgotten what happened."""
     chosen = derivative if isinstance(derivative, LiveDerivative) else live(derivative, period)
     filter = LiveDerivative(period, chosen.g, chosen.h, 0.0)

@@ -22,5 +22,7 @@ class Order(IntEnum):
 def order_bytes(order: Order, value: float = 0.0) -> bytes:
     """An order as the loop reads it."""
     data = np.zeros((), ORDER)
-    data["magic"], data["kind"], data["value"] = CONSTANTS["ERC_ORDER_MAGIC"], order, value
+    data["magic"] = CONSTANTS["ERC_ORDER_MAGIC"]
+    data["kind"] = order
+    data["value"] = value
     return sealed(data)

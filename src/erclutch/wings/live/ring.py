@@ -28,7 +28,8 @@ from erclutch.wings.live.layout import CONSTANTS, EVENT_BITS, EVENTS, FRAME, HEA
 
 #: 65.5 s at 1 kHz, 7.3 MB.
 CAPACITY = 1 << 16
-_MAGIC, _VERSION = CONSTANTS["ERC_RING_MAGIC"], CONSTANTS["ERC_RING_VERSION"]
+_MAGIC = CONSTANTS["ERC_RING_MAGIC"]
+_VERSION = CONSTANTS["ERC_RING_VERSION"]
 _FIXED = tuple(name for name in FRAME.names or () if FRAME[name] != np.float64)
 _NAME = re.compile(r"[a-z][a-z0-9_]{0,22}")
 _REMEDY = "Give the ring of a session of this version of erclutch"

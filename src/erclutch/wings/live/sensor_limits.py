@@ -45,7 +45,11 @@ def torque_limits(effort: float, band: float, period: float) -> dict[str, float]
     }
 
 
-def free_output(rig: RigParameters, derivative: AnyFilter | None = None, period: float = 1e-3) -> dict[str, float]:
+def free_output(
+    rig: RigParameters,
+    derivative: AnyFilter | None = None,
+    period: float = 1e-3,
+) -> dict[str, float]:
     """What a loop has to know of an output on which nothing but dry friction acts beside the measured torque.
 
     Then torque and motion tell of each other. A hand, a spring or a weight on the output needs no sensor to be wrong.
@@ -61,7 +65,11 @@ def free_output(rig: RigParameters, derivative: AnyFilter | None = None, period:
     }
 
 
-def free_drive(rig: RigParameters, derivative: AnyFilter | None = None, period: float = 1e-3) -> dict[str, float]:
+def free_drive(
+    rig: RigParameters,
+    derivative: AnyFilter | None = None,
+    period: float = 1e-3,
+) -> dict[str, float]:
     """The same of the drive of a brake: nothing but the motor and dry friction acts on it beside the measured torque.
 
     Where a hand turns the brake, its torque is not known, and no sensor needs to be wrong.

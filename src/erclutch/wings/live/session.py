@@ -189,7 +189,10 @@ class Session(contextlib.AbstractContextManager["Session"]):
         words += [*self._rig_words(), *self._option_words()]
         with self._messages.open("wb") as errors:
             self._loop = subprocess.Popen(
-                [str(self._program), *words], stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=errors
+                [str(self._program), *words],
+                stdin=subprocess.PIPE,
+                stdout=subprocess.DEVNULL,
+                stderr=errors,
             )
         self._await_first_frame()
 

@@ -34,7 +34,8 @@ class Mode(IntEnum):
     @property
     def reference(self) -> str:
         """Role of the channel that a program wants to follow its reference; empty where it wants nothing."""
-        effort, position = (Mode.TORQUE, Mode.WALL), (Mode.TRACK, Mode.IMPEDANCE)
+        effort = (Mode.TORQUE, Mode.WALL)
+        position = (Mode.TRACK, Mode.IMPEDANCE)
         return "effort" if self in effort else "position" if self in position else ""
 
 
@@ -54,7 +55,13 @@ _OBSERVERS = {"off": "NO_STAGES", "none": "BY_MODEL", "sensor": "BY_SENSOR", "mo
 _SWITCHES = ("repeat", "by_sample", "relative")
 
 
-def _require(owner: object, name: str, allowed: Callable[[float], bool], wanted: str, where: str = "") -> None:
+def _require(
+    owner: object,
+    name: str,
+    allowed: Callable[[float], bool],
+    wanted: str,
+    where: str = "",
+) -> None:
     """A number of an object has to be finite and allowed."""
     value = getattr(owner, name)
     if not (math.isfinite(value) and allowed(value)):
@@ -103,10 +110,12 @@ class LoopProgram:
             _require(self, name, lambda value: value >= 0, "0 or a number above", where)
         if (self.shape is Waveform.TABLE) != (self.table is not None):
             raise SettingError(f"program {self.name!r} and its table do not fit", remedy="Give a table for shape TABLE")
-        if self.table is not None and (self.table.ndim != 2 or self.table.shape[1] != 3 or not len(self.table)):
-            raise SettingError(
-                f"a table of shape {self.table.shape} in program {self.name!r}", remedy="Give rows of three numbers"
-            )
+        if self.table is None:
+            return
+        rows_of_three = self.table.ndim == 2 and self.table.shape[1] == 3
+        if not rows_of_three or not len(self.table):
+            problem = f"a table of shape {self.table.shape} in program {self.name!r}"
+            raise SettingError(problem, remedy="Give rows of three numbers")
 
 
 REST = LoopProgram("rest", Mode.REST, meaning="no field, no motor torque")
@@ -211,24 +220,31 @@ def config_of(settings: LoopSettings) -> tuple[bytes, Array]:
         CompilerError: there is no C compiler.
     """
     config = np.zeros((), CONFIG)
-    config["magic"], config["version"] = CONSTANTS["ERC_CONFIG_MAGIC"], CONSTANTS["ERC_CONFIG_VERSION"]
-    config["size"], config["device"] = CONFIG.itemsize, CONSTANTS[f"ERC_{settings.device.upper()}"]
-    config["period_ns"], config["late_trip_ns"] = round(settings.period * 1e9), round(settings.late_trip * 1e9)
+    config["magic"] = CONSTANTS["ERC_CONFIG_MAGIC"]
+    config["version"] = CONSTANTS["ERC_CONFIG_VERSION"]
+    config["size"] = CONFIG.itemsize
+    config["device"] = CONSTANTS[f"ERC_{settings.device.upper()}"]
+    config["period_ns"] = round(settings.period * 1e9)
+    config["late_trip_ns"] = round(settings.late_trip * 1e9)
     config["observer"] = CONSTANTS[f"ERC_{_OBSERVERS[settings.observer]}"]
-    config["hold_samples"], config["trip_samples"] = settings.hold, settings.trip
+    config["hold_samples"] = settings.hold
+    config["trip_samples"] = settings.trip
     config["programs"] = len(settings.programs)
     chosen = settings.derivative
     speed = chosen if isinstance(chosen, LiveDerivative) else live(chosen, settings.period)
-    config["filter_g"], config["filter_h"] = speed.g, speed.h
+    config["filter_g"] = speed.g
+    config["filter_h"] = speed.h
     _copy_numbers(settings, config)
     tables: list[Array] = []
     first = 0
     for at, program in zip(config["list"], settings.programs, strict=False):
-        at["mode"], at["shape"] = program.mode, program.shape
+        at["mode"] = program.mode
+        at["shape"] = program.shape
         at["flags"] = sum(CONSTANTS[f"ERC_{name.upper()}"] for name in _SWITCHES if getattr(program, name))
         _copy_numbers(program, at)
         if program.table is not None:
-            at["first"], at["rows"] = first, len(program.table)
+            at["first"] = first
+            at["rows"] = len(program.table)
             tables.append(program.table)
             first += len(program.table)
     rows = np.ascontiguousarray(np.concatenate(tables) if tables else np.zeros((0, 3)))

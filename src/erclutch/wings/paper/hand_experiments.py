@@ -70,7 +70,11 @@ def hand_points(folder: Path, rig: RigParameters, name: HandName) -> Points:
 
 
 def hand_runs(
-    name: HandName, seeds: int, rig: RigParameters, points: Points, report: Callable[[float, float | None, str], None]
+    name: HandName,
+    seeds: int,
+    rig: RigParameters,
+    points: Points,
+    report: Callable[[float, float | None, str], None],
 ) -> list[ControlRun]:
     """All models with and without a sensor on the seeds 0, 1, ...; see `seeded_runs`.
 
@@ -79,13 +83,23 @@ def hand_runs(
     """
     figures = {"impedance": impedance_figures, "wall": wall_figures}[name]
 
-    def felt(models: Mapping[str, LiveModel], model: str, knows: str, seed: int) -> dict[str, Any]:
+    def felt(
+        models: Mapping[str, LiveModel],
+        model: str,
+        knows: str,
+        seed: int,
+    ) -> dict[str, Any]:
         return figures(rig, models[model], knows, seed)
 
     return seeded_runs(seeds, KNOWN, partial(_models, name, rig), felt, points, report)
 
 
-def _models(name: HandName, rig: RigParameters, seed: int, folder: Path) -> dict[str, LiveModel]:
+def _models(
+    name: HandName,
+    rig: RigParameters,
+    seed: int,
+    folder: Path,
+) -> dict[str, LiveModel]:
     """The models of a log of the device of an experiment: the clutch pair, or a brake for the wall."""
     if name == "impedance":
         models, _ = fitted_models(rig, seed, folder)
@@ -100,7 +114,12 @@ def _models(name: HandName, rig: RigParameters, seed: int, folder: Path) -> dict
 # --- impedance --------------------------------------------------------------------------------------------------------
 
 
-def impedance_figures(rig: RigParameters, model: LiveModel, knows: str, seed: int) -> dict[str, Any]:
+def impedance_figures(
+    rig: RigParameters,
+    model: LiveModel,
+    knows: str,
+    seed: int,
+) -> dict[str, Any]:
     """Stiffness in N m/rad and damping in N m s/rad that a hand feels at each of `FREQUENCIES`."""
     program = LoopProgram("spring", Mode.IMPEDANCE, motor_torque=0.2)
     stages = {**KNOWS[knows], "observer_bandwidth": _OBSERVER}
@@ -178,7 +197,12 @@ def _mean(runs: Sequence[ControlRun], model: str, knows: str, figure: str) -> Ar
 # --- wall -------------------------------------------------------------------------------------------------------------
 
 
-def wall_figures(rig: RigParameters, model: LiveModel, knows: str, seed: int) -> dict[str, Any]:
+def wall_figures(
+    rig: RigParameters,
+    model: LiveModel,
+    knows: str,
+    seed: int,
+) -> dict[str, Any]:
     """Step of the torque, drag, and the wall as a hand meets it.
 
     Returns:
@@ -226,7 +250,12 @@ def wall_figures(rig: RigParameters, model: LiveModel, knows: str, seed: int) ->
     return {**figures, "deepest": depths, "swing": swings}
 
 
-def _steps(rig: RigParameters, model: LiveModel, knows: str, seed: int) -> dict[str, float]:
+def _steps(
+    rig: RigParameters,
+    model: LiveModel,
+    knows: str,
+    seed: int,
+) -> dict[str, float]:
     """Torque of a turning brake: steps up and down, and zero asked for while the motor runs up."""
 
     def run(wanted: Array, motor: float, speed: float) -> Any:

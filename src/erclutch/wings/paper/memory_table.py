@@ -27,7 +27,11 @@ Figures = Mapping[str, Any]
 
 
 def memory_table(
-    runs: Mapping[str, Dataset], points: Points, seed: int, polish: bool, report: Callable[[int, int, str], None]
+    runs: Mapping[str, Dataset],
+    points: Points,
+    seed: int,
+    polish: bool,
+    report: Callable[[int, int, str], None],
 ) -> tuple[str, dict[str, dict[str, Figures]]]:
     """Fit the models of table II in each variant to the first run, and score them on both.
 
@@ -85,7 +89,12 @@ def _stages(train: Dataset) -> str:
     return highest.structure.dynamics
 
 
-def _as_in_the_paper(runs: Mapping[str, Dataset], models: Sequence[str], seed: int, polish: bool) -> dict[str, Figures]:
+def _as_in_the_paper(
+    runs: Mapping[str, Dataset],
+    models: Sequence[str],
+    seed: int,
+    polish: bool,
+) -> dict[str, Figures]:
     """Figures of table II: its networks have no law beside them, as those of a comparison have."""
     by_model: dict[str, Figures] = {}
     for row in table(runs, models=models, seed=seed, polish=polish):

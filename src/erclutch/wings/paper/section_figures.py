@@ -29,7 +29,12 @@ def draw_training_section(log: Recording, folder: Path) -> list[Path]:
     return kept(describe_section(log, seconds=_SECONDS), folder, "fig3")
 
 
-def draw_estimates(test: Dataset, rows: Sequence[Row], folder: Path, label: str) -> list[Path]:
+def draw_estimates(
+    test: Dataset,
+    rows: Sequence[Row],
+    folder: Path,
+    label: str,
+) -> list[Path]:
     """Figure 6: measured torque and that of each approach, fields and slips, over a lively section of the test log."""
     width = min(round(_SECONDS / test.period), test.rows)
     first = lively(test.effort, width)
@@ -66,7 +71,13 @@ def draw_estimates(test: Dataset, rows: Sequence[Row], folder: Path, label: str)
     return kept(plot, folder, "fig6")
 
 
-def compared(x: Axis, y: Axis, time: Array, measured: Array, estimates: Mapping[str, Array]) -> list[Panel]:
+def compared(
+    x: Axis,
+    y: Axis,
+    time: Array,
+    measured: Array,
+    estimates: Mapping[str, Array],
+) -> list[Panel]:
     """Measured and estimated torque, a panel a model, all of one height."""
     torques = np.array([measured, *estimates.values()])
     lowest = float(torques.min())

@@ -64,7 +64,12 @@ def draw_rbfn_sweep(sweep: Mapping[str, Any], folder: Path, label: str) -> list[
     return kept(plot, folder, "fig4")
 
 
-def draw_fnn_sweep(sweep: Mapping[str, Any], folder: Path, label: str, printed: Mapping[int, float]) -> list[Path]:
+def draw_fnn_sweep(
+    sweep: Mapping[str, Any],
+    folder: Path,
+    label: str,
+    printed: Mapping[int, float],
+) -> list[Path]:
     """Figure 5: error against neurons, every restart as a dot; the paper's printed training errors where it has any."""
     neurons = np.asarray(sweep["neurons"])
     train = np.asarray(sweep["train"])
@@ -118,7 +123,12 @@ def draw_kernel_sweep(sweep: Mapping[str, Any], folder: Path, label: str) -> lis
     return kept(Plot([panel], table, height=2.2), folder, "kernels")
 
 
-def _errors(x: Array, train: Array, test: Array, prefix: str = "") -> list[Line]:
+def _errors(
+    x: Array,
+    train: Array,
+    test: Array,
+    prefix: str = "",
+) -> list[Line]:
     """Lines of the training and of the test errors."""
     return [
         Line(x, train, "series0", f"{prefix}training", marked=True),

@@ -30,7 +30,12 @@ class Points:
         RunError: the file cannot be read.
     """
 
-    def __init__(self, path: Path | None, settings: Mapping[str, Any], kind: str = "file of a sweep's points") -> None:
+    def __init__(
+        self,
+        path: Path | None,
+        settings: Mapping[str, Any],
+        kind: str = "file of a sweep's points",
+    ) -> None:
         self.path = path
         self.others = 0
         self._kind = kind
@@ -70,7 +75,11 @@ class Points:
         return self._known[key]
 
     def fill(
-        self, pool: TaskPool, function: Callable[[T], Any], tasks: Mapping[str, T], report: Callable[[int, str], None]
+        self,
+        pool: TaskPool,
+        function: Callable[[T], Any],
+        tasks: Mapping[str, T],
+        report: Callable[[int, str], None],
     ) -> list[Any]:
         """The result of each task, by its key: the kept one, or a new one that is kept as soon as it is there.
 

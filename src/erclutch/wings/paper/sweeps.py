@@ -109,7 +109,12 @@ class UnitRows:
         """Mean squared error in the data's units, on every tenth training row."""
         return self._error(forward, self.x[:, ::10], self.y[::10])
 
-    def _error(self, forward: Callable[[Array], Array], x: Array, y: Array) -> float:
+    def _error(
+        self,
+        forward: Callable[[Array], Array],
+        x: Array,
+        y: Array,
+    ) -> float:
         off = y - _in_blocks(forward, x)
         return float(np.mean(off**2)) * self.scale**2
 
@@ -163,7 +168,13 @@ def _rbfn_errors(task: SweepTask) -> list[float]:
     return unit.errors(partial(forward_rbfn, tables, exactly=False))
 
 
-def rbfn_sweep(runs: RunsRecipe, pool: TaskPool, points: Points, seed: int, report: Report) -> dict[str, Any]:
+def rbfn_sweep(
+    runs: RunsRecipe,
+    pool: TaskPool,
+    points: Points,
+    seed: int,
+    report: Report,
+) -> dict[str, Any]:
     """Figure 4: errors over spread and neurons.
 
     Returns:
@@ -196,7 +207,11 @@ def rbfn_sweep(runs: RunsRecipe, pool: TaskPool, points: Points, seed: int, repo
     }
 
 
-def _tables(cells: Centroids, centres: Array, spread: float) -> tuple[dict[str, Array], float]:
+def _tables(
+    cells: Centroids,
+    centres: Array,
+    spread: float,
+) -> tuple[dict[str, Array], float]:
     """An RBFN with output weights from centroids, and its weighted sum of squares there."""
     spreads = np.full(len(centres), spread)
     weights, squares = weights_for(cells.x, cells.y, cells.count, centres, spreads)
@@ -264,7 +279,13 @@ def _fnn_errors(task: SweepTask) -> dict[str, Any]:
     }
 
 
-def kernel_sweep(runs: RunsRecipe, pool: TaskPool, points: Points, seed: int, report: Report) -> dict[str, Any]:
+def kernel_sweep(
+    runs: RunsRecipe,
+    pool: TaskPool,
+    points: Points,
+    seed: int,
+    report: Report,
+) -> dict[str, Any]:
     """RBFM: errors over the number of kernels.
 
     Returns:

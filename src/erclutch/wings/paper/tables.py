@@ -53,7 +53,11 @@ class Row:
 
 
 def twin_runs(
-    names: Sequence[str], *, rig: RigParameters | None = None, seed: int = 0, seconds: float | None = None
+    names: Sequence[str],
+    *,
+    rig: RigParameters | None = None,
+    seed: int = 0,
+    seconds: float | None = None,
 ) -> dict[str, Dataset]:
     """Runs of the twin as rows, by scenario; each has a seed of its own.
 
@@ -113,7 +117,12 @@ def table(
     return rows
 
 
-def _fitted(train: Dataset, name: str, seed: int, polish: bool) -> tuple[Model, int]:
+def _fitted(
+    train: Dataset,
+    name: str,
+    seed: int,
+    polish: bool,
+) -> tuple[Model, int]:
     """The model of a name, fitted to rows, and its number of parameters."""
     if is_network(name):
         structure = network_from_name(name, train.device)

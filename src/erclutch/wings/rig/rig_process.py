@@ -78,7 +78,13 @@ def main(text: str) -> int:
         signal.signal(number, lambda number, _frame: told.append(number))
     rig, lead = rig_of(spec)
     device = spec.get("device", "coaxial")
-    server = RigServer(rig, session=int(spec["session"]), lead=lead, device=device, port=int(spec.get("port", 0)))
+    server = RigServer(
+        rig,
+        session=int(spec["session"]),
+        lead=lead,
+        device=device,
+        port=int(spec.get("port", 0)),
+    )
     sys.stdout.write(f"port {server.port}\n")
     sys.stdout.flush()
     # Ahead of ordinary processes where that is permitted, but behind the loop: a real rig does not wait either.

@@ -64,7 +64,8 @@ class RigServer:
     ) -> None:
         self.rig = rig
         self.counts: Counter[str] = Counter()
-        self._session, self._device = session, NUMBERS[device]
+        self._session = session
+        self._device = NUMBERS[device]
         self._turns = 2.0 * math.pi / lead
         self._watch = watch
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
@@ -83,7 +84,8 @@ class RigServer:
 
     def run(self, stop: Callable[[], bool]) -> None:
         """Serve until told to stop, or until the rig has nothing more to give; then fields are zero."""
-        period, due = self.rig.period, math.inf
+        period = self.rig.period
+        due = math.inf
         try:
             while not stop():
                 command = self._wait(due)

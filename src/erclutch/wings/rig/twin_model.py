@@ -69,7 +69,11 @@ def twin_models(
     return list(files.values())
 
 
-def _fitted(rig: RigParameters, names: tuple[str, ...], device: DeviceName) -> dict[str, str]:
+def _fitted(
+    rig: RigParameters,
+    names: tuple[str, ...],
+    device: DeviceName,
+) -> dict[str, str]:
     """The text of each model's file."""
     from erclutch.fit.comparison import Settings, compare
     from erclutch.logs import read
@@ -78,7 +82,12 @@ def _fitted(rig: RigParameters, names: tuple[str, ...], device: DeviceName) -> d
     from erclutch.signals.speed import Derivative
     from erclutch.wings.rig.twin.scenarios import prepare
 
-    run = prepare("training" if device == "coaxial" else "brake", rig=rig, seconds=_SECONDS, seed=1)
+    run = prepare(
+        "training" if device == "coaxial" else "brake",
+        rig=rig,
+        seconds=_SECONDS,
+        seed=1,
+    )
     with tempfile.TemporaryDirectory() as folder:
         log = write_log(Path(folder) / "twin.parquet", run.names, run.chunks(), run.about(), rows=run.rows)
         # Speeds by the filter that runs live: the models then know its delay and its noise.

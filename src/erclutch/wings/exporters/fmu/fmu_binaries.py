@@ -78,7 +78,8 @@ def builders(version: int) -> Iterator[Builder]:
     """This machine's own compiler, and for each other one a cross compiler, or zig from PyPI."""
     zig = importlib.util.find_spec("ziglang") is not None
     for known in PLATFORMS:
-        folder, cross = known.folder(version), Cross(known.zig)
+        folder = known.folder(version)
+        cross = Cross(known.zig)
         if folder is None:
             continue
         if folder == _here(version):
@@ -96,7 +97,12 @@ def _shared(compiler: Compiler, sources: Sequence[Path], out: Path) -> None:
     run(words, f"{compiler.name} cannot compile the FMU's binary", "Mend or remove that compiler", patience=600.0)
 
 
-def build_binaries(version: int, sources: Sequence[Path], name: str, binaries: Path) -> list[str]:
+def build_binaries(
+    version: int,
+    sources: Sequence[Path],
+    name: str,
+    binaries: Path,
+) -> list[str]:
     """Compile for every machine, side by side, and say what came of it.
 
     Raises:

@@ -97,7 +97,12 @@ typedef {n}_real erc_real;
 
 
 def description(
-    step: ExportedStep, face: Interface, version: int, identifier: str, token: str, files: list[str]
+    step: ExportedStep,
+    face: Interface,
+    version: int,
+    identifier: str,
+    token: str,
+    files: list[str],
 ) -> Element:
     """The tree of modelDescription.xml.
 

@@ -20,7 +20,12 @@ from erclutch.wings.exporters.fmu.fmu_binaries import check_binary
 from erclutch.wings.exporters.fmu.fmu_description import Interface, interface
 
 
-def check_fmu(step: ExportedStep, folder: Path, version: int, kinds: Sequence[str]) -> Iterator[Check]:
+def check_fmu(
+    step: ExportedStep,
+    folder: Path,
+    version: int,
+    kinds: Sequence[str],
+) -> Iterator[Check]:
     """Every kind of simulation of a model over its test vectors."""
     vectors = vectors_of(step)
     for where, outputs, flags in simulated(step, interface(step), folder, version, kinds, vectors.rows):
@@ -28,7 +33,12 @@ def check_fmu(step: ExportedStep, folder: Path, version: int, kinds: Sequence[st
 
 
 def simulated(
-    step: ExportedStep, face: Interface, folder: Path, version: int, kinds: Sequence[str], rows: NDArray[Any]
+    step: ExportedStep,
+    face: Interface,
+    folder: Path,
+    version: int,
+    kinds: Sequence[str],
+    rows: NDArray[Any],
 ) -> Iterator[tuple[str, NDArray[Any], NDArray[Any]]]:
     """Each kind of simulation, step by step through the interface: its name, the outputs of all rows, their flags.
 
@@ -57,15 +67,23 @@ def simulated(
 
 
 def _stepped(
-    step: ExportedStep, face: Interface, fmu: Any, rows: NDArray[Any], kind: str
+    step: ExportedStep,
+    face: Interface,
+    fmu: Any,
+    rows: NDArray[Any],
+    kind: str,
 ) -> tuple[NDArray[Any], NDArray[Any]]:
     """Outputs and flags of each row: after a communication step, or at an event of model exchange."""
     exchange = kind == "ModelExchange"
     period = step.period or 1e-3  # s
     if hasattr(fmu, "setReal"):  # FMI 2.0
-        write, read, read_whole = fmu.setReal, fmu.getReal, fmu.getInteger
+        write = fmu.setReal
+        read = fmu.getReal
+        read_whole = fmu.getInteger
     else:
-        write, read, read_whole = fmu.setFloat64, fmu.getFloat64, fmu.getUInt32
+        write = fmu.setFloat64
+        read = fmu.getFloat64
+        read_whole = fmu.getUInt32
     # Value references in the order of the interface: inputs from 1 on, outputs, flags.
     count = len(face.inputs)
     inputs = list(range(1, count + 1))
@@ -96,7 +114,13 @@ def _stepped(
     return outputs, flags
 
 
-def _begun(step: ExportedStep, description: Any, place: str, version: int, kind: str) -> Any:
+def _begun(
+    step: ExportedStep,
+    description: Any,
+    place: str,
+    version: int,
+    kind: str,
+) -> Any:
     """An instance of the FMU, set up and initialised at time zero."""
     from fmpy.fmi2 import FMU2Slave
     from fmpy.fmi3 import FMU3Model, FMU3Slave

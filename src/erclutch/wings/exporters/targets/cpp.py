@@ -25,7 +25,8 @@ ALARMS = True
 def write(step: ExportedStep, folder: Path) -> None:
     """A folder that is a CMake project and an ament_cmake package."""
     n = step.name
-    include, code = folder / "include" / n, folder / "src"
+    include = folder / "include" / n
+    code = folder / "src"
     include.mkdir(parents=True)
     code.mkdir()
     c.write_core(step, code)
@@ -58,7 +59,8 @@ def _members(step: ExportedStep) -> list[str]:
 
 
 def _class(step: ExportedStep) -> str:
-    n, N = step.name, step.name.upper()
+    n = step.name
+    N = step.name.upper()
     members = _members(step)
     lines: list[str] = []
     for member, name, unit in zip(members, step.inputs, step.units, strict=True):
@@ -107,7 +109,8 @@ struct Command {{
 
 def _device(step: ExportedStep, members: Sequence[str]) -> str:
     """The class of a device: its methods, and the ends of the band where the C keeps them."""
-    n, name = step.name, class_name(step)
+    n = step.name
+    name = class_name(step)
     listed = ", ".join(f"in.{member}" for member in members)
     period = "0" if step.period is None else repr(step.period)
     methods = (
@@ -170,7 +173,9 @@ private:
 
 
 def _check(step: ExportedStep) -> str:
-    n, N, p = step.name, step.name.upper(), step.precision
+    n = step.name
+    N = step.name.upper()
+    p = step.precision
     form = "PRIx32" if p.width == 32 else "PRIx64"
     given = "\n".join(f"    in.{m} = number(row[{i}]);" for i, m in enumerate(_members(step)))
     return f"""// Prints the bits of every result of the test vectors; exit code 0 if all are as expected.
@@ -282,7 +287,8 @@ def verify(step: ExportedStep, folder: Path) -> Iterator[Check]:
         raise ExportError("no C++ compiler is found", where=str(folder), remedy="Install one, for example g++")
     n = step.name
     vectors = vectors_of(step)
-    include, code = folder / "include", folder / "src"
+    include = folder / "include"
+    code = folder / "src"
     with tempfile.TemporaryDirectory() as work:
         core = Path(work) / "core.o"
         program = Path(work) / "check"

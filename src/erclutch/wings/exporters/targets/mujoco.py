@@ -64,7 +64,9 @@ def _joints(step: ExportedStep) -> tuple[str, ...]:
 def _control_range(step: ExportedStep) -> tuple[float, float]:
     """Range of the field; MuJoCo wants some width, also of a model with one field."""
     low, high = step.field.range
-    return (low, high) if low < high else (low, max(step.search.plus, step.search.origin))
+    if low < high:
+        return (low, high)
+    return (low, max(step.search.plus, step.search.origin))
 
 
 def _example(step: ExportedStep) -> str:
@@ -168,7 +170,13 @@ def _imported(step: ExportedStep, folder: Path) -> Generator[ModuleType]:
         sys.modules.update(kept)
 
 
-def _forces(mujoco: Any, step: ExportedStep, module: ModuleType, model: Any, rows: Any) -> tuple[Any, Any]:
+def _forces(
+    mujoco: Any,
+    step: ExportedStep,
+    module: ModuleType,
+    model: Any,
+    rows: Any,
+) -> tuple[Any, Any]:
     """The actuator's force at each row, set by hand, and its flags."""
     data = mujoco.MjData(model)
     elements = step.elements

@@ -60,7 +60,11 @@ def verify(step: ExportedStep, folder: Path) -> Iterator[Check]:
     yield near(step, vectors, f"ONNX Runtime {runtime.__version__}", effort, flags)
 
 
-def run(session: Any, step: ExportedStep, rows: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:
+def run(
+    session: Any,
+    step: ExportedStep,
+    rows: NDArray[Any],
+) -> tuple[NDArray[Any], NDArray[Any]]:
     """Effort and flags of successive steps from a reset."""
     given = {tensor.name: np.zeros(tensor.shape, step.precision.dtype) for tensor in session.get_inputs()}
     effort = np.zeros(len(rows), step.precision.dtype)
@@ -75,7 +79,11 @@ def run(session: Any, step: ExportedStep, rows: NDArray[Any]) -> tuple[NDArray[A
     return effort, flags
 
 
-def _filled(effort: NDArray[Any], flags: NDArray[Any], vectors: Vectors) -> tuple[NDArray[Any], NDArray[Any]]:
+def _filled(
+    effort: NDArray[Any],
+    flags: NDArray[Any],
+    vectors: Vectors,
+) -> tuple[NDArray[Any], NDArray[Any]]:
     """Without a state the effort of a bad row is 0, and the caller keeps the one before: so does this."""
     bad = flags == NON_FINITE
     if np.any(effort[bad] != 0.0):

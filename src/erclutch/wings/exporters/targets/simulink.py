@@ -48,9 +48,11 @@ def caller_bytes(step: ExportedStep) -> int:
 
 
 def _caller_header(step: ExportedStep) -> str:
-    n, N = step.name, step.name.upper()
+    n = step.name
+    N = step.name.upper()
     real = step.precision.c_type
-    inputs, size = len(step.inputs), caller_bytes(step)
+    inputs = len(step.inputs)
+    size = caller_bytes(step)
     return f"""/* {n} as a pure function, for Simulink's C Caller block: the state goes in and comes out,
    through a Unit Delay whose initial condition is zeros. */
 #ifndef {N}_CALLER_H
@@ -76,7 +78,8 @@ void {n}_caller(const {real} input[{inputs}], const uint8_t before[{size}],
 def _caller_source(step: ExportedStep) -> str:
     n = step.name
     real = step.precision.c_type
-    inputs, size = len(step.inputs), caller_bytes(step)
+    inputs = len(step.inputs)
+    size = caller_bytes(step)
     return f"""#include "{n}_caller.h"
 
 #include <string.h>
@@ -103,7 +106,8 @@ void {n}_caller(const {real} input[{inputs}], const uint8_t before[{size}],
 
 
 def _setup(step: ExportedStep) -> str:
-    n, size = step.name, caller_bytes(step)
+    n = step.name
+    size = caller_bytes(step)
     return f"""function {n}_setup(model)
 %{n.upper()}_SETUP Settings of a Simulink model for {n}, and a C Caller block with the delay that carries its state.
 %   {n.upper()}_SETUP(MODEL) with the name of an open model. Simulink R2018b or newer.

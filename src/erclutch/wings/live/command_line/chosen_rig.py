@@ -39,7 +39,12 @@ def file_of(run: Path | None, model: str | None) -> Path | None:
 
 
 def rig_of(
-    rig: RigOptions, reading: LogOptions, folder: Path, model: Path | None, control: ControlOptions, loop: LoopOptions
+    rig: RigOptions,
+    reading: LogOptions,
+    folder: Path,
+    model: Path | None,
+    control: ControlOptions,
+    loop: LoopOptions,
 ) -> tuple[RigChoice, LoopProgram | None]:
     """The rig, and the program that it brings. The twin, and a rig behind UDP, are of the model's device."""
     from erclutch.wings.live.offered_rig import AskedRig, offered_rig

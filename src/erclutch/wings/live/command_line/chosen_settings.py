@@ -209,7 +209,11 @@ def _stages(parameters: RigParameters, control: ControlOptions) -> dict[str, Any
 
 
 def _sensing(
-    settings: LoopSettings, rig: RigChoice, device: DeviceName, model: LiveModel | None, parameters: RigParameters
+    settings: LoopSettings,
+    rig: RigChoice,
+    device: DeviceName,
+    model: LiveModel | None,
+    parameters: RigParameters,
 ) -> LoopSettings:
     """The settings with what the sensors can read.
 

@@ -137,15 +137,18 @@ def learn(
             break
         file, tripped, whole = _played(rig, table, folder, len(rounds.reports) + 1, told, observed, output)
         if file is None:
-            ended, code = tripped or "no frame was logged", 3
+            ended = tripped or "no frame was logged"
+            code = 3
             break
         try:
             logged = _logged(file, rig.settings.device)
         except ErclutchError as error:  # a trip after a few samples leaves a log that nothing reads as one
-            ended, code = f"{tripped or 'no trip'}: nothing can be learned of {file.name}, which is kept: {error}", 3
+            ended = f"{tripped or 'no trip'}: nothing can be learned of {file.name}, which is kept: {error}"
+            code = 3
             break
         if not logged.teaches:
-            ended, code = f"{tripped or 'nothing moved'}: no law can be fitted to {file.name}, which is kept", 3
+            ended = f"{tripped or 'nothing moved'}: no law can be fitted to {file.name}, which is kept"
+            code = 3
             break
         report = rounds.take(logged, file.name, tripped)
         _write(folder, rig, rounds, "")
@@ -153,7 +156,8 @@ def learn(
         if told:
             ended = "it was interrupted"
         elif not whole:
-            ended, code = f"{tripped}; {_STILL}", 3
+            ended = f"{tripped}; {_STILL}"
+            code = 3
         else:
             ended = rounds.enough(until)
     _write(folder, rig, rounds, ended)
@@ -190,7 +194,14 @@ def _played(
 
     soft = rig.settings.stroke * 0.2 if rig.settings.device == "coaxial" else 0.0
     name = f"learn, round {number}"
-    program = LoopProgram("learn", Mode.FIELDS, Waveform.TABLE, table=table, soft=soft, meaning=name)
+    program = LoopProgram(
+        "learn",
+        Mode.FIELDS,
+        Waveform.TABLE,
+        table=table,
+        soft=soft,
+        meaning=name,
+    )
     settings = replace(rig.settings, programs=(program, REST))
     what = rig.what
     if isinstance(what, ServedRig):  # another noise in each round
@@ -205,13 +216,21 @@ def _played(
         tripped, whole = follow_round(session, len(table), told, output, wait=page)
         session.stop()
         observers.record(False)
-        files, faults = observers.recordings.files, observers.recordings.faults
+        files = observers.recordings.files
+        faults = observers.recordings.faults
     if faults:  # a log that lacks frames teaches what it has, and the next one would lack them too
         return (files[0] if files else None), "; ".join(faults), False
     return (files[0] if files else None), tripped, whole
 
 
-def follow_round(session: Session, rows: int, told: list[int], output: Console, *, wait: bool) -> tuple[str, bool]:
+def follow_round(
+    session: Session,
+    rows: int,
+    told: list[int],
+    output: Console,
+    *,
+    wait: bool,
+) -> tuple[str, bool]:
     """Watch a round until its table is played, or it tripped.
 
     Args:
@@ -233,7 +252,12 @@ def follow_round(session: Session, rows: int, told: list[int], output: Console, 
         if reader.state is State.TRIPPED and not tripped:
             tripped = reader.trip_reason or "a trip"
             hint = "Run on the page goes on with the next round" if wait else ""
-            output.print(f"{tripped}: {_STILL}. {hint}".strip(), style="red", markup=False, soft_wrap=True)
+            output.print(
+                f"{tripped}: {_STILL}. {hint}".strip(),
+                style="red",
+                markup=False,
+                soft_wrap=True,
+            )
             if not wait:
                 return tripped, False
         if tripped and reader.state is State.RUNNING:
@@ -304,7 +328,13 @@ def line_of(report: RoundReport, rig: Rig) -> str:
     )
 
 
-def _tell(rounds: LearningRounds, rig: Rig, folder: Path, ended: str, output: Console) -> None:
+def _tell(
+    rounds: LearningRounds,
+    rig: Rig,
+    folder: Path,
+    ended: str,
+    output: Console,
+) -> None:
     """What each round taught, as tables."""
     from erclutch.cli import terminal
 
@@ -327,7 +357,9 @@ def _tell(rounds: LearningRounds, rig: Rig, folder: Path, ended: str, output: Co
         ]
         output.print(terminal.table(f"{rig.what.origin}: what each round taught, {unit}", head, rows))
         last = rounds.reports[-1]
-        numbers = [[name, *(terminal.number(x, 3) for x in three)] for name, three in last.half_widths.items()]
+        numbers: list[list[str]] = []
+        for name, three in last.half_widths.items():
+            numbers.append([name, *(terminal.number(each, 3) for each in three)])
         title = f"{last.law} after round {last.number}: half width of the 95 % interval"
         output.print(terminal.table(title, ["", "value", "got", "foretold"], numbers))
     output.print(f"ended: {ended}", markup=False, soft_wrap=True)

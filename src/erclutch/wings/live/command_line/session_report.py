@@ -61,7 +61,12 @@ def follow(session: Session, watch: SessionFigures, told: list[int], output: Con
         watch.poll()
         reason = watch.reader.trip_reason
         if reason not in ("", known_reason):
-            output.print(f"fields are held at zero: {_why(reason)}", style="red", markup=False, soft_wrap=True)
+            output.print(
+                f"fields are held at zero: {_why(reason)}",
+                style="red",
+                markup=False,
+                soft_wrap=True,
+            )
             if watch.busy:
                 output.print(watch.busy, style="red", markup=False, soft_wrap=True)
         return reason
@@ -138,10 +143,16 @@ def _show(session: Session, watch: SessionFigures, notes: Sequence[str], output:
     output.print(", ".join(counts) or "no event", markup=False)
     for name, meaning in EVENTS:
         if watch.reader.counts.get(name) and name not in _BY_ORDER:
-            output.print(f"  {name}: {meaning}", style="dim", markup=False, soft_wrap=True)
+            output.print(
+                f"  {name}: {meaning}",
+                style="dim",
+                markup=False,
+                soft_wrap=True,
+            )
     if watch.follower is not None and watch.followed is not None:
         off, wanted = watch.followed
-        label, unit = watch.follower.label, watch.follower.unit
+        label = watch.follower.label
+        unit = watch.follower.unit
         line = f"{label} off the reference by {off:.3g} {unit} rms; the reference has {wanted:.3g} {unit}"
         output.print(line, markup=False)
         if off > 0.5 * wanted and watch.role == "effort":

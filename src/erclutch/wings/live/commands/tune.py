@@ -160,7 +160,8 @@ def torque_path(model: Model) -> tuple[TorquePath, float]:
     from erclutch.wings.live.loop_margins import TorquePath
 
     highest = model.trained_on.field[1]
-    low, high = _STEP[0] * highest, _STEP[1] * highest
+    low = _STEP[0] * highest
+    high = _STEP[1] * highest
     slip = 0.5 * max(abs(end) for end in model.trained_on.slip)
     rows = _SETTLED + _ROWS
     time: Array = _PERIOD * np.arange(rows, dtype=np.float64)
@@ -177,7 +178,10 @@ def torque_path(model: Model) -> tuple[TorquePath, float]:
 
     rise = stepped(low, high)
     fall = stepped(high, low)
-    shares = [(torque[1:] - torque[0]) / (torque[-1] - torque[0]) for torque in (rise, fall)]  # of the way, by row
+    shares: list[Array] = []  # of the way, by row
+    for torque in (rise, fall):
+        way = torque[-1] - torque[0]
+        shares.append((torque[1:] - torque[0]) / way)
     if not np.isfinite(shares).all():
         raise CheckError(f"{model.name} gives no torque for a field", remedy="Choose another model of the run")
     slower = min(shares, key=lambda share: float(share.sum()))
@@ -194,7 +198,13 @@ def torque_path(model: Model) -> tuple[TorquePath, float]:
     return TorquePath(_PERIOD, torque, estimated), slope
 
 
-def _moved_side(run: Run, model: Model, rig: RigParameters, inertia: float | None, friction: float | None) -> MovedSide:
+def _moved_side(
+    run: Run,
+    model: Model,
+    rig: RigParameters,
+    inertia: float | None,
+    friction: float | None,
+) -> MovedSide:
     """Inertia and friction of what is moved: as the options say, as the run shows, or as the rig file has them.
 
     A pair moves its output, a single device its drive, which no log of a run shows.
@@ -307,7 +317,11 @@ def _torque_lag(path: TorquePath) -> float:
 
 
 def settings_of(
-    path: TorquePath, slope: float, moved: MovedSide, bandwidth: float, torque_bandwidth: float
+    path: TorquePath,
+    slope: float,
+    moved: MovedSide,
+    bandwidth: float,
+    torque_bandwidth: float,
 ) -> Mapping[str, float]:
     """Settings of `TUNED` for both bandwidths."""
     import math
@@ -335,7 +349,11 @@ def settings_of(
 
 
 def _as_json(
-    model: Model, path: TorquePath, moved: MovedSide, loops: list[TunedLoop], gains: Mapping[str, float]
+    model: Model,
+    path: TorquePath,
+    moved: MovedSide,
+    loops: list[TunedLoop],
+    gains: Mapping[str, float],
 ) -> dict[str, Any]:
     margins: list[dict[str, Any]] = []
     for tuned in loops:
@@ -359,7 +377,13 @@ def _as_json(
     }
 
 
-def _show(model: Model, path: TorquePath, moved: MovedSide, loops: list[TunedLoop], gains: Mapping[str, float]) -> None:
+def _show(
+    model: Model,
+    path: TorquePath,
+    moved: MovedSide,
+    loops: list[TunedLoop],
+    gains: Mapping[str, float],
+) -> None:
     terminal.tell(
         f"{model.name}: the torque is {1e3 * path.lag:.2f} ms late. The moved side has {moved.inertia:.3g} kg m2 and "
         f"{moved.friction:.2g} N m of friction ({moved.source})."

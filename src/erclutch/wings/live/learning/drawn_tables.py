@@ -35,7 +35,12 @@ class TableLimits:
     rate: float
 
 
-def drawn_table(limits: TableLimits, seconds: float, rng: np.random.Generator, level: float = 1.0) -> Array:
+def drawn_table(
+    limits: TableLimits,
+    seconds: float,
+    rng: np.random.Generator,
+    level: float = 1.0,
+) -> Array:
     """A table of two fields and the drive, shape (rows, 3), that ends at rest.
 
     Args:

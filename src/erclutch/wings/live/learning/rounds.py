@@ -172,7 +172,8 @@ class LearningRounds:
             speeds = [max(float(np.abs(each.slip).max()) for each in rows.elements) for rows in foretold]
             slow = [number for number, speed in enumerate(speeds) if speed < _FASTEST * self._fastest]
             kept = slow or [int(np.argmin(speeds))]
-            tables, foretold = tables[kept], [foretold[number] for number in kept]
+            tables = tables[kept]
+            foretold = [foretold[number] for number in kept]
         known = _all_rows(self._rounds)
         use = joined(foretold)
         knowledge = Knowledge(outcome.model, known, self.limits.rate, "I", use)

@@ -74,7 +74,9 @@ class Access:
     def alone_path(self, path: str) -> str | None:
         """The path behind its `alone_place`; None for any other."""
         place, slash, rest = path.removeprefix("/").partition("/")
-        return slash + rest if self._same(f"/{place}", self.alone_place(slash + rest)) else None
+        if self._same(f"/{place}", self.alone_place(slash + rest)):
+            return slash + rest
+        return None
 
     def _hosts(self) -> tuple[str, ...]:
         return (f"127.0.0.1:{self.port}", f"localhost:{self.port}")

@@ -48,7 +48,12 @@ class PageProcess:
     """
 
     def __init__(
-        self, ring: str, limits: CommandLimits, *, port: int = 0, shown: Mapping[str, Any] | None = None
+        self,
+        ring: str,
+        limits: CommandLimits,
+        *,
+        port: int = 0,
+        shown: Mapping[str, Any] | None = None,
     ) -> None:
         self._limits = limits
         self._said: dict[str, Any] = {}

@@ -102,7 +102,8 @@ class Page:
 
     @staticmethod
     def _file(name: str) -> Callable[[Request], Awaitable[Response]]:
-        data, kind = (files("erclutch") / name).read_bytes(), _KINDS[PurePath(name).suffix]
+        data = (files("erclutch") / name).read_bytes()
+        kind = _KINDS[PurePath(name).suffix]
 
         async def answer(request: Request) -> Response:
             return Response(data, media_type=kind)
@@ -184,13 +185,15 @@ class Page:
     async def _commands(self, socket: WebSocket) -> None:
         """Hand over what is a command; answer what is not, and hang up on a client that sends too many."""
         loop = asyncio.get_running_loop()
-        credit, last = float(_SHARE), loop.time()
+        credit = float(_SHARE)
+        last = loop.time()
         while True:
             message = await socket.receive()
             if message["type"] != "websocket.receive":
                 raise WebSocketDisconnect
             now = loop.time()
-            credit, last = min(_SHARE, credit + (now - last) * _SHARE) - 1, now
+            credit = min(_SHARE, credit + (now - last) * _SHARE) - 1
+            last = now
             if credit < 0:
                 await socket.close(1008)
                 raise WebSocketDisconnect
@@ -256,7 +259,8 @@ class Guard:
         if scope["type"] == "http":
             await self._http(scope, receive, _with_headers(send, self._headers, self._access.base))
         elif scope["type"] == "websocket":
-            headers, path = _headers(scope), self._below(scope)
+            headers = _headers(scope)
+            path = self._below(scope)
             if path is not None and self._access.from_here(headers, socket=True) and self._may(headers):
                 self.strangers.shown(scope["client"])
                 await self._app({**scope, "path": path}, receive, send)
@@ -265,9 +269,12 @@ class Guard:
                 await send({"type": "websocket.close", "code": 1008})
 
     async def _http(self, scope: Scope, receive: Receive, send: Send) -> None:
-        headers, method, path = _headers(scope), str(scope["method"]), str(scope["path"])
+        headers = _headers(scope)
+        method = str(scope["method"])
+        path = str(scope["path"])
         changes = method not in ("GET", "HEAD")
-        below, alone = self._below(scope), None if changes else self._access.alone_path(path)
+        below = self._below(scope)
+        alone = None if changes else self._access.alone_path(path)
         if not self._access.from_here(headers, socket=changes):
             answer: Response = PlainTextResponse("Only for this machine.\n", 403)
         elif not changes and path in _ENTRANCE:  # for everybody: it holds no secret, and its script brings the token
@@ -288,7 +295,9 @@ class Guard:
     def _below(self, scope: Scope) -> str | None:
         """The path below the session's own; None for any other."""
         path = str(scope["path"])
-        return path.removeprefix(self._access.base) if path.startswith(f"{self._access.base}/") else None
+        if path.startswith(f"{self._access.base}/"):
+            return path.removeprefix(self._access.base)
+        return None
 
     def _may(self, headers: list[tuple[str, str]]) -> bool:
         return self._access.by_own_page(headers) and self._access.by_cookie(headers)

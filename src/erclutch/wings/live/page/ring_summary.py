@@ -21,7 +21,8 @@ _KEPT = 300  # lines
 _BAD = ("sample-lost", "sample-invalid", "glitch")
 #: A bad sample has one line: that the command was held for its want follows from it.
 _HOLD = np.uint32(EVENT_BITS["hold"])
-_BAD_SAMPLE = np.uint32(sum(bit for name, bit in EVENT_BITS.items() if name in _BAD or name.endswith("-doubted")))
+_DOUBTED = tuple(name for name in EVENT_BITS if name.endswith("-doubted"))
+_BAD_SAMPLE = np.uint32(sum(EVENT_BITS[name] for name in {*_BAD, *_DOUBTED}))
 #: How an event is shown: what fails safe, what is worth a look, what is only told.
 _ALARMS = {"trip", "rig-watchdog", "rig-fault", "both-fields", "send-failed", "command-not-finite"}
 _NOTES = {"order", "wrap", "stopping", "rate-limited"}
@@ -85,7 +86,8 @@ class Watcher:
         """Take in the frames that came."""
         frames = self._figures.poll()
         if self.reader.head != self._head:
-            self._head, self._moved = self.reader.head, time.monotonic()
+            self._head = self.reader.head
+            self._moved = time.monotonic()
         if not frames.size:
             return
         events = np.where(frames["events"] & _BAD_SAMPLE, frames["events"] & ~_HOLD, frames["events"])
@@ -96,7 +98,9 @@ class Watcher:
         for bit, (name, meaning) in enumerate(EVENTS):
             if present >> bit & 1:
                 hit = np.flatnonzero(events >> np.uint32(bit) & 1)
-                self._log(name, meaning, level_of(name), float(seconds[hit[0]]), float(seconds[hit[-1]]), int(hit.size))
+                first = float(seconds[hit[0]])
+                last = float(seconds[hit[-1]])
+                self._log(name, meaning, level_of(name), first, last, int(hit.size))
 
     def say(self, text: str, at: int, level: str = "note") -> None:
         """A line that is no event of the loop, with its time by the monotonic clock in ns."""
@@ -104,7 +108,15 @@ class Watcher:
         seconds = (at - self.reader.info.start_ns) * 1e-9
         self._log("session", text, level, seconds, seconds, 1)
 
-    def _log(self, name: str, text: str, level: str, first: float, last: float, count: int) -> None:
+    def _log(
+        self,
+        name: str,
+        text: str,
+        level: str,
+        first: float,
+        last: float,
+        count: int,
+    ) -> None:
         self.version += 1
         line = self._open.get(name)
         if line is not None and first - line.last <= _JOINED:

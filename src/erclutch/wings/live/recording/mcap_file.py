@@ -103,10 +103,13 @@ class FrameFile:
         if not frames.size:
             return
         messages = np.zeros(frames.size, self._message)
-        messages["op"], messages["size"] = Opcode.MESSAGE, self._message.itemsize - 9
-        messages["channel"], messages["seq"] = CHANNEL, frames["seq"] & 0xFFFFFFFF
+        messages["op"] = Opcode.MESSAGE
+        messages["size"] = self._message.itemsize - 9
+        messages["channel"] = CHANNEL
+        messages["seq"] = frames["seq"] & 0xFFFFFFFF
         wake = frames["time_ns"].astype(np.int64) + self._to_unix
-        messages["log_time"], messages["pub_time"] = wake - frames["lateness_ns"], wake
+        messages["log_time"] = wake - frames["lateness_ns"]
+        messages["pub_time"] = wake
         messages["frame"] = frames
         ahead = b"" if self._chunks else self._description
         inside = b"" if self._chunks % _REPEAT else self._description
@@ -157,12 +160,24 @@ def description(info: RingInfo) -> tuple[kinds.Schema, kinds.Channel]:
     types = {"u8": "uint64", "f8": "float64", "u4": "uint32", "i4": "int32"}
     plain = {"": "-"}  # a number without a dimension, said: no unit would mean an unknown one
     frame = _packed(info)
-    units = {c.name: plain.get(c.unit, c.unit) for c in info.channels if c.unit != UNKNOWN and c.role != "reference"}
-    units |= {name: "ns" for name in frame.names or () if name.endswith("_ns")}
-    lines = [f"{types[frame[n].str[1:]]} {n}" + (f"  # {units[n]}" if n in units else "") for n in frame.names or ()]
+    names = frame.names or ()
+    units: dict[str, str] = {}
+    for each in info.channels:
+        if each.unit != UNKNOWN and each.role != "reference":
+            units[each.name] = plain.get(each.unit, each.unit)
+    units |= {name: "ns" for name in names if name.endswith("_ns")}
+    lines: list[str] = []
+    for name in names:
+        line = f"{types[frame[name].str[1:]]} {name}"
+        lines.append(f"{line}  # {units[name]}" if name in units else line)
     named_units = {f"{UNIT_KEY}{name}": unit for name, unit in units.items()}
     unsampled = sum(EVENT_BITS[name] for name in ("sample-lost", "sample-invalid", "glitch"))
-    schema = kinds.Schema(id=1, data="\n".join(lines).encode(), encoding="ros1msg", name=SCHEMA)
+    schema = kinds.Schema(
+        id=1,
+        data="\n".join(lines).encode(),
+        encoding="ros1msg",
+        name=SCHEMA,
+    )
     channel = kinds.Channel(
         id=CHANNEL,
         topic=TOPIC,
@@ -205,7 +220,8 @@ def record_bytes(*records: kinds.McapRecord) -> bytes:
 
 def _chunk(ahead: bytes, messages: NDArray[Any], packer: Any) -> bytes:
     """A chunk of records and messages, and the index of the messages."""
-    body, times = ahead + messages.tobytes(), messages["log_time"]
+    body = ahead + messages.tobytes()
+    times = messages["log_time"]
     chunk = kinds.Chunk(
         compression="zstd",
         data=packer.compress(body),
@@ -219,7 +235,11 @@ def _chunk(ahead: bytes, messages: NDArray[Any], packer: Any) -> bytes:
     )
 
 
-def chunk_index(channel: int, times: NDArray[np.uint64], offsets: NDArray[np.int64]) -> bytes:
+def chunk_index(
+    channel: int,
+    times: NDArray[np.uint64],
+    offsets: NDArray[np.int64],
+) -> bytes:
     """The record that says where in a chunk a channel's messages begin."""
     entries = np.zeros(times.size, _INDEX_ENTRY)
     entries["time"], entries["offset"] = times, offsets
@@ -242,7 +262,8 @@ def places(data: Any, start: int = len(MAGIC)) -> Iterator[Place]:
         data: the file's bytes, or a memory map of them.
         start: byte to begin at.
     """
-    at, size = start, len(data)
+    at = start
+    size = len(data)
     while at + _HEAD.size <= size:
         kind, length = _HEAD.unpack_from(data, at)
         stop = at + _HEAD.size + length
@@ -269,7 +290,8 @@ def finish_torn(left: Path, path: Path) -> tuple[Path, int]:
                     if place.kind == Opcode.CHUNK:
                         chunk = place
                     elif place.kind == Opcode.MESSAGE_INDEX:  # a chunk counts with the index behind it
-                        last, end = chunk, place.stop
+                        last = chunk
+                        end = place.stop
                 if last is None:
                     raise RecordingError("no chunk is whole", where=str(left), remedy="There is nothing to keep")
                 unpacked = unpack_chunk(parse(kinds.Chunk, data[last.start : last.stop]))
@@ -348,7 +370,9 @@ def _summary(data: Any, found: list[Place], start: int) -> bytes:
 
 
 def _statistics(
-    groups: Mapping[Opcode, Mapping[bytes, None]], counts: dict[int, int], chunks: list[kinds.ChunkIndex]
+    groups: Mapping[Opcode, Mapping[bytes, None]],
+    counts: dict[int, int],
+    chunks: list[kinds.ChunkIndex],
 ) -> kinds.Statistics:
     return kinds.Statistics(
         attachment_count=0,

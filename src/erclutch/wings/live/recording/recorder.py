@@ -76,7 +76,14 @@ class FrameRecorder:
         RingError: no ring; RecordingError: the file cannot be made.
     """
 
-    def __init__(self, ring: str | Path, path: str | Path, after: int | None = None, *, reserved: bool = False) -> None:
+    def __init__(
+        self,
+        ring: str | Path,
+        path: str | Path,
+        after: int | None = None,
+        *,
+        reserved: bool = False,
+    ) -> None:
         self.reader = RingReader(ring, "now" if after is None else "oldest")
         self._after = -1 if after is None else after
         self.file = FrameFile(path, self.reader.info, reserved=reserved)

@@ -49,9 +49,13 @@ class Recordings:
     """
 
     def __init__(
-        self, ring: str | Path, folder: str | Path, say: Callable[[str, str], None] = lambda text, level: None
+        self,
+        ring: str | Path,
+        folder: str | Path,
+        say: Callable[[str, str], None] = lambda text, level: None,
     ) -> None:
-        self.ring, self.folder = Path(ring), Path(folder)
+        self.ring = Path(ring)
+        self.folder = Path(folder)
         self.progress: Progress | None = None
         self.files: list[Path] = []
         self.faults: list[str] = []

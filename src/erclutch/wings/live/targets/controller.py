@@ -341,7 +341,13 @@ def answers(step: ExportedStep, rows: Array, folder: Path) -> NDArray[np.uint64]
 
 
 def _printed(
-    compiler: Compiler, folder: Path, work: Path, step: ExportedStep, rows: Array, *, plain: bool = False
+    compiler: Compiler,
+    folder: Path,
+    work: Path,
+    step: ExportedStep,
+    rows: Array,
+    *,
+    plain: bool = False,
 ) -> str:
     """What the controller makes of the samples, by a compiler."""
     n = step.name

@@ -32,8 +32,10 @@ _MEANING = {
 
 def interface(step: ExportedStep) -> Interface:
     """The controller's variables, and what binds the FMU to its C."""
-    n, units = step.name, step.model.units
-    effort, field = units.effort or "1", step.units[0]
+    n = step.name
+    units = step.model.units
+    effort = units.effort or "1"
+    field = step.units[0]
     unit_of = {
         "wanted": effort,
         "torque": effort,

@@ -154,7 +154,12 @@ def local(residuals: Residuals, start: Array, progress: SearchProgress) -> tuple
     return outcome.point, counted.done
 
 
-def in_rounds(residuals: Residuals, start: Array, rounds: int, progress: SearchProgress) -> tuple[Array, int]:
+def in_rounds(
+    residuals: Residuals,
+    start: Array,
+    rounds: int,
+    progress: SearchProgress,
+) -> tuple[Array, int]:
     """Damped steps of several lengths in each round, in the unit cube, for figures that jitter.
 
     Args:

@@ -110,7 +110,12 @@ def is_held_ratio(figure: str) -> bool:
     return figure.startswith("zero-motion") and figure.endswith("over Bingham")
 
 
-def summarise(rig: RigParameters, seeds: Sequence[int], seconds: float = 60.0, thin: int = 1) -> Summary:
+def summarise(
+    rig: RigParameters,
+    seeds: Sequence[int],
+    seconds: float = 60.0,
+    thin: int = 1,
+) -> Summary:
     """Run the twin, fit the paper's laws to its training runs, and score them on all runs; means over the seeds."""
     of_seeds = [_errors(rig, seed, seconds, thin) for seed in seeds]
     means: dict[str, dict[str, float]] = {}
@@ -122,7 +127,12 @@ def summarise(rig: RigParameters, seeds: Sequence[int], seconds: float = 60.0, t
     return Summary(means, warming(rig, seeds[0]))
 
 
-def _errors(rig: RigParameters, seed: int, seconds: float, thin: int) -> dict[str, dict[str, float]]:
+def _errors(
+    rig: RigParameters,
+    seed: int,
+    seconds: float,
+    thin: int,
+) -> dict[str, dict[str, float]]:
     """Errors by run and law of one training run."""
     runs: dict[str, Dataset] = {}
     for number, name in enumerate(("training", "zero-field", "zero-motion")):

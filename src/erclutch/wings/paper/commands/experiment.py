@@ -115,7 +115,12 @@ def _quiet(json: bool) -> Generator[None]:
         yield
 
 
-def _over_seeds(name: Literal["control"] | HandName, seeds: int, rig_file: Path | None, out: Path) -> dict[str, Any]:
+def _over_seeds(
+    name: Literal["control"] | HandName,
+    seeds: int,
+    rig_file: Path | None,
+    out: Path,
+) -> dict[str, Any]:
     """Run an experiment on so many seeds; print its table, draw its figure, and give the numbers of each run."""
     from erclutch.report.plots.matplotlib_painter import save_plot
     from erclutch.wings.paper.control_figure import describe_control
@@ -289,7 +294,12 @@ def run_online(
     return numbers
 
 
-def _show(name: str, trace: OnlineTrace, figure: int, stem: Path) -> dict[str, Any]:
+def _show(
+    name: str,
+    trace: OnlineTrace,
+    figure: int,
+    stem: Path,
+) -> dict[str, Any]:
     """Print what a run came to, draw its figure, and give its numbers."""
     import numpy as np
 

@@ -181,7 +181,12 @@ def _sum_up(material: Material, comparison: Comparison) -> None:
     if textbook != chosen["name"]:
         theirs = material.run.entry(textbook)["test"]["rmse"][0]
         words += f"; the textbook, {material.run.titles[textbook]}, by {material.effort.of(theirs)}"
-    screen.print(plain(f"{words}."), style="bold", markup=False, soft_wrap=not screen.is_terminal)
+    screen.print(
+        plain(f"{words}."),
+        style="bold",
+        markup=False,
+        soft_wrap=not screen.is_terminal,
+    )
     why = ranking_table.worth_its_freedom(comparison)
     if why:
         of_parts = f"{comparison.chosen_by} of the training rows, left out in turn"

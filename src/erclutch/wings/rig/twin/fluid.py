@@ -62,7 +62,13 @@ def strain_after(z: float, shear: float, fluid: Fluid, dt: float) -> float:
 
 
 @compiled
-def viscosity(shear: float, s: float, field: float, warm: float, fluid: Fluid) -> float:
+def viscosity(
+    shear: float,
+    s: float,
+    field: float,
+    warm: float,
+    fluid: Fluid,
+) -> float:
     """Viscosity in Pa s: thins with rate, thickens with field and structure; ``warm`` is its share left by heat."""
     thin = 1.0 + fluid.thinning / (1.0 + abs(shear) * (1.0 / fluid.thinning_rate))
     return fluid.viscosity * warm * thin * (1.0 + fluid.field_thickening * field * (1.0 / _REFERENCE_FIELD) * s)

@@ -165,7 +165,13 @@ def _motor_torque(x: Array, drive: Drive) -> float:
 
 
 @compiled
-def _electric_after(x: Array, parts: Parts, first: float, second: float, dt: float) -> None:
+def _electric_after(
+    x: Array,
+    parts: Parts,
+    first: float,
+    second: float,
+    dt: float,
+) -> None:
     """Voltages and fields in the gaps one step later."""
     share = 1.0 - decay(dt / parts.fluid.polarisation)
     stays = 1.0 - decay(dt / parts.fluid.residual_time)
@@ -183,7 +189,13 @@ def _electric_after(x: Array, parts: Parts, first: float, second: float, dt: flo
 
 
 @compiled
-def _speeds_after(x: Array, parts: Parts, warm: float, locked: bool, dt: float) -> None:
+def _speeds_after(
+    x: Array,
+    parts: Parts,
+    warm: float,
+    locked: bool,
+    dt: float,
+) -> None:
     """New speeds from the forces at this time; work and viscous losses into the ledger."""
     drive = parts.drive
     screw = parts.screw

@@ -104,7 +104,15 @@ class RigParameters:
         for path, value in values.items():
             old = self.entry(path)
             value = _checked(path, value, old.unit)
-            made = made.with_entry(path, replace(old, value=value, source=source or old.source, interval=None))
+            made = made.with_entry(
+                path,
+                replace(
+                    old,
+                    value=value,
+                    source=source or old.source,
+                    interval=None,
+                ),
+            )
         return _consistent(made)
 
     def calibrated(self, found: Mapping[str, tuple[float, float, float, float]]) -> RigParameters:
@@ -171,7 +179,8 @@ def _near(path: str, given: Any, entry: ParameterEntry, where: str) -> float:
 
 def _consistent(rig: RigParameters) -> RigParameters:
     value = rig.value
-    inner, outer = value("clutch.inner_radius"), value("clutch.outer_radius")
+    inner = value("clutch.inner_radius")
+    outer = value("clutch.outer_radius")
     if outer <= inner:
         problem = f"clutch.outer_radius {outer:g} m is not above the inner radius {inner:g} m"
         raise SettingError(problem, remedy="Correct one of the two in the rig file", where=rig.name)
@@ -249,7 +258,12 @@ def load_rig(path: str | Path | None) -> RigParameters:
 def _given(path: str, given: Any, entry: ParameterEntry, where: str) -> ParameterEntry:
     """An entry of a user's file: a number, or a table like those of the default file."""
     if not isinstance(given, dict):
-        return replace(entry, value=_near(path, given, entry, where), start=None, interval=None)
+        return replace(
+            entry,
+            value=_near(path, given, entry, where),
+            start=None,
+            interval=None,
+        )
     table = cast(dict[str, Any], given)
     if table.get("unit", entry.unit) != entry.unit:
         raise SettingError(f"{path} is given in {table['unit']!r}", remedy=f"Give it in {entry.unit}", where=where)

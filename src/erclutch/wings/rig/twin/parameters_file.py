@@ -27,7 +27,11 @@ _TITLES = {
 }
 
 
-def write_rig(path: str | Path, rig: RigParameters, calibration: Mapping[str, Any] | None = None) -> Path:
+def write_rig(
+    path: str | Path,
+    rig: RigParameters,
+    calibration: Mapping[str, Any] | None = None,
+) -> Path:
     """Write a rig, whole or not at all.
 
     Args:

@@ -14,7 +14,13 @@ from erclutch.wings.rig.twin.part_parameters import POINTS, Parts
 
 
 @compiled
-def _settled(x: Array, parts: Parts, field: float, motor: float, torque: float) -> None:
+def _settled(
+    x: Array,
+    parts: Parts,
+    field: float,
+    motor: float,
+    torque: float,
+) -> None:
     """Inner states as after a while under constant commands and speeds: a guess that the first rows wash out."""
     for channel in range(2):
         wanted = max(field, 0.0) if channel == 0 else max(-field, 0.0)
