@@ -144,7 +144,8 @@ def read_rows(
         if extent is None:
             whole[path] = how.read(path, device)
             extent = sum(log.rows for log in whole[path]), 1 + max(len(log.signals) for log in whole[path])
-        rows, values = rows + extent[0], values + extent[0] * extent[1]
+        rows = rows + extent[0]
+        values = values + extent[0] * extent[1]
     most = int(rows * (memory - _WITHOUT_ROWS) / (_FOR_EACH_BYTE * _BYTES * max(values, 1)))
     if rows <= most or not values:
         recordings = [log for path in files for log in whole.get(path) or how.read(path, device)]
@@ -163,7 +164,12 @@ class _BlockReader:
     """Reads logs block by block, one after another, and shows their stretches to a choice."""
 
     def __init__(
-        self, device: DeviceName | None, how: Reading, choice: StretchChoice, total: int, progress: ReadProgress
+        self,
+        device: DeviceName | None,
+        how: Reading,
+        choice: StretchChoice,
+        total: int,
+        progress: ReadProgress,
     ) -> None:
         self._device: DeviceName | None = device
         self._how, self._choice = how, choice
@@ -268,7 +274,8 @@ def _of_one_log(stretches: Sequence[Stretch]) -> tuple[Dataset, NDArray[np.int64
         data = neighbours(stretch.data, begin, last.start if cut_short else stretch.data.rows)
         parts.append(data if follows else replace(data, clock=replace(data.clock, joins=False)))
         places.append(np.arange(stretch.first + begin, stretch.first + begin + data.rows))
-    data, place = chained(parts), np.concatenate(places)
+    data = chained(parts)
+    place = np.concatenate(places)
     neighboured = np.zeros(data.rows, np.bool_)
     for span in data.clock.spans:
         neighboured[span.start : span.stop] = span.stop - span.start > 1

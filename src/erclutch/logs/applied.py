@@ -139,7 +139,12 @@ def _newest_first(plan: ClockPlan, table: Table, rows: NDArray[np.int64]) -> boo
     return bool(steps.size and np.all(steps <= 0.0) and np.any(steps < 0.0))
 
 
-def clock_of(plan: ClockPlan, table: Table, rows: NDArray[np.int64], notes: list[str]) -> timing.LogClock:
+def clock_of(
+    plan: ClockPlan,
+    table: Table,
+    rows: NDArray[np.int64],
+    notes: list[str],
+) -> timing.LogClock:
     """The clock of some rows of a table; ``notes`` gets a sentence on it.
 
     Raises:
@@ -233,7 +238,11 @@ def runs_of(plan: ClockPlan, table: Table) -> RunsOfClock:
 
 
 def _unusable_rows(
-    plan: Plan, table: Table, values_of: Mapping[str, Array], unmeasured: Mask, notes: list[str]
+    plan: Plan,
+    table: Table,
+    values_of: Mapping[str, Array],
+    unmeasured: Mask,
+    notes: list[str],
 ) -> Mask:
     """Rows that are not measured or where a signal is not finite, shape (rows of the table,).
 
@@ -277,7 +286,12 @@ def _unusable_rows(
     return np.logical_or.reduce([*holes.values(), unsampled, unmeasured])
 
 
-def _refuse_or_note(table: Table, holes: Mapping[str, Mask], invalid: Invalid, notes: list[str]) -> None:
+def _refuse_or_note(
+    table: Table,
+    holes: Mapping[str, Mask],
+    invalid: Invalid,
+    notes: list[str],
+) -> None:
     """What to say of values that are not finite, by column; the first column goes first."""
     name, bad = next(iter(holes.items()))
     row = int(np.argmax(bad))
@@ -313,7 +327,11 @@ def _segments(clock: timing.LogClock, usable: Mask) -> tuple[NDArray[np.int64], 
     return starts, np.append(starts[1:], place.size)
 
 
-def _stepped(choice: SignalPlan, starts: NDArray[np.int64], stops: NDArray[np.int64]) -> Array:
+def _stepped(
+    choice: SignalPlan,
+    starts: NDArray[np.int64],
+    stops: NDArray[np.int64],
+) -> Array:
     """A signal that is one number in each segment, shape (rows,)."""
     if len(choice.numbers) != starts.size:
         rows = [f"{count:,}" for count in stops - starts]

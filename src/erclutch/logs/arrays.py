@@ -15,7 +15,10 @@ from erclutch.signals.recording import SIGNALS
 
 
 def table_of_arrays(
-    name: str, signals: Mapping[str, ArrayLike], units: Mapping[str, str], time: ArrayLike | None
+    name: str,
+    signals: Mapping[str, ArrayLike],
+    units: Mapping[str, str],
+    time: ArrayLike | None,
 ) -> Table:
     """A table with a column for each signal.
 

@@ -78,15 +78,32 @@ def windowed_batches(
     plan: Plan | None = None
     if part.first:  # what its columns are is said by the file's first rows, whichever rows are read
         _, _, beginning = next(windows(source, rows, MARGIN, 0, None))
-        plan = plan_of(replace(beginning, path=str(source.path)), chosen, device=device, invalid=invalid, whole=False)
+        plan = plan_of(
+            replace(beginning, path=str(source.path)),
+            chosen,
+            device=device,
+            invalid=invalid,
+            whole=False,
+        )
     period = part.period
     short: ShortLogError | None = None
     some = False
     for start, stop, table in windows(source, rows, MARGIN, part.first, part.stop):
-        table = replace(table, digest=source.digest, sample_period=period, path=str(source.path))
+        table = replace(
+            table,
+            digest=source.digest,
+            sample_period=period,
+            path=str(source.path),
+        )
         try:
             if plan is None:
-                plan = plan_of(table, chosen, device=device, invalid=invalid, whole=False)
+                plan = plan_of(
+                    table,
+                    chosen,
+                    device=device,
+                    invalid=invalid,
+                    whole=False,
+                )
                 plan.require_sureness()
             recording, kept = apply_rows(plan, table)
         except ShortLogError as error:
@@ -186,7 +203,10 @@ def chained(parts: Sequence[Dataset]) -> Dataset:
     begins = {0}
     for part in parts[:-1]:
         begins.add(max(begins) + part.rows)
-    goes_on = {begin for begin, part in zip(sorted(begins), parts, strict=True) if begin and part.clock.joins}
+    goes_on: set[int] = set()  # rows in which a span goes on over a border
+    for begin, part in zip(sorted(begins), parts, strict=True):
+        if begin and part.clock.joins:
+            goes_on.add(begin)
     spans: list[Span] = []
     for span in whole.clock.spans:
         if span.start in goes_on:
@@ -205,6 +225,9 @@ def _cored(batch: Batch) -> Recording | None:
     """The recording with each row's place in the file, without segments that lie in a margin alone."""
     log = batch.recording
     inside = (batch.rows >= batch.start) & (batch.rows < batch.stop)
-    cored = [(start, stop) for start, stop in log.segments if inside[start:stop].any() and stop - start > 1]
+    cored: list[tuple[int, int]] = []
+    for start, stop in log.segments:
+        if stop - start > 1 and inside[start:stop].any():
+            cored.append((start, stop))
     placed = replace(log, extras={**log.extras, _PLACE: batch.rows.astype(np.float64)})
     return placed.only(cored) if cored else None

@@ -58,7 +58,13 @@ def clock_plan(seen: SeenColumns, told: ColumnMap, taken: Sequence[str]) -> Cloc
         if own is not None and abs(told.rate - own) > _OTHER_RATE * own:
             said += f", though the file says {own:.5g} Hz"
         not_signals = (*counters, *dates)
-        return ClockPlan("rate", period=1.0 / told.rate, not_signals=not_signals, reason=told.source, sentence=said)
+        return ClockPlan(
+            "rate",
+            period=1.0 / told.rate,
+            not_signals=not_signals,
+            reason=told.source,
+            sentence=said,
+        )
 
     header = table.sample_period or _header_period(table)
     choice = told.time
@@ -91,7 +97,13 @@ def clock_plan(seen: SeenColumns, told: ColumnMap, taken: Sequence[str]) -> Cloc
     if table.clock is not None:
         said = f"time <- date and time in column {table.clock_name}"
         not_signals = (*counters, *dates)
-        return ClockPlan("dates", table.clock_name, period=header, not_signals=not_signals, sentence=said)
+        return ClockPlan(
+            "dates",
+            table.clock_name,
+            period=header,
+            not_signals=not_signals,
+            sentence=said,
+        )
     if header is None:
         problem = f"no time column and no sampling rate; the file has: {table.listed}"
         remedy = (
@@ -104,7 +116,15 @@ def clock_plan(seen: SeenColumns, told: ColumnMap, taken: Sequence[str]) -> Cloc
         return ClockPlan("header", period=header, not_signals=counters, sentence=said)
     counter = counters[0]
     first = float(table.columns[counter][0])
-    return ClockPlan("counter", counter, factor=header, zero=first, period=header, not_signals=counters, sentence=said)
+    return ClockPlan(
+        "counter",
+        counter,
+        factor=header,
+        zero=first,
+        period=header,
+        not_signals=counters,
+        sentence=said,
+    )
 
 
 def points(counters: Sequence[str], sentence: str, reason: str) -> ClockPlan:
@@ -115,7 +135,13 @@ def points(counters: Sequence[str], sentence: str, reason: str) -> ClockPlan:
         sentence: why there is no time.
         reason: who said so, or what it was guessed from.
     """
-    return ClockPlan("points", period=_APART, not_signals=tuple(counters), reason=reason, sentence=sentence)
+    return ClockPlan(
+        "points",
+        period=_APART,
+        not_signals=tuple(counters),
+        reason=reason,
+        sentence=sentence,
+    )
 
 
 def _rate_of_file(seen: SeenColumns, taken: Sequence[str]) -> float | None:
@@ -148,7 +174,11 @@ def _header_period(table: Table) -> float | None:
     return None
 
 
-def _as_seconds(name: str, unit: str | None, stamps: Array) -> tuple[float, float, str]:
+def _as_seconds(
+    name: str,
+    unit: str | None,
+    stamps: Array,
+) -> tuple[float, float, str]:
     """Factor from stamps to s, the stamp that is 0 s, and as what the stamps are taken.
 
     Stamps without a unit may be dates as spreadsheets number them (1954 to 2119, at 1 Hz or faster) or a time since

@@ -38,7 +38,9 @@ def table_of_frame(frame: DataFrame) -> Table:
         problem = "its columns or its index have several levels"
         raise LogError(problem, where=_NAME, remedy="Give one level, such as by frame.droplevel(0, axis=1)")
 
-    series: list[tuple[str, Any]] = [(str(label), frame.iloc[:, i]) for i, label in enumerate(frame.columns)]
+    series: list[tuple[str, Any]] = []  # by place, since two columns may have one label
+    for place, label in enumerate(frame.columns):
+        series.append((str(label), frame.iloc[:, place]))
     index = frame.index.to_series()
     if frame.index.name is not None and not _is_time(index):
         series.insert(0, (str(frame.index.name), index))
@@ -53,7 +55,9 @@ def table_of_frame(frame: DataFrame) -> Table:
         since_first = stamps - (real.iloc[0] if len(real) else stamps)
         clock = np.asarray(since_first.dt.total_seconds(), np.float64)
 
-    labels, columns_of_numbers, left = list[str](), list[Array](), list[str]()
+    labels = list[str]()
+    columns_of_numbers = list[Array]()
+    left = list[str]()
     texts: dict[str, Any] = {}
     told: list[str] = []
     for label, values in series:

@@ -151,7 +151,9 @@ class Dataset(Shown):
     @property
     def where(self) -> str:
         """The logs' names, for messages."""
-        return self.sources[0] if len(self.sources) == 1 else f"{len(self.sources)} logs"
+        if len(self.sources) == 1:
+            return self.sources[0]
+        return f"{len(self.sources)} logs"
 
     def thinned(self, most: int) -> Dataset:
         """Every so-many-th row, so that at most ``most`` are left, without their past."""
@@ -354,7 +356,8 @@ def dataset_of(log: Recording, device: DeviceName, derivative: Derivative) -> Da
         field = "E1" if "E1" in signals else "E"
         slip = "theta_dot"
         for first, second in (("E1", "E2"), ("theta_dot", "alpha_dot")):
-            one, other = units.get(first), units.get(second)
+            one = units.get(first)
+            other = units.get(second)
             if one is not None and other is not None and one != other:
                 problem = f"{first} is in {one or '1'} and {second} in {other or '1'}"
                 remedy = f"Give both the same unit, for example --{first} '{first} [{one or '1'}]'"

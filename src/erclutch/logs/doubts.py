@@ -95,7 +95,8 @@ def doubt_effort_without_power(draft: Draft) -> None:
     Whoever names both is believed, and so is a whole name: the check before a fit warns of it. A force that a
     coefficient of friction is made of is the friction of this motion, at an arm that the file need not say.
     """
-    effort, slip = draft.signals.get("effort"), draft.signals.get("slip")
+    effort = draft.signals.get("effort")
+    slip = draft.signals.get("slip")
     if effort is None or slip is None or (effort.si, slip.si) not in _NO_POWER:
         return
     if effort.si == "N" and effort.column and effort.column == rubbing_force(draft.seen):

@@ -83,7 +83,13 @@ class Draft:
         self.questions[signal] = Question(signal, error.problem, error.remedy, of_unit, option)
 
     def take(
-        self, signal: str, name: str, unit: str | None, scale: float, reason: str, sureness: Sureness = "given"
+        self,
+        signal: str,
+        name: str,
+        unit: str | None,
+        scale: float,
+        reason: str,
+        sureness: Sureness = "given",
     ) -> None:
         """Take a column as a signal; the note says all that is done to it.
 
@@ -149,6 +155,11 @@ class Draft:
         Args:
             others: why each column is no field.
         """
-        self.signals["field"] = SignalPlan("field", numbers=(0.0,), si=units.UNKNOWN, reason=NO_FIELD)
+        self.signals["field"] = SignalPlan(
+            "field",
+            numbers=(0.0,),
+            si=units.UNKNOWN,
+            reason=NO_FIELD,
+        )
         why = f" ({'; '.join(others)})" if others else ""
         self.notes.append(f"{NO_FIELD}: taken as one constant field, written as 0{why}")

@@ -46,7 +46,8 @@ def plateaus(fields: Sequence[Array]) -> list[tuple[int, int]]:
 
 def _levels(field: Array) -> NDArray[np.intp] | None:
     """The number of the level of each row, shape (n,); a row between levels has that of the level it goes to."""
-    low, high = float(field.min()), float(field.max())
+    low = float(field.min())
+    high = float(field.max())
     if not high > low:
         return np.zeros(field.size, np.intp)
     share = (field - low) / (high - low)

@@ -42,7 +42,8 @@ def take_further_columns(draft: Draft) -> None:
     if draft.table.device is not None:
         not_spare |= {*NOT_MEASURED}
     for column in draft.seen.without(not_spare):
-        name, unit = column.name, column.unit
+        name = column.name
+        unit = column.unit
         if units.is_temperature(unit) and "temperature" not in draft.signals:
             option = f"--temperature {shell_word(f'{name} [{unit}]')}"
             draft.notes.append(f"column {name} is a temperature, and no law uses it: {option} lets them")

@@ -51,7 +51,13 @@ def take_given_numbers(draft: Draft) -> None:
             else:
                 factor = 1.0
                 si, _ = draft.assumed_unit(key, np.array([number]))
-            draft.signals[key] = SignalPlan(key, unit=unit, si=si, numbers=(number * factor,), reason=source)
+            draft.signals[key] = SignalPlan(
+                key,
+                unit=unit,
+                si=si,
+                numbers=(number * factor,),
+                reason=source,
+            )
             draft.constants[key] = number * factor
             draft.notes.append(f"{key} <- constant {text} ({source})")
 
@@ -66,7 +72,13 @@ def _take_steps(draft: Draft, key: str, text: str) -> None:
     factor, si = units.conversion(unit, SIGNALS[key], key) if unit else (1.0, units.UNKNOWN)
     in_si = tuple(number * factor for number in numbers)
     source = draft.told.source
-    draft.signals[key] = SignalPlan(key, unit=unit, si=si, numbers=in_si, reason=source)
+    draft.signals[key] = SignalPlan(
+        key,
+        unit=unit,
+        si=si,
+        numbers=in_si,
+        reason=source,
+    )
     draft.notes.append(f"{key} <- {text.strip()}, one number a segment ({source})")
 
 

@@ -62,7 +62,12 @@ def all_options(mapping: object, said: Mapping[str, Any]) -> dict[str, Any]:
 
 def told_alike(logs: Sequence[LogFacts]) -> dict[str, Any]:
     """What `erclutch.read` was told of all of some logs, as options: the next logs may be read so; else empty."""
-    first, *others = [dict(log.told) if isinstance(log, Recording) else {} for log in logs] or [{}]
+    told_of_logs: list[dict[str, Any]] = []
+    for log in logs:
+        told_of_logs.append(dict(log.told) if isinstance(log, Recording) else {})
+    if not told_of_logs:
+        return {}
+    first, *others = told_of_logs
     return first if all(each == first for each in others) else {}
 
 

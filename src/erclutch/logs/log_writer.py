@@ -97,7 +97,11 @@ def _room(path: Path, needed: float) -> None:
         raise RunError(problem, remedy="Give a folder on a disk with room, or a shorter log")
 
 
-def _counted(chunks: Iterable[Array], rows: int, progress: Callable[[float], None] | None) -> Iterable[Array]:
+def _counted(
+    chunks: Iterable[Array],
+    rows: int,
+    progress: Callable[[float], None] | None,
+) -> Iterable[Array]:
     done = 0
     for chunk in chunks:
         yield chunk
@@ -106,20 +110,32 @@ def _counted(chunks: Iterable[Array], rows: int, progress: Callable[[float], Non
             progress(done / rows)
 
 
-def _parquet(path: Path, columns: LabelledColumns, chunks: Iterable[Array], about: Mapping[str, Any]) -> None:
+def _parquet(
+    path: Path,
+    columns: LabelledColumns,
+    chunks: Iterable[Array],
+    about: Mapping[str, Any],
+) -> None:
     import pyarrow as pa
     import pyarrow.parquet as pq
 
     fields = [pa.field(name, pa.float64(), metadata={"unit": unit}) for name, unit in columns]
     schema = pa.schema(fields, metadata={"erclutch": json.dumps(about)})
-    options: dict[str, Any] = {"compression": "zstd", "use_byte_stream_split": True, "use_dictionary": False}
+    options: dict[str, Any] = {
+        "compression": "zstd",
+        "use_byte_stream_split": True,
+        "use_dictionary": False,
+    }
     arrow: Any = pa  # of which the stubs know a part
     # The open file and not its name: Arrow takes no name that is not UTF-8.
     with path.open("wb") as file, pq.ParquetWriter(file, schema, write_page_checksum=True, **options) as writer:
         for chunk in _gathered(chunks, 60_000):
             # From their bytes: pa.array imports pandas first, which takes longer than to write 100 s of a log.
-            buffers = [arrow.py_buffer(np.ascontiguousarray(chunk[:, i], np.float64)) for i in range(len(columns))]
-            arrays = [arrow.Array.from_buffers(pa.float64(), len(chunk), [None, numbers]) for numbers in buffers]
+            arrays: list[Any] = []
+            for column in range(len(columns)):
+                values = np.ascontiguousarray(chunk[:, column], np.float64)
+                buffer = arrow.py_buffer(values)
+                arrays.append(arrow.Array.from_buffers(pa.float64(), len(chunk), [None, buffer]))
             writer.write_table(pa.Table.from_arrays(arrays, schema=schema))
 
 
@@ -135,10 +151,16 @@ def _gathered(chunks: Iterable[Array], size: int) -> Iterable[Array]:
         yield np.concatenate(waiting)
 
 
-def _csv(path: Path, columns: LabelledColumns, chunks: Iterable[Array], about: Mapping[str, Any]) -> None:
+def _csv(
+    path: Path,
+    columns: LabelledColumns,
+    chunks: Iterable[Array],
+    about: Mapping[str, Any],
+) -> None:
     with path.open("w", encoding="utf-8", newline="\n") as file:
         file.write(f"# {about.get('label', 'erclutch')}: {json.dumps(about)}\n")
-        file.write(",".join(f"{name} [{unit}]" if unit else name for name, unit in columns) + "\n")
+        labels = [f"{name} [{unit}]" if unit else name for name, unit in columns]
+        file.write(",".join(labels) + "\n")
         for chunk in chunks:
             forms = [_form(name, chunk[:, i]) for i, (name, _) in enumerate(columns)]
             np.savetxt(file, chunk, delimiter=",", fmt=forms)
@@ -146,15 +168,23 @@ def _csv(path: Path, columns: LabelledColumns, chunks: Iterable[Array], about: M
 
 def _form(name: str, values: Array) -> str:
     """Nine digits, and of a time as many as tell its rows apart: seconds since 1970 need sixteen."""
-    large = name == "time" and values.size > 0 and float(np.abs(values).max()) >= 1e5
-    return "%.16g" if large else "%.9g"
+    if name == "time" and values.size > 0 and float(np.abs(values).max()) >= 1e5:
+        return "%.16g"
+    return "%.9g"
 
 
-def _mat(path: Path, columns: LabelledColumns, chunks: Iterable[Array], about: Mapping[str, Any]) -> None:
+def _mat(
+    path: Path,
+    columns: LabelledColumns,
+    chunks: Iterable[Array],
+    about: Mapping[str, Any],
+) -> None:
     from scipy.io import savemat
 
     rows = np.concatenate(list(chunks))
-    body: dict[str, Any] = {name: rows[:, i : i + 1] for i, (name, _) in enumerate(columns)}
+    body: dict[str, Any] = {}
+    for place, (name, _) in enumerate(columns):
+        body[name] = rows[:, place : place + 1]
     texts = {"erclutch_about": json.dumps(about), "erclutch_units": json.dumps(dict(columns))}
     savemat(path, {**body, **texts}, do_compression=True, appendmat=False)
 

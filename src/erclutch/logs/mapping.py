@@ -307,7 +307,11 @@ def file_beside(log: Path) -> Path | None:
     return next((path for path in map(log.with_name, names) if path.is_file()), None)
 
 
-def _known(values: Mapping[str, Any], allowed: tuple[str, ...], what: str) -> None:
+def _known(
+    values: Mapping[str, Any],
+    allowed: tuple[str, ...],
+    what: str,
+) -> None:
     unknown = [str(key) for key in values if key not in allowed]
     if unknown:
         problem = f"there is no {what} '{unknown[0]}' (allowed: {', '.join(allowed)})"
@@ -337,7 +341,9 @@ def _choice(name: str, value: Any, source: str) -> ColumnChoice:
         return value
     parts = cast("Mapping[str, Any]", value if isinstance(value, Mapping) else {"column": value})
     _known(parts, _CHOICE_KEYS, f"key of {name}")
-    column, unit, scale = parts.get("column"), parts.get("unit"), parts.get("scale", 1.0)
+    column = parts.get("column")
+    unit = parts.get("unit")
+    scale = parts.get("scale", 1.0)
     named = isinstance(column, str | int) and not isinstance(column, bool) and isinstance(unit, str | None)
     a_number = isinstance(scale, int | float) and not isinstance(scale, bool)
     if not named or not a_number or not 0 < abs(scale) < float("inf"):

@@ -40,7 +40,8 @@ def turn_screw(draft: Draft) -> None:
 
 def hold_slip_against_position(draft: Draft) -> None:
     """Ask about a slip that is some times the rate of its position; where the user gave the slip, only say so."""
-    slip, position = draft.signals.get("slip"), draft.signals.get("position")
+    slip = draft.signals.get("slip")
+    position = draft.signals.get("position")
     clock = draft.clock
     if slip is None or position is None or clock is None or not slip.column or not position.column:
         return
@@ -69,14 +70,19 @@ def hold_power(draft: Draft) -> None:
 
     An electric power, or a power behind a gear with losses, has no steady ratio and tells nothing.
     """
-    slip, effort = draft.signals.get("slip"), draft.signals.get("effort")
-    if slip is None or effort is None or not slip.column or not effort.column or (slip.si, effort.si) not in _POWERS:
+    slip = draft.signals.get("slip")
+    effort = draft.signals.get("effort")
+    if slip is None or effort is None or not slip.column or not effort.column:
         return
-    made = draft.table.columns[slip.column] * slip.factor * draft.table.columns[effort.column] * effort.factor
+    if (slip.si, effort.si) not in _POWERS:
+        return
+    columns = draft.table.columns
+    made = columns[slip.column] * slip.factor * columns[effort.column] * effort.factor  # [W]
     for column in draft.seen.without(draft.taken):
         if not column.unit or not units.is_unit(column.unit) or not column.fits(("W",)):
             continue
-        to_watt, _ = units.conversion(column.unit, SignalKind("power", "power of the device", ("W",)), column.name)
+        kind = SignalKind("power", "power of the device", ("W",))
+        to_watt, _ = units.conversion(column.unit, kind, column.name)
         power = column.values * to_watt
         ratio = _steady_ratio(made, power)
         if ratio is None or not is_usual_ratio(ratio) or abs(abs(ratio) - 1.0) < _SAME:
@@ -96,7 +102,9 @@ def hold_power(draft: Draft) -> None:
 def _steady_ratio(made: Array, power: Array) -> float | None:
     """What one power is of another in nearly all rows where it is large; None where that varies."""
     known = np.isfinite(made) & np.isfinite(power)
-    large = known & (np.abs(power) >= _LARGE * np.abs(power[known]).max(initial=0.0)) & (power != 0.0)
+    size = np.abs(power)
+    largest = size[known].max(initial=0.0)
+    large = known & (size >= _LARGE * largest) & (power != 0.0)
     if np.count_nonzero(large) < _FEWEST:
         return None
     low, ratio, high = np.quantile(made[large] / power[large], (0.1, 0.5, 0.9))

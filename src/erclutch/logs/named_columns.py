@@ -31,7 +31,8 @@ def refuse_unreadable_signals(draft: Draft) -> None:
     Raises:
         LogError: there is such a column.
     """
-    table, told = draft.table, draft.told
+    table = draft.table
+    told = draft.told
     settled = {*told.columns, *told.constants}
     if settled & {"slip", "position"}:
         settled |= {"slip", "position"}
@@ -93,7 +94,11 @@ def _without_numbers(table: Table, name: str, signal: str) -> MappingError:
     return MappingError(problem, remedy=f"Name another column with --{signal}{none}")
 
 
-def locate(table: Table, choice: ColumnChoice, signal: str) -> tuple[str, str | None, float]:
+def locate(
+    table: Table,
+    choice: ColumnChoice,
+    signal: str,
+) -> tuple[str, str | None, float]:
     """Column name, unit and factor that a choice means; an exact column name wins over its reading as a label.
 
     Raises:
@@ -114,7 +119,8 @@ def locate(table: Table, choice: ColumnChoice, signal: str) -> tuple[str, str | 
     if text.startswith("-"):
         readings.append((positive, -1.0))
     for label, sign in readings:
-        name, unit = label, choice.unit
+        name = label
+        unit = choice.unit
         if name not in table.columns:
             name, own = split_label(label)
             unit = choice.unit or own

@@ -44,13 +44,16 @@ def with_whole_stamps(table: Table) -> Table:
             other, factor = beyond
             columns[name] = columns[name] + factor * columns.pop(other)
             notes.append(f"columns {name} and {other} are one time, in s")
-    return replace(table, columns=columns, notes=(*table.notes, *notes)) if notes else table
+    if notes:
+        return replace(table, columns=columns, notes=(*table.notes, *notes))
+    return table
 
 
 def _beyond(table: Table, stem: str) -> tuple[str, float] | None:
     """The column with the rest of a stamp, by the name in front of ``sec``, and the factor to s."""
     for name, values in table.columns.items():
-        front, word = name[: len(stem)], name[len(stem) :].lstrip("._/ ").lower()
+        front = name[: len(stem)]
+        word = name[len(stem) :].lstrip("._/ ").lower()
         if front != stem or word not in _BEYOND:
             continue
         factor = _BEYOND[word]
@@ -89,7 +92,13 @@ def unwoven(table: Table) -> Table:
 
     # The effort is never made up between two samples: its channel goes first.
     efforts = {name for name, column in seen.columns.items() if "effort" in column.spoken.may_be}
-    channels.sort(key=lambda channel: (efforts.isdisjoint(channel[1]), -np.count_nonzero(channel[0])))
+
+    def place(channel: tuple[Mask, list[str]]) -> tuple[bool, int]:
+        """The effort's channel, then those with the most samples."""
+        rows, names = channel
+        return efforts.isdisjoint(names), -int(np.count_nonzero(rows))
+
+    channels.sort(key=place)
     found: dict[str, Found] = {}
     for rows, names in channels:
         columns = {_TIME: stamps[rows]}
@@ -107,7 +116,14 @@ def unwoven(table: Table) -> Table:
     if time:
         columns = {time: at, **columns}
     note = f"the table holds {len(channels)} channels that were sampled at times of their own"
-    return replace(table, columns=columns, clock=clock, breaks=(), words={}, notes=(*table.notes, note, *joined.notes))
+    return replace(
+        table,
+        columns=columns,
+        clock=clock,
+        breaks=(),
+        words={},
+        notes=(*table.notes, note, *joined.notes),
+    )
 
 
 def _channels(sparse: Mapping[str, Array], *, woven_alone: bool) -> list[tuple[Mask, list[str]]] | None:

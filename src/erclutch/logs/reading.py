@@ -65,7 +65,12 @@ class Reading:
             rate=new_rate(options),
         )
 
-    def read(self, path: str | Path, device: DeviceName | None, table: Table | None = None) -> list[Recording]:
+    def read(
+        self,
+        path: str | Path,
+        device: DeviceName | None,
+        table: Table | None = None,
+    ) -> list[Recording]:
         """The recordings of one log; a table that was read before is that of the first of them.
 
         Raises:
@@ -94,7 +99,12 @@ class Reading:
         """Whether rows of a log can be read without those before; a window in time counts from the first row."""
         return self.window == (None, None, None)
 
-    def batches(self, path: str | Path, device: DeviceName | None, part: RowRange = WHOLE_FILE) -> Iterator[Batch]:
+    def batches(
+        self,
+        path: str | Path,
+        device: DeviceName | None,
+        part: RowRange = WHOLE_FILE,
+    ) -> Iterator[Batch]:
         """The batches of one log, or of some of its rows.
 
         Raises:
@@ -104,7 +114,14 @@ class Reading:
             remedy = "Give a larger --memory, or resample the log before"
             raise SettingError("--resample needs the whole log in memory", where=str(path), remedy=remedy)
         how = self._how(device)
-        batches = read_batches(path, self.mapping, variable=self.variable, rows=self.rows, part=part, **how)
+        batches = read_batches(
+            path,
+            self.mapping,
+            variable=self.variable,
+            rows=self.rows,
+            part=part,
+            **how,
+        )
         return batches if self.divisible else batches_within(batches, *self.window)
 
     def _how(self, device: DeviceName | None) -> dict[str, Any]:

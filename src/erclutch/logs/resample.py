@@ -55,7 +55,8 @@ def resampled(log: Recording, rate: float) -> Recording:
         raise SettingError(f"{rate:g} Hz makes {rows:,.0f} rows of {log.rows:,}", where=log.name, remedy=remedy)
 
     # A stretch becomes the rows of the new rate, counted from its first, whose filter lies inside the stretch.
-    up, down = ratio.numerator, ratio.denominator
+    up = ratio.numerator
+    down = ratio.denominator
     half = _REACH * max(up, down)  # reach of the filter, at the rate of up times the log's
     first = math.ceil(half / down)
     kept: list[tuple[int, int, range]] = []  # rows [start, stop) of a stretch, and its new rows
@@ -69,15 +70,22 @@ def resampled(log: Recording, rate: float) -> Recording:
         raise SettingError(problem, where=log.name, remedy="Give a higher rate, or a longer log")
 
     def moved(signals: Mapping[str, Array]) -> Mapping[str, Array]:
-        found: dict[str, Array] = {}
+        at_new_rate: dict[str, Array] = {}
         for name, values in signals.items():
-            stretches = [_moved(_even(values, log, start, stop), place, up, down) for start, stop, place in kept]
-            found[name] = _joined(stretches)
-        return MappingProxyType(found)
+            stretches: list[Array] = []
+            for start, stop, place in kept:
+                even = _even(values, log, start, stop)
+                stretches.append(_moved(even, place, up, down))
+            at_new_rate[name] = _joined(stretches)
+        return MappingProxyType(at_new_rate)
 
-    time = _joined([log.time[start] + place.start / rate + np.arange(len(place)) / rate for start, _, place in kept])
+    times: list[Array] = []  # [s], of each stretch
+    for start, _, place in kept:
+        times.append(log.time[start] + place.start / rate + np.arange(len(place)) / rate)
+    time = _joined(times)
     require_rows(time.size)
-    ends = np.cumsum([0, *(len(place) for _, _, place in kept)]).tolist()
+    lengths = [len(place) for _, _, place in kept]
+    ends = np.cumsum([0, *lengths]).tolist()
     return replace(
         log,
         signals=moved(log.signals),
@@ -94,7 +102,8 @@ def resampled(log: Recording, rate: float) -> Recording:
 def _note(log: Recording, rate: float, dropped: int) -> str:
     """What was done, what it kept and what it cost."""
     slower = min(rate, 1.0 / log.period)
-    passed, stopped = PASSED * slower / 2, slower / 2
+    passed = PASSED * slower / 2
+    stopped = slower / 2
     uneven = "" if log.uniform else "; unequal steps were joined by straight lines first"
     gone = f"; {dropped} stretch{'es' if dropped > 1 else ''} too short for the filter left out" if dropped else ""
     return (

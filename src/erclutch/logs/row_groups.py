@@ -54,16 +54,17 @@ def words_of(texts: dict[str, pd.Series[Any]]) -> dict[str, WordColumn]:
 
     parting: dict[str, WordColumn] = {}
     for column, cells in texts.items():
-        of_row, found = pd.factorize(cells)  # -1 where a cell is empty
-        if not 1 < len(found) <= _MOST_WORDS:
+        of_row, different = pd.factorize(cells)  # -1 where a cell is empty
+        if not 1 < len(different) <= _MOST_WORDS:
             continue
-        written = [printable(str(word).strip()) for word in found]
+        written = [printable(str(word).strip()) for word in different]
         words = [*dict.fromkeys(written)]
         numbers = np.asarray([words.index(word) for word in written], np.int32)
         filled = of_row >= 0
         parts = len(words) > 1 and np.count_nonzero(filled) >= _FEWEST_ROWS * len(words)
         if parts and all(0 < len(word) <= _LONGEST for word in words):
-            parting[column] = WordColumn(tuple(words), np.where(filled, numbers[of_row], -1).astype(np.int32))
+            word_of_row = np.where(filled, numbers[of_row], -1)
+            parting[column] = WordColumn(tuple(words), word_of_row.astype(np.int32))
     return parting
 
 

@@ -122,7 +122,9 @@ def ask_about_order(draft: Draft) -> None:
     So are points of an instrument, which waits at each of them. A time that begins anew with each word is left alone,
     and so is a time that falls from each row to the next: such a log stands newest row first, and is refused as that.
     """
-    table, clock, slip = draft.table, draft.clock, draft.signals.get("slip")
+    table = draft.table
+    clock = draft.clock
+    slip = draft.signals.get("slip")
     if clock is None or clock.kind != "column" or draft.told.time is not None or slip is None:
         return
     stamps = table.columns[clock.column]

@@ -210,7 +210,11 @@ def _is_finer(column: SeenColumn, dates: Array) -> bool:
 
 
 @lru_cache(maxsize=4096)
-def _fits(name: str, unit: str | None, si_units: tuple[str, ...]) -> bool | None:
+def _fits(
+    name: str,
+    unit: str | None,
+    si_units: tuple[str, ...],
+) -> bool | None:
     known = own_unit(name, unit, si_units)
     if not known:
         return False if split_end(name)[1] else None

@@ -8,7 +8,12 @@ from erclutch.signals import units
 from erclutch.signals.recording import SIGNALS
 
 
-def by_sensor(signal: str, name: str, unit: str | None, text: str) -> tuple[float, str, str]:
+def by_sensor(
+    signal: str,
+    name: str,
+    unit: str | None,
+    text: str,
+) -> tuple[float, str, str]:
     """Factor, SI unit and note of a column that a scale makes a signal of: ``2.5 N*m/V`` for a sensor in volts."""
     number, made, sensor = scaled(text, signal)
     unit = None if unit in COUNTS else unit
@@ -40,7 +45,8 @@ def scaled(text: str, signal: str) -> tuple[float, str | None, str | None]:
         whole = not unit or (units.is_unit(unit) and units.fits(unit, SIGNALS[signal].si_units))
         whole = whole and under.strip() != "%"  # a per cent of the rated torque is the unit of a drive's sensor
         if not whole:
-            over, under = units.parse(over).text, None if under in COUNTS else units.parse(under).text
+            over = units.parse(over).text
+            under = None if under in COUNTS else units.parse(under).text
     except UnitError:
         number, whole, over, under, unit = 0.0, False, "", None, None
     if not 0 < abs(number) < float("inf"):

@@ -41,7 +41,12 @@ def logs_of(
     return [(name, table, _numbered(own, at, len(logs))) for at, (name, table, own) in enumerate(logs)]
 
 
-def _efforts(table: Table, chosen: ColumnMap, device: DeviceName | None, effort: str) -> list[ColumnChoice]:
+def _efforts(
+    table: Table,
+    chosen: ColumnMap,
+    device: DeviceName | None,
+    effort: str,
+) -> list[ColumnChoice]:
     """The columns that are efforts of their own; none where the effort is one column, or nobody knows of any."""
     choice = chosen.columns.get(effort)
     if choice is None:
@@ -50,7 +55,9 @@ def _efforts(table: Table, chosen: ColumnMap, device: DeviceName | None, effort:
             return []
         taken = [each.column for each in plan.signals]
         found, _ = candidates(seen_columns(table), effort, taken)
-        return [ColumnChoice(each, source="each is a log") for each in found] if len(found) > 1 else []
+        if len(found) > 1:
+            return [ColumnChoice(each, source="each is a log") for each in found]
+        return []
 
     text = str(choice.column)
     if "*" not in text or text in table.columns:

@@ -58,7 +58,13 @@ def shape_of(values: Array) -> Shape:
     whole = bool(finite.all())
     known = values if whole else values[finite]
     if known.size < 2:
-        return Shape(constant=False, counts_rows=False, rises=False, keeps_levels=False, like=_SHAPED)
+        return Shape(
+            constant=False,
+            counts_rows=False,
+            rises=False,
+            keeps_levels=False,
+            like=_SHAPED,
+        )
 
     with np.errstate(over="ignore", invalid="ignore"):  # numbers at both ends of what a float holds
         steps = np.diff(known)

@@ -69,11 +69,18 @@ def _take(draft: Draft, stated: StatedField) -> None:
         factor, si = units.conversion(stated.unit, SIGNALS["field"], stated.name)
         how = ""
     else:
-        factor, si, how = 1.0, units.UNKNOWN, ", no unit: taken as written"
+        factor = 1.0
+        si = units.UNKNOWN
+        how = ", no unit: taken as written"
     number = stated.number * factor
     reason = "stated in the file"
     draft.signals["field"] = SignalPlan(
-        "field", unit=stated.unit, si=si, numbers=(number,), reason=reason, sureness="likely"
+        "field",
+        unit=stated.unit,
+        si=si,
+        numbers=(number,),
+        reason=reason,
+        sureness="likely",
     )
     draft.constants["field"] = number
     draft.notes.append(f"field <- {stated}, {reason} beside its columns{how}")

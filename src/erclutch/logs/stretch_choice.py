@@ -62,8 +62,11 @@ class Stretch:
 
 def cut(log: int, first: int, block: Dataset) -> list[Stretch]:
     """The stretches of a block of rows, whose first row has this place in its log."""
-    edges = range(0, block.rows, STRETCH)
-    return [Stretch(log, first + a, neighbours(block, a, min(a + STRETCH, block.rows))) for a in edges]
+    stretches: list[Stretch] = []
+    for start in range(0, block.rows, STRETCH):
+        stop = min(start + STRETCH, block.rows)
+        stretches.append(Stretch(log, first + start, neighbours(block, start, stop)))
+    return stretches
 
 
 @dataclass(frozen=True)
@@ -102,7 +105,8 @@ class StretchChoice:
     @property
     def kept(self) -> list[Stretch]:
         """The stretches that are kept, in the order of the logs."""
-        places = {(s.log, s.first): s for s in (*self._even, *(each.stretch for each in self._rare))}
+        rare = [each.stretch for each in self._rare]
+        places = {(stretch.log, stretch.first): stretch for stretch in (*self._even, *rare)}
         return [places[place] for place in sorted(places)]
 
     def show(self, stretch: Stretch) -> None:
@@ -189,7 +193,8 @@ class StretchChoice:
             code = np.full(element[0].size, _SECTIONS * number + section, np.int64)
             for values, scale in zip(element, self._scales, strict=True):
                 place = np.rint(_FINENESS * np.arcsinh(values / (scale or 1.0)))
-                code = code * (2 * _FARTHEST + 1) + np.clip(place, -_FARTHEST, _FARTHEST).astype(np.int64) + _FARTHEST
+                near = np.clip(place, -_FARTHEST, _FARTHEST).astype(np.int64)
+                code = code * (2 * _FARTHEST + 1) + near + _FARTHEST
             cell, rows = np.unique(code, return_counts=True)
             cells.update(cell[rows >= _IN_CELL].tolist())
         return frozenset(cells)

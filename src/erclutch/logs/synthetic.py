@@ -116,7 +116,14 @@ def write_synthetic_log(path: Path, seconds: float = 20.0, seed: int = 0) -> Non
     header = ",".join(f"{name} [{unit}]" for name, (unit, _) in columns.items())
     rows = np.column_stack([values for _, values in columns.values()])
     header = f"# {LABEL}: made by erclutch.logs.synthetic, seed {seed}\n{header}"
-    np.savetxt(path, rows, delimiter=",", fmt="%.6g", header=header, comments="")
+    np.savetxt(
+        path,
+        rows,
+        delimiter=",",
+        fmt="%.6g",
+        header=header,
+        comments="",
+    )
 
 
 def write_hysteretic_log(path: Path, seconds: float = 24.0, seed: int = 0) -> None:
@@ -141,4 +148,11 @@ def write_hysteretic_log(path: Path, seconds: float = 24.0, seed: int = 0) -> No
     torque = (0.05 + 0.4 * current) * strained + 0.01 * slip + 0.005 * rng.standard_normal(time.size)  # [N m]
     header = f"# {LABEL}: made by erclutch.logs.synthetic, seed {seed}\ntime [s],current [A],slip [rad/s],torque [N*m]"
     rows = np.column_stack([time, current, slip, torque])
-    np.savetxt(path, rows, delimiter=",", fmt="%.6g", header=header, comments="")
+    np.savetxt(
+        path,
+        rows,
+        delimiter=",",
+        fmt="%.6g",
+        header=header,
+        comments="",
+    )

@@ -100,7 +100,9 @@ class Table:
     @property
     def truths(self) -> list[str]:
         """Columns of the TWIN that no sensor gives."""
-        return [name for name in self.columns if name.startswith("true_")] if self.origin == "TWIN" else []
+        if self.origin == "TWIN":
+            return [name for name in self.columns if name.startswith("true_")]
+        return []
 
     @property
     def rows(self) -> int:

@@ -15,7 +15,10 @@ from erclutch.signals.recording import Recording
 
 
 def within(
-    log: Recording, begin: float | None = None, end: float | None = None, skip: float | None = None
+    log: Recording,
+    begin: float | None = None,
+    end: float | None = None,
+    skip: float | None = None,
 ) -> Recording:
     """The rows of a recording with ``begin <= time <= end``, in s on its own clock; itself where all are None.
 
@@ -30,7 +33,8 @@ def within(
     """
     if begin is None and end is None and skip is None:
         return log
-    first, last = float(log.time[0]), float(log.time[-1])
+    first = float(log.time[0])
+    last = float(log.time[-1])
     start = _start(log, begin, skip)
     stop = last if end is None else end
     kept = _kept(log, start, stop)
@@ -41,7 +45,10 @@ def within(
 
 
 def batches_within(
-    batches: Iterable[Batch], begin: float | None = None, end: float | None = None, skip: float | None = None
+    batches: Iterable[Batch],
+    begin: float | None = None,
+    end: float | None = None,
+    skip: float | None = None,
 ) -> Iterator[Batch]:
     """The same of a log that is read batch by batch; of a batch outside the window no row counts.
 
@@ -89,7 +96,12 @@ def _kept(log: Recording, start: float, stop: float) -> list[tuple[int, int]]:
     return kept
 
 
-def _require(rows: int, name: str, window: tuple[float, float], whole: tuple[float, float]) -> None:
+def _require(
+    rows: int,
+    name: str,
+    window: tuple[float, float],
+    whole: tuple[float, float],
+) -> None:
     if rows < MINIMUM_ROWS:
         (start, stop), (first, last) = window, whole
         until = f" and up to {stop:g} s" if stop < last else ""

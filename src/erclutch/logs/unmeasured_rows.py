@@ -97,7 +97,11 @@ def _counted(rows: Mask) -> str:
     return f"{many} row{'s' if many > 1 else ''}"
 
 
-def _sensor_faults(plan: Plan, table: Table, unmeasured: Mask) -> Iterator[tuple[str, str, Mask]]:
+def _sensor_faults(
+    plan: Plan,
+    table: Table,
+    unmeasured: Mask,
+) -> Iterator[tuple[str, str, Mask]]:
     """The columns, what is wrong there, and the rows, for each fault of a sensor; rows without measurement are none."""
     columns = {each.signal: each.column for each in plan.signals if each.column}
     names = list(dict.fromkeys(columns.values()))

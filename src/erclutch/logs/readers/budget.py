@@ -108,7 +108,8 @@ def within(seconds: float, more: str = MORE) -> Generator[None]:
     if not hasattr(time, "pthread_getcpuclockid"):
         yield  # Windows
         return
-    thread, ended = threading.get_ident(), threading.Event()
+    thread = threading.get_ident()
+    ended = threading.Event()
     clock = time.pthread_getcpuclockid(thread)
     until = time.clock_gettime(clock) + seconds
 
@@ -170,7 +171,8 @@ def _take_part(file: BinaryIO, part: ZipInfo, budget: Budget) -> None:
     if len(head) < 30:
         raise EOFError("it is cut off")
     file.seek(int.from_bytes(head[26:28], "little") + int.from_bytes(head[28:30], "little"), 1)
-    unpacking, left = zlib.decompressobj(-15), part.compress_size
+    unpacking = zlib.decompressobj(-15)
+    left = part.compress_size
     while left > 0 and (block := file.read(min(left, _BLOCK))):
         left -= len(block)
         if part.compress_type == ZIP_STORED:

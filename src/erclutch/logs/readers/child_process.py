@@ -43,7 +43,13 @@ _SINGLE = {
 Answer = tuple[list[Array], dict[str, Any]]
 
 
-def run(module: str, path: Path, *arguments: str, memory: int | None = None, seconds: float | None = None) -> Answer:
+def run(
+    module: str,
+    path: Path,
+    *arguments: str,
+    memory: int | None = None,
+    seconds: float | None = None,
+) -> Answer:
     """Run ``python -m module path folder *arguments`` and fetch the answer of its `serve`.
 
     Its limits are bytes of address space and of each file that it writes, where the platform has them, and seconds of
@@ -57,7 +63,11 @@ def run(module: str, path: Path, *arguments: str, memory: int | None = None, sec
         command, environment = _started(module, path, folder, memory, seconds, arguments)
         try:
             done = subprocess.run(
-                command, env=environment, stdin=subprocess.DEVNULL, capture_output=True, timeout=WALL * seconds
+                command,
+                env=environment,
+                stdin=subprocess.DEVNULL,
+                capture_output=True,
+                timeout=WALL * seconds,
             )
         except subprocess.TimeoutExpired:
             raise _too_late(WALL * seconds) from None
@@ -67,7 +77,11 @@ def run(module: str, path: Path, *arguments: str, memory: int | None = None, sec
 
 
 def stream(
-    module: str, path: Path, *arguments: str, memory: int | None = None, seconds: float | None = None
+    module: str,
+    path: Path,
+    *arguments: str,
+    memory: int | None = None,
+    seconds: float | None = None,
 ) -> Iterator[Answer]:
     """As `run`, of a module that answers in pieces (`serve_pieces`): the child is one piece ahead, and two are on disk.
 
@@ -78,7 +92,13 @@ def stream(
     with tempfile.TemporaryDirectory(prefix="erclutch-") as folder, (Path(folder) / "said").open("w+b") as said:
         command, environment = _started(module, path, folder, memory, seconds, arguments)
         pipe = subprocess.PIPE
-        with subprocess.Popen(command, env=environment, stdin=pipe, stdout=pipe, stderr=said) as child:
+        with subprocess.Popen(
+            command,
+            env=environment,
+            stdin=pipe,
+            stdout=pipe,
+            stderr=said,
+        ) as child:
             assert child.stdin is not None
             assert child.stdout is not None
             late = threading.Event()
@@ -112,7 +132,11 @@ _OUT_OF_TIME = -getattr(signal, "SIGXCPU", 0) or None  # what a child's end says
 
 
 @contextmanager
-def _killed_after(seconds: float, child: subprocess.Popen[bytes], late: threading.Event) -> Generator[None]:
+def _killed_after(
+    seconds: float,
+    child: subprocess.Popen[bytes],
+    late: threading.Event,
+) -> Generator[None]:
     """A child that takes longer is killed, and the event is set."""
 
     def kill() -> None:
@@ -128,13 +152,22 @@ def _killed_after(seconds: float, child: subprocess.Popen[bytes], late: threadin
         timer.cancel()
 
 
-def _limits(path: Path, memory: int | None, seconds: float | None) -> tuple[int, float]:
+def _limits(
+    path: Path,
+    memory: int | None,
+    seconds: float | None,
+) -> tuple[int, float]:
     budget = budget_of(path)
     return memory or budget.memory, seconds or budget.seconds
 
 
 def _started(
-    module: str, path: Path, folder: str, memory: int, seconds: float, arguments: tuple[str, ...]
+    module: str,
+    path: Path,
+    folder: str,
+    memory: int,
+    seconds: float,
+    arguments: tuple[str, ...],
 ) -> tuple[list[str], dict[str, str]]:
     """Words and environment of a child."""
     root = str(Path(__file__).resolve().parents[3])
@@ -237,7 +270,12 @@ def _told(folder: Path, memory: int) -> Generator[None]:
     (folder / _TEXTS).write_text(json.dumps(report), encoding="utf-8")
 
 
-def _keep(folder: Path, arrays: list[Array], texts: dict[str, Any], budget: Budget) -> None:
+def _keep(
+    folder: Path,
+    arrays: list[Array],
+    texts: dict[str, Any],
+    budget: Budget,
+) -> None:
     """Write an answer.
 
     Raises:

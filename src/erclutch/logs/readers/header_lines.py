@@ -140,7 +140,9 @@ def _line_of_units(cells: Sequence[str], width: int) -> list[str | None]:
     if word.lower().strip("[]() ") not in _UNIT_LINE or len(cells) != width:
         return []
     own_units = [first if colon else "", *cells[1:]]
-    return _units(own_units) if all(_is_known(cell) for cell in _bare(own_units) if cell) else []
+    if all(_is_known(cell) for cell in _bare(own_units) if cell):
+        return _units(own_units)
+    return []
 
 
 def _labels_of_pairs(upper: Sequence[str], names: Sequence[str]) -> list[str]:

@@ -29,7 +29,11 @@ def recordings(document: Any) -> Iterator[tuple[str, Rows | Lists]]:
     yield from _recordings(document, "", 0)
 
 
-def _recordings(value: Any, name: str, depth: int) -> Iterator[tuple[str, Rows | Lists]]:
+def _recordings(
+    value: Any,
+    name: str,
+    depth: int,
+) -> Iterator[tuple[str, Rows | Lists]]:
     if isinstance(value, list):
         yield from _of_items(cast("list[Any]", value), name, depth)
         return
@@ -65,7 +69,11 @@ def _recordings(value: Any, name: str, depth: int) -> Iterator[tuple[str, Rows |
     yield from _grouped(lists, name)
 
 
-def _of_items(items: list[Any], name: str, depth: int) -> Iterator[tuple[str, Rows | Lists]]:
+def _of_items(
+    items: list[Any],
+    name: str,
+    depth: int,
+) -> Iterator[tuple[str, Rows | Lists]]:
     """A list of objects: signals, runs with lists of their own, or rows; or a list of rows without names."""
     matrix = _columns_of_matrix(items, name or "c")
     if matrix is not None:
@@ -190,7 +198,11 @@ def _units(fields: Mapping[str, Any]) -> dict[str, str]:
     return units
 
 
-def _label(fields: Mapping[str, Any], place: str, units: Mapping[str, str]) -> str:
+def _label(
+    fields: Mapping[str, Any],
+    place: str,
+    units: Mapping[str, str],
+) -> str:
     """The place of a list with its unit: beside the list in its object, or given by name."""
     above, _, last = place.rpartition(".")
     owner = _at(fields, above)
@@ -239,7 +251,11 @@ def _has_own_time(above: str, group: Lists) -> bool:
     return len(group) > 1 and any(_TIME.fullmatch(place.removeprefix(f"{above}.")) for place in group)
 
 
-def flat(members: Mapping[str, Any], above: str, depth: int) -> Iterator[tuple[str, Any]]:
+def flat(
+    members: Mapping[str, Any],
+    above: str,
+    depth: int,
+) -> Iterator[tuple[str, Any]]:
     """Values of an object and of the objects in it, with names such as ``motor.speed``."""
     for key, value in members.items():
         name = f"{above}.{key}" if above else key

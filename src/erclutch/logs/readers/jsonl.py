@@ -130,7 +130,11 @@ def _table_of_rows(source: LogSource, rows: Iterable[_Row], notes: tuple[str, ..
     return _table(source, columns, places, notes)
 
 
-def _table_of_lists(source: LogSource, lists: Mapping[str, list[Any]], notes: tuple[str, ...]) -> Table:
+def _table_of_lists(
+    source: LogSource,
+    lists: Mapping[str, list[Any]],
+    notes: tuple[str, ...],
+) -> Table:
     """Lists of the length that most have as columns; lists of other lengths are left out, with a note."""
     counts = Counter(map(len, lists.values()))
     rows = max(counts, key=lambda length: (length > 1, counts[length], length))
@@ -151,7 +155,12 @@ def _table_of_lists(source: LogSource, lists: Mapping[str, list[Any]], notes: tu
     return replace(table, unreadable={**table.unreadable, **unreadable})
 
 
-def _table(source: LogSource, columns: Mapping[str, list[Any]], places: list[str], notes: tuple[str, ...]) -> Table:
+def _table(
+    source: LogSource,
+    columns: Mapping[str, list[Any]],
+    places: list[str],
+    notes: tuple[str, ...],
+) -> Table:
     """Columns of numbers; columns of dates become the clock, columns of other texts are left out with a note."""
     import pandas as pd
 

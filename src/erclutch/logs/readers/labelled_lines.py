@@ -29,7 +29,9 @@ def _pairs(line: str) -> list[tuple[str, str, str]]:
     while match := _PAIR.match(line, at):
         pairs.append((match["name"].strip(), match["number"], (match["unit"] or "").strip()))
         at = match.end()
-    return pairs if not line[at:].strip(" \t,;|\r") and len(pairs) >= _FEWEST_PAIRS else []
+    if not line[at:].strip(" \t,;|\r") and len(pairs) >= _FEWEST_PAIRS:
+        return pairs
+    return []
 
 
 def _names(line: str) -> tuple[str, ...]:

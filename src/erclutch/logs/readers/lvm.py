@@ -61,7 +61,13 @@ def _segment(source: LogSource, header: str, body: str, first: str) -> Table:
     count = "".join(values_of.get("Samples", [])[:1])
     if count.isdecimal() and table.rows < int(count):
         notes.append(f"a segment has {table.rows} rows of {count}")
-    return replace(table, columns={"time": time, **columns}, units=units_of, numbers={}, notes=tuple(notes))
+    return replace(
+        table,
+        columns={"time": time, **columns},
+        units=units_of,
+        numbers={},
+        notes=tuple(notes),
+    )
 
 
 def _number(key: str, values_of: Mapping[str, Sequence[str]]) -> float:

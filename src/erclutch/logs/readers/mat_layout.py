@@ -84,7 +84,11 @@ def _chosen(tree: dict[str, Any], variable: str | None) -> Found:
     raise LogError(problem, remedy="Save a struct of vectors, or vectors of one length")
 
 
-def _variables(tree: dict[str, Any], variable: str | None, asked: Sequence[str]) -> dict[str, Any]:
+def _variables(
+    tree: dict[str, Any],
+    variable: str | None,
+    asked: Sequence[str],
+) -> dict[str, Any]:
     """The variables among which is chosen: those of the file, or what is inside of its structs and cells."""
     at_top = _has_recording(tree) or _workspace(tree) is not None
     within = _within(tree)
@@ -187,7 +191,11 @@ def _opened_structs(name: str, items: list[dict[str, Any]]) -> dict[str, Any]:
     return {f"{name}({place})": item for place, item in enumerate(items, start=1)}
 
 
-def _opened_vectors(name: str, vectors: list[Any], headings: Sequence[list[str]]) -> dict[str, Any]:
+def _opened_vectors(
+    name: str,
+    vectors: list[Any],
+    headings: Sequence[list[str]],
+) -> dict[str, Any]:
     names = [f"{name}_{place}" for place in range(1, len(vectors) + 1)]
     fitting = [texts for texts in headings if len(texts) == len(vectors) == len({*texts}) and all(texts)]
     if len(fitting) == 1:  # of two cells of names, neither is sure
@@ -195,7 +203,11 @@ def _opened_vectors(name: str, vectors: list[Any], headings: Sequence[list[str]]
     return dict(zip(names, vectors, strict=True))
 
 
-def _opened_matrix(name: str, node: Any, headings: Sequence[list[str]]) -> dict[str, Any]:
+def _opened_matrix(
+    name: str,
+    node: Any,
+    headings: Sequence[list[str]],
+) -> dict[str, Any]:
     matrix = matrix_of(node)
     if matrix is None:
         return {name: node}
@@ -244,7 +256,8 @@ def _structure(name: str, node: Any) -> Found | None:
 
     # The fields of a timeseries that was made a struct: its numbers are called as the struct is.
     lower = {key.lower(): value for key, value in fields.items()}
-    time, data = lower.get("time"), lower.get("data")
+    time = lower.get("time")
+    data = lower.get("data")
     if isinstance(time, np.ndarray) and isinstance(data, np.ndarray):
         return _workspace({"time": time, name.rpartition(".")[2]: data})
     return _workspace(fields)

@@ -32,7 +32,12 @@ def load_v5(path: str) -> dict[str, Node]:
             budget.take_names()
             budget.take_cells(prod(int(length) for length in shape))
 
-    variables = loadmat(path, struct_as_record=False, squeeze_me=False, chars_as_strings=True)
+    variables = loadmat(
+        path,
+        struct_as_record=False,
+        squeeze_me=False,
+        chars_as_strings=True,
+    )
     nodes: dict[str, Node] = {}
     for name, value in variables.items():
         if not name.startswith("__"):  # SciPy's own remarks on the file

@@ -105,8 +105,14 @@ def read_contents(data: bytes) -> Contents:
     if not data.startswith(MAGIC):
         raise DamageError("it does not begin as one")
     stream = _WholeReads(data)
-    reader = StreamReader(stream, emit_chunks=True, validate_crcs=True, record_size_limit=None)
-    contents, budget = Contents(), Budget(len(data))
+    reader = StreamReader(
+        stream,
+        emit_chunks=True,
+        validate_crcs=True,
+        record_size_limit=None,
+    )
+    contents = Contents()
+    budget = Budget(len(data))
     alone = bytearray()  # messages outside of chunks
     kept = 0  # bytes of them without the last one
     end = len(MAGIC)  # of the last whole record
@@ -183,7 +189,9 @@ def _decompress(name: str, packed: bytes, size: int) -> bytes:
 
 def runs_of(body: bytes, contents: Contents) -> Iterator[MessageRun]:
     """Messages of an unpacked chunk; its schemas and channels go into ``contents``. DamageError for wrong lengths."""
-    at, size, step = 0, len(body), 64
+    at = 0
+    size = len(body)
+    step = 64
     while at < size:
         if at + _HEAD.size > size:
             raise DamageError("a chunk ends within a record")

@@ -95,7 +95,9 @@ def _metadata(contents: Contents, channel: kinds.Channel) -> dict[str, Mapping[s
     """Settings of the file; where damage took ours (with the label TWIN), the copy that each channel carries."""
     own = {key: text for key, text in channel.metadata.items() if not key.startswith((UNIT_KEY, UNSAMPLED_KEY))}
     copy = {"erclutch": own} if "erclutch" in own else {}
-    return {**contents.metadata, **copy} if contents.torn is not None else {**copy, **contents.metadata}
+    if contents.torn is not None:
+        return {**contents.metadata, **copy}
+    return {**copy, **contents.metadata}
 
 
 def _unsampled(channel: kinds.Channel, columns: Mapping[str, Array]) -> Mask | None:
@@ -124,7 +126,11 @@ def _tables(contents: Contents, notes: list[str]) -> dict[str, _Found]:
     return found
 
 
-def _columns(contents: Contents, number: int, channel: kinds.Channel) -> tuple[dict[str, Array], NDArray[np.int64]]:
+def _columns(
+    contents: Contents,
+    number: int,
+    channel: kinds.Channel,
+) -> tuple[dict[str, Array], NDArray[np.int64]]:
     """Columns and log times of a channel; DamageError says which encoding or field is not read here."""
     runs = ((run.offset, run.array[run.array["channel"] == number]) for run in contents.runs)
     parts = [MessageRun(offset, kept) for offset, kept in runs if kept.size]
@@ -201,7 +207,12 @@ def _json_columns(parts: list[MessageRun]) -> dict[str, Array]:
     return {name: np.array([row.get(name, np.nan) for row in rows]) for name in names}
 
 
-def _flatten(prefix: str, body: Any, row: dict[str, float], depth: int) -> None:
+def _flatten(
+    prefix: str,
+    body: Any,
+    row: dict[str, float],
+    depth: int,
+) -> None:
     if isinstance(body, dict) and depth < 8:
         for key, value in cast("dict[str, Any]", body).items():
             _flatten(f"{prefix}.{key}" if prefix else key, value, row, depth + 1)

@@ -53,7 +53,13 @@ def find(path: str, variable: str | None) -> Table:
     return found_recordings.chosen(recordings, variable, "group", "no channel group of the file holds rows of numbers")
 
 
-def _take_channels(mdf: Any, index: int, recording: Found, time: Array, mark: str) -> None:
+def _take_channels(
+    mdf: Any,
+    index: int,
+    recording: Found,
+    time: Array,
+    mark: str,
+) -> None:
     """The channels of a group that hold plain numbers; values marked invalid become NaN, and this is said.
 
     Args:

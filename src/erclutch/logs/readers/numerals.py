@@ -74,7 +74,12 @@ def grouped_by_blanks(body: str, delimiter: str | None) -> str | None:
     return _search(rf"{_SIGN}[1-9]\d{{0,2}}(?:[{BLANKS}]\d{{3}})+", body, delimiter, " ")
 
 
-def weigh(body: str, delimiter: str | None, sniffed: str, asked: str | None = None) -> Numerals:
+def weigh(
+    body: str,
+    delimiter: str | None,
+    sniffed: str,
+    asked: str | None = None,
+) -> Numerals:
     """The decimal mark of a file and what groups its thousands.
 
     Args:
@@ -115,7 +120,8 @@ def weigh(body: str, delimiter: str | None, sniffed: str, asked: str | None = No
     if len(doubtful) == 1 and mark == "." and delimiter != ";":
         return Numerals(".")  # three decimals in each number, as fixed formats print them
     number = groups[mark]
-    as_decimal, as_whole = number.replace(mark, ".").rstrip("0").rstrip("."), number.replace(mark, "")
+    as_decimal = number.replace(mark, ".").rstrip("0").rstrip(".")
+    as_whole = number.replace(mark, "")
     raise LogError(
         f"{number} may be {as_decimal} or {as_whole}, and no number of the file tells",
         remedy=f"Say which mark is the decimal one: --decimal {mark} for {as_decimal}, "
@@ -135,7 +141,8 @@ def _cell(pattern: str, delimiter: str | None, *, quoted: bool) -> str:
 
 def _decimals(mark: str) -> str:
     """Numbers in which the mark can only be the decimal one."""
-    m, other = re.escape(mark), re.escape("," if mark == "." else ".")
+    m = re.escape(mark)
+    other = re.escape("," if mark == "." else ".")
     behind_groups = rf"[1-9]\d{{0,2}}(?:{other}\d{{3}})+{m}\d+"
     not_three = rf"\d{{1,3}}{m}(?:\d{{1,2}}|\d{{4,}})"
     leading = rf"(?:0\d*|\d{{4,}}|){m}\d+"

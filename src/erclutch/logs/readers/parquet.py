@@ -138,7 +138,11 @@ def _has_checksums(pages: BinaryIO, metadata: Any, group: int, read: Any) -> boo
 
 
 def parquet_windows(
-    source: LogSource, rows: int, margin: int, first: int = 0, last: int | None = None
+    source: LogSource,
+    rows: int,
+    margin: int,
+    first: int = 0,
+    last: int | None = None,
 ) -> Iterator[tuple[int, int, Table]]:
     """A Parquet file of any size as overlapping tables, read page by page.
 
@@ -214,7 +218,13 @@ def parquet_extent(path: Path) -> tuple[int, int]:
     return metadata.num_rows, metadata.num_columns
 
 
-def _table(table: Any, name: str, digest: str, unchecked: bool, origin: int | None = None) -> Table:
+def _table(
+    table: Any,
+    name: str,
+    digest: str,
+    unchecked: bool,
+    origin: int | None = None,
+) -> Table:
     """The columns of numbers and the first of dates, what else there is in notes.
 
     Args:
@@ -281,7 +291,9 @@ def _words(values: Any) -> Any:
 
     if not types.is_dictionary(values.type):
         values = values.dictionary_encode() if _is_text(values.type) else None
-    return None if values is None or not _is_text(values.type.value_type) else values.to_pandas()
+    if values is None or not _is_text(values.type.value_type):
+        return None
+    return values.to_pandas()
 
 
 def _is_text(kind: Any) -> bool:
@@ -371,7 +383,11 @@ def _asked(path: str, *asked: str) -> Iterator[child_process.Answer]:
 
 
 def windows_in_child(
-    source: LogSource, rows: int, margin: int, first: int = 0, last: int | None = None
+    source: LogSource,
+    rows: int,
+    margin: int,
+    first: int = 0,
+    last: int | None = None,
 ) -> Iterator[tuple[int, int, Table]]:
     """`parquet_windows` in a child."""
     words = [str(number) for number in (rows, margin, first)] + ["" if last is None else str(last)]

@@ -59,7 +59,11 @@ def _flatten(label: str, value: Any, row: dict[str, float]) -> None:
         row[label] = float(value)
 
 
-def _rows(bag: Any, connections: list[Any], most: int | None = None) -> list[dict[str, float]]:
+def _rows(
+    bag: Any,
+    connections: list[Any],
+    most: int | None = None,
+) -> list[dict[str, float]]:
     """The messages of a topic, or the first of them: the time of the bag in ns under "", and the numbers."""
     rows: list[dict[str, float]] = []
     messages = bag.messages(connections=connections)

@@ -154,7 +154,11 @@ def _last_line(body: str) -> int:
     return max(body.rfind("\n", 0, end), body.rfind("\r", 0, end)) + 1
 
 
-def _parse(body: str, dialect: Dialect, told: Callable[[int, int], None]) -> pd.DataFrame:
+def _parse(
+    body: str,
+    dialect: Dialect,
+    told: Callable[[int, int], None],
+) -> pd.DataFrame:
     """All rows as pandas reads them; one column more than named shows rows that are too long."""
     import pandas as pd
 
@@ -188,7 +192,13 @@ def _parse(body: str, dialect: Dialect, told: Callable[[int, int], None]) -> pd.
         raise LogError(problem, remedy="Check the quotes and delimiters of the file") from error
 
 
-def _table(frame: pd.DataFrame, body: str, dialect: Dialect, source: LogSource, cut: list[str]) -> Table:
+def _table(
+    frame: pd.DataFrame,
+    body: str,
+    dialect: Dialect,
+    source: LogSource,
+    cut: list[str],
+) -> Table:
     """Sort the columns into numbers, header constants, a clock and text left out."""
     notes = [*dialect.notes, *cut]
     if dialect.trailing:
@@ -294,7 +304,11 @@ def _breaks(body: str) -> tuple[int, ...]:
 
 
 def text_windows(
-    source: LogSource, rows: int, margin: int, first: int = 0, last: int | None = None
+    source: LogSource,
+    rows: int,
+    margin: int,
+    first: int = 0,
+    last: int | None = None,
 ) -> Iterator[tuple[int, int, Table]]:
     """A text log of any length as overlapping tables; the dialect is that of its first lines. See `log_reader.Windows`.
 
@@ -329,7 +343,13 @@ def text_windows(
             held_from += drop
 
 
-def _window_of(source: LogSource, lines: Sequence[str], first_row: int, dialect: Dialect, notes: list[str]) -> Table:
+def _window_of(
+    source: LogSource,
+    lines: Sequence[str],
+    first_row: int,
+    dialect: Dialect,
+    notes: list[str],
+) -> Table:
     """The table of some lines; errors count lines as if none above them was blank."""
     body = "".join(lines)
     here = replace(dialect, first=dialect.first + first_row)

@@ -80,7 +80,9 @@ def _cyrillic(data: bytes) -> str:
     except UnicodeDecodeError:
         return ""
     in_words = sum(map(len, _RUSSIAN.findall(text)))
-    return "cp1251" if 2 * in_words > sum(letter > "\x7f" for letter in text) else ""
+    if 2 * in_words > sum(letter > "\x7f" for letter in text):
+        return "cp1251"
+    return ""
 
 
 def _encoding_of(data: bytes) -> str:

@@ -23,7 +23,12 @@ BLANK = " \t\r\n"
 _LONGEST_NUMBER = 400  # characters of a cell
 
 
-def read_cells(cells: pd.Series[Any], index: int, body: str, dialect: Dialect) -> tuple[Array | None, tuple[str, ...]]:
+def read_cells(
+    cells: pd.Series[Any],
+    index: int,
+    body: str,
+    dialect: Dialect,
+) -> tuple[Array | None, tuple[str, ...]]:
     """The column as float64, None for a column of text, and a note where words became numbers."""
     label = dialect.names[index]
     values = _numbers(cells, index, body, dialect)
@@ -60,7 +65,12 @@ def long_rows(frame: pd.DataFrame, body: str, dialect: Dialect) -> list[str]:
     return [f"line {long[0]} has more cells than there are columns{more}: left out"]
 
 
-def _numbers(cells: pd.Series[Any], index: int, body: str, dialect: Dialect) -> Array | None:
+def _numbers(
+    cells: pd.Series[Any],
+    index: int,
+    body: str,
+    dialect: Dialect,
+) -> Array | None:
     """The column as float64, or None if it is a column of text; LogError for text among numbers."""
     import pandas as pd
 
@@ -93,7 +103,12 @@ def _numbered_lines(body: str, dialect: Dialect) -> list[tuple[int, str]]:
     return [(number, line) for number, line in lines if line.strip(BLANK)]
 
 
-def refuse_ragged(body: str, dialect: Dialect, rows: list[int] | None = None, needed: int = 0) -> None:
+def refuse_ragged(
+    body: str,
+    dialect: Dialect,
+    rows: list[int] | None = None,
+    needed: int = 0,
+) -> None:
     """Raise for the first row with too many cells or fewer than needed; look at the given rows only, or at all."""
     if rows == []:
         return

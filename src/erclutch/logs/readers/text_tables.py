@@ -72,7 +72,9 @@ def read_tables(source: LogSource, read: Callable[[LogSource], Table]) -> Table:
 
 
 def _under_one_header(
-    source: LogSource, tables: Mapping[str, tuple[int, str]], read: Callable[[LogSource], Table]
+    source: LogSource,
+    tables: Mapping[str, tuple[int, str]],
+    read: Callable[[LogSource], Table],
 ) -> Table | None:
     """Tables of the same header as one, where the time goes on from one to the next: a logger said its names again."""
     lines = [line for _, text in tables.values() for line in text.split("\n") if line.strip()]
