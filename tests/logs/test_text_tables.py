@@ -113,3 +113,23 @@ def test_a_changed_byte_never_moves_a_column(tmp_path_factory: pytest.TempPathFa
         if name in table.columns and table.rows == 50:
             assert int(np.count_nonzero(table.columns[name] != right)) <= 1
             assert int(np.count_nonzero(table.columns.get("time", TIME) != TIME)) <= 1
+
+
+@pytest.mark.parametrize(
+    ("names", "units"),
+    [
+        ("Zeit;Weg;Strom;Kraft;Pressure", "sec;m;A;N;bar"),
+        ("Tiempo;Fuerza;Desplazamiento;Corriente;U", "sec;N;cm;mA;V"),
+        ("t;disp;force;Error;Speed setpoint", "sec;m;N;-;-"),
+    ],
+)
+def test_a_row_of_seconds_and_short_units_names_nothing(tmp_path: Path, names: str, units: str) -> None:
+    rows = "\n".join(f"{k / 100};{k % 7};{k % 5};{k % 3};{k % 11}" for k in range(20))
+    (tmp_path / "a.csv").write_text(f"Test bench 4\n{names}\n{units}\n{rows}\n", encoding="utf-8")
+    table = read_table(tmp_path / "a.csv")
+    assert [*table.columns] == names.split(";")
+    written = dict(zip(names.split(";"), units.split(";"), strict=True))
+    assert {name: table.units.get(name) or "-" for name in table.columns} == written
+    # Without another line of names they are names.
+    (tmp_path / "b.csv").write_text(f"Test bench 4\n{units}\n{rows}\n", encoding="utf-8")
+    assert next(iter(read_table(tmp_path / "b.csv").columns)) == "sec"

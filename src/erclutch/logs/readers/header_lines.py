@@ -11,7 +11,30 @@ from erclutch.logs.labels import EASTERN, split_label
 from erclutch.logs.readers.cells import Marks, is_comment
 from erclutch.signals import units
 
-_CLEAR_UNITS = {"s", "ms", "us", "µs", "min", "Nm", "kN", "rpm", "mm", "kV", "deg", "rad"}  # t, V, F may be names
+#: Units that are no names; t, V, F may be names.
+_CLEAR_UNITS = frozenset(
+    (
+        "s",
+        "sec",
+        "ms",
+        "us",
+        "µs",
+        "min",
+        "Nm",
+        "kN",
+        "rpm",
+        "mm",
+        "cm",
+        "kV",
+        "mV",
+        "mA",
+        "kPa",
+        "MPa",
+        "bar",
+        "deg",
+        "rad",
+    )
+)
 _NO_FACTOR = re.compile(r"(?:°|deg) ?[CF]|[℃℉]|dB\w*|bits?|counts?", re.I)  # units, but no plain factor to the SI
 #: What the line of units is called that some loggers write above the names.
 _UNIT_LINE = frozenset(
