@@ -1,8 +1,9 @@
-"""How long a report is, and how soon it is there: screens, words, bytes, seconds, and what axe finds.
+"""How long a report is, and how soon it is there: screens, words, bytes, seconds, fill of pages, and what axe finds.
 
     python studies/report_size.py RUN        RUN is a run folder, such as that of docs/tour.md
 
-A screen is 900 px high at a width of 1440 px, and 844 px at 390 px. Prints JSON.
+A screen is 900 px high at a width of 1440 px, and 844 px at 390 px. The fill of a page of the PDF is the place of its
+lowest ink, which pdftoppm (poppler-utils) finds. Prints JSON.
 """
 
 from __future__ import annotations
@@ -22,6 +23,7 @@ from erclutch.report.html.printed_page import print_report
 from erclutch.report.html.report_page import write_report
 from erclutch.report.numbers.run_material import material_of
 from erclutch.runs.run_folder import read_run
+from tests.support.page_fill import page_fills
 
 CHROMIUM = "/usr/bin/chromium"
 QUIET = ("--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking")
@@ -57,11 +59,13 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         path = write_report(material, Path(folder, "report.html"))
         seconds = time.process_time() - began
-        pdf = print_report(material, Path(folder, "report.pdf")).read_bytes()
+        printed = print_report(material, Path(folder, "report.pdf"))
+        pdf = printed.read_bytes()
         found = {
             "seconds of processor time": round(seconds, 2),
             "kB": round(path.stat().st_size / 1000),
             "pages of the PDF": len(re.findall(rb"/Type /Page\b", pdf)),
+            "fill of each page": page_fills(printed),
             "PDF is tagged": b"/Marked true" in pdf,
             **measured(path),
         }

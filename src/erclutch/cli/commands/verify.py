@@ -8,7 +8,7 @@ from typing import Annotated
 from cyclopts import Parameter
 
 COMMAND = {
-    "help": "Run an export on its test vectors against the model.",
+    "help": "Run an export on its test vectors and compare it with the model.",
     "panel": "The road of a log",
     "place": 10,
 }
