@@ -113,8 +113,8 @@ def plan_of(
         turn_screw(draft)
         hold_slip_against_position(draft)
         hold_power(draft)
-        doubt_effort_without_power(draft)
         refuse_the_effort_twice(draft)
+        doubt_effort_without_power(draft)
         examples = proposals(draft) if draft.questions else []
 
     return Plan(
