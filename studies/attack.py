@@ -1,6 +1,6 @@
 """An attack on erclutch, part by part: what was tried, how often, and what did not hold.
 
-    python studies/attack.py [PART ...] [--minutes 19]
+    python studies/attack.py [PART ...] [--minutes 19] [--count 1000] [--first 0]
 
 The parts come in the order of what they cost, the cheapest first. Each has its share of the time that is left, and all
 processors of the machine; what a part does not need goes to those behind it. Within a part each row has its share, and
@@ -19,8 +19,8 @@ as it is seen. The program ends with 1 if anything failed, or if a row had no tr
 - compilers: options that change arithmetic, in C and C++, with every compiler of this machine: the right bits or a
   refusal.
 - hostile: what a machine, a plug-in or a worker may do: `tests/support/hostile.py`.
-- runs, mujoco, app, places: the tests of damaged runs and models, of two devices in two models, of requests and pages
-  of strangers, and of the one place that writes.
+- runs, mujoco, app, places, loop: the tests of damaged runs and models, of two devices in two models, of requests and
+  pages of strangers, of the one place that writes, and of clocks that jump and a disk that is full while a loop runs.
 """
 
 from __future__ import annotations
@@ -52,6 +52,12 @@ TESTS = {
     "runs": ("tests/report/test_bad_runs.py", "tests/models/test_model_file.py", "tests/runs/test_run_json.py"),
     "mujoco": ("tests/wings/exporters/test_mujoco_actuator.py",),
     "app": ("tests/wings/app/test_app.py", "tests/wings/live/page/test_page.py"),
+    "loop": (
+        "tests/wings/live/test_faults.py",
+        "tests/wings/live/test_clock.py",
+        "tests/wings/live/page/test_recording.py",
+        *("-k", "clock or disk"),
+    ),
     "places": ("tests/test_files.py", "--deselect", "tests/test_files.py::test_of_two_commands_at_once_one_is_told"),
 }
 #: Where damage to the numbers is seen, as `LogReader.tells_damage` says: there no other number may come in silence.
@@ -61,9 +67,13 @@ IN_CHILD = ("mdf", "tdms", "spreadsheet", "hdf5", "ros2", "mat", "parquet")
 #: There checksums hold the numbers, and none holds names and units: h5py writes the latter without.
 UNCHECKED_NAMES = ("hdf5 checked",)
 MOST_MIB = 954  # 1 GB
+MOST_SECONDS = 10.0  # of processor time, for a file
+#: Number of the first damaged file of each kind, and the first seed: another one makes other damage.
+FIRST = 0
 #: Part -> what it costs on two processors in seconds: the weights by which the parts share the time, and their order.
 WEIGHTS = {
     "mujoco": 15,
+    "loop": 20,
     "settings": 25,
     "runs": 35,
     "places": 40,
@@ -179,7 +189,7 @@ def _one_format(name: str, count: int, *, until: float) -> Row:
     row, silent = Row(f"damaged {name}"), 0
     study.CHUNK = 20  # so that it ends in time
     with tempfile.TemporaryDirectory() as work, tempfile.TemporaryDirectory() as place:
-        outcomes, peak = study.mutate(name, count, Path(work), Path(place), until)
+        outcomes, peak, seconds = study.mutate(name, count, Path(work), Path(place), until, FIRST)
     row.tries = sum(outcomes.values())
     for said, times in outcomes.items():
         unseen = said.startswith("silent") and said.endswith("then silent")
@@ -190,9 +200,11 @@ def _one_format(name: str, count: int, *, until: float) -> Row:
             row.fail(f"{said} ({times})")
     if peak > MOST_MIB:
         row.fail(f"{peak} MiB")
+    if seconds > MOST_SECONDS:
+        row.fail(f"{seconds:.1f} s of processor time")
     of_what = "names or units" if name in UNCHECKED_NAMES else "numbers"
-    row.note = f"at most {peak} MiB; {silent} other {of_what} in silence: the format has no checksum of them"
-    row.note = row.note if silent else f"at most {peak} MiB"
+    row.note = f"at most {peak} MiB, {seconds:.1f} s"
+    row.note += f"; {silent} other {of_what} in silence: the format has no checksum of them" if silent else ""
     return row
 
 
@@ -210,7 +222,7 @@ def _one_kind_of_settings(kind: str, count: int, *, until: float) -> Row:
     with tempfile.TemporaryDirectory() as folder:
         make_settings(Path(folder))
         while row.tries < count and not (row.tries and time.monotonic() > until):
-            fault = fault_of(kind, row.tries, Path(folder))
+            fault = fault_of(kind, FIRST + row.tries, Path(folder))
             row.tries += 1
             if fault:
                 row.fail(fault)
@@ -221,7 +233,7 @@ def sensors(until: float, count: int) -> Iterator[Row]:
     """Four seeds of `studies/sensor_faults.py`, as far as the time goes."""
     from tests.support.sensor_faults import CONTROLS
 
-    seeds = range(max(count // 250, 1))
+    seeds = range(FIRST, FIRST + max(count // 250, 1))
     rows = list(at_once(_faults, [(control, seed) for seed, control in product(seeds, CONTROLS)], until))
     for control in CONTROLS:
         row, strictly = Row(f"faults of sensors, {control}"), Counter[str]()
@@ -380,22 +392,26 @@ def main() -> int:
     parser.add_argument("parts", nargs="*", metavar="PART", help=f"of {', '.join(WEIGHTS)}; none: all")
     parser.add_argument("--minutes", type=float, default=19.0, help="for all parts together")
     parser.add_argument("--count", type=int, default=1000, help="damaged files of a format")
+    parser.add_argument("--first", type=int, default=0, help="number of the first damaged file, and first seed")
     asked = parser.parse_args()
+    global FIRST
+    FIRST = asked.first
     if wrong := set(asked.parts) - set(WEIGHTS):
         parser.error(f"there is no part {', '.join(sorted(wrong))}")
     parts = [part for part in WEIGHTS if part in asked.parts or not asked.parts]
     signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background job ignores it, and tests would too
     end = time.monotonic() + 60.0 * asked.minutes
+    print("| row | tries | failures | |\n| --- | --- | --- | --- |", flush=True)
     rows: list[Row] = []
     for place, part in enumerate(parts):
         began = time.monotonic()
         share = WEIGHTS[part] / sum(WEIGHTS[later] for later in parts[place:])
         until = began + max(end - began, 0.0) * share
-        rows += PARTS[part](until, asked.count) if part in PARTS else tested(part, until)
+        of_part = list(PARTS[part](until, asked.count) if part in PARTS else tested(part, until))
+        for row in of_part:
+            print(f"| {row.name} | {row.tries} | {len(row.failures)} | {row.note} |", flush=True)
+        rows += of_part
         print(f"{part}: {time.monotonic() - began:.0f} s", file=sys.stderr, flush=True)
-    print("| row | tries | failures | |\n| --- | --- | --- | --- |")
-    for row in rows:
-        print(f"| {row.name} | {row.tries} | {len(row.failures)} | {row.note} |")
     return 1 if any(row.failures or not row.tries for row in rows) else 0
 
 

@@ -30,6 +30,7 @@ from contextlib import suppress
 from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
+from typing import NamedTuple
 from unittest import mock
 
 import numpy as np
@@ -137,8 +138,8 @@ def run_here(
 
 def in_child(
     find: Callable[[str], Table], log: Path, whole: Table, notes: Callable[[], bool | None]
-) -> tuple[str, int]:
-    """The outcome in a forked child with its limits, and the child's largest memory in KiB."""
+) -> tuple[str, int, float]:
+    """The outcome in a forked child with its limits, the child's largest memory in KiB, and its processor time in s."""
     reading, writing = os.pipe()
     allowed = budget_of(log)
     child = os.fork()
@@ -163,11 +164,19 @@ def in_child(
         number = os.WTERMSIG(status)
         told: dict[int, str] = {signal.SIGXCPU: "error: time", signal.SIGALRM: "hang"}
         said = told.get(number, f"crash: signal {number}")
-    return said or f"crash: code {status}", usage.ru_maxrss
+    return said or f"crash: code {status}", usage.ru_maxrss, usage.ru_utime + usage.ru_stime
 
 
-def mutate(name: str, count: int, results: Path, folder: Path, until: float = float("inf")) -> tuple[Counter[str], int]:
-    """Damage a log of a format ``count`` times, or as long as the monotonic clock allows: outcomes, and MiB at most.
+class Damage(NamedTuple):
+    """What came of damaged logs of a format: outcomes, and the most MiB and s of processor time for one."""
+
+    outcomes: Counter[str]
+    mib: int
+    seconds: float
+
+
+def mutate(name: str, count: int, results: Path, folder: Path, until: float = float("inf"), begin: int = 0) -> Damage:
+    """Damage a log of a format ``count`` times, from number ``begin`` on, or as long as the monotonic clock allows.
 
     The outcomes are kept in chunks, so that a second call goes on.
     """
@@ -188,22 +197,22 @@ def mutate(name: str, count: int, results: Path, folder: Path, until: float = fl
     for first in range(len(chunks) * CHUNK, count, CHUNK):
         if chunks and time.monotonic() > until:
             break
-        began, found, peak = time.perf_counter(), Counter[str](), 0
-        for number in range(first, first + CHUNK):
+        began, found, peak, longest = time.perf_counter(), Counter[str](), 0, 0.0
+        for number in range(begin + first, begin + first + CHUNK):
             part = parts[0] if len(parts) == 1 or number % 5 == 0 else parts[1]
             for each in parts:
                 seed = (zlib.crc32(name.encode()), number)
                 each.write_bytes(mutated(data[each], seed) if each == part else data[each])
-            said, memory = in_child(find, log, whole, notes)
-            found[said], peak = found[said] + 1, max(peak, memory)
+            said, memory, seconds = in_child(find, log, whole, notes)
+            found[said], peak, longest = found[said] + 1, max(peak, memory), max(longest, seconds)
             if said.startswith(("crash", "hang")):
                 (results / f"{said.split(':')[0]}-{name}-{number}").write_bytes(part.read_bytes())
-        chunks.append({"found": found, "peak_mib": peak >> 10, "seconds": round(time.perf_counter() - began, 1)})
+        took = {"seconds": round(time.perf_counter() - began, 1), "longest": round(longest, 2)}
+        chunks.append({"found": found, "peak_mib": peak >> 10, **took})
         with kept.open("a", encoding="utf-8") as out:
             out.write(json.dumps(chunks[-1]) + "\n")
     total = sum((Counter[str](chunk["found"]) for chunk in chunks), Counter[str]())
-    peak = max(chunk["peak_mib"] for chunk in chunks)
-    return total, peak
+    return Damage(total, max(chunk["peak_mib"] for chunk in chunks), max(chunk["longest"] for chunk in chunks))
 
 
 def main() -> None:
@@ -218,11 +227,12 @@ def main() -> None:
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     for name in given.formats:
         with tempfile.TemporaryDirectory() as folder:
-            total, peak = mutate(name, given.count, given.results, Path(folder))
+            total, peak, longest = mutate(name, given.count, given.results, Path(folder))
         kinds = Counter[str]()
         for said, times in total.items():
             kinds[said if said.startswith(("silent", "noted", "crash")) else said.split(":")[0]] += times
-        print(f"{name}: {sum(total.values())} mutations, {dict(sorted(kinds.items()))}, at most {peak} MiB", flush=True)
+        most = f"at most {peak} MiB, {longest:.1f} s"
+        print(f"{name}: {sum(total.values())} mutations, {dict(sorted(kinds.items()))}, {most}", flush=True)
 
 
 if __name__ == "__main__":

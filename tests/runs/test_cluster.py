@@ -14,6 +14,7 @@ import pytest
 from erclutch.errors import LogError, SettingError
 from erclutch.runs import cluster
 from erclutch.runs.cluster import WorkerLostError, finished, in_order, task_pool
+from tests.support.hostile import lies
 
 
 def killed_once(mark: str) -> str:
@@ -74,6 +75,17 @@ def test_two_clusters_of_one_machine_at_once_are_heard_on_the_loopback_alone() -
     assert len(ears) >= 4
     assert {ear.ip for ear in ears} == {"127.0.0.1"}
     assert 8787 not in {ear.port for ear in ears}
+
+
+def test_an_answer_of_a_worker_that_nobody_can_read_is_an_error() -> None:
+    """Dask's client waited for it without end."""
+    from concurrent.futures import Future
+
+    packed, answer = Future[bytes](), Future[object]()
+    packed.set_result(pickle.dumps(lies("")))
+    cluster._unpack(packed, answer)
+    with pytest.raises(WorkerLostError, match=r"answer cannot be read \(ValueError\)\. Start workers with the same"):
+        answer.result(1.0)
 
 
 def test_a_part_of_dask_that_does_not_end_in_time_loses_no_work() -> None:

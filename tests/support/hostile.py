@@ -260,8 +260,20 @@ def is_slow(mark: str) -> float:
     return float(mark)
 
 
+class Unreadable:
+    """Sent, and nobody can read it."""
+
+    def __reduce__(self) -> tuple[type[int], tuple[str]]:
+        return int, ("no number",)
+
+
+def lies(_: str) -> object:
+    """An answer that is none."""
+    return Unreadable()
+
+
 def dask_workers(folder: Path) -> Outcome:
-    """Dask's workers on this machine: one that dies once, one that dies each time, one that is slow."""
+    """Dask's workers on this machine: one that dies once, that dies each time, that is slow, that lies."""
     wrong = list[str]()
     with task_pool("local", 2) as pool:
         slow = list(in_order(pool, is_slow, [str(place) for place in range(4)]))
@@ -269,10 +281,13 @@ def dask_workers(folder: Path) -> Outcome:
             wrong.append(f"results of a slow worker are out of order: {slow}")
         if list(in_order(pool, dies_once, [str(folder / "mark")])) != [1.0]:
             wrong.append("a worker that died once costs its result")
+        (lie,) = finished(pool, lies, ["0"])
+        if not isinstance(lie[1], WorkerLostError):
+            wrong.append(f"an answer that nobody can read: {lie[1]!r}")
         (lost,) = finished(pool, dies, ["0"])
         if not isinstance(lost[1], WorkerLostError):
             wrong.append(f"a task that kills each worker: {lost[1]!r}")
-    return 3, wrong
+    return 4, wrong
 
 
 CASES: dict[str, Callable[[Path], Outcome]] = {

@@ -19,6 +19,7 @@ from collections.abc import Callable, Generator, Iterable, Iterator, Sized
 from concurrent.futures import BrokenExecutor, Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
+from importlib import import_module
 from itertools import islice
 from multiprocessing import get_context, parent_process, resource_tracker
 from queue import SimpleQueue
@@ -329,19 +330,45 @@ class _DaskExecutor(Executor):
         *args: Any,
         **kwargs: Any,
     ) -> Future[R]:
+        answer: Future[R] = Future()
         try:
-            return self._executor.submit(_on_dask, fn, *args, **kwargs)
+            packed: Future[bytes] = self._executor.submit(_on_dask, fn, *args, **kwargs)
         except (RuntimeError, OSError) as error:  # of a client that lost its scheduler
             raise _gone() from error
+        packed.add_done_callback(lambda done: _unpack(done, answer))
+        return answer
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
         with suppress(Exception):  # the cluster may have gone
             self._executor.shutdown(wait=wait and not cancel_futures)
 
 
-def _on_dask(function: Callable[..., R], *args: Any, **kwargs: Any) -> R:
+def _on_dask(function: Callable[..., object], *args: Any, **kwargs: Any) -> bytes:
+    """What a function gives, as the bytes that Dask would send: where it reads them itself, a bad answer has no end."""
     one_blas_thread()
-    return function(*args, **kwargs)
+    return _wire().dumps(function(*args, **kwargs))
+
+
+def _wire() -> Any:
+    """What Dask makes bytes with, and reads them with."""
+    return import_module("distributed.protocol.pickle")
+
+
+def _unpack(packed: Future[bytes], answer: Future[R]) -> None:
+    """Hand a worker's answer on, or the error that it is none."""
+    error = None if packed.cancelled() else packed.exception()
+    if packed.cancelled():
+        answer.cancel()
+        answer.set_running_or_notify_cancel()
+    elif error is not None:
+        answer.set_exception(error)
+    else:
+        try:
+            answer.set_result(_wire().loads(packed.result()))
+        except Exception as unreadable:  # whatever it is, it is no result
+            problem = f"a worker's answer cannot be read ({type(unreadable).__name__})"
+            remedy = "Start workers with the same packages as here"
+            answer.set_exception(WorkerLostError(problem, remedy=remedy))
 
 
 def _prepare(client: Any, where: str) -> None:
