@@ -19,7 +19,6 @@ from collections.abc import Callable, Generator, Iterable, Iterator, Sized
 from concurrent.futures import BrokenExecutor, Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
-from importlib import import_module
 from itertools import islice
 from multiprocessing import get_context, parent_process, resource_tracker
 from queue import SimpleQueue
@@ -351,7 +350,9 @@ def _on_dask(function: Callable[..., object], *args: Any, **kwargs: Any) -> byte
 
 def _wire() -> Any:
     """What Dask makes bytes with, and reads them with."""
-    return import_module("distributed.protocol.pickle")
+    from distributed.protocol import pickle
+
+    return pickle
 
 
 def _unpack(packed: Future[bytes], answer: Future[R]) -> None:
