@@ -373,7 +373,6 @@ def test_dates_of_json_are_a_clock_and_equal_ends_keep_their_whole_names(tmp_pat
         (b"TDSh\0\0", "the index of a TDMS log (.tdms_index), not text. Give the .tdms file beside it."),
         (b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1\0", "an old Office file without a table that can be read"),
         (b"SQLite format 3\0", "a SQLite database"),
-        (b"PK\x03\x04" + bytes(26) + b"a.npy\0", "NumPy arrays (.npz)"),
         (b"PK\x03\x04" + bytes(26) + b"a.csv\0", "a zip archive, not text. Unpack it"),
         (b"\x80\x04\x95\0\0", "a Python pickle, which may run programs and is never opened"),
         (b"ORC\0\1\2", "Apache ORC"),

@@ -16,13 +16,13 @@ from typing import TYPE_CHECKING, Any
 
 from numpy.typing import ArrayLike
 
-from erclutch.errors import keywords_checked, placed
+from erclutch.errors import LogError, keywords_checked, placed
 from erclutch.logs.applied import apply
 from erclutch.logs.arrays import table_of_arrays
 from erclutch.logs.batches import WHOLE_FILE, Batch, RowRange, one_batch, windowed_batches
 from erclutch.logs.data_frame import table_of_frame
 from erclutch.logs.keywords import all_options, new_rate, options_of, window_of
-from erclutch.logs.log_file import read_table, recordings_in, table_of
+from erclutch.logs.log_file import read_table, recordings_in, table_of, tables_in
 from erclutch.logs.log_reader import LogReader, LogSource, log_at, readable
 from erclutch.logs.mapping import ColumnChoice, ColumnMap, file_mapping, map_over, told_of
 from erclutch.logs.plan import NEEDS, Invalid, Plan
@@ -132,7 +132,11 @@ def read_all(
     file = log_at(path).path
     told = mapping.over(file_mapping(file, mapping_file))
     names = recordings_in(file, told.variable)
-    tables = {name: read_table(file, variable=name or None, decimal=told.decimal) for name in names or [""]}
+    tables: dict[str, Table] = {}
+    for name, table in tables_in(file, names or [""], told.decimal).items():
+        if isinstance(table, LogError):
+            raise table
+        tables[name] = table
     logs: list[Recording] = []
     plans = [
         (name, table, plan_of(table, own, device=device, invalid=invalid))

@@ -92,6 +92,7 @@ def clock_plan(seen: SeenColumns, told: ColumnMap, taken: Sequence[str]) -> Cloc
             reason=choice.source,
             sentence=f"time <- column {name}{how} ({choice.source})",
             doubt=_doubt(name, stamps) if taken_for_seconds else "",
+            likely=_likely_unit(stamps),
         )
 
     if table.clock is not None:
@@ -125,6 +126,9 @@ def clock_plan(seen: SeenColumns, told: ColumnMap, taken: Sequence[str]) -> Cloc
         not_signals=counters,
         sentence=said,
     )
+
+
+_SLOWEST_IN_MS = 1000.0  # ms a row: above it whole stamps are microseconds
 
 
 def points(counters: Sequence[str], sentence: str, reason: str) -> ClockPlan:
@@ -220,6 +224,16 @@ def _doubt(name: str, stamps: Array) -> str:
     if step < SLOW:
         return ""
     return f"time is column {name} in s, though it has no unit and grows by {step:.4g} a row, as ms do"
+
+
+def _likely_unit(stamps: Array) -> str:
+    """The unit that stamps without one have, by their steps: whole numbers above 1 are counted by a controller."""
+    steps = np.abs(np.diff(stamps))
+    step = float(np.median(steps)) if steps.size else 0.0
+    whole = bool(np.all(stamps == np.round(stamps)))
+    if not whole or step <= 1.0:
+        return "s"
+    return "ms" if step <= _SLOWEST_IN_MS else "us"
 
 
 def _steady_column(seen: SeenColumns, taken: Sequence[str]) -> str:

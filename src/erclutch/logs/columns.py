@@ -15,7 +15,7 @@ import numpy as np
 from erclutch.errors import MappingError, shell_word
 from erclutch.logs.labels import split_end
 from erclutch.logs.names import CURRENTS, NEED_UNIT, OTHER, SINGLE, TOLD, VOLTAGES, headed, plain
-from erclutch.logs.quotients import rubbing_force, speeds_of_machine
+from erclutch.logs.quotients import pressing_loads, rubbing_force, speeds_of_machine
 from erclutch.logs.seen_columns import KINDS, NO_UNITS, UNITS_OF_KIND, SeenColumn, SeenColumns
 from erclutch.logs.shapes import follows, is_rate_of
 from erclutch.signals import units
@@ -114,6 +114,9 @@ def candidates(
     """
     si_units = units_of_sensor or SIGNALS[signal].si_units
     free = seen.without(taken)
+    if signal == "effort":
+        pressing = pressing_loads(seen)
+        free = [column for column in free if column.name not in pressing]
     fits = {column.name: column.fits(si_units) for column in free}
 
     if fits.get(signal, False) is not False:
@@ -154,7 +157,11 @@ def candidates(
         if short and told.isdisjoint(column.spoken.words) and _goes_with(seen, column, signal):
             shaped.append(column.name)
     if shaped:
-        return shaped, "name and the shape of its numbers"
+        # Of joints or motors with numbers each may be meant, though one alone goes with another column.
+        stems = {_unnumbered(seen.columns[name]) for name in shaped} - {""}
+        alike = [column.name for column in fitting if _unnumbered(column) in stems]
+        names = distinct(seen, [*shaped, *(name for name in alike if name not in shaped)])
+        return names, "name and the shape of its numbers"
 
     by_unit = [column.name for column in free if fits[column.name] and _unit_speaks(column, signal, si_units)]
     headed_so = [name for name, head in heads.items() if head and (fits[name] or head not in NEED_UNIT)]
@@ -173,6 +180,13 @@ def candidates(
     if signal == "field":
         names = _fields(seen, free, names, heads)
     return distinct(seen, names), "name"
+
+
+def _unnumbered(column: SeenColumn) -> str:
+    """A name without the number of the joint or motor behind it; "" where none stands there."""
+    stem = column.spoken.plain_stem
+    bare = stem.rstrip("0123456789")
+    return bare if bare != stem else ""
 
 
 def _fields(

@@ -80,7 +80,8 @@ def split_label(label: str) -> tuple[str, str | None]:
     """Name and unit of ``V [cm/s]``, ``Force (N)`` or ``time / s``; the whole label and None where no unit is.
 
     Text in square brackets is taken as a unit even if unknown (an index such as ``u[0]`` apart); round brackets and
-    the slash only where pint knows the unit. A unit may stand right behind a Chinese or Japanese name (``轉速rpm``).
+    the slash only where pint knows the unit, and no number is one there (``speed (2)`` is that of a second motor). A
+    unit may stand right behind a Chinese or Japanese name (``轉速rpm``).
     Underscores are never read as units: ``N_m`` may be a name.
     """
     label = label.strip()
@@ -89,7 +90,7 @@ def split_label(label: str) -> tuple[str, str | None]:
     if (match := _SQUARE.fullmatch(label)) and not re.fullmatch(r"\s*\d*\s*", match.group(2)):
         return match.group(1), match.group(2).strip()
     for pattern in (_ROUND, _SLASH):
-        if (match := pattern.fullmatch(label)) and units.is_unit(match.group(2)):
+        if (match := pattern.fullmatch(label)) and not match.group(2).isdecimal() and units.is_unit(match.group(2)):
             return match.group(1).rstrip("/ ") or match.group(1), match.group(2).strip()
     if match := _EASTERN.fullmatch(label):
         name, unit = match.groups()

@@ -3,19 +3,23 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
+from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from erclutch.errors import LogError, placed
-from erclutch.logs.log_reader import LogReader, LogSource, log_at, readable
+from erclutch.logs.log_reader import LogReader, LogSource, ReadableLog, log_at, readable
 from erclutch.logs.one_time import unwoven, with_whole_stamps
 from erclutch.logs.readers.budget import Budget, size_of, within
 from erclutch.logs.row_groups import group_of, groups_in, rows_of, wants_each
+from erclutch.logs.senses import with_senses
 from erclutch.logs.table import Table
+from erclutch.logs.tidy_rows import untidied
 from erclutch.registry import Plugin
 
 if TYPE_CHECKING:
@@ -58,29 +62,91 @@ def read_table(
         LogError: no such file, no permission, not a log, damaged, or without a column of numbers.
     """
     log = log_at(path)
+    source = replace(_source_of(log), variable=variable, told=told, decimal=decimal)
+    group = group_of(variable)
+    if group is not None and variable not in _names_in(log.plugin, source):
+        with placed(log.path.name):
+            table = rows_of(read_by(log.plugin, replace(source, variable=group.recording)), group)
+    else:
+        table = read_by(log.plugin, source)
+    return _finished(table, log, path)
+
+
+def tables_in(path: str | Path, names: Sequence[str], decimal: str | None = None) -> dict[str, Table | LogError]:
+    """The tables of recordings of a file, by name, or what stands against one: the file is read once where it can be.
+
+    Args:
+        path: see `read`.
+        names: of recordings.
+        decimal: see `read_table`.
+    """
+    log = log_at(path)
+    reader = log.plugin.of_type(LogReader)
+    at_once: Mapping[str, Table | LogError] = {}
+    if reader.each is not None and len(names) > 1:
+        with suppress(LogError):  # such as too much for one reading
+            at_once = _at_once(log.path, _source_of(log).digest)
+    tables: dict[str, Table | LogError] = {}
+    for name in names:
+        try:
+            table = at_once.get(name)
+            if table is None:
+                tables[name] = read_table(path, variable=name or None, decimal=decimal)
+            elif isinstance(table, LogError):
+                tables[name] = table
+            else:
+                tables[name] = _finished(replace(table, damage=reader.tells_damage), log, path)
+        except LogError as error:
+            tables[name] = error
+    return tables
+
+
+@lru_cache(maxsize=1)
+def _at_once(file: Path, digest: str) -> Mapping[str, Table | LogError]:
+    """The tables of all recordings of a file; of the last file they are kept, since a look at it asks several times."""
+    log = log_at(file)
+    each = log.plugin.of_type(LogReader).each
+    assert each is not None
+    with log.plugin.working(f"failed on {file.name}"):
+        return each(replace(_source_of(log), digest=digest))
+
+
+@lru_cache(maxsize=1)
+def _names_at_once(file: Path, digest: str) -> tuple[str, ...]:
+    """The names of these recordings."""
+    log = log_at(file)
+    return tuple(_names_in(log.plugin, replace(_source_of(log), digest=digest)))
+
+
+def _source_of(log: ReadableLog) -> LogSource:
+    """The bytes of a log and their digest.
+
+    Raises:
+        LogError: no permission; the file is empty or too large.
+    """
     file = log.path
     data = b""
     with placed(file.name):
         if not log.is_file:
-            digest = _digest_of_files(file, log.plugin.of_type(LogReader))
-        else:
-            with readable(file):
-                if file.stat().st_size > _LARGEST:
-                    raise LogError("the file is larger than 4 GiB", remedy="Split the log")
-                data = file.read_bytes()
-            if not data:
-                raise LogError("the file is empty", remedy=_ROWS_WANTED)
-            digest = hashlib.sha256(data).hexdigest()
-    source = LogSource(file, data, digest, variable, told, decimal)
-    group = group_of(variable)
-    if group is not None and variable not in _names_in(log.plugin, source):
-        with placed(file.name):
-            table = rows_of(read_by(log.plugin, replace(source, variable=group.recording)), group)
-    else:
-        table = read_by(log.plugin, source)
+            return LogSource(file, data, _digest_of_files(file, log.plugin.of_type(LogReader)))
+        with readable(file):
+            if file.stat().st_size > _LARGEST:
+                raise LogError("the file is larger than 4 GiB", remedy="Split the log")
+            data = file.read_bytes()
+        if not data:
+            raise LogError("the file is empty", remedy=_ROWS_WANTED)
+        return LogSource(file, data, hashlib.sha256(data).hexdigest())
+
+
+def _finished(table: Table, log: ReadableLog, path: str | Path) -> Table:
+    """What a reader gave, with rows of numbers, whole stamps, and woven rows apart.
+
+    Raises:
+        LogError: there are no rows of numbers.
+    """
     if not table.columns or not table.rows:
         raise LogError("the file has no rows of numbers", remedy=_ROWS_WANTED, where=table.name)
-    table = unwoven(with_whole_stamps(table))
+    table = with_senses(unwoven(untidied(with_whole_stamps(table))))
     return replace(table, notes=(*table.notes, *log.notes), path=str(path))
 
 
@@ -143,11 +209,9 @@ def recordings_in(path: str | Path, variable: str | None = None) -> list[str]:
             parted = groups_in(read_table(path, variable=group.recording), group.column)
         return [f"{group.recording}; {name}" if group.recording else name for name in parted]
     log = log_at(path)
-    data = b""
-    if log.is_file:
-        with readable(log.path):
-            data = log.path.read_bytes()
-    return _names_in(log.plugin, LogSource(log.path, data, ""))
+    if log.plugin.of_type(LogReader).recordings is None:
+        return []
+    return list(_names_at_once(log.path, _source_of(log).digest))
 
 
 def _names_in(plugin: Plugin, source: LogSource) -> list[str]:

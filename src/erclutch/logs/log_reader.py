@@ -6,7 +6,7 @@ A reader is a file of ``logs/readers`` that assigns ``READER``, or comes from an
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -64,6 +64,8 @@ class LogReader:
         extent: rows and columns of a file that has windows, rows that hold no numbers included; it reads as little of
             the file as it can.
         recordings: names of the recordings that a file holds, each of which is a `LogSource.variable`. None: one only.
+        each: the tables of all recordings of a file by name, read at once, or what stands against one. None: they are
+            read one by one.
         tells_damage: whether damaged bytes are seen in such a file (by checksums, say), as the rest of a sentence.
         folder: name of the file by which a folder is one log of this format; "": a log is a file.
         joins: whether a folder, or a path that names several files, is one log of this format. None: neither is.
@@ -76,6 +78,7 @@ class LogReader:
     windows: Windows | None = None
     extent: Callable[[Path], tuple[int, int]] | None = None
     recordings: Callable[[LogSource], Sequence[str]] | None = None
+    each: Callable[[LogSource], Mapping[str, Table | LogError]] | None = None
     tells_damage: str = "seen or not: the reader does not say"
     folder: str = ""
     joins: Callable[[Path], bool] | None = None

@@ -7,6 +7,7 @@ from collections.abc import Iterable
 from erclutch.errors import MappingError, shell_word
 from erclutch.logs.mapping import COUNTS
 from erclutch.logs.names import NAMES, NEED_UNIT, spoken_name
+from erclutch.logs.quotients import pressing_loads
 from erclutch.logs.seen_columns import SeenColumn, SeenColumns
 from erclutch.signals.recording import SIGNALS
 
@@ -60,6 +61,11 @@ def missing(seen: SeenColumns, signal: str, taken: Iterable[str], alternatives: 
     refused = next((column for column in misfits if _is_called(column, signal)), None)
     if refused is not None:
         doubt += f"; column {refused.name} is called so, but its unit {refused.unit} does not fit"
+    presses = pressing_loads(seen) if signal == "effort" else []
+    if presses:
+        doubt += (
+            f"; column {presses[0]} is a load beside a coefficient of friction: their product rubs, the load presses"
+        )
     hollow = [name for name in seen.empty if len(spoken_name(name).forms[signal] or "") > 2]
     if hollow:
         doubt += f"; column {hollow[0]} is called so, but holds no number in any row"

@@ -91,6 +91,7 @@ class ClockPlan:
         reason: who chose it, or what it was guessed from.
         sentence: what the time is taken from, for the notes of a recording.
         doubt: why stamps without a unit may be no seconds, one sentence; "" for no doubt.
+        likely: the unit that is proposed where there is a doubt.
     """
 
     kind: Literal["rate", "column", "dates", "counter", "header", "points"]
@@ -104,6 +105,7 @@ class ClockPlan:
     reason: str = field(default="given", compare=False)
     sentence: str = field(default="", compare=False)
     doubt: str = field(default="", compare=False)
+    likely: str = field(default="s", compare=False)
 
 
 @dataclass(frozen=True)
@@ -226,16 +228,17 @@ class Plan:
         with placed(self.log):
             self.require_answers()
         if self.doubts:
-            remedy = f"If that is right, say so: {' '.join(self._doubtful_options())}"
+            remedy = f"If that is right, say so: {' '.join(self._doubtful_options('s'))}"
             if self.clock is not None and self.clock.doubt:
                 remedy += f", or --time {shell_word(f'{self.clock.column} [ms]')}, or give --rate"
             raise MappingError("; ".join(self.doubts), remedy=remedy, where=self.log)
 
-    def _doubtful_options(self) -> list[str]:
+    def _doubtful_options(self, unit: str = "") -> list[str]:
+        """Options for what is in doubt; of the time with this unit, or with the likely one."""
         doubtful = [each for each in self.signals if each.sureness == "doubtful"]
         options = [f"--{each.signal} {shell_word(self.labels[each.column])}" for each in doubtful]
         if self.clock is not None and self.clock.doubt:
-            options.append(f"--time {shell_word(f'{self.clock.column} [s]')}")
+            options.append(f"--time {shell_word(f'{self.clock.column} [{unit or self.clock.likely}]')}")
         return options
 
     def command(self) -> str:

@@ -18,11 +18,31 @@ from erclutch.logs.missing_columns import has_short_name, sensor_options, usual_
 from erclutch.logs.names import spoken_name
 from erclutch.logs.no_field import maybe_field
 from erclutch.logs.plan import Question, SignalPlan
-from erclutch.logs.seen_columns import SeenColumns
+from erclutch.logs.seen_columns import SeenColumn, SeenColumns
 from erclutch.signals.recording import SIGNALS
 
 #: What a number tells one of from another: none of them is switched to a level.
 _NUMBERED = frozenset(("cell", "id", "label", "trial", "specimen", "station", "well", "slot", "axis", "group", "run"))
+#: What a column of 0 and 1 may say of a coil; a mark of anything else is no field.
+_SWITCHES = frozenset(
+    (
+        *("on", "off", "mode", "state", "switch", "enable", "enabled", "energized", "active", "power", "powered"),
+        *(
+            "magnet",
+            "coil",
+            "clutch",
+            "brake",
+            "relay",
+            "step",
+            "level",
+            "excited",
+            "ein",
+            "aus",
+            "zustand",
+            "schalter",
+        ),
+    )
+)
 _USUAL = {"lead": '--lead "10 mm"', "input": '--input "COLUMN"', "temperature": '--temperature "COLUMN [°C]"'}
 
 
@@ -48,7 +68,8 @@ def proposals(draft: Draft) -> list[str]:
             leveled: list[str] = []
             worded = [column.name for column in maybe_field(seen, others) if "field" in column.spoken.within]
             for column in maybe_field(seen, others):
-                if column.shape.keeps_levels and _NUMBERED.isdisjoint(column.spoken.stem_words):
+                is_level = column.shape.keeps_levels and _NUMBERED.isdisjoint(column.spoken.stem_words)
+                if is_level and not _is_a_mark(column):
                     leveled.append(column.name)
             likely = leveled if len(leveled) == 1 else worded
             option = f"--field {shell_word(seen.table.label(likely[0])) if likely else 'none'}"
@@ -80,6 +101,12 @@ def proposals(draft: Draft) -> list[str]:
         if has_holes:
             examples.append("--invalid drop")
     return examples
+
+
+def _is_a_mark(column: SeenColumn) -> bool:
+    """Whether a column marks rows by 0 and 1, and no word of its name says that it switches something."""
+    known = column.values[np.isfinite(column.values)]
+    return bool(np.isin(known, (0.0, 1.0)).all()) and _SWITCHES.isdisjoint(column.spoken.stem_words)
 
 
 def _may_be_a_column(question: Question, proposed: Sequence[str]) -> bool:

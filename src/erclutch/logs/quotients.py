@@ -16,6 +16,7 @@ from erclutch.logs.shapes import FEW, LOOKED_AT
 from erclutch.signals.array import Array
 
 _FRICTION = frozenset({"cof", "friction", "traction", "mu"})
+_COEFFICIENT = frozenset({"cof", "mu", "coefficient", "reibwert", "reibungszahl"})
 _MOST_PARTS = 12  # columns with a unit, among whose quotients none is by chance a column
 _DIGITS = 0.05  # of its spread, by which a quotient that was written with some digits is off
 _QUARTERS = (0.25, 0.5, 0.75)
@@ -44,6 +45,20 @@ def rubbing_force(seen: SeenColumns) -> str:
         if len(alike) == 1:
             return alike[0]
     return ""
+
+
+def pressing_loads(seen: SeenColumns) -> list[str]:
+    """Loads beside a coefficient of friction that is made of no force of the file: such a load presses."""
+    coefficients = [column for column in seen.columns.values() if _is_a_coefficient(column)]
+    if not coefficients or rubbing_force(seen):
+        return []
+    forces = [column for column in seen.columns.values() if column.fits(("N",))]
+    return [column.name for column in forces if column.unit and "load" in column.spoken.stem_words]
+
+
+def _is_a_coefficient(column: SeenColumn) -> bool:
+    """Whether a column is called a coefficient of friction, and has no unit."""
+    return not _COEFFICIENT.isdisjoint(column.spoken.stem_words) and column.unit in (None, *NO_UNITS)
 
 
 def quotient_of(seen: SeenColumns, column: SeenColumn) -> tuple[str, str] | None:

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from erclutch.errors import AlikeRecordingsError, LogError
-from erclutch.logs.log_file import read_table, recordings_in
+from erclutch.logs.log_file import read_table, recordings_in, tables_in
 from erclutch.logs.mapping import ColumnMap
 from erclutch.logs.plan import Plan
 from erclutch.logs.planning import is_log, plan_of, signals_of
@@ -114,10 +114,5 @@ def logs_among(path: str | Path, names: Sequence[str], told: ColumnMap, device: 
 
 def tables_of(path: str | Path, names: Sequence[str], told: ColumnMap) -> dict[str, Table]:
     """The tables of recordings of a file, by name; a recording that is none has no table."""
-    tables: dict[str, Table] = {}
-    for name in names:
-        try:
-            tables[name] = read_table(path, variable=name, decimal=told.decimal)
-        except LogError:
-            continue
-    return tables
+    found = tables_in(path, names, told.decimal)
+    return {name: table for name, table in found.items() if not isinstance(table, LogError)}

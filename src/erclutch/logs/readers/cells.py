@@ -14,7 +14,11 @@ _SIGNED = {sign + word for sign in ("", "-", "+") for word in ("nan", "inf")}
 _MARKED = ("QNAN", "QNB", "QO", "IND", "IO", "R", "INF", "J", "F")
 NO_NUMBERS = tuple(f"{sign}1.#{mark}" for sign in ("", "-") for mark in _MARKED)
 _LOWER = {word.lower() for word in NO_NUMBERS}
-WORDS = {*_SIGNED, *_LOWER, "", "na", "n/a", "null", "infinity", "-infinity"}
+#: What a meter writes for a reading beyond its range.
+BEYOND = {
+    f"{sign}{word}" for sign in ("", "+", "-") for word in ("ol", "ovld", "ovl", "ovrng", "overload", "overrange")
+}
+WORDS = {*_SIGNED, *_LOWER, *BEYOND, "", "na", "n/a", "null", "infinity", "-infinity"}
 _NUMBER = {
     ".": re.compile(r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eEdD][+-]?\d+)?"),
     ",": re.compile(r"[+-]?(?:\d+(?:,\d+)?|,\d+)(?:[eEdD][+-]?\d+)?"),

@@ -16,6 +16,7 @@ from erclutch.logs.readers.header_lines import Header, RowsBelow, header_of, wit
 SAMPLE = 1 << 18  # characters looked at: holds any header block seen so far, costs a few milliseconds
 # Lines at the end of the sample, where data is purest; few, for short tables under long prose.
 _TAILS = (60, 10, 1)
+_FILLED = 0.2  # share of the rows
 _SETTINGS = 30  # lines of settings of a test, at most, above the names
 _LONGEST_COUNT = 16  # digits of a row's number
 LINE_END = re.compile(r"\r\n|\n|\r")
@@ -74,10 +75,11 @@ def sniff(text: str, asked: str | None = None) -> Dialect:
         tail = full[-size:]
         marks = _marks(tail, asked)
         rows = [marks.cells(line) for line in tail]
-        numeric = _numeric_columns(rows, marks)
+        numeric = _numeric_columns(rows, marks)[: _filled_width(rows)]
         first = _first_row(lines, marks, numeric)
         if first is not None:
-            data = [row for row in rows if _is_data(row, marks, numeric)]
+            below = [line for line in lines[first:] if line.strip() and not is_comment(line)]
+            data = [row for row in map(marks.cells, below[-size:]) if _is_data(row, marks, numeric)]
             return _with_header(lines, first, marks, data)
 
     count = len(lines) - (not lines[-1])  # a line end closes the last line and begins no other
@@ -102,6 +104,17 @@ def _marks(tail: Sequence[str], asked: str | None) -> Marks:
                 best = score
                 best_marks = Marks(delimiter, decimal)
     return best_marks
+
+
+def _filled_width(rows: Sequence[Sequence[str]]) -> int:
+    """Columns up to the last that a good part of the rows fill.
+
+    A spreadsheet fills all lines of a text up to the longest of them, which may stand above the table.
+    """
+    width = max((len(row) for row in rows), default=0)
+    while width > 1 and sum(len(row) >= width and row[width - 1] != "" for row in rows) < _FILLED * len(rows):
+        width -= 1
+    return width
 
 
 def _numeric_columns(rows: Sequence[Sequence[str]], marks: Marks) -> list[bool]:
@@ -178,7 +191,7 @@ def _with_header(lines: Sequence[str], first: int, marks: Marks, data: Sequence[
     trailing = trailing and all(len(row) < width or not row[-1] for row in (first_row, *data))
     rows = RowsBelow(width, trailing, _name_rows(data, marks))
 
-    above = [index for index in range(first) if lines[index].strip()]
+    above = [index for index in range(first) if lines[index].strip("#%/ \t")]  # an empty comment is no line
     header = header_of([lines[index] for index in above], marks, rows)
     notes: list[str] = []
     if header is None:

@@ -16,12 +16,6 @@ _FORMATS = (
     ),
     (rb"SQLite format 3\0", "a SQLite database", "Name a ROS 2 bag .db3; export a table as CSV"),
     (rb"#ROSBAG", "a bag of ROS 1", "Convert it: rosbags-convert --src FILE --dst FOLDER (pip install rosbags)"),
-    (
-        rb"PK\x03\x04.{26}[^\0]*\.npy",
-        "NumPy arrays (.npz)",
-        "Save them with numpy.savetxt or as MATLAB (scipy.io.savemat)",
-    ),
-    (rb"\x93NUMPY", "a NumPy array (.npy)", "Save it with numpy.savetxt or as MATLAB (scipy.io.savemat)"),
     (rb"PK\x03\x04", "a zip archive", "Unpack it and give the log in it"),
     (
         rb"7z\xbc\xaf\x27\x1c|Rar!|BZh[1-9]|\xfd7zXZ|\x28\xb5\x2f\xfd",

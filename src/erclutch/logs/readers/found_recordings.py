@@ -33,8 +33,9 @@ NO_NAME = re.compile(r"c\d+|y|x|val|values?|data|signal|samples?|reading|measure
 _TEXTS = ("units", "numbers", "sample_period", "clock_name", "constants", "metadata", "notes", "first_row")
 _T = TypeVar("_T")
 _KEEPS = 0.2  # share of the rows from which on a column keeps its levels
-#: In place of a name: the names of all recordings are wanted. No recording is called so.
+#: In place of a name: the names of all recordings are wanted, or their tables. No recording is called so.
 ALL = "*"
+EACH = "**"
 JOINT = " + "  # between names of recordings or files that are joined by time
 
 
@@ -225,6 +226,7 @@ class InChild(TypedDict):
 
     read: Callable[[LogSource], Table]
     recordings: Callable[[LogSource], Sequence[str]]
+    each: Callable[[LogSource], Mapping[str, Table | LogError]]
 
 
 def in_child(
@@ -251,7 +253,10 @@ def in_child(
     def recordings(source: LogSource) -> list[str]:
         return [str(name) for name in answer(source, ALL)[1]["recordings"]]
 
-    return {"read": read, "recordings": recordings}
+    def each(source: LogSource) -> dict[str, Table | LogError]:
+        return tables_of_answer(source, answer(source, EACH))
+
+    return {"read": read, "recordings": recordings, "each": each}
 
 
 def table_of_answer(source: LogSource, answer: child_process.Answer) -> Table:
@@ -278,13 +283,57 @@ def answer_of_table(table: Table) -> child_process.Answer:
     return [*table.columns.values(), *parting, *clock], texts
 
 
+def tables_of_answer(source: LogSource, answer: child_process.Answer) -> dict[str, Table | LogError]:
+    """What `answer_of_each` made of tables: these tables, by the names of their recordings."""
+    arrays, texts = answer
+    tables: dict[str, Table | LogError] = {}
+    for name, own in texts["each"].items():
+        if "problem" in own:
+            tables[name] = LogError(own["problem"], remedy=own["remedy"])
+            continue
+        tables[name] = table_of_answer(source, (arrays[: own["arrays"]], own))
+        arrays = arrays[own["arrays"] :]
+    return tables
+
+
+def answer_of_each(tables: Mapping[str, Table | LogError]) -> child_process.Answer:
+    """Tables as a child sends them at once, and what stands against a recording in place of its table."""
+    arrays: list[Array] = []
+    each: dict[str, Any] = {}
+    for name, table in tables.items():
+        if isinstance(table, LogError):
+            each[name] = {"problem": table.problem, "remedy": table.remedy}
+            continue
+        own, texts = answer_of_table(table)
+        arrays += own
+        each[name] = {**texts, "arrays": len(own)}
+    return arrays, {"each": each}
+
+
 def answer_of(path: str, reader: str, variable: str) -> child_process.Answer:
-    """The child's side of `in_child`."""
+    """The child's side of `in_child`.
+
+    A reader may bring ``find_each(path)``, which reads all recordings of a file at once; else they are found in turn.
+    """
+    module = import_module(f"erclutch.logs.readers.{reader}")
+    find: Callable[[str, str | None], Table] = module.find
     try:
-        table: Table = import_module(f"erclutch.logs.readers.{reader}").find(path, variable or None)
+        if variable != EACH:
+            return answer_of_table(find(path, variable or None))
+        if hasattr(module, "find_each"):
+            return answer_of_each(module.find_each(path))
+        find(path, ALL)
     except RecordingNames as found:
-        return [], {"recordings": found.names}
-    return answer_of_table(table)
+        if variable != EACH:
+            return [], {"recordings": found.names}
+        tables: dict[str, Table | LogError] = {}
+        for name in found.names:
+            try:
+                tables[name] = find(path, name)
+            except LogError as error:
+                tables[name] = error
+        return answer_of_each(tables)
+    return answer_of_each({})
 
 
 def of_vectors(nodes: Mapping[str, Any]) -> Found | None:

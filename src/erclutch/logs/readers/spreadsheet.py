@@ -5,7 +5,8 @@ It is read on like a text log.
 
 from __future__ import annotations
 
-from dataclasses import replace
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
 from datetime import date, datetime, time, timedelta
 from pathlib import Path
 from typing import Any
@@ -24,6 +25,51 @@ _PLAIN = str.maketrans({"\t": " ", "\n": " ", "\r": " ", '"': "'"})
 
 def find(path: str, variable: str | None) -> Table:
     """The child's work. Beside a sheet with rows of numbers, sheets without are no recordings."""
+    recordings: dict[str, Table] = {}
+    problems: list[LogError] = []
+    for found in _sheets(path, variable):
+        if isinstance(found, LogError):
+            problems.append(found)
+            continue
+        for name, source in found.parts.items():
+            wanted = variable in (None, name, found.sheet, found_recordings.ALL)
+            if not wanted and recordings:
+                continue
+            try:
+                recordings[name] = _table(source, found.sheet)
+            except LogError as error:
+                problems.append(_of_sheet(found.sheet, error))
+                break
+    if problems and not recordings:
+        raise problems[0]
+    _, table = found_recordings.choose(recordings, variable, "sheet", "the file has no sheet")
+    return table
+
+
+def find_each(path: str) -> dict[str, Table | LogError]:
+    """The child's work for all recordings at once: the workbook is opened once."""
+    recordings: dict[str, Table | LogError] = {}
+    for found in _sheets(path, None):
+        if isinstance(found, LogError):
+            continue
+        for name, source in found.parts.items():
+            try:
+                recordings[name] = _table(source, found.sheet)
+            except LogError as error:
+                recordings[name] = _of_sheet(found.sheet, error)
+    return recordings
+
+
+@dataclass(frozen=True)
+class _Sheet:
+    """A sheet, and the texts of its recordings by their names."""
+
+    sheet: str
+    parts: dict[str, LogSource]
+
+
+def _sheets(path: str, variable: str | None) -> Iterator[_Sheet | LogError]:
+    """The sheets of a workbook, or the sheet that a name is of; what stands against one in its place."""
     from python_calamine import CalamineWorkbook
 
     budget = budget_of(Path(path))
@@ -31,8 +77,6 @@ def find(path: str, variable: str | None) -> Table:
         is_packed = file.read(len(_OLD_OFFICE)) != _OLD_OFFICE
     if is_packed:
         take_zip(Path(path), budget)
-    recordings: dict[str, Table] = {}
-    problems: list[LogError] = []
     try:
         book = CalamineWorkbook.from_path(path)
     except Exception as error:  # the library's own kinds have no types; damage of a new file is told by its child
@@ -41,23 +85,27 @@ def find(path: str, variable: str | None) -> Table:
         problem = f"the file holds an old Office file without a table that can be read ({error})"
         raise LogError(problem, remedy="Save it as .xlsx") from error
     with book:
-        # A name that is no sheet may be that of a part of a sheet: then all sheets are looked at.
-        asked = [name for name in book.sheet_names if variable in (None, name)]
-        for sheet in asked or book.sheet_names:
+        # A name that is no sheet may be that of a part of a sheet: of the sheet that it begins with, or of any.
+        named = [name for name in book.sheet_names if variable in (None, name)]
+        if not named:
+            named = [name for name in book.sheet_names if str(variable).startswith(f"{name}, ")]
+        for sheet in named or book.sheet_names:
             try:
                 parts = _parts(path, book.get_sheet_by_name(sheet), budget)
-                for part, source in parts.items():
-                    several_sheets = len(book.sheet_names) > 1
-                    name = f"{sheet}, {part}" if part and several_sheets else part or sheet
-                    wanted = variable in (None, name, sheet, found_recordings.ALL)
-                    if wanted or not recordings:
-                        recordings[name] = _table(source, sheet)
             except LogError as error:
-                problems.append(LogError(f"sheet {sheet}: {error.problem}", remedy=error.remedy))
-    if problems and not recordings:
-        raise problems[0]
-    _, table = found_recordings.choose(recordings, variable, "sheet", "the file has no sheet")
-    return table
+                yield _of_sheet(sheet, error)
+                continue
+            several = len(book.sheet_names) > 1
+            yield _Sheet(sheet, {_name(sheet, part, several): source for part, source in parts.items()})
+
+
+def _name(sheet: str, part: str, several: bool) -> str:
+    """Of a recording: of its sheet, of its part, or of both where there are several sheets."""
+    return f"{sheet}, {part}" if part and several else part or sheet
+
+
+def _of_sheet(sheet: str, error: LogError) -> LogError:
+    return LogError(f"sheet {sheet}: {error.problem}", remedy=error.remedy)
 
 
 def _parts(path: str, sheet: Any, budget: Budget) -> dict[str, LogSource]:

@@ -22,6 +22,7 @@ from erclutch.logs.readers import dates, first_bytes, found_recordings
 from erclutch.logs.readers.budget import Budget
 from erclutch.logs.readers.cells import NO_NUMBERS, WORDS, cells_of, is_comment, is_number
 from erclutch.logs.readers.dialect import LINE_END, SAMPLE, Dialect, sniff
+from erclutch.logs.readers.lying_tables import upright
 from erclutch.logs.readers.numerals import grouped_by_blanks, ungrouped, weigh
 from erclutch.logs.readers.serial_monitor import with_stamps_in_cells
 from erclutch.logs.readers.side_by_side import read_side_by_side
@@ -73,8 +74,9 @@ def read_text(source: LogSource) -> Table:
     if '"' in text:
         text, broken = unbroken(text)
     text, units_in_cells = without_units_in_cells(text)
+    text, lying = upright(text)
     dialect, notes = _dialect_of(text, source.decimal)
-    notes += [said for said in (stamps, units_in_cells) if said]
+    notes += [said for said in (stamps, units_in_cells, lying) if said]
     if broken:
         notes.append(f"{broken} quoted cells hold a number and a line end: the line end is left out")
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from erclutch.errors import LogError
-from erclutch.logs.readers.cells import cells_of, is_number
+from erclutch.logs.readers.cells import BEYOND, cells_of, is_comment, is_number
 from erclutch.logs.readers.dialect import LINE_END, Dialect
 from erclutch.logs.readers.numerals import ungrouped
 from erclutch.logs.readers.switches import switched
@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 CORRECT = "Correct or empty that cell, or delete the line"
 #: Other white space makes a row.
 BLANK = " \t\r\n"
+#: A number, and a comment behind it.
+_REMARKED = r"^([+-]?[\d.,]+(?:[eE][+-]?\d+)?)\s+((?:#|//|%|!)\s*\D.*)$"
 _LONGEST_NUMBER = 400  # characters of a cell
 
 
@@ -31,17 +33,55 @@ def read_cells(
 ) -> tuple[Array | None, tuple[str, ...]]:
     """The column as float64, None for a column of text, and a note where words became numbers."""
     label = dialect.names[index]
+    if cells.dtype == object or str(cells.dtype).startswith("str"):
+        hexadecimal = _hexadecimal(cells)
+        if hexadecimal is not None:
+            return hexadecimal, (f"column {label} holds hexadecimal numbers, read as whole numbers",)
+        cells, notes = _without_words(cells, label)
+    else:
+        notes = ()
     values = _numbers(cells, index, body, dialect)
     if cells.dtype == bool:
         return values, (f"column {label} holds True and False, read as 1 and 0",)
     if values is not None:
-        return values, ()
+        return values, notes
 
     ones_and_zeros = switched(label, cells)
     if ones_and_zeros is None:
         return None, ()
     numbers, note = ones_and_zeros
     return numbers, (note,)
+
+
+def _hexadecimal(cells: pd.Series[Any]) -> Array | None:
+    """A column of hexadecimal numbers; None for others, and where the first digit may be a sign (0xFFF0)."""
+    texts = cells.dropna().astype(str).str.strip()
+    if not len(texts) or not texts.str.fullmatch(r"0[xX][0-9a-fA-F]{1,13}").all():
+        return None
+    if texts.str.fullmatch(r"0[xX](?:[89a-fA-F][0-9a-fA-F]{3}|[89a-fA-F][0-9a-fA-F]{7})").any():
+        return None
+    numbers = np.full(len(cells), np.nan)
+    numbers[cells.notna().to_numpy()] = [float(int(text, 16)) for text in texts]
+    return numbers
+
+
+def _without_words(cells: pd.Series[Any], label: str) -> tuple[pd.Series[Any], tuple[str, ...]]:
+    """The cells without a meter's words for a reading beyond its range, and without remarks behind numbers; notes."""
+    notes: list[str] = []
+    texts = cells.astype(str).str.strip()
+    beyond = (cells.notna() & texts.str.lower().isin(BEYOND)).to_numpy()
+    if beyond.any() and not beyond.all():
+        word = texts[beyond].iloc[0]
+        where = f"in {int(beyond.sum())} rows, a reading beyond the range of its meter: no number"
+        notes.append(f"column {label} holds {word!r} {where}")
+        cells = cells.mask(beyond)
+    parts = texts.str.extract(_REMARKED)
+    remarked = (cells.notna() & parts[0].notna()).to_numpy()
+    if remarked.any():
+        remark = parts[1][remarked].iloc[0][:40]
+        notes.append(f"column {label} has remarks behind {int(remarked.sum())} numbers ({remark!r}): left out")
+        cells = cells.mask(remarked, parts[0])
+    return cells, tuple(notes)
 
 
 def long_rows(frame: pd.DataFrame, body: str, dialect: Dialect) -> list[str]:
@@ -119,6 +159,8 @@ def refuse_ragged(
     for number, line in lines:
         cells = cells_of(line, dialect.delimiter)
         beyond = [cell for cell in cells[width:] if cell]
+        if beyond and is_comment(beyond[0]):  # a remark on the row
+            beyond = []
         # Behind a last column of text, more text is another remark on the row.
         too_long = bool(beyond)
         if too_long and not dialect.numeric[-1]:

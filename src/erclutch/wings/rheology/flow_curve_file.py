@@ -15,6 +15,7 @@ import numpy as np
 
 from erclutch.errors import ErclutchError, LogError, MappingError, SettingError, placed, shell_word
 from erclutch.logs import read_table, recordings_in
+from erclutch.logs.log_file import tables_in
 from erclutch.logs.row_groups import EACH, group_of, rows_of, wants_each
 from erclutch.logs.table import Table, listed
 from erclutch.signals.array import Array
@@ -66,6 +67,7 @@ def read_flow_curves(
     with placed(str(path)):
         recordings = recordings_in(path)
         chosen = _chosen(path, recordings, sheet)
+        tables = tables_in(path, [name for name in chosen if name in recordings])
         parted: dict[str | None, Table] = {}  # read once for all words of a column
         each_named = bool(sheet) and not any(wants_each(test) for test in sheet)
         curves: list[FlowCurve] = []
@@ -75,7 +77,7 @@ def read_flow_curves(
             try:
                 group = None if name in recordings else group_of(name)
                 if group is None:
-                    table = read_table(path, variable=name or None)
+                    table = _table(tables.get(name), path)
                 else:
                     if group.recording not in parted:
                         parted[group.recording] = read_table(path, variable=group.recording)
@@ -111,6 +113,13 @@ def read_flow_curves(
                 raise refused[0]
             raise LogError("the file holds no flow curve", remedy="Give shear rates and shear stresses")
         return FlowFile(tuple(curves), tuple(notes))
+
+
+def _table(found: Table | LogError | None, path: str | Path) -> Table:
+    """The table of a recording that was read with the others, or of a file that is one recording."""
+    if isinstance(found, LogError):
+        raise found
+    return read_table(path) if found is None else found
 
 
 def _chosen(

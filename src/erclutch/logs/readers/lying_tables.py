@@ -1,0 +1,47 @@
+"""A table may lie on its side, a signal a row: its rows are made columns before it is read on."""
+
+from __future__ import annotations
+
+from erclutch.logs.readers.cells import cells_of, is_comment, is_number
+from erclutch.logs.readers.dialect import LINE_END
+
+_MOST_SIGNALS = 64
+_FEWEST_SAMPLES = 10
+_LONGEST = 50_000_000  # characters
+LYING = "the table has a signal a row: its rows are taken as columns"
+
+
+def upright(text: str) -> tuple[str, str]:
+    """The text with its rows as columns, and a note; the text and "" where it does not lie.
+
+    Each row begins with a name, and perhaps a unit behind it; all else in it is numbers, many more than there are rows.
+    """
+    if len(text) > _LONGEST or text.count("\n") > 2 * _MOST_SIGNALS:
+        return text, ""
+    lines = [line for line in LINE_END.split(text) if line.strip() and not is_comment(line)]
+    if not 2 <= len(lines) <= _MOST_SIGNALS:
+        return text, ""
+    for delimiter in ("\t", ";", ",", "|"):
+        rows = [cells_of(line.rstrip(delimiter), delimiter) for line in lines]
+        width = len(rows[0])
+        if width < max(_FEWEST_SAMPLES, 3 * len(rows)) or any(len(row) != width for row in rows):
+            continue
+        for decimal in (".", ","):
+            if decimal == delimiter:
+                continue
+            heads = [_names_before_numbers(row, decimal) for row in rows]
+            names = [row[0].lower() for row in rows]
+            if heads[0] in (1, 2) and len({*heads}) == 1 and len({*names}) == len(names):
+                columns = zip(*rows, strict=True)
+                return "\n".join(delimiter.join(cells) for cells in columns), LYING
+    return text, ""
+
+
+def _names_before_numbers(row: list[str], decimal: str) -> int:
+    """How many cells stand before the numbers of a row; 0 where others are no numbers, or none is a name."""
+    for place in (1, 2):
+        words = row[:place]
+        named = all(words) and not any(is_number(word, decimal) for word in words)
+        if named and all(not cell or is_number(cell, decimal) for cell in row[place:]):
+            return place
+    return 0

@@ -1,0 +1,132 @@
+"""Tables as strangers write them: read right, or asked about; each input is made up after a kind of public file."""
+
+from __future__ import annotations
+
+import shlex
+from pathlib import Path
+
+import pytest
+from openpyxl import Workbook
+
+from erclutch.errors import MappingError
+from erclutch.logs import ColumnMap, plan_of, read_table, recordings_in
+from erclutch.logs.log_file import tables_in
+from erclutch.logs.readers import child_process
+from tests.support.command import good
+
+
+def written(folder: Path, text: str, name: str = "log.csv") -> Path:
+    path = folder / name
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def rows(count: int = 40, beside: str = "") -> str:
+    return "".join(f"{k * 10},{(k % 7) - 3},{(k % 5) - 2}{beside}\n" for k in range(count))
+
+
+@pytest.mark.parametrize(
+    "above",
+    [
+        "Some Graph,3,,,,,\nItemCount,3,,,,MIN,MAX\n-1,321,Motor(2.0),#ffff00,,,\n",
+        "Logger 7,,,,,,\nserial,4711,,,,,\nrange,-5,5,,,,\n",
+    ],
+)
+def test_a_text_that_a_spreadsheet_filled_up_to_its_longest_line_keeps_its_names(tmp_path: Path, above: str) -> None:
+    text = f"{above}time [ms],speed [rad/s],torque [N*m],,,,\n{rows(beside=',,,,')}"
+    table = read_table(written(tmp_path, text))
+    assert table.rows == 40
+    assert list(table.columns)[:3] == ["time", "speed", "torque"]
+    assert table.units["time"] == "ms"
+
+
+@pytest.mark.parametrize("header", ["pos (1),speed (1),torque (1)", "pos (2),speed (2),torque (2)"])
+def test_a_number_in_brackets_is_an_index_and_no_unit(tmp_path: Path, header: str) -> None:
+    table = read_table(written(tmp_path, f"{header}\n{rows()}"))
+    assert set(table.units.values()) == {None}
+
+
+def test_speeds_of_several_motors_are_asked_about(tmp_path: Path) -> None:
+    header = "time [ms],speed (1),torque (1),speed (2),torque (2)"
+    text = "".join(f"{k * 10},{(k % 7) - 3},{(k % 5) - 2},{(k % 3) - 1},{(k % 9) - 4}\n" for k in range(40))
+    plan = plan_of(read_table(written(tmp_path, f"{header}\n{text}")), ColumnMap())
+    assert {"slip", "effort"} <= {question.signal for question in plan.questions}
+
+
+@pytest.mark.parametrize(
+    ("name", "proposed"), [("knock", "--field none"), ("in_window", "--field none"), ("coil_on", '--field "coil_on"')]
+)
+def test_a_mark_of_0_and_1_is_proposed_as_the_field_only_where_it_switches_something(
+    tmp_path: Path, name: str, proposed: str
+) -> None:
+    body = "".join(f"{k / 100},{(k % 7) - 3},{(k % 5) - 2},{int(k > 50)}\n" for k in range(100))
+    written(tmp_path, f"t [s],speed [rad/s],torque [N*m],{name}\n{body}")
+    last = good("inspect", "log.csv", cwd=tmp_path, code=1).splitlines()[-1]
+    assert last == f"What settles it: erclutch inspect log.csv {proposed}"
+
+
+@pytest.mark.parametrize("coefficient", ["COF", "Friction COF effective value", "mu"])
+def test_a_load_beside_a_coefficient_of_friction_is_no_effort(tmp_path: Path, coefficient: str) -> None:
+    body = "".join(f"{k / 100},{0.1 + k % 3 / 10},{180 + k % 2},{0.1 + k % 5 / 100}\n" for k in range(100))
+    header = f"t [s],sliding speed [m/s],Load [N],{coefficient}"
+    plan = plan_of(read_table(written(tmp_path, f"{header}\n{body}")), ColumnMap())
+    assert plan.signal("effort") is None
+    with pytest.raises(MappingError, match="Load is a load beside a coefficient of friction"):
+        plan.require_answers()
+
+
+def test_a_load_without_such_a_coefficient_is_the_effort(tmp_path: Path) -> None:
+    body = "".join(f"{k / 100},{(k % 7) / 10},{180 + k % 2}\n" for k in range(100))
+    plan = plan_of(read_table(written(tmp_path, f"t [s],Displacement [mm],Load [N]\n{body}")), ColumnMap())
+    effort = plan.signal("effort")
+    assert effort is not None
+    assert effort.column == "Load"
+
+
+def workbook(path: Path, sheets: int) -> Path:
+    book = Workbook()
+    for number in range(sheets):
+        sheet = book.create_sheet(f"run {number}") if number else book.worksheets[0]
+        sheet.title = f"run {number}"
+        sheet.append(["t [s]", "field [A]", "speed [rad/s]", "torque [N*m]"])
+        for k in range(50):
+            sheet.append([k / 100, number / 10, (k * (number + 1)) % 7 - 3, (k % 5) - 2])
+    book.save(path)
+    return path
+
+
+def test_all_sheets_of_a_workbook_are_read_at_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = workbook(tmp_path / "runs.xlsx", 7)
+    started: list[str] = []
+    run = child_process.run
+
+    def counted(module: str, file: Path, *arguments: str, memory: int | None = None) -> child_process.Answer:
+        started.append(arguments[-1])
+        return run(module, file, *arguments, memory=memory)
+
+    monkeypatch.setattr(child_process, "run", counted)
+    names = recordings_in(path)
+    tables = tables_in(path, names)
+    assert list(tables) == [f"run {number}" for number in range(7)]
+    for name, table in tables.items():
+        alone = read_table(path, variable=name)
+        assert not isinstance(table, Exception)
+        assert list(table.columns) == list(alone.columns)
+        assert all((table.columns[each] == alone.columns[each]).all() for each in alone.columns)
+        assert table.notes == alone.notes
+        assert table.digest == alone.digest
+    assert len(started) == 2 + 7  # the names, all tables; and each alone in this test
+    tables_in(path, names)
+    assert len(started) == 9
+
+
+def test_what_stands_against_one_sheet_stands_against_no_other(tmp_path: Path) -> None:
+    path = workbook(tmp_path / "runs.xlsx", 3)
+    tables = tables_in(path, ["run 0", "no such sheet", "run 2"])
+    assert [isinstance(table, Exception) for table in tables.values()] == [False, True, False]
+
+
+def test_inspect_of_a_workbook_of_logs_takes_all(tmp_path: Path) -> None:
+    workbook(tmp_path / "runs.xlsx", 4)
+    last = good("inspect", "runs.xlsx", cwd=tmp_path).splitlines()[-1]
+    assert shlex.split(last)[-5:] == ["erclutch", "fit", "runs.xlsx", "--out", "RUN"]
