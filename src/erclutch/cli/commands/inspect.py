@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import shlex
 import tomllib
+from collections.abc import Iterable
 from dataclasses import asdict, replace
 from json import dumps
 from math import isnan
@@ -34,6 +35,8 @@ COMMAND = {
 #: out (``--variable ''``, "leave --variable out").
 _WORD = r"""(?:'[^']+'|"[^"]+"|[^\s,;'"]+)"""
 _OPTION = re.compile(rf"--variable (?!out\b){_WORD}(?: --[a-z-]+(?: (?!--){_WORD})?)*|--decimal [.,]")
+#: The column of words that a question is about.
+_PARTING = re.compile(r"column (.+?) parts the rows into \d+")
 #: A strain, or the rate of a strain, by its symbol alone.
 _GAMMAS = {"gamma", "γ"}
 
@@ -109,9 +112,27 @@ def _table_or_question(log: Path, reading: LogOptions) -> Table | None:
         option = _OPTION.search(error.remedy)
         if option is None:
             raise
+        settled = f"{shlex.join(['erclutch', 'inspect', str(log)])} {option.group()}"
+        if "recordings" in error.problem and _holds_tests_of_a_rheometer(log):
+            settled = shlex.join(["erclutch", "flowcurve", str(log)])
         terminal.say(f"Not understood yet: {error}")
-        terminal.say(f"What settles it: {shlex.join(['erclutch', 'inspect', str(log)])} {option.group()}")
+        terminal.say(f"What settles it: {settled}")
         return None
+
+
+def _holds_tests_of_a_rheometer(log: Path) -> bool:
+    """Whether a recording of the file has columns of a shear rate, and of a shear stress or a viscosity."""
+    from erclutch.logs.log_file import recordings_in, tables_in
+
+    tables = tables_in(log, recordings_in(log)).values()
+    return any(not isinstance(table, LogError) and _names_a_flow_curve(table.columns) for table in tables)
+
+
+def _names_a_flow_curve(names: Iterable[str]) -> bool:
+    """Whether names tell a shear rate, and a shear stress or a viscosity."""
+    plain = [re.sub(r"[\W_]+", " ", name.lower()) for name in names]
+    rate = any("shear rate" in name for name in plain)
+    return rate and any("shear stress" in name or "viscosity" in name for name in plain)
 
 
 def _draw(
@@ -230,13 +251,20 @@ def _flow_command(look: LogLook) -> str:
         words += ["--shear-rate", f"{strain_or_rate[0]} [1/s]"]
         for name in list(look.raw.words)[:1]:
             words += ["--sheet", f"{name}={EACH}"]
+    else:
+        parting = [_PARTING.match(question.problem) for question in look.plan.questions]
+        words += [word for match in parting if match for word in ("--sheet", f"{match.group(1)}={EACH}")]
     return shlex.join(words)
 
 
 def _is_of_a_rheometer(plan: Plan) -> bool:
     """Whether a table without a time holds a shear rate and a shear stress, by names or units."""
-    if not any(question.signal == "time" for question in plan.questions):
+    clock = plan.clock
+    asks_for_time = any(question.signal == "time" for question in plan.questions)
+    if not asks_for_time and (clock is None or clock.kind not in ("points", "counter")):
         return False
+    if _names_a_flow_curve(plan.labels):
+        return True
     letters = {name.lower() for name in plan.labels}
     if _GAMMAS & letters and {"tau", "τ"} & letters:
         return True

@@ -27,6 +27,8 @@ _MOST_GROUPS = 20  # of measured levels
 _APART = 0.05  # of the range, by which measured levels are apart at least
 _WIDEST = 0.02  # of the range, which a measured level spans at most
 _WOBBLE = 0.01  # of its level, by which a regulated temperature wanders and is one level all the same
+_STEADY = 0.5  # K: a regulated temperature wanders by less
+_WIDEST_IN_KELVIN = 3.0  # which one regulated temperature spans at most
 _FEWEST_RATES = 3  # of a sweep
 
 
@@ -62,7 +64,7 @@ def conditions_of(table: Table, plan: FlowPlan, *, parted: bool = False) -> list
         meaning = _meaning(table, name)
         if name in used or meaning == "no condition":
             continue
-        levels = levels_of(values)
+        levels = levels_of(values, _STEADY if units.is_temperature(_unit(table, name) or "") else 0.0)
         if levels is None or not any(_repeats_the_sweep(levels, rate) for rate in rates):
             continue
         is_set = np.unique(values[levels >= 0]).size == levels.max() + 1
@@ -105,13 +107,24 @@ def conditions_note(conditions: Sequence[Condition]) -> str:
     return f"a curve for each of {len(conditions)} conditions: {listed([each.label for each in conditions], 8)}"
 
 
-def levels_of(values: Array) -> NDArray[np.intp] | None:
+def levels_of(values: Array, steady: float = 0.0) -> NDArray[np.intp] | None:
     """The number of the level of each row, from the lowest on, shape (n,), -1 without a value; None without levels.
 
     A set value is the same number in all rows of a level. A measured one scatters: its levels are far apart.
+
+    Args:
+        values: shape (n,).
+        steady: two values less apart than this are of one level.
     """
     known = np.isfinite(values)
     distinct = np.unique(values[known])
+    if steady > 0.0 and np.any(np.diff(distinct) < steady):
+        starts = np.append(0, np.flatnonzero(np.diff(distinct) >= steady) + 1)
+        ends = np.append(starts[1:], distinct.size) - 1
+        if starts.size < 2 or float((distinct[ends] - distinct[starts]).max()) > _WIDEST_IN_KELVIN:
+            return None  # one level, or a temperature that creeps
+        levels = np.searchsorted(distinct[starts], values, side="right") - 1
+        return np.where(known, levels, -1)
     if distinct.size < 2 or np.ptp(distinct) <= _WOBBLE * np.abs(distinct).max():
         return None
     starts = np.arange(distinct.size)  # of each level, among the distinct values
@@ -128,13 +141,18 @@ def levels_of(values: Array) -> NDArray[np.intp] | None:
 
 def _meaning(table: Table, name: str) -> str:
     """Whether a column is a ``condition`` by its unit, ``unknown``, or surely ``no condition``: a time, a count."""
-    _, _, end = name.rpartition("_")
-    unit = table.units.get(name) or (end if end != name and units.is_unit(end) else None)
+    unit = _unit(table, name)
     if unit and (units.is_temperature(unit) or units.fits(unit, _SET)):
         return "condition"
     if not unit and said_by_name(name) == "unknown":
         return "unknown"
     return "no condition"
+
+
+def _unit(table: Table, name: str) -> str | None:
+    """The unit of a column, or the end of its name."""
+    _, _, end = name.rpartition("_")
+    return table.units.get(name) or (end if end != name and units.is_unit(end) else None)
 
 
 def _repeats_the_sweep(levels: NDArray[np.intp], rate: Array) -> bool:

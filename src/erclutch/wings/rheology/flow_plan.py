@@ -150,7 +150,13 @@ def plan_of(
             )
         )
     plan = FlowPlan(tuple(curves), _notes(table, curves, guessed, roles))
-    if len(curves) == 1 and len(viscosities) == 1 and not curves[0].times_rate and not asked:
+    if (
+        len(curves) == 1
+        and len(viscosities) == 1
+        and not curves[0].times_rate
+        and not asked
+        and _unit(table, viscosities[0])
+    ):
         _compare(table, curves[0], _flow_column(table, viscosities[0], "viscosity", asked))
     return plan
 
@@ -349,6 +355,12 @@ def _flow_column(
     """
     unit_asked = _unit_asked(name, asked)
     unit = unit_asked or _unit(table, name)
+    if unit is None and role == "viscosity" and name not in asked:
+        raise UnitError(
+            f"the column {name!r} has no unit: viscosities are written in Pa s, and as often in mPa s or cP",
+            where=table.name,
+            remedy=f"Say which: --stress {shell_word(f'{name} [mPa*s]')}, or --stress {shell_word(f'{name} [Pa*s]')}",
+        )
     if unit is None:
         return FlowColumn(name, _SI[role], 1.0, f"no unit, taken for {_SI[role]}")
     if _said_by_unit(unit) != role:

@@ -1,0 +1,68 @@
+"""Flow curves as strangers write them: a unit that nobody wrote is asked for, a steady temperature parts no curve."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from openpyxl import Workbook
+
+from erclutch.errors import UnitError
+from erclutch.wings.rheology.flow_curve_file import read_flow_curves
+from tests.support.command import good
+
+RATES = np.geomspace(0.1, 1000.0, 24)
+
+
+def written(folder: Path, text: str, name: str = "flow.csv") -> Path:
+    path = folder / name
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def test_a_viscosity_without_a_unit_is_asked_about(tmp_path: Path) -> None:
+    body = "".join(f"{k},{rate:.4g},{1000 + 5000 / rate:.6g}\n" for k, rate in enumerate(RATES))
+    path = written(tmp_path, f"Point No.,Shear Rate,Viscosity\n{body}")
+    with pytest.raises(UnitError, match=r"no unit.*--stress \"Viscosity \[mPa\*s\]\", or --stress"):
+        read_flow_curves(path)
+    (curve,) = read_flow_curves(path, stress=["Viscosity [mPa*s]"]).curves
+    assert curve.stress[-1] == pytest.approx(1.005 * 1000.0, rel=1e-3)  # 1.005 Pa s at 1000 1/s
+
+
+def test_a_viscosity_without_a_unit_beside_a_stress_asks_for_nothing(tmp_path: Path) -> None:
+    body = "".join(f"{rate:.4g},{5 + rate:.6g},{5000 / rate + 1000:.6g}\n" for rate in RATES)
+    (curve,) = read_flow_curves(written(tmp_path, f"Shear Rate [1/s],Shear Stress [Pa],Viscosity\n{body}")).curves
+    assert curve.rate.size == 24
+
+
+@pytest.mark.parametrize(("levels", "curves"), [((30.0, 30.01), 1), ((19.99, 20.0, 20.3), 1), ((20.0, 40.0), 2)])
+def test_a_temperature_that_wanders_is_one_condition(tmp_path: Path, levels: tuple[float, ...], curves: int) -> None:
+    text = "Shear Rate [1/s],Shear Stress [Pa],Temperature [°C]\n"
+    for k in range(len(levels) * RATES.size):
+        place = k // RATES.size if curves > 1 else k % len(levels)
+        text += f"{RATES[k % RATES.size]:.4g},{5 + RATES[k % RATES.size]:.6g},{levels[place]}\n"
+    assert len(read_flow_curves(written(tmp_path, text)).curves) == curves
+
+
+def test_inspect_sends_points_of_shear_to_flowcurve_whatever_stands_before_their_names(tmp_path: Path) -> None:
+    text = "fluid,rpm,wb_force_N,wb_shear_rate_1s,wb_shear_stress_Pa\n"
+    for fluid in ("oil", "soap"):
+        text += "".join(f"{fluid},{10 * k},{0.01 * k},{11.3 * k},{3.1 * k}\n" for k in range(1, 9))
+    written(tmp_path, text)
+    last = good("inspect", "flow.csv", cwd=tmp_path, code=1).splitlines()[-1]
+    assert last == "What settles it: erclutch flowcurve flow.csv --sheet fluid=all"
+    assert "2 of 2" in good("flowcurve", "flow.csv", "--sheet", "fluid=all", "--laws", "bingham", cwd=tmp_path)
+
+
+def test_inspect_sends_a_workbook_of_tests_to_flowcurve(tmp_path: Path) -> None:
+    book = Workbook()
+    for number in range(3):
+        sheet = book.create_sheet(f"test {number}")
+        sheet.append(["Meas. Pts.", "Shear Rate [1/s]", "Shear Stress [Pa]", "Viscosity [Pa*s]", "Torque [µN*m]"])
+        for k, rate in enumerate(RATES):
+            sheet.append([k, rate, 5 + rate, (5 + rate) / rate, 20 + 4 * rate])
+    book.remove(book.worksheets[0])
+    book.save(tmp_path / "tests.xlsx")
+    last = good("inspect", "tests.xlsx", cwd=tmp_path, code=1).splitlines()[-1]
+    assert last == "What settles it: erclutch flowcurve tests.xlsx"
