@@ -113,10 +113,7 @@ def candidates(
         units_of_sensor: units of the column where a scale makes the signal of it, such as V; then names alone speak.
     """
     si_units = units_of_sensor or SIGNALS[signal].si_units
-    free = seen.without(taken)
-    if signal == "effort":
-        pressing = pressing_loads(seen)
-        free = [column for column in free if column.name not in pressing]
+    free = seen.without([*taken, *pressing_loads(seen, signal)])
     fits = {column.name: column.fits(si_units) for column in free}
 
     if fits.get(signal, False) is not False:

@@ -61,7 +61,7 @@ def missing(seen: SeenColumns, signal: str, taken: Iterable[str], alternatives: 
     refused = next((column for column in misfits if _is_called(column, signal)), None)
     if refused is not None:
         doubt += f"; column {refused.name} is called so, but its unit {refused.unit} does not fit"
-    presses = pressing_loads(seen) if signal == "effort" else []
+    presses = pressing_loads(seen, signal)
     if presses:
         doubt += (
             f"; column {presses[0]} is a load beside a coefficient of friction: their product rubs, the load presses"

@@ -47,8 +47,10 @@ def rubbing_force(seen: SeenColumns) -> str:
     return ""
 
 
-def pressing_loads(seen: SeenColumns) -> list[str]:
-    """Loads beside a coefficient of friction that is made of no force of the file: such a load presses."""
+def pressing_loads(seen: SeenColumns, signal: str) -> list[str]:
+    """Loads that press: beside a coefficient of friction that is made of no force of the file, they are no effort."""
+    if signal != "effort":
+        return []
     coefficients = [column for column in seen.columns.values() if _is_a_coefficient(column)]
     if not coefficients or rubbing_force(seen):
         return []

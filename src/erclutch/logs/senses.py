@@ -45,10 +45,11 @@ def with_senses(table: Table) -> Table:
         if signs is None or not (column.of_row >= 0).all():
             continue
         sense = signs[column.of_row]  # +1 or -1, shape (n,)
-        moving = np.isfinite(effort) & (np.nan_to_num(speed) > 0.0) & (effort != 0.0)
+        moving = np.isfinite(effort) & (np.abs(speed) > 0.0) & (effort != 0.0)
         if not moving.any():
             continue
-        agreeing = float(np.mean(np.sign(effort[moving]) == sense[moving]))
+        along = int(np.count_nonzero((effort * sense)[moving] > 0.0))
+        agreeing = along / int(np.count_nonzero(moving))
         if max(agreeing, 1.0 - agreeing) < _AGREES:
             continue
         turned = column.words[int(np.argmin(signs))]

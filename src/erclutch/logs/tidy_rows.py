@@ -57,10 +57,10 @@ def untidied(table: Table) -> Table:
     units: list[str | None] = []
     said = next((words for name, words in table.words.items() if plain(name) in _UNITS), None)
     for part in parts:
-        of_signal = (
-            set() if said is None else {said.words[number] for number in said.of_row[part].tolist() if number >= 0}
-        )
-        units.append(of_signal.pop() if len(of_signal) == 1 else None)
+        written: set[str] = set()
+        if said is not None:
+            written = {word for number, word in enumerate(said.words) if bool(np.any(said.of_row[part] == number))}
+        units.append(written.pop() if len(written) == 1 else None)
     names, own_units, renamed = name_columns(
         [*times, *signals.words], [*(table.units.get(name) for name in times), *units]
     )
