@@ -187,3 +187,4 @@ def test_what_moved_is_told() -> None:
     ]
     assert cited.moved(old, old.replace("198.4", "199.1")) == ["bingham 199.1: 198.4 -> 199.1"]
     assert cited.moved(old, old) == []
+    assert cited.moved(old, old.replace("bingham ", "bingham   ")) == []  # columns became wider, and no figure moved

@@ -38,8 +38,8 @@ def printed(entry: dict[str, str], data: Path) -> str:
 
 
 def moved(old: str, new: str) -> list[str]:
-    """Lines that came, went or changed. Of a line whose words are the same, the numbers: old -> new."""
-    before, after = old.splitlines(), new.splitlines()
+    """Lines that came, went or changed, but for blanks. Of a line whose words are the same, the numbers: old -> new."""
+    before, after = ([" ".join(line.split()) for line in text.splitlines()] for text in (old, new))
     said = []
     for kind, a, b, c, d in difflib.SequenceMatcher(None, before, after, autojunk=False).get_opcodes():
         gone, come = before[a:b], after[c:d]
