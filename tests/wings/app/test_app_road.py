@@ -10,6 +10,7 @@ from typing import Any
 
 import pytest
 
+from erclutch.report.html.printed_page import browser
 from tests.wings.app.test_app import NEES, Served, follow, german, open_page, served
 
 __all__ = ["open_page", "served"]
@@ -48,6 +49,17 @@ def fit(page: Any, model: str) -> str:
     return re.search(r"/run/([^?#]+)", page.url)[1]  # pyright: ignore[reportOptionalSubscript]
 
 
+def download_reports(page: Any) -> None:
+    """The report with its note as HTML, and as PDF where a browser prints."""
+    with page.expect_download(timeout=60_000) as download:
+        page.get_by_text("Download the report").click()
+    assert "trimmed by hand" in Path(download.value.path()).read_text(encoding="utf-8")
+    if browser() is not None:
+        with page.expect_download(timeout=120_000) as download:
+            page.get_by_text("as PDF", exact=True).click()
+        assert Path(download.value.path()).read_bytes().startswith(b"%PDF-")
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("log", ["german", pytest.param("NEES", marks=SHARED)])
 def test_the_whole_road(log: str, served: Served, open_page: Callable[..., Any], tmp_path: Path) -> None:
@@ -82,7 +94,7 @@ def test_the_whole_road(log: str, served: Served, open_page: Callable[..., Any],
 
     # Fit, and again with another model: the page of the log remembers how it was read.
     one = fit(page, "bingham")
-    assert "Bingham law" in page.locator("main").inner_text()
+    assert "The only model: Bingham law, with an RMSE of" in page.locator("main").inner_text()
     assert page.locator("[name='about.device']").input_value() == "Damper 3"
     report = page.frame_locator("iframe")
     report.locator("h1").wait_for(timeout=60_000)
@@ -136,9 +148,7 @@ def test_the_whole_road(log: str, served: Served, open_page: Callable[..., Any],
     assert page.get_by_text("Download").count() == 1
     follow(page, "text=Back to the run", f"**/run/{one}")
     page.goto(f"{place}/run/{one}")
-    with page.expect_download(timeout=60_000) as download:
-        page.get_by_text("Download the report").click()
-    assert "trimmed by hand" in Path(download.value.path()).read_text(encoding="utf-8")
+    download_reports(page)
 
 
 @pytest.mark.slow
