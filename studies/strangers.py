@@ -185,7 +185,7 @@ def main() -> None:
     """Print a row a file and the totals."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("folder", type=Path)
-    parser.add_argument("--sealed", default="", metavar="NAME", help="first, second, third or fourth")
+    parser.add_argument("--sealed", default="", metavar="NAME", help="first, second, third, fourth or fifth")
     parser.add_argument("--fit", action="store_true")
     parser.add_argument("--only", default="", help="repositories whose name holds this")
     asked = parser.parse_args()

@@ -75,6 +75,14 @@ def test_a_load_beside_a_coefficient_of_friction_is_no_effort(tmp_path: Path, co
         plan.require_answers()
 
 
+@pytest.mark.parametrize("name", ["Velocidad_kmh", "speed_km_h", "velocity_kph"])
+def test_kilometres_an_hour_at_the_end_of_a_name_are_a_unit(tmp_path: Path, name: str) -> None:
+    plan = plan_of(read_table(written(tmp_path, f"t_ms,{name},force_N\n{rows()}")), ColumnMap())
+    slip = plan.signal("slip")
+    assert slip is not None
+    assert slip.factor == pytest.approx(1 / 3.6)
+
+
 def test_a_load_without_such_a_coefficient_is_the_effort(tmp_path: Path) -> None:
     body = "".join(f"{k / 100},{(k % 7) / 10},{180 + k % 2}\n" for k in range(100))
     plan = plan_of(read_table(written(tmp_path, f"t [s],Displacement [mm],Load [N]\n{body}")), ColumnMap())

@@ -31,7 +31,7 @@ _AS_THEY_ARE = "A mA V mV kV N kN Pa kPa MPa s ms us mm cm m rad deg rpm T mT"
 _JOINT_DIGITS = 2  # of a joint's number at most
 _TIMES = ("t", "time", "zeit", "temps")
 _SPEEDS = "rad_s=rad/s rads=rad/s radps=rad/s deg_s=deg/s dps=deg/s m_s=m/s mps=m/s mm_s=mm/s mmps=mm/s"
-_PER_SECOND = "rad_per_s=rad/s deg_per_s=deg/s m_per_s=m/s mm_per_s=mm/s"
+_OTHER_SPEEDS = "kmh=km/h km_h=km/h kph=km/h rad_per_s=rad/s deg_per_s=deg/s m_per_s=m/s mm_per_s=mm/s"
 _OTHERS = "Nm=N*m N_m=N*m Nmm=N*mm mNm=mN*m C=°C degC=°C lbf=lbf kgf=kgf"
 _POUNDS = "ftlb=ft*lbf ft_lb=ft*lbf lb_ft=ft*lbf lbft=ft*lbf inlb=in*lbf in_lb=in*lbf lb_in=in*lbf"
 # What only looks like a second or a metre at its end: a shear rate, a viscosity, an acceleration.
@@ -41,7 +41,7 @@ _ENDS = {
     **{
         end: unit
         for end, _, unit in (
-            pair.partition("=") for pair in f"{_SPEEDS} {_PER_SECOND} {_OTHERS} {_POUNDS} {_LONGER}".split()
+            pair.partition("=") for pair in f"{_SPEEDS} {_OTHER_SPEEDS} {_OTHERS} {_POUNDS} {_LONGER}".split()
         )
     },
 }
