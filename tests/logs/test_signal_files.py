@@ -186,3 +186,11 @@ def test_runs_of_one_signal_are_not_put_together(tmp_path: Path) -> None:
     files = sorted(tmp_path.iterdir())
     assert expand([tmp_path]) == files
     assert expand(files) == files
+
+
+def test_what_learn_writes_beside_its_logs_is_no_log(tmp_path: Path) -> None:
+    """`inspect FOLDER` of what `live --program learn` leaves asked for the field of learn.json."""
+    for name in ("round1.csv", "round2.csv"):
+        (tmp_path / name).write_text("time,field,slip,effort\n0,0,1,2\n1,0,1,2\n", encoding="utf-8")
+    (tmp_path / "learn.json").write_text('{"rig": "twin-brake", "rounds": [{"number": 1}]}', encoding="utf-8")
+    assert [path.name for path in expand([tmp_path])] == ["round1.csv", "round2.csv"]

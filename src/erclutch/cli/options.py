@@ -250,7 +250,7 @@ def expand(paths: Sequence[Path]) -> list[Path]:
         LogError: a folder without a log.
     """
     from erclutch.cli import terminal
-    from erclutch.logs.log_reader import folder_reader, log_suffixes, require_no_run
+    from erclutch.logs.log_reader import LEARN_REPORT, folder_reader, log_suffixes, require_no_run
     from erclutch.logs.readers.signal_files import together
     from erclutch.logs.readers.text_tables import is_prose
 
@@ -265,6 +265,7 @@ def expand(paths: Sequence[Path]) -> list[Path]:
             continue
         suffixes = log_suffixes()
         tables = [file for file in path.iterdir() if file.suffix.lower() in suffixes and file.is_file()]
+        tables = [file for file in tables if file.name != LEARN_REPORT]
         words = sorted(file.name for file in tables if is_prose(file))
         if words and len(words) < len(tables):
             note = f"note: {', '.join(words)} left out: words and no rows of numbers"

@@ -18,6 +18,8 @@ from erclutch.registry import Plugin
 
 GROUP = "erclutch.readers"
 HEAD = 1024  # bytes that a reader may look at to claim a file
+#: What `live --program learn` writes beside its logs: what each round taught. It is no log.
+LEARN_REPORT = "learn.json"
 
 
 @dataclass(frozen=True)

@@ -17,6 +17,7 @@ from cyclopts import Parameter
 from erclutch.cli.quantities import SECONDS
 from erclutch.errors import ErclutchError, RunError, SettingError
 from erclutch.files import plain_words, small_file, whole_file
+from erclutch.logs.log_reader import LEARN_REPORT
 from erclutch.signals.percent import percent
 from erclutch.wings.live.command_line.live_options import LEARN
 
@@ -31,7 +32,6 @@ if TYPE_CHECKING:
     from erclutch.wings.live.session import RigChoice, Session
     from erclutch.wings.live.settings import LoopSettings
 
-REPORT = "learn.json"
 _SECONDS = 60.0  # in all, where --seconds does not say it
 _SHORTEST = 2.0  # s of a round
 _POLL = 0.02  # s
@@ -287,7 +287,7 @@ def _take_again(rounds: LearningRounds, folder: Path, device: Any) -> None:
     Raises:
         RunError: it has no report of rounds, or a log is missing.
     """
-    path = folder / REPORT
+    path = folder / LEARN_REPORT
     try:
         body = json_text.loads(small_file(path))
         entries = [(str(entry["file"]), str(entry["tripped"])) for entry in body["rounds"]]
@@ -313,7 +313,7 @@ def _write(folder: Path, rig: Rig, rounds: LearningRounds, ended: str) -> None:
     """The report beside the logs; it is there whole after each round."""
     if not folder.is_dir():
         return
-    with whole_file(folder / REPORT) as unfinished:
+    with whole_file(folder / LEARN_REPORT) as unfinished:
         unfinished.write_text(json_text.dumps(_body(rig, rounds, ended), indent=1) + "\n", encoding="utf-8")
 
 
