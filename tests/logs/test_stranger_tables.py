@@ -8,11 +8,12 @@ from pathlib import Path
 import pytest
 from openpyxl import Workbook
 
-from erclutch.errors import MappingError
+from erclutch.errors import LogError, MappingError
 from erclutch.logs import ColumnMap, plan_of, read_table, recordings_in
 from erclutch.logs.log_file import tables_in
 from erclutch.logs.readers import child_process
 from tests.support.command import good
+from tests.support.old_workbook import write_old_workbook
 
 
 def written(folder: Path, text: str, name: str = "log.csv") -> Path:
@@ -138,3 +139,20 @@ def test_inspect_of_a_workbook_of_logs_takes_all(tmp_path: Path) -> None:
     workbook(tmp_path / "runs.xlsx", 4)
     last = good("inspect", "runs.xlsx", cwd=tmp_path).splitlines()[-1]
     assert shlex.split(last)[-5:] == ["erclutch", "fit", "runs.xlsx", "--out", "RUN"]
+
+
+def test_a_workbook_of_excel_97_is_read(tmp_path: Path) -> None:
+    names: list[str | float] = ["t [s]", "field [A]", "speed [rad/s]", "torque [N*m]"]
+    numbers: list[list[str | float]] = [[k / 100, k // 20 / 2, (k % 7) - 3.0, (k % 5) - 2.0] for k in range(60)]
+    table = read_table(write_old_workbook(tmp_path / "log.xls", "run", [names, *numbers]))
+    assert table.rows == 60
+    assert table.columns["torque"].tolist() == [row[3] for row in numbers]
+    assert not plan_of(table, ColumnMap()).questions
+
+
+def test_a_torn_workbook_of_excel_97_is_an_error_of_ours(tmp_path: Path) -> None:
+    names: list[str | float] = ["t [s]", "speed [rad/s]"]
+    path = write_old_workbook(tmp_path / "log.xls", "run", [names, *([k / 100, k % 7 - 3.0] for k in range(60))])
+    path.write_bytes(path.read_bytes()[:2500])
+    with pytest.raises(LogError):
+        read_table(path)
