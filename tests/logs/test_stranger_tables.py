@@ -156,3 +156,9 @@ def test_a_torn_workbook_of_excel_97_is_an_error_of_ours(tmp_path: Path) -> None
     path.write_bytes(path.read_bytes()[:2500])
     with pytest.raises(LogError):
         read_table(path)
+
+
+def test_a_yield_stress_of_a_table_of_results_is_no_effort(tmp_path: Path) -> None:
+    body = "".join(f"{k},{5 + k % 3},{3 + k % 2}\n" for k in range(20))
+    plan = plan_of(read_table(written(tmp_path, f"run,Casson yield stress [mPa],Hematocrit [%]\n{body}")), ColumnMap())
+    assert plan.signal("effort") is None

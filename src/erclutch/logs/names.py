@@ -85,7 +85,7 @@ OTHER = _set(
     "horsepower count counts cycle cycles index sample samples no nr number frame packet seq row rows point points "
     "acceleration accelerazione accel acc accx accy accz beschleunigung aceleracion jerk humidity energy efficiency "
     "wirkungsgrad leistung puissance potencia temperatur temperatura stiffness coefficient coeff mu density inertia "
-    "wear film area volume cof latitude longitude altitude date datum fecha err fehler latency delay dt"
+    "yield wear film area volume cof latitude longitude altitude date datum fecha err fehler latency delay dt"
 )
 # What was computed or bounds a measurement is none.
 _NOT_MEASURED = _set(
