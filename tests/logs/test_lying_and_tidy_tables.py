@@ -126,10 +126,11 @@ def test_a_torque_that_keeps_to_no_sense_leaves_the_speed_in_doubt(tmp_path: Pat
     assert plan_of(table, ColumnMap()).doubts
 
 
-def test_whole_stamps_without_a_unit_are_proposed_as_milliseconds(tmp_path: Path) -> None:
-    rows = "".join(f"{61015 + 10 * k},{k % 7 - 3},{k % 5 - 2}\n" for k in range(60))
+@pytest.mark.parametrize(("count", "unit"), [(300, "ms"), (60, "s")])
+def test_many_whole_stamps_without_a_unit_are_proposed_as_milliseconds(tmp_path: Path, count: int, unit: str) -> None:
+    rows = "".join(f"{61015 + 10 * k},{k % 7 - 3},{k % 5 - 2}\n" for k in range(count))
     written(tmp_path, f"t,rpm,torque\n{rows}")
-    assert '--time "t [ms]"' in good("inspect", "log.csv", cwd=tmp_path, code=1).splitlines()[-1]
+    assert f'--time "t [{unit}]"' in good("inspect", "log.csv", cwd=tmp_path, code=1).splitlines()[-1]
 
 
 def test_names_above_an_empty_comment_are_names(tmp_path: Path) -> None:

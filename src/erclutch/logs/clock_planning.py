@@ -128,6 +128,7 @@ def clock_plan(seen: SeenColumns, told: ColumnMap, taken: Sequence[str]) -> Cloc
     )
 
 
+_FEWEST_COUNTED = 200  # stamps
 _SLOWEST_IN_MS = 1000.0  # ms a row: above it whole stamps are microseconds
 
 
@@ -227,11 +228,14 @@ def _doubt(name: str, stamps: Array) -> str:
 
 
 def _likely_unit(stamps: Array) -> str:
-    """The unit that stamps without one have, by their steps: whole numbers above 1 are counted by a controller."""
+    """The unit that stamps without one have, by their steps: many whole numbers above 1 are counted by a controller.
+
+    A few of them are the points of an instrument that waits for s.
+    """
     steps = np.abs(np.diff(stamps))
     step = float(np.median(steps)) if steps.size else 0.0
     whole = bool(np.all(stamps == np.round(stamps)))
-    if not whole or step <= 1.0:
+    if not whole or step <= 1.0 or stamps.size < _FEWEST_COUNTED:
         return "s"
     return "ms" if step <= _SLOWEST_IN_MS else "us"
 
