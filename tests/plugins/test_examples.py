@@ -10,9 +10,7 @@ import sysconfig
 import venv
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
-import numpy as np
 import pytest
 
 from erclutch.registry import names
@@ -112,11 +110,10 @@ def run(environment: Environment, tmp_path_factory: pytest.TempPathFactory) -> P
     folder = tmp_path_factory.mktemp("run")
     environment.erclutch("simulate", "tracking-slow", "--seconds", 4, "--out", "twin.csv", cwd=folder)
     header, *rows = [line for line in (folder / "twin.csv").read_text("utf-8").splitlines() if line[:1] != "#"]
-    columns = np.loadtxt(rows, delimiter=",", unpack=True)
-    arrays: dict[str, Any] = dict(zip(header.split(","), columns, strict=True))
-    np.savez(folder / "twin.npz", **arrays)
+    attributes = [f"@attribute '{label}' numeric" for label in header.split(",")]
+    (folder / "twin.arff").write_text("\n".join(["@relation twin", *attributes, "@data", *rows]), "utf-8")
     words = ("--device", "coaxial", "--models", "rs", "--lag", "slew-rate", "--out", "run")
-    said = environment.erclutch("fit", "twin.npz", *words, cwd=folder)
+    said = environment.erclutch("fit", "twin.arff", *words, cwd=folder)
     assert MODEL in said
     return folder / "run"
 
@@ -151,7 +148,7 @@ def test_a_run_and_its_report_name_them(environment: Environment, run: Path) -> 
         "robertson-stiff": "erclutch-law-robertson-stiff 0.1.0",
         "slew-rate": "erclutch-stage-slew-rate 0.1.0",
     }
-    assert "read by 'npz' of erclutch-reader-npz 0.1.0" in (run / "run.json").read_text("utf-8")
+    assert "read by 'arff' of erclutch-reader-arff 0.1.0" in (run / "run.json").read_text("utf-8")
     environment.erclutch("report", run)
     page = (run / "report.html").read_text("utf-8")
     assert "<math>" in page
