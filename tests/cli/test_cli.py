@@ -352,7 +352,10 @@ def rows_text(count: int = 200, replace: dict[tuple[int, int], str] | None = Non
     [
         ("", ["the file is empty", "Give a log"]),
         (rows_text(replace={(50, 2): "stalled"}), ["line 52, column slip is 'stalled'", "Correct"]),
-        (rows_text(replace={(50, 3): "nan"}), ["column torque has 1 value missing", "row 51", "--invalid drop"]),
+        (
+            rows_text(replace={(k, 3): "nan" for k in range(50, 200, 5)}),
+            ["column torque has 30 values missing", "row 51", "--invalid drop"],
+        ),
         (rows_text(replace={(50, 1): "inf"}), ["column field has 1 value", "infinit", "row 51", "--invalid drop"]),
         (rows_text(1), ["only 1 row of data", "Give a longer log"]),
         (rows_text(60), ["42 rows to train on, at least 50", "--test"]),

@@ -42,8 +42,8 @@ def error_of(path: Path) -> str:
             'Correct its cells, or say what the slip is: --slip "NAME [unit]".',
         ),
         (
-            HEAD + "".join(LINES) + "0.02,1,nan,4\n",
-            "log.csv: column slip has 1 value missing or infinite, the first (nan) in data row 21. "
+            HEAD + "".join(LINES) + "0.02,1,nan,4\n0.021,1,nan,4\n0.022,1,nan,4\n",
+            "log.csv: column slip has 3 values missing or infinite, the first (nan) in data row 21. "
             "Correct them, or cut the log there with --invalid drop.",
         ),
         (

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from erclutch.errors import LogError, MappingError, SettingError, UnitError
@@ -382,3 +383,40 @@ def test_a_rate_has_a_unit(text: str, rate: float) -> None:
 def test_a_pattern_is_proposed_where_a_name_holds_a_field(name: str, pattern: str) -> None:
     assert proposed(name) == pattern
     assert not pattern or "field" in constants_of(pattern, name)
+
+
+def with_holes(where: np.ndarray, rows: int = 200) -> dict[str, np.ndarray]:
+    """Columns of a log, in which the torque lacks the numbers of some rows."""
+    k = np.arange(rows, dtype=np.float64)
+    torque = np.sin(k / 9.0)
+    torque[where] = np.nan
+    return {"t [s]": k * 0.01, "field [A]": k % 7, "slip [rad/s]": np.cos(k / 9.0), "torque [N*m]": torque}
+
+
+@pytest.mark.parametrize("where", [[20], [0, 1], [199], [20, 21, 90], [*range(10, 200, 20)]])
+def test_a_log_is_cut_where_a_few_values_are_missing(where: list[int]) -> None:
+    columns = with_holes(np.array(where))
+    log = read(pd.DataFrame(columns))
+    kept = np.delete(np.arange(200), where)
+    np.testing.assert_array_equal(log.signals["effort"], columns["torque [N*m]"][kept])
+    assert log.segments == read(pd.DataFrame(columns), invalid="drop").segments
+    assert any("dropped, the log cut there" in note for note in log.notes)
+    with pytest.raises(LogError, match="missing or infinite"):
+        read(pd.DataFrame(columns), invalid="error")
+
+
+@pytest.mark.parametrize(
+    ("where", "rows"),
+    [([*range(21)], 200), ([*range(0, 200, 10)], 200), ([3, 7, 12], 40)],
+    ids=["more than a tenth", "stretches of nine rows", "short stretches"],
+)
+def test_where_more_is_missing_the_user_is_asked(where: list[int], rows: int) -> None:
+    with pytest.raises(LogError, match=r"missing or infinite.*--invalid drop"):
+        read(pd.DataFrame(with_holes(np.array(where), rows)))
+
+
+def test_an_infinite_value_is_asked_about() -> None:
+    columns = with_holes(np.array([20]))
+    columns["torque [N*m]"][50] = np.inf
+    with pytest.raises(LogError, match=r"2 values missing or infinite.*--invalid drop"):
+        read(pd.DataFrame(columns))

@@ -168,7 +168,7 @@ MAPPED: dict[str, Any] = {
     ),
     "extras": ({**PLAIN, "u": TURN, "v": WAVE}, {}, {"inputs": ["u"]}, "single"),
     "a scale and an offset": (PLAIN, {"effort": "V"}, {"scales": {"effort": "-2.5 N/V"}}, "single"),
-    "missing values": ({**PLAIN, "effort": np.where(ROWS % 20 == 7, np.nan, PUSH)}, {}, {}, "single"),
+    "missing values": ({**PLAIN, "effort": np.where(ROWS % 6 == 3, np.nan, PUSH)}, {}, {}, "single"),
     "missing values, dropped": (
         *({**PLAIN, "effort": np.where(ROWS % 20 == 7, np.nan, PUSH)}, {}, {"invalid": "drop"}, "single"),
     ),

@@ -108,7 +108,7 @@ class LogOptions:
     keep_values: Annotated[bool, Parameter(group=_READING, negative=())] = False
     """Keep values such as -999, which loggers write for no measurement; the rows are left out otherwise."""
     invalid: Annotated[Literal["error", "drop"] | None, Parameter(group=_READING)] = None
-    """At missing or infinite values: error stops (the default for logs), drop cuts the log there."""
+    """At missing or infinite values: error stops, drop cuts the log there. Default: a few that are missing cut it."""
     resample: _Reading = None
     """Bring the log to another sampling rate, for example 1kHz, behind a filter against aliases."""
     derivative: Annotated[_DerivativeName, Parameter(group=_SPEEDS)] = "savgol"

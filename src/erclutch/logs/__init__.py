@@ -82,7 +82,8 @@ def read(
             file beside the log, and that over guesses from names and units.
         device: "single" (field, slip or position, effort) or "coaxial" (E1 and E2 or E; theta or theta_dot; alpha,
             alpha_dot or alpha_raw with a lead; T). None: what a recording of the live loop says, else "single".
-        invalid: "error" (default for logs) refuses missing or infinite values, "drop" cuts the log there.
+        invalid: "error" refuses missing or infinite values, "drop" cuts the log there. None: a few missing values cut
+            it, more of them and infinite ones are refused.
         variable: which recording of a file that holds several: variable, group, sheet, topic; or ``COLUMN=WORD``, the
             rows in which a column has a word.
         mapping_file: a mapping file in place of the one beside the log.

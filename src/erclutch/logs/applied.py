@@ -307,7 +307,8 @@ def _refuse_or_note(
     total = int(np.logical_or.reduce(list(holes.values())).sum())
     _, *others_with_holes = holes.items()
     others = "".join(f", column {other} {int(rows.sum())}" for other, rows in others_with_holes)
-    notes.append(f"{text}{others}: {total} rows dropped, the log cut there")
+    dropped = f"{total} row{'s' if total > 1 else ''} dropped"
+    notes.append(f"{text}{others}: {dropped}, the log cut there")
 
 
 def _segments(clock: timing.LogClock, usable: Mask) -> tuple[NDArray[np.int64], NDArray[np.int64]]:

@@ -32,7 +32,7 @@ from erclutch.logs.named_columns import refuse_unreadable_signals, take_named
 from erclutch.logs.no_field import settle_the_field
 from erclutch.logs.plan import NEEDS, OPTIONAL, Invalid, Plan
 from erclutch.logs.proposals import proposals
-from erclutch.logs.row_order import ask_about_groups, ask_about_order, has_holes, take_points
+from erclutch.logs.row_order import ask_about_groups, ask_about_order, few_values_are_missing, take_points
 from erclutch.logs.seen_columns import seen_columns
 from erclutch.logs.table import Table
 from erclutch.signals.device import DeviceName
@@ -103,8 +103,8 @@ def plan_of(
         # What the rows are; some rows of a log do not tell it.
         if whole:
             take_points(draft)
-            if not said and has_holes(draft):
-                invalid = "drop"  # without a point the others are what they were
+            if not said and few_values_are_missing(draft):
+                invalid = "drop"  # without these rows the others are what they were
             ask_about_order(draft)
             ask_about_groups(draft)
 

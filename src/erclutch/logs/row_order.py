@@ -17,7 +17,7 @@ from erclutch.logs.names import words_of
 from erclutch.logs.row_groups import EACH
 from erclutch.logs.seen_columns import SeenColumn
 from erclutch.logs.table import WordColumn, listed
-from erclutch.logs.timing import DISORDER
+from erclutch.logs.timing import DISORDER, MINIMUM_ROWS
 from erclutch.signals import units
 from erclutch.signals.array import Array
 
@@ -25,7 +25,7 @@ _SPEEDS = ("rad/s", "m/s")
 _FEWEST = 10  # rows: fewer may be in order by chance
 _MOST_NOISY = 1000  # rows of a table that was swept with noise: more are those of a log
 _NOISE = 0.01  # of its range, by which a swept speed that was measured goes back at most
-_MOST_HOLES = 0.1  # share of the points that lack a number
+_MOST_HOLES = 0.1  # share of the rows that lack a number
 #: Words for the parts of one measurement, whose rows are one log whichever part they are of.
 _PARTS = (
     "trial test run direction cycle phase state status step rep repetition segment mode sweep load flag valid event "
@@ -72,15 +72,28 @@ def take_points(draft: Draft) -> None:
     draft.clock = points(draft.seen.counters, sentence, f"{swept[0]} goes one way")
 
 
-def has_holes(draft: Draft) -> bool:
-    """Whether some points of a table, and not many, lack a number of a signal."""
-    if draft.clock is None or draft.clock.kind != "points":
+def few_values_are_missing(draft: Draft) -> bool:
+    """Whether some rows, and not many, lack a number of a signal: without them the others are what they were.
+
+    A log is cut at such rows, so its stretches between them must be worth having. An infinite value was measured by
+    nothing, but it was written by something: that is asked about.
+    """
+    if draft.clock is None:
         return False
     hole = np.zeros(draft.table.rows, dtype=np.bool_)
     for each in draft.signals.values():
         if each.column:
-            hole |= ~np.isfinite(draft.table.columns[each.column])
-    return bool(0 < np.count_nonzero(hole) <= _MOST_HOLES * hole.size)
+            values = draft.table.columns[each.column]
+            if np.isinf(values).any():
+                return False
+            hole |= np.isnan(values)
+    missing = int(np.count_nonzero(hole))
+    if not 0 < missing <= _MOST_HOLES * hole.size:
+        return False
+    if draft.clock.kind == "points":
+        return True
+    stretches = int(np.count_nonzero(np.diff(hole.astype(np.int8)) == -1)) + int(not hole[0])
+    return hole.size - missing >= MINIMUM_ROWS * stretches
 
 
 def _levels(columns: Iterable[SeenColumn]) -> Iterator[WordColumn]:
