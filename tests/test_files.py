@@ -419,7 +419,9 @@ _ENDINGS = {
     "report": ".html",
     "compare": ".html",
 }
-PLACED = [(name, option) for name, options in writing().items() for option in sorted(options)] + [("live", "folder")]
+PLACED = [(name, option) for name, options in writing().items() for option in sorted(options)]
+if any(command.name == "live" for command in commands()):
+    PLACED.append(("live", "folder"))
 
 
 @pytest.mark.parametrize("closed", ["a file where the folder is to be", "a folder that nobody may write to"])

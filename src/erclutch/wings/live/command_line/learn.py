@@ -17,7 +17,6 @@ from cyclopts import Parameter
 from erclutch.cli.quantities import SECONDS
 from erclutch.errors import ErclutchError, RunError, SettingError
 from erclutch.files import plain_words, small_file, whole_file
-from erclutch.logs.log_reader import LEARN_REPORT
 from erclutch.signals.percent import percent
 from erclutch.wings.live.command_line.live_options import LEARN
 
@@ -287,6 +286,8 @@ def _take_again(rounds: LearningRounds, folder: Path, device: Any) -> None:
     Raises:
         RunError: it has no report of rounds, or a log is missing.
     """
+    from erclutch.logs.log_reader import LEARN_REPORT
+
     path = folder / LEARN_REPORT
     try:
         body = json_text.loads(small_file(path))
@@ -311,6 +312,8 @@ def _body(rig: Rig, rounds: LearningRounds, ended: str) -> dict[str, Any]:
 
 def _write(folder: Path, rig: Rig, rounds: LearningRounds, ended: str) -> None:
     """The report beside the logs; it is there whole after each round."""
+    from erclutch.logs.log_reader import LEARN_REPORT
+
     if not folder.is_dir():
         return
     with whole_file(folder / LEARN_REPORT) as unfinished:
