@@ -68,6 +68,8 @@ def visit(browser: Any) -> Generator[Callable[..., Any], None, None]:
 def rows_of(page: Any) -> tuple[int, int]:
     """Rows on screen, once drawing has settled."""
     page.wait_for_timeout(150)
+    # What was asked for is drawn in the next frame, which a busy machine may bring later.
+    page.evaluate("() => new Promise(drawn => requestAnimationFrame(() => requestAnimationFrame(drawn)))")
     first, last = page.locator("#traces-plot").get_attribute("data-rows").split(",")
     return int(first), int(last)
 

@@ -1,8 +1,7 @@
 """All tests at once: those that keep time at 1 kHz have the processors first, the others take what time they leave.
 
 A timed test waits more than it computes, so alone it leaves a processor idle. The others run in the scheduler's idle
-class: each of them gives way the moment a timed test wakes. One more of them runs than there are processors, since a
-test waits now and then for a browser, a compiler or the disk. Where one of the timed still fails, it runs again, alone.
+class: each of them gives way the moment a timed test wakes. Where one of the timed still fails, it runs again, alone.
 
     python -m tests.support.beside_timed MARKS [flags of pytest]
 
@@ -18,8 +17,7 @@ import tempfile
 from collections.abc import Sequence
 
 _PYTEST = (sys.executable, "-m", "pytest")
-_WORKERS = len(os.sched_getaffinity(0)) + 1 if hasattr(os, "sched_getaffinity") else (os.cpu_count() or 1) + 1
-_IN_PARALLEL = ("-n", str(_WORKERS), "--dist", "loadgroup")
+_IN_PARALLEL = ("-n", "auto", "--dist", "loadgroup")
 #: What pytest returns where all has passed, where a test has failed, and where there is no test of these marks.
 _PASSED, _FAILED, _NO_TEST = 0, 1, 5
 
