@@ -102,6 +102,8 @@ _SPELLINGS = (
     (re.compile(r"(?<![\w.])(?:oersted|Oe)(?!\w)"), "(79.57747154594767*A/m)"),
 )
 _DIFFERENCE = re.compile(r"\s*d(?:rpm|V|A|T|s|rad|deg|W|Hz|°)(?!\w).*")  # no tenth of it: a d is a difference
+# A number over a unit is 1 or counts in tens, as 1/s and 1000/min do: 2/s is a unit that nobody writes.
+_ODD_COUNT = re.compile(r"(?!10*/)[\d.]+/")
 _FORM = re.compile(r"[\w\s.+*/()^%°µμΩ²³⁻¹-]*")
 _POWER = re.compile(r"(?:\^|\*\*)\s*\(?\s*[+-]?\d(?:\.\d)?(?![\d.eE])\s*\)?(?!\s*(?:\^|\*\*))")
 _QUANTITY = re.compile(r"\s*([+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*", re.DOTALL)
@@ -178,7 +180,7 @@ def parse(text: str) -> Unit:
         spelled = pattern.sub(replacement, spelled)
     # pint evaluates arithmetic: a chain of powers would keep it busy for ever, so only small single powers pass.
     chained = re.search(r"\^|\*\*", _POWER.sub("", spelled))
-    has_form = _FORM.fullmatch(spelled) and not _DIFFERENCE.fullmatch(spelled)
+    has_form = _FORM.fullmatch(spelled) and not _DIFFERENCE.fullmatch(spelled) and not _ODD_COUNT.match(spelled)
     of_temperature = text in _KELVIN | _CELSIUS - {"C"}  # pint would take a second to refuse it
     if len(text) <= _LONGEST and has_form and not of_temperature and not chained:
         # In short units capitals tell one from another: mm and Mm, s and S.

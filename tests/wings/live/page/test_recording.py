@@ -170,8 +170,9 @@ def test_steps_without_a_sample_are_left_out_and_said(tmp_path: Path, frames: An
     assert recording.segments == ((0, 1000), (1000, 3997))
     assert "3 steps of the loop had no good sample: left out, the log cut there" in recording.notes
     frames["events"] = 0
-    with pytest.raises(ErclutchError, match="column torque has 3 values missing"):
-        read(write(tmp_path / "b.mcap", frames), device="coaxial")
+    unexplained = read(write(tmp_path / "b.mcap", frames), device="coaxial")
+    assert unexplained.segments == recording.segments
+    assert any(note.startswith("column torque has 3 values missing") for note in unexplained.notes)
 
 
 @pytest.mark.slow
