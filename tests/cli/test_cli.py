@@ -271,7 +271,7 @@ def test_fit_prints_eight_models_and_all_of_them_where_asked(log: Path) -> None:
     assert "m1 is " not in short
     # The first screen of a terminal has the verdict, the eight models and the notes; how the log was read stands below.
     screen = short.splitlines()[:24]
-    verdict = " ".join(screen[2:4])  # a narrow terminal breaks it
+    verdict = " ".join(" ".join(screen[2:4]).split())  # a narrow terminal breaks it
     assert re.match(r"m\d+, .+, is recommended: it errs by \S+ N\*m over the rows held out", verdict)
     assert len(rows.findall("\n".join(screen))) == 8
     assert any("more models: --all" in line for line in screen)
