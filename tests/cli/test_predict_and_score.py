@@ -65,6 +65,18 @@ def test_predict_writes_all_rows_with_the_band_and_needs_no_effort(place: Path, 
     assert len(lines) == 2 + data.rows
 
 
+@pytest.mark.parametrize(("cell", "said"), [("", "has 1 value missing"), ("-999", "holds -999 in 1 row")])
+def test_predict_says_which_rows_it_leaves_out(place: Path, tmp_path: Path, cell: str, said: str) -> None:
+    lines = (place / "blind.csv").read_text().splitlines()
+    row = lines[-100].split(",")
+    lines[-100] = ",".join([*row[:2], cell, *row[3:]])
+    (tmp_path / "holes.csv").write_text("\n".join(lines) + "\n")
+    code, told, _ = run("predict", "holes.csv", "--run", place / "run", "--out", "p.csv", cwd=tmp_path)
+    assert code == 0
+    assert "2,999 rows" in told
+    assert said in " ".join(told.split())
+
+
 def test_the_command_line_wins_over_how_the_run_read_its_logs(place: Path, tmp_path: Path) -> None:
     copy = tmp_path / "run"
     shutil.copytree(place / "run", copy)

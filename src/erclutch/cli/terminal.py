@@ -152,6 +152,11 @@ def notes_of(recordings: Sequence[LogFacts]) -> list[str]:
     return [*shared, *of_one]
 
 
+def rows_left_out(recording: LogFacts) -> list[str]:
+    """What was said while reading of rows that a log lost: it is cut where they stood."""
+    return [note for note in recording.notes if "the log cut there" in note]
+
+
 def estimates(title: str, values: Sequence[Estimate]) -> Table:
     """Values with 95 % intervals and units."""
     # A bound goes to the next line on a narrow screen, so that a meaning has room there and no unit is cut.

@@ -162,6 +162,6 @@ def _estimated(
     write_log(out, labels, [rows], about, rows=len(rows))
     if model.unbounded and outside.any():
         told += f"\nnote: {model.unbounded}."
-    for sentence in unlike_training(run, model, data):
+    for sentence in (*terminal.rows_left_out(recording), *unlike_training(run, model, data)):
         told += f"\nnote: {sentence}"
     return told
