@@ -17,7 +17,7 @@ from erclutch.fit.candidate import Fitted
 from erclutch.fit.log_groups import FEWEST_GROUPS, STEADY, groups_of
 from erclutch.fit.one_thread import one_thread
 from erclutch.fit.outcome import AnyOutcome
-from erclutch.fit.scoring import TOLERATED, BandedFigure, excess, recommend, score
+from erclutch.fit.scoring import TOLERATED, BandedFigure, Score, excess, recommend, score
 from erclutch.logs.dataset import Dataset
 from erclutch.logs.held_out import time_folds
 from erclutch.models.stages import slip_stages
@@ -91,12 +91,15 @@ def parts_of_training(train: Dataset) -> LeftOut | None:
     words: list[str] = []
     fields = lowest = 0
     if len(set(logs.field)) >= FEWEST_GROUPS:
-        without = [_no_field(train, start, stop) for start, stop in logs.rows]
-        for none in (True, False):
-            rows = [pair for pair, at_none in zip(logs.rows, without, strict=True) if at_none == none]
-            numbers = [number for number, at_none in zip(logs.field, without, strict=True) if at_none == none]
-            masks += _masks(train, rows, numbers) if rows else ()
-        lowest = int(any(without))
+        # Rows without a field come first and stand alone: a mask that they shared with others would choose a model.
+        at_no_field = [_no_field(train, start, stop) for start, stop in logs.rows]
+        for wanted in (True, False):
+            of_kind = [log for log, is_at_none in enumerate(at_no_field) if is_at_none == wanted]
+            rows = [logs.rows[log] for log in of_kind]
+            fields_of_rows = [logs.field[log] for log in of_kind]
+            if of_kind:
+                masks += _masks(train, rows, fields_of_rows)
+        lowest = int(any(at_no_field))
         words.append("whole fields")
         fields = len(masks)
     if len(set(logs.motion)) >= FEWEST_GROUPS:
@@ -117,18 +120,18 @@ def _no_field(train: Dataset, start: int, stop: int) -> bool:
     """Whether some rows have no field, in any element."""
     fields = [np.abs(element.field) for element in train.elements]
     largest = max(float(field.max()) for field in fields)
-    of_rows = max(float(field[start:stop].max()) for field in fields)
-    return of_rows <= STEADY * largest
+    largest_of_rows = max(float(field[start:stop].max()) for field in fields)
+    return largest_of_rows <= STEADY * largest
 
 
 def _masks(train: Dataset, rows: Sequence[tuple[int, int]], numbers: Sequence[int]) -> Iterator[Mask]:
     """Masks of groups of logs by their numbers; neighbours share a mask where there are many."""
-    order = sorted(set(numbers))
-    groups = np.array_split(np.array(order), min(len(order), _GROUPS))
-    for group in groups:
+    different = np.array(sorted(set(numbers)))
+    count = min(different.size, _GROUPS)
+    for neighbours in np.array_split(different, count):
         mask = np.zeros(train.rows, np.bool_)
         for (start, stop), number in zip(rows, numbers, strict=True):
-            mask[start:stop] |= number in group
+            mask[start:stop] |= number in neighbours
         yield mask
 
 
@@ -180,23 +183,29 @@ def chosen(
     # What is compared has each field and each motion count the same.
     weights = _weights(asked, parts)
     weighed = {name: _times(weights, own) for name, own in asked.items()}
-    whole = {name: np.concatenate(own) for name, own in weighed.items()}
     weighed_effort = np.concatenate(_times(weights, measured))
-    scores = {name: score(weighed_effort, weighed_effort - error, seed=seed) for name, error in whole.items()}
+    whole: dict[str, Array] = {}
+    scores: dict[str, Score] = {}
+    for name, own in weighed.items():
+        whole[name] = np.concatenate(own)
+        estimated = weighed_effort - whole[name]
+        scores[name] = score(weighed_effort, estimated, seed=seed)
     freedom = {name: outcomes[name].freedom for name in usable}
     worth = worth_their_freedom(weighed, freedom, seed)
-    least = min(worth, key=lambda name: scores[name].rmse.value)
+    best = min(worth, key=lambda name: scores[name].rmse.value)
+    errors_of_worth = {name: usable[name] for name in worth}
     _, recommended = recommend(
         scores={name: scores[name] for name in worth},
-        excesses={name: excess(whole[name], whole[least], seed=seed) for name in worth},
-        burden=_burdens({name: usable[name] for name in worth}, outcomes, parts),
+        excesses={name: excess(whole[name], whole[best], seed=seed) for name in worth},
+        burden=_burdens(errors_of_worth, outcomes, parts),
         freedom={name: freedom[name] for name in worth},
     )
 
     # The first parts are whole fields: together they are all rows, each predicted without its field.
     at_new_fields: dict[str, Array] = {}
     if parts.fields:
-        rows = np.concatenate([np.flatnonzero(mask) for mask in parts.masks[: parts.fields]])
+        of_fields = parts.masks[: parts.fields]
+        rows = np.concatenate([np.flatnonzero(mask) for mask in of_fields])
         for name, own in usable.items():
             at_new_fields[name] = np.empty(train.rows)
             at_new_fields[name][rows] = np.concatenate(own[: parts.fields])
@@ -218,7 +227,7 @@ def _burdens(
     if not parts.further:
         return {name: float(_counted(outcomes[name])) for name in usable}
     weights = part_weights(usable)
-    return {name: rms(np.concatenate(_times(weights, own))) for name, own in usable.items()}
+    return {name: _weighed_rms(weights, own) for name, own in usable.items()}
 
 
 def _counted(outcome: AnyOutcome) -> int:
@@ -228,7 +237,9 @@ def _counted(outcome: AnyOutcome) -> int:
     """
     law = outcome.model.law_part
     form = None if law is None else law.structure.law.yield_form
-    further = 0 if form is None else max(0, len(form.shape) - 1)
+    if form is None:
+        return outcome.parameters
+    further = max(0, len(form.shape) - 1)
     return outcome.parameters - further
 
 
@@ -242,6 +253,12 @@ def _weights(asked: Mapping[str, Sequence[Array]], parts: LeftOut) -> list[float
 def _times(weights: Sequence[float], parts: Sequence[Array]) -> list[Array]:
     """Each part times its weight."""
     return [weight * part for weight, part in zip(weights, parts, strict=True)]
+
+
+def _weighed_rms(weights: Sequence[float], errors: Sequence[Array]) -> float:
+    """Of all parts together."""
+    weighed = _times(weights, errors)
+    return rms(np.concatenate(weighed))
 
 
 def part_weights(errors: Mapping[str, Sequence[Array]]) -> list[float]:
@@ -278,28 +295,34 @@ def worth_their_freedom(
         freedom: by model, from 0, a law.
         seed: of the band that tells "clearly".
     """
-    whole = {name: np.concatenate(own) for name, own in errors.items()}
+    squares: dict[str, float] = {}
+    for name, own in errors.items():
+        whole = np.concatenate(own)
+        squares[name] = float(whole @ whole)
     allowed: dict[str, int] = {}
     for level in sorted(set(freedom.values())):
-        bound = min(allowed, key=lambda name: float(whole[name] @ whole[name]), default=None)
+        best = min(allowed, key=lambda name: squares[name], default=None)
         as_free = [name for name, own in freedom.items() if own == level]
         for name in as_free:
-            if bound is None or _worth(errors[name], errors[bound], seed):
+            if best is None or _worth(errors[name], errors[best], seed):
                 allowed[name] = level
     return allowed
 
 
-def _worth(errors: Sequence[Array], bound: Sequence[Array], seed: int) -> bool:
+def _worth(freer: Sequence[Array], bound: Sequence[Array], seed: int) -> bool:
     """Whether errors by parts are clearly less than those of a model that is bound by more physics."""
-    if any(_errs_more(freer, bound_one) for freer, bound_one in zip(errors, bound, strict=True)):
-        return False
-    saved = excess(np.concatenate(bound), np.concatenate(errors), seed=seed)
+    for error, error_of_bound in zip(freer, bound, strict=True):
+        if _errs_more(error, error_of_bound):
+            return False
+    saved = excess(np.concatenate(bound), np.concatenate(freer), seed=seed)
     return saved.value > TOLERATED and saved.low > 0.0
 
 
 def _errs_more(freer: Array, bound: Array) -> bool:
     """Whether a freer model errs by more on a part than the model that more physics binds."""
-    return not _NO_MORE * float(bound @ bound) >= float(freer @ freer)
+    square = float(freer @ freer)
+    square_of_bound = float(bound @ bound)
+    return not _NO_MORE * square_of_bound >= square  # also where a square is no number
 
 
 def _errors_on_parts(
@@ -321,16 +344,16 @@ def _errors_on_parts(
     levels = sorted(set(freedom.values()))
     for place, level in enumerate(levels):
         bound = _best_of(usable, freedom, parts, seed)
-        own = [f for f in contenders if f.outcome.freedom == level]
-        errors: dict[str, list[Array]] = {f.outcome.model.name: [] for f in own}
+        of_level = {f.outcome.model.name: f for f in contenders if f.outcome.freedom == level}
+        errors: dict[str, list[Array]] = {name: [] for name in of_level}
         for number, part in enumerate(parts.masks):
             done = (place * count + number) / (len(levels) * count)
             told(done, f"choosing: part {number + 1} of {count} is left out")
             chooses = number >= parts.lowest
-            for each in [f for f in own if f.outcome.model.name in errors]:
-                name = each.outcome.model.name
-                error = _error_without(part, each, train, refitted[number])
-                if error is None or (bound is not None and chooses and _errs_more(error, bound[number])):
+            for name in list(errors):
+                error = _error_without(part, of_level[name], train, refitted[number])
+                error_of_bound = bound[number] if bound is not None and chooses else None
+                if error is None or (error_of_bound is not None and _errs_more(error, error_of_bound)):
                     del errors[name]
                 else:
                     errors[name].append(error)
@@ -338,19 +361,21 @@ def _errors_on_parts(
     return usable
 
 
-def _error_without(part: Mask, each: Fitted, train: Dataset, refitted: list[Fitted]) -> Array | None:
+def _error_without(part: Mask, fitted: Fitted, train: Dataset, refitted: list[Fitted]) -> Array | None:
     """Measured less estimated effort on a part by a fit without it, which joins the others without this part.
 
     None where the rows that are left cannot make the model, or it estimates no number.
     """
+    others = train.with_neighbours(~part)
     with one_thread():
         try:
-            outcome = each.candidate.refit(train, train.with_neighbours(~part), each.outcome, refitted)
+            outcome = fitted.candidate.refit(train, others, fitted.outcome, refitted)
         except CheckError:
             return None
-        refitted.append(Fitted(each.candidate, outcome))
-        error: Array = (train.effort - outcome.model.predict(train))[part]
-    return error if np.isfinite(error).all() else None
+        refitted.append(Fitted(fitted.candidate, outcome))
+        error: Array = train.effort - outcome.model.predict(train)
+    of_part = error[part]
+    return of_part if np.isfinite(of_part).all() else None
 
 
 def _best_of(
@@ -362,8 +387,9 @@ def _best_of(
     asked = {name: own[parts.lowest :] for name, own in usable.items()}
     weights = _weights(asked, parts)
     weighed = {name: _times(weights, own) for name, own in asked.items()}
-    worth = worth_their_freedom(weighed, {name: freedom[name] for name in usable}, seed)
-    best = min(worth, key=lambda name: rms(np.concatenate(weighed[name])))
+    own_freedom = {name: freedom[name] for name in usable}
+    worth = worth_their_freedom(weighed, own_freedom, seed)
+    best = min(worth, key=lambda name: _weighed_rms(weights, asked[name]))
     return usable[best]
 
 
@@ -374,13 +400,18 @@ def _in_question(fitted: Sequence[Fitted], *, further: bool) -> Iterator[Fitted]
     what holds at the fields and motions of its rows alone.
     """
     for freedom in (0, 1, 2):
-        own = [f for f in fitted if f.outcome.freedom == freedom]
-        own.sort(key=lambda f: f.outcome.train_cost)
-        near = [f for f in own if f.outcome.train_cost <= _NEAR**2 * own[0].outcome.train_cost]
-        tells_laws_apart = further and freedom == 0
-        taken = near[: _MOST_LAWS if tells_laws_apart else _MOST]
+        as_free = [f for f in fitted if f.outcome.freedom == freedom]
+        if not as_free:
+            continue
+        as_free.sort(key=lambda f: f.outcome.train_cost)
+        highest = _NEAR**2 * as_free[0].outcome.train_cost
+        near = [f for f in as_free if f.outcome.train_cost <= highest]
+        if not further or freedom > 0:
+            yield from near[:_MOST]
+            continue
+        taken = near[:_MOST_LAWS]
         yield from taken
-        if tells_laws_apart:
-            others = own[len(taken) :]
-            plain = [f for f in others if not slip_stages(f.outcome.model.structure.dynamics)]
-            yield from plain[:1]
+        for other in as_free[len(taken) :]:
+            if not slip_stages(other.outcome.model.structure.dynamics):
+                yield other
+                break
