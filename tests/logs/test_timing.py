@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from erclutch.errors import TimingError
-from erclutch.logs import timing
+from erclutch.logs import regular_grid, timing
 from erclutch.logs.timing import LogClock
 from tests.support.examples import examples
 
@@ -247,14 +247,16 @@ def test_many_long_steps_are_no_gaps_but_pauses_among_them_are() -> None:
     (np.array([1.0, 2.0, 2.0, 2.0, 2.0, 5.0]), [3.0 - 1.0] * 6),
 ])  # fmt: skip
 def test_how_fine_stamps_are(column: np.ndarray, grain: list[float]) -> None:
-    np.testing.assert_allclose(timing._resolution(column), grain, rtol=1e-9)
+    np.testing.assert_allclose(regular_grid.resolution_of(column), grain, rtol=1e-9)
 
 
 def test_a_double_and_a_float32_are_as_fine_as_their_spacing() -> None:
     stamps = 1000.0 + ROWS / 7.0
-    np.testing.assert_allclose(timing._resolution(stamps), 4 * np.spacing(stamps.max()))
+    np.testing.assert_allclose(regular_grid.resolution_of(stamps), 4 * np.spacing(stamps.max()))
     single = stamps.astype(np.float32).astype(np.float64)
-    np.testing.assert_allclose(timing._resolution(single), np.spacing(single.astype(np.float32)).astype(np.float64))
+    np.testing.assert_allclose(
+        regular_grid.resolution_of(single), np.spacing(single.astype(np.float32)).astype(np.float64)
+    )
 
 
 def test_the_line_is_as_near_to_all_stamps_as_can_be() -> None:
@@ -262,7 +264,7 @@ def test_the_line_is_as_near_to_all_stamps_as_can_be() -> None:
     stamps = np.arange(40) + rng.uniform(-0.3, 0.3, 40)
     allowed = rng.uniform(0.2, 0.4, 40)
     spans = [slice(0, 25), slice(25, 40)]
-    grid, wander = timing._line(stamps, allowed, spans, 1.0)
+    grid, wander = regular_grid._line(stamps, allowed, spans, 1.0)
     away = []
     for span in spans:
         rest = stamps[span] - np.arange(span.stop - span.start)
@@ -279,7 +281,7 @@ def test_the_period_is_that_of_a_weighted_straight_line() -> None:
     stamps = 1.003 * np.arange(60) + rng.uniform(-0.4, 0.4, 60)
     stamps[30:] += 7.0
     grain = rng.uniform(0.01, 0.1, 60)
-    _, period, wander = timing._grid(stamps, grain, (0, 30), 1.0, None)
+    _, period, wander = regular_grid._grid(stamps, grain, (0, 30), 1.0, None)
     weight = 1.0 / (1.05 * grain + 1e-3)
     second = np.arange(60) >= 30
     design = np.column_stack([np.arange(60) - 30 * second, ~second, second]) * weight[:, None]
@@ -289,8 +291,8 @@ def test_the_period_is_that_of_a_weighted_straight_line() -> None:
 
 def test_the_mean_step_leaves_gaps_out() -> None:
     stamps = np.cumsum([0.0, 1.0, 1.2, 0.8, 1.4, 9.0, 1.0])
-    assert timing._period(stamps, np.zeros(7)) == pytest.approx((1.0 + 1.2 + 0.8 + 1.4 + 1.0) / 5)
-    assert timing._period(stamps, np.full(7, 9.0)) == pytest.approx(stamps[-1] / 6)
+    assert regular_grid._period(stamps, np.zeros(7)) == pytest.approx((1.0 + 1.2 + 0.8 + 1.4 + 1.0) / 5)
+    assert regular_grid._period(stamps, np.full(7, 9.0)) == pytest.approx(stamps[-1] / 6)
 
 
 @pytest.mark.parametrize(

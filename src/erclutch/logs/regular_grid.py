@@ -1,0 +1,247 @@
+"""A regular grid through time stamps: how fine they are, their period, the gaps, and how far they stray from it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from erclutch.signals.array import Array
+
+_GAP = 1.5  # periods
+JITTER = 1e-3  # share of the period that stamps may wander and still be called uniform
+_AROUND = 40  # rows on either side of a long step
+_FAR_APART = 10  # rows over which the period is told
+_LATE = 0.5  # periods by which a clock stays late behind a lost row
+_BUSY = 60  # rows over which late stamps average out
+_WHOLE, _MOSTLY = 0.1, 0.95  # of a period; of the steps
+_WANDERS = 0.5  # periods that such an average may move
+COARSE = 0.2  # share of repeated stamps above which they are coarser than the sampling
+
+
+class Regular(NamedTuple):
+    """A regular grid through n stamps.
+
+    Attributes:
+        grid: s, shape (n,).
+        period: s.
+        wander: largest distance of a stamp to the grid, as a share of what rounding allows.
+        grain: how fine each stamp is, in s, shape (n,).
+        starts: first row of each segment.
+        gaps: a note on the gaps between the segments, if there are any.
+    """
+
+    grid: Array
+    period: float
+    wander: float
+    grain: Array
+    starts: tuple[int, ...]
+    gaps: tuple[str, ...]
+
+
+def regular_grid(stamps: Array, grain: Array, column: str, hint: float | None) -> Regular:
+    """The grid through stamps, cut at gaps; see `timing.from_stamps`."""
+    about = _period(stamps, grain)
+    starts, gaps = _cut(stamps, grain, about, column)
+    grid, period, wander = _grid(stamps, grain, starts, about, hint)
+    return Regular(grid, period, wander, grain, starts, gaps)
+
+
+def resolution_of(stamps: Array) -> Array:
+    """How fine each stamp is in s: its last decimal (the finest in its decade), float32, or float64.
+
+    "24.6492" among "0.0003328" is the mark of six significant digits, so decimals are counted decade by decade.
+    """
+    magnitude = np.abs(stamps)
+    noise = 4 * np.spacing(magnitude.max())
+    decimals = np.zeros(stamps.size)
+    for places in range(12):
+        scaled = stamps * 10.0**places
+        left_over = np.abs(scaled - np.rint(scaled))
+        decimals[left_over > noise * 10.0**places] = places + 1
+
+    decade = np.floor(np.log10(np.maximum(magnitude, 1e-12))).astype(np.int64)
+    grain = np.empty(stamps.size)
+    finest = 0.0
+    for number in np.unique(decade)[::-1]:  # smaller numbers are never printed coarser than larger ones
+        of_decade = decade == number
+        finest = max(finest, float(decimals[of_decade].max()))
+        grain[of_decade] = 10.0**-finest
+    grain = np.where(grain <= 1e-11, noise, grain)
+
+    as_float32 = stamps.astype(np.float32).astype(np.float64)
+    if np.array_equal(as_float32, stamps) and decimals.max() > 6:
+        of_float32 = np.spacing(magnitude.astype(np.float32))
+        grain = np.maximum(grain, of_float32.astype(np.float64))
+    steps = np.diff(stamps)
+    if np.mean(steps == 0) > COARSE:  # a tick that is no power of ten, such as the 15.6 ms of an operating system
+        grain = np.maximum(grain, float(np.median(steps[steps > 0])))
+    return grain
+
+
+def _period(stamps: Array, grain: Array) -> float:
+    """Mean step of all that is no gap, in s."""
+    steps = np.diff(stamps)
+    usual = float(np.median(steps[steps > 0]))
+    rounding = np.maximum(grain[1:], grain[:-1])
+    inside = steps <= _GAP * usual + rounding
+    count = max(int(inside.sum()), 1)
+    return float(steps[inside].sum() / count)
+
+
+def _cut(stamps: Array, grain: Array, period: float, column: str) -> tuple[tuple[int, ...], tuple[str, ...]]:
+    """First row of each segment, and a note on the gaps."""
+    steps = np.diff(stamps)
+    rounding = np.maximum(grain[1:], grain[:-1])
+    shortest = min(period, float(np.median(steps[steps > 0])))
+    printed = np.ceil(shortest / rounding - 0.02) * rounding  # the longest step that rounding makes of one period
+    longest_step = np.maximum(_GAP * period, printed)
+    gaps = np.flatnonzero(steps > longest_step * (1 + 1e-9) + 1e-9 * period)
+
+    # A period just above the resolution rounds up to two of it, at equal distances.
+    doubtful = gaps[steps[gaps] <= _GAP * period + rounding[gaps]]
+    if doubtful.size > 2 and np.ptp(np.diff(doubtful)) <= 2:
+        gaps = np.setdiff1d(gaps, doubtful)
+    gaps = _lasting(stamps, period, gaps)
+    if gaps.size > 0.1 * steps.size:  # no clock at all: cutting at every long step would leave nothing
+        gaps = np.flatnonzero(steps > 10 * float(np.percentile(steps, 90)))
+    if not gaps.size:
+        return (0,), ()
+
+    longest = int(gaps[np.argmax(steps[gaps])])
+    where = f"longest {steps[longest]:.4g} s after {stamps[longest]:.6g} s"
+    count = f"{gaps.size} gap{'s' if gaps.size > 1 else ''}"
+    note = f"{count} in {column} ({where}): cut into {gaps.size + 1} segments"
+    starts = (0, *(gaps + 1).tolist())
+    return starts, (note,)
+
+
+def _lasting(stamps: Array, period: float, gaps: NDArray[np.intp]) -> NDArray[np.intp]:
+    """Of long steps, those behind which the clock stays late: rows are missing there.
+
+    A busy logger writes a stamp late and the next ones in time again; then no row is missing. So the stamps around each
+    long step, less a period a row, are compared as medians of up to 40 rows on either side: a lost row moves all that
+    follow by a period, a late stamp moves itself.
+    """
+    if not gaps.size:
+        return gaps
+    # Over many rows lateness averages out, and few gaps do not move a median.
+    reach = min(_FAR_APART, stamps.size // 4)
+    steady = period
+    if reach:
+        far_steps = stamps[reach:] - stamps[:-reach]
+        steady = float(np.median(far_steps)) / reach
+    late = stamps - steady * np.arange(stamps.size)
+    lasting: list[int] = []
+
+    def moved(gap: int) -> float:
+        """By how much the clock is later behind a long step than before it; no window reaches over another gap."""
+        middle = gap + 1
+        begin = max(0, middle - _AROUND)
+        end = min(late.size, middle + _AROUND)
+        for other in lasting:
+            if other < gap:
+                begin = max(begin, other + 1)
+            elif other > gap:
+                end = min(end, other + 1)
+        return float(np.median(late[middle:end]) - np.median(late[begin:middle]))
+
+    # The clearest first: beside a row that is lost, a late stamp looks like another.
+    for gap in sorted(gaps.tolist(), key=moved, reverse=True):
+        if moved(gap) > _LATE * period:
+            lasting.append(gap)
+    return np.array(sorted(lasting), dtype=np.intp)
+
+
+def is_steady(stamps: Array, regular: Regular) -> bool:
+    """Whether stamps that wander belong to a steady sampler whose logger was busy.
+
+    Their distances to the grid then have no memory: over 60 rows they average out. A clock that drifts, or rows that
+    are taken when something happens, stay away from any grid.
+    """
+    away = (stamps - regular.grid) / regular.period
+    if float(np.std(away)) > 1.0:
+        return False
+
+    # Steps of one, two, three periods: rows are missing everywhere, and no stamp is late.
+    steps = np.diff(stamps)
+    periods = steps / float(np.percentile(steps[steps > 0], 30))
+    whole = np.abs(periods - np.rint(periods)) < _WHOLE
+    several = whole & (periods > 1.5)
+    if np.mean(whole) > _MOSTLY and np.mean(several) > 1.0 - _MOSTLY:
+        return False
+
+    for rows in _segments(regular.starts, stamps.size):
+        part = away[rows]
+        width = min(_BUSY, part.size)
+        alike = np.full(width, 1.0 / width)
+        averages = np.convolve(part, alike, "valid")
+        if float(np.ptp(averages)) > _WANDERS:
+            return False
+    return True
+
+
+def _segments(starts: Sequence[int], rows: int) -> list[slice]:
+    """Rows of each segment, by the first rows of all."""
+    return [slice(start, stop) for start, stop in pairwise((*starts, rows))]
+
+
+def _grid(
+    stamps: Array, grain: Array, starts: tuple[int, ...], period: float, hint: float | None
+) -> tuple[Array, float, float]:
+    """Regular grid through the stamps, one period for all segments, each with its own start.
+
+    Returns:
+        grid in s, shape (n,); period in s; the largest distance to the stamps as a share of what rounding allows.
+    """
+    segments = _segments(starts, stamps.size)
+    allowed = 1.05 * grain + JITTER * period  # stamps may be rounded up or down, not only to the nearest
+
+    # A straight line through the stamps of each segment by least squares: its slope is the period.
+    product = square = 0.0
+    for rows in segments:
+        weight = allowed[rows] ** -2.0 * allowed.min() ** 2
+        index = np.arange(weight.size, dtype=np.float64)
+        index -= float(weight @ index) / float(weight.sum())
+        elapsed = stamps[rows] - stamps[rows.start]
+        product += float((weight * index) @ elapsed)
+        square += float((weight * index) @ index)
+    fitted = product / square if square > 0 else period  # [s]
+    grid, wander = _line(stamps, allowed, segments, fitted)
+    if wander > 1.0:
+        return grid, fitted, wander
+
+    # Among the periods that the stamps cannot tell apart, the header's is taken, else the shortest number.
+    longest = max(rows.stop - rows.start for rows in segments)
+    told_by_stamps = float(grain.max()) / max(longest - 1, 1)
+    slack = max(told_by_stamps, 1e-12 * fitted)  # [s]
+    shorter = [float(f"{fitted:.{digits}g}") for digits in range(1, 13)]
+    for other in [hint, *shorter] if hint else shorter:
+        if abs(other - fitted) > slack:
+            continue
+        trial, distance = _line(stamps, allowed, segments, other)
+        if distance <= max(1.05 * wander, 0.7):
+            return trial, other, distance
+    return grid, fitted, wander
+
+
+def _line(stamps: Array, allowed: Array, segments: Sequence[slice], period: float) -> tuple[Array, float]:
+    """The grid of one period that stays closest to the stamps, and its largest distance as a share of the allowed."""
+    grid = np.empty_like(stamps)
+    wander = 0.0
+    for rows in segments:
+        line: Array = period * np.arange(rows.stop - rows.start, dtype=np.float64)
+        begins = stamps[rows] - line  # where the line would begin that meets each stamp
+        # Between low and high, all stamps are as near as allowed.
+        low = float((begins - allowed[rows]).max())
+        high = float((begins + allowed[rows]).min())
+        begin = float(begins[0])
+        if not low <= begin <= high:
+            begin = 0.5 * (low + high)
+        grid[rows] = begin + line
+        distance = np.abs(begins - begin) / allowed[rows]
+        wander = max(wander, float(distance.max()))
+    return grid, wander
