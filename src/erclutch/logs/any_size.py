@@ -136,19 +136,27 @@ def read_rows(
     require(2 * _WITHOUT_ROWS / 1e9, unit=" GB", memory=memory / 1e9)
     files = [Path(path) for path in paths]
     whole: dict[Path, list[Recording]] = {}
-    rows, values = 0, 0
+    rows = 0
+    values = 0
     for path in files:
         extent = None
         with suppress(ErclutchError):  # reading it says the same with more words
             extent = None if how.variable else extent_of(path)
         if extent is None:
-            whole[path] = how.read(path, device)
-            extent = sum(log.rows for log in whole[path]), 1 + max(len(log.signals) for log in whole[path])
-        rows = rows + extent[0]
-        values = values + extent[0] * extent[1]
-    most = int(rows * (memory - _WITHOUT_ROWS) / (_FOR_EACH_BYTE * _BYTES * max(values, 1)))
+            logs = how.read(path, device)
+            whole[path] = logs
+            rows_of_file = sum(log.rows for log in logs)
+            columns = 1 + max(len(log.signals) for log in logs)
+        else:
+            rows_of_file, columns = extent
+        rows = rows + rows_of_file
+        values = values + rows_of_file * columns
+    bytes_of_values = _FOR_EACH_BYTE * _BYTES * max(values, 1)
+    most = int(rows * (memory - _WITHOUT_ROWS) / bytes_of_values)
     if rows <= most or not values:
-        recordings = [log for path in files for log in whole.get(path) or how.read(path, device)]
+        recordings: list[Recording] = []
+        for path in files:
+            recordings += whole.get(path) or how.read(path, device)
         data = build_dataset(recordings, device=device, derivative=how.derivative)
         return RowsOfLogs(data, tuple(recordings))
     reader = _BlockReader(device, how, StretchChoice(rows, most), rows, progress)

@@ -304,7 +304,8 @@ def _refuse_or_note(
     text = f"column {name} has {many}, the first ({shown}) in data row {table.first_row + row + 1}"
     if invalid == "error":
         raise LogError(text, remedy="Correct them, or cut the log there with --invalid drop")
-    total = int(np.logical_or.reduce(list(holes.values())).sum())
+    dropped_rows = np.logical_or.reduce(list(holes.values()))
+    total = int(dropped_rows.sum())
     _, *others_with_holes = holes.items()
     others = "".join(f", column {other} {int(rows.sum())}" for other, rows in others_with_holes)
     dropped = f"{total} row{'s' if total > 1 else ''} dropped"

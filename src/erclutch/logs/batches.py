@@ -186,7 +186,9 @@ def blocks_of(batches: Iterable[Batch], device: DeviceName | None, derivative: D
 def neighbours(data: Dataset, start: int, stop: int) -> Dataset:
     """Neighbouring rows [start, stop), lone ones too, with their clock; it says whether they go on from rows before."""
     spans = data.clock.spans
-    joins = data.clock.joins if start == 0 else any(span.start < start < span.stop for span in spans)
+    joins = data.clock.joins
+    if start > 0:
+        joins = any(span.start < start < span.stop for span in spans)
     clock = Clock(data.clock.time[start:stop], within(spans, start, stop), joins)
     return replace(data.picked(slice(start, stop)), clock=clock)
 

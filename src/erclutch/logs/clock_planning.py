@@ -161,7 +161,10 @@ def _rate_of_file(seen: SeenColumns, taken: Sequence[str]) -> float | None:
     stamps = table.columns[name]
     stamps = stamps[np.isfinite(stamps)]
     unit = seen.columns[name].written_unit
-    if stamps.size <= _FEW_STEPS or (unit and not units.fits(unit, ("s",))) or (not unit and _doubt(name, stamps)):
+    if stamps.size <= _FEW_STEPS:
+        return None
+    is_no_time = not units.fits(unit, ("s",)) if unit else _doubt(name, stamps)
+    if is_no_time:
         return None
     factor, _, _ = _as_seconds(name, unit, stamps)
     step = float(np.median(np.diff(stamps))) * factor

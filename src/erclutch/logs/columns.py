@@ -80,11 +80,12 @@ def guess(
         efforts, _ = candidates(seen, "effort", [*taken, *names])
         kinds_of_effort = {seen.columns[name].kind for name in efforts}
         kind = kinds_of_effort.pop() if len(kinds_of_effort) == 1 else ""
-        fits = {name: seen.columns[name].fits(UNITS_OF_KIND[kind]) if kind else None for name in names}
-        alike = [name for name in names if fits[name]]
-        if len(alike) == 1 and None not in fits.values():
-            names = alike
-            reason += f", and the effort is that of a {KINDS[kind]}"
+        if kind:
+            fits = {name: seen.columns[name].fits(UNITS_OF_KIND[kind]) for name in names}
+            alike = [name for name in names if fits[name]]
+            if len(alike) == 1 and None not in fits.values():
+                names = alike
+                reason += f", and the effort is that of a {KINDS[kind]}"
     if signal == "effort" and len(names) > 1:
         # A coefficient of friction says by its numbers which force is the friction and which presses.
         rubbing = rubbing_force(seen)
@@ -241,10 +242,15 @@ def _drives(voltage: SeenColumn, current: SeenColumn) -> bool:
     if not voltage.fits(("V",)) or not current.fits(("A",)) or current.shape.constant:
         return False
     volt = units.parse("V").factor
-    volts = np.abs(voltage.values) * units.parse(voltage.unit_for(("V",)) or "V").factor / volt
-    amperes = np.abs(current.values) * units.parse(current.unit_for(("A",)) or "A").factor
+    unit_of_voltage = units.parse(voltage.unit_for(("V",)) or "V")
+    unit_of_current = units.parse(current.unit_for(("A",)) or "A")
+    volts = np.abs(voltage.values) * unit_of_voltage.factor / volt
+    amperes = np.abs(current.values) * unit_of_current.factor
     known = np.isfinite(volts) & np.isfinite(amperes)
-    return bool(known.any() and np.max(volts[known]) < _OHMS_OF_A_COIL * np.max(amperes[known]))
+    if not known.any():
+        return False
+    most = _OHMS_OF_A_COIL * np.max(amperes[known])  # V
+    return bool(np.max(volts[known]) < most)
 
 
 def _unit_speaks(column: SeenColumn, signal: str, si_units: tuple[str, ...]) -> bool:

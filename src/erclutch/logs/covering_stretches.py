@@ -50,11 +50,15 @@ def spread_points(elements: Sequence[Element], start: int, stop: int, share: flo
     smallest and of the largest slip each is never held out.
     """
     mask = np.zeros(elements[0].field.size, np.bool_)
-    keys = [values[start:stop] for element in elements for values in (element.field, element.slip)]
+    keys: list[Array] = []
+    for element in elements:
+        keys += [element.field[start:stop], element.slip[start:stop]]
     ordered = start + np.lexsort(keys)[1:-1]  # by slip, then by field
     # Steps by the golden ratio never fall in with a period of the table, such as one of three fields.
-    place = np.modf(np.arange(1, ordered.size + 1) * _GOLDEN)[0]
-    mask[ordered[np.argsort(place)[: round(share * (stop - start))]]] = True
+    place, _ = np.modf(np.arange(1, ordered.size + 1) * _GOLDEN)
+    count = round(share * (stop - start))
+    held_out = ordered[np.argsort(place)[:count]]
+    mask[held_out] = True
     return mask
 
 
@@ -88,7 +92,8 @@ def _alike(counts: Array) -> list[int]:
         away = counts[some].sum(axis=0) - wanted
         return float(np.sum(away**2 / (wanted + 1.0)))
 
-    held: list[int] = np.linspace(1, windows - 1, round(SHARE * windows)).round().astype(int).tolist()
+    even = np.linspace(1, windows - 1, round(SHARE * windows))
+    held: list[int] = even.round().astype(int).tolist()
     best = unlike(held)
     while True:  # one window is exchanged at a time, as long as that helps
         tried: list[list[int]] = []

@@ -383,15 +383,22 @@ def joined(parts: Sequence[Dataset]) -> Dataset:
         return parts[0]
 
     spans: list[Span] = []
+    origins: list[str] = []
+    notes: list[str] = []
     edges = [0]  # first row of each log, and the row behind the last
     for part in parts:
         begin = edges[-1]
-        spans += [Span(begin + span.start, begin + span.stop, span.period) for span in part.clock.spans]
+        for span in part.clock.spans:
+            spans.append(Span(begin + span.start, begin + span.stop, span.period))
         edges.append(begin + part.rows)
+        origins += part.origins
+        notes += part.notes
     elements: list[Element] = []
     for each in zip(*(part.elements for part in parts), strict=True):  # the same element of every log
         field = np.concatenate([element.field for element in each])
-        elements.append(Element(field, np.concatenate([element.slip for element in each])))
+        slip = np.concatenate([element.slip for element in each])
+        elements.append(Element(field, slip))
+    time = np.concatenate([part.clock.time for part in parts])
 
     return replace(
         parts[0],
@@ -399,15 +406,18 @@ def joined(parts: Sequence[Dataset]) -> Dataset:
         effort=np.concatenate([part.effort for part in parts]),
         extras=_shared_by_all([part.extras for part in parts]),
         spare=_shared_by_all([part.spare for part in parts]),
-        clock=Clock(np.concatenate([part.clock.time for part in parts]), tuple(spans)),
+        clock=Clock(time, tuple(spans)),
         sources=tuple(part.sources[0] for part in parts),
-        origins=tuple(origin for part in parts for origin in part.origins),
+        origins=tuple(origins),
         source_rows=tuple(itertools.pairwise(edges)),
-        notes=tuple(dict.fromkeys(note for part in parts for note in part.notes)),
+        notes=tuple(dict.fromkeys(notes)),  # each once
     )
 
 
 def _shared_by_all(logs: Sequence[Mapping[str, Array]]) -> dict[str, Array]:
     """The columns that all logs have, one log after another."""
-    shared = [name for name in logs[0] if all(name in columns for columns in logs)]
-    return {name: np.concatenate([columns[name] for columns in logs]) for name in shared}
+    shared: dict[str, Array] = {}
+    for name in logs[0]:
+        if all(name in columns for columns in logs):
+            shared[name] = np.concatenate([columns[name] for columns in logs])
+    return shared

@@ -101,11 +101,11 @@ def doubt_effort_without_power(draft: Draft) -> None:
         return
     if effort.si == "N" and effort.column and effort.column == rubbing_force(draft.seen):
         return
-    guesses = [each for each in (effort, slip) if each.column and each.sureness in ("sure", "likely")]
-    partly_named = (each for each in guesses if not draft.seen.columns[each.column].spoken.forms[each.signal])
-    guessed = next(partly_named, None)
-    if guessed is None:
+    for guessed, other in ((effort, slip), (slip, effort)):
+        if not guessed.column or guessed.sureness not in ("sure", "likely"):
+            continue
+        if draft.seen.columns[guessed.column].spoken.forms[guessed.signal]:
+            continue  # its whole name says it
+        why = f"in {guessed.si}, which makes no power with the {other.signal} in {other.si}"
+        draft.signals[guessed.signal] = replace(guessed, sureness="doubtful", doubt=why)
         return
-    other = slip if guessed is effort else effort
-    why = f"in {guessed.si}, which makes no power with the {other.signal} in {other.si}"
-    draft.signals[guessed.signal] = replace(guessed, sureness="doubtful", doubt=why)

@@ -29,16 +29,21 @@ def plateaus(fields: Sequence[Array]) -> list[tuple[int, int]]:
         fields: of each element, shape (n,).
     """
     rows = fields[0].size
-    levels = [_levels(field) for field in fields] if rows else [None]
-    if any(level is None for level in levels):
+    if not rows:
         return []
     changed = np.zeros(rows - 1, np.bool_)
-    for level in levels:
-        changed |= np.diff(np.asarray(level)) != 0
+    levels: list[NDArray[np.intp]] = []
+    for field in fields:
+        level = _levels(field)
+        if level is None:
+            return []
+        changed |= np.diff(level) != 0
+        levels.append(level)
     edges = [0, *(np.flatnonzero(changed) + 1).tolist(), rows]
     runs = list(pairwise(edges))
-    distinct = {tuple(int(level[start]) for level in levels if level is not None) for start, _ in runs}
-    if not 1 < len(runs) <= _RETURNS * len(distinct):
+    starts = [start for start, _ in runs]
+    distinct = np.unique(np.array(levels)[:, starts], axis=1)  # levels of all elements, shape (elements, k)
+    if not 1 < len(runs) <= _RETURNS * distinct.shape[1]:
         return []
     shortest = min(stop - start for start, stop in runs)
     return runs if shortest >= _FEWEST_ROWS else []

@@ -24,9 +24,12 @@ def take_further_columns(draft: Draft) -> None:
         if signal in draft.signals or signal in draft.declined:
             continue
         called, _ = candidates(draft.seen, signal, draft.taken)
-        if len(called) == 1 and np.all(np.isfinite(draft.table.columns[called[0]])):
-            unit = draft.seen.columns[called[0]].unit_for(SIGNALS[signal].si_units)
-            draft.take(signal, called[0], unit, 1.0, "guessed from its name", "likely")
+        if len(called) != 1:
+            continue
+        column = draft.seen.columns[called[0]]
+        if np.isfinite(column.values).all():
+            unit = column.unit_for(SIGNALS[signal].si_units)
+            draft.take(signal, column.name, unit, 1.0, "guessed from its name", "likely")
 
     for choice in draft.told.inputs:  # as logged; they travel with the signals under a name of their own
         try:

@@ -94,7 +94,10 @@ def claims_nothing(head: bytes) -> bool:
 
 def log_suffixes() -> tuple[str, ...]:
     """Suffixes of all logs that can be read."""
-    return tuple(sorted({suffix for _, reader in _readers([]) for suffix in reader.suffixes}))
+    suffixes: set[str] = set()
+    for _, reader in _readers([]):
+        suffixes.update(reader.suffixes)
+    return tuple(sorted(suffixes))
 
 
 @dataclass(frozen=True)

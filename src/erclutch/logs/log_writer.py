@@ -69,7 +69,8 @@ def is_prediction(path: Path) -> bool:
 
 def _label_of_csv(path: Path) -> str:
     with path.open("rb") as file:
-        return file.read(len(PREDICTED) + 3).decode().removeprefix("# ").removesuffix(":")
+        head = file.read(len(PREDICTED) + 3).decode()
+    return head.removeprefix("# ").removesuffix(":")
 
 
 def _label_of_parquet(path: Path) -> str:

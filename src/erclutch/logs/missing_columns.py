@@ -66,9 +66,11 @@ def missing(seen: SeenColumns, signal: str, taken: Iterable[str], alternatives: 
         doubt += (
             f"; column {presses[0]} is a load beside a coefficient of friction: their product rubs, the load presses"
         )
-    hollow = [name for name in seen.empty if len(spoken_name(name).forms[signal] or "") > 2]
-    if hollow:
-        doubt += f"; column {hollow[0]} is called so, but holds no number in any row"
+    for name in seen.empty:
+        form = spoken_name(name).forms[signal] or ""
+        if len(form) > 2:
+            doubt += f"; column {name} is called so, but holds no number in any row"
+            break
     problem = f"no column for {alternatives or signal}{doubt}; the file has: {seen.table.listed}"
     return MappingError(problem, remedy=remedy)
 

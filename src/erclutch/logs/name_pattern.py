@@ -46,7 +46,8 @@ def constants_of(pattern: str, name: str) -> dict[str, tuple[float, str | None]]
     """
     fields = list(FIELD.finditer(pattern))
     keys = [match.group(1) for match in fields]
-    if not keys or len(set(keys)) < len(keys) or re.search(r"[{}]", FIELD.sub("", pattern)):
+    odd_bracket = re.search(r"[{}]", FIELD.sub("", pattern))
+    if not keys or len(set(keys)) < len(keys) or odd_bracket:
         problem = f"the name pattern '{pattern}' is not a template with different fields"
         raise MappingError(problem, remedy="Write it like {amplitude}mm{frequency}Hz{field}A")
     literals = FIELD.split(pattern)[::3]  # what stands between the fields

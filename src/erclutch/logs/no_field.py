@@ -98,9 +98,13 @@ def why_no_field(seen: SeenColumns, column: SeenColumn, taken: Iterable[str]) ->
 
 def _numbers_parts(column: SeenColumn) -> bool:
     """Whether a column is called like the steps of a test, and holds whole numbers."""
+    if not np.all(column.values == np.round(column.values)):
+        return False
     words = [re.sub(r"\d+$", "", word) for word in column.spoken.stem_words]
-    whole = bool(np.all(column.values == np.round(column.values)))
-    return whole and words[-1:] != [] and words[-1] in _PARTS and {*words[:-1]} <= _OF_A_TEST
+    if not words:
+        return False
+    *before, last = words
+    return last in _PARTS and _OF_A_TEST.issuperset(before)
 
 
 def _is_of_models(seen: SeenColumns, column: SeenColumn) -> bool:
@@ -134,7 +138,8 @@ def _is_same_course(first: Array, second: Array) -> bool:
     b = second[known][:LOOKED_AT]
     if a.size < FEW or np.ptp(a) == 0.0 or not _comes_back(b):
         return False
-    scaled = np.column_stack([np.ones_like(b), (b - b.min()) / np.ptp(b)])
+    from_0_to_1 = (b - b.min()) / np.ptp(b)
+    scaled = np.column_stack([np.ones_like(b), from_0_to_1])
     line, *_ = np.linalg.lstsq(scaled, a, rcond=None)
     left = a - scaled @ line
     return bool(np.ptp(left) <= _SAME_COURSE * np.ptp(a))
@@ -147,16 +152,21 @@ def _is_set_point_of(column: Array, measured: Array) -> bool:
     b = measured[known][:LOOKED_AT]
     if a.size < FEW or not _comes_back(a) or not _comes_back(b):
         return False
-    off = max(abs(a.min() - b.min()), abs(a.max() - b.max()))
-    if off > _SET_ENDS * np.ptp(b):
+    off_below = abs(a.min() - b.min())
+    off_above = abs(a.max() - b.max())
+    if max(off_below, off_above) > _SET_ENDS * np.ptp(b):
         return False
 
     # The lag at which both correlate most, by their spectra; zeros behind the rows keep the ends apart.
     size = 2 * a.size
-    spectrum = np.conj(np.fft.rfft(a - a.mean(), size)) * np.fft.rfft(b - b.mean(), size)
-    correlations = np.fft.irfft(spectrum, size)
+    of_column = np.fft.rfft(a - a.mean(), size)
+    of_measured = np.fft.rfft(b - b.mean(), size)
+    correlations = np.fft.irfft(np.conj(of_column) * of_measured, size)
     lag = int(correlations[: a.size // 2].argmax())  # rows
-    return lag > 0 and bool(np.corrcoef(a[:-lag], b[lag:])[0, 1] > _FOLLOWS_CLOSELY)
+    if lag == 0:
+        return False
+    correlation = np.corrcoef(a[:-lag], b[lag:])[0, 1]
+    return bool(correlation > _FOLLOWS_CLOSELY)
 
 
 def _comes_back(values: Array) -> bool:

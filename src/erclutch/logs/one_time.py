@@ -66,7 +66,8 @@ def _beyond(table: Table, stem: str) -> tuple[str, float] | None:
 
 def unwoven(table: Table) -> Table:
     """The table with all channels at the times of one, that of the effort; as it is where it is no such weave."""
-    if table.unsampled is not None or not any(np.isnan(values).any() for values in table.columns.values()):
+    has_holes = any(np.isnan(values).any() for values in table.columns.values())
+    if table.unsampled is not None or not has_holes:
         return table
     seen = seen_columns(table)
     stamps = seen.stamps

@@ -216,8 +216,12 @@ class Plan:
         """Whether all but the field was found, or is one of several columns: a table without a motion is no log."""
         found = {each.signal for each in self.signals if each.column}
         found |= {each.signal for each in self.questions if "may be any of" in each.problem}
-        groups = [group for group in NEEDS[self.device] if ("field",) not in group]
-        return all(any(found & {*option} for option in group) for group in groups)
+        for group in NEEDS[self.device]:
+            is_field = ("field",) in group
+            is_met = any(not found.isdisjoint(option) for option in group)
+            if not is_field and not is_met:
+                return False
+        return True
 
     def require_sureness(self) -> None:
         """Refuse a plan with open questions, or one that rests on a guess of little ground.
@@ -343,10 +347,12 @@ def _column_lines(plan: Plan, apart: tuple[str, ...]) -> list[str]:
             lines.append(f"# {line}" if beside_the_slip and "position" not in plan.told.columns else line)
         elif each.signal == "field" and each.signal in plan.told.columns:
             lines.append(f"field = {_text(NONE)}  # {_plain(each.reason)}")
-    declined = [signal for signal in plan.told.columns if plan.told.declines(signal) and plan.signal(signal) is None]
-    lines += [f"{signal} = {_text(NONE)}" for signal in declined]
+    for signal in plan.told.columns:
+        if plan.told.declines(signal) and plan.signal(signal) is None:
+            lines.append(f"{signal} = {_text(NONE)}")
     taken = {each.column for each in plan.signals}
-    free = _plain(", ".join(label for name, label in plan.labels.items() if name not in taken))
+    left = [label for name, label in plan.labels.items() if name not in taken]
+    free = _plain(", ".join(left))
     for question in sorted(plan.questions, key=lambda each: each.signal):
         if question.signal not in apart:
             lines.append(f"# missing: {_plain(question.short)}")

@@ -97,8 +97,8 @@ def proposals(draft: Draft) -> list[str]:
     examples = [options[signal] for signal in questions]
     if draft.told.invalid != "drop":
         needed = [*taken, *(name for name in proposed if name in seen.columns)]
-        has_holes = any(not np.isfinite(seen.columns[name].values).all() for name in needed)
-        if has_holes:
+        whole = [np.isfinite(seen.columns[name].values).all() for name in needed]
+        if not all(whole):
             examples.append("--invalid drop")
     return examples
 
@@ -106,7 +106,9 @@ def proposals(draft: Draft) -> list[str]:
 def _is_a_mark(column: SeenColumn) -> bool:
     """Whether a column marks rows by 0 and 1, and no word of its name says that it switches something."""
     known = column.values[np.isfinite(column.values)]
-    return bool(np.isin(known, (0.0, 1.0)).all()) and _SWITCHES.isdisjoint(column.spoken.stem_words)
+    if not np.isin(known, (0.0, 1.0)).all():
+        return False
+    return _SWITCHES.isdisjoint(column.spoken.stem_words)
 
 
 def _may_be_a_column(question: Question, proposed: Sequence[str]) -> bool:

@@ -92,12 +92,19 @@ def table_of_log(
 
 def _are_alike(plans: Sequence[Plan], tables: Sequence[Table]) -> bool:
     """Whether recordings are read in one way without a question, and none holds the rows of another one."""
-    ways = {tuple((each.signal, each.column, each.unit) for each in plan.signals) for plan in plans}
-    if len(ways) > 1 or any(plan.questions or plan.doubts for plan in plans):
+    ways: set[tuple[tuple[str, str, str | None], ...]] = set()
+    for plan in plans:
+        if plan.questions or plan.doubts:
+            return False
+        ways.add(tuple((each.signal, each.column, each.unit) for each in plan.signals))
+    if len(ways) > 1:
         return False
-    motions = {each.column for each in plans[0].signals if each.signal in ("slip", "position") and each.column}
-    courses = [table.columns[name] for table in tables for name in sorted(motions)[:1]]
-    return not any(_holds(one, other) for one, other in combinations(courses, 2))
+    moving = [each for each in plans[0].signals if each.signal in ("slip", "position")]
+    motion = min((each.column for each in moving if each.column), default=None)
+    if motion is None:
+        return True
+    courses = [table.columns[motion] for table in tables]
+    return not any(_holds(course, other) for course, other in combinations(courses, 2))
 
 
 def _holds(one: Array, other: Array) -> bool:

@@ -153,4 +153,5 @@ def low_pass_taps(ratio: float) -> Array:
     from scipy.signal import firwin
 
     half = round(_REACH * ratio)
-    return np.asarray(firwin(2 * half + 1, _CUTOFF / ratio, window=("kaiser", _KAISER)), np.float64)
+    taps = firwin(2 * half + 1, _CUTOFF / ratio, window=("kaiser", _KAISER))
+    return np.asarray(taps, np.float64)

@@ -92,7 +92,8 @@ def few_values_are_missing(draft: Draft) -> bool:
         return False
     if draft.clock.kind == "points":
         return True
-    stretches = int(np.count_nonzero(np.diff(hole.astype(np.int8)) == -1)) + int(not hole[0])
+    hole_before = np.concatenate([[True], hole[:-1]])
+    stretches = int(np.count_nonzero(hole_before & ~hole))  # each begins behind a hole, or with the log
     return hole.size - missing >= MINIMUM_ROWS * stretches
 
 
@@ -194,6 +195,8 @@ def _are_levels(column: WordColumn) -> bool:
 
 def _begins_anew(stamps: Array, column: WordColumn) -> int:
     """How often stamps go back from row to row; 0 where they do so within a word too."""
-    courses = (stamps[column.of_row == number] for number in range(len(column.words)))
-    within = all(bool(np.all(np.diff(course) >= 0.0)) for course in courses)
-    return int(np.count_nonzero(np.diff(stamps) < 0.0)) if within else 0
+    for number in range(len(column.words)):
+        of_word = stamps[column.of_row == number]
+        if not np.all(np.diff(of_word) >= 0.0):
+            return 0
+    return int(np.count_nonzero(np.diff(stamps) < 0.0))

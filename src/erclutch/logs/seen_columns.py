@@ -147,7 +147,10 @@ class SeenColumns:
             if column.spoken.is_time:
                 return column.name
 
-        in_seconds = [column for column in open_ones if column.fits(("s",)) and OTHER.isdisjoint(column.spoken.words)]
+        in_seconds: list[SeenColumn] = []
+        for column in open_ones:
+            if column.fits(("s",)) and OTHER.isdisjoint(column.spoken.words):
+                in_seconds.append(column)
         stated = self.table.clock is not None or self.table.sample_period is not None  # which says more
         if self.table.clock is not None and len(in_seconds) > 1:
             # Dates to the second, and beside them the same time in finer steps.
@@ -183,18 +186,24 @@ def seen_columns(table: Table, *, whole: bool = True) -> SeenColumns:
         stem, end = split_end(bare)
         columns[name] = SeenColumn(name, spoken(bare, stem, end), unit, values, shape_of(values))
 
-    columns_of_log = table.columns.items() if whole else ()
-    counted = Counter(word for column in columns.values() for word in {*column.spoken.stem_words})
+    sharing: Counter[str] = Counter()  # how many columns have a word in their name
+    counters: list[str] = []
+    empty: list[str] = []
+    for name, column in columns.items():
+        sharing.update({*column.spoken.stem_words})
+        if name.replace(" ", "").lower() == _SAMPLE_NUMBER:
+            counters.append(name)
+        if whole and column.values.size and not np.isfinite(column.values).any():
+            empty.append(name)
+    if whole:
+        empty += table.hollow
     fewest = max(_FEWEST_SHARING, len(columns) / 2)
     return SeenColumns(
         table,
         columns,
-        shared_words=frozenset(word for word, count in counted.items() if count >= fewest),
-        counters=tuple(name for name in columns if name.replace(" ", "").lower() == _SAMPLE_NUMBER),
-        empty=(
-            *(name for name, values in columns_of_log if values.size and not np.isfinite(values).any()),
-            *(table.hollow if whole else ()),
-        ),
+        shared_words=frozenset(word for word, count in sharing.items() if count >= fewest),
+        counters=tuple(counters),
+        empty=tuple(empty),
     )
 
 

@@ -178,7 +178,8 @@ def frozen(columns: Sequence[Array]) -> Mask:
     if len(columns) < 2 or marked.size < _FEWEST:
         return marked
     still = np.zeros(marked.size, dtype=np.bool_)
-    still[1:] = np.logical_and.reduce([np.equal(column[1:], column[:-1]) for column in columns])
+    repeats = [np.equal(column[1:], column[:-1]) for column in columns]
+    still[1:] = np.logical_and.reduce(repeats)
     for start, stop in stretches(still):
         inside = start > 1 and stop < marked.size
         if not inside or stop - start < _SHORTEST_FREEZE:
@@ -192,13 +193,21 @@ def frozen(columns: Sequence[Array]) -> Mask:
 
 def _jumps(columns: Sequence[Array], row: int) -> int:
     """How many columns come to a row by far more than their usual step."""
-    return sum(abs(column[row] - column[row - 1]) > _JUMPS * _usual_step(column) for column in columns)
+    jumps = 0
+    for column in columns:
+        step = abs(column[row] - column[row - 1])
+        jumps += bool(step > _JUMPS * _usual_step(column))
+    return jumps
 
 
 def _moving(columns: Sequence[Array], row: int) -> int:
     """How many columns come to a row by no less than a tenth of their largest usual step, within ten rows."""
     before = slice(max(0, row - 10), row + 1)
-    return sum(bool(np.ptp(column[before]) >= 0.1 * _usual_step(column)) for column in columns)
+    moving = 0
+    for column in columns:
+        moved = np.ptp(column[before])
+        moving += bool(moved >= 0.1 * _usual_step(column))
+    return moving
 
 
 def _usual_step(values: Array) -> float:

@@ -38,7 +38,10 @@ def logs_of(
             called = f"{name} {column}".strip() if len(efforts) > 1 else name
             own = replace(chosen, columns={**chosen.columns, effort: each})
             logs.append((called, table, _named(own, [column.lstrip("- "), name])))
-    return [(name, table, _numbered(own, at, len(logs))) for at, (name, table, own) in enumerate(logs)]
+    numbered: list[tuple[str, Table, ColumnMap]] = []
+    for place, (name, table, own) in enumerate(logs):
+        numbered.append((name, table, _numbered(own, place, len(logs))))
+    return numbered
 
 
 def _efforts(

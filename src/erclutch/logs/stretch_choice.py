@@ -89,8 +89,11 @@ class StretchChoice:
     """
 
     def __init__(self, rows: int, most: int, seed: int = 0) -> None:
-        self._rows, self._most = rows, most
-        self._share = 1.0 if most >= rows else (1.0 - _RARE) * most / rows  # of the stretches, even in time
+        self._rows = rows
+        self._most = most
+        self._share = 1.0  # of the stretches, even in time
+        if most < rows:
+            self._share = (1.0 - _RARE) * most / rows
         self._random = np.random.default_rng(seed)
         self._shown = 0  # rows so far
         self._count = 0  # stretches so far
@@ -178,10 +181,18 @@ class StretchChoice:
 
     def _drop_least_rare(self, section: int) -> None:
         """Keep to the rows for rare stretches of a section: first go those with fewest cells that are theirs alone."""
-        most = _RARE * self._most / _SECTIONS
-        while sum(each.stretch.data.rows for each in self._rare if each.section == section) > most:
+        most = _RARE * self._most / _SECTIONS  # rows
+
+        def alone(rare: _Rare) -> int:
+            """Cells that no other stretch holds."""
+            return sum(self._holders[cell] == 1 for cell in rare.cells)
+
+        while True:
             here = [each for each in self._rare if each.section == section]
-            least = min(here, key=lambda each: sum(self._holders[cell] == 1 for cell in each.cells))
+            rows = sum(each.stretch.data.rows for each in here)
+            if rows <= most:
+                return
+            least = min(here, key=alone)
             self._rare = [each for each in self._rare if each is not least]
             self._holders.subtract(least.cells)
             self._holders += Counter[int]()  # drops cells that nobody holds

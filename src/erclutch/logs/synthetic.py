@@ -107,7 +107,8 @@ def _motion(rng: np.random.Generator, n: int) -> Array:
     t = np.arange(n) / RATE
     hertz = rng.uniform(0.3, 8.0, 8)
     phase = rng.uniform(0.0, 2 * np.pi, 8)
-    return 12.0 * np.sin(2 * np.pi * hertz[:, None] * t + phase[:, None]).sum(axis=0)
+    angle = 2 * np.pi * hertz[:, None] * t + phase[:, None]  # shape (sines, n)
+    return 12.0 * np.sin(angle).sum(axis=0)
 
 
 def write_synthetic_log(path: Path, seconds: float = 20.0, seed: int = 0) -> None:

@@ -81,7 +81,8 @@ def sentinels(values: Array) -> dict[float, Mask]:
         return {}
     low = float(measured.min())
     high = float(measured.max())
-    spread = max(high - low, 1e-12 * max(abs(low), abs(high)), np.finfo(float).tiny)
+    largest = max(abs(low), abs(high))
+    spread = max(high - low, 1e-12 * largest, np.finfo(float).tiny)
     largest_step = float(np.abs(np.diff(measured)).max())
     codes: dict[float, Mask] = {}
     for code, rows in held.items():
