@@ -263,6 +263,52 @@ def test_a_freer_model_is_worth_it_on_every_part_or_not_recommended(network: tup
     assert ("network" in worth_their_freedom(errors, {"law": 0, "network": 2})) == allowed
 
 
+@pytest.mark.parametrize(
+    ("network", "allowed"),
+    [
+        ((0.8, 0.8, 0.8, 0.6), True),  # of squares 1.08 is gained and 0.11 lost
+        ((0.8, 0.8, 0.8, 0.8), False),  # 0.39 is lost
+        ((0.98, 0.98, 0.98, 0.51), False),  # no more than 5 % less: a tie goes to physics
+    ],
+)
+def test_a_freer_model_may_lose_a_little_in_a_quiet_block_of_one_log(network: tuple[float, ...], allowed: bool) -> None:
+    freedom = {"law": 0, "network": 1}
+    errors = {"law": errors_of(1.0, 1.0, 1.0, 0.5), "network": errors_of(*network)}
+    assert ("network" in worth_their_freedom(errors, freedom, may_lose=0.25)) == allowed
+    assert "network" not in worth_their_freedom(errors, freedom)  # of logs, fields and motions it may not
+
+
+def test_only_blocks_of_a_single_log_let_a_freer_model_lose_a_little() -> None:
+    t = PERIOD * np.arange(800)
+    slip = np.sin(2.0 * np.pi * 0.7 * t)
+    log = made(0.5 + 0.5 * np.sin(1.3 * t), slip, np.tanh(slip / 0.2), "a log")
+    two = joined([log, replace(log, sources=("another",))])
+    for data, lets in ((log, True), (two, False), (bench((1.0,), rows=200), False)):
+        parts = parts_of_training(data)
+        assert parts is not None
+        assert (parts.may_lose > 0.0) == lets
+
+
+def of_known_errors(name: str, freedom: int, errors: Array) -> Any:
+    """A model that errs so on each row, whichever rows it is fitted to."""
+    model = SimpleNamespace(name=name, law_part=None, predict=lambda data: data.effort - errors)
+    outcome = SimpleNamespace(model=model, freedom=freedom, train_cost=1.0, parameters=1 + freedom)
+    return SimpleNamespace(candidate=SimpleNamespace(refit=lambda *rows: outcome), outcome=outcome)
+
+
+@pytest.mark.parametrize(("last_block", "taken"), [(0.6, "network"), (0.8, "law")])
+def test_a_network_that_loses_a_quiet_block_of_a_log_can_be_chosen(last_block: float, taken: str) -> None:
+    t = PERIOD * np.arange(1600)
+    slip = np.sin(2.0 * np.pi * 0.7 * t)
+    log = made(0.5 + 0.5 * np.sin(1.3 * t), slip, np.tanh(slip / 0.2), "a log")
+    errors = [np.concatenate(errors_of(*sizes)) for sizes in ((1.0, 1.0, 1.0, 0.5), (0.8, 0.8, 0.8, last_block))]
+    fitted = [of_known_errors("law", 0, errors[0]), of_known_errors("network", 1, errors[1])]
+    choice = chosen(log, fitted, [], 0)
+    assert choice is not None
+    assert choice.recommended == taken
+    assert ("network" in choice.errors) == (taken == "network")  # what lost too much was not fitted to the end
+
+
 @pytest.mark.slow
 def test_a_network_has_to_be_worth_its_freedom_where_no_law_is_sound() -> None:
     """A law whose constants cannot be told may estimate well all the same."""

@@ -220,7 +220,7 @@ def worth_its_freedom(comparison: Comparison) -> str:
     unit = comparison.data.units.effort.replace("?", "")
     return (
         f"The best model with more physics, {comparison.called(nearest)}, errs by {number(bound[nearest])} {unit} "
-        f"over the same parts: clearly more, and nowhere less by over 1 %."
+        f"over the same parts: clearly more, and nowhere less by as much."
     )
 
 

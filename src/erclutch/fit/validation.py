@@ -33,6 +33,8 @@ _MOST_LAWS = 5  # where whole fields or motions tell their forms apart
 _AT_REST = 0.1  # of the largest least error on any part: what the measure of a part is no smaller than
 #: Squared error of a freer model on each part, over that of the model that more physics binds: fading costs a little.
 _NO_MORE = 1.02
+#: Of blocks of one log in time a freer model may lose so much on some, as a share of what it gains on others.
+_LOST = 0.25
 
 
 @dataclass(frozen=True)
@@ -46,6 +48,7 @@ class LeftOut:
         fields: how many of the parts, the first ones, are whole fields.
         lowest: how many of the parts, the first ones, are at no field. They make bands and choose no model: no log can
             have less than no field, so nothing like a fit without these rows will be asked for.
+        in_time: whether they are blocks of one log in time, which are alike but for how much happens in each.
     """
 
     words: str
@@ -53,6 +56,12 @@ class LeftOut:
     further: bool
     fields: int = 0
     lowest: int = 0
+    in_time: bool = False
+
+    @property
+    def may_lose(self) -> float:
+        """What a freer model may lose on some parts, as a share of what it gains on others."""
+        return _LOST if self.in_time else 0.0
 
 
 @dataclass(frozen=True)
@@ -113,7 +122,7 @@ def parts_of_training(train: Dataset) -> LeftOut | None:
         return LeftOut("whole logs", list(of_logs), further=False)
     if train.rows < _BLOCKS * _FEWEST_ROWS:
         return None
-    return LeftOut(f"{_BLOCKS} blocks in time", time_folds(train, _BLOCKS), further=False)
+    return LeftOut(f"{_BLOCKS} blocks in time", time_folds(train, _BLOCKS), further=False, in_time=count == 1)
 
 
 def _no_field(train: Dataset, start: int, stop: int) -> bool:
@@ -191,7 +200,7 @@ def chosen(
         estimated = weighed_effort - whole[name]
         scores[name] = score(weighed_effort, estimated, seed=seed)
     freedom = {name: outcomes[name].freedom for name in usable}
-    worth = worth_their_freedom(weighed, freedom, seed)
+    worth = worth_their_freedom(weighed, freedom, seed, parts.may_lose)
     best = min(worth, key=lambda name: scores[name].rmse.value)
     errors_of_worth = {name: usable[name] for name in worth}
     _, recommended = recommend(
@@ -282,18 +291,20 @@ def part_weights(errors: Mapping[str, Sequence[Array]]) -> list[float]:
 
 
 def worth_their_freedom(
-    errors: Mapping[str, Sequence[Array]], freedom: Mapping[str, int], seed: int = 0
+    errors: Mapping[str, Sequence[Array]], freedom: Mapping[str, int], seed: int = 0, may_lose: float = 0.0
 ) -> dict[str, int]:
     """The models that may be recommended by their errors on parts that they were not fitted to, with their freedom.
 
     A model that is freer of physics has to be worth it: the best model of less freedom errs clearly more than the freer
     one over all parts, and no less than it on any single part. What is better on most parts and worse on others has
-    learned something that holds on some rows only, and the next log may be of the others.
+    learned something that holds on some rows only, and the next log may be of the others. Blocks of one log are all of
+    the same motion, and little happens in some: there the freer one may lose a little of what it gains elsewhere.
 
     Args:
         errors: by model, measured less estimated effort on each part.
         freedom: by model, from 0, a law.
         seed: of the band that tells "clearly".
+        may_lose: what the freer model may lose on some parts, as a share of what it gains on others, in squares.
     """
     squares: dict[str, float] = {}
     for name, own in errors.items():
@@ -304,25 +315,36 @@ def worth_their_freedom(
         best = min(allowed, key=lambda name: squares[name], default=None)
         as_free = [name for name, own in freedom.items() if own == level]
         for name in as_free:
-            if best is None or _worth(errors[name], errors[best], seed):
+            if best is None or _worth(errors[name], errors[best], seed, may_lose):
                 allowed[name] = level
     return allowed
 
 
-def _worth(freer: Sequence[Array], bound: Sequence[Array], seed: int) -> bool:
+def _worth(freer: Sequence[Array], bound: Sequence[Array], seed: int, may_lose: float) -> bool:
     """Whether errors by parts are clearly less than those of a model that is bound by more physics."""
-    for error, error_of_bound in zip(freer, bound, strict=True):
-        if _errs_more(error, error_of_bound):
-            return False
+    if _loses(freer, bound, may_lose):
+        return False
     saved = excess(np.concatenate(bound), np.concatenate(freer), seed=seed)
     return saved.value > TOLERATED and saved.low > 0.0
 
 
-def _errs_more(freer: Array, bound: Array) -> bool:
-    """Whether a freer model errs by more on a part than the model that more physics binds."""
-    square = float(freer @ freer)
-    square_of_bound = float(bound @ bound)
-    return not _NO_MORE * square_of_bound >= square  # also where a square is no number
+def _loses(freer: Sequence[Array], bound: Sequence[Array], may_lose: float) -> bool:
+    """Whether a freer model loses too much on single parts to the model that more physics binds.
+
+    Args:
+        freer: its errors on the first parts, or on all; on the others it may yet gain all that there is.
+        bound: errors on all parts of the other model.
+        may_lose: as a share of what is gained, in squares.
+    """
+    lost = 0.0
+    gained = sum(float(error @ error) for error in bound[len(freer) :])
+    for error, error_of_bound in zip(freer, bound, strict=False):
+        square = float(error @ error)
+        square_of_bound = float(error_of_bound @ error_of_bound)
+        if not _NO_MORE * square_of_bound >= square:  # also where a square is no number
+            lost += square - square_of_bound
+        gained += max(square_of_bound - square, 0.0)
+    return lost != 0.0 and not lost <= may_lose * gained
 
 
 def _errors_on_parts(
@@ -334,7 +356,7 @@ def _errors_on_parts(
 ) -> dict[str, list[Array]]:
     """Measured less estimated effort on each part by fits without it, of the models that are still in question after.
 
-    What physics binds most goes first. A freer model that errs by more than the best of these on a part that chooses
+    What physics binds most goes first. A freer model that loses too much to the best of these on the parts that choose
     cannot be recommended (`worth_their_freedom`), so it is not fitted without the other parts.
     """
     usable: dict[str, list[Array]] = {}
@@ -349,14 +371,15 @@ def _errors_on_parts(
         for number, part in enumerate(parts.masks):
             done = (place * count + number) / (len(levels) * count)
             told(done, f"choosing: part {number + 1} of {count} is left out")
-            chooses = number >= parts.lowest
             for name in list(errors):
                 error = _error_without(part, of_level[name], train, refitted[number])
-                error_of_bound = bound[number] if bound is not None and chooses else None
-                if error is None or (error_of_bound is not None and _errs_more(error, error_of_bound)):
+                if error is None:
                     del errors[name]
-                else:
-                    errors[name].append(error)
+                    continue
+                errors[name].append(error)
+                asked = errors[name][parts.lowest :]
+                if bound is not None and _loses(asked, bound[parts.lowest :], parts.may_lose):
+                    del errors[name]
         usable |= errors
     return usable
 
@@ -388,7 +411,7 @@ def _best_of(
     weights = _weights(asked, parts)
     weighed = {name: _times(weights, own) for name, own in asked.items()}
     own_freedom = {name: freedom[name] for name in usable}
-    worth = worth_their_freedom(weighed, own_freedom, seed)
+    worth = worth_their_freedom(weighed, own_freedom, seed, parts.may_lose)
     best = min(worth, key=lambda name: _weighed_rms(weights, asked[name]))
     return usable[best]
 
