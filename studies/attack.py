@@ -1,15 +1,17 @@
 """An attack on erclutch, part by part: what was tried, how often, and what did not hold.
 
-    python studies/attack.py [PART ...] [--minutes 19] [--count 1000] [--first 0]
+    python studies/attack.py [PART ...] [--minutes 19] [--count 1000] [--pairs 100] [--first 0]
 
 The parts come in the order of what they cost, the cheapest first. Each has its share of the time that is left, and all
 processors of the machine; what a part does not need goes to those behind it. Within a part each row has its share, and
 on a machine that is too slow for it one try at least. The table says how many tries each came to. A failure is printed
-as it is seen. The program ends with 1 if anything failed, or if a row had no try.
+as it is seen. The program ends with 1 if anything failed, or if a row had no try. Behind the table stand
+the seconds of processor time of each part, which do not depend on what else the machine does.
 
-- races: two processes write to one place at one moment, for each command that writes. Of the writers ``--count`` / 10
-  pairs each: the command's own result, its rule of what may be replaced, and the code that puts it in place. Of whole
-  commands ``--count`` / 10 pairs each, as far as the time goes; of `demo`, which takes seconds, a tenth.
+- races: two processes write to one place at one moment, for each command that writes, ``--pairs`` each. Of the writers:
+  the command's own result, its rule of what may be replaced, and the code that puts it in place. Of whole commands:
+  forked when all is imported; what the first run reads in a child, draws, or fits for `demo` is kept for the pairs. One
+  pair of each is started as a user does.
 - room: each command that writes, into a folder that nobody may write to, and onto a disk of 60 kB.
 - bombs: small files that unpack to gigabytes.
 - formats: damaged logs of each format, ``--count`` each: a crash, a hang, more than 1 GB, or other numbers in silence
@@ -36,8 +38,9 @@ import sys
 import tempfile
 import time
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from itertools import product
 from pathlib import Path
@@ -68,24 +71,27 @@ IN_CHILD = ("mdf", "tdms", "spreadsheet", "hdf5", "ros2", "mat", "parquet")
 UNCHECKED_NAMES = ("hdf5 checked",)
 MOST_MIB = 954  # 1 GB
 MOST_SECONDS = 10.0  # of processor time, for a file
+#: Pairs of a command, and of each file or folder that it writes.
+PAIRS = 100
 #: Number of the first damaged file of each kind, and the first seed: another one makes other damage.
 FIRST = 0
 #: Part -> what it costs on two processors in seconds: the weights by which the parts share the time, and their order.
 WEIGHTS = {
-    "mujoco": 15,
-    "loop": 20,
-    "settings": 25,
-    "runs": 35,
-    "places": 40,
-    "room": 60,
-    "sensors": 70,
-    "app": 80,
-    "hostile": 100,
-    "compilers": 110,
-    "bombs": 115,
-    "races": 280,
-    "formats": 320,
+    "settings": 8,
+    "mujoco": 10,
+    "loop": 15,
+    "runs": 15,
+    "places": 15,
+    "room": 25,
+    "bombs": 40,
+    "sensors": 60,
+    "app": 60,
+    "hostile": 60,
+    "compilers": 100,
+    "formats": 240,
+    "races": 400,
 }
+SHARE_OF_WRITERS = 0.2  # of the time of their races
 LEAST_OF_TESTS, MOST_TO_END = 60.0, 60.0  # s for tests, however late it is, and to end in when their time is over
 _COUNTS = re.compile(r"(\d+) (passed|failed|error|errors)")
 
@@ -126,36 +132,59 @@ def _in_its_time(work: Callable[..., Row], task: tuple[object, ...], until: floa
 
 
 def races(until: float, count: int) -> Iterator[Row]:
-    """Pairs of each command that writes; the commands take turns, so that each has its pairs when the time is over."""
-    from tests.support.raced_writers import lost_in, written_by
-    from tests.support.races import SLOW, WORDS, forked, make_material, words_of
+    """Pairs of each command that writes."""
+    from tests.support.races import EACH_ITS_OWN, WORDS, make_material
 
-    rows = {name: Row(f"races of {name}") for name in WORDS}
     with tempfile.TemporaryDirectory() as name:
-        folder = Path(name) / "work"
-        folder.mkdir()
-        make_material(folder)
-        for command in WORDS:  # the first run of each also imports all that `forked` takes from this process
-            row = Row(f"writers of {command}")
-            for number, written in enumerate(written_by(command, folder, Path(name))):
-                pairs = max(count // (10 if time.monotonic() < until else 100), 1)
-                row.tries += pairs
-                for lost in lost_in(written, pairs, Path(name) / f"raced-{command}-{number}"):
-                    row.fail(lost)
-            yield row
-        for pair in range(max(count // 10, 1)):
-            for command, row in rows.items():
-                if row.tries and time.monotonic() > until:
-                    break
-                if command in SLOW and pair % 10 > 0:
-                    continue
-                lost = forked(command, pair, folder).lost(command)
-                row.tries += 1
-                if lost:
-                    row.fail(lost)
-                written = folder / words_of(command, pair)[-1]
-                shutil.rmtree(written) if written.is_dir() else written.unlink(missing_ok=True)
-    yield from rows.values()
+        make_material(Path(name))
+        tasks = [(command, name) for command in WORDS]
+        yield from at_once(_started_pair, tasks, until)
+        # A recording grows in its place, so that a power cut leaves it: it has no writer that moves it there.
+        moved = [task for task in tasks if task[0] not in EACH_ITS_OWN]
+        now = time.monotonic()
+        yield from at_once(_pairs_of_writers, moved, now + (until - now) * SHARE_OF_WRITERS)
+        yield from at_once(_pairs_of_commands, tasks, until)
+
+
+@contextmanager
+def _folder_of(material: str) -> Generator[tuple[Path, Path]]:
+    """A folder of a command alone with what it needs, and room beside it."""
+    with tempfile.TemporaryDirectory() as name:
+        yield Path(shutil.copytree(material, Path(name) / "work")), Path(name)
+
+
+def _started_pair(command: str, material: str, *, until: float) -> Row:
+    from tests.support.races import started
+
+    row = Row(f"programs of {command}", tries=1)
+    with _folder_of(material) as (folder, _):
+        if lost := started(command, 0, folder).lost(command):
+            row.fail(lost)
+    return row
+
+
+def _pairs_of_writers(command: str, material: str, *, until: float) -> Row:
+    from tests.support.raced_writers import lost_in, written_by
+
+    row = Row(f"writers of {command}")
+    with _folder_of(material) as (folder, beside):
+        for number, written in enumerate(written_by(command, folder, beside)):
+            pairs = PAIRS if time.monotonic() < until else max(PAIRS // 10, 1)
+            row.tries += pairs
+            for lost in lost_in(written, pairs, beside / f"raced-{number}"):
+                row.fail(lost)
+    return row
+
+
+def _pairs_of_commands(command: str, material: str, *, until: float) -> Row:
+    from tests.support.races import lost_in_pairs
+
+    row = Row(f"races of {command}")
+    with _folder_of(material) as (folder, _):
+        row.tries, lost = lost_in_pairs(command, PAIRS, folder, lambda: time.monotonic() > until)
+    for each in lost:
+        row.fail(each)
+    return row
 
 
 def bombs(until: float, count: int) -> Iterator[Row]:
@@ -256,8 +285,8 @@ def _faults(control: str, seed: int, *, until: float) -> Row:
         row.tries += 1
         row.counts["too high for more than 5 ms"] += not run.never_above
         row.counts[f"not zero within {ZERO_WITHIN} ms"] += not run.zero_in_time
-        if run.outcome == NOT_HELD:
-            row.fail(f"{sensor} / {kind}, seed {seed}: {NOT_HELD}")
+        if run.outcome == NOT_HELD or not (run.held or run.cause):
+            row.fail(f"{sensor} / {kind}, seed {seed}: {run.outcome}, and nobody knows why")
     return row
 
 
@@ -272,6 +301,7 @@ def compilers(until: float, count: int) -> Iterator[Row]:
 def _one_language(place: int, language: str, guarded: bool, *, until: float) -> Row:
     from erclutch.export.c.compilers import natives
     from tests.support.changed_arithmetic import (
+        ALWAYS_TOLD_IN_CPP,
         CPP,
         MODELS,
         OPTIONS,
@@ -286,9 +316,10 @@ def _one_language(place: int, language: str, guarded: bool, *, until: float) -> 
     from tests.support.exported_models import MODELS as MADE
 
     compiler, flags = natives()[place], CPP if language == "C++" else C
-    row, answers = Row(f"{compiler.name}, {language}, {'guarded' if guarded else 'old compiler'}"), Counter[int]()
+    row = Row(f"{compiler.name}, {language}, {'guarded' if guarded else 'old compiler'}")
+    answers, by_precision = Counter[int](), Counter[str]()
     with tempfile.TemporaryDirectory() as folder:
-        made = product(MODELS, PRECISIONS)
+        made = list(product(MODELS, PRECISIONS))
         files = [written(MADE[label], Path(folder) / label / precision, precision) for label, precision in made]
         for file in files:
             if not guarded:
@@ -299,12 +330,16 @@ def _one_language(place: int, language: str, guarded: bool, *, until: float) -> 
         for number, (turn, options) in product(range(len(files)), enumerate(OPTIONS)):
             if row.tries and time.monotonic() > until:
                 break
+            if language == "C++" and not guarded and options in ALWAYS_TOLD_IN_CPP:
+                continue
             said = answer(compiler, files[(number + turn) % len(files)], options.split(), flags)
             row.tries += 1
             answers[said] += 1
+            by_precision[made[(number + turn) % len(files)][1]] += 1
             if said not in (RIGHT, REFUSED):
                 row.fail(f"{options}: {said}")
-    row.note = f"{answers[RIGHT]} right, {answers[REFUSED]} refused"
+    row.note = f"{answers[RIGHT]} right, {answers[REFUSED]} refused; "
+    row.note += ", ".join(f"{times} of {precision}" for precision, times in sorted(by_precision.items()))
     return row
 
 
@@ -388,14 +423,15 @@ PARTS |= {"races": races, "formats": formats}
 
 def main() -> int:
     """Run the parts and print the table."""
+    global FIRST, PAIRS
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("parts", nargs="*", metavar="PART", help=f"of {', '.join(WEIGHTS)}; none: all")
     parser.add_argument("--minutes", type=float, default=19.0, help="for all parts together")
     parser.add_argument("--count", type=int, default=1000, help="damaged files of a format")
+    parser.add_argument("--pairs", type=int, default=PAIRS, help="that race for a command")
     parser.add_argument("--first", type=int, default=0, help="number of the first damaged file, and first seed")
     asked = parser.parse_args()
-    global FIRST
-    FIRST = asked.first
+    FIRST, PAIRS = asked.first, asked.pairs
     if wrong := set(asked.parts) - set(WEIGHTS):
         parser.error(f"there is no part {', '.join(sorted(wrong))}")
     parts = [part for part in WEIGHTS if part in asked.parts or not asked.parts]
@@ -403,15 +439,21 @@ def main() -> int:
     end = time.monotonic() + 60.0 * asked.minutes
     print("| row | tries | failures | |\n| --- | --- | --- | --- |", flush=True)
     rows: list[Row] = []
+    taken: dict[str, float] = {}
     for place, part in enumerate(parts):
-        began = time.monotonic()
+        began, used = time.monotonic(), sum(os.times()[:4])
         share = WEIGHTS[part] / sum(WEIGHTS[later] for later in parts[place:])
         until = began + max(end - began, 0.0) * share
         of_part = list(PARTS[part](until, asked.count) if part in PARTS else tested(part, until))
         for row in of_part:
             print(f"| {row.name} | {row.tries} | {len(row.failures)} | {row.note} |", flush=True)
         rows += of_part
-        print(f"{part}: {time.monotonic() - began:.0f} s", file=sys.stderr, flush=True)
+        taken[part] = sum(os.times()[:4]) - used  # of this process and of those that it waited for
+        clock = time.monotonic() - began
+        print(f"{part}: {clock:.0f} s, {taken[part]:.0f} s of processors", file=sys.stderr, flush=True)
+    print("\n| part | s of processors |\n| --- | ---: |")
+    for part, seconds in (*taken.items(), ("all", sum(taken.values()))):
+        print(f"| {part} | {seconds:.0f} |", flush=True)
     return 1 if any(row.failures or not row.tries for row in rows) else 0
 
 

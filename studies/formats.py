@@ -14,6 +14,7 @@ mutation is known by format and number, so the study can be stopped and goes on 
 from __future__ import annotations
 
 import argparse
+import gc
 import json
 import os
 import resource
@@ -193,6 +194,7 @@ def mutate(name: str, count: int, results: Path, folder: Path, until: float = fl
         found = notes_of(log, name)
         return None if found is None else bool(found - usual)
 
+    gc.freeze()  # or each collection of a child copies the pages that it shares with this process
     chunks = [json.loads(line) for line in kept.read_text().splitlines()] if kept.exists() else []
     for first in range(len(chunks) * CHUNK, count, CHUNK):
         if chunks and time.monotonic() > until:

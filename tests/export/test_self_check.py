@@ -16,6 +16,7 @@ from erclutch.export.c.compilers import Compiler, natives
 from erclutch.export.targets import c, python
 from erclutch.models.model import Model
 from tests.support.changed_arithmetic import (
+    ALWAYS_TOLD_IN_CPP,
     CPP,
     MODELS,
     OPTIONS,
@@ -142,7 +143,7 @@ def test_the_right_bits_or_a_refusal_as_cpp(
     exports: dict[tuple[bool, str, str], Path], options: str, need: Callable[..., None]
 ) -> None:
     need("gcc")
-    folder = exports[False, MODELS[OPTIONS.index(options) % len(MODELS)], "float64"]
+    folder = exports[options in ALWAYS_TOLD_IN_CPP, MODELS[OPTIONS.index(options) % len(MODELS)], "float64"]
     for compiler in natives():
         assert answer(compiler, folder, options.split(), CPP) in (RIGHT, REFUSED), compiler.name
 

@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
+import asyncio
 import math
 import os
 import pickle
 import signal
+from collections.abc import Coroutine
+from concurrent.futures import BrokenExecutor, Executor, Future
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 
 import pytest
 
 from erclutch.errors import LogError, SettingError
 from erclutch.runs import cluster
-from erclutch.runs.cluster import WorkerLostError, finished, in_order, task_pool
+from erclutch.runs.cluster import TaskPool, WorkerLostError, finished, in_order, task_pool
 from tests.support.hostile import lies
 
 
@@ -65,8 +69,11 @@ def test_a_killed_process_costs_its_task_alone(tmp_path: Path) -> None:
 @pytest.mark.slow
 def test_two_clusters_of_one_machine_at_once_are_heard_on_the_loopback_alone() -> None:
     import psutil
+    from dask import config
 
     with task_pool("local", 1) as one, task_pool("local", 1) as other:
+        # A worker that was dead as Dask looked, 15 s after it had died before, got no successor.
+        assert config.get("distributed.deploy.lost-worker-timeout") == "1 day"
         assert [list(in_order(pool, math.sqrt, [4.0, 9.0])) for pool in (one, other)] == [[2.0, 3.0]] * 2
         here = psutil.Process()
         ears = [
@@ -77,15 +84,49 @@ def test_two_clusters_of_one_machine_at_once_are_heard_on_the_loopback_alone() -
     assert 8787 not in {ear.port for ear in ears}
 
 
+def fetched(task: Coroutine[Any, Any, bytes]) -> object:
+    """What `finished` gets of a task of Dask."""
+    answer = Future[object]()
+    asyncio.run(cluster._fetch(task, answer))  # pyright: ignore[reportPrivateUsage]
+    return answer.result(0.0)
+
+
 def test_an_answer_of_a_worker_that_nobody_can_read_is_an_error() -> None:
     """Dask's client waited for it without end."""
-    from concurrent.futures import Future
 
-    packed, answer = Future[bytes](), Future[object]()
-    packed.set_result(pickle.dumps(lies("")))
-    cluster._unpack(packed, answer)
+    async def task() -> bytes:
+        return pickle.dumps(lies(""))
+
     with pytest.raises(WorkerLostError, match=r"answer cannot be read \(ValueError\)\. Start workers with the same"):
-        answer.result(1.0)
+        fetched(task())
+
+
+def test_a_task_that_fails_while_its_answer_is_fetched_has_an_error() -> None:
+    """Its worker died between: done anew, the task failed, and Dask's executor never said so."""
+
+    async def task() -> bytes:
+        raise BrokenExecutor("all its workers died")
+
+    with pytest.raises(BrokenExecutor, match="all its workers died"):
+        fetched(task())
+
+
+class Waits(Executor):
+    """A cluster that never answers."""
+
+    def submit(self, fn: Any, /, *args: Any, **kwargs: Any) -> Future[Any]:
+        return Future()
+
+
+def test_a_cluster_whose_workers_are_all_gone_is_an_error(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The tasks waited without end."""
+    counts = iter([1, 0, 1])
+    monkeypatch.setattr(cluster, "_LOOK", 0.01)
+    monkeypatch.setattr(cluster, "_NO_WORKER", 0.05)
+    pool = TaskPool(Waits(), 2, workers=lambda: next(counts, 0))
+    with pytest.raises(WorkerLostError, match=r"no worker for 0 s\. Start workers, then the same command"):
+        list(finished(pool, math.sqrt, [4.0]))
+    assert next(counts, None) is None
 
 
 def test_a_part_of_dask_that_does_not_end_in_time_loses_no_work() -> None:

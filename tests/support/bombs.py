@@ -229,8 +229,11 @@ class Taken(NamedTuple):
         return self.said != "" and self.mib <= MOST_MIB and self.seconds <= MOST_SECONDS
 
 
-def read_alone(path: Path, seconds: float = 60.0) -> Taken:
-    """Read a log in a process of its own; what it says is empty where it broke or took longer by the clock."""
+def read_alone(path: Path, seconds: float = 240.0) -> Taken:
+    """Read a log in a process of its own; what it says is empty where it broke or took longer by the clock.
+
+    Its processor time is what counts: on a busy machine a minute of the clock may hold five seconds of that.
+    """
     try:
         done = subprocess.run(
             [sys.executable, "-c", _READ, str(path)], capture_output=True, text=True, timeout=seconds, check=False

@@ -4,14 +4,18 @@ from __future__ import annotations
 
 import json
 import os
+import random
 import resource
 import signal
 import subprocess
 import sys
+import threading
 import time
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from itertools import pairwise
 from pathlib import Path
+from queue import Empty, Queue
 
 import numpy as np
 
@@ -290,6 +294,36 @@ def dask_workers(folder: Path) -> Outcome:
     return 4, wrong
 
 
+def dies_now_and_then(number: int) -> bytes:
+    """An answer of 20 MB, and often a worker that dies while it is fetched, or soon after."""
+    chance = random.Random(f"{number} {os.getpid()}")
+    if chance.random() < 0.15:
+        threading.Timer(chance.uniform(0.0, 0.15), os.kill, (os.getpid(), signal.SIGKILL)).start()
+    return os.urandom(1000) * 20_000
+
+
+def dying_workers_of_dask(folder: Path) -> Outcome:
+    """Tasks on two workers that die again and again: each is answered, in time, by its result or an error."""
+    count, answers, over = 40, Queue[object](), object()
+
+    def ask() -> None:
+        with task_pool("local", 2) as pool:
+            for _, result in finished(pool, dies_now_and_then, range(count)):
+                answers.put(result)
+        answers.put(over)
+
+    threading.Thread(target=ask, daemon=True).start()
+    answered, wrong = 0, list[str]()
+    with suppress(Empty):
+        while (result := answers.get(timeout=2.0 * PATIENCE)) is not over:
+            answered += 1
+            if not isinstance(result, bytes | WorkerLostError):
+                wrong.append(f"{result!r}")
+    if answered < count:
+        wrong.append(f"{count - answered} tasks have no answer")
+    return count, wrong
+
+
 CASES: dict[str, Callable[[Path], Outcome]] = {
     "no place to write, disk full": no_place_to_write,
     "damaged exports under verify": mutated_exports,
@@ -300,4 +334,5 @@ CASES: dict[str, Callable[[Path], Outcome]] = {
     "tune of damaged runs": tuning_of_damaged_runs,
     "many runs in the app": many_runs_in_the_app,
     "workers of Dask": dask_workers,
+    "workers of Dask that die often": dying_workers_of_dask,
 }

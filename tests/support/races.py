@@ -2,22 +2,28 @@
 
 from __future__ import annotations
 
+import gc
 import multiprocessing
 import os
+import shutil
 import subprocess
 import sys
+from collections.abc import Callable, Generator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, NamedTuple
+from unittest import mock
 
 from erclutch.cli import main
+from erclutch.logs.readers import child_process
 from erclutch.logs.synthetic import write_synthetic_log
 from tests.support.command import run
 
 COMMAND = (sys.executable, "-m", "erclutch")
 FIT = ("fit", "log.csv", "--models", "bingham", "--lag", "none", "--out")
 _CALIBRATION = ("--evaluations", "2", "--workers", "1", "--vary", "screw.coulomb")
-#: Take seconds: they have fewer pairs.
-SLOW = ("demo", "experiment")
+#: Take seconds: in the tests they have fewer pairs.
+SLOW = ("demo", "experiment", "live")
 #: What each command that writes is told, but for the place, which comes last.
 WORDS = {
     "fit": FIT,
@@ -38,27 +44,34 @@ WORDS = {
     "tune": ("tune", "lagged", "--bandwidth", "5", "--as", "svg", "--out"),
     "experiment": ("experiment", "sine", "--run", "pair", "--seconds", "1", "--out"),
     "calibrate-twin": ("calibrate-twin", "pair.csv", "--device", "coaxial", *_CALIBRATION, "--out"),
+    "live": ("live", "--no-model", "--headless", "--seconds", "0.05", "--record", "--folder"),
     "demo": ("demo", "--seconds", "10", "--out"),
 }
 _ENDINGS = {"predict": ".csv", "report": ".html", "compare": ".html", "table": ".md", "inspect": ".toml"}
 _ENDINGS |= {"align": ".csv", "excite": ".csv", "simulate": ".csv", "calibrate-twin": ".toml"}
 #: The second may come when the first has ended; a report is replaced then, a fleet and a figure are made again.
 AGAIN = ("report", "compare", "fit-many", "reproduce", "figure", "experiment", "demo")
+#: Each of the two makes a recording of its own in one folder.
+EACH_ITS_OWN = ("live",)
 _TOLD = ("is writing it", "already", "exists", "there is such a file", "made it meanwhile")
 _FORK = multiprocessing.get_context("fork")
 
 
 class Raced(NamedTuple):
-    """Exit codes of a pair, the smaller first, what both said, and files that they left half-written."""
+    """Exit codes of a pair, the smaller first, what both said, what they left half-written, and how many recordings."""
 
     codes: tuple[int, ...]
     said: tuple[str, ...]
     left: tuple[str, ...]
+    recordings: int
 
     def lost(self, name: str) -> str:
         """What a pair of a command did wrong; "" where of two results none is lost and the other writer was told."""
         if self.left:
             return f"left {self.left[0]}"
+        if name in EACH_ITS_OWN:
+            kept = self.codes == (0, 0) and self.recordings == 2
+            return "" if kept else f"{self.recordings} recordings; codes {self.codes}: {self.said}"
         if self.codes == (0, 0):
             return "" if name in AGAIN else "both are done, and only one of them is there"
         told = any(words in text for text in self.said for words in _TOLD)
@@ -98,7 +111,7 @@ def started(name: str, pair: int, folder: Path) -> Raced:
     pipe = subprocess.PIPE
     both = [subprocess.Popen(words, cwd=folder, stdout=pipe, stderr=pipe, text=True) for _ in range(2)]
     said = tuple(process.communicate(timeout=120)[1] for process in both)
-    return Raced(tuple(sorted(process.returncode for process in both)), said, left_in(folder))
+    return _raced([process.returncode for process in both], said, folder / words[-1], folder)
 
 
 def forked(name: str, pair: int, folder: Path) -> Raced:
@@ -115,13 +128,81 @@ def forked(name: str, pair: int, folder: Path) -> Raced:
     notes = [folder / f"said-{who}" for who in range(2)]
     said = tuple(note.read_text(errors="replace") for note in notes)
     codes = [1 if process.exitcode is None else process.exitcode for process in both]
-    return Raced(tuple(sorted(codes)), said, left_in(folder))
+    return _raced(codes, said, folder / words_of(name, pair)[-1], folder)
 
 
-def warm(folder: Path) -> None:
-    """Run each command once in this process, so that all that `forked` takes from it is imported."""
-    for name in WORDS:
-        run(*words_of(name, -1), cwd=folder)
+def _raced(codes: list[int], said: tuple[str, ...], place: Path, folder: Path) -> Raced:
+    return Raced(tuple(sorted(codes)), said, left_in(folder), len(list(place.glob("*.mcap"))))
+
+
+def lost_in_pairs(
+    name: str, pairs: int, folder: Path, over: Callable[[], bool] = lambda: False
+) -> tuple[int, list[str]]:
+    """How many pairs of a whole command were raced in a folder with the material, and what was lost in them.
+
+    Args:
+        name: of the command.
+        pairs: how many.
+        folder: with the material; nobody else writes there.
+        over: says when the time is over; one pair is raced in any case.
+    """
+    lost = list[str]()
+    with slow_work_kept(name):
+        first = run(*words_of(name, -1), cwd=folder)  # imports all, and does what is kept
+        assert first.code == 0, first.error
+        gc.freeze()  # or each collection of a child copies the pages that it shares with this process
+        for pair in range(1, pairs + 1):
+            lost.append(forked(name, pair, folder).lost(name))
+            place = folder / words_of(name, pair)[-1]
+            shutil.rmtree(place) if place.is_dir() else place.unlink(missing_ok=True)
+            if over():
+                break
+        gc.unfreeze()
+    return len(lost), [each for each in lost if each]
+
+
+@contextmanager
+def slow_work_kept(name: str) -> Generator[None]:
+    """What a command's first run reads in a child process, draws and, of `demo`, fits is kept for the runs after it.
+
+    The place is looked at, reserved and written anew each time: a pair costs a tenth of what it costs a user.
+    """
+    from matplotlib.figure import Figure
+
+    from erclutch.fit import comparison
+    from erclutch.report.plots import paper_style
+
+    save = Figure.savefig
+    drawings = dict[str, bytes]()
+
+    def saved(figure: Figure, file: Any, *, format: str, **options: Any) -> None:
+        if format not in drawings:
+            save(figure, file, format=format, **options)
+            drawings[format] = file.getvalue()
+        else:
+            file.write(drawings[format])
+
+    fitted = _first_answer(comparison.compare) if name == "demo" else comparison.compare
+    with (
+        mock.patch.object(child_process, "run", _first_answer(child_process.run)),
+        mock.patch.object(Figure, "savefig", saved),
+        mock.patch.object(paper_style, "settle", _first_answer(paper_style.settle)),
+        mock.patch.object(comparison, "compare", fitted),
+    ):
+        yield
+
+
+def _first_answer(function: Callable[..., Any]) -> Callable[..., Any]:
+    """The function, which answers words and paths as it did at first; other arguments count as the same."""
+    answers = dict[tuple[str, ...], Any]()
+
+    def answered(*given: Any, **options: Any) -> Any:
+        key = tuple(str(each) for each in given if isinstance(each, str | Path))
+        if key not in answers:
+            answers[key] = function(*given, **options)
+        return answers[key]
+
+    return answered
 
 
 def _run(name: str, pair: int, folder: Path, begin: Any, who: int) -> None:

@@ -63,6 +63,7 @@ _DOUBTS = ("theta-doubted", "alpha-doubted", "torque-doubted")
 #: Control -> device, program, and settings that differ.
 CONTROLS: Mapping[str, tuple[DeviceName, str, Mapping[str, Any]]] = {
     "equation 23": ("coaxial", "tracking-fast", {}),
+    "equation 23, meter needed": ("coaxial", "tracking-fast", {"meter_needed": 1.0}),
     "torque": ("coaxial", "torque-sine", {}),
     "computed torque": (
         "coaxial",

@@ -15,14 +15,17 @@ import re
 import signal
 import sys
 import threading
+import time
 from collections.abc import Callable, Generator, Iterable, Iterator, Sized
-from concurrent.futures import BrokenExecutor, Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
+from concurrent.futures import BrokenExecutor, CancelledError, Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
+from functools import partial
 from itertools import islice
 from multiprocessing import get_context, parent_process, resource_tracker
-from queue import SimpleQueue
+from queue import Empty, SimpleQueue
 from typing import Any, TypeVar
+from weakref import WeakSet
 
 from erclutch.errors import ErclutchError, SettingError
 from erclutch.fit.one_thread import one_thread
@@ -33,6 +36,9 @@ R = TypeVar("R")
 #: Tasks that a Dask scheduler holds at a time, done or not: a few kB each in its memory, enough for 1,000 workers.
 IN_FLIGHT = 2_000
 _SECONDS = 10  # to reach a scheduler
+#: A cluster may have no worker for so long [s]: on a busy machine the next one takes its time.
+_NO_WORKER = 120.0
+_LOOK = 5.0  # s without an answer after which the cluster is asked for its workers
 
 
 class WorkerLostError(ErclutchError):
@@ -48,12 +54,14 @@ class TaskPool:
         places: tasks that it holds at a time.
         lost: errors that say that a worker died, not that the task failed.
         here: whether the tasks run in this process.
+        workers: asks how many there are; None where they do not go away.
     """
 
     executor: Executor
     places: int
     lost: tuple[type[BaseException], ...] = (BrokenExecutor,)
     here: bool = False
+    workers: Callable[[], int] | None = None
 
 
 @contextmanager
@@ -107,7 +115,7 @@ def finished(
         What the function gave, or the error that it raised; a `WorkerLostError` for a task whose workers died.
 
     Raises:
-        WorkerLostError: the cluster went away.
+        WorkerLostError: the cluster went away, or has had no worker for minutes.
     """
     turns = ((index, task, 0) for index, task in enumerate(tasks))
     running: dict[Future[R], tuple[int, T, int]] = {}
@@ -123,7 +131,7 @@ def finished(
             begin(turn)
         if not running:
             return
-        future = ended.get()
+        future = _next(ended, pool)
         index, task, lost = running.pop(future)
         if future.cancelled():
             raise _gone()
@@ -137,6 +145,24 @@ def finished(
         if error is not None and not isinstance(error, Exception):
             raise error
         yield index, future.result() if error is None else error
+
+
+def _next(ended: SimpleQueue[Future[R]], pool: TaskPool) -> Future[R]:
+    """The next task that has ended.
+
+    Raises:
+        WorkerLostError: the cluster has no worker, and gets none.
+    """
+    since = time.monotonic()  # when it was last seen to have one
+    while True:
+        with suppress(Empty):
+            return ended.get(timeout=_LOOK if pool.workers else None)
+        assert pool.workers is not None
+        now = time.monotonic()
+        since = now if pool.workers() else since
+        if now - since > _NO_WORKER:
+            problem = f"the cluster has had no worker for {_NO_WORKER:.0f} s"
+            raise WorkerLostError(problem, remedy="Start workers, then the same command")
 
 
 def _gone() -> WorkerLostError:
@@ -263,6 +289,7 @@ def one_blas_thread() -> None:
 @contextmanager
 def _dask(cluster: str, workers: int) -> Generator[TaskPool]:
     try:
+        from dask import config
         from distributed import Client, KilledWorker, LocalCluster
         from distributed.utils import silence_logging_cmgr
     except ImportError as error:
@@ -279,6 +306,8 @@ def _dask(cluster: str, workers: int) -> Generator[TaskPool]:
                 "silence_logs": logging.CRITICAL,
                 "scheduler_kwargs": {"dashboard": False},
             }
+            # A worker that died again as Dask looked, 15 s after it had died, got no successor for good.
+            stack.enter_context(config.set({"distributed.deploy.lost-worker-timeout": "1 day"}))
             with _interrupts_held():
                 place = LocalCluster(n_workers=workers, threads_per_worker=1, **only_here)
                 stack.callback(_close, place)
@@ -289,8 +318,20 @@ def _dask(cluster: str, workers: int) -> Generator[TaskPool]:
             raise SettingError(problem, where=cluster, remedy="Check the address, and that it runs") from error
         stack.callback(_close, client)
         _prepare(client, cluster)
-        with _ended(_DaskExecutor(client.get_executor(pure=False))) as executor:
-            yield TaskPool(executor, IN_FLIGHT, (BrokenExecutor, KilledWorker))
+        with _ended(_DaskExecutor(client)) as executor:
+            yield TaskPool(executor, IN_FLIGHT, (BrokenExecutor, KilledWorker), workers=partial(_count, client))
+
+
+def _count(client: Any) -> int:
+    """Workers that a cluster has.
+
+    Raises:
+        WorkerLostError: the cluster went away.
+    """
+    try:
+        return len(client.nthreads())
+    except (OSError, TimeoutError, RuntimeError) as error:
+        raise _gone() from error
 
 
 def _close(part: Any) -> None:
@@ -317,10 +358,15 @@ def _interrupts_held() -> Generator[None]:
 
 
 class _DaskExecutor(Executor):
-    """Dask's executor; it cancels what runs where others cancel what waits."""
+    """Tasks of a Dask client, each with an answer whatever happens.
 
-    def __init__(self, executor: Any) -> None:
-        self._executor = executor
+    Dask's own executor gives none where a worker dies after its task is done and before the result is fetched, and the
+    task fails when it is done anew.
+    """
+
+    def __init__(self, client: Any) -> None:
+        self._client = client
+        self._begun: WeakSet[Any] = WeakSet()
 
     def submit(
         self,
@@ -331,15 +377,31 @@ class _DaskExecutor(Executor):
     ) -> Future[R]:
         answer: Future[R] = Future()
         try:
-            packed: Future[bytes] = self._executor.submit(_on_dask, fn, *args, **kwargs)
+            task: Any = self._client.submit(_on_dask, fn, *args, **kwargs, pure=False)
+            self._client.loop.add_callback(_fetch, task, answer)
         except (RuntimeError, OSError) as error:  # of a client that lost its scheduler
             raise _gone() from error
-        packed.add_done_callback(lambda done: _unpack(done, answer))
+        self._begun.add(task)
         return answer
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
-        with suppress(Exception):  # the cluster may have gone
-            self._executor.shutdown(wait=wait and not cancel_futures)
+        """Cancel what waits and runs where the work was interrupted; else `finished` has taken all answers."""
+        if cancel_futures:
+            with suppress(Exception):  # the cluster may have gone
+                self._client.cancel(list(self._begun))
+
+
+async def _fetch(task: Any, answer: Future[R]) -> None:
+    """Hand a task's answer on once it is there, or the error that it is none; in the loop of the client."""
+    try:
+        packed: bytes = await task
+    except CancelledError:
+        answer.cancel()
+        answer.set_running_or_notify_cancel()
+    except BaseException as error:  # of the task, its workers, or the way here
+        answer.set_exception(error)
+    else:
+        _unpack(packed, answer)
 
 
 def _on_dask(function: Callable[..., object], *args: Any, **kwargs: Any) -> bytes:
@@ -355,21 +417,13 @@ def _wire() -> Any:
     return pickle
 
 
-def _unpack(packed: Future[bytes], answer: Future[R]) -> None:
-    """Hand a worker's answer on, or the error that it is none."""
-    error = None if packed.cancelled() else packed.exception()
-    if packed.cancelled():
-        answer.cancel()
-        answer.set_running_or_notify_cancel()
-    elif error is not None:
-        answer.set_exception(error)
-    else:
-        try:
-            answer.set_result(_wire().loads(packed.result()))
-        except Exception as unreadable:  # whatever it is, it is no result
-            problem = f"a worker's answer cannot be read ({type(unreadable).__name__})"
-            remedy = "Start workers with the same packages as here"
-            answer.set_exception(WorkerLostError(problem, remedy=remedy))
+def _unpack(packed: bytes, answer: Future[R]) -> None:
+    try:
+        answer.set_result(_wire().loads(packed))
+    except Exception as unreadable:  # whatever it is, it is no result
+        problem = f"a worker's answer cannot be read ({type(unreadable).__name__})"
+        remedy = "Start workers with the same packages as here"
+        answer.set_exception(WorkerLostError(problem, remedy=remedy))
 
 
 def _prepare(client: Any, where: str) -> None:

@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import ctypes
+import os
 import socket
 import subprocess
+import tempfile
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
+from erclutch.wings.live import session
 from erclutch.wings.live.c_build import SOURCES, build
 from erclutch.wings.live.layout import COMMAND, CONSTANTS, FRAME, HEADER, SAMPLE
 
@@ -141,3 +145,20 @@ def test_packets_of_another_rig_are_dropped_and_counted(library: ctypes.CDLL, th
         assert (received(), events.value) == (1, 0)
         assert samples["seq"][0] == 9
     library.erc_rig_end(ctypes.byref(rig))
+
+
+def test_a_folder_that_another_session_takes_for_left_over_is_made_anew(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of two sessions that began at one moment one ended with "No such file", its folder not yet locked."""
+    make, made = tempfile.mkdtemp, list[str]()
+
+    def mkdtemp(**options: Any) -> str:
+        made.append(make(**options))
+        if len(made) == 1:
+            os.rmdir(made[0])
+        return made[-1]
+
+    monkeypatch.setattr(tempfile, "mkdtemp", mkdtemp)
+    folder, lock = session._own_folder()
+    os.close(lock)
+    folder.rmdir()
+    assert [str(folder)] == made[1:]

@@ -317,7 +317,10 @@ def _own_folder() -> tuple[Path, int]:
                 os.close(lock)
     while True:
         folder = Path(tempfile.mkdtemp(prefix=_PREFIX, dir=ring_folder()))
-        lock = os.open(folder, os.O_RDONLY)
+        try:
+            lock = os.open(folder, os.O_RDONLY)
+        except FileNotFoundError:  # removed as below
+            continue
         with contextlib.suppress(OSError):  # a file system without locks: nobody can take the folder for left over
             fcntl.flock(lock, fcntl.LOCK_EX)
         if folder.exists():  # a session that starts at the same moment may have removed it, unlocked as it was

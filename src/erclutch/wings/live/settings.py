@@ -154,6 +154,7 @@ class LoopSettings:
     torque_rate: float = 0.0
     torque_band: float = 0.0
     torque_still: float = 0.0
+    meter_needed: float = 0.0
     load_inertia: float = 0.0
     load_friction: float = 0.0
     load_drag: float = 0.0

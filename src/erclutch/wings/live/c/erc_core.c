@@ -58,12 +58,13 @@ static void trip(erc_core *core, uint32_t events) {
     core->trip_reason = events;
 }
 
-/* Periods in which a sensor has been wrong that the program's control depends on. */
+/* Periods in which a sensor has been wrong that the program's control depends on, or that is needed in any case. */
 static uint32_t doubted(const erc_core *core) {
     const uint32_t mode = core->config.list[core->program].mode;
     const bool computed = mode == ERC_TRACK && core->config.track_bandwidth > 0.0;
     const bool torque = mode == ERC_TORQUE || mode == ERC_IMPEDANCE || mode == ERC_WALL || computed;
-    const uint32_t meter = torque && core->config.observer == ERC_BY_SENSOR ? core->meter.doubted : 0u;
+    const bool asked = torque && core->config.observer == ERC_BY_SENSOR;
+    const uint32_t meter = asked || core->config.meter_needed > 0.0 ? core->meter.doubted : 0u;
     /* Of meter and encoder one is wrong, and which one nothing says. */
     const uint32_t either = mode == ERC_FIELDS || mode == ERC_REST ? 0u : core->momentum.doubted;
     return meter > either ? meter : either;

@@ -135,7 +135,7 @@ _Static_assert(sizeof(erc_order) == 24, "order");
 /* --- configuration ----------------------------------------------------------------------------------------------- */
 
 #define ERC_CONFIG_MAGIC 0x47435245u /* "ERCG" */
-#define ERC_CONFIG_VERSION 3u
+#define ERC_CONFIG_VERSION 4u
 #define ERC_PROGRAMS 32u
 /* Periods from zero field to the trip: room for what the system, the wire and the last good sample were late by. */
 #define ERC_ZERO_BEFORE_TRIP 7u
@@ -192,4 +192,4 @@ typedef struct {
     uint32_t observer, crc;
 } erc_config;
 #undef ERC_SETTING
-_Static_assert(sizeof(erc_config) == 16 + 8 + 44 * 8 + 8 + 16 + 72 * ERC_PROGRAMS + 8, "config");
+_Static_assert(sizeof(erc_config) == 16 + 8 + 45 * 8 + 8 + 16 + 72 * ERC_PROGRAMS + 8, "config");

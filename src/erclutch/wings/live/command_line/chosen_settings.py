@@ -154,6 +154,7 @@ def _settings(
         "derivative": Derivative("kalman", control.speed_bandwidth),
         **_values(control, "k_p", "k_d", "torque_p", "torque_i", "theta_wrap", "alpha_wrap", "stiffness", "damping"),
         **_stages(parameters, control),
+        "meter_needed": float(control.meter_needed),
     }
     if replay is not None:
         largest = 0.0  # field of the recording
