@@ -87,7 +87,7 @@ def test_meter_and_encoder_tell_of_each_other(control: str, sensor: str, kind: s
     assert fault.zero > 0
 
 
-@pytest.mark.parametrize("kind", [*IMPOSSIBLE, "0", "stuck"])
+@pytest.mark.parametrize("kind", ["1e30", "stuck"])
 def test_a_program_that_asks_no_meter_goes_on_unless_the_meter_is_needed(kind: str, pair: LiveModel) -> None:
     """Equation 23 needs the angles alone: the machine is well. Who relies on the meter says so, and it stops."""
     goes_on = found(pair, "equation 23", "torque", kind)
@@ -272,17 +272,17 @@ def test_a_meter_that_jumps_while_a_brake_rests_is_wrong(kind: str) -> None:
     assert fault.zero < 12
 
 
-@pytest.mark.parametrize("kind", ["stuck", "late"])
-def test_an_encoder_that_is_wrong_while_its_drive_rests_reads_as_in_health(kind: str) -> None:
+def test_an_encoder_that_is_wrong_while_its_drive_rests_reads_as_in_health() -> None:
     """No check can tell a fault whose samples have the bits of a healthy device: the loop goes on as in health."""
     brake = study.model_of(RIG, "bingham", "single")
     settings, begin = study.settings_of("wall", brake, RIG), 1113
     healthy = study.frames_of(settings, brake.library, RIG, 0)
-    faulty = study.frames_of(settings, brake.library, RIG, 0, ("theta", kind, begin))
     unknown = begin + study.ZERO_WITHIN
-    for name in FRAME.names or ():
-        assert np.array_equal(healthy[name][:unknown], faulty[name][:unknown], equal_nan=True), name
-    assert study.cause_of(settings, RIG, ("theta", kind, begin), healthy, faulty) == "same bits"
+    for kind in ("stuck", "late"):
+        faulty = study.frames_of(settings, brake.library, RIG, 0, ("theta", kind, begin))
+        for name in FRAME.names or ():
+            assert np.array_equal(healthy[name][:unknown], faulty[name][:unknown], equal_nan=True), (kind, name)
+        assert study.cause_of(settings, RIG, ("theta", kind, begin), healthy, faulty) == "same bits"
 
 
 def resting(change: Any, wave: Waveform = Waveform.CONSTANT) -> Any:
