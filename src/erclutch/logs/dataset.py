@@ -161,7 +161,11 @@ class Dataset(Shown):
         return self.picked(slice(None, None, max(1, step)))
 
     def picked(self, rows: Mask | NDArray[np.intp] | slice) -> Dataset:
-        """Some rows, lone ones too, without their past: for models that have no memory."""
+        """Some rows, lone ones too, without their past: for models that have no memory.
+
+        Args:
+            rows: a mask, shape (n,); or places, shape (k,); or a slice.
+        """
         effort = self.effort[rows]
         return replace(
             self,

@@ -149,7 +149,7 @@ class ColumnMap:
 
     @classmethod
     def from_dict(cls, values: Mapping[str, Any], source: str = "given") -> ColumnMap:
-        """From plain values with the keys of the mapping file.
+        """From plain values with the keys of the mapping file; ``source`` says in reasons who gave them.
 
         Raises:
             MappingError: an unknown key, or a value of the wrong kind.

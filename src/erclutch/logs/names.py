@@ -247,11 +247,8 @@ def meant_by(name: str, signals: Iterable[str], *, time: bool) -> str:
 
 def words_of(name: str) -> list[str]:
     """Words of a name, in small letters: at signs, and where a small letter meets a large one."""
-    decomposed = unicodedata.normalize("NFKD", name)
-    apart = re.sub(r"(?<=[a-z])(?=[A-Z])", " ", decomposed)
-    without_accents = re.sub("[\u0300-\u036f]", "", apart)
-    without_signs = re.sub(r"[^\w\s]|_", " ", without_accents)
-    return without_signs.lower().split()
+    apart = re.sub(r"(?<=[a-z])(?=[A-Z])", " ", unicodedata.normalize("NFKD", name))
+    return re.sub(r"[^\w\s]|_", " ", re.sub("[\u0300-\u036f]", "", apart)).lower().split()
 
 
 def _called_as(name: str, stem: str, signal: str) -> str | None:

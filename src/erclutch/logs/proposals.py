@@ -97,8 +97,8 @@ def proposals(draft: Draft) -> list[str]:
     examples = [options[signal] for signal in questions]
     if draft.told.invalid != "drop":
         needed = [*taken, *(name for name in proposed if name in seen.columns)]
-        whole = [np.isfinite(seen.columns[name].values).all() for name in needed]
-        if not all(whole):
+        has_holes = any(not np.isfinite(seen.columns[name].values).all() for name in needed)
+        if has_holes:
             examples.append("--invalid drop")
     return examples
 

@@ -92,8 +92,7 @@ def few_values_are_missing(draft: Draft) -> bool:
         return False
     if draft.clock.kind == "points":
         return True
-    hole_before = np.concatenate([[True], hole[:-1]])
-    stretches = int(np.count_nonzero(hole_before & ~hole))  # each begins behind a hole, or with the log
+    stretches = int(np.count_nonzero(np.diff(hole.astype(np.int8)) == -1)) + int(not hole[0])
     return hole.size - missing >= MINIMUM_ROWS * stretches
 
 

@@ -43,8 +43,11 @@ def untidied(table: Table) -> Table:
     signals = table.words[named[0]]
     parts = [np.flatnonzero(signals.of_row == number) for number in range(len(signals.words))]
     rows = parts[0].size
-    alike = all(part.size == rows for part in parts)
-    if not 2 <= len(parts) <= _MOST_SIGNALS or not alike or rows * len(parts) != table.rows:
+    if (
+        not 2 <= len(parts) <= _MOST_SIGNALS
+        or any(part.size != rows for part in parts)
+        or sum(part.size for part in parts) != table.rows
+    ):
         return table
     stamps: Array = table.columns[times[0]] if times else np.asarray(table.clock)
     at = stamps[parts[0]]
@@ -54,18 +57,14 @@ def untidied(table: Table) -> Table:
     units: list[str | None] = []
     said = next((words for name, words in table.words.items() if plain(name) in _UNITS), None)
     for part in parts:
-        unit = None
+        written: set[str] = set()
         if said is not None:
-            numbers = np.unique(said.of_row[part])
-            written = numbers[numbers >= 0]  # some cells may be empty
-            if written.size == 1:
-                unit = said.words[int(written[0])]
-        units.append(unit)
+            written = {word for number, word in enumerate(said.words) if bool(np.any(said.of_row[part] == number))}
+        units.append(written.pop() if len(written) == 1 else None)
     names, own_units, renamed = name_columns(
         [*times, *signals.words], [*(table.units.get(name) for name in times), *units]
     )
-    value = table.columns[values[0]]
-    columns = [at] * len(times) + [value[part] for part in parts]
+    columns = [at] * len(times) + [table.columns[values[0]][part] for part in parts]
     note = f"column {named[0]} names the signal of each value: {len(parts)} signals are taken as columns"
     notes = [each for each in table.notes if "parts the rows by" not in each]
     return replace(

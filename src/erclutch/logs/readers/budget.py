@@ -141,7 +141,8 @@ def budget_of(path: Path) -> Budget:
 def size_of(path: Path) -> int:
     """Bytes of a file, or of the files in a folder; 0 where they cannot be asked, which their reader then says."""
     try:
-        return sum(each.stat().st_size for each in (path.iterdir() if path.is_dir() else [path]))
+        files = path.iterdir() if path.is_dir() else [path]
+        return sum(file.stat().st_size for file in files)
     except OSError:
         return 0
 
@@ -170,7 +171,9 @@ def _take_part(file: BinaryIO, part: ZipInfo, budget: Budget) -> None:
     head = file.read(30)
     if len(head) < 30:
         raise EOFError("it is cut off")
-    file.seek(int.from_bytes(head[26:28], "little") + int.from_bytes(head[28:30], "little"), 1)
+    name_length = int.from_bytes(head[26:28], "little")
+    extra_length = int.from_bytes(head[28:30], "little")
+    file.seek(name_length + extra_length, 1)
     unpacking = zlib.decompressobj(-15)
     left = part.compress_size
     while left > 0 and (block := file.read(min(left, _BLOCK))):

@@ -173,8 +173,9 @@ def _started(
     root = str(Path(__file__).resolve().parents[3])
     paths = os.pathsep.join([root, *(entry for entry in sys.path if entry)])
     limits = str(memory), str(ceil(seconds))
-    command = [sys.executable, "-P", "-W", "ignore", "-m", module, str(path), folder, *limits, *arguments]
-    return command, {**os.environ, **_SINGLE, "PYTHONPATH": paths, "TMPDIR": folder}
+    python = [sys.executable, "-P", "-W", "ignore", "-m", module]
+    environment = {**os.environ, **_SINGLE, "PYTHONPATH": paths, "TMPDIR": folder}
+    return [*python, str(path), folder, *limits, *arguments], environment
 
 
 def _too_long(seconds: float) -> LogError:
@@ -314,10 +315,17 @@ def _limit(memory: int, seconds: int) -> None:
         import resource
     except ImportError:
         return  # Windows: the wall-clock limit of the parent remains
-    for limit, value in (("RLIMIT_AS", memory), ("RLIMIT_FSIZE", memory), ("RLIMIT_CPU", seconds), ("RLIMIT_CORE", 0)):
+    limits = {
+        "RLIMIT_AS": memory,
+        "RLIMIT_FSIZE": memory,
+        "RLIMIT_CPU": seconds,
+        "RLIMIT_CORE": 0,
+    }
+    for name, value in limits.items():
         try:
-            hard = resource.getrlimit(getattr(resource, limit))[1]
+            limit = getattr(resource, name)
+            _, hard = resource.getrlimit(limit)
             bound = value if hard == resource.RLIM_INFINITY else min(value, hard)
-            resource.setrlimit(getattr(resource, limit), (bound, hard))
+            resource.setrlimit(limit, (bound, hard))
         except (AttributeError, ValueError, OSError):
             continue

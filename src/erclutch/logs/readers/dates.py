@@ -32,14 +32,20 @@ def clock_of(texts: Mapping[str, pd.Series[Any]]) -> tuple[str, Array | None]:
     Args:
         texts: column name -> its cells, of the columns that hold text.
     """
-    first_cells = {name: str(cells.iloc[0]).strip() for name, cells in texts.items() if not cells.isna().any()}
-    dates = [name for name, first in first_cells.items() if any(_reads(first, pattern) for pattern in _DATES)]
+    whole: dict[str, pd.Series[Any]] = {}  # columns with a cell in each row
+    dates: dict[str, pd.Series[Any]] = {}  # those of them that begin with a date
     for name, cells in texts.items():
-        times = cells.astype(str).str.strip() if name in first_cells else None
-        for date in dates:
-            if times is None or date == name:
+        if cells.isna().any():
+            continue
+        whole[name] = cells.astype(str).str.strip()
+        first = str(cells.iloc[0]).strip()
+        if any(_reads(first, pattern) for pattern in _DATES):
+            dates[name] = whole[name]
+    for name, cells in texts.items():
+        for date, days in dates.items():
+            if name not in whole or date == name:
                 continue
-            stamps = seconds(texts[date].astype(str).str.strip() + " " + times)
+            stamps = seconds(days + " " + whole[name])
             if stamps is not None:
                 return f"{date} and {name}", stamps
         stamps = seconds(cells)

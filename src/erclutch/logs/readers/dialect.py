@@ -79,7 +79,8 @@ def sniff(text: str, asked: str | None = None) -> Dialect:
         first = _first_row(lines, marks, numeric)
         if first is not None:
             below = [line for line in lines[first:] if line.strip() and not is_comment(line)]
-            data = [row for row in map(marks.cells, below[-size:]) if _is_data(row, marks, numeric)]
+            rows_below = [marks.cells(line) for line in below[-size:]]
+            data = [row for row in rows_below if _is_data(row, marks, numeric)]
             return _with_header(lines, first, marks, data)
 
     count = len(lines) - (not lines[-1])  # a line end closes the last line and begins no other
@@ -112,7 +113,10 @@ def _filled_width(rows: Sequence[Sequence[str]]) -> int:
     A spreadsheet fills all lines of a text up to the longest of them, which may stand above the table.
     """
     width = max((len(row) for row in rows), default=0)
-    while width > 1 and sum(len(row) >= width and row[width - 1] != "" for row in rows) < _FILLED * len(rows):
+    while width > 1:
+        filled = sum(len(row) >= width and row[width - 1] != "" for row in rows)
+        if filled >= _FILLED * len(rows):
+            break
         width -= 1
     return width
 
@@ -122,7 +126,8 @@ def _numeric_columns(rows: Sequence[Sequence[str]], marks: Marks) -> list[bool]:
     width = max((len(row) for row in rows), default=0)
     numeric: list[bool] = []
     for column in range(width):
-        filled = [row[column] for row in rows if len(row) > column and row[column].lower() not in WORDS]
+        cells = [row[column] for row in rows if len(row) > column]
+        filled = [cell for cell in cells if cell.lower() not in WORDS]
         numbers = sum(marks.is_number(cell) for cell in filled)
         numeric.append(2 * numbers > len(filled))
     return numeric
@@ -191,25 +196,30 @@ def _with_header(lines: Sequence[str], first: int, marks: Marks, data: Sequence[
     trailing = trailing and all(len(row) < width or not row[-1] for row in (first_row, *data))
     rows = RowsBelow(width, trailing, _name_rows(data, marks))
 
-    above = [index for index in range(first) if lines[index].strip("#%/ \t")]  # an empty comment is no line
-    header = header_of([lines[index] for index in above], marks, rows)
+    places = [index for index in range(first) if lines[index].strip("#%/ \t")]  # an empty comment is no line
+    above = [lines[index] for index in places]
+    header = header_of(above, marks, rows)
     notes: list[str] = []
     if header is None:
         if above:
-            _refuse_bad_first_row(lines[above[-1]], above[-1], marks, width)
+            _refuse_bad_first_row(above[-1], places[-1], marks, width)
         header = Header([""] * (width - trailing), None, 0)
         notes.append(f"no header row: the columns are called c1 .. c{len(header.labels)}")
-    elif len(header.labels) > 1 and not header.labels[-1] and (trailing or len(header.labels) > width):
-        header = replace(header, labels=header.labels[:-1], units=header.units and header.units[:-1])
-    header = with_headings(header, [lines[index] for index in above], marks)
+    else:
+        count = len(header.labels)
+        one_too_many = count > 1 and not header.labels[-1] and (trailing or count > width)
+        if one_too_many:
+            header = replace(header, labels=header.labels[:-1], units=header.units and header.units[:-1])
+    header = with_headings(header, above, marks)
     names, own_units, renamed = name_columns(header.labels, header.units)
 
-    before_header = [lines[index] for index in above[: len(above) - header.lines]]
+    before_header = above[: len(above) - header.lines]
     metadata = header_pairs(line.lstrip("#%/ ") for line in before_header)
     prose = [line for line in before_header if not is_comment(line) and not header_pairs([line])]
     if prose:
         more = f" and {len(prose) - 1} more" if len(prose) > 1 else ""
-        notes.append(f"text above the table skipped: {' '.join(prose[0].split())[:60]!r}{more}")
+        begin = " ".join(prose[0].split())[:60]
+        notes.append(f"text above the table skipped: {begin!r}{more}")
 
     numeric = _numeric_columns(data, marks) + [False] * len(names)  # a name may stand over an empty column
     return Dialect(
@@ -250,10 +260,9 @@ def _refuse_bad_first_row(line: str, index: int, marks: Marks, width: int) -> No
     if marks.delimiter is not None and words and len(cells) == width - 1 > 2:
         raise LogError(counts, remedy="Name each column in that line")
 
-    bad = [(number, cell) for number, cell in enumerate(cells, start=1) if cell and not marks.is_number(cell)]
+    bad = [place for place, cell in enumerate(cells) if cell and not marks.is_number(cell)]
     if len(cells) == width > 1 and 0 < len(bad) < len(cells):
-        number, cell = bad[0]
         raise LogError(
-            f"line {index + 1}, column {number} is '{cell}' where a number is expected",
+            f"line {index + 1}, column {bad[0] + 1} is '{cells[bad[0]]}' where a number is expected",
             remedy="Correct or delete that line, or put a complete header row above the data",
         )

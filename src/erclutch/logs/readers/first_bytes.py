@@ -62,5 +62,7 @@ def named(data: bytes) -> tuple[str, str]:
 def named_text(text: str) -> tuple[str, str] | None:
     """What a text is that is no table, and the remedy; None for all others."""
     head = text[:1024]
-    found = ((name, remedy) for pattern, name, remedy in _TEXTS if re.match(pattern, head, re.IGNORECASE))
-    return next(found, None)
+    for pattern, name, remedy in _TEXTS:
+        if re.match(pattern, head, re.IGNORECASE):
+            return name, remedy
+    return None

@@ -131,7 +131,11 @@ def chosen(found: Mapping[str, Found], variable: str | None, what: str, none: st
 
 def join_hint(found: Mapping[str, Found]) -> str:
     """How to join the recordings that have a time, the longest first, as the end of a remedy."""
-    rows = {name: next(iter(each.columns.values())).size for name, each in found.items() if time_of(each)}
+    rows: dict[str, int] = {}  # of each recording that has a time
+    for name, recording in found.items():
+        if time_of(recording):
+            first_column = next(iter(recording.columns.values()))
+            rows[name] = first_column.size
     if len(rows) < 2:
         return ""
     longest_first = sorted(rows, key=lambda name: -rows[name])
@@ -140,8 +144,11 @@ def join_hint(found: Mapping[str, Found]) -> str:
 
 def time_of(recording: Found) -> str | None:
     """The label of a recording's time, if it has one."""
-    named = (label for label in recording.columns if _TIME.fullmatch(split_label(label)[0].strip()))
-    return next(named, None)
+    for label in recording.columns:
+        name, _ = split_label(label)
+        if _TIME.fullmatch(name.strip()):
+            return label
+    return None
 
 
 def joined_by_time(found: Mapping[str, Found], what: str) -> Found:
@@ -263,11 +270,10 @@ def table_of_answer(source: LogSource, answer: child_process.Answer) -> Table:
     """What `answer_of_table` made of a table, as that table, with name and digest of the file."""
     arrays, texts = answer
     columns = dict(zip(texts["labels"], arrays, strict=False))
-    rest = arrays[len(columns) :]
-    words = {
-        name: WordColumn(tuple(found), of_row.astype(np.int32))
-        for (name, found), of_row in zip(texts["words"], rest, strict=False)
-    }
+    rest = arrays[len(columns) :]  # those of words, then the clock
+    words: dict[str, WordColumn] = {}
+    for (name, different), of_row in zip(texts["words"], rest, strict=False):
+        words[name] = WordColumn(tuple(different), of_row.astype(np.int32))
     clock = rest[-1] if len(rest) > len(words) else None
     others: dict[str, Any] = {key: texts[key] for key in _TEXTS}
     others["notes"] = tuple(texts["notes"])
@@ -278,7 +284,8 @@ def answer_of_table(table: Table) -> child_process.Answer:
     """A table as a child sends it: vectors, those of words and the clock last, and texts."""
     clock = [] if table.clock is None else [table.clock]
     parting = [column.of_row.astype(np.float64) for column in table.words.values()]
-    texts: dict[str, Any] = {"labels": list(table.columns), **{key: getattr(table, key) for key in _TEXTS}}
+    texts: dict[str, Any] = {key: getattr(table, key) for key in _TEXTS}
+    texts["labels"] = list(table.columns)
     texts["words"] = [(name, column.words) for name, column in table.words.items()]
     return [*table.columns.values(), *parting, *clock], texts
 
@@ -359,9 +366,12 @@ def of_vectors(nodes: Mapping[str, Any]) -> Found | None:
         return None
 
     # The rows of a recording: those of its time, else of most vectors.
-    times = [array.size for name, array in arrays.items() if _TIME.fullmatch(name) and array.ndim == 1]
     counts = Counter(max(array.shape) for array in arrays.values())
-    rows = int(times[0]) if times else max(counts, key=lambda length: (counts[length], length))
+    rows = max(counts, key=lambda length: (counts[length], length))
+    for name, array in arrays.items():
+        if _TIME.fullmatch(name) and array.ndim == 1:
+            rows = int(array.size)
+            break
     columns: dict[str, Array] = {}
     for name, array in arrays.items():
         parts = columns_of(name, array, rows)

@@ -54,12 +54,16 @@ def _zeros_that_check(item: Any, values: np.ndarray[Any, Any]) -> str:
     """
     if not item.fletcher32 or item.compression is not None or not item.size:
         return ""
-    parts = [np.ascontiguousarray(values[place]).view(np.uint8) for place in item.iter_chunks()]
-    zeros = sum(not part.any() for part in parts)
+    parts = 0
+    zeros = 0
+    for place in item.iter_chunks():
+        stored = np.ascontiguousarray(values[place]).view(np.uint8)
+        parts += 1
+        zeros += not stored.any()
     if zeros == 0:
         return ""
     name = item.name.rpartition("/")[2]
-    return f"{name}: {zeros} of {len(parts)} stored parts are zeros alone: no checksum tells if a damage made them so"
+    return f"{name}: {zeros} of {parts} stored parts are zeros alone: no checksum tells if a damage made them so"
 
 
 def _units_by_another_name(label: str, attributes: Mapping[str, str]) -> Iterator[str]:

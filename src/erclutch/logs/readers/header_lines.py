@@ -124,9 +124,14 @@ def with_headings(header: Header, above: Sequence[str], marks: Marks) -> Header:
     names = header.labels
     bare = [split_label(label)[0] for label in names]
     starts = [place for place, name in enumerate(bare) if name and name == bare[0]]
-    tables = [[*names[start:stop]] for start, stop in pairwise([*starts, len(names)])]
-    columns = [[split_label(label)[0] for label in table if label] for table in tables]
-    if len(tables) < 2 or len(columns[0]) < 2 or any(table != columns[0] for table in columns):
+    tables: list[Sequence[str]] = []  # labels of each
+    columns: list[list[str]] = []  # names of each
+    for start, stop in pairwise([*starts, len(names)]):
+        tables.append(names[start:stop])
+        columns.append([name for name in bare[start:stop] if name])
+    if len(tables) < 2 or len(columns[0]) < 2:
+        return header
+    if any(of_table != columns[0] for of_table in columns):
         return header
 
     over = marks.cells(above[-header.lines - 1])
@@ -134,7 +139,8 @@ def with_headings(header: Header, above: Sequence[str], marks: Marks) -> Header:
     headings: list[str] = []
     for start, table in zip(starts, tables, strict=True):
         heading = over[start]
-        if not heading or any(cell not in ("", heading) for cell in over[start : start + len(table)]):
+        cells = over[start : start + len(table)]
+        if not heading or not {*cells} <= {"", heading}:
             return header
         headings += [heading] * len(table)
     if len({*headings}) < len(tables):
@@ -173,10 +179,13 @@ def _labels_of_pairs(upper: Sequence[str], names: Sequence[str]) -> list[str]:
 
     Returns: a label for the first column of each pair and none for the second; nothing where the lines are others.
     """
-    if len(names) < 2 or len(names) % 2 or [name.lower() for name in names] != ["x", "y"] * (len(names) // 2):
+    pairs, odd = divmod(len(names), 2)
+    if not pairs or odd or [name.lower() for name in names] != ["x", "y"] * pairs:
         return []
     labels = [*upper, *[""] * (len(names) - len(upper))]
-    return labels if all(labels[::2]) and not any(labels[1::2]) else []
+    over_x = labels[::2]
+    over_y = labels[1::2]
+    return labels if all(over_x) and not any(over_y) else []
 
 
 def _filled(cells: Sequence[str]) -> int:
@@ -217,9 +226,11 @@ def _labels(line: str, marks: Marks, rows: RowsBelow) -> list[str] | None:
     was_comment = is_comment(line)
     if was_comment:
         line = line.lstrip("#%/ \t")
-    splits = [marks.cells(line)]
+    splits: list[list[str]] = []
     if was_comment and marks.delimiter is None:  # names between commas above numbers between blanks
-        splits = [[cell.strip() for cell in line.split(mark)] for mark in ",;|\t"] + splits
+        for mark in ",;|\t":
+            splits.append([cell.strip() for cell in line.split(mark)])
+    splits.append(marks.cells(line))
     if marks.delimiter is None:  # names with blanks in them: keep brackets with their name, or split at wide gaps
         splits.append(re.findall(r"[^\s\[(]+(?:\s*(?:\[[^\]]*\]|\([^)]*\)))?", line))
         splits.append(re.split(r"\t|\s{2,}", line.strip()))
@@ -231,9 +242,10 @@ def _labels(line: str, marks: Marks, rows: RowsBelow) -> list[str] | None:
     if marks.delimiter is not None:
         fitting.add(width + 1)  # one name more than cells is a column filled in its first rows only (events)
     for cells in splits:
-        beside = len(cells) > width + 1 > 2 and marks.delimiter is not None and not cells[width] and all(cells[:width])
-        if beside:  # remarks stand in the same line, behind a gap
-            cells = cells[:width]
+        if marks.delimiter is not None and len(cells) > width + 1 > 2:
+            *own, gap = cells[: width + 1]
+            if all(own) and not gap:  # remarks stand in the same line, behind a gap
+                cells = own
         lacks_one = len(cells) == width - 1 > 1 and not rows.trailing
         if lacks_one and marks.delimiter is not None and rows.are_named:
             # R names no column of row names. A line that begins with an empty cell lacks its last cell.

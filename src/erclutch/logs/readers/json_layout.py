@@ -141,7 +141,11 @@ def _signal(item: Mapping[str, Any]) -> tuple[str, list[Any]] | None:
 
 def _text_of(item: Mapping[str, Any], keys: Sequence[str]) -> str | None:
     """The text under the first of some keys that has a text."""
-    return next((item[key] for key in keys if isinstance(item.get(key), str)), None)
+    for key in keys:
+        text = item.get(key)
+        if isinstance(text, str):
+            return text
+    return None
 
 
 def _with_unit(label: str, unit: str | None) -> str:
@@ -160,8 +164,8 @@ def _with_columns(fields: Mapping[str, Any]) -> Lists | None:
         name = _text_of(column, _NAME)
         if name is None:
             return None
-        unit = next((column[key] for key in _UNIT if isinstance(column.get(key), str) and column[key]), None)
-        labels.append(_with_unit(name, unit))
+        with_text = {key: text for key, text in column.items() if text != ""}
+        labels.append(_with_unit(name, _text_of(with_text, _UNIT)))
     if len({*labels}) < len(labels):
         return None
 
@@ -183,9 +187,13 @@ def _columns_of_matrix(rows: Sequence[Any], name: str) -> Lists | None:
         return None
     widths = {len(row) for row in rows}
     width = widths.pop()
-    if widths or width < 2 or len(rows) < 2 or any(isinstance(cell, dict | list) for cell in rows[0]):
+    if widths or width < 2 or len(rows) < 2:
         return None
-    columns = [[row[place] for row in rows] for place in range(width)] if len(rows) >= width else rows
+    if any(isinstance(cell, dict | list) for cell in rows[0]):
+        return None
+    columns = rows
+    if len(rows) >= width:
+        columns = [[row[place] for row in rows] for place in range(width)]
     return {f"{name}_{number}": column for number, column in enumerate(columns, start=1)}
 
 

@@ -122,10 +122,13 @@ def _table_of_rows(source: LogSource, rows: Iterable[_Row], notes: tuple[str, ..
         budget.take_names(len(cells) - names_before)
     budget.take_cells(len(places) * len(cells))  # a name that one row has is a column of all rows
 
-    columns = {name: [held.get(row) for row in range(len(places))] for name, held in cells.items()}
-    short = [row for row in range(len(places)) if any(row not in held for held in cells.values())]
+    columns: dict[str, list[Any]] = {}
+    short: set[int] = set()  # rows that lack a name
+    for name, held in cells.items():
+        columns[name] = [held.get(row) for row in range(len(places))]
+        short.update(row for row in range(len(places)) if row not in held)
     if short:
-        lack = f"{len(short)} of {len(places)} rows lack a name, such as row {short[0] + 1}: read as missing"
+        lack = f"{len(short)} of {len(places)} rows lack a name, such as row {min(short) + 1}: read as missing"
         notes = (*notes, lack)
     return _table(source, columns, places, notes)
 
@@ -175,8 +178,9 @@ def _table(
             if all(isinstance(value, str) for value in values):
                 texts[printable(name)] = pd.Series(values)
             continue
+        filled = [np.nan if value is None else value for value in values]
         try:
-            numbers[name] = np.array([np.nan if value is None else float(value) for value in values])
+            numbers[name] = np.array([float(value) for value in filled])
         except OverflowError as error:  # an integer of hundreds of digits
             row = next(row for row, value in enumerate(values) if abs(value or 0) > _LARGEST)
             where = f"{source.name}, {places[row]}"
@@ -223,7 +227,11 @@ def _short_names(labels: list[str]) -> list[str]:
     for label in labels:
         point_in_unit = re.search(r"[\[(].*\.", label)
         ends.append(label if point_in_unit else label.rpartition(".")[2])
-    return [end if end and ends.count(end) == 1 else label for label, end in zip(labels, ends, strict=True)]
+    names: list[str] = []
+    for label, end in zip(labels, ends, strict=True):
+        is_unique = end != "" and ends.count(end) == 1
+        names.append(end if is_unique else label)
+    return names
 
 
 READER = LogReader(

@@ -27,7 +27,9 @@ def _pairs(line: str) -> list[tuple[str, str, str]]:
     pairs: list[tuple[str, str, str]] = []
     at = 0
     while match := _PAIR.match(line, at):
-        pairs.append((match["name"].strip(), match["number"], (match["unit"] or "").strip()))
+        name = match["name"].strip()
+        unit = (match["unit"] or "").strip()
+        pairs.append((name, match["number"], unit))
         at = match.end()
     if not line[at:].strip(" \t,;|\r") and len(pairs) >= _FEWEST_PAIRS:
         return pairs
@@ -41,7 +43,10 @@ def _names(line: str) -> tuple[str, ...]:
 def _claims(head: bytes) -> bool:
     lines = head.decode("utf-8", errors="replace").splitlines()[:-1]  # the last may be cut
     named = [names for line in lines if (names := _names(line))]
-    return len(named) >= _FEWEST_LINES and len({*named}) == 1 and len({*named[0]}) == len(named[0])
+    if len(named) < _FEWEST_LINES or len({*named}) > 1:
+        return False
+    names = named[0]
+    return len({*names}) == len(names)  # no name stands twice
 
 
 def _read(source: LogSource) -> Table:
@@ -51,7 +56,10 @@ def _read(source: LogSource) -> Table:
     if not named:
         raise LogError("no line has values behind their names", remedy="Give a table of numbers with one row a sample")
     names = tuple(name for name, _, _ in named[0])
-    rows = [pairs for pairs in named if tuple(name for name, _, _ in pairs) == names]
+    rows: list[list[tuple[str, str, str]]] = []
+    for pairs in named:
+        if tuple(name for name, _, _ in pairs) == names:
+            rows.append(pairs)
     first = next(place for place, line in enumerate(lines) if _names(line) == names)
     left_out = sum(bool(line.strip()) for line in lines[first:]) - len(rows)
     if left_out > _LEFT_OUT * len(rows):

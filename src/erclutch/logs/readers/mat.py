@@ -25,7 +25,7 @@ def version(head: bytes) -> str | None:
     """
     if head[512:520] == HDF5:
         return "7.3"
-    if (head[124:126], head[126:128]) in ((b"\x00\x01", b"IM"), (b"\x01\x00", b"MI")):
+    if head[124:128] in (b"\x00\x01IM", b"\x01\x00MI"):
         return "5"
     return "4" if _is_head_of_a_matrix(head) else None
 

@@ -197,7 +197,11 @@ def _opened_vectors(
     headings: Sequence[list[str]],
 ) -> dict[str, Any]:
     names = [f"{name}_{place}" for place in range(1, len(vectors) + 1)]
-    fitting = [texts for texts in headings if len(texts) == len(vectors) == len({*texts}) and all(texts)]
+    fitting: list[list[str]] = []
+    for texts in headings:
+        all_differ = len({*texts}) == len(texts)
+        if len(texts) == len(vectors) and all_differ and all(texts):
+            fitting.append(texts)
     if len(fitting) == 1:  # of two cells of names, neither is sure
         names = fitting[0]
     return dict(zip(names, vectors, strict=True))
@@ -329,7 +333,8 @@ def _short_names(paths: list[str]) -> list[str]:
     parts_of: list[list[str]] = []
     lengths: list[int] = []  # how many parts of a path are its name
     for path in paths:
-        parts = [part.strip().strip('"') for part in _SLASH.split(path) if part.strip()] or [path]
+        parts = [part.strip().strip('"') for part in _SLASH.split(path) if part.strip()]
+        parts = parts or [path]
         ends_in_port = len(parts) > 1 and _GENERIC.fullmatch(parts[-1])
         parts_of.append(parts)
         lengths.append(2 if ends_in_port else 1)
@@ -338,7 +343,9 @@ def _short_names(paths: list[str]) -> list[str]:
     names: list[str] = []
     for _ in range(max(map(len, parts_of), default=1) + 1):
         names = ["/".join(parts[-length:]) for parts, length in zip(parts_of, lengths, strict=True)]
-        lengths = [length + (names.count(name) > 1) for name, length in zip(names, lengths, strict=True)]
+        for place, name in enumerate(names):
+            if names.count(name) > 1:
+                lengths[place] += 1
 
     portless: list[str] = []
     for name in names:

@@ -108,11 +108,13 @@ def stored_values(item: Any) -> np.ndarray[Any, Any]:
     if item.chunks is None:
         stored = item.id.get_storage_size() > 0
     else:
-        chunks_a_side = [-(-size // chunk) for size, chunk in zip(item.shape, item.chunks, strict=True)]
+        needed = 1
+        for size, chunk in zip(item.shape, item.chunks, strict=True):
+            needed *= -(-size // chunk)  # chunks a side, rounded up
         in_file: list[Any] = []
         item.id.chunk_iter(in_file.append)
         placed = sum(chunk.byte_offset > 0 for chunk in in_file)  # at 0 the library looks for no chunk
-        stored = placed >= prod(chunks_a_side)
+        stored = placed >= needed
 
     # Where the library fills with NaN, rows that are missing are seen as missing.
     if item.size and not stored and np.all(item.fillvalue == item.fillvalue):
@@ -192,7 +194,10 @@ class _Tree:
 
         columns = {name: self._followed(member, depth) for name, member in members.items()}
         count = min(len(column) for column in columns.values())  # none where there are too many
-        return [{name: column[place] for name, column in columns.items()} for place in range(count)]
+        structs: list[dict[str, Node]] = []
+        for place in range(count):
+            structs.append({name: column[place] for name, column in columns.items()})
+        return structs
 
     def _is_references(self, item: Any) -> bool:
         return isinstance(item, self._h5py.Dataset) and self._h5py.check_ref_dtype(item.dtype) is self._h5py.Reference

@@ -54,7 +54,9 @@ class MessageRun:
     @property
     def data(self) -> NDArray[np.uint8]:
         """The messages' bytes, shape (n, length)."""
-        return self.array.view(np.uint8).reshape(-1, self.array.dtype.itemsize)[:, _HEAD.size + _MESSAGE_HEAD.size :]
+        whole = self.array.view(np.uint8).reshape(-1, self.array.dtype.itemsize)
+        heads = _HEAD.size + _MESSAGE_HEAD.size
+        return whole[:, heads:]
 
 
 @dataclass
@@ -263,5 +265,6 @@ def _check_counts(contents: Contents) -> None:
     if known is not None and known.message_count != there:
         raise DamageError(f"it says {known.message_count} messages and holds {there}")
     for run in contents.runs:
-        if not set(np.unique(run.array["channel"]).tolist()) <= set(contents.channels):
+        channels = np.unique(run.array["channel"]).tolist()
+        if not contents.channels.keys() >= {*channels}:
             raise DamageError("messages of a channel that is not described")

@@ -86,14 +86,20 @@ def read_mcap(source: LogSource) -> Table:
 
 def _missing(contents: Contents, channel: kinds.Channel) -> int:
     """Messages that the numbers of the others show to be lost between them; 0 where messages are not numbered."""
-    numbers = [run.array["seq"][run.array["channel"] == channel.id].astype(np.int64) for run in contents.runs]
+    numbers: list[NDArray[np.int64]] = []
+    for run in contents.runs:
+        own = run.array[run.array["channel"] == channel.id]
+        numbers.append(own["seq"].astype(np.int64))
     steps = np.diff(np.concatenate(numbers))
     return int((steps[steps > 1] - 1).sum())
 
 
 def _metadata(contents: Contents, channel: kinds.Channel) -> dict[str, Mapping[str, str]]:
     """Settings of the file; where damage took ours (with the label TWIN), the copy that each channel carries."""
-    own = {key: text for key, text in channel.metadata.items() if not key.startswith((UNIT_KEY, UNSAMPLED_KEY))}
+    own: dict[str, str] = {}
+    for key, text in channel.metadata.items():
+        if not key.startswith((UNIT_KEY, UNSAMPLED_KEY)):
+            own[key] = text
     copy = {"erclutch": own} if "erclutch" in own else {}
     if contents.torn is not None:
         return {**contents.metadata, **copy}
@@ -132,21 +138,26 @@ def _columns(
     channel: kinds.Channel,
 ) -> tuple[dict[str, Array], NDArray[np.int64]]:
     """Columns and log times of a channel; DamageError says which encoding or field is not read here."""
-    runs = ((run.offset, run.array[run.array["channel"] == number]) for run in contents.runs)
-    parts = [MessageRun(offset, kept) for offset, kept in runs if kept.size]
+    parts: list[MessageRun] = []
+    for run in contents.runs:
+        own = run.array[run.array["channel"] == number]
+        if own.size:
+            parts.append(MessageRun(run.offset, own))
     if not parts:
         return {}, np.empty(0, np.int64)
     times = np.concatenate([part.array["log_time"] for part in parts]).astype(np.int64)
     if channel.message_encoding == "json":
         return _json_columns(parts), times
     schema = contents.schemas.get(channel.schema_id)
-    if schema is None or (channel.message_encoding, schema.encoding) not in (("ros1", "ros1msg"), ("cdr", "ros2msg")):
+    schema_wanted = {"ros1": "ros1msg", "cdr": "ros2msg"}.get(channel.message_encoding)
+    if schema is None or schema.encoding != schema_wanted:
         raise DamageError(f"its messages are encoded as {channel.message_encoding or 'nothing'}")
-    kind = layout(schema.data.decode("utf-8", "replace"), aligned=channel.message_encoding == "cdr")
+    is_ros2 = channel.message_encoding == "cdr"
+    kind = layout(schema.data.decode("utf-8", "replace"), aligned=is_ros2)
     if any(part.data.shape[1] != kind.itemsize for part in parts):
         raise DamageError(f"its messages are not the {kind.itemsize} bytes that its description says")
     rows = np.concatenate([part.data for part in parts])
-    if channel.message_encoding == "cdr" and (rows[:, 1] != 1).any():
+    if is_ros2 and (rows[:, 1] != 1).any():
         raise DamageError("its messages are not little-endian")
     table = np.ascontiguousarray(rows).view(kind)[:, 0]
     return {field: table[field].astype(np.float64) for field in kind.names or ()}, times
@@ -204,7 +215,10 @@ def _json_columns(parts: list[MessageRun]) -> dict[str, Array]:
     names = dict.fromkeys(name for row in rows for name in row)
     if len(names) > 1000:
         raise DamageError("its messages have more than 1000 different fields")
-    return {name: np.array([row.get(name, np.nan) for row in rows]) for name in names}
+    columns: dict[str, Array] = {}
+    for name in names:
+        columns[name] = np.array([row.get(name, np.nan) for row in rows])
+    return columns
 
 
 def _flatten(

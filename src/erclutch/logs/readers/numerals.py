@@ -164,8 +164,10 @@ def _search(pattern: str, body: str, delimiter: str | None, mark: str) -> str | 
 
 def _beside_whole_numbers(body: str, delimiter: str | None, mark: str) -> bool:
     """Whether the columns of the doubtful numbers hold plain whole numbers too."""
-    lines = body[:_SAMPLE].splitlines()
-    rows = [[cell.strip(' "') for cell in line.split(delimiter)] for line in lines if line.strip()]
+    rows: list[list[str]] = []
+    for line in body[:_SAMPLE].splitlines():
+        if line.strip():
+            rows.append([cell.strip(' "') for cell in line.split(delimiter)])
     grouped = re.compile(_groups(mark))
     width = max(map(len, rows), default=0)
     for column in range(width):

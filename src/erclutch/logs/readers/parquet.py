@@ -90,7 +90,10 @@ def _numbers_and_times(file: Any) -> Any:
 
     schema: pyarrow.Schema = file.schema_arrow
     kinds = (types.is_nested, types.is_string, types.is_large_string, types.is_binary, types.is_large_binary)
-    texts = {field.name for field in schema if any(is_kind(field.type) for is_kind in kinds)}
+    texts: set[str] = set()
+    for field in schema:
+        if any(is_kind(field.type) for is_kind in kinds):
+            texts.add(field.name)
     kept = [field.name for field in schema if field.name not in texts]
     if not texts or len(set(schema.names)) < len(schema.names):
         return file.read()
@@ -305,7 +308,10 @@ def _is_text(kind: Any) -> bool:
 def _metadata(thing: Any) -> dict[str, str]:
     """Metadata of a field or a schema as texts."""
     pairs: dict[bytes, bytes] = thing.metadata or {}
-    return {key.decode("utf-8", "replace"): value.decode("utf-8", "replace") for key, value in pairs.items()}
+    texts: dict[str, str] = {}
+    for key, value in pairs.items():
+        texts[key.decode("utf-8", "replace")] = value.decode("utf-8", "replace")
+    return texts
 
 
 def _numbers(values: Any) -> Array | None:
@@ -314,7 +320,8 @@ def _numbers(values: Any) -> Array | None:
     from pyarrow import types
 
     kind = values.type
-    if not (types.is_floating(kind) or types.is_integer(kind) or types.is_boolean(kind) or types.is_decimal(kind)):
+    numeric = (types.is_floating, types.is_integer, types.is_boolean, types.is_decimal)
+    if not any(is_kind(kind) for is_kind in numeric):
         return None
     if types.is_boolean(kind):
         values = values.cast(pyarrow.uint8())
@@ -390,7 +397,8 @@ def windows_in_child(
     last: int | None = None,
 ) -> Iterator[tuple[int, int, Table]]:
     """`parquet_windows` in a child."""
-    words = [str(number) for number in (rows, margin, first)] + ["" if last is None else str(last)]
+    words = [str(number) for number in (rows, margin, first)]
+    words.append("" if last is None else str(last))
     for arrays, texts in _pieces(source.path, *words):
         start, stop = texts["rows"]
         yield start, stop, found_recordings.table_of_answer(source, (arrays, texts))

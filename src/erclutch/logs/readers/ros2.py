@@ -15,6 +15,7 @@ from erclutch.logs.log_reader import LogReader, claims_nothing
 from erclutch.logs.readers import found_recordings
 from erclutch.logs.readers.found_recordings import Found
 from erclutch.logs.table import Table
+from erclutch.signals.array import Array
 
 _MOST = 500  # numbers of a list: a picture has more
 _PLAIN = re.compile(r"[A-Za-z_][A-Za-z0-9_]*(/[A-Za-z_][A-Za-z0-9_]*)*")
@@ -110,8 +111,11 @@ def find(path: str, variable: str | None) -> Table:
         notes.append(f"the bag counts {counted} messages, {len(rows)} are there")
     times = np.array([row.pop("") for row in rows])  # ns
     labels = dict.fromkeys(label for row in rows for label in row)
-    columns = {label: np.array([row.get(label, np.nan) for row in rows]) for label in labels}
-    return Found(columns, clock=("log_time", (times - times[0]) * 1e-9), notes=notes).table()
+    columns: dict[str, Array] = {}
+    for label in labels:
+        columns[label] = np.array([row.get(label, np.nan) for row in rows])
+    elapsed = (times - times[0]) * 1e-9  # s
+    return Found(columns, clock=("log_time", elapsed), notes=notes).table()
 
 
 READER = LogReader(

@@ -141,13 +141,19 @@ def _body(text: str, dialect: Dialect) -> tuple[str, list[str]]:
 def _without_remarks_below(body: str, dialect: Dialect) -> tuple[str, list[str]]:
     """The text without what stands below the rows, behind a blank line: a summary, none of whose lines is a row."""
     below = ""
-    for gap in reversed([*_BLANK_LINE.finditer(body, max(len(body) - _BELOW, 0))]):
-        lines = [line for line in LINE_END.split(body[gap.end() :]) if line.strip(BLANK)]
+    near_the_end = max(len(body) - _BELOW, 0)
+    gaps = [*_BLANK_LINE.finditer(body, near_the_end)]
+    for gap in reversed(gaps):
+        rest = body[gap.end() :]
+        lines = [line for line in LINE_END.split(rest) if line.strip(BLANK)]
         if any(dialect.is_row(line) for line in lines):
             break
         body = body[: gap.start()]
         below = lines[0] if lines else below
-    return body, [f"text below the table left out: {' '.join(below.split())[:60]!r}"] if below else []
+    if not below:
+        return body, []
+    begin = " ".join(below.split())[:60]
+    return body, [f"text below the table left out: {begin!r}"]
 
 
 def _last_line(body: str) -> int:
@@ -165,7 +171,8 @@ def _parse(
     import pandas as pd
 
     # Later versions always round correctly.
-    exact = tuple(int(part) for part in pd.__version__.split(".")[:2]) >= (3, 1)
+    major, minor = pd.__version__.split(".")[:2]
+    exact = (int(major), int(minor)) >= (3, 1)
     options: dict[str, Any] = {} if exact else {"float_precision": "round_trip"}
     width = len(dialect.names) + dialect.trailing + 1
     source = ToldBytes(body.encode("utf-8", "replace"), told)

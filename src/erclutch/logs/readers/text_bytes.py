@@ -93,13 +93,15 @@ def _encoding_of(data: bytes) -> str:
     """
     if data[:2] in (b"\xff\xfe", b"\xfe\xff"):
         return "utf-16"
-    if len(data) > 3 and data[1:2000:2].count(0) > 0.8 * len(data[1:2000:2]) and data[0]:
+    even = data[0:2000:2]
+    odd = data[1:2000:2]
+    if len(data) > 3 and odd.count(0) > 0.8 * len(odd) and data[0]:
         return "utf-16-le"
-    if len(data) > 3 and data[0:2000:2].count(0) > 0.8 * len(data[0:2000:2]) and data[1]:
+    if len(data) > 3 and even.count(0) > 0.8 * len(even) and data[1]:
         return "utf-16-be"
     head = data[:65536]
-    odd = len(head) - len(head.translate(None, CONTROL))
-    if b"\0" in data or odd > 0.01 * len(head):
+    controls = len(head) - len(head.translate(None, CONTROL))
+    if b"\0" in data or controls > 0.01 * len(head):
         raise _not_text(data)
     return "utf-8-sig"
 
@@ -166,12 +168,15 @@ def without_row_marks(text: str) -> str:
 
     A semicolon that stands within a row too is what cells stand between, and a lone comma may be a decimal mark.
     """
-    rows = [line for line in text[:_HEAD].splitlines()[:-1] if re.match(r"[-+.]?\d", line)]
-    marked = len(rows) >= _FEWEST_ROWS and all(
-        row.count(";") == 1 and row.rstrip().endswith(";") and max(row.count(","), row.count("\t")) > 1 for row in rows
-    )
-    if not marked:
+    *whole_lines, _ = text[:_HEAD].splitlines() or [""]
+    rows = [line for line in whole_lines if re.match(r"[-+.]?\d", line)]
+    if len(rows) < _FEWEST_ROWS:
         return text
+    for row in rows:
+        ends_in_mark = row.count(";") == 1 and row.rstrip().endswith(";")
+        other_marks = max(row.count(","), row.count("\t"))
+        if not ends_in_mark or other_marks < 2:
+            return text
     bare, marks = re.subn(r";[ \t]*(?=\r?\n|\r|\Z)", "", text)
     return bare if marks == text.count(";") else text
 

@@ -91,7 +91,8 @@ def long_rows(frame: pd.DataFrame, body: str, dialect: Dialect) -> list[str]:
         LogError: a row in which they hold one.
     """
     width = len(dialect.names) + dialect.trailing
-    filled = bool(frame.iloc[:, len(dialect.names) :].notna().to_numpy().any())
+    further = frame.iloc[:, len(dialect.names) :]
+    filled = bool(further.notna().to_numpy().any())
     if filled:
         refuse_ragged(body, dialect)
     expected = len(frame) * (width - 1)  # delimiters

@@ -77,14 +77,19 @@ def _under_one_header(
     read: Callable[[LogSource], Table],
 ) -> Table | None:
     """Tables of the same header as one, where the time goes on from one to the next: a logger said its names again."""
-    lines = [line for _, text in tables.values() for line in text.split("\n") if line.strip()]
-    heads = {text.partition("\n")[0].strip() for _, text in tables.values()}
+    lines: list[str] = []
+    heads: set[str] = set()
+    for _, text in tables.values():
+        own_lines = text.split("\n")
+        heads.add(own_lines[0].strip())
+        lines += [line for line in own_lines if line.strip()]
     head = heads.pop()
-    rows = [line for line in lines if line.strip() != head]
     if heads:
         return None
+    rows = [line for line in lines if line.strip() != head]
+    together = "\n".join([head, *rows])
     try:
-        table = read(replace(source, data="\n".join([head, *rows]).encode("utf-8")))
+        table = read(replace(source, data=together.encode("utf-8")))
     except LogError:
         return None
     label = time_of(Found(dict(table.columns)))
@@ -151,8 +156,8 @@ def _title(lines: list[str], head: int, before: int) -> str:
         head: the header's.
         before: that of the header before.
     """
-    above = next((lines[at] for at in range(head - 1, before, -1) if lines[at].strip()), "")
-    cells = _filled_cells(above)
+    between = [line for line in lines[before + 1 : head] if line.strip()]
+    cells = _filled_cells(between[-1]) if between else []
     if len(cells) != 1 or is_number(cells[0], "."):
         return ""
     return cells[0].strip("#%/ ")[:60]

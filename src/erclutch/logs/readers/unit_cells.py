@@ -60,7 +60,9 @@ def _units_by_column(lines: Sequence[str]) -> tuple[str, Mapping[int, str]]:
     best: tuple[str, Mapping[int, str]] = (",", {})
     for delimiter in _DELIMITERS:
         rows = [line.split(delimiter) for line in lines]
-        width, count = Counter(map(len, rows)).most_common(1)[0] if rows else (0, 0)
+        if not rows:
+            continue
+        ((width, count),) = Counter(map(len, rows)).most_common(1)
         if width < 2 or count < _FEWEST or count < len(rows) - 1:  # the last one may be cut off
             continue
         whole = [cells for cells in rows if len(cells) == width]
@@ -75,4 +77,5 @@ def _units_by_column(lines: Sequence[str]) -> tuple[str, Mapping[int, str]]:
 
 
 def _is_row(cells: Sequence[str], unit_of: Mapping[int, str]) -> bool:
-    return all(column < len(cells) and unit_in(cells[column]) == unit for column, unit in unit_of.items())
+    units_here = {column: unit_in(cells[column]) for column in unit_of if column < len(cells)}
+    return units_here == unit_of
