@@ -105,7 +105,7 @@ def evaluate(
         given: values that stand in place of those of some nodes.
         outputs: nodes that are asked for; None are the record's own. Only what they depend on is computed.
     """
-    rows = max((np.shape(x)[-1] for x in inputs.values()), default=1)
+    rows = max((np.shape(signal)[-1] for signal in inputs.values()), default=1)
     wanted = record.outputs if outputs is None else outputs
     run = _Run(record, inputs, arithmetic, rows, known=dict(given or {}))
     with np.errstate(all="ignore"):

@@ -91,7 +91,8 @@ class _Writing:
             self.code.append((_OPERATIONS.index(node.operation), register, a, b, c))
         bits = np.uint64(constant) if node.kind == "bits" else np.float64(constant).view(np.uint64)
         self.registers.append(bits)
-        self.depths.append(1 + max((self.depths[a] for a in arguments), default=0))
+        deepest = max((self.depths[argument] for argument in arguments), default=0)
+        self.depths.append(1 + deepest)
         return register
 
 

@@ -91,7 +91,8 @@ def _run(words: Sequence[str]) -> int:
         from erclutch.cli.overview import first_steps, overview
 
         listed = commands()
-        sys.stdout.write(overview(listed) if words else first_steps({command.name for command in listed}))
+        names = {command.name for command in listed}
+        sys.stdout.write(overview(listed) if words else first_steps(names))
         return 0
 
     from cyclopts import CycloptsError

@@ -54,7 +54,8 @@ def tell_columns(log: Path, raw: Table) -> None:
     for name, values in raw.columns.items():
         numbers = [terminal.number(figure) for figure in figures(values)]
         rows.append([name, raw.units.get(name) or "-", *numbers])
-    terminal.tell(terminal.table("Columns", ["name", "unit", "smallest", "largest", "mean", "missing"], rows, left=2))
+    headings = ["name", "unit", "smallest", "largest", "mean", "missing"]
+    terminal.tell(terminal.table("Columns", headings, rows, left=2))
     terminal.tell(f"  damage to the file is {raw.damage}")
     if raw.clock is not None:
         terminal.tell(f"  {_dates(raw.clock_name, raw.clock)}")
@@ -101,8 +102,10 @@ def tell_signals(recording: Recording, data: Dataset) -> None:
     rows: list[list[str]] = []
     for name, unit, values in signals:
         low, high, mean, _ = figures(values)
-        rows.append([name, unit or "1", terminal.number(low), terminal.number(high), terminal.number(mean)])
-    terminal.tell(terminal.table("Signals", ["name", "unit", "smallest", "largest", "mean"], rows, left=2))
+        numbers = [terminal.number(figure) for figure in (low, high, mean)]
+        rows.append([name, unit or "1", *numbers])
+    headings = ["name", "unit", "smallest", "largest", "mean"]
+    terminal.tell(terminal.table("Signals", headings, rows, left=2))
     if len(recording.segments) > 1:
         terminal.tell(_segments(recording, data))
 

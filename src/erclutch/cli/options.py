@@ -223,8 +223,10 @@ class LogOptions:
 
     def to_dict(self) -> dict[str, object]:
         """What was given, as JSON values."""
-        given = self._given()
-        return {key: str(value) if isinstance(value, Path) else value for key, value in given.items()}
+        values: dict[str, object] = {}
+        for key, value in self._given().items():
+            values[key] = str(value) if isinstance(value, Path) else value
+        return values
 
 
 def _signal_of(constant: str) -> str:

@@ -31,8 +31,12 @@ _OPTIONS = {
 
 def first_steps(known: Container[str]) -> str:
     """What to do first, out of the commands that are there."""
-    lines = _FIRST.splitlines(keepends=True)
-    return "".join(line for line in lines if not line.startswith("  erclutch ") or line.split()[1] in known)
+    kept: list[str] = []
+    for line in _FIRST.splitlines(keepends=True):
+        is_command = line.startswith("  erclutch ")
+        if not is_command or line.split()[1] in known:
+            kept.append(line)
+    return "".join(kept)
 
 
 def overview(commands: Sequence[Command]) -> str:

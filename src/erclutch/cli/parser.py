@@ -63,7 +63,8 @@ def _misused(error: CycloptsError) -> object:
     words = error.root_input_tokens or ()
     if isinstance(error, MissingArgumentError) and error.argument is not None and error.command_chain:
         return CycloptsPanel(shown(f"{_what_is_missing(error)}{_taken_by_a_list(words)}"))
-    if isinstance(error, UnknownOptionError) and any(word.partition("=")[0] in _OF_MAPPINGS for word in words):
+    options = {word.partition("=")[0] for word in words}
+    if isinstance(error, UnknownOptionError) and not options.isdisjoint(_OF_MAPPINGS):
         return CycloptsPanel(shown("A mapping file has no option: it is read where it lies beside LOG as LOG.toml."))
     return CycloptsPanel(shown(str(error)))
 

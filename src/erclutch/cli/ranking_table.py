@@ -64,7 +64,10 @@ def ranking(comparison: Comparison, width: int, *, whole: bool = False) -> Table
     cells["condition"] = ["" if e.outcome.weights else f"{e.outcome.condition:.0e}" for e in shown]
     if any(e.folds for e in shown):
         heading = f"{len(shown[0].folds)}-block RMSE"
-        cells[heading] = [number(float(np.sqrt(np.mean(np.square(e.folds))))) for e in shown]
+        cells[heading] = []
+        for entry in shown:
+            of_all_blocks = np.sqrt(np.mean(np.square(entry.folds)))
+            cells[heading].append(number(float(of_all_blocks)))
     less_needed = ("condition", "max error", "R2", "train RMSE", "over the best", "par.", "95 % band")
     star = comparison.standing.word
     title = f"Models on the rows held out (* {star}; bands: for more rows of the same logs, not for other logs)"

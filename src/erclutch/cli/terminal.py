@@ -77,7 +77,8 @@ def narrowed(
         if across <= width:
             break
         kept.pop(name, None)
-    made = table(title, list(kept), list(zip(*kept.values(), strict=True)), left)
+    rows = list(zip(*kept.values(), strict=True))
+    made = table(title, list(kept), rows, left)
     for column in made.columns:
         column.no_wrap = True
     return made

@@ -25,7 +25,8 @@ _CAPITALS = {"GAMMA", "DELTA", "THETA", "LAMBDA", "XI", "PI", "SIGMA", "UPSILON"
 
 def comment(text: str) -> str:
     """A text as one line of a comment in C, C++, MATLAB or XML, or of a Python docstring: ASCII that ends neither."""
-    shown = "".join(c if c.isascii() else f"<U+{ord(c):04X}>" for c in printable(text))
+    letters = [letter if letter.isascii() else f"<U+{ord(letter):04X}>" for letter in printable(text)]
+    shown = "".join(letters)
     for mark, instead in _BREAKS:
         while mark in shown:
             shown = shown.replace(mark, instead)

@@ -102,7 +102,8 @@ def _blocks(error: Array) -> list[slice]:
     """Blocks of rows in time, as long as the error is correlated where there are rows enough."""
     independent = error.size // correlated_over([error])
     count = int(np.clip(independent, _FEWEST_BLOCKS, _MOST_BLOCKS))
-    edges = np.linspace(0, error.size, count + 1).round().astype(int).tolist()
+    even = np.linspace(0, error.size, count + 1)
+    edges = even.round().astype(int).tolist()
     return [slice(start, stop) for start, stop in itertools.pairwise(edges)]
 
 
@@ -129,7 +130,10 @@ class _Trial:
         problem = self._problem(way)
         # The rows of a block count by their triangle alone, so a fit to all others stacks small triangles.
         triangles = [triangle_of(problem[block]) for block in self.blocks]
-        folds = [np.vstack([other for other in triangles if other is not own]) for own in triangles]
+        folds: list[Array] = []
+        for block in range(len(triangles)):
+            others = [*triangles[:block], *triangles[block + 1 :]]
+            folds.append(np.vstack(others))
         best_width = np.nan
         best_squares = np.full(len(self.blocks), np.inf)
         best_numbers: list[Array] = []
@@ -233,8 +237,9 @@ def _chosen(base: Model, trial: _Trial, ways: Sequence[Way]) -> Recalibration:
         width, squares = trial.validated(settled)
         tried.append(_Tried(settled, width, squares))
     plain = _mean_squares(trial.error[block] for block in trial.blocks)
-    squares_of = {AS_IT_IS: plain} | {each.way.name: each.squares for each in tried}
-    folds = {name: tuple(np.sqrt(squares).tolist()) for name, squares in squares_of.items()}
+    folds = {AS_IT_IS: tuple(np.sqrt(plain).tolist())}
+    for each in tried:
+        folds[each.way.name] = tuple(np.sqrt(each.squares).tolist())
 
     worth = [each for each in tried if _change(each.squares, plain) <= -_WORTH]
     better = [each for each in worth if _surely(plain - each.squares)]
@@ -248,11 +253,10 @@ def _chosen(base: Model, trial: _Trial, ways: Sequence[Way]) -> Recalibration:
     taken = min(as_good, key=lambda each: len(each.way.numbers))
     way = taken.way
     model, best, half = trial.adapted(way, taken.width)
-    names = [number.name for number in way.numbers]
-    values = way.said(best).tolist()
-    lows = way.said(best - half).tolist()
-    highs = way.said(best + half).tolist()
-    numbers = dict(zip(names, zip(values, lows, highs, strict=True), strict=True))
+    ends = [way.said(coordinates).tolist() for coordinates in (best, best - half, best + half)]
+    numbers: dict[str, tuple[float, float, float]] = {}
+    for number, value, low, high in zip(way.numbers, *ends, strict=True):
+        numbers[number.name] = (value, low, high)
     gain = ""
     if GAIN in numbers:
         value, low, high = numbers[GAIN]

@@ -171,7 +171,13 @@ class TorqueModel(ModelBase):
         slips: Sequence[Array],
         extras: Sequence[Array] = (),
     ) -> Array:
-        """Effort once the field has settled: no stages. One array (n,) an element, in the data's units."""
+        """Effort once the field has settled, shape (n,): no stages.
+
+        Args:
+            fields: of each element, each (n,), in the data's unit.
+            slips: of each element, each (n,), in the data's unit.
+            extras: further inputs in the order of the structure, each (n,).
+        """
         # A field that has settled is the command itself.
         fluids = [self.command(array_as_in_c(np.atleast_1d(field))) for field in fields]
         slips_as_in_c = [array_as_in_c(np.atleast_1d(slip)) for slip in slips]
@@ -194,7 +200,7 @@ class TorqueModel(ModelBase):
         return reduce(add, self._terms(columns))
 
     def scaled(self, factor: float, offset: float = 0.0) -> TorqueModel:
-        """The same law with its effort times a factor, and a constant effort more."""
+        """The same law with its effort times a factor, and a constant effort ``offset`` more, in the effort's unit."""
         gains = {name: factor * gain for name, gain in self.gains.items()}
         if offset:
             gains[OFFSET.name] = gains.get(OFFSET.name, 0.0) + offset

@@ -142,7 +142,7 @@ class Structure:
         return (_EXPONENT,) if needed else ()
 
     def numbers_of(self, stage: Stage, q: Sequence[Any]) -> list[Any]:
-        """The parameters of one of the stages among all nonlinear ones."""
+        """The parameters of one of the stages among all nonlinear ones, ``q``."""
         return list(q[self._places[stage.name]])
 
     @cached_property
@@ -295,7 +295,10 @@ class Structure:
         q: Sequence[Any],
         rows: slice | NDArray[np.intp] = slice(None),
     ) -> Any:
-        """What the stages on the effort make of an effort, or of a column of it, over all rows; some of them."""
+        """What the stages on the effort make of an effort, or of a column of it, shape (n,), at some of the rows.
+
+        The stages run over all rows of the clock, with their own among all nonlinear parameters ``q``.
+        """
         stages = stages_at(self.dynamics, "effort")
         for stage in stages:
             effort = stage.respond(effort, clock, self.numbers_of(stage, q), slice(None))

@@ -147,7 +147,9 @@ def _resumed(out: Path | None, reading: LogOptions, cluster: str | None, workers
     if json:
         print(dumps(figures.to_dict(), indent=1, allow_nan=False))
         return
-    _print_every_row(figures, str(run.body["recommended"]), str(run.body["units"]["effort"]))
+    recommended = str(run.body["recommended"])
+    unit = str(run.body["units"]["effort"])
+    _print_every_row(figures, recommended, unit)
     terminal.say(*terminal.kept_lines(out))
 
 
@@ -217,7 +219,10 @@ def require_counts(workers: int, seed: int, blocks: int = 0) -> None:
 
 def model_names(words: Sequence[str]) -> tuple[str, ...]:
     """Names of models as they are given: apart, or with commas between them."""
-    return tuple(name for word in words for name in word.replace(",", " ").split())
+    names: list[str] = []
+    for word in words:
+        names += word.replace(",", " ").split()
+    return tuple(names)
 
 
 def _held_out(test: tuple[str, ...]) -> float | tuple[str, ...]:

@@ -246,14 +246,19 @@ def _flow_command(look: LogLook) -> str:
     from erclutch.logs.row_groups import EACH
 
     words = ["erclutch", "flowcurve", look.plan.path]
-    strain_or_rate = [name for name in look.raw.columns if name.lower() in _GAMMAS and not look.raw.units.get(name)]
+    gammas = [name for name in look.raw.columns if name.lower() in _GAMMAS]
+    strain_or_rate = [name for name in gammas if not look.raw.units.get(name)]
+    parting: list[str] = []  # columns of words
     if strain_or_rate:
         words += ["--shear-rate", f"{strain_or_rate[0]} [1/s]"]
-        for name in list(look.raw.words)[:1]:
-            words += ["--sheet", f"{name}={EACH}"]
+        parting = list(look.raw.words)[:1]
     else:
-        parting = [_PARTING.match(question.problem) for question in look.plan.questions]
-        words += [word for match in parting if match for word in ("--sheet", f"{match.group(1)}={EACH}")]
+        for question in look.plan.questions:
+            match = _PARTING.match(question.problem)
+            if match:
+                parting.append(match.group(1))
+    for name in parting:
+        words += ["--sheet", f"{name}={EACH}"]
     return shlex.join(words)
 
 

@@ -32,19 +32,20 @@ def verify(export: Path, /, *, json: Annotated[bool, Parameter(negative=())] = F
     if json:
         from json import dumps
 
-        print(dumps([{**asdict(c), "allowed": None, "passed": c.passed} for c in checks], indent=1))
+        shown = [{**asdict(check), "allowed": None, "passed": check.passed} for check in checks]
+        print(dumps(shown, indent=1))
         return 0 if passed else 3
     from erclutch.cli import terminal
 
     screen = terminal.console()
     columns = ["where", "vectors", "not to the bit", "ulp from NumPy", "notes"]
     table = terminal.table(f"{export}", columns, [], left=1)
-    for c in checks:
-        bits = "-" if c.other_bits is None else str(c.other_bits)
-        verdict = c.note if c.passed else f"FAILED {c.note}"
-        table.add_row(c.where, str(c.count), bits, f"{c.ulp:.2f}", verdict)
+    for check in checks:
+        bits = "-" if check.other_bits is None else str(check.other_bits)
+        verdict = check.note if check.passed else f"FAILED {check.note}"
+        table.add_row(check.where, str(check.count), bits, f"{check.ulp:.2f}", verdict)
     screen.print(table)
-    failing = [c.where for c in checks if not c.passed]
+    failing = [check.where for check in checks if not check.passed]
     if passed:
         screen.print(f"Passed in all {len(checks)} places: what they give is what the model gives.", style="bold")
     else:

@@ -144,8 +144,10 @@ class Printer:
             self._tables[node.value] = name = f"table{node.index}"
             entries = values.ravel().tolist()
             if node.kind == "truth":
-                parts = (entries[i : i + 32] for i in range(0, len(entries), 32))
-                words = [f"0x{sum(bit << k for k, bit in enumerate(part)):08x}u" for part in parts]
+                words: list[str] = []
+                for start in range(0, len(entries), 32):
+                    word = sum(bit << place for place, bit in enumerate(entries[start : start + 32]))
+                    words.append(f"0x{word:08x}u")
                 yield from table("uint32_t", name, words).splitlines()
             elif node.kind == "bits":
                 yield from table("uint8_t", name, [f"{entry}u" for entry in entries], 16).splitlines()

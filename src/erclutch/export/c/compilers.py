@@ -56,7 +56,8 @@ class Compiler:
         Raises:
             ExportError: the compiler failed; its first words are in the message.
         """
-        words = [*self.command, *EXACT, *self.flags, *flags, *map(str, sources), "-o", str(out)]
+        options = [*EXACT, *self.flags, *flags]
+        words = [*self.command, *options, *map(str, sources), "-o", str(out)]
         run(words, f"{self.name} cannot compile {sources[0].name}", "Use another compiler, or set CC to one")
 
 

@@ -46,7 +46,8 @@ CALL = "erc_call.so"
 
 def library_name(step: ExportedStep) -> str:
     """File name of the model's shared library: a digest of its source in it, as a process loads a name only once."""
-    digest = hashlib.sha256((source(step) + model_abi.wrapper(step)).encode()).hexdigest()
+    whole = source(step) + model_abi.wrapper(step)
+    digest = hashlib.sha256(whole.encode()).hexdigest()
     return f"lib{step.name}-{digest[:12]}.so"
 
 

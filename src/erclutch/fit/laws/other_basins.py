@@ -84,7 +84,9 @@ def _elsewhere(few: Separable, point: Array) -> list[Array]:
         far = [place for place in places[:, i] if abs(place - point[i]) >= apart[i]]
         moved.append([_moved(point, i, place) for place in far])
     little = (1.0 + _IDLE) * cost(point)
-    cheapest = [min(cost(u) for u in points) for points in moved]
+    cheapest: list[float] = []
+    for points in moved:
+        cheapest.append(min(map(cost, points)))
     idle = [i for i, least in enumerate(cheapest) if least < little]
 
     starts: list[Array] = []

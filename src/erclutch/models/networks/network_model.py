@@ -333,7 +333,7 @@ class NetworkModel(ModelBase):
         return self._faded(effort, given, exactly=True)
 
     def scaled(self, factor: float, offset: float = 0.0) -> NetworkModel:
-        """The same network with its effort times a factor, and a constant effort more.
+        """The same network with its effort times a factor, and a constant effort ``offset`` more, in the effort's unit.
 
         The law beyond the rows is multiplied too; a constant effort would be new to its structure, so it gets none.
         """

@@ -93,14 +93,20 @@ def why_not_measured(material: Material, number: Mapping[str, Any]) -> str:
 
 def _curve_words(material: Material) -> Iterator[str]:
     """Where the effort is monotone in the field, how far it reaches, and where curves are guesses."""
-    model, word = material.models[material.recommended], material.word
-    if model.trained_on.field[0] == model.trained_on.field[1]:
-        field = "no field" if material.without_field else f"one field, {material.field.of(model.trained_on.field[1])}"
+    model = material.models[material.recommended]
+    word = material.word
+    lowest, highest = model.trained_on.field
+    if lowest == highest:
+        field = "no field" if material.without_field else f"one field, {material.field.of(highest)}"
         yield f"The log has {field}: nothing tells how the {word} follows the field."
         return
-    share, turn = monotone_share(model), worst_turn(model)
+    share = monotone_share(model)
+    turn = worst_turn(model)
     measured = float(np.abs(material.rows.data.effort).max())
-    follows = max(float(np.ptp(over_field.effort, axis=1).max()) for _, over_field in material.recommended_curves)
+    follows = 0.0  # how far the effort goes over the field at one slip, at most
+    for _, over_field in material.recommended_curves:
+        moves = np.ptp(over_field.effort, axis=1)
+        follows = max(follows, float(moves.max()))
     if follows <= _FLAT * measured:
         yield f"Its {word} does not follow the field."
     elif share == 1.0:

@@ -57,8 +57,12 @@ def headings(material: Material) -> tuple[str, str]:
     rows = sum(int(log["rows"]) for log in body["logs"])
     if material.rows.data.in_no_time:
         return f"{first}{more}", f"{device}, {count(rows)} points of a table"
-    seconds = sum(int(log["rows"]) * float(log["period_s"]) for log in body["logs"])
-    different = {float(f"{1.0 / log['period_s']:.4g}") for log in body["logs"]}  # Hz
+    seconds = 0.0
+    different: set[float] = set()  # rates in Hz
+    for log in body["logs"]:
+        period = float(log["period_s"])
+        seconds += int(log["rows"]) * period
+        different.add(float(f"{1.0 / period:.4g}"))
     rates = [f"{rate:g}" for rate in sorted(different)]
     at = " and ".join(rates) if len(rates) <= 2 else f"{rates[0]} to {rates[-1]}"
     return f"{first}{more}", f"{device}, {count(rows)} rows, {number(seconds)} s at {at} Hz"

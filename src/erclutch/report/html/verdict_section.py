@@ -285,7 +285,9 @@ def _next(material: Material) -> list[dict[str, str]]:
 def _fit_again(body: Mapping[str, Any], changed: Mapping[str, Any]) -> str:
     """The command of this run's fit with some settings changed."""
     if body.get("recalibration") or not command_of(body):
-        options = [word for key, value in changed.items() for word in (f"--{key}", str(value))]
+        options: list[str] = []
+        for key, value in changed.items():
+            options += [f"--{key}", str(value)]
         return shlex.join(["erclutch", "fit", "LOG", *options])
     return command_of({**body, "settings": {**body["settings"], **changed}})
 

@@ -240,5 +240,7 @@ def _mean(values: Array, starts: Rows, stops: Rows) -> Array:
 
 def _reach(values: Array, starts: Rows, stops: Rows) -> Array:
     """Largest less smallest value of each window."""
-    windows = zip(starts.tolist(), stops.tolist(), strict=True)
-    return np.array([np.ptp(values[start : stop + 1]) for start, stop in windows])
+    reach: Array = np.empty(starts.size)
+    for window, (start, stop) in enumerate(zip(starts.tolist(), stops.tolist(), strict=True)):
+        reach[window] = np.ptp(values[start : stop + 1])
+    return reach

@@ -301,8 +301,12 @@ def differing_settings(bodies: Sequence[Mapping[str, Any]]) -> tuple[tuple[str, 
     """What was asked for, read or installed differently: name, then one value a run."""
     flat = [_flat(body) for body in bodies]
     names = dict.fromkeys(name for values in flat for name in values)
-    lines = [(name, tuple(values.get(name, "–") for values in flat)) for name in names]
-    return tuple((name, values) for name, values in lines if len(set(values)) > 1)
+    differing: list[tuple[str, tuple[str, ...]]] = []
+    for name in names:
+        of_runs = tuple(values.get(name, "–") for values in flat)
+        if len(set(of_runs)) > 1:
+            differing.append((name, of_runs))
+    return tuple(differing)
 
 
 def _flat(body: Mapping[str, Any]) -> dict[str, str]:
