@@ -28,7 +28,6 @@ the seconds of processor time of each part, which do not depend on what else the
 from __future__ import annotations
 
 import argparse
-import multiprocessing
 import os
 import re
 import shutil
@@ -38,18 +37,16 @@ import sys
 import tempfile
 import time
 from collections import Counter
-from collections.abc import Callable, Generator, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor
-from contextlib import contextmanager
-from dataclasses import dataclass, field
+from collections.abc import Callable, Generator, Iterator
+from contextlib import contextmanager, suppress
 from itertools import product
 from pathlib import Path
 
-ROOT = Path(__file__).resolve().parents[1]
-sys.path.insert(0, str(ROOT))
-os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+from tests.support.attack_rows import CORES, Row, at_once
 
-CORES = os.cpu_count() or 1
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+ROOT = Path(__file__).resolve().parents[1]
 #: Parts that are tests: what pytest runs of each. The pairs of commands are a part of their own.
 TESTS = {
     "runs": ("tests/report/test_bad_runs.py", "tests/models/test_model_file.py", "tests/runs/test_run_json.py"),
@@ -85,7 +82,7 @@ WEIGHTS = {
     "room": 25,
     "bombs": 40,
     "sensors": 60,
-    "app": 60,
+    "app": 80,
     "hostile": 60,
     "compilers": 100,
     "formats": 240,
@@ -94,41 +91,6 @@ WEIGHTS = {
 SHARE_OF_WRITERS = 0.2  # of the time of their races
 LEAST_OF_TESTS, MOST_TO_END = 60.0, 60.0  # s for tests, however late it is, and to end in when their time is over
 _COUNTS = re.compile(r"(\d+) (passed|failed|error|errors)")
-
-
-@dataclass
-class Row:
-    """A row of the table."""
-
-    name: str
-    tries: int = 0
-    failures: list[str] = field(default_factory=list[str])
-    note: str = ""
-    counts: Counter[str] = field(default_factory=Counter[str])
-
-    def fail(self, what: str) -> None:
-        """Note a failure, and tell it at once."""
-        self.failures.append(what)
-        print(f"{self.name}: {what}", file=sys.stderr, flush=True)
-
-
-def at_once(work: Callable[..., Row], tasks: Sequence[tuple[object, ...]], until: float) -> Iterator[Row]:
-    """What ``work(*task, until=...)`` gives for each task, on all processors; each has its share of the time left."""
-    fork = multiprocessing.get_context("fork")
-    with ProcessPoolExecutor(CORES, mp_context=fork) as pool:
-        shared = [pool.submit(_in_its_time, work, task, until, len(tasks) - place) for place, task in enumerate(tasks)]
-        for each in shared:
-            yield each.result()
-
-
-def _in_its_time(work: Callable[..., Row], task: tuple[object, ...], until: float, waiting: int) -> Row:
-    now = time.monotonic()
-    try:
-        return work(*task, until=now + (until - now) * min(CORES / waiting, 1.0))
-    except Exception as error:  # whatever it is, the other rows have their try
-        row = Row(" ".join(map(str, task)), tries=1)
-        row.fail(f"{type(error).__name__}: {error}")
-        return row
 
 
 def races(until: float, count: int) -> Iterator[Row]:
@@ -389,7 +351,8 @@ def tested(name: str, until: float) -> Iterator[Row]:
     """A part that is tests: each is a try. When the time is over, those that have ended count."""
     row = Row(name)
     words = [sys.executable, "-m", "pytest", "-q", "-n", str(CORES), "-p", "no:cacheprovider", "-rfE", *TESTS[name]]
-    with subprocess.Popen(words, cwd=ROOT, stdout=subprocess.PIPE, text=True) as tests:
+    pipe = subprocess.PIPE
+    with subprocess.Popen(words, cwd=ROOT, stdout=pipe, text=True, start_new_session=True) as tests:
         try:
             said = tests.communicate(timeout=max(until - time.monotonic(), LEAST_OF_TESTS))[0]
         except subprocess.TimeoutExpired:
@@ -400,6 +363,8 @@ def tested(name: str, until: float) -> Iterator[Row]:
             except subprocess.TimeoutExpired:
                 tests.kill()
                 said = tests.communicate()[0]
+            with suppress(ProcessLookupError):  # servers of tests that were cut off
+                os.killpg(tests.pid, signal.SIGKILL)
     lines = said.splitlines() or [""]
     summed = next((line for line in reversed(lines) if _COUNTS.search(line)), lines[-1])
     row.tries = sum(int(number) for number, _ in _COUNTS.findall(summed))
