@@ -428,3 +428,52 @@ def test_words_beside_a_speed_that_turns_doubt_nothing(tmp_path: Path) -> None:
     path = tmp_path / "a.csv"
     path.write_text("\n".join(["t [s],current [A],speed [rad/s],direction,torque [N*m]", *rows]) + "\n")
     assert plan_of(read_table(path), ColumnMap()).doubts == ()
+
+
+@pytest.mark.parametrize("names", [("amplitude", "frequency"), ("ampl", "freq"), ("sine_amplitude", "sine_frequency")])
+def test_what_a_told_sine_is_made_with_is_no_field(names: tuple[str, str]) -> None:
+    told = {"target_position": np.sin(ROWS / 8), names[0]: LEVELS + 0.1, names[1]: 2.0 + ROWS // 40}
+    plan = planned({**without("current [A]"), **told})
+    assert not plan.questions
+    assert plan.signal("field") is not None
+    assert any("no field is logged" in note and names[0] in note for note in plan.notes)
+
+
+@pytest.mark.parametrize("told", [{}, {"target_voltage": LEVELS}])
+def test_an_amplitude_may_be_that_of_the_field_where_no_motion_alone_was_told(told: dict[str, Array]) -> None:
+    plan = planned({**without("current [A]"), **told, "amplitude": LEVELS + 0.1, "frequency": 2.0 + ROWS // 40})
+    fields = {each.column for each in plan.signals if each.signal == "field"}
+    assert fields == {"target_voltage"} or "field" in {question.signal for question in plan.questions}
+
+
+def test_columns_that_share_what_heads_them_are_asked_about_by_name() -> None:
+    columns = {
+        f"{place} encoder": (number + 1) * np.cumsum(TURN) for number, place in enumerate(("first", "second", "third"))
+    }
+    questions = planned({**without("speed [rad/s]", "current [A]"), **columns}).questions
+    (question,) = (each for each in questions if each.signal in ("slip", "position"))
+    assert "first encoder" in question.remedy
+
+
+def test_a_short_name_with_a_word_behind_is_proposed_for_a_speed() -> None:
+    plan = planned({**without("speed [rad/s]", "current [A]"), "v Dyno": TURN, "P Dyno": TURN**2})
+    assert '--slip "v Dyno"' in plan.examples
+
+
+@pytest.mark.parametrize("rate", ["gamma_dot", "shear_rate", "Shear Rate"])
+def test_tau_beside_a_shear_rate_is_the_stress_and_t_none(rate: str) -> None:
+    rates = 50.0 + 40.0 * TURN
+    columns = {"t": ROWS / 10, "T": 20.0 + ROWS / 300, rate: rates, "tau": 3.0 + 0.01 * rates, "mu": 0.01 + 3.0 / rates}
+    plan = planned(columns)
+    assert {each.signal: each.column for each in plan.signals if each.column} == {"slip": rate, "effort": "tau"}
+
+
+def test_tau_beside_a_speed_alone_is_asked_about() -> None:
+    columns = {"t": ROWS / 10, "T": np.cos(ROWS * 2.7), "speed": TURN, "tau": np.cos(ROWS * 1.9)}
+    assert "effort" in {question.signal for question in planned(columns).questions}
+
+
+def test_a_temperature_called_t_is_not_proposed_for_the_field() -> None:
+    rates = 50.0 + 40.0 * TURN
+    columns = {"t": ROWS / 10, "T": 19.0 + LEVELS, "kr": TURN**2, "gamma_dot": rates, "tau": 3.0 + 0.01 * rates}
+    assert planned(columns).examples == ("--field none",)

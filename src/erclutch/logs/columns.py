@@ -31,6 +31,7 @@ _GAUGE_LENGTH = re.compile(
     r"longitud (?:inicial|calibrada)|標点距離|标距",
     re.IGNORECASE,
 )
+_SHEAR_RATES = frozenset({"gammadot", "shearrate"})
 _OHMS_OF_A_COIL = 1000.0  # at most; an electrorheological fluid has megohms
 _WATT = "W"  # power is no signal
 _DIGITS = 2e-3  # share of the largest number by which numbers written with some digits may differ
@@ -145,10 +146,7 @@ def candidates(
         return distinct(seen, names), "name"
 
     # No whole name speaks. A short name may, where its numbers go with another column.
-    heads: dict[str, str | None] = {}
-    for column in fitting:
-        stem, _ = split_end(column.name)
-        heads[column.name] = headed(stem, signal, seen.shared_words)
+    heads = _heads(seen, fitting, signal)
     shaped: list[str] = []
     for column in fitting:
         short = forms[column.name] or signal in column.spoken.numbered or heads[column.name] in NEED_UNIT
@@ -178,6 +176,20 @@ def candidates(
     if signal == "field":
         names = _fields(seen, free, names, heads)
     return distinct(seen, names), "name"
+
+
+def _heads(seen: SeenColumns, columns: Iterable[SeenColumn], signal: str) -> dict[str, str | None]:
+    """The heads of names, without words that most columns share; with them where these are the heads themselves.
+
+    Of first encoder, second encoder and third encoder each is headed by what all share.
+    """
+    heads: dict[str, str | None] = {}
+    with_shared: dict[str, str | None] = {}
+    for column in columns:
+        stem, _ = split_end(column.name)
+        heads[column.name] = headed(stem, signal, seen.shared_words)
+        with_shared[column.name] = column.spoken.heads.get(signal)
+    return heads if any(heads.values()) else with_shared
 
 
 def _unnumbered(column: SeenColumn) -> str:
@@ -277,6 +289,8 @@ def _goes_with(seen: SeenColumns, column: SeenColumn, signal: str) -> bool:
     others = seen.without([column.name])
     positions = [other for other in others if "position" in other.spoken.may_be]
     speeds = [other for other in others if "slip" in other.spoken.may_be]
+    if signal == "effort" and column.spoken.plain_stem == "tau" and any(map(_is_shear_rate, speeds)):
+        return True  # the stress of a rheometer, beside whose shear rate a T is a temperature
     if signal == "slip":
         return any(is_rate_of(column.values, position.values, seen.stamps) for position in positions)
     if signal == "position" and speeds:
@@ -292,6 +306,11 @@ def _goes_with(seen: SeenColumns, column: SeenColumn, signal: str) -> bool:
             if named_so or other.spoken.heads["position"] in _LENGTHS:
                 return True
     return any(follows(column.values, motion.values) for motion in (*positions, *speeds))
+
+
+def _is_shear_rate(column: SeenColumn) -> bool:
+    """Whether a column is called like a shear rate."""
+    return column.spoken.plain_stem in _SHEAR_RATES
 
 
 # --- columns that say the same ---------------------------------------------------------------------------------------

@@ -9,6 +9,7 @@ import numpy as np
 
 from erclutch.logs.draft import Draft
 from erclutch.logs.labels import split_label
+from erclutch.logs.names import TOLD, spoken_name
 from erclutch.logs.quotients import quotient_of
 from erclutch.logs.seen_columns import NO_UNITS, SeenColumn, SeenColumns
 from erclutch.logs.shapes import FEW, LOOKED_AT, is_rate_of
@@ -26,6 +27,10 @@ _OWN_SCALE = re.compile(r"(?:°|deg ?)?[CF]|[℃℉]|dB\w*|bits?|counts?|ticks?|
 _PARTS = frozenset({"step", "segment", "stage", "interval", "block", "schritt", "abschnitt", "etape", "paso", "etapa"})
 _OF_A_TEST = frozenset({"test", "recipe", "program", "sequence", "measurement", "active", "actual"})
 _ESTIMATES = 0.7  # correlation of the signs of two estimates of one thing
+#: What a sine that a drive was told is made with; a field that alternates may be described so too.
+_OF_A_SINE = frozenset(
+    {"amplitude", "amplitudes", "ampl", "amplitud", "ampiezza", "frequency", "freq", "frequenz", "frequence"}
+)
 
 
 def settle_the_field(draft: Draft) -> None:
@@ -81,6 +86,8 @@ def why_no_field(seen: SeenColumns, column: SeenColumn, taken: Iterable[str]) ->
         return "is another quantity by its name"
     if _is_of_models(seen, column):
         return "is what a model says of the effort"
+    if not _OF_A_SINE.isdisjoint(column.spoken.stem_words[-1:]) and _has_a_told_motion(seen):
+        return "is that of the motion that the drive was told"
 
     measured = [seen.columns[name] for name in sorted(taken) if name in seen.columns]
     for other in measured:
@@ -116,6 +123,18 @@ def _is_of_models(seen: SeenColumns, column: SeenColumn) -> bool:
     if len(models) < 2:
         return False
     return column.spoken.is_of_a_model or any(_are_estimates(column.values, model.values) for model in models)
+
+
+def _has_a_told_motion(seen: SeenColumns) -> bool:
+    """Whether a drive was told a motion, such as a target position, and no column holds a told field."""
+    told = [column for column in seen.columns.values() if not TOLD.isdisjoint(column.spoken.stem_words)]
+    motions = [column for column in told if any(_names(column, signal) for signal in ("slip", "position"))]
+    return bool(motions) and not any(_names(column, "field") for column in told)
+
+
+def _names(column: SeenColumn, signal: str) -> bool:
+    """Whether a word of the column's name is one of the signal."""
+    return any(len(word) > 1 and spoken_name(word).forms[signal] for word in column.spoken.stem_words)
 
 
 def _are_estimates(first: Array, second: Array) -> bool:

@@ -15,7 +15,7 @@ from erclutch.logs.columns import candidates
 from erclutch.logs.draft import Draft
 from erclutch.logs.labels import split_label
 from erclutch.logs.missing_columns import has_short_name, sensor_options, usual_unit
-from erclutch.logs.names import spoken_name
+from erclutch.logs.names import NAMES, NEED_UNIT, spoken_name
 from erclutch.logs.no_field import maybe_field
 from erclutch.logs.plan import Question, SignalPlan
 from erclutch.logs.seen_columns import SeenColumn, SeenColumns
@@ -69,7 +69,7 @@ def proposals(draft: Draft) -> list[str]:
             worded = [column.name for column in maybe_field(seen, others) if "field" in column.spoken.within]
             for column in maybe_field(seen, others):
                 is_level = column.shape.keeps_levels and _NUMBERED.isdisjoint(column.spoken.stem_words)
-                if is_level and not _is_a_mark(column):
+                if is_level and not _is_a_mark(column) and not _is_short_for_another(column):
                     leveled.append(column.name)
             likely = leveled if len(leveled) == 1 else worded
             option = f"--field {shell_word(seen.table.label(likely[0])) if likely else 'none'}"
@@ -109,6 +109,11 @@ def _is_a_mark(column: SeenColumn) -> bool:
     if not np.isin(known, (0.0, 1.0)).all():
         return False
     return _SWITCHES.isdisjoint(column.spoken.stem_words)
+
+
+def _is_short_for_another(column: SeenColumn) -> bool:
+    """Whether the name is a short one that means several things, none of them a field: T is a time or a temperature."""
+    return column.spoken.plain in NEED_UNIT and column.spoken.plain not in NAMES["field"].split()
 
 
 def _may_be_a_column(question: Question, proposed: Sequence[str]) -> bool:
@@ -163,7 +168,7 @@ def _column_option(
     short = [column.name for column in fitting if has_short_name(column, signal)]
     within = [column.name for column in fitting if signal in column.spoken.within]
     named, _ = candidates(seen, signal, taken)
-    likely = named or short or within
+    likely = named or short or within or [column.name for column in fitting if _is_lettered(column, signal)]
     if not likely:
         hole = f"COLUMN [{usual_unit(signal) or '-'}]"
         return f"--{signal} {shell_word(hole)}"
@@ -178,6 +183,12 @@ def _column_option(
 
     # A unit that nobody wrote is no answer: a column without one is taken as logged.
     return f"--{signal} {shell_word(seen.table.label(likely[0]))}"
+
+
+def _is_lettered(column: SeenColumn, signal: str) -> bool:
+    """Whether the name is a short one of the signal with a word behind: ``v Dyno`` may be a speed."""
+    letter, *rest = column.spoken.stem_words or ("",)
+    return bool(rest) and letter in NEED_UNIT and letter in NAMES[signal].split() and not column.spoken.is_accounted
 
 
 def _parts(name: str) -> set[str]:

@@ -22,6 +22,7 @@ from erclutch.logs.readers import dates, first_bytes, found_recordings
 from erclutch.logs.readers.budget import Budget
 from erclutch.logs.readers.cells import NO_NUMBERS, WORDS, cells_of, is_comment, is_number
 from erclutch.logs.readers.dialect import LINE_END, SAMPLE, Dialect, sniff
+from erclutch.logs.readers.loose_text import with_a_line_of_names, without_brackets
 from erclutch.logs.readers.lying_tables import upright
 from erclutch.logs.readers.numerals import grouped_by_blanks, ungrouped, weigh
 from erclutch.logs.readers.serial_monitor import with_stamps_in_cells
@@ -73,10 +74,12 @@ def read_text(source: LogSource) -> Table:
     broken = 0  # cells
     if '"' in text:
         text, broken = unbroken(text)
+    text, listed = without_brackets(text) if "[" in text else (text, "")
+    text, glued = with_a_line_of_names(text)
     text, units_in_cells = without_units_in_cells(text)
     text, lying = upright(text)
     dialect, notes = _dialect_of(text, source.decimal)
-    notes += [said for said in (stamps, units_in_cells, lying) if said]
+    notes += [said for said in (stamps, listed, glued, units_in_cells, lying) if said]
     if broken:
         notes.append(f"{broken} quoted cells hold a number and a line end: the line end is left out")
 
