@@ -8,8 +8,10 @@ import numpy as np
 
 from erclutch.errors import MappingError, UnitError, shell_word
 from erclutch.logs.draft import Draft
+from erclutch.logs.labels import split_end, split_label
 from erclutch.logs.mapping import NONE, ColumnChoice, ColumnMap
 from erclutch.logs.named_columns import locate
+from erclutch.logs.names import plain
 from erclutch.logs.plan import ClockPlan
 from erclutch.logs.seen_columns import EVEN, SeenColumns
 from erclutch.logs.table import Table
@@ -24,8 +26,17 @@ _FEW_STEPS = 9  # in fewer nothing of the rate is seen
 _SINCE_1970 = (1e9, 4.1e9)  # s: 2001 to 2100
 _SHEET_DAYS = (20_000, 80_000)  # days as spreadsheets number them: 1954 to 2119
 _SHEET_STEP = 1.2e-5  # days: 1 Hz or faster
-_RATES = {"fs", "rate", "samplerate", "samplingrate"}
-_PERIODS = {"ts", "dt", "sampletime", "samplingtime", "sampleperiod", "samplingperiod"}
+_RATES = {
+    "fs",
+    "rate",
+    "samplerate",
+    "samplingrate",
+    "samplefrequency",
+    "samplingfrequency",
+    "samplefreq",
+    "samplingfreq",
+}
+_PERIODS = {"ts", "dt", "sampletime", "samplingtime", "sampleperiod", "samplingperiod", "sampleinterval"}
 _LONGEST_PERIOD = 0.5  # s: a larger number may be one of ms
 
 
@@ -172,12 +183,22 @@ def _rate_of_file(seen: SeenColumns, taken: Sequence[str]) -> float | None:
 
 
 def _header_period(table: Table) -> float | None:
-    """The period in s of a header constant such as ``fs`` or ``Ts``."""
+    """The period in s of a header constant such as ``fs``, ``sample_rate_kHz`` or ``Ts``."""
     for name, value in table.constants.items():
-        plain = name.lower().replace("_", "")
-        if plain in _RATES and 0 < value < float("inf"):
-            return 1.0 / value
-        if plain in _PERIODS and 0 < value < _LONGEST_PERIOD:
+        label, unit = split_label(name)
+        stem, end = split_end(label)
+        unit = unit or end
+        called = plain(stem)
+        if not 0 < value < float("inf"):
+            continue
+        try:
+            if called in _RATES:
+                return 1.0 / units.in_unit(f"{value!r} {unit or 'Hz'}", "Hz")
+            if called in _PERIODS and unit:
+                return units.in_unit(f"{value!r} {unit}", "s")
+        except UnitError:
+            continue  # a unit of something else
+        if called in _PERIODS and value < _LONGEST_PERIOD:
             return value
     return None
 

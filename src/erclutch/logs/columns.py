@@ -17,7 +17,7 @@ from erclutch.logs.labels import split_end
 from erclutch.logs.names import CURRENTS, NEED_UNIT, OTHER, SINGLE, TOLD, VOLTAGES, headed, plain
 from erclutch.logs.quotients import pressing_loads, rubbing_force, speeds_of_machine
 from erclutch.logs.seen_columns import KINDS, NO_UNITS, UNITS_OF_KIND, SeenColumn, SeenColumns
-from erclutch.logs.shapes import follows, is_rate_of
+from erclutch.logs.shapes import follows, go_straight, is_rate_of
 from erclutch.signals import units
 from erclutch.signals.array import Array
 from erclutch.signals.recording import SIGNALS
@@ -33,6 +33,7 @@ _GAUGE_LENGTH = re.compile(
 )
 _SHEAR_RATES = frozenset({"gammadot", "shearrate"})
 _OHMS_OF_A_COIL = 1000.0  # at most; an electrorheological fluid has megohms
+_COMMANDS = ("pwm", "duty", "command", "cmd", "excitation")  # what a supply is told
 _WATT = "W"  # power is no signal
 _DIGITS = 2e-3  # share of the largest number by which numbers written with some digits may differ
 
@@ -68,6 +69,7 @@ def guess(
             reason += ", and the header gives the gauge length for it"
     if signal == "field" and len(names) > 1:
         names = _without_driving_voltages(seen, names)
+        names = _without_commands(seen, names)
     if signal == "effort" and len(names) > 1 and motion:
         kind = seen.columns[motion].kind
         kinds = {name: seen.columns[name].kind for name in names}
@@ -136,6 +138,7 @@ def candidates(
     for column in fitting:
         form = forms[column.name]
         speaks = form and (fits[column.name] or form not in NEED_UNIT)
+        speaks = speaks or (signal == "field" and _is_v_of_a_voltage(seen, column))
         if speaks and told.isdisjoint(column.spoken.words):
             named.append(column)
     exact = [column for column in named if column.spoken.plain_stem == forms[column.name]]
@@ -192,6 +195,14 @@ def _heads(seen: SeenColumns, columns: Iterable[SeenColumn], signal: str) -> dic
     return heads if any(heads.values()) else with_shared
 
 
+def _is_v_of_a_voltage(seen: SeenColumns, column: SeenColumn) -> bool:
+    """Whether a bare V is a voltage: it keeps a few levels, and the velocity has a name of its own (xdot, speed)."""
+    if column.spoken.plain != "v" or column.unit or not column.shape.keeps_levels:
+        return False
+    names = [other.spoken.forms["slip"] for other in seen.without([column.name])]
+    return any(name and len(name) > 2 for name in names)
+
+
 def _unnumbered(column: SeenColumn) -> str:
     """A name without the number of the joint or motor behind it; "" where none stands there."""
     stem = column.spoken.plain_stem
@@ -235,6 +246,18 @@ def _without_driving_voltages(seen: SeenColumns, fields: Sequence[str]) -> list[
             if circuit == _circuit(current, CURRENTS) and not of_an_inverter and _drives(voltage, current):
                 driving.add(voltage.name)
     return [name for name in fields if name not in driving]
+
+
+def _without_commands(seen: SeenColumns, fields: Sequence[str]) -> list[str]:
+    """The fields without each command (a duty, say) that a measured current goes straight with."""
+    columns = [seen.columns[name] for name in fields]
+    currents = [column for column in columns if column.fits(("A",))]
+    kept: list[str] = []
+    for column in columns:
+        is_command = column.spoken.forms["field"] in _COMMANDS and not column.unit
+        if not (is_command and any(go_straight(current.values, column.values) for current in currents)):
+            kept.append(column.name)
+    return kept
 
 
 def _circuit(column: SeenColumn, quantity: Collection[str]) -> frozenset[str]:

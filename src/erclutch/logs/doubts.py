@@ -11,11 +11,12 @@ from erclutch.logs.draft import Draft
 from erclutch.logs.guesses import OF_A_SUPPLY, faintness
 from erclutch.logs.missing_columns import missing
 from erclutch.logs.names import SENSES, VOLTAGES, words_of
+from erclutch.logs.plan import SignalPlan
 from erclutch.logs.quotients import rubbing_force
-from erclutch.logs.shapes import FEW, LOOKED_AT, goes_along, takes_both_signs
+from erclutch.logs.shapes import FEW, LOOKED_AT, go_straight, goes_along, takes_both_signs
 from erclutch.signals.array import Array
 
-_GOES_STRAIGHT = 0.99  # correlation of the output of a sensor with what it measures
+_CROSSINGS = 4  # of the middle of its range, by a motion to and fro
 _NO_POWER = (("N", "rad/s"), ("N*m", "m/s"))  # units of effort and slip
 
 
@@ -26,13 +27,11 @@ def leave_out_the_sensor_of_the_effort(draft: Draft) -> None:
     """
     field = draft.signals.get("field")
     effort = draft.signals.get("effort")
-    if field is None or effort is None or not field.reason.startswith("guessed") or not effort.column:
+    if field is None or effort is None or not effort.column or not _is_guessed_voltage(draft, field):
         return
-    column = draft.seen.columns[field.column]
-    is_voltage = column.fits(("V",)) or (not column.unit and column.spoken.forms["field"] in VOLTAGES)
-    output = column.values
+    output = draft.table.columns[field.column]
     strongest = faintness(field, output)
-    if not is_voltage or strongest is None or not _go_straight(output, draft.table.columns[effort.column]):
+    if strongest is None or not go_straight(output, draft.table.columns[effort.column]):
         return
     del draft.signals["field"]
     draft.no_signals.append(field.column)
@@ -41,18 +40,6 @@ def leave_out_the_sensor_of_the_effort(draft: Draft) -> None:
     draft.notes.append(f"column {field.column} {course}: taken for the output of its sensor, left out")
     draft.ask("field", missing(draft.seen, "field", draft.taken))
     draft.missing.append("field")
-
-
-def _go_straight(output: Array, measured: Array) -> bool:
-    """Whether one column is the other one times a number plus a number, up to the noise of a sensor."""
-    known = np.isfinite(output) & np.isfinite(measured)
-    a = output[known][:LOOKED_AT]
-    b = measured[known][:LOOKED_AT]
-    if a.size < FEW or np.ptp(a) == 0.0 or np.ptp(b) == 0.0:
-        return False
-    a = a / np.abs(a).max()  # no square of a tiny or a large number is lost
-    b = b / np.abs(b).max()
-    return bool(abs(np.corrcoef(a, b)[0, 1]) >= _GOES_STRAIGHT)
 
 
 def doubt_the_current_of_a_drive(draft: Draft) -> None:
@@ -68,6 +55,45 @@ def doubt_the_current_of_a_drive(draft: Draft) -> None:
     doubt = f"which takes the sign of {effort.column} and goes along with it, as the current of a motor does"
     doubt += ": --field none if it drives no coil of a brake or damper"
     draft.signals["field"] = replace(field, sureness="doubtful", doubt=doubt)
+
+
+def doubt_the_sensor_of_the_motion(draft: Draft) -> None:
+    """Doubt a guessed voltage that goes straight with a motion to and fro: the output of its sensor.
+
+    A field may be raised while a device moves one way, so a motion that never turns back tells nothing.
+    """
+    field = draft.signals.get("field")
+    if field is None or field.doubt or not _is_guessed_voltage(draft, field):
+        return
+    output = draft.table.columns[field.column]
+    for signal in ("position", "slip"):
+        motion = draft.signals.get(signal)
+        if motion is None or not motion.column:
+            continue
+        measured = draft.table.columns[motion.column]
+        if _turns_back(measured) and go_straight(output, measured):
+            doubt = f"which goes straight with {motion.column}, as the output of its sensor does"
+            doubt += ": --field none if it drives no coil"
+            draft.signals["field"] = replace(field, sureness="doubtful", doubt=doubt)
+            return
+
+
+def _is_guessed_voltage(draft: Draft, field: SignalPlan) -> bool:
+    """Whether the field was guessed, and is a voltage by its unit or, without a unit, by its name."""
+    if not field.reason.startswith("guessed"):
+        return False
+    column = draft.seen.columns[field.column]
+    return column.fits(("V",)) is True or (not column.unit and column.spoken.forms["field"] in VOLTAGES)
+
+
+def _turns_back(motion: Array) -> bool:
+    """Whether a motion comes back by half of its range and goes forth again."""
+    known = motion[np.isfinite(motion)][:LOOKED_AT]
+    if known.size < FEW:
+        return False
+    middle = 0.5 * (known.min() + known.max())
+    sides = np.flatnonzero(np.diff(known > middle))
+    return sides.size >= _CROSSINGS
 
 
 def doubt_a_speed_without_its_sense(draft: Draft) -> None:

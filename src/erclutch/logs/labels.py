@@ -26,13 +26,17 @@ _DECIMAL_COMMA = re.compile(r'([+-]?\d+),(\d{1,2}|\d{4,})("?\s*[;\t].*)')  # thr
 _PERIOD = re.compile(
     r"(?:sampl\w*|scan)[ _-]*(?:interval|period|time)|dt|delta[ _]?[tx]|tick[ _]?period|time[ _]?step", re.I
 )
+#: Units that say no more than that a column holds whole numbers of a converter or an encoder.
+COUNTS = frozenset(
+    {"count", "counts", "LSB", "lsb", "bit", "bits", "digit", "digits", "tick", "ticks", "step", "steps"}
+)
 # Ends of names that are units (``omega_rad_s``), and how units are written; small letters are taken for large ones.
 _AS_THEY_ARE = "A mA V mV kV N kN Pa kPa MPa s ms us mm cm m rad deg rpm T mT"
 _JOINT_DIGITS = 2  # of a joint's number at most
 _TIMES = ("t", "time", "zeit", "temps")
 _SPEEDS = "rad_s=rad/s rads=rad/s radps=rad/s deg_s=deg/s dps=deg/s m_s=m/s mps=m/s mm_s=mm/s mmps=mm/s"
 _OTHER_SPEEDS = "kmh=km/h km_h=km/h kph=km/h rad_per_s=rad/s deg_per_s=deg/s m_per_s=m/s mm_per_s=mm/s"
-_OTHERS = "Nm=N*m N_m=N*m Nmm=N*mm mNm=mN*m C=°C degC=°C lbf=lbf kgf=kgf"
+_OTHERS = "Hz=Hz kHz=kHz Nm=N*m N_m=N*m Nmm=N*mm mNm=mN*m C=°C degC=°C lbf=lbf kgf=kgf gf=gf"
 _POUNDS = "ftlb=ft*lbf ft_lb=ft*lbf lb_ft=ft*lbf lbft=ft*lbf inlb=in*lbf in_lb=in*lbf lb_in=in*lbf"
 # What only looks like a second or a metre at its end: a shear rate, a viscosity, an acceleration.
 _LONGER = "1_s=1/s per_s=1/s Pa_s=Pa*s mPa_s=mPa*s Pas=Pa*s mPas=mPa*s cP=cP m_s2=m/s^2 rad_s2=rad/s^2"
@@ -90,7 +94,10 @@ def split_label(label: str) -> tuple[str, str | None]:
     if (match := _SQUARE.fullmatch(label)) and not re.fullmatch(r"\s*\d*\s*", match.group(2)):
         return match.group(1), match.group(2).strip()
     for pattern in (_ROUND, _SLASH):
-        if (match := pattern.fullmatch(label)) and not match.group(2).isdecimal() and units.is_unit(match.group(2)):
+        match = pattern.fullmatch(label)
+        unit = match.group(2).strip() if match else ""
+        counts = unit in COUNTS and not unit.startswith("step")  # a step there may be one of a test
+        if match and not unit.isdecimal() and (counts or units.is_unit(unit)):
             return match.group(1).rstrip("/ ") or match.group(1), match.group(2).strip()
     if match := _EASTERN.fullmatch(label):
         name, unit = match.groups()

@@ -40,10 +40,6 @@ from erclutch.files import plain_words, small_file, toml_of
 from erclutch.logs.name_pattern import FIELD
 from erclutch.signals.recording import NAMED_COLUMNS, SIGNALS
 
-#: Units that say no more than that a column holds whole numbers of a converter or an encoder.
-COUNTS = frozenset(
-    {"count", "counts", "LSB", "lsb", "bit", "bits", "digit", "digits", "tick", "ticks", "step", "steps"}
-)
 _TEXT_KEYS = ("name_pattern", "variable", "invalid", "decimal", "values")
 _KEYS = ("time", "rate", "lead", *_TEXT_KEYS, "inputs", "columns", "scales", "constants")
 _ALLOWED = {"invalid": ("error", "drop"), "decimal": (".", ","), "values": ("keep",)}

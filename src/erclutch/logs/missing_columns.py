@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from erclutch.errors import MappingError, shell_word
-from erclutch.logs.mapping import COUNTS
+from erclutch.logs.labels import COUNTS
 from erclutch.logs.names import NAMES, NEED_UNIT, spoken_name
 from erclutch.logs.quotients import pressing_loads
 from erclutch.logs.seen_columns import SeenColumn, SeenColumns
@@ -13,6 +13,8 @@ from erclutch.signals.recording import SIGNALS
 
 #: Words for counts at the end of a name; a step there may be one of a test.
 _COUNTED = ("count", "counts", "tick", "ticks")
+#: Of a scale or load cell that shows a mass: the force that pulls at it. A pound is read as a force already.
+_WEIGHTS = {"g": "gf", "kg": "kgf"}
 #: How a signal's column may be written, where nothing in the log looks like it.
 EXAMPLES = {"field": "I [A]", "slip": "V [cm/s]", "position": "D [mm]", "effort": "F [N]", "T": "torque [N*m]"}
 
@@ -89,9 +91,15 @@ def usual_unit(signal: str) -> str:
 
 
 def sensor_options(free: Iterable[SeenColumn], signal: str) -> str:
-    """Options for a column that has the signal's name and the unit of a sensor's output; "" where there is none."""
+    """Options for a column that has the signal's name and the unit of a sensor's output; "" where there is none.
+
+    A force in grams is the weight that a load cell shows.
+    """
     si_units = SIGNALS[signal].si_units
     for column in free:
+        weight = _WEIGHTS.get(column.unit or "")
+        if signal == "effort" and weight and _is_called(column, signal):
+            return f"--effort {shell_word(f'{column.name} [{weight}]')}"
         from_sensor = column.unit in ("V", "mV", "%") or column.unit in COUNTS
         if from_sensor and column.fits(si_units) is False and _is_called(column, signal):
             unit_of_sensor = column.unit

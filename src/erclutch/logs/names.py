@@ -27,7 +27,7 @@ def plain(name: str) -> str:
 
 # Names in small letters without signs and accents; a column of another unit than the signal's is no candidate.
 NAMES = {
-    "field": "field e i u b v voltage current coilcurrent drivecurrent command cmd excitation pwm duty volt amp amps "
+    "field": "field e i u b v voltage current coilcurrent drivecurrent command cmd excitation pwm duty volt amp amps cur curr "
     "strom spannung spulenstrom feld courant tension corriente voltaje tensao corrente tensione iq id uq ud ia udc "
     "电流 电压 励磁电流 线圈电流 電流 電圧 "
     "ток напряжение 전류 전압 prad napiecie proud napeti stroom akım gerilim",
@@ -45,7 +45,7 @@ NAMES = {
     "positie hoek vinkel konum",
     "effort": "effort force torque f m load moment shearstress tau t te drehmoment kraft moment couple fuerza par "
     "forca coppia forza fx fy fz mx my mz tx ty tz loadcell torq trq frc schubspannung torsion effet dampingforce "
-    "dampkraft friction reibung frottement 摩擦力 力 扭矩 转矩 力矩 载荷 荷载 阻尼力 荷重 トルク "
+    "dampkraft friction tauf taufric reibung frottement 摩擦力 力 扭矩 转矩 力矩 载荷 荷载 阻尼力 荷重 トルク "
     "момент крутящиимомент сила усилие нагрузка 토크 힘 하중 모멘트 마찰력 siła sila kracht koppel vridmoment "
     "kuvvet tork",
     "E1": "e1 field1 ech1",
@@ -64,7 +64,7 @@ SINGLE = ("field", "slip", "position", "effort")
 # Words beside the name that say where or how it was measured.
 _BESIDE = _set(
     "measured meas msr actual act ist mess gemessen sensor filtered filt motor engine output brake clutch damper shaft "
-    "piston angular rotational linear relative total machine cart du de der des moteur mesure mesuree medida "
+    "piston angular rotational linear relative total machine cart friction cell du de der des moteur mesure mesuree medida "
     "compensate compensated corrected raw value j"
 )
 #: Words of what a drive was told, and of what is neither signal: no guess is made from the unit of such a column.
@@ -96,7 +96,8 @@ _NOT_MEASURED = _set(
 _MODELS = _set("dahl lugre stribeck boucwen svm svr pinn lstm gru mlp ann gms maxwellslip")
 # Words that turn the head of a name to another thing than the device's own signal.
 _AGAINST = {
-    "field": _set("battery supply bus link sensor cell strain batt bat psu vbat cc dark leak shunt"),
+    "field": _set("battery supply bus link sensor cell strain batt bat psu vbat cc dark leak shunt hall lvdt gauge "
+                  "gage potentiometer pot poti tacho tachometer transducer thermocouple thermistor photodiode adc"),
     "slip": _set("rolling entrainment wind air fan pump flow sound stream freestream data frequency freq frequenz "
                  "frame sampling refresh ball disc"),
     "position": _set("throttle valve pedal gps cursor mouse time phase attack incidence"),
@@ -108,7 +109,7 @@ NEED_UNIT = _set(
     "friction reibung frottement fx fy fz mx my mz tx ty tz"
 )
 VOLTAGES = _set("u v uq ud udc voltage volt spannung tension voltaje tensao tensione 电压 電圧")
-CURRENTS = _set("i iq id idc current strom courant corriente corrente amp amps 电流 電流")
+CURRENTS = _set("i iq id idc current strom courant corriente corrente amp amps cur curr 电流 電流")
 _ROMANCE = _set(
     "vitesse velocidad velocidade velocita couple force fuerza forza forca par coppia deplacement desplazamiento "
     "deslocamento spostamento posicion posicao posizione angle angulo courant corriente corrente "
@@ -219,7 +220,9 @@ def spoken(name: str, stem: str, end: str | None) -> SpokenName:
         heads,
         numbered,
         may_be=frozenset(signal for signal in SINGLE if forms[signal] or heads[signal]) | numbered,
-        within=frozenset(signal for signal in SINGLE if speaking & _NAMES[signal]),
+        within=frozenset(
+            signal for signal in SINGLE if speaking & _NAMES[signal] and against[signal].isdisjoint(stem_words)
+        ),
         turned=frozenset(signal for signal in NAMES if not against[signal].isdisjoint(stem_words)),
         is_of_a_model=plain(name) in _MODELS or not _MODELS.isdisjoint(stem_words),
         is_primed=_PRIME.search(stem) is not None,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from erclutch.errors import MappingError, UnitError, shell_word
-from erclutch.logs.mapping import COUNTS
+from erclutch.logs.labels import COUNTS
 from erclutch.signals import units
 from erclutch.signals.recording import SIGNALS
 

@@ -22,6 +22,7 @@ _SELDOM = 0.1  # share of the rows in which it is switched at most
 _ALIKE = 0.98  # correlation of a position with what its speed adds up to
 _BEYOND = 20.0  # upper quartiles: further out are codes for no measurement
 _FOLLOWS = 0.3  # correlation of an effort with a motion
+_STRAIGHT = 0.99  # correlation of the output of a sensor with what it measures
 _GOES_ALONG = 0.9  # correlation of two columns that tell one thing
 #: Of a speed over the rate of its position: units of length and angle that loggers mix.
 _RATIOS = (1.0, 10.0, 100.0, 1000.0, 180 / pi, 30 / pi, 2 * pi, 6.0, 360.0, 60.0)
@@ -194,3 +195,15 @@ def goes_along(first: Array, second: Array) -> bool:
     a = a / np.abs(a).max()  # no square of a large number overflows
     b = b / np.abs(b).max()
     return bool(abs(np.corrcoef(a, b)[0, 1]) >= _GOES_ALONG)
+
+
+def go_straight(output: Array, measured: Array) -> bool:
+    """Whether one column is the other one times a number plus a number, up to the noise of a sensor."""
+    known = np.isfinite(output) & np.isfinite(measured)
+    a = output[known][:LOOKED_AT]
+    b = measured[known][:LOOKED_AT]
+    if a.size < FEW or np.ptp(a) == 0.0 or np.ptp(b) == 0.0:
+        return False
+    a = a / np.abs(a).max()  # no square of a tiny or a large number is lost
+    b = b / np.abs(b).max()
+    return bool(abs(np.corrcoef(a, b)[0, 1]) >= _STRAIGHT)

@@ -70,9 +70,29 @@ def _read(source: LogSource) -> Table:
     name, found = choose(recordings, source.variable, "list", _NONE, more)
     notes = (f"recording read from {name}",) if name else ()
     if isinstance(found, dict):
-        return _table_of_lists(source, found, notes)
+        others = [place for place in recordings if place != name]
+        return replace(_table_of_lists(source, found, notes), constants=_numbers_beside(document, others))
     rows = [(f"row {number} of {name or 'the list'}", row) for number, row in enumerate(found, start=1)]
     return _table_of_rows(source, rows, notes)
+
+
+def _numbers_beside(document: Any, others: Iterable[str]) -> dict[str, float]:
+    """Single numbers of a document by the last word of their names, such as a sampling rate beside the lists.
+
+    Args:
+        document: the file.
+        others: places of the recordings that are not read; their numbers are theirs.
+    """
+    if not isinstance(document, dict):
+        return {}
+    numbers: dict[str, float] = {}
+    for place, value in flat(cast("dict[str, Any]", document), "", 0):
+        owner, _, _ = place.rpartition(".")
+        of_another = any(other and f"{owner}.".startswith(f"{other}.") for other in others)
+        is_number = isinstance(value, int | float) and not isinstance(value, bool)
+        if is_number and abs(value) < _LARGEST and not of_another:
+            numbers[place] = float(value)
+    return {printable(name): number for name, number in zip(_short_names([*numbers]), numbers.values(), strict=True)}
 
 
 def _document(content: str) -> Any:

@@ -1,0 +1,143 @@
+"""A voltage or a current is a field, the output of a sensor, or what a supply was told: by its name and its numbers."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from erclutch.logs import ColumnMap, Plan, Table, plan_of, read_table
+from erclutch.logs.labels import split_end, split_label
+
+TIME = np.arange(2000) * 0.005
+ANGLE = np.sin(6.0 * TIME)
+SPEED = 6.0 * np.cos(6.0 * TIME)
+LEVELS = np.repeat([0.0, 0.5, 1.0, 1.5, 2.0], 400)
+EFFORT = (0.2 + LEVELS) * np.tanh(SPEED)
+MOTION = {"time": TIME, "angle": ANGLE, "speed": SPEED, "torque": EFFORT}
+
+
+def _plan(columns: Mapping[str, Any], units: Mapping[str, str] | None = None, **more: Any) -> Plan:
+    return plan_of(Table("a", columns, dict(units or {}), "0" * 64, **more), ColumnMap())
+
+
+def _field(plan: Plan) -> str | None:
+    field = plan.signal("field")
+    return None if field is None else field.column
+
+
+@pytest.mark.parametrize("name", ["hall voltage", "LVDT voltage", "pot_voltage", "tacho voltage", "gauge voltage"])
+def test_the_voltage_of_a_sensor_is_no_field(name: str) -> None:
+    plan = _plan({**MOTION, name: 2.5 + 0.1 * np.cos(3.0 * TIME)}, {name: "V"})
+    assert _field(plan) is None
+    assert [question.signal for question in plan.questions] == ["field"]
+    assert plan.examples == ("--field none",)
+
+
+@pytest.mark.parametrize("motion", ["angle", "speed"])
+def test_a_voltage_that_goes_straight_with_a_motion_to_and_fro_is_doubted(motion: str) -> None:
+    output = 2.5 - 0.3 * MOTION[motion]
+    plan = _plan({**MOTION, "voltage": output}, {"voltage": "V"})
+    expected = f"field is column voltage which goes straight with {motion}, as the output of its sensor does"
+    assert [doubt.partition(":")[0] for doubt in plan.doubts] == [expected]
+
+
+def test_a_voltage_raised_while_the_device_goes_one_way_is_a_field() -> None:
+    ramp = {"time": TIME, "speed": 1.0 + TIME, "torque": 0.2 + TIME, "voltage": 0.5 * TIME}
+    plan = _plan(ramp, {"voltage": "V"})
+    assert plan.doubts == ()
+    assert _field(plan) == "voltage"
+
+
+def test_a_bare_v_beside_a_velocity_is_a_voltage_where_it_keeps_levels() -> None:
+    columns = {"t": TIME, "x": ANGLE, "xdot": SPEED, "F": EFFORT}
+    assert _field(_plan({**columns, "V": LEVELS})) == "V"
+    # A V that swings may be another velocity, and a V alone may be the only one: both are asked about.
+    assert _field(_plan({**columns, "V": np.sin(9.0 * TIME)})) is None
+    assert _field(_plan({"t": TIME, "x": ANGLE, "F": EFFORT, "V": LEVELS})) is None
+
+
+def test_of_a_duty_and_the_current_that_it_drives_the_current_is_the_field() -> None:
+    columns = {**MOTION, "pwm": 100.0 * LEVELS, "current": LEVELS}
+    assert _field(_plan(columns, {"current": "A"})) == "current"
+    other_current = {**columns, "current": np.abs(ANGLE)}
+    plan = _plan(other_current, {"current": "A"})
+    assert "field may be any of the columns pwm, current" in plan.questions[0].problem
+
+
+@pytest.mark.parametrize(("unit", "weight"), [("g", "gf"), ("kg", "kgf")])
+def test_a_load_cell_in_grams_is_asked_about_with_the_weight_that_it_shows(unit: str, weight: str) -> None:
+    columns = {"time": TIME, "speed": SPEED, "current": LEVELS, "load cell": EFFORT}
+    plan = _plan(columns, {"current": "A", "load cell": unit, "speed": "mm/s"})
+    assert plan.examples == (f'--effort "load cell [{weight}]"',)
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "period"),
+    [
+        ("fs", 200.0, 0.005),
+        ("sample_rate_hz", 200.0, 0.005),
+        ("sampling_frequency [kHz]", 0.2, 0.005),
+        ("Sampling Rate (Hz)", 200.0, 0.005),
+        ("Ts", 0.005, 0.005),
+        ("dt_ms", 5.0, 0.005),
+        ("rate [N]", 200.0, None),  # a rate of something else
+        ("dt", 5.0, None),  # may be ms
+        ("fs", -1.0, None),
+    ],
+)
+def test_the_rate_that_a_file_states_is_read_in_its_unit(name: str, value: float, period: float | None) -> None:
+    columns = {"speed": SPEED, "current": LEVELS, "torque": EFFORT}
+    plan = _plan(columns, constants={name: value})
+    clock = plan.clock
+    assert (clock.period if clock is not None and clock.kind == "header" else None) == pytest.approx(period)
+
+
+def _json(folder: Path, document: Any) -> Table:
+    path = folder / "log.json"
+    path.write_text(json.dumps(document))
+    return read_table(path)
+
+
+def test_numbers_beside_the_lists_of_a_json_log_are_constants_of_it(tmp_path: Path) -> None:
+    lists = {"speed": SPEED.tolist(), "current": LEVELS.tolist(), "torque": EFFORT.tolist()}
+    assert _json(tmp_path, {"fs": 200, **lists}).constants == {"fs": 200.0}
+    nested = _json(tmp_path, {"meta": {"fs": 200, "ok": True, "by": "me", "gap": None}, "data": lists})
+    assert nested.constants == {"fs": 200.0}
+    plan = plan_of(nested, ColumnMap())
+    assert plan.clock is not None
+    assert plan.clock.period == pytest.approx(0.005)
+
+
+def test_numbers_of_another_run_in_a_json_log_are_none_of_this_run(tmp_path: Path) -> None:
+    def run(rate: int, rows: int) -> dict[str, Any]:
+        return {"fs": rate, "t": TIME[:rows].tolist(), "speed": SPEED[:rows].tolist()}
+
+    path = tmp_path / "log.json"
+    path.write_text(json.dumps({"rig": {"arm": 0.1}, "first": run(200, 50), "second": run(100, 80)}))
+    assert read_table(path, variable="second").constants == {"arm": 0.1, "fs": 100.0}
+
+
+def test_a_friction_torque_beside_a_motor_torque_is_asked_about() -> None:
+    columns = {"time": TIME, "Joint Velocity": SPEED, "Motor Torque": 1.2 * EFFORT, "Friction Torque": EFFORT}
+    questions = {question.signal: question.problem for question in _plan(columns).questions}
+    assert questions["effort"].startswith("effort may be any of the columns Motor Torque, Friction Torque")
+
+
+def test_counts_in_round_brackets_and_the_cell_of_a_torque_are_asked_for_their_scale() -> None:
+    columns = {"Time": TIME, "Torque Cell": EFFORT, "Encoder": 600.0 * ANGLE, "Coil Current": LEVELS}
+    name, unit = split_label("Encoder (ticks)")
+    plan = _plan(columns, {"Torque Cell": "mV", name: str(unit)})
+    assert plan.examples == (
+        '--position "Encoder" --scale "position=NUMBER rad/ticks"',
+        '--effort "Torque Cell" --scale "effort=NUMBER N*m/mV"',
+    )
+
+
+@pytest.mark.parametrize(("label", "unit"), [("F_gf", "gf"), ("load_kgf", "kgf"), ("rate_hz", "Hz"), ("f_kHz", "kHz")])
+def test_weights_and_rates_end_a_name(label: str, unit: str) -> None:
+    assert split_end(label)[1] == unit
