@@ -48,13 +48,13 @@ def test_a_share_of_each_field_is_held_out(field: np.ndarray, measured: Callable
     held = hold_out(log_of(measured(field)), 0.3)
     shares = [held[field == level].mean() for level in np.unique(field)]
     np.testing.assert_allclose(shares, 0.3, atol=0.03)
-    assert not held[:500].any()
+    assert not held[:300].any()  # nobody knows what the fluid remembers there
 
 
 def test_a_gap_cuts_a_field_too() -> None:
     held = hold_out(log_of(UP, gaps=(500,)), 0.3)
     np.testing.assert_array_equal(
-        np.flatnonzero(held), [*range(350, 500), *range(850, 1000), *range(1700, 2000), *range(2700, 3000)]
+        np.flatnonzero(held), [*range(175, 325), *range(675, 825), *range(1000, 1300), *range(2000, 2300)]
     )
 
 

@@ -10,7 +10,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from erclutch.logs import ColumnMap, Plan, Table, plan_of, read_table
+from erclutch.fit.data_check import check
+from erclutch.logs import ColumnMap, Plan, Table, plan_of, read, read_table
+from erclutch.logs.dataset import build_dataset
+from erclutch.logs.held_out import hold_out
 from erclutch.logs.labels import split_end, split_label
 
 TIME = np.arange(2000) * 0.005
@@ -138,6 +141,29 @@ def test_counts_in_round_brackets_and_the_cell_of_a_torque_are_asked_for_their_s
     )
 
 
-@pytest.mark.parametrize(("label", "unit"), [("F_gf", "gf"), ("load_kgf", "kgf"), ("rate_hz", "Hz"), ("f_kHz", "kHz")])
+@pytest.mark.parametrize(("label", "unit"), [("load_gf", "gf"), ("load_kgf", "kgf"), ("rate_hz", "Hz")])
 def test_weights_and_rates_end_a_name(label: str, unit: str) -> None:
     assert split_end(label)[1] == unit
+
+
+@pytest.mark.parametrize(
+    ("options", "warned"),
+    [
+        ({"effort": "torque [Nm]"}, "effort <- column torque [Nm], though the file says Ncm (given)"),
+        ({"field": "current [V]"}, "field <- column current [V], though the file says mA (given)"),
+        ({"rate": 1000.0}, "time from the sampling rate of 1000 Hz (given), though the file says 200 Hz"),
+        ({"effort": "torque [N*cm]"}, ""),
+    ],
+)
+def test_a_unit_or_rate_given_otherwise_than_the_file_says_is_warned_of(
+    tmp_path: Path, options: dict[str, Any], warned: str
+) -> None:
+    lines = ["date;speed [rad/s];current [mA];torque [Ncm]"]
+    for row in range(600):
+        stamp = f"2026-11-27 10:00:{row // 200:02d}.{row % 200 * 5:03d}"
+        lines.append(f"{stamp};{SPEED[row]:.5f};{1000 * LEVELS[row]:g};{100 * EFFORT[row]:.5f}")
+    path = tmp_path / "log.csv"
+    path.write_text("\n".join(lines) + "\n")
+    data = build_dataset(read(path, **options))
+    findings = check(data, hold_out(data, 0.3))
+    assert [finding.message for finding in findings if finding.subject == "given"] == ([warned] if warned else [])

@@ -10,7 +10,7 @@ from rich.table import Table
 from erclutch.cli.terminal import estimates, narrowed, number, with_unit
 from erclutch.fit.scoring import MANY_AT_REST, TOLERATED
 from erclutch.logs.covering_stretches import STRETCHES
-from erclutch.logs.held_out import constant_stretches
+from erclutch.logs.held_out import constant_stretches, steps_without_a_gap
 from erclutch.signals.array import rms
 from erclutch.signals.clock import stretches
 from erclutch.signals.percent import percent
@@ -241,12 +241,13 @@ def held_out(comparison: Comparison) -> str:
                 logs.append(name)
         more = f" and {len(logs) - 6} more" if len(logs) > 6 else ""
         return f"held out: {', '.join(logs[:6])}{more}"
-    cut = [rows for rows in data.source_rows if constant_stretches(data, *rows)]
-    if not cut:
-        return ""
-    return (
-        f"held out: the last {percent(test)} of each stretch of one field, since the end of the log has one field only"
-    )
+    if any(steps_without_a_gap(data, *rows) for rows in data.source_rows):
+        where = "in the middle or at the beginning, so that some steps of the field are fitted and others judged"
+        return f"held out: {percent(test)} of each stretch of one field, {where}"
+    if any(constant_stretches(data, *rows) for rows in data.source_rows):
+        end = f"the last {percent(test)} of each stretch of one field"
+        return f"held out: {end}, since the end of the log has one field only"
+    return ""
 
 
 def at_rest(comparison: Comparison) -> str:

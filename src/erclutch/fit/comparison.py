@@ -111,11 +111,8 @@ class Comparison(Shown):
         raise SettingError(f"no model {name!r} here", remedy=f"Choose one of {', '.join(e.name for e in self.entries)}")
 
 
-_NO_LAG = Finding(
-    "note",
-    "dynamics",
-    "the field never changes within a stretch of the training rows, so no lag between command and field can be told",
-    "Log with a switching field to identify a lag; models are fitted without one here",
+_NO_LAG = (
+    "the field never changes within a stretch of the training rows, so no lag between command and field can be told"
 )
 
 
@@ -152,7 +149,10 @@ def compare(
     if settings.lag == AUTO and data.in_no_time:
         findings += (NO_MEMORY,)
     elif settings.lag == AUTO and steady_command(train) and not data.one_field:
-        findings += (_NO_LAG,)
+        remedy = "Log with a switching field to identify a lag; models are fitted without one here"
+        if not steady_command(data):  # all changes lie in rows that are held out
+            remedy = "Hold out stretches all over the log (--test stretches): its field changes in the rows held out"
+        findings += (Finding("note", "dynamics", _NO_LAG, remedy),)
 
     # From here to the ranking, no model sees a row that was held out.
     every = kinds()

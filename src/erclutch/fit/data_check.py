@@ -14,6 +14,7 @@ from erclutch.fit.finding import Finding
 from erclutch.fit.sensor_check import sensor_findings
 from erclutch.fit.training_range import range_of
 from erclutch.logs.dataset import Dataset
+from erclutch.logs.plan import THOUGH
 from erclutch.logs.resample import RESAMPLED
 from erclutch.signals.array import Mask, rms
 from erclutch.signals.percent import percent
@@ -60,6 +61,7 @@ def check(data: Dataset, test: Mask) -> tuple[Finding, ...]:
     train = data.take(~test)
     _must_vary(train, data)
     findings = (
+        *_told_otherwise(data),
         _resampled(data),
         _rates(data),
         _steady_field(data),
@@ -127,6 +129,13 @@ def _must_vary(train: Dataset, data: Dataset) -> None:
                 where=data.where,
                 remedy=f"Check that the right column is mapped to {name}",
             )
+
+
+def _told_otherwise(data: Dataset) -> list[Finding]:
+    """A unit or a rate that was given, and that differs from what the file says; all numbers hang on it."""
+    remedy = "Check which is right; leave the option out to take what the file says"
+    notes = [note for note in data.notes if THOUGH in note]
+    return [Finding("warning", "given", note, remedy) for note in dict.fromkeys(notes)]
 
 
 def _resampled(data: Dataset) -> Finding | None:

@@ -12,7 +12,7 @@ from erclutch.logs.labels import split_end, split_label
 from erclutch.logs.mapping import NONE, ColumnChoice, ColumnMap
 from erclutch.logs.named_columns import locate
 from erclutch.logs.names import plain
-from erclutch.logs.plan import ClockPlan
+from erclutch.logs.plan import THOUGH, ClockPlan
 from erclutch.logs.seen_columns import EVEN, SeenColumns
 from erclutch.logs.table import Table
 from erclutch.signals import units
@@ -67,7 +67,7 @@ def clock_plan(seen: SeenColumns, told: ColumnMap, taken: Sequence[str]) -> Cloc
         said = f"time from the sampling rate of {told.rate:g} Hz ({told.source})"
         own = _rate_of_file(seen, taken)
         if own is not None and abs(told.rate - own) > _OTHER_RATE * own:
-            said += f", though the file says {own:.5g} Hz"
+            said += f", {THOUGH} {own:.5g} Hz"
         not_signals = (*counters, *dates)
         return ClockPlan(
             "rate",
@@ -166,6 +166,9 @@ def _rate_of_file(seen: SeenColumns, taken: Sequence[str]) -> float | None:
     header = table.sample_period or _header_period(table)
     if header:
         return 1.0 / header
+    if table.clock is not None and table.clock.size > _FEW_STEPS:  # dates
+        step = float(np.median(np.diff(table.clock)))
+        return 1.0 / step if step > 0.0 else None
     name = seen.time_column(taken)
     if name is None:
         return None

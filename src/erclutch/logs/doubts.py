@@ -63,8 +63,10 @@ def doubt_the_sensor_of_the_motion(draft: Draft) -> None:
     A field may be raised while a device moves one way, so a motion that never turns back tells nothing.
     """
     field = draft.signals.get("field")
-    if field is None or field.doubt or not _is_guessed_voltage(draft, field):
+    if field is None or field.sureness == "doubtful" or not _is_guessed_voltage(draft, field):
         return
+    if draft.seen.columns[field.column].spoken.forms["field"] == "field":
+        return  # its name says it
     output = draft.table.columns[field.column]
     for signal in ("position", "slip"):
         motion = draft.signals.get(signal)

@@ -9,8 +9,8 @@ import numpy as np
 
 from erclutch.errors import MappingError, UnitError
 from erclutch.logs.mapping import ColumnMap
-from erclutch.logs.plan import NEEDS, OPTIONAL, ClockPlan, Question, SignalPlan, Sureness
-from erclutch.logs.seen_columns import SeenColumns
+from erclutch.logs.plan import NEEDS, OPTIONAL, THOUGH, ClockPlan, Question, SignalPlan, Sureness
+from erclutch.logs.seen_columns import SeenColumn, SeenColumns
 from erclutch.logs.sensor_scales import by_sensor
 from erclutch.logs.table import Table
 from erclutch.signals import units
@@ -116,7 +116,7 @@ class Draft:
             to_si, si = units.conversion(unit or "", SIGNALS[signal], name)
             factor *= to_si
             how = "" if to_si == 1.0 else f", converted to {si or 'a plain number'}"
-            how += f" (the file says {column.unit})" if column.unit and column.unit != unit else ""
+            how += _other_unit(column, unit or "", SIGNALS[signal].si_units)
         how += ", sign turned" if factor < 0 else ""
 
         alternatives: list[str] = []
@@ -163,3 +163,19 @@ class Draft:
         )
         why = f" ({'; '.join(others)})" if others else ""
         self.notes.append(f"{NO_FIELD}: taken as one constant field, written as 0{why}")
+
+
+def _other_unit(column: SeenColumn, unit: str, si_units: tuple[str, ...]) -> str:
+    """What is said of a unit that was given in place of that of the file; "" where both mean the same.
+
+    Where that of the file would do too, one of the two is wrong: the check before a fit warns of it.
+    """
+    own = column.unit
+    if not own or own == unit:
+        return ""
+    if not column.fits(si_units):
+        return f" (the file says {own})"
+    given = units.parse(unit)
+    said = units.parse(own)
+    same = (given.factor, given.dimension) == (said.factor, said.dimension)
+    return "" if same else f", {THOUGH} {own}"

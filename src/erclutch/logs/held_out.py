@@ -24,8 +24,8 @@ def hold_out(dataset: Dataset, test: float | str | Sequence[str]) -> Mask:
     Args:
         dataset: the rows.
         test: a share above 0 and below 0.9 (of each log: its last rows; of a log that was taken at one field after
-            another, of each stretch; of points in no time: points all over), "stretches" (`covering_stretches`), or
-            shell patterns such as ``*0x5A.txt``.
+            another, of each stretch, or its middle or beginning where the field steps without a gap; of points in no
+            time: points all over), "stretches" (`covering_stretches`), or shell patterns such as ``*0x5A.txt``.
 
     Returns:
         Mask (n,), true for test rows.
@@ -40,6 +40,10 @@ def hold_out(dataset: Dataset, test: float | str | Sequence[str]) -> Mask:
             remedy = "Give a share above 0 and below 0.9, for example 0.3, or a pattern of logs' names: 'run7*'"
             raise SettingError(f"a test share of {share}", where="--test", remedy=remedy)
         for log in dataset.source_rows:
+            if not dataset.in_no_time and steps_without_a_gap(dataset, *log):
+                for part in _parts_of_levels(constant_stretches(dataset, *log), share):
+                    mask[part] = True
+                continue
             for start, stop in constant_stretches(dataset, *log) or [log]:
                 trained = round((1 - share) * (stop - start))
                 if dataset.in_no_time:
@@ -64,6 +68,29 @@ def hold_out(dataset: Dataset, test: float | str | Sequence[str]) -> Mask:
     if mask.all():
         raise SettingError("all logs are held out, none is left to train on", remedy="Narrow the test patterns")
     return mask
+
+
+def steps_without_a_gap(dataset: Dataset, start: int, stop: int) -> bool:
+    """Whether a log was taken at one field after another, and its field steps somewhere without a gap."""
+    levels = constant_stretches(dataset, start, stop)
+    begins_anew = {span.start for span in dataset.clock.spans}
+    return any(end == begin and begin not in begins_anew for (_, end), (begin, _) in itertools.pairwise(levels))
+
+
+def _parts_of_levels(levels: Sequence[tuple[int, int]], share: float) -> list[slice]:
+    """A part of each level: the middle of two levels, the beginning of the next two, and so on.
+
+    So some steps lie in rows that are fitted and others in rows held out, ups and downs alike. With the end of each
+    level held out, no step would have its rows on both sides, and no lag could be told.
+    """
+    parts: list[slice] = []
+    for place, (start, stop) in enumerate(levels):
+        rows = stop - start
+        held = round(share * rows)
+        begins_with_step = place // 2 % 2 == 1
+        first = start if begins_with_step else start + (rows - held) // 2
+        parts.append(slice(first, first + held))
+    return parts
 
 
 def constant_stretches(dataset: Dataset, start: int, stop: int) -> list[tuple[int, int]]:

@@ -27,9 +27,9 @@ def plain(name: str) -> str:
 
 # Names in small letters without signs and accents; a column of another unit than the signal's is no candidate.
 NAMES = {
-    "field": "field e i u b v voltage current coilcurrent drivecurrent command cmd excitation pwm duty volt amp amps cur curr "
-    "strom spannung spulenstrom feld courant tension corriente voltaje tensao corrente tensione iq id uq ud ia udc "
-    "电流 电压 励磁电流 线圈电流 電流 電圧 "
+    "field": "field e i u b v voltage current coilcurrent drivecurrent command cmd excitation pwm duty volt amp amps "
+    "cur curr strom spannung spulenstrom feld courant tension corriente voltaje tensao corrente tensione iq id uq ud "
+    "ia udc 电流 电压 励磁电流 线圈电流 電流 電圧 "
     "ток напряжение 전류 전압 prad napiecie proud napeti stroom akım gerilim",
     "slip": "slip w v n omega speed velocity vel sliprate slipspeed shearrate gammadot relativespeed rpm anglevelocity "
     "drehzahl geschwindigkeit winkelgeschwindigkeit schlupf vitesse velocidad velocidade velocita "
@@ -64,8 +64,8 @@ SINGLE = ("field", "slip", "position", "effort")
 # Words beside the name that say where or how it was measured.
 _BESIDE = _set(
     "measured meas msr actual act ist mess gemessen sensor filtered filt motor engine output brake clutch damper shaft "
-    "piston angular rotational linear relative total machine cart friction cell du de der des moteur mesure mesuree medida "
-    "compensate compensated corrected raw value j"
+    "piston angular rotational linear relative total machine cart friction cell du de der des moteur "
+    "mesure mesuree medida compensate compensated corrected raw value j"
 )
 #: Words of what a drive was told, and of what is neither signal: no guess is made from the unit of such a column.
 TOLD = _set(

@@ -26,6 +26,8 @@ from erclutch.signals.recording import NAMED_COLUMNS
 Invalid = Literal["error", "drop"]
 #: How sure a choice is: the user gave it; name and unit agree; only one of them speaks; or little speaks for it.
 Sureness = Literal["given", "sure", "likely", "doubtful"]
+#: How a note goes on where what was given differs from what the file says; the check before a fit warns of it.
+THOUGH = "though the file says"
 
 #: What a device needs: each group is satisfied by one of its alternatives, each of which is a set of signals.
 NEEDS: Mapping[str, tuple[tuple[tuple[str, ...], ...], ...]] = {
