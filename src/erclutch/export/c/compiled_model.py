@@ -182,8 +182,7 @@ class CompiledModel:
         matter; positions go in where the step takes positions.
         """
         self._set(inputs)
-        out = ctypes.byref(self._out)
-        self._call.flags = self._library.erc_model_inverse_now(self._state, self._in, wanted, out)
+        self._call.flags = self._library.erc_model_inverse_now(self._state, self._in, wanted, ctypes.byref(self._out))
         return self._out.value
 
     def run(self, rows: Any) -> tuple[Any, Any]:
@@ -197,14 +196,12 @@ class CompiledModel:
         """
         given = memoryview(rows)
         view = given.cast("B").cast("d")
-        count, left_over = divmod(len(view), self.inputs)
-        other_rows = given.ndim > 1 and len(given) != count
-        if left_over or other_rows:
+        if len(view) % self.inputs or (given.ndim > 1 and len(view) != len(given) * self.inputs):
             raise TypeError(f"{len(view)} numbers are no rows of {self.inputs}")
+        count = len(view) // self.inputs
         buffer = array("d", view)
-        effort = array("d", bytes(8 * count))
-        flags = array("I", bytes(4 * count))
-        addresses = [numbers.buffer_info()[0] for numbers in (buffer, effort, flags)]
+        effort, flags = array("d", bytes(8 * count)), array("I", bytes(4 * count))
+        addresses = [a.buffer_info()[0] for a in (buffer, effort, flags)]
         self._library.erc_model_run(self._state, count, *addresses)
         self._call.flags = flags[-1] if count else 0
         return effort, flags
