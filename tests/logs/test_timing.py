@@ -314,7 +314,7 @@ def restarted(at: int, to: float, step: float = 1.0, rows: int = 400) -> bool:
     stamps = np.arange(float(rows))
     stamps[at:] += to - stamps[at]
     stamps[at + 1 :] += step - 1.0
-    return len(timing._restarted(stamps, "t")[1]) == 1
+    return len(regular_grid.restarted(stamps, "t")[1]) == 1
 
 
 def test_when_a_clock_has_begun_anew() -> None:
@@ -328,11 +328,11 @@ def test_when_a_clock_has_begun_anew() -> None:
     assert restarted(200, 0.0, step=11.0)
     assert not restarted(200, 0.0, step=12.0)  # the clock goes on as before it
     five = np.concatenate([np.arange(100.0)] * 5)
-    assert len(timing._restarted(five, "t")[1]) == 1
+    assert len(regular_grid.restarted(five, "t")[1]) == 1
     many = np.concatenate([np.arange(80.0)] * 5)  # 4 of 400 rows are 1 %
-    assert len(timing._restarted(many, "t")[1]) == 1
-    assert not timing._restarted(np.concatenate([np.arange(78.0)] * 5), "t")[1]
-    joined, (note,) = timing._restarted(np.concatenate([np.arange(150.0)] * 7), "t")
+    assert len(regular_grid.restarted(many, "t")[1]) == 1
+    assert not regular_grid.restarted(np.concatenate([np.arange(78.0)] * 5), "t")[1]
+    joined, (note,) = regular_grid.restarted(np.concatenate([np.arange(150.0)] * 7), "t")
     assert np.all(np.diff(joined)[149::150] == pytest.approx(11.0))
     assert (
         note == "t begins anew in data row 151, 301, 451, 601, 751, ...: a new stretch each time, 11 s after the last"

@@ -1,4 +1,4 @@
-"""A regular grid through time stamps: how fine they are, their period, the gaps, and how far they stray from it."""
+"""A regular grid through time stamps: how fine they are, where they begin anew, their period, the gaps between them."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from erclutch.errors import TimingError
 from erclutch.signals.array import Array
 
 _GAP = 1.5  # periods
@@ -19,35 +20,66 @@ _LATE = 0.5  # periods by which a clock stays late behind a lost row
 _BUSY = 60  # rows over which late stamps average out
 _WHOLE, _MOSTLY = 0.1, 0.95  # of a period; of the steps
 _WANDERS = 0.5  # periods that such an average may move
+DISORDER = 0.05  # share of the steps from which on backward ones are no slips of a clock
+PAUSE = 11.0  # long steps between two stretches whose clock began anew
+_SHORTEST = 1e-12  # s: no logger samples at a THz
 COARSE = 0.2  # share of repeated stamps above which they are coarser than the sampling
 
 
-class Regular(NamedTuple):
-    """A regular grid through n stamps.
+def restarted(stamps: Array, column: str) -> tuple[Array, tuple[str, ...]]:
+    """Stamps that go on where the clock began anew: long after the last one, which cuts the log there."""
+    steps = np.diff(stamps)
+    back = np.flatnonzero(steps < 0) + 1
+    if not back.size or back.size > 0.01 * stamps.size or not np.any(steps > 0):
+        return stamps, ()
+    pause = PAUSE * float(np.percentile(steps[steps > 0], 90))
+    near_the_start = stamps[back] <= stamps[0] + pause
+    far_back = stamps[back - 1] - stamps[back] >= pause
+    if not np.all(near_the_start & far_back):
+        return stamps, ()
+    if back[-1] == stamps.size - 1 or np.any(steps[back] > pause):
+        return stamps, ()  # one damaged stamp: the clock goes on as before it
 
-    Attributes:
-        grid: s, shape (n,).
-        period: s.
-        wander: largest distance of a stamp to the grid, as a share of what rounding allows.
-        grain: how fine each stamp is, in s, shape (n,).
-        starts: first row of each segment.
-        gaps: a note on the gaps between the segments, if there are any.
-    """
-
-    grid: Array
-    period: float
-    wander: float
-    grain: Array
-    starts: tuple[int, ...]
-    gaps: tuple[str, ...]
+    shift = np.zeros(stamps.size)
+    shift[back] = pause - steps[back - 1]
+    joined = stamps + np.cumsum(shift)
+    pauses = joined[back] - joined[back - 1]
+    if not np.all(pauses > 0.9 * pause):
+        return stamps, ()  # stamps so large that a pause is lost in their rounding
+    rows = first_few(back.tolist())
+    note = f"{column} begins anew in data row {rows}: a new stretch each time, {pause:.3g} s after the last"
+    return joined, (note,)
 
 
-def regular_grid(stamps: Array, grain: Array, column: str, hint: float | None) -> Regular:
-    """The grid through stamps, cut at gaps; see `timing.from_stamps`."""
-    about = _period(stamps, grain)
-    starts, gaps = _cut(stamps, grain, about, column)
-    grid, period, wander = _grid(stamps, grain, starts, about, hint)
-    return Regular(grid, period, wander, grain, starts, gaps)
+def refuse_no_clock(stamps: Array, column: str) -> None:
+    """Refuse stamps that never change, that run backwards, or whose steps are below all that a logger has."""
+    remedy = "choose the time column (--time) or give a sampling rate (--rate)"
+    steps = np.diff(stamps)
+    if not np.any(steps):
+        raise TimingError(f"column {column} is {stamps[0]:g} in all {stamps.size} rows", remedy=remedy.capitalize())
+    usual = float(np.median(steps[steps != 0]))
+    refuse_short(usual, column)
+    back = np.flatnonzero(steps < 0)
+    if not back.size:
+        return
+    row = int(back[0]) + 1
+    order = f"{stamps[row]:.10g} s after {stamps[row - 1]:.10g} s"
+    if back.size > 1:
+        order += f" ({back.size} times in all)"
+    remedy = "Split the log there, sort it, or choose another time column (--time) or a rate (--rate)"
+    if back.size == steps.size:
+        remedy = f"The newest row stands first: sort the rows by {column}"
+    elif back.size > DISORDER * stamps.size:
+        remedy = "The rows follow no time: take them as points (--time none), or give a rate (--rate)"
+    raise TimingError(f"column {column} runs backwards at data row {row + 1}: {order}", remedy=remedy)
+
+
+def refuse_short(step: float, column: str) -> None:
+    """Refuse a step in s that no logger takes."""
+    if abs(step) < _SHORTEST:
+        problem = f"steps of column {column} are {step:.3g} s, below the shortest of {_SHORTEST:g} s"
+        remedy = "Check its unit, choose the time column (--time) or give a sampling rate (--rate)"
+        raise TimingError(problem, remedy=remedy)
 
 
 def resolution_of(stamps: Array) -> Array:
@@ -80,6 +112,34 @@ def resolution_of(stamps: Array) -> Array:
     if np.mean(steps == 0) > COARSE:  # a tick that is no power of ten, such as the 15.6 ms of an operating system
         grain = np.maximum(grain, float(np.median(steps[steps > 0])))
     return grain
+
+
+class Regular(NamedTuple):
+    """A regular grid through n stamps.
+
+    Attributes:
+        grid: s, shape (n,).
+        period: s.
+        wander: largest distance of a stamp to the grid, as a share of what rounding allows.
+        grain: how fine each stamp is, in s, shape (n,).
+        starts: first row of each segment.
+        gaps: a note on the gaps between the segments, if there are any.
+    """
+
+    grid: Array
+    period: float
+    wander: float
+    grain: Array
+    starts: tuple[int, ...]
+    gaps: tuple[str, ...]
+
+
+def regular_grid(stamps: Array, grain: Array, column: str, hint: float | None) -> Regular:
+    """The grid through stamps, cut at gaps; see `timing.from_stamps`."""
+    about = _period(stamps, grain)
+    starts, gaps = _cut(stamps, grain, about, column)
+    grid, period, wander = _grid(stamps, grain, starts, about, hint)
+    return Regular(grid, period, wander, grain, starts, gaps)
 
 
 def _period(stamps: Array, grain: Array) -> float:
@@ -156,34 +216,6 @@ def _lasting(stamps: Array, period: float, gaps: NDArray[np.intp]) -> NDArray[np
     return np.array(sorted(lasting), dtype=np.intp)
 
 
-def is_steady(stamps: Array, regular: Regular) -> bool:
-    """Whether stamps that wander belong to a steady sampler whose logger was busy.
-
-    Their distances to the grid then have no memory: over 60 rows they average out. A clock that drifts, or rows that
-    are taken when something happens, stay away from any grid.
-    """
-    away = (stamps - regular.grid) / regular.period
-    if float(np.std(away)) > 1.0:
-        return False
-
-    # Steps of one, two, three periods: rows are missing everywhere, and no stamp is late.
-    steps = np.diff(stamps)
-    periods = steps / float(np.percentile(steps[steps > 0], 30))
-    whole = np.abs(periods - np.rint(periods)) < _WHOLE
-    several = whole & (periods > 1.5)
-    if np.mean(whole) > _MOSTLY and np.mean(several) > 1.0 - _MOSTLY:
-        return False
-
-    for rows in _segments(regular.starts, stamps.size):
-        part = away[rows]
-        width = min(_BUSY, part.size)
-        alike = np.full(width, 1.0 / width)
-        averages = np.convolve(part, alike, "valid")
-        if float(np.ptp(averages)) > _WANDERS:
-            return False
-    return True
-
-
 def _segments(starts: Sequence[int], rows: int) -> list[slice]:
     """Rows of each segment, by the first rows of all."""
     return [slice(start, stop) for start, stop in pairwise((*starts, rows))]
@@ -245,3 +277,37 @@ def _line(stamps: Array, allowed: Array, segments: Sequence[slice], period: floa
         distance = np.abs(begins - begin) / allowed[rows]
         wander = max(wander, float(distance.max()))
     return grid, wander
+
+
+def is_steady(stamps: Array, regular: Regular) -> bool:
+    """Whether stamps that wander belong to a steady sampler whose logger was busy.
+
+    Their distances to the grid then have no memory: over 60 rows they average out. A clock that drifts, or rows that
+    are taken when something happens, stay away from any grid.
+    """
+    away = (stamps - regular.grid) / regular.period
+    if float(np.std(away)) > 1.0:
+        return False
+
+    # Steps of one, two, three periods: rows are missing everywhere, and no stamp is late.
+    steps = np.diff(stamps)
+    periods = steps / float(np.percentile(steps[steps > 0], 30))
+    whole = np.abs(periods - np.rint(periods)) < _WHOLE
+    several = whole & (periods > 1.5)
+    if np.mean(whole) > _MOSTLY and np.mean(several) > 1.0 - _MOSTLY:
+        return False
+
+    for rows in _segments(regular.starts, stamps.size):
+        part = away[rows]
+        width = min(_BUSY, part.size)
+        alike = np.full(width, 1.0 / width)
+        averages = np.convolve(part, alike, "valid")
+        if float(np.ptp(averages)) > _WANDERS:
+            return False
+    return True
+
+
+def first_few(rows: Sequence[int]) -> str:
+    """Numbers of data rows for a note, from 1; the first five of them."""
+    numbers = ", ".join(f"{row + 1:,}" for row in rows[:5])
+    return f"{numbers}, ..." if len(rows) > 5 else numbers

@@ -14,10 +14,11 @@ from erclutch.errors import MappingError, UnitError, shell_word
 from erclutch.logs.clock_planning import points
 from erclutch.logs.draft import Draft
 from erclutch.logs.names import words_of
+from erclutch.logs.regular_grid import DISORDER
 from erclutch.logs.row_groups import EACH
 from erclutch.logs.seen_columns import SeenColumn
 from erclutch.logs.table import WordColumn, listed
-from erclutch.logs.timing import DISORDER, MINIMUM_ROWS
+from erclutch.logs.timing import MINIMUM_ROWS
 from erclutch.signals import units
 from erclutch.signals.array import Array
 

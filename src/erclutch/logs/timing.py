@@ -12,16 +12,24 @@ from dataclasses import dataclass
 import numpy as np
 
 from erclutch.errors import ShortLogError, TimingError
-from erclutch.logs.regular_grid import COARSE, JITTER, is_steady, regular_grid, resolution_of
+from erclutch.logs.regular_grid import (
+    COARSE,
+    JITTER,
+    PAUSE,
+    first_few,
+    is_steady,
+    refuse_no_clock,
+    refuse_short,
+    regular_grid,
+    resolution_of,
+    restarted,
+)
 from erclutch.signals.array import Array, Mask
 from erclutch.signals.percent import percent
 
 MINIMUM_ROWS = 10
 #: How the note of rows begins that are points of a table: none comes after another in time.
 IN_NO_TIME = "the rows are written"
-_SHORTEST = 1e-12  # s: no logger samples at a THz
-_PAUSE = 11.0  # long steps between two stretches whose clock began anew
-DISORDER = 0.05  # share of the steps from which on backward ones are no slips of a clock
 
 
 @dataclass(frozen=True)
@@ -63,10 +71,10 @@ def from_rate(rows: int, period: float, breaks: Sequence[int] = ()) -> LogClock:
     places = np.arange(rows, dtype=np.float64)
     first_rows = np.asarray(breaks, dtype=np.int64)
     breaks_so_far = np.searchsorted(first_rows, np.arange(rows), side="right")
-    places += _PAUSE * breaks_so_far
+    places += PAUSE * breaks_so_far
     notes = [f"time counted from row number at {1 / period:g} Hz: gaps in the log would not show"]
     if breaks:
-        notes.append(f"a blank line stands above data row {_first_few(breaks)}: a new stretch each time")
+        notes.append(f"a blank line stands above data row {first_few(breaks)}: a new stretch each time")
     return LogClock(
         time=places * period,
         period=period,
@@ -113,8 +121,8 @@ def from_stamps(stamps: Array, same: Mask, *, column: str, hint: float | None = 
     """
     require_rows(stamps.size)
     grain = resolution_of(stamps) if np.any(np.diff(stamps)) else np.zeros(stamps.size)
-    stamps, restarts = _restarted(stamps, column)
-    _refuse_no_clock(stamps, column)
+    stamps, restarts = restarted(stamps, column)
+    refuse_no_clock(stamps, column)
     notes: list[str] = []
     keep = np.ones(stamps.size, dtype=np.bool_)
     regular = regular_grid(stamps, grain, column, hint)
@@ -136,7 +144,7 @@ def from_stamps(stamps: Array, same: Mask, *, column: str, hint: float | None = 
 
     period = regular.period
     uniform = regular.wander <= 1.0
-    _refuse_short(period, column)
+    refuse_short(period, column)
     gaps = [start - 1 for start in regular.starts[1:]]
     steps = np.delete(np.diff(stamps), gaps)
     away = np.abs(stamps - regular.grid)  # s, shape (n,)
@@ -173,71 +181,11 @@ def from_stamps(stamps: Array, same: Mask, *, column: str, hint: float | None = 
     )
 
 
-def _first_few(rows: Sequence[int]) -> str:
-    """Numbers of data rows for a note, from 1; the first five of them."""
-    numbers = ", ".join(f"{row + 1:,}" for row in rows[:5])
-    return f"{numbers}, ..." if len(rows) > 5 else numbers
-
-
 def require_rows(rows: int) -> None:
     """Raise a TimingError for fewer rows than anything can be said of."""
     if rows < MINIMUM_ROWS:
         problem = f"only {rows} row{'' if rows == 1 else 's'} of data, {MINIMUM_ROWS} are needed"
         raise ShortLogError(problem, remedy="Give a longer log")
-
-
-def _refuse_no_clock(stamps: Array, column: str) -> None:
-    remedy = "choose the time column (--time) or give a sampling rate (--rate)"
-    steps = np.diff(stamps)
-    if not np.any(steps):
-        raise TimingError(f"column {column} is {stamps[0]:g} in all {stamps.size} rows", remedy=remedy.capitalize())
-    usual = float(np.median(steps[steps != 0]))
-    _refuse_short(usual, column)
-    back = np.flatnonzero(steps < 0)
-    if not back.size:
-        return
-    row = int(back[0]) + 1
-    order = f"{stamps[row]:.10g} s after {stamps[row - 1]:.10g} s"
-    if back.size > 1:
-        order += f" ({back.size} times in all)"
-    remedy = "Split the log there, sort it, or choose another time column (--time) or a rate (--rate)"
-    if back.size == steps.size:
-        remedy = f"The newest row stands first: sort the rows by {column}"
-    elif back.size > DISORDER * stamps.size:
-        remedy = "The rows follow no time: take them as points (--time none), or give a rate (--rate)"
-    raise TimingError(f"column {column} runs backwards at data row {row + 1}: {order}", remedy=remedy)
-
-
-def _refuse_short(step: float, column: str) -> None:
-    if abs(step) < _SHORTEST:
-        problem = f"steps of column {column} are {step:.3g} s, below the shortest of {_SHORTEST:g} s"
-        remedy = "Check its unit, choose the time column (--time) or give a sampling rate (--rate)"
-        raise TimingError(problem, remedy=remedy)
-
-
-def _restarted(stamps: Array, column: str) -> tuple[Array, tuple[str, ...]]:
-    """Stamps that go on where the clock began anew: long after the last one, which cuts the log there."""
-    steps = np.diff(stamps)
-    back = np.flatnonzero(steps < 0) + 1
-    if not back.size or back.size > 0.01 * stamps.size or not np.any(steps > 0):
-        return stamps, ()
-    pause = _PAUSE * float(np.percentile(steps[steps > 0], 90))
-    near_the_start = stamps[back] <= stamps[0] + pause
-    far_back = stamps[back - 1] - stamps[back] >= pause
-    if not np.all(near_the_start & far_back):
-        return stamps, ()
-    if back[-1] == stamps.size - 1 or np.any(steps[back] > pause):
-        return stamps, ()  # one damaged stamp: the clock goes on as before it
-
-    shift = np.zeros(stamps.size)
-    shift[back] = pause - steps[back - 1]
-    joined = stamps + np.cumsum(shift)
-    pauses = joined[back] - joined[back - 1]
-    if not np.all(pauses > 0.9 * pause):
-        return stamps, ()  # stamps so large that a pause is lost in their rounding
-    rows = _first_few(back.tolist())
-    note = f"{column} begins anew in data row {rows}: a new stretch each time, {pause:.3g} s after the last"
-    return joined, (note,)
 
 
 def _stray(repeats: Mask) -> bool:
