@@ -185,3 +185,20 @@ def test_chance_in_the_first_interval_counts_by_the_share_that_old_rows_keep() -
         assert after == pytest.approx(foretold, rel=1e-6)
     unknown = Expectation(np.ones(1), np.array([0.5]), 0.0, 0.0, 0.0, 1.0, np.array([np.nan]))
     assert unknown.half_widths([number])[0][1] == pytest.approx(0.1)
+
+
+@pytest.mark.slow
+def test_the_sequence_is_for_the_kind_of_device_that_the_run_is_of(tmp_path: Path) -> None:
+    """A damper's run in m/s asked for no device, and got commands in rad for a brake."""
+    rows = ["t [s],I [A],v [m/s],F [N]"]
+    for row in range(3000):
+        speed = 0.1 * math.cos(0.04 * row)
+        current = (row // 100) % 3
+        rows.append(f"{row / 500},{current},{speed:.5f},{(20 + 80 * current) * math.tanh(speed / 0.02):.4f}")
+    (tmp_path / "log.csv").write_text("\n".join(rows) + "\n")
+    good("fit", "log.csv", "--models", "bingham", "--lag", "none", "--out", "run", cwd=tmp_path)
+    said = good("excite", "--run", "run", "--seconds", "2", "--out", "next.csv", cwd=tmp_path)
+    assert "COMMANDS for a damper" in said
+    assert " rad" not in said
+    header = next(line for line in (tmp_path / "next.csv").read_text().splitlines() if "slip" in line)
+    assert "slip [m/s],position [m]" in header

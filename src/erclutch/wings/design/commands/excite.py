@@ -97,16 +97,19 @@ def excite(
         return
     if run is None and (model, where, criterion) != (None, None, None):
         raise SettingError("--model, --where and --criterion are about a run", remedy="Give --run too")
+    from erclutch.wings.design.command_file import motion_unit
     from erclutch.wings.design.information import region_of
     from erclutch.wings.design.run_design import law_of_run
 
     region = None if where is None else region_of(where)
     law = None if run is None else law_of_run(run, model)
-    if law is not None and law.pair != (device == "pair"):  # the run knows better
+    if law is not None:  # the run knows better
+        unit = law.rows.units.slip
+        moves_otherwise = unit in ("m/s", "rad/s") and unit != f"{motion_unit(device)}/s"
         if law.pair:
             device = "pair"
-        else:
-            device = "damper" if law.rows.units.slip == "m/s" else "brake"
+        elif device == "pair" or moves_otherwise:
+            device = "damper" if unit == "m/s" else "brake"
     if rate is None:
         rate = 1000.0 if law is None else law.rate
     require(0.001, min(1e6, 1e7 / seconds), " Hz", rate=rate)

@@ -88,7 +88,7 @@ class Recordings:
         with contextlib.closing(RingReader(self.ring)) as reader:
             path = self._reserved(self.folder / f"{stem}.mcap")
             self._start(path, 0 if whole else reader.head - 1, path)
-        self._say(f"recording to {path.name}", "note")
+        self._say(f"recording to {path}", "note")
         return path
 
     def stop(self) -> None:
