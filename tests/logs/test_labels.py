@@ -145,7 +145,9 @@ def test_pairs_of_a_header() -> None:
         ({"fs": "2 kHz"}, (5e-4, "fs")),
         ({"Sampling frequency [kHz]": "2"}, (5e-4, "Sampling frequency [kHz]")),
         ({"rate": "50"}, (0.02, "rate")),
-        ({"dt": "2"}, (2.0, "dt")),
+        ({"dt": "2"}, None),  # 2 s or 2 ms: nobody says
+        ({"dt": "2 s"}, (2.0, "dt")),
+        ({"dt": "0.2"}, (0.2, "dt")),
         ({"rate": "50", "Sample interval (ms)": "4"}, (4e-3, "Sample interval (ms)")),
         ({"Delta_X": "0.1 ms"}, (1e-4, "Delta_X")),
         ({"dt": "0"}, None),

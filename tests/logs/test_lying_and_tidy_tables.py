@@ -66,10 +66,40 @@ def test_a_tidy_table_has_a_column_for_each_signal(tmp_path: Path, unit_column: 
     assert not plan_of(table, ColumnMap()).questions
 
 
-def test_a_tidy_table_whose_signals_have_other_times_is_left_as_it_is(tmp_path: Path) -> None:
-    rows = "".join(f"{t},speed,{w}\n{t + 0.004},torque,{torque}\n" for t, w, torque in ROWS)
+def test_the_signals_of_a_tidy_table_with_times_of_their_own_are_joined_at_those_of_the_effort(tmp_path: Path) -> None:
+    rows = "".join(f"{t},speed [rad/s],{100 * t}\n{t + 0.004},torque [Nm],{torque}\n" for t, _, torque in ROWS)
+    table = read_table(written(tmp_path, f"time,signal,value\n{rows}"))
+    assert table.columns["time"].tolist() == [t + 0.004 for t, _, _ in ROWS[:-1]]
+    assert np.allclose(table.columns["speed"], 100 * table.columns["time"])
+    assert table.columns["torque"].tolist() == [torque for _, _, torque in ROWS[:-1]]
+    assert any("joined by straight lines" in note for note in table.notes)
+    assert not plan_of(table, ColumnMap()).questions
+
+
+@pytest.mark.parametrize(
+    "names", [("speed", "angle"), ("torque A", "torque B"), ("speed", "torque")], ids=["no effort", "two", "falls back"]
+)
+def test_a_tidy_table_that_cannot_be_joined_is_left_as_it_is(tmp_path: Path, names: tuple[str, str]) -> None:
+    first, second = names
+    rows = "".join(f"{t},{first},{w}\n{t + 0.004},{second},{torque}\n" for t, w, torque in ROWS)
+    rows += "0.0,speed,1\n" if second == "torque" else ""
     table = read_table(written(tmp_path, f"time,signal,value\n{rows}"))
     assert "signal" in table.words
+
+
+@pytest.mark.parametrize("delimiter", [" ", "\t", ","])
+def test_rows_of_numbers_wider_than_any_log_are_columns(tmp_path: Path, delimiter: str) -> None:
+    long = np.arange(1500) / 100
+    lines = [delimiter.join(f"{value:.6e}" for value in row) for row in (long, np.sin(long), np.cos(long))]
+    table = read_table(written(tmp_path, "\n".join(lines) + "\n", "log.txt"))
+    assert table.rows == 1500
+    assert np.allclose(table.columns["c2"], np.sin(long), atol=1e-6)
+    assert plan_of(table, ColumnMap()).questions  # names say nothing
+
+
+def test_rows_of_numbers_no_wider_than_a_log_stay_rows(tmp_path: Path) -> None:
+    lines = [" ".join(str(k * m) for k in range(200)) for m in range(1, 13)]
+    assert read_table(written(tmp_path, "\n".join(lines) + "\n", "log.txt")).rows == 12
 
 
 @pytest.mark.parametrize("word", ["OL", "-OL", "OVLD", "ovld", "OVRNG"])
@@ -151,7 +181,7 @@ def test_arrays_of_numpy_are_read(tmp_path: Path) -> None:
 
 def test_objects_in_arrays_of_numpy_are_never_made(tmp_path: Path) -> None:
     np.save(tmp_path / "log.npy", np.array([{"a": 1}], dtype=object))
-    with pytest.raises(LogError, match="cannot be read"):
+    with pytest.raises(LogError, match="Python objects, which may run programs"):
         read_table(tmp_path / "log.npy")
     (tmp_path / "torn.npy").write_bytes(b"\x93NUMPY\x01\x00")
     with pytest.raises(LogError, match="damaged"):

@@ -222,7 +222,7 @@ def recording_from_arrays(
     rate: float | None = None,
     name: str = "arrays",
     device: DeviceName = "single",
-    invalid: Invalid = "error",
+    invalid: Invalid | None = None,
     lead: float | None = None,
 ) -> Recording:
     """A Recording of data that is already in memory, through the same checks as a file.

@@ -36,7 +36,7 @@ _RATES = {
     "samplefreq",
     "samplingfreq",
 }
-_PERIODS = {"ts", "dt", "sampletime", "samplingtime", "sampleperiod", "samplingperiod", "sampleinterval"}
+_PERIODS = {"ts", "dt", "sampletime", "samplingtime", "sampleperiod", "samplingperiod", "sampleinterval", "tinterval"}
 _LONGEST_PERIOD = 0.5  # s: a larger number may be one of ms
 
 

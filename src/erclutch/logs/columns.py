@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from erclutch.errors import MappingError, shell_word
+from erclutch.logs.joints import of_joints
 from erclutch.logs.labels import split_end
 from erclutch.logs.names import CURRENTS, NEED_UNIT, OTHER, SINGLE, TOLD, VOLTAGES, headed, plain
 from erclutch.logs.quotients import pressing_loads, rubbing_force, speeds_of_machine
@@ -150,17 +151,12 @@ def candidates(
 
     # No whole name speaks. A short name may, where its numbers go with another column.
     heads = _heads(seen, fitting, signal)
-    shaped: list[str] = []
-    for column in fitting:
-        short = forms[column.name] or signal in column.spoken.numbered or heads[column.name] in NEED_UNIT
-        if short and told.isdisjoint(column.spoken.words) and _goes_with(seen, column, signal):
-            shaped.append(column.name)
+    joints = of_joints(seen, signal, fitting)
+    if joints:
+        return joints, "name, of several joints"
+    shaped = _shaped(seen, signal, fitting, heads)
     if shaped:
-        # Of joints or motors with numbers each may be meant, though one alone goes with another column.
-        stems = {_unnumbered(seen.columns[name]) for name in shaped} - {""}
-        alike = [column.name for column in fitting if _unnumbered(column) in stems]
-        names = distinct(seen, [*shaped, *(name for name in alike if name not in shaped)])
-        return names, "name and the shape of its numbers"
+        return distinct(seen, shaped), "name and the shape of its numbers"
 
     by_unit = [column.name for column in free if fits[column.name] and _unit_speaks(column, signal, si_units)]
     headed_so = [name for name, head in heads.items() if head and (fits[name] or head not in NEED_UNIT)]
@@ -201,6 +197,31 @@ def _is_v_of_a_voltage(seen: SeenColumns, column: SeenColumn) -> bool:
         return False
     names = [other.spoken.forms["slip"] for other in seen.without([column.name])]
     return any(name and len(name) > 2 for name in names)
+
+
+def _shaped(
+    seen: SeenColumns, signal: str, fitting: Sequence[SeenColumn], heads: Mapping[str, str | None]
+) -> list[str]:
+    """Columns with a short name for the signal whose numbers go with another column, and those called like them.
+
+    Args:
+        seen: the columns of the log.
+        signal: its name.
+        fitting: columns whose unit may be that of the signal.
+        heads: what speaks for the signal in their names.
+    """
+    told = frozenset[str]() if signal == "field" else TOLD
+    shaped: list[str] = []
+    for column in fitting:
+        form = column.spoken.forms[signal]
+        short = form or signal in column.spoken.numbered or heads[column.name] in NEED_UNIT
+        if short and told.isdisjoint(column.spoken.words) and _goes_with(seen, column, signal):
+            shaped.append(column.name)
+
+    # Of joints or motors with numbers each may be meant, though one alone goes with another column.
+    stems = {_unnumbered(seen.columns[name]) for name in shaped} - {""}
+    alike = [column.name for column in fitting if _unnumbered(column) in stems]
+    return [*shaped, *(name for name in alike if name not in shaped)]
 
 
 def _unnumbered(column: SeenColumn) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -10,13 +11,14 @@ from erclutch.errors import shell_word
 from erclutch.logs.draft import Draft
 from erclutch.logs.guesses import OF_A_SUPPLY, faintness
 from erclutch.logs.missing_columns import missing
-from erclutch.logs.names import SENSES, VOLTAGES, words_of
+from erclutch.logs.names import NAMES, SENSES, TOLD, VOLTAGES, words_of
 from erclutch.logs.plan import SignalPlan
 from erclutch.logs.quotients import rubbing_force
 from erclutch.logs.shapes import FEW, LOOKED_AT, go_straight, goes_along, takes_both_signs
 from erclutch.signals.array import Array
 
 _CROSSINGS = 4  # of the middle of its range, by a motion to and fro
+_COMMANDS = ("command", "cmd")
 _NO_POWER = (("N", "rad/s"), ("N*m", "m/s"))  # units of effort and slip
 
 
@@ -76,6 +78,24 @@ def doubt_the_sensor_of_the_motion(draft: Draft) -> None:
         if _turns_back(measured) and go_straight(output, measured):
             doubt = f"which goes straight with {motion.column}, as the output of its sensor does"
             doubt += ": --field none if it drives no coil"
+            draft.signals["field"] = replace(field, sureness="doubtful", doubt=doubt)
+            return
+
+
+def doubt_the_command_of_a_drive(draft: Draft) -> None:
+    """Doubt a column that is just called a command, beside commands of a motion: a drive's, which drives no coil."""
+    field = draft.signals.get("field")
+    if field is None or not field.reason.startswith("guessed"):
+        return
+    if draft.seen.columns[field.column].spoken.forms["field"] not in _COMMANDS:
+        return
+    motions = {"slip", "position", "effort"}
+    for other in draft.seen.without([field.column]):
+        said = other.spoken
+        letters = {re.sub(r"\d+$", "", word) for word in said.stem_words}
+        told = not TOLD.isdisjoint(letters)
+        if told and any(letters & {*NAMES[signal].split()} for signal in motions):
+            doubt = f"which stands beside {other.name}, as what a drive was told: --field none if it drives no coil"
             draft.signals["field"] = replace(field, sureness="doubtful", doubt=doubt)
             return
 

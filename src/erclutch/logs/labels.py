@@ -23,6 +23,7 @@ _PAIR = re.compile(r"\W*([^\d\W][^:=,;\t]{0,60}?)\s*[:=,;\t]\s*(\S.*?)[\s,;]*")
 _QUOTED_KEY = re.compile(r'[\s#%/,;]*"((?:[^"]|"")+)"\s*[:=,;\t]\s*(.*)')
 _NUMBER_AND_UNIT = re.compile(r'([+-]?[\d.]+(?:[eE][+-]?\d+)?)"?\s*[,;\t]\s*"?([^\d\W][^,;\t"]*|[%°][^,;\t"]*)"?')
 _DECIMAL_COMMA = re.compile(r'([+-]?\d+),(\d{1,2}|\d{4,})("?\s*[;\t].*)')  # three digits may be thousands
+_LONGEST_PERIOD = 0.5  # s, of a period without a unit: a larger number may be one of ms
 _PERIOD = re.compile(
     r"(?:sampl\w*|scan)[ _-]*(?:interval|period|time)|dt|delta[ _]?[tx]|tick[ _]?period|time[ _]?step", re.I
 )
@@ -264,6 +265,9 @@ def sample_period(pairs: dict[str, str]) -> tuple[float, str] | None:
                 number, after = units.quantity(value)
                 given = units.parse(after or own or unit)
             except UnitError:
+                continue
+            is_bare = not after and not own
+            if is_bare and power == 1 and number > _LONGEST_PERIOD:
                 continue
             if number > 0 and given.dimension == (("second", float(power)),):
                 return (number * given.factor) ** power, key

@@ -146,8 +146,13 @@ def _finished(table: Table, log: ReadableLog, path: str | Path) -> Table:
     """
     if not table.columns or not table.rows:
         raise LogError("the file has no rows of numbers", remedy=_ROWS_WANTED, where=table.name)
-    table = with_senses(unwoven(untidied(with_whole_stamps(table))))
+    table = put_right(table)
     return replace(table, notes=(*table.notes, *log.notes), path=str(path))
+
+
+def put_right(table: Table) -> Table:
+    """The table with one stamp a row, a column for each signal, woven rows apart, and signs from words."""
+    return with_senses(unwoven(untidied(with_whole_stamps(table))))
 
 
 def read_by(plugin: Plugin, source: LogSource) -> Table:

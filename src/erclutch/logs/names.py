@@ -65,7 +65,7 @@ SINGLE = ("field", "slip", "position", "effort")
 _BESIDE = _set(
     "measured meas msr actual act ist mess gemessen sensor filtered filt motor engine output brake clutch damper shaft "
     "piston angular rotational linear relative total machine cart friction cell du de der des moteur "
-    "mesure mesuree medida compensate compensated corrected raw value j"
+    "mesure mesuree medida compensate compensated corrected raw value j feedback fb fbk fdb"
 )
 #: Words of what a drive was told, and of what is neither signal: no guess is made from the unit of such a column.
 TOLD = _set(
@@ -136,6 +136,7 @@ _TIME = re.compile(
 )
 _PRIME = re.compile(r"['\"′″](?!\w)")  # force d'amortissement has none
 _AXES = _set("x y z r")
+_BORDER = re.compile(r"(?<=[a-z])(?=[A-Z])|(?<=(?<![A-Za-z])[XYZ])(?=[A-Z][a-z])")  # angularVelocity, XVelocity
 # The rate of a rate: ddq, qdd, d2x, theta_ddot.
 _SHORT_POSITIONS = r"(?:q|x|y|z|s|theta|phi|alpha|pos|angle)"
 _SECOND_RATE = re.compile(rf"d(?:d|2){_SHORT_POSITIONS}|{_SHORT_POSITIONS}(?:dd|ddot|2dot|dotdot)")
@@ -249,8 +250,8 @@ def meant_by(name: str, signals: Iterable[str], *, time: bool) -> str:
 
 
 def words_of(name: str) -> list[str]:
-    """Words of a name, in small letters: at signs, and where a small letter meets a large one."""
-    apart = re.sub(r"(?<=[a-z])(?=[A-Z])", " ", unicodedata.normalize("NFKD", name))
+    """Words of a name, in small letters: at signs, where a small letter meets a large one, and behind an axis."""
+    apart = _BORDER.sub(" ", unicodedata.normalize("NFKD", name))
     return re.sub(r"[^\w\s]|_", " ", re.sub("[\u0300-\u036f]", "", apart)).lower().split()
 
 

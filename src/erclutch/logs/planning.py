@@ -19,6 +19,7 @@ from erclutch.logs.clock_planning import choose_clock
 from erclutch.logs.doubts import (
     doubt_a_speed_without_its_sense,
     doubt_effort_without_power,
+    doubt_the_command_of_a_drive,
     doubt_the_current_of_a_drive,
     doubt_the_sensor_of_the_motion,
     leave_out_the_sensor_of_the_effort,
@@ -99,6 +100,7 @@ def plan_of(
         leave_out_the_sensor_of_the_effort(draft)
         doubt_the_current_of_a_drive(draft)
         doubt_the_sensor_of_the_motion(draft)
+        doubt_the_command_of_a_drive(draft)
         doubt_a_speed_without_its_sense(draft)
         settle_the_field(draft)
 

@@ -18,6 +18,7 @@ from erclutch.logs.missing_columns import has_short_name, sensor_options, usual_
 from erclutch.logs.names import NAMES, NEED_UNIT, spoken_name
 from erclutch.logs.no_field import maybe_field
 from erclutch.logs.plan import Question, SignalPlan
+from erclutch.logs.row_order import must_be_said
 from erclutch.logs.seen_columns import SeenColumn, SeenColumns
 from erclutch.signals.recording import SIGNALS
 
@@ -97,8 +98,7 @@ def proposals(draft: Draft) -> list[str]:
     examples = [options[signal] for signal in questions]
     if draft.told.invalid != "drop":
         needed = [*taken, *(name for name in proposed if name in seen.columns)]
-        has_holes = any(not np.isfinite(seen.columns[name].values).all() for name in needed)
-        if has_holes:
+        if must_be_said(seen, needed):
             examples.append("--invalid drop")
     return examples
 

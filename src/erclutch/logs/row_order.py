@@ -16,11 +16,11 @@ from erclutch.logs.draft import Draft
 from erclutch.logs.names import words_of
 from erclutch.logs.regular_grid import DISORDER
 from erclutch.logs.row_groups import EACH
-from erclutch.logs.seen_columns import SeenColumn
+from erclutch.logs.seen_columns import SeenColumn, SeenColumns
 from erclutch.logs.table import WordColumn, listed
 from erclutch.logs.timing import MINIMUM_ROWS
 from erclutch.signals import units
-from erclutch.signals.array import Array
+from erclutch.signals.array import Array, Mask
 
 _SPEEDS = ("rad/s", "m/s")
 _FEWEST = 10  # rows: fewer may be in order by chance
@@ -81,20 +81,35 @@ def few_values_are_missing(draft: Draft) -> bool:
     """
     if draft.clock is None:
         return False
-    hole = np.zeros(draft.table.rows, dtype=np.bool_)
-    for each in draft.signals.values():
-        if each.column:
-            values = draft.table.columns[each.column]
-            if np.isinf(values).any():
-                return False
-            hole |= np.isnan(values)
+    columns = [draft.table.columns[each.column] for each in draft.signals.values() if each.column]
+    hole = _holes(draft.table.rows, columns)
+    return hole is not None and bool(hole.any()) and _are_few(hole, points=draft.clock.kind == "points")
+
+
+def must_be_said(seen: SeenColumns, needed: Iterable[str]) -> bool:
+    """Whether the user has to say that the log is cut at missing values: they are many, or some are infinite."""
+    columns = [seen.columns[name].values for name in needed]
+    hole = _holes(seen.table.rows, columns)
+    return hole is None or (bool(hole.any()) and not _are_few(hole, points=False))
+
+
+def _holes(rows: int, columns: Iterable[Array]) -> Mask | None:
+    """Rows that lack a number of a column; None where one is infinite."""
+    hole = np.zeros(rows, dtype=np.bool_)
+    for values in columns:
+        if np.isinf(values).any():
+            return None
+        hole |= np.isnan(values)
+    return hole
+
+
+def _are_few(hole: Mask, *, points: bool) -> bool:
+    """Whether the rows without a hole are many, and stand in stretches that are worth having."""
     missing = int(np.count_nonzero(hole))
-    if not 0 < missing <= _MOST_HOLES * hole.size:
+    if missing > _MOST_HOLES * hole.size:
         return False
-    if draft.clock.kind == "points":
-        return True
     stretches = int(np.count_nonzero(np.diff(hole.astype(np.int8)) == -1)) + int(not hole[0])
-    return hole.size - missing >= MINIMUM_ROWS * stretches
+    return points or hole.size - missing >= MINIMUM_ROWS * stretches
 
 
 def _levels(columns: Iterable[SeenColumn]) -> Iterator[WordColumn]:

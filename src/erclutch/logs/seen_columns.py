@@ -35,7 +35,20 @@ KINDS = {"Pa": "shear rate", "N*m": "turning motion", "N": "motion along a line"
 UNITS_OF_KIND = {"Pa": ("Pa", "1/s"), "N*m": ("N*m", "rad/s", "rad"), "N": ("N", "m/s", "m")}
 _WORDS_OF_KIND = {
     "Pa": ("shearrate", "shearstress", "gammadot"),
-    "N*m": ("torque", "rpm", "omega", "angle", "angular", "theta", "drehzahl", "drehmoment", "扭矩", "转速", "角"),
+    "N*m": (
+        "torque",
+        "rpm",
+        "omega",
+        "angle",
+        "angular",
+        "theta",
+        "yaw",
+        "drehzahl",
+        "drehmoment",
+        "扭矩",
+        "转速",
+        "角",
+    ),
     "N": ("force", "displacement", "stroke", "kraft", "weg", "位移"),
 }
 

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
-from erclutch.logs.labels import name_columns
+from erclutch.errors import LogError
+from erclutch.logs.labels import name_columns, split_label
 from erclutch.logs.names import plain, spoken_name
+from erclutch.logs.readers.found_recordings import Found, joined_by_time
 from erclutch.logs.table import Table
 from erclutch.signals.array import Array
 
@@ -27,10 +31,11 @@ _NAMES = {
 _VALUES = {"value", "val", "values", "reading", "data", "measurement", "wert", "valeur", "valor"}
 _UNITS = {"unit", "units", "einheit", "unite", "unidad"}
 _MOST_SIGNALS = 64
+_CLOCK = "time"  # no name of a signal
 
 
 def untidied(table: Table) -> Table:
-    """The table with a column for each name; as it is where it is not tidy, or the signals have times of their own."""
+    """The table with a column for each name, at the times of the effort where each has its own; else as it is."""
     values = [name for name in table.columns if plain(name) in _VALUES]
     named = [name for name in table.words if plain(name) in _NAMES]
     if len(values) != 1 or len(named) != 1:
@@ -42,17 +47,17 @@ def untidied(table: Table) -> Table:
 
     signals = table.words[named[0]]
     parts = [np.flatnonzero(signals.of_row == number) for number in range(len(signals.words))]
-    rows = parts[0].size
-    if (
-        not 2 <= len(parts) <= _MOST_SIGNALS
-        or any(part.size != rows for part in parts)
-        or sum(part.size for part in parts) != table.rows
-    ):
+    if not 2 <= len(parts) <= _MOST_SIGNALS or sum(part.size for part in parts) != table.rows:
         return table
     stamps: Array = table.columns[times[0]] if times else np.asarray(table.clock)
+    told: list[str] = []
+    of_name = [table.columns[values[0]][part] for part in parts]
     at = stamps[parts[0]]
     if any(not np.array_equal(stamps[part], at) for part in parts):
-        return table
+        joined = _joined(dict(zip(signals.words, parts, strict=True)), stamps, table.columns[values[0]])
+        if joined is None:
+            return table
+        at, of_name, told = joined
 
     units: list[str | None] = []
     said = next((words for name, words in table.words.items() if plain(name) in _UNITS), None)
@@ -64,7 +69,7 @@ def untidied(table: Table) -> Table:
     names, own_units, renamed = name_columns(
         [*times, *signals.words], [*(table.units.get(name) for name in times), *units]
     )
-    columns = [at] * len(times) + [table.columns[values[0]][part] for part in parts]
+    columns = [at] * len(times) + of_name
     note = f"column {named[0]} names the signal of each value: {len(parts)} signals are taken as columns"
     notes = [each for each in table.notes if "parts the rows by" not in each]
     return replace(
@@ -76,5 +81,25 @@ def untidied(table: Table) -> Table:
         breaks=(),
         words={},
         unreadable={},
-        notes=(*notes, note, *renamed),
+        notes=(*notes, note, *told, *renamed),
     )
+
+
+def _joined(
+    parts: Mapping[str, NDArray[np.int64]], stamps: Array, values: Array
+) -> tuple[Array, list[Array], list[str]] | None:
+    """Times, the values of each name at these, and what to say; None where no name is an effort, or times fall back."""
+    efforts = [name for name in parts if "effort" in spoken_name(split_label(name)[0]).may_be]
+    if len(efforts) != 1:
+        return None
+    found: dict[str, Found] = {}
+    for name in [*efforts, *(other for other in parts if other not in efforts)]:
+        clock = stamps[parts[name]]
+        if clock.size < 2 or not bool(np.all(np.diff(clock) > 0.0)):
+            return None
+        found[name] = Found({_CLOCK: clock, name: values[parts[name]]})
+    try:
+        together = joined_by_time(found, "signal")
+    except LogError:
+        return None
+    return together.columns[_CLOCK], [together.columns[name] for name in parts], together.notes

@@ -46,6 +46,12 @@ _TEXTS = (
         "a Vector bus log (.asc)",
         "Decode it with its DBC file and export it as CSV",
     ),
+    # The first set of a universal file: a line with -1, one with its number, and one with a name or a unit.
+    (
+        r" {4}-1 *\r?\n {2,4}\d{2,4}b?[^\n]*\n[^\n]*[A-Za-z]",
+        "a universal file (UFF)",
+        f"{_CSV}, with pyuff for example",
+    ),
     (r"%PDF", "a PDF", _CSV),
     (r"\{\\rtf", "a text of Word (.rtf)", _CSV),
 )

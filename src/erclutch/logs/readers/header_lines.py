@@ -106,7 +106,7 @@ def header_of(above: Sequence[str], marks: Marks, rows: RowsBelow) -> Header | N
     names = _labels(above[-2], marks, rows)
     if names is not None and len(names) == len(last):
         # Names are words: a second line of units, or of what is called like a unit, names nothing.
-        if _are_units(_bare(last)) and not _are_units(_bare(names)):
+        if (_are_units(_bare(last)) or _repeat_a_unit(last, names)) and not _are_units(_bare(names)):
             return Header(names, _units(last), 2)
         if _are_translated(last) and all(names):
             return Header(names, [split_label(cell)[1] for cell in last], 2)
@@ -215,6 +215,15 @@ def _are_units(cells: Sequence[str]) -> bool:
     if not any(_is_known(cell) for cell in filled if cell in _CLEAR_UNITS or re.search(r"[/^°%*.]", cell)):
         return False
     return sum(not _is_known(cell) for cell in filled) <= len(filled) / 4
+
+
+def _repeat_a_unit(cells: Sequence[str], names: Sequence[str]) -> bool:
+    """Whether a line below distinct names has a clear unit, and all other words in it several times: so do units."""
+    words = [cell for cell in _bare(cells) if cell]
+    named = [name for name in names if name]
+    if len({*named}) < len(named) or not any(word in _CLEAR_UNITS for word in words):
+        return False
+    return all(_is_known(word) or words.count(word) > 1 for word in words)
 
 
 def _is_known(cell: str) -> bool:

@@ -8,6 +8,7 @@ from erclutch.logs.readers.dialect import LINE_END
 _MOST_SIGNALS = 64
 _FEWEST_SAMPLES = 10
 _LONGEST = 50_000_000  # characters
+_WIDEST = 1000  # columns of a log; more, and fewer rows, lie on their side, whether the rows have names or not
 LYING = "the table has a signal a row: its rows are taken as columns"
 
 
@@ -15,14 +16,18 @@ def upright(text: str) -> tuple[str, str]:
     """The text with its rows as columns, and a note; the text and "" where it does not lie.
 
     Each row begins with a name, and perhaps a unit behind it; all else in it is numbers, many more than there are rows.
+    Rows of numbers alone lie where they are wider than any log.
     """
     if len(text) > _LONGEST or text.count("\n") > 2 * _MOST_SIGNALS:
         return text, ""
     lines = [line for line in LINE_END.split(text) if line.strip() and not is_comment(line)]
     if not 2 <= len(lines) <= _MOST_SIGNALS:
         return text, ""
-    for delimiter in ("\t", ";", ",", "|"):
-        rows = [cells_of(line.rstrip(delimiter), delimiter) for line in lines]
+    for delimiter in ("\t", ";", ",", "|", " "):
+        if delimiter == " ":
+            rows = [line.split() for line in lines]
+        else:
+            rows = [cells_of(line.rstrip(delimiter), delimiter) for line in lines]
         width = len(rows[0])
         if width < max(_FEWEST_SAMPLES, 3 * len(rows)) or any(len(row) != width for row in rows):
             continue
@@ -31,10 +36,15 @@ def upright(text: str) -> tuple[str, str]:
                 continue
             heads = [_names_before_numbers(row, decimal) for row in rows]
             names = [row[0].lower() for row in rows]
-            if heads[0] in (1, 2) and len({*heads}) == 1 and len({*names}) == len(names):
+            named = heads[0] in (1, 2) and len({*heads}) == 1 and len({*names}) == len(names)
+            if (named and delimiter != " ") or (width > _WIDEST and _are_numbers(rows, decimal)):
                 columns = zip(*rows, strict=True)
                 return "\n".join(delimiter.join(cells) for cells in columns), LYING
     return text, ""
+
+
+def _are_numbers(rows: list[list[str]], decimal: str) -> bool:
+    return all(is_number(cell, decimal) for row in rows for cell in row)
 
 
 def _names_before_numbers(row: list[str], decimal: str) -> int:

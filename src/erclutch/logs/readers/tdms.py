@@ -19,16 +19,18 @@ _CLOCK = ("wf_increment", "wf_start_offset", "wf_start_time")
 #: A start in the file: a time stamp of 16 bytes, or a number.
 _STARTS = re.compile(rb"wf_start_(?:time\x44\0\0\0.{16}|offset\n\0\0\0.{8})", re.DOTALL)
 _UNITS = ("unit_string", "NI_UnitDescription")
+_ONE_START = 0.1  # of an increment, by which channels that were started together differ
 
 
 def _group(group: Any) -> Found | None:
     """The channels of a group on the clock that most of them have; the others are left out, and this is said."""
-    clocks = {channel.name: tuple(channel.properties.get(key) for key in _CLOCK) for channel in group.channels()}
+    clocks = _clocks(group)
     if not clocks:
         return None
     clock = Counter(clocks.values()).most_common(1)[0][0]
     increment, offset, _ = clock  # s, s, date
     channels = [channel for channel in group.channels() if clocks[channel.name] == clock]
+    hollow = [channel.name for channel in channels if not len(channel)]
     values = {channel.name: np.asarray(channel[:]) for channel in channels}
 
     found = found_recordings.of_vectors(values)
@@ -49,10 +51,29 @@ def _group(group: Any) -> Found | None:
         name, stamps = dates[0]
         found.clock = name, (stamps - stamps[0]) / np.timedelta64(1, "s")
 
+    if hollow:
+        found.notes.append(f"channels without a value left out: {found_recordings.listed(hollow)}")
+        if any("NI_ArrayColumn" in channel.properties for channel in channels):
+            full = ", ".join(name for name in found.columns if name not in hollow)
+            found.notes.append(f"the values of all {len(channels)} channels may stand in {full}, in turn")
     for name in sorted(clocks):
         if clocks[name] != clock:
             found.notes.append(f"channel {name} has another increment or start than the other channels: left out")
     return found
+
+
+def _clocks(group: Any) -> dict[str, tuple[Any, Any, Any]]:
+    """Increment, offset and start of each channel; starts that differ by less than a sample are one, the first."""
+    clocks: dict[str, tuple[Any, Any, Any]] = {}
+    for channel in group.channels():
+        increment, offset, start = (channel.properties.get(key) for key in _CLOCK)
+        for known in clocks.values():
+            begun = known[2]
+            if known[:2] == (increment, offset) and increment and start is not None and begun is not None:
+                apart = abs(float((start - begun) / np.timedelta64(1, "s")))
+                start = begun if apart <= _ONE_START * increment else start
+        clocks[channel.name] = increment, offset, start
+    return clocks
 
 
 def find(path: str, variable: str | None) -> Table:

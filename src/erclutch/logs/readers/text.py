@@ -327,7 +327,8 @@ def text_windows(
     Raises:
         LogError: see `read_text`; a time in words or numbers above the rows, which no later window has.
     """
-    dialect, notes = _dialect_of(_head_of(source.path), source.decimal)
+    head = _head_of(source.path)
+    dialect, notes = _dialect_of(head, source.decimal)
     with opened(source.path) as text:
         for _ in range(dialect.first):
             next(text, "")
@@ -348,7 +349,10 @@ def text_windows(
             stop = start + rows
             if ended:
                 stop = known if last is None else min(known, last)
-            yield start, stop, _window_of(source, held[: stop + margin - held_from], held_from, dialect, notes)
+            table = _window_of(source, held[: stop + margin - held_from], held_from, dialect, notes)
+            if not start:
+                _refuse_another_reading(source, head, table)
+            yield start, stop, table
             start = stop
             drop = max(stop - margin - held_from, 0)
             held = held[drop:]
@@ -371,6 +375,29 @@ def _window_of(
         what = f"the time {table.clock_name!r} is no number" if table.clock is not None else "a column has one number"
         raise LogError(f"{what}, which a text that is read in blocks cannot have", remedy="Write it as Parquet")
     return replace(table, first_row=first_row)
+
+
+def _refuse_another_reading(source: LogSource, head: str, first: Table) -> None:
+    """Hold the first rows that are read in blocks against those of a text that is read whole.
+
+    Raises:
+        LogError: they differ: tables that lie or stand beside each other, rows of words, units in cells.
+    """
+    lines = head if len(head) <= SAMPLE else head[: head.rfind("\n") + 1]
+    remedy = "Give a larger --memory, so that it is read whole, or write it as Parquet with a column for each signal"
+    try:
+        whole = _read(replace(source, data=lines.encode(), variable=None))
+    except LogError as error:
+        raise LogError(f"in blocks it cannot be read: {error.problem}", remedy=remedy) from error
+    rows = min(whole.rows, first.rows)
+    same = list(whole.columns) == list(first.columns) and whole.units == first.units and rows > 0
+    for name in whole.columns if same else ():
+        same = same and np.array_equal(whole.columns[name][:rows], first.columns[name][:rows], equal_nan=True)
+    if not same:
+        problem = f"read whole, its first rows have the columns {whole.listed}, and in blocks {first.listed}"
+        if list(whole.columns) == list(first.columns):
+            problem = "read whole, its first rows have other numbers or units than in blocks"
+        raise LogError(problem, remedy=remedy)
 
 
 def text_extent(path: Path) -> tuple[int, int]:

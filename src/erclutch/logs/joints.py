@@ -1,0 +1,73 @@
+"""Columns of several joints or motors: families of names that differ by a number, such as ``qd_1`` .. ``qd_7``.
+
+A device is one of them. Which one, only the user knows; the file's name or the motion itself tells which is likely.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+
+from erclutch.logs.names import NAMES, TOLD, headed
+from erclutch.logs.seen_columns import SeenColumn, SeenColumns
+
+_MOTIONS = ("slip", "position")
+#: The number of a joint in the name of a file.
+_IN_FILE = re.compile(r"(?:joint|axis|achse|gelenk|motor|axe|eje|关节|軸|轴|関節)[ _-]?0*(\d+)", re.IGNORECASE)
+
+
+def of_joints(seen: SeenColumns, signal: str, fitting: Iterable[SeenColumn]) -> list[str]:
+    """Columns of a signal that has one for each joint, the likely joint first; none where no other signal has so many.
+
+    Args:
+        seen: the columns of the log.
+        signal: its name.
+        fitting: columns whose unit may be that of the signal.
+    """
+    if signal not in (*_MOTIONS, "effort"):
+        return []
+    families = _families(seen, signal, fitting)
+    partners = ("effort",) if signal in _MOTIONS else _MOTIONS
+    numbers = {frozenset(family) for other in partners for family in _families(seen, other, seen.columns.values())}
+    names: list[str] = []
+    for family in families:
+        if frozenset(family) in numbers:
+            names += [family[number] for number in _likely_first(seen, family)]
+    return names if len(names) > 1 else []
+
+
+def joint_of_file(seen: SeenColumns) -> str:
+    """The number of a joint in the name of the log's file, "" for none or several."""
+    numbers = {*_IN_FILE.findall(seen.table.name)}
+    return numbers.pop() if len(numbers) == 1 else ""
+
+
+def _families(seen: SeenColumns, signal: str, columns: Iterable[SeenColumn]) -> list[dict[str, str]]:
+    """Names by the number behind them, of each family of two and more that speaks for the signal by its name."""
+    families: dict[str, dict[str, str]] = {}
+    for column in columns:
+        stem = column.spoken.plain_stem
+        bare = stem.rstrip("0123456789")
+        number = stem.removeprefix(bare).lstrip("0") or "0"
+        if bare == stem or not TOLD.isdisjoint(column.spoken.stem_words) or signal in column.spoken.turned:
+            continue
+        own = headed(column.spoken.stem, signal, seen.shared_words)
+        if signal in column.spoken.numbered or own or column.spoken.heads.get(signal):
+            families.setdefault(bare, {})[number] = column.name
+    several = [bare for bare, family in families.items() if len(family) > 1]
+    # A whole name goes before one with further words: qd before ee_qd.
+    whole = [bare for bare in several if bare in NAMES[signal].split()]
+    return [families[bare] for bare in whole or several]
+
+
+def _likely_first(seen: SeenColumns, family: dict[str, str]) -> Sequence[str]:
+    """The numbers of a family: that of the file's name first, then the joints that move most."""
+    of_file = joint_of_file(seen)
+    moved: dict[str, float] = {}
+    for number, name in family.items():
+        values = seen.columns[name].values
+        known = values[np.isfinite(values)]
+        moved[number] = float(np.ptp(known)) if known.size else 0.0
+    return sorted(family, key=lambda number: (number != of_file, -moved[number]))

@@ -1,0 +1,270 @@
+"""Logs of robots and motors: several joints, commands of a drive, arrays of objects, channels on one clock.
+
+The data are SYNTHETIC.
+"""
+
+from __future__ import annotations
+
+import shlex
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from erclutch.errors import LogError
+from erclutch.logs import ColumnMap, plan_of, read, read_table, recording_from_arrays
+from erclutch.logs.names import words_of
+from erclutch.logs.plan import Plan
+
+TIME = np.arange(400) / 100
+ANGLE = np.sin(3 * TIME)
+RATE = 3 * np.cos(3 * TIME)
+JOINTS = np.linspace(0.1, 0.7, 7)
+REST = np.full(TIME.size, 0.01) + 1e-3 * np.sin(40 * TIME)
+
+
+def robot(moving: int, *, still: str = "q qd tau_measured") -> dict[str, np.ndarray]:
+    """A robot of seven joints, one of which moves; all others rest."""
+    courses = {"q": ANGLE, "qd": RATE, "tau_measured": np.tanh(4 * RATE) + 0.3 * ANGLE, "qd_cmd": RATE + 0.02}
+    arrays: dict[str, np.ndarray] = {"time": TIME}
+    for name in (*still.split(), "qd_cmd"):
+        columns = [courses[name] if joint == moving else JOINTS[joint] * REST for joint in range(7)]
+        arrays[name] = np.stack(columns, axis=1)
+    return arrays
+
+
+def saved(path: Path, arrays: dict[str, np.ndarray]) -> Path:
+    np.savez(path, allow_pickle=False, **arrays)
+    return path
+
+
+def planned(path: Path) -> Plan:
+    return plan_of(read_table(path), ColumnMap())
+
+
+def answered(plan: Plan) -> Plan:
+    """The plan that the printed command makes."""
+    words = shlex.split(plan.command())[3:]
+    told = dict(zip((word.removeprefix("--") for word in words[::2]), words[1::2], strict=True))
+    return plan_of(read_table(plan.path), ColumnMap.from_dict({"columns": told}))
+
+
+@pytest.mark.parametrize("moving", [0, 3, 6])
+def test_of_several_joints_the_one_that_moves_is_proposed_and_one_command_settles_it(
+    tmp_path: Path, moving: int
+) -> None:
+    plan = planned(saved(tmp_path / "run.npz", robot(moving)))
+    assert "slip may be any of the columns" in str(plan.questions)
+    assert f'--slip "qd_{moving + 1}" --effort "tau_measured_{moving + 1}"' in plan.command()
+    assert not answered(plan).questions
+
+
+def test_the_joint_in_the_name_of_the_file_is_proposed_first(tmp_path: Path) -> None:
+    plan = planned(saved(tmp_path / "friction_joint_5.npz", robot(2)))
+    assert '--slip "qd_5" --effort "tau_measured_5"' in plan.command()
+
+
+@pytest.mark.parametrize("names", [("dq", "tau"), ("vel", "torque"), ("velocity", "effort")])
+def test_joints_in_a_text_are_asked_about_by_their_numbers(tmp_path: Path, names: tuple[str, str]) -> None:
+    speed, effort = names
+    heads = ["time", *(f"{speed}{k}" for k in range(3)), *(f"{effort}{k}" for k in range(3))]
+    rest = [0.2 * REST, 0.3 * REST]
+    columns = [TIME, rest[0], RATE, rest[1], rest[0] + 1, np.tanh(RATE), rest[1] + 2]
+    rows = "\n".join(",".join(f"{value:.6f}" for value in row) for row in zip(*columns, strict=True))
+    (tmp_path / "arm.csv").write_text(",".join(heads) + "\n" + rows + "\n")
+    plan = planned(tmp_path / "arm.csv")
+    assert {question.signal for question in plan.questions} >= {"slip", "effort"}
+    assert f'--slip "{speed}1" --effort "{effort}1"' in plan.command()
+    assert not answered(plan).questions
+
+
+def test_numbered_columns_without_an_effort_for_each_are_no_joints(tmp_path: Path) -> None:
+    rows = "\n".join(f"{t:.2f},{a:.5f},{r:.5f},{np.tanh(r):.5f}" for t, a, r in zip(TIME, ANGLE, RATE, strict=True))
+    (tmp_path / "log.csv").write_text("time [s],angle [rad],speed [rad/s],torque [Nm]\n" + rows + "\n")
+    assert not planned(tmp_path / "log.csv").questions
+
+
+@pytest.mark.parametrize("effort", ["torque_feedback", "torque_fb", "feedback torque", "TorqueFbk"])
+def test_what_a_drive_feeds_back_is_its_effort(effort: str) -> None:
+    table_ = {"time": TIME, "velocity": RATE, effort: np.tanh(RATE)}
+    assert plan_from(table_).signal("effort").column == effort  # type: ignore[union-attr]
+
+
+def plan_from(columns: dict[str, np.ndarray]) -> Plan:
+    from erclutch.logs.table import Table
+
+    return plan_of(Table("a.csv", columns, dict.fromkeys(columns), "x", path="a.csv"), ColumnMap())
+
+
+@pytest.mark.parametrize("other", ["velocity_cmd", "position_setpoint", "torque_ref", "target_speed"])
+def test_a_command_beside_those_of_a_motion_is_doubted_as_the_field(other: str) -> None:
+    command = np.sign(np.sin(TIME))
+    plan = plan_from({"time": TIME, "velocity": RATE, "torque": np.tanh(RATE), "command": command, other: command})
+    assert any(f"beside {other}" in doubt and "--field none" in doubt for doubt in plan.doubts)
+
+
+def test_a_command_alone_is_the_field() -> None:
+    plan = plan_from({"time": TIME, "velocity": RATE, "torque": np.tanh(RATE), "command": np.sign(np.sin(TIME))})
+    assert not plan.doubts
+    assert plan.signal("field").column == "command"  # type: ignore[union-attr]
+
+
+def test_several_encoders_are_asked_about_as_positions() -> None:
+    columns = {
+        "time": TIME,
+        **{f"{place} encoder": ANGLE * k for k, place in enumerate(("first", "second", "third"), 1)},
+    }
+    plan = plan_from({**columns, "torque": np.tanh(RATE)})
+    assert "position may be any of the columns first encoder" in str(plan.questions)
+    assert '--position "first encoder"' in plan.command()
+
+
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [("XVelocity", ["x", "velocity"]), ("YawVelocity", ["yaw", "velocity"]), ("a_ZForce", ["a", "z", "force"])],
+)
+def test_an_axis_in_front_of_a_word_is_a_word(name: str, words: list[str]) -> None:
+    assert words_of(name) == words
+
+
+def test_the_yaw_beside_the_way_forward_is_asked_about() -> None:
+    plan = plan_from({"time": TIME, "XVelocity": RATE, "YawVelocity": 0.3 * RATE + ANGLE, "Torque": np.tanh(RATE)})
+    assert "slip may be any of the columns XVelocity, YawVelocity" in str(plan.questions)
+
+
+# --- arrays -----------------------------------------------------------------------------------------------------------
+
+
+def test_arrays_of_python_objects_are_said_and_left_out(tmp_path: Path) -> None:
+    objects = np.array([{"gain": 1}, None], dtype=object)
+    np.savez(tmp_path / "a.npz", time=TIME, speed=RATE, torque=np.tanh(RATE), settings=objects)
+    table = read_table(tmp_path / "a.npz")
+    assert "left out: settings: Python objects, which may run programs and are never opened" in table.notes
+    assert list(table.columns) == ["time", "speed", "torque"]
+
+
+@pytest.mark.parametrize("suffix", [".npz", ".npy"])
+def test_a_file_of_python_objects_alone_is_refused_in_plain_words(tmp_path: Path, suffix: str) -> None:
+    objects = np.array([{"torque": [1.0, 2.0]}, None], dtype=object)
+    path = tmp_path / f"log{suffix}"
+    np.save(path, objects, allow_pickle=True) if suffix == ".npy" else np.savez(path, rows=objects)
+    with pytest.raises(LogError, match=r"Python objects, which may run programs.*numpy\.savez"):
+        read_table(path)
+
+
+def test_arrays_in_memory_are_cut_at_a_few_missing_values_as_files_are(tmp_path: Path) -> None:
+    torque = np.tanh(RATE)
+    torque[200] = np.nan
+    signals = {"field": np.ones(TIME.size), "slip": RATE, "effort": torque}
+    units = {"field": "A", "slip": "rad/s", "effort": "N*m"}
+    rows = "\n".join(",".join(map(str, row)) for row in zip(TIME, *signals.values(), strict=True))
+    (tmp_path / "a.csv").write_text("time [s],field [A],slip [rad/s],effort [N*m]\n" + rows.replace("nan", "") + "\n")
+    of_file = read(tmp_path / "a.csv")
+    of_arrays = recording_from_arrays(signals, units, time=TIME)
+    assert of_arrays.segments == of_file.segments == ((0, 200), (200, 399))
+    with pytest.raises(LogError, match="1 value missing"):
+        recording_from_arrays(signals, units, time=TIME, invalid="error")
+
+
+# --- measurement software ---------------------------------------------------------------------------------------------
+
+
+def test_a_universal_file_is_named(tmp_path: Path) -> None:
+    path = tmp_path / "log.uff"
+    path.write_text("    -1\n    58\nForce 01.0Scalar\nNONE\n" + "  1.00000E-04 -4.31469E-03\n" * 20 + "    -1\n")
+    with pytest.raises(LogError, match=r"universal file \(UFF\)"):
+        read_table(path)
+
+
+def test_numbers_that_begin_like_a_universal_file_are_read(tmp_path: Path) -> None:
+    path = tmp_path / "log.txt"
+    path.write_text("    -1\n    58\n" + "".join(f"    {k}\n" for k in range(20)))
+    assert read_table(path).rows == 22
+
+
+def tdms(path: Path, starts: list[float], values: list[np.ndarray], **properties: int) -> Path:
+    nptdms = pytest.importorskip("nptdms")
+    channels = [
+        nptdms.ChannelObject(
+            "bench",
+            name,
+            numbers,
+            properties={
+                "wf_increment": 0.01,
+                "wf_start_time": np.datetime64("2026-01-01T10:00:00", "us") + np.timedelta64(int(1e6 * start), "us"),
+                **properties,
+            },
+        )
+        for name, start, numbers in zip(("speed", "torque", "current"), starts, values, strict=True)
+    ]
+    with nptdms.TdmsWriter(str(path)) as writer:
+        writer.write_segment(channels)
+    return path
+
+
+def test_channels_that_were_started_within_a_sample_are_on_one_clock(tmp_path: Path) -> None:
+    values = [RATE, np.tanh(RATE), np.ones(TIME.size)]
+    path = tdms(tmp_path / "a.tdms", [0.0, 14e-6, 28e-6], values)
+    assert list(read_table(path).columns) == ["time", "speed", "torque", "current"]
+
+
+def test_channels_that_were_started_later_are_left_out_with_a_note(tmp_path: Path) -> None:
+    values = [RATE, np.tanh(RATE), np.ones(TIME.size)]
+    table = read_table(tdms(tmp_path / "a.tdms", [0.0, 14e-6, 0.5], values))
+    assert list(table.columns) == ["time", "speed", "torque"]
+    assert any(note.startswith("channel current has another increment or start") for note in table.notes)
+
+
+def test_channels_without_a_value_are_said(tmp_path: Path) -> None:
+    woven = np.column_stack([TIME, RATE, np.tanh(RATE)]).ravel()
+    path = tdms(tmp_path / "a.tdms", [0.0] * 3, [woven, np.zeros(0), np.zeros(0)], NI_ArrayColumn=0)
+    notes = read_table(path).notes
+    assert "channels without a value left out: torque, current" in notes
+    assert any("the values of all 3 channels may stand in" in note for note in notes)
+
+
+def test_units_of_a_log_are_kept_where_its_channels_start_together(tmp_path: Path) -> None:
+    path = tdms(tmp_path / "a.tdms", [0.0, 14e-6, 28e-6], [RATE, np.tanh(RATE), np.ones(TIME.size)])
+    assert read_table(path).units["time"] == "s"
+
+
+# --- drives and loggers -----------------------------------------------------------------------------------------------
+
+
+def drive_export(period: str, names: str = ";Position actual value;Torque actual value;Velocity actual value") -> str:
+    rows = "".join(f"{6.8 * k:.3f};{k % 50};{(k % 9) - 4};{(k % 7) - 3}\n" for k in range(60))
+    return f"Date:;2026-10-26 11:46:26\nMax. samples:;60\nSampling period:;{period}\n{names}\nms;inc;inc;inc\n{rows}"
+
+
+def test_a_line_of_units_that_repeats_a_word_names_nothing(tmp_path: Path) -> None:
+    (tmp_path / "drive.csv").write_text(drive_export("6.800"))
+    table = read_table(tmp_path / "drive.csv")
+    assert list(table.columns)[1:] == ["Position actual value", "Torque actual value", "Velocity actual value"]
+    assert list(table.units.values()) == ["ms", "inc", "inc", "inc"]
+
+
+@pytest.mark.parametrize(
+    ("period", "stated"), [("6.800", None), ("6.800 ms", 0.0068), ("0.0068", 0.0068), ("1 s", 1.0)]
+)
+def test_a_long_period_without_a_unit_in_a_header_is_not_taken_for_seconds(
+    tmp_path: Path, period: str, stated: float | None
+) -> None:
+    (tmp_path / "drive.csv").write_text(drive_export(period))
+    assert read_table(tmp_path / "drive.csv").sample_period == stated
+
+
+def test_the_time_of_a_drive_export_is_its_column_in_ms(tmp_path: Path) -> None:
+    (tmp_path / "drive.csv").write_text(drive_export("6.800"))
+    clock = planned(tmp_path / "drive.csv").clock
+    assert clock is not None
+    assert clock.factor == 1e-3
+
+
+@pytest.mark.parametrize("name", ["Tinterval", "sample_interval"])
+def test_the_interval_of_a_scope_is_its_sampling_period(tmp_path: Path, name: str) -> None:
+    savemat = pytest.importorskip("scipy.io").savemat
+    signals = {"speed": RATE, "torque": np.tanh(RATE)}
+    savemat(tmp_path / "scope.mat", {**signals, name: 0.01, "Tstart": -0.5, "Length": TIME.size})
+    clock = planned(tmp_path / "scope.mat").clock
+    assert clock is not None
+    assert clock.period == 0.01
