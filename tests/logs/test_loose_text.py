@@ -81,3 +81,44 @@ def test_a_long_line_of_brackets_takes_time_of_its_length(tmp_path: Path) -> Non
     path.write_text("[" * 200_000 + "\n" + "[ " * 100_000)
     with pytest.raises(ErclutchError):
         read_table(path)
+
+
+@pytest.mark.parametrize("delimiter", [",", ";"])
+@pytest.mark.parametrize("end", ["", "delimiter"])
+def test_columns_that_one_row_fills_stand_behind_short_rows(tmp_path: Path, delimiter: str, end: str) -> None:
+    """A thrust stand writes the time in which its motor settled into one row, and no cells for it into the others."""
+    close = delimiter if end else ""
+    rows = lines(delimiter)
+    rows[25] += delimiter.join(("", "", "0.0682", "9046"))
+    names = delimiter.join(("time", "speed", "torque", "App message", "90% settling time", "Max acceleration"))
+    path = tmp_path / "stand.csv"
+    path.write_text("\n".join([names + close, *(row + close for row in rows)]))
+    table = read_table(path)
+    assert [*table.columns][:3] == ["time", "speed", "torque"]
+    assert np.allclose(np.column_stack([*table.columns.values()][:3]), ROWS, atol=1e-6)
+    assert np.isfinite(table.columns["Max acceleration"]).sum() == 1
+
+
+def test_a_row_with_cells_that_no_name_stands_over_is_still_refused(tmp_path: Path) -> None:
+    rows = lines()
+    rows[25] += ",,0.0682,9046"
+    path = tmp_path / "stand.csv"
+    path.write_text("\n".join(["time,speed,torque", *rows]))
+    with pytest.raises(ErclutchError, match="line 27 has 6 cells where 3 are expected"):
+        read_table(path)
+
+
+def test_a_row_that_lacks_a_number_of_the_others_is_still_refused(tmp_path: Path) -> None:
+    rows = lines()
+    rows[10] = "0.10,0.5"
+    rows[25] += ",,0.0682,9046"
+    path = tmp_path / "stand.csv"
+    path.write_text("\n".join(["time,speed,torque,App message,90% settling time,Max acceleration", *rows]))
+    with pytest.raises(ErclutchError, match="line 12"):
+        read_table(path)
+
+
+def test_a_table_that_labview_wrote_without_headers_is_a_table(tmp_path: Path) -> None:
+    path = tmp_path / "bench.lvm"
+    path.write_text("\n".join(lines("\t")))
+    assert np.allclose(np.column_stack([*read_table(path).columns.values()]), ROWS, atol=1e-6)

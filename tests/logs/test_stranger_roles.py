@@ -477,3 +477,9 @@ def test_a_temperature_called_t_is_not_proposed_for_the_field() -> None:
     rates = 50.0 + 40.0 * TURN
     columns = {"t": ROWS / 10, "T": 19.0 + LEVELS, "kr": TURN**2, "gamma_dot": rates, "tau": 3.0 + 0.01 * rates}
     assert planned(columns).examples == ("--field none",)
+
+
+@pytest.mark.parametrize("name", ["payload_ctl_pwm", "led_current_A", "fan_voltage_V", "heater_current_A"])
+def test_what_drives_another_load_of_the_board_is_no_field(name: str) -> None:
+    (question,) = planned({**without("current [A]"), name: LEVELS}).questions
+    assert question.signal == "field"

@@ -97,7 +97,8 @@ _MODELS = _set("dahl lugre stribeck boucwen svm svr pinn lstm gru mlp ann gms ma
 # Words that turn the head of a name to another thing than the device's own signal.
 _AGAINST = {
     "field": _set("battery supply bus link sensor cell strain batt bat psu vbat cc dark leak shunt hall lvdt gauge "
-                  "gage potentiometer pot poti tacho tachometer transducer thermocouple thermistor photodiode adc"),
+                  "gage potentiometer pot poti tacho tachometer transducer thermocouple thermistor photodiode adc "
+                  "led lamp fan heater payload"),
     "slip": _set("rolling entrainment wind air fan pump flow sound stream freestream data frequency freq frequenz "
                  "frame sampling refresh ball disc"),
     "position": _set("throttle valve pedal gps cursor mouse time phase attack incidence"),

@@ -37,6 +37,7 @@ class Dialect:
         numeric: which columns hold numbers in the sample.
         metadata: the ``Key: value`` lines above the header.
         notes: sentences on names and headers.
+        usual: cells of most rows, where the header names more columns, which few rows fill; 0 elsewhere.
     """
 
     delimiter: str | None
@@ -49,6 +50,7 @@ class Dialect:
     metadata: dict[str, str] = field(default_factory=dict[str, str])
     notes: tuple[str, ...] = ()
     thousands: str = ""
+    usual: int = 0
 
     def is_row(self, line: str) -> bool:
         """Whether a line has numbers where the rows have numbers."""
@@ -81,7 +83,7 @@ def sniff(text: str, asked: str | None = None) -> Dialect:
             below = [line for line in lines[first:] if line.strip() and not is_comment(line)]
             rows_below = [marks.cells(line) for line in below[-size:]]
             data = [row for row in rows_below if _is_data(row, marks, numeric)]
-            return _with_header(lines, first, marks, data)
+            return _with_header(lines, first, marks, data, below)
 
     count = len(lines) - (not lines[-1])  # a line end closes the last line and begins no other
     problem = f"no row of numbers in {count} line{'' if count == 1 else 's'}"
@@ -187,11 +189,25 @@ def _are_names(cells: Sequence[str], marks: Marks, numeric: Sequence[bool]) -> b
     return 2 * len(names) > len(numeric) and not any(marks.is_number(cell) for cell in names)
 
 
-def _with_header(lines: Sequence[str], first: int, marks: Marks, data: Sequence[Sequence[str]]) -> Dialect:
-    """Complete the dialect with names, units and header block from the lines above the first row."""
+def _with_header(
+    lines: Sequence[str], first: int, marks: Marks, data: Sequence[Sequence[str]], below: Sequence[str]
+) -> Dialect:
+    """Complete the dialect with names, units and header block from the lines above the first row.
+
+    Args:
+        lines: of the sample.
+        first: index of the first row.
+        marks: delimiter and decimal mark.
+        data: cells of rows at the end of the sample.
+        below: all rows of the sample.
+    """
     first_row = marks.cells(lines[first])
     usual_width = Counter(map(len, data)).most_common(1)[0][0]
     width = max(len(first_row), usual_width)
+    usual = 0
+    named = _width_of_names(lines[:first], marks)
+    if named > width + 1 and any(len(marks.cells(line)) == named for line in below):
+        usual, width = width, named  # columns at the end are filled in few rows, and the others are short
     trailing = marks.delimiter is not None and width > 1
     trailing = trailing and all(len(row) < width or not row[-1] for row in (first_row, *data))
     rows = RowsBelow(width, trailing, _name_rows(data, marks))
@@ -232,7 +248,16 @@ def _with_header(lines: Sequence[str], first: int, marks: Marks, data: Sequence[
         numeric=tuple(numeric[: len(names)]),
         metadata=metadata,
         notes=(*notes, *renamed),
+        usual=usual,
     )
+
+
+def _width_of_names(above: Sequence[str], marks: Marks) -> int:
+    """Cells of the line right above the rows, where each is a name but perhaps the last; 0 for another line."""
+    line = next((line for line in reversed(above) if line.strip()), "")
+    cells = marks.cells(line) if marks.delimiter is not None and not is_comment(line) else []
+    are_names = len(cells) > 1 and all(cells[:-1]) and not any(map(marks.is_number, cells))
+    return len(cells) if are_names else 0
 
 
 def _name_rows(rows: Sequence[Sequence[str]], marks: Marks) -> bool:

@@ -86,7 +86,9 @@ def _number(key: str, values_of: Mapping[str, Sequence[str]]) -> float:
 
 
 def _read(source: LogSource) -> Table:
-    """The segments as one recording where their time goes on, else as several."""
+    """The segments as one recording where their time goes on, else as several; LabVIEW also writes tables alone."""
+    if not _claims(source.data):
+        return text.READER.read(source)
     first, *parts = _END.split(decode(source.data).replace("\r\n", "\n"))
     if len(parts) < 2:
         raise LogError("the file has no segment", remedy="Copy the file again, or export it as CSV")

@@ -135,7 +135,9 @@ def _body(text: str, dialect: Dialect) -> tuple[str, list[str]]:
     rest = body[last:]
     if not last or not rest.strip(BLANK):
         return body, notes
-    needed = max((index for index, numeric in enumerate(dialect.numeric) if numeric), default=0)
+    needed = max(
+        (index for index, numeric in enumerate(dialect.numeric[: dialect.usual or None]) if numeric), default=0
+    )
     if len(cells_of(rest, dialect.delimiter)) > needed:
         return body, notes
     return body[:last], [*notes, "the last row was cut off in the middle: left out"]
@@ -263,7 +265,8 @@ def _table(
     if columns:  # empty cells at the end of a row may be missing values or a row that is too short: the lines tell
         last = max(columns, key=dialect.names.index)
         empty = np.flatnonzero(np.isnan(columns[last])).tolist()
-        refuse_ragged(body, dialect, empty, needed=dialect.names.index(last) + 1)
+        needed = dialect.names.index(last) + 1
+        refuse_ragged(body, dialect, empty, needed=min(needed, dialect.usual or needed))
     period = None
     stated = sample_period(dialect.metadata)
     if stated:
