@@ -197,8 +197,8 @@ def _by_training_rows(comparison: Comparison, chosen: RankedModel, unit: str) ->
     least = min(known, key=lambda name: known[name].value)
     place = "the least"
     if least != chosen.name:
-        of_least = number(known[least].value)
-        place = f"{comparison.called(least)}, by {of_least}, which is no more than these rows can tell or 5 % less"
+        apart = "by less than 5 % or by less than these rows can tell"
+        place = f"as good as {comparison.called(least)}, by {number(known[least].value)}: they differ {apart}"
     over_physics = f" {why}" if (why := worth_its_freedom(comparison)) else ""
     return (
         f"Recommended: {called} ({chosen.outcome.parameters} parameters). The training rows chose it: with "

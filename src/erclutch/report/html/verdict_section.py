@@ -252,7 +252,7 @@ def _next(material: Material) -> list[dict[str, str]]:
         text = "No model with a lag was tried. On a switched device it often matters more than the law."
         steps.append((text, _fit_again(body, {"lag": "auto"})))
     folder = printable(material.run.folder.name)  # copied into a shell: it must see one word
-    if not body["settings"]["blocks"]:
+    if not body["settings"]["blocks"] and "chosen_by" not in body:
         text = "Ranking on the rows held out flatters the winner a little: cross-validate."
         steps.append((text, _fit_again(body, {"blocks": 5})))
     empty = float(np.mean([cells.empty_share for cells in material.error_maps]))
