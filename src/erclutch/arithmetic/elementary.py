@@ -128,7 +128,8 @@ def table_entry(table: Sequence[Any], *places: Any) -> Any:
         return recorder.record("table", table, *places)
     if all(isinstance(x, float) for x in places):
         return reduce(lambda entries, x: entries[int(x)], places, table)
-    return np.array(table)[tuple(np.asarray(x).astype(np.intp) for x in places)]
+    whole = [np.asarray(place).astype(np.intp) for place in places]
+    return np.array(table)[tuple(whole)]
 
 
 def is_less(a: Any, b: Any) -> Any:
@@ -373,5 +374,9 @@ BY_NAME: Mapping[str, Callable[..., Any]] = {
 @cache
 def elementary(precision: Precision) -> Mapping[str, Callable[..., Any]]:
     """The functions on arrays of a precision."""
-    bound: dict[str, Callable[..., Any]] = {name: partial(f, format_of(precision)) for name, f in BY_NAME.items()}
-    return {**bound, "absolute": absolute}
+    number_format = format_of(precision)
+    functions: dict[str, Callable[..., Any]] = {}
+    for name, function in BY_NAME.items():
+        functions[name] = partial(function, number_format)
+    functions["absolute"] = absolute
+    return functions

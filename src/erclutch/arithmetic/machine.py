@@ -46,8 +46,10 @@ class Machine:
 def machine_of(record: Record) -> Machine:
     """The machine of a record without state."""
     inputs = [n.index for n in record.nodes if n.operation == "input"]
-    writing = _Writing(registers=[np.uint64(0)] * len(inputs), depths=[0] * len(inputs))
-    output = writing.write(record, {index: register for register, index in enumerate(inputs)})
+    count = len(inputs)
+    writing = _Writing(registers=[np.uint64(0)] * count, depths=[0] * count)
+    register_of = dict(zip(inputs, range(count), strict=True))
+    output = writing.write(record, register_of)
     # Equal operations side by side: processors foresee which comes next.
     writing.code.sort(key=lambda line: (writing.depths[line[1]], line[0]))
     return Machine(

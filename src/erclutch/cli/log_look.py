@@ -58,11 +58,15 @@ class LogLook:
         """The further logs for which the first log's problem stands too: it is told once."""
         if self.problem is None:
             return ()
-        of_first = str(self.problem).replace(self.plan.path, "").replace(self.log.name, "")
+
+        def without(text: str, path: str, name: str) -> str:
+            return text.replace(path, "").replace(name, "")
+
+        of_first = without(str(self.problem), self.plan.path, self.log.name)
         alike: list[str] = []
         for name, why in self.refused.items():
             path = str(self.log.parent / name)
-            if why.replace(path, "").replace(name, "") == of_first:
+            if without(why, path, name) == of_first:
                 alike.append(name)
         return tuple(alike)
 

@@ -104,10 +104,8 @@ app = App(
     help_formatter=Flowing(),
 )
 _COMMANDS = {command.name: command for command in commands()}
-_HEADINGS = {
-    panel: Group(panel, sort_key=order)
-    for order, panel in enumerate(dict.fromkeys(command.panel for command in _COMMANDS.values()))
-}
+_PANELS = dict.fromkeys(command.panel for command in _COMMANDS.values())  # in order, each once
+_HEADINGS = {panel: Group(panel, sort_key=order) for order, panel in enumerate(_PANELS)}
 
 
 def _offer(command: Command, function: str | Callable[..., Any]) -> None:

@@ -17,6 +17,7 @@ from erclutch.logs.dataset import Dataset
 from erclutch.logs.plan import THOUGH
 from erclutch.logs.resample import RESAMPLED
 from erclutch.signals.array import Mask, rms
+from erclutch.signals.device import largest_field
 from erclutch.signals.percent import percent
 from erclutch.signals.recording import NO_FIELD
 
@@ -257,8 +258,7 @@ def _quantised(train: Dataset) -> Finding | None:
 def _one_field(train: Dataset, data: Dataset, test: Mask) -> Finding | None:
     """Rows held out at a single field cannot rank models of what a field does."""
     held_out = np.concatenate([element.field[test] for element in data.elements])
-    largest = max(float(np.abs(element.field).max()) for element in data.elements)
-    same = _NO_FIELD * largest
+    same = _NO_FIELD * largest_field(data.elements)
     if not held_out.size or np.ptp(held_out) > same:
         return None
     if all(np.ptp(element.field) <= same for element in train.elements):

@@ -123,7 +123,8 @@ def _by_logs(
         own = log == number
         if haste[own].any() and size[own].any():
             hastes.append(rms(haste[own]))
-            sizes.append(max(float(np.quantile(size[own], level)), 1e-9))
+            size_of_log = float(np.quantile(size[own], level))
+            sizes.append(max(size_of_log, 1e-9))
     of_haste = np.log(hastes)
     of_error = np.log(sizes)
 

@@ -32,7 +32,10 @@ def refuse_memory(data: Dataset, specifications: Iterable[str], past: bool) -> N
     """
     if not data.in_no_time:
         return
-    kept = [name for name in specifications if any(stage.place in _IN_TIME for stage in stages_of(name))]
+    kept: list[str] = []
+    for name in specifications:
+        if any(stage.place in _IN_TIME for stage in stages_of(name)):
+            kept.append(name)
     if kept or past:
         asked = f"the stages {kept[0]} follow" if kept else "past samples follow"
         problem = f"{asked} a time, and the rows are points of a table, none after another in time"

@@ -13,7 +13,7 @@ import numpy as np
 from erclutch.fit.finding import Finding
 from erclutch.fit.log_groups import ALIKE, FEWEST_GROUPS, groups_of, motion_of
 from erclutch.logs.dataset import Dataset
-from erclutch.signals.array import Mask
+from erclutch.signals.array import Mask, rms
 
 #: Of the slip of the training rows, root mean square: a log that moves less is at rest and has no pace.
 _STILL = 0.01
@@ -52,7 +52,7 @@ def other_motion(known: Dataset, data: Dataset) -> list[str]:
     """
     if known.in_no_time or data.in_no_time:
         return []
-    sizes = [float(np.sqrt(np.mean(element.slip**2))) for element in known.elements]
+    sizes = [rms(element.slip) for element in known.elements]
     of_fit = [_paces(known, start, stop, sizes) for start, stop in groups_of(known).rows]
     another = ALIKE if len(of_fit) >= FEWEST_GROUPS else _OF_FEW
     slower: dict[str, tuple[float, float]] = {}  # by log: its pace, and that of the slowest log of the fit

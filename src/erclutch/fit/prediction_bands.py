@@ -146,7 +146,9 @@ def coverage(data: Dataset, ends: tuple[Array, Array], rows: Mask) -> Coverage:
     """What a band, low and high end each (n,), holds on some rows."""
     low, high = ends
     inside = (low <= data.effort) & (data.effort <= high)
-    shares = {name: float(np.mean(inside[piece])) for name, piece in pieces(data, rows)}
+    shares: dict[str, float] = {}
+    for name, piece in pieces(data, rows):
+        shares[name] = float(np.mean(inside[piece]))
     where = min(shares, key=lambda name: shares[name])
     return Coverage(
         rows=int(rows.sum()),
@@ -324,7 +326,8 @@ def _followed(
     rank = int(np.ceil(band.level * (len(parts) + 1)))
     if not parts or rank > len(parts):
         return None
-    return float(max(np.sort(parts)[rank - 1], np.finfo(float).tiny))
+    part = np.sort(parts)[rank - 1]
+    return float(max(part, np.finfo(float).tiny))
 
 
 def _half_widths(

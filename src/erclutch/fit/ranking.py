@@ -235,8 +235,10 @@ def unknown_start(model: Model, data: Dataset) -> str:
     The rows of a fit cannot show it: their own travel began where they begin. Another log begins elsewhere.
     """
     time = data.clock.time
-    stretches = [float(time[span.stop - 1] - time[span.start]) for span in data.clock.spans]  # [s]
-    shortest = min(stretches, default=0.0)
+    lasting: list[float] = []  # s, of each stretch
+    for span in data.clock.spans:
+        lasting.append(float(time[span.stop - 1] - time[span.start]))
+    shortest = min(lasting, default=0.0)
     for stage in slip_stages(model.structure.dynamics):
         if not getattr(stage, "from_the_start", False):
             continue

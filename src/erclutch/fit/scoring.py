@@ -60,8 +60,15 @@ class Score:
 
     def to_dict(self) -> dict[str, Any]:
         """As JSON values."""
-        figures = {name: getattr(self, name).to_list() for name in ("mse", "rmse", "share", "r2", "largest")}
-        return {"rows": self.rows, "bias": self.bias, **figures}
+        return {
+            "rows": self.rows,
+            "bias": self.bias,
+            "mse": self.mse.to_list(),
+            "rmse": self.rmse.to_list(),
+            "share": self.share.to_list(),
+            "r2": self.r2.to_list(),
+            "largest": self.largest.to_list(),
+        }
 
 
 def block_rows(residuals: Sequence[Array]) -> int:
@@ -141,7 +148,15 @@ def _not_finite(rows: int) -> Score:
     """The score of a model with an error that is not finite."""
     worst = BandedFigure(np.inf, np.inf, np.inf)
     worst_r2 = BandedFigure(-np.inf, -np.inf, -np.inf)
-    return Score(rows, mse=worst, rmse=worst, share=worst, r2=worst_r2, largest=worst, bias=np.inf)
+    return Score(
+        rows=rows,
+        mse=worst,
+        rmse=worst,
+        share=worst,
+        r2=worst_r2,
+        largest=worst,
+        bias=np.inf,
+    )
 
 
 def _banded(

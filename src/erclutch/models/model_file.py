@@ -300,10 +300,10 @@ def _edges_of(value: Any, name: str, most: int = MOST_EDGES) -> tuple[float, ...
     """Saved edges of a band: few, positive and ascending."""
     if not isinstance(value, list) or len(cast(list[Any], value)) > most:
         raise ValueError(f"{name} is {value!r:.40}, not a table of up to {most}")
-    edges = tuple(number_of(edge, name, positive=True) for edge in cast(list[Any], value))
-    if list(edges) != sorted(set(edges)):
-        raise ValueError(f"{name} are {edges!r:.60}, not ascending")
-    return edges
+    edges = [number_of(edge, name, positive=True) for edge in cast(list[Any], value)]
+    if edges != sorted(set(edges)):
+        raise ValueError(f"{name} are {tuple(edges)!r:.60}, not ascending")
+    return tuple(edges)
 
 
 def about_of(body: Mapping[str, Any]) -> dict[str, str]:

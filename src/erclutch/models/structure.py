@@ -245,10 +245,13 @@ class Structure:
         if listed or of_signals != of_memory:
             fluids = [pick(fluid, wanted) for fluid in fluids]
             slips = [slip[wanted] for slip in slips]
-            moved = [SlipAndStrength(of_one.slip[wanted], pick(of_one.strength, wanted)) for of_one in moved]
+            for element, of_all_rows in enumerate(moved):
+                strength = pick(of_all_rows.strength, wanted)
+                moved[element] = SlipAndStrength(of_all_rows.slip[wanted], strength)
         if listed:
             for of_element in remembered:
-                of_element[:] = [[pick(output, wanted) for output in outputs] for outputs in of_element]
+                for place, outputs in enumerate(of_element):
+                    of_element[place] = [pick(output, wanted) for output in outputs]
         logged = extras or {}
         further = {name: functions(logged[name][wanted]) for name in self.extras}
 

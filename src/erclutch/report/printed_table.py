@@ -84,7 +84,8 @@ def ranking_table(run: Run, most: int | None = None) -> PaperTable:
     rows: list[tuple[str, int, Interval, Interval]] = []
     for entry in body["ranking"][:most]:
         rmse: Interval = tuple(entry["test"]["rmse"])
-        value, low, high = (None if end is None else 100.0 * end for end in entry["test"]["share"])
+        share = [None if end is None else 100.0 * end for end in entry["test"]["share"]]
+        value, low, high = share
         rows.append((entry["title"], entry["parameters_count"], rmse, (value, low, high)))
     unit = unit_text(body["units"]["effort"])
     error = f"RMSE [{unit}]" if unit else "RMSE"
@@ -146,7 +147,10 @@ def _latex(table: PaperTable) -> str:
     body = ""
     for row in table.cells():
         # Braces keep siunitx from reading a text as a number.
-        shown = [cell if number and cell else f"{{{_broken(cell)}}}" for cell, number in zip(row, numeric, strict=True)]
+        shown: list[str] = []
+        for cell, is_numeric in zip(row, numeric, strict=True):
+            is_number = is_numeric and cell != ""
+            shown.append(cell if is_number else f"{{{_broken(cell)}}}")
         body += f"  {' & '.join(shown)} \\\\\n"
     return (
         "% \\usepackage{booktabs,siunitx}\n\\begin{table*}\n\\centering\\footnotesize\\setlength{\\tabcolsep}{3pt}\n"
@@ -199,8 +203,10 @@ def _format(column: Iterable[str]) -> str:
 def _markdown(table: PaperTable) -> str:
     head = [markdown(name) for name in table.header]
     sides = ["---:" if _numeric(column) else "---" for column in _columns(table)]
-    rows = [[markdown(cell) for cell in row] for row in table.cells()]
-    lines = [f"| {' | '.join(line)} |\n" for line in (head, sides, *rows)]
+    lines = [f"| {' | '.join(head)} |\n", f"| {' | '.join(sides)} |\n"]
+    for row in table.cells():
+        cells = [markdown(cell) for cell in row]
+        lines.append(f"| {' | '.join(cells)} |\n")
     return f"{''.join(lines)}\n{markdown(table.caption)}\n"
 
 

@@ -36,7 +36,8 @@ def _decoded(path: str) -> child_process.Answer:
         budget.take_cells(metadata.num_rows * metadata.num_columns)
         names = [name for name in file.schema_arrow.names if name != "log"]  # the name of a row's log is text
         table: Any = file.read(columns=names)
-    return [of_arrow(table[name].cast(pyarrow.float64())) for name in names], {"names": names}
+    columns = [table[name].cast(pyarrow.float64()) for name in names]
+    return [of_arrow(column) for column in columns], {"names": names}
 
 
 if __name__ == "__main__":

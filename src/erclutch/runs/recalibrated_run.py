@@ -93,7 +93,10 @@ def recalibrated(
 
 def _lists(numbers: Mapping[str, Sequence[float]]) -> dict[str, list[Any]]:
     """Numbers by name as JSON values."""
-    return {name: [as_json(number) for number in several] for name, several in numbers.items()}
+    lists: dict[str, list[Any]] = {}
+    for name, several in numbers.items():
+        lists[name] = [as_json(number) for number in several]
+    return lists
 
 
 def seen_rows(data: Dataset, share: float, stretches: int) -> Mask:

@@ -86,7 +86,8 @@ class Run(Shown):
     @property
     def c_name(self) -> str:
         """Prefix of the C names of an export where none is given: after the first log, such as ``damper_model``."""
-        return named_after(Path(str(self.body["logs"][0]["name"])).stem)
+        first_log = self.body["logs"][0]
+        return named_after(Path(str(first_log["name"])).stem)
 
     def entry(self, name: str) -> Mapping[str, Any]:
         """What run.json says of a model, which is named by its specification or its id.

@@ -192,7 +192,8 @@ def _entry_to_dict(entry: RankedModel, model_id: str, title: str) -> dict[str, A
 def without_infinities(value: Any) -> Any:
     """JSON has no infinity: null stands for it."""
     if isinstance(value, dict):
-        return {key: without_infinities(item) for key, item in cast(dict[str, Any], value).items()}
+        items = cast(dict[str, Any], value).items()
+        return {key: without_infinities(item) for key, item in items}
     if isinstance(value, list):
         return [without_infinities(item) for item in cast(list[Any], value)]
     if isinstance(value, float) and not np.isfinite(value):

@@ -38,6 +38,12 @@ class Element:
     slip: Array
 
 
+def largest_field(elements: Sequence[Element]) -> float:
+    """The largest magnitude of the field of any element, in the field's unit."""
+    largest = [float(np.abs(element.field).max()) for element in elements]
+    return max(largest)
+
+
 @dataclass(frozen=True)
 class Units:
     """Units of a device's signals, as text; "" is dimensionless, "?" unknown (as logged)."""

@@ -185,8 +185,10 @@ class Recording(Shown):
     def duration(self) -> float:
         """Recorded time in s, gaps left out."""
         # The last row of a segment lasts a period too.
-        lasting = [self.time[stop - 1] - self.time[start] + self.period for start, stop in self.segments]
-        return float(sum(lasting))
+        total = 0.0
+        for start, stop in self.segments:
+            total += float(self.time[stop - 1] - self.time[start] + self.period)
+        return total
 
     def only(self, segments: Sequence[tuple[int, int]]) -> Recording:
         """The recording with some of its segments or their parts, [start, stop) each."""

@@ -158,15 +158,7 @@ def _span(x: Array, t: Array, period: float | None, derivative: Derivative) -> A
     g, h = _gains(derivative, period)
     drive = (h / period) * (x - x[0])
     drive[1:] -= drive[:-1].copy()
-    band = np.asfortranarray(np.tile([[1.0], [g + h - 2.0], [1.0 - g]], x.size))
-    return np.asarray(
-        dtbsv(
-            2,
-            band,
-            drive,
-            lower=1,
-            diag=1,
-            overwrite_x=1,
-        ),
-        np.float64,
-    )
+    column = [[1.0], [g + h - 2.0], [1.0 - g]]  # of the matrix, below its diagonal
+    band = np.asfortranarray(np.tile(column, x.size))
+    speed = dtbsv(2, band, drive, lower=1, diag=1, overwrite_x=1)
+    return np.asarray(speed, np.float64)

@@ -205,7 +205,8 @@ def _evaluate(text: str, spelled: str) -> Unit | None:
         factor = float(base.magnitude)
         # An offset or a logarithm shows: twice the unit is not twice the number.
         linear = abs(float(double.magnitude) - 2.0 * factor) <= 1e-12 * abs(factor)
-        dimension = tuple(sorted((str(name), float(power)) for name, power in base.unit_items()))
+        powers = [(str(name), float(power)) for name, power in base.unit_items()]
+        dimension = tuple(sorted(powers))
     except Exception:  # pint, its tokenizer and its arithmetic raise a dozen unrelated types on odd text
         return None
     refused = any(name in {"kelvin", "bit", "count"} for name, _ in dimension)

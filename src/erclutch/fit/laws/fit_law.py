@@ -44,6 +44,7 @@ from erclutch.models.laws.smooth import TRANSITION_SLIP
 from erclutch.models.model import further_inputs
 from erclutch.models.structure import Reference, Structure
 from erclutch.signals.array import Array, Mask, rms
+from erclutch.signals.device import largest_field
 from erclutch.signals.recording import TEMPERATURE
 
 __all__ = ["Estimate", "FitOutcome", "fit_structure", "reference_of"]
@@ -62,7 +63,7 @@ _ROUNDING = 1e-9  # share of a cost by which a sum over rows may be off
 def reference_of(data: Dataset, extras: Sequence[str] = ()) -> Reference:
     """What normalises a model that is trained on these rows, with these further inputs."""
     further = further_inputs(extras, data.extras)
-    field = max(float(np.max(np.abs(element.field))) for element in data.elements)
+    field = largest_field(data.elements)
     squares = [float(np.mean(element.slip**2)) for element in data.elements]
     slip = float(np.sqrt(np.mean(squares)))
     scales: dict[str, float] = {}  # root mean square of each further input

@@ -42,4 +42,8 @@ def shapes_told(data: Dataset, structure: Structure, reference: Reference) -> tu
         if told is not None:
             left = stage.without(position, left, *told)
             ranges |= {shape.name: told for shape in stage.parameters(reference.period)}
-    return tuple(replace(shape, usual=ranges.get(shape.name, shape.usual)) for shape in shapes)
+    narrowed: list[ShapeParameter] = []
+    for shape in shapes:
+        usual = ranges.get(shape.name, shape.usual)
+        narrowed.append(replace(shape, usual=usual))
+    return tuple(narrowed)

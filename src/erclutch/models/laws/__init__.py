@@ -92,12 +92,17 @@ def _own_families() -> list[tuple[str, LawFamily]]:
 
 def shown_of(name: str, family: LawFamily) -> tuple[str, ...]:
     """Its specifications in a table of laws: those on the ladder, or its name; N = 2 of a family such as rbfm-N."""
-    return tuple(family.ladder or (name,)) if family.count is None else (f"{name}-2",)
+    if family.count is not None:
+        return (f"{name}-2",)
+    return tuple(family.ladder or (name,))
 
 
 def shown_laws() -> tuple[str, ...]:
     """A specification for each row of a table of laws."""
-    return tuple(shown for name, family in families().items() for shown in shown_of(name, family))
+    shown: list[str] = []
+    for name, family in families().items():
+        shown += shown_of(name, family)
+    return tuple(shown)
 
 
 def at_one_field(specification: str, device: str = "single") -> str | None:
@@ -128,7 +133,10 @@ def at_one_field(specification: str, device: str = "single") -> str | None:
 
 def law_names() -> tuple[str, ...]:
     """Names of the laws; ``rbfm-N`` stands for any number of kernels."""
-    return tuple(name if family.count is None else f"{name}-N" for name, family in families().items())
+    names: list[str] = []
+    for name, family in families().items():
+        names.append(name if family.count is None else f"{name}-N")
+    return tuple(names)
 
 
 def law_from_name(specification: str, device: str = "single") -> Law:

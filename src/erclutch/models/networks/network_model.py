@@ -232,7 +232,9 @@ class NetworkModel(ModelBase):
         if not away.size:
             return effort
         operands = array_as_in_c if exactly else np.asarray
-        rows = [[operands(signal[away]) for signal in group] for group in given]
+        rows: list[list[Any]] = []
+        for group in given:
+            rows.append([operands(signal[away]) for signal in group])
         share = np.asarray(self.nearness.share(*rows))
         law = np.asarray(self.law_beyond(*rows))
         mixed = effort.copy()

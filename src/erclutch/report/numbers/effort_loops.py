@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from erclutch.report.numbers.correlation import spans_inside
 from erclutch.runs.run_rows import RunRows
 from erclutch.signals.array import Array, rms
+from erclutch.signals.device import largest_field
 
 Rows = NDArray[np.intp]
 
@@ -79,8 +80,7 @@ def effort_loops(rows: RunRows, models: Sequence[str]) -> list[EffortLoop]:
 
     Rows held out come first; a field that was not held out is shown on training rows.
     """
-    fields = [np.abs(element.field) for element in rows.data.elements]
-    largest = max(float(field.max()) for field in fields) or 1.0
+    largest = largest_field(rows.data.elements) or 1.0
     loops: list[EffortLoop] = []
     for element in range(len(rows.data.elements)):
         windows = _windows(rows, element, 2)
@@ -102,7 +102,7 @@ def loop_areas(rows: RunRows, models: Sequence[str]) -> LoopAreas | None:
     A field that moves draws loops too, which are no memory of the slip.
     """
     efforts = [rows.data.effort, *(rows.predicted[name] for name in models)]
-    largest = max(float(np.abs(e.field).max()) for e in rows.data.elements)
+    largest = largest_field(rows.data.elements)
     areas = np.zeros(len(efforts))  # of the measured loops, then of each model's
     boxes = 0.0
     periods = 0
@@ -163,7 +163,7 @@ def _windows(rows: RunRows, element: int, periods: int) -> _Periods:
     first = np.concatenate(starts)
     last = np.concatenate(stops)
     keep = last - first >= periods * _FEWEST_ROWS
-    largest = max(float(np.abs(e.field).max()) for e in elements)
+    largest = largest_field(elements)
     for place, other in enumerate(elements):
         if place != element:
             is_busy = np.abs(other.field) > _OTHER * largest
