@@ -41,10 +41,7 @@ def rbfm(yield_form: YieldForm, kernels: int) -> Law:
 
     def columns(E: Any, w: Any, w_s: Any, *field: Any) -> tuple[Any, ...]:
         first = kernel(E, 0)
-        others: list[Any] = []
-        for i in range(1, kernels):
-            without_field = float(at_zero[i]) * first
-            others.append(w * (kernel(E, i) - without_field))
+        others = (w * (kernel(E, i) - float(at_zero[i]) * first) for i in range(1, kernels))
         return yield_form.factor(E, *field) * direction(w, w_s), w * first, *others
 
     def paper_form(shape: dict[str, float], gains: dict[str, float], field: float) -> dict[str, float]:
