@@ -39,6 +39,7 @@ import time
 from collections import Counter
 from collections.abc import Callable, Generator, Iterator
 from contextlib import contextmanager, suppress
+from functools import partial
 from itertools import product
 from pathlib import Path
 
@@ -93,6 +94,16 @@ LEAST_OF_TESTS, MOST_TO_END = 60.0, 60.0  # s for tests, however late it is, and
 _COUNTS = re.compile(r"(\d+) (passed|failed|error|errors)")
 
 
+def _begin() -> Callable[[], None]:
+    """What a process of ours begins with."""
+    return partial(_take, FIRST, PAIRS)
+
+
+def _take(first: int, pairs: int) -> None:
+    global FIRST, PAIRS
+    FIRST, PAIRS = first, pairs
+
+
 def races(until: float, count: int) -> Iterator[Row]:
     """Pairs of each command that writes."""
     from tests.support.races import EACH_ITS_OWN, WORDS, make_material
@@ -100,12 +111,12 @@ def races(until: float, count: int) -> Iterator[Row]:
     with tempfile.TemporaryDirectory() as name:
         make_material(Path(name))
         tasks = [(command, name) for command in WORDS]
-        yield from at_once(_started_pair, tasks, until)
+        yield from at_once(_started_pair, tasks, until, _begin())
         # A recording grows in its place, so that a power cut leaves it: it has no writer that moves it there.
         moved = [task for task in tasks if task[0] not in EACH_ITS_OWN]
         now = time.monotonic()
-        yield from at_once(_pairs_of_writers, moved, now + (until - now) * SHARE_OF_WRITERS)
-        yield from at_once(_pairs_of_commands, tasks, until)
+        yield from at_once(_pairs_of_writers, moved, now + (until - now) * SHARE_OF_WRITERS, _begin())
+        yield from at_once(_pairs_of_commands, tasks, until, _begin())
 
 
 @contextmanager
@@ -170,7 +181,7 @@ def formats(until: float, count: int) -> Iterator[Row]:
     """Damaged logs of each format."""
     from tests.support.log_formats import FORMATS
 
-    yield from at_once(_one_format, [(name, count) for name in FORMATS], until)
+    yield from at_once(_one_format, [(name, count) for name in FORMATS], until, _begin())
 
 
 def _one_format(name: str, count: int, *, until: float) -> Row:
@@ -203,7 +214,7 @@ def settings(until: float, count: int) -> Iterator[Row]:
     """Damaged files of rigs, mappings, plans and models."""
     from tests.support.damaged_settings import KINDS
 
-    yield from at_once(_one_kind_of_settings, [(kind, count) for kind in KINDS], until)
+    yield from at_once(_one_kind_of_settings, [(kind, count) for kind in KINDS], until, _begin())
 
 
 def _one_kind_of_settings(kind: str, count: int, *, until: float) -> Row:
@@ -225,7 +236,7 @@ def sensors(until: float, count: int) -> Iterator[Row]:
     from tests.support.sensor_faults import CONTROLS
 
     seeds = range(FIRST, FIRST + max(count // 250, 1))
-    rows = list(at_once(_faults, [(control, seed) for seed, control in product(seeds, CONTROLS)], until))
+    rows = list(at_once(_faults, [(control, seed) for seed, control in product(seeds, CONTROLS)], until, _begin()))
     for control in CONTROLS:
         row, strictly = Row(f"faults of sensors, {control}"), Counter[str]()
         for part in rows:
@@ -257,7 +268,7 @@ def compilers(until: float, count: int) -> Iterator[Row]:
     from erclutch.export.c.compilers import natives
 
     places = range(len(natives()))
-    yield from at_once(_one_language, list(product(places, ("C", "C++"), (True, False))), until)
+    yield from at_once(_one_language, list(product(places, ("C", "C++"), (True, False))), until, _begin())
 
 
 def _one_language(place: int, language: str, guarded: bool, *, until: float) -> Row:
@@ -311,7 +322,7 @@ def room(until: float, count: int) -> Iterator[Row]:
 
     with tempfile.TemporaryDirectory() as name:
         make_material(Path(name))
-        yield from at_once(_one_room, [(command, name) for command in WORDS], until)
+        yield from at_once(_one_room, [(command, name) for command in WORDS], until, _begin())
 
 
 def _one_room(command: str, material: str, *, until: float) -> Row:
@@ -333,7 +344,7 @@ def hostile(until: float, count: int) -> Iterator[Row]:
     """Each case of `tests/support/hostile.py` once."""
     from tests.support.hostile import CASES
 
-    yield from at_once(_one_case, [(name,) for name in CASES], until)
+    yield from at_once(_one_case, [(name,) for name in CASES], until, _begin())
 
 
 def _one_case(name: str, *, until: float) -> Row:

@@ -2,10 +2,10 @@
 
     python studies/formats.py mutate [--formats mdf tdms ...] [--count 10000] [--results build/formats]
 
-A process that has imported the reader's library forks a child for each damaged file. The child may take what
+A process that has imported the reader's library forks a child for ten damaged files. The child may take for each what
 `child_process` allows beyond what the process had, and 60 s by the clock. It runs the function that the reader's own
-child runs; only the start of Python is left out. Readers of text and MCAP have no child of their own: what they raise
-but `LogError` is a crash here.
+child runs; only the start of Python is left out. What is silent or breaks is asked again in a child of its own.
+Readers of text and MCAP have no child of their own: what they raise but `LogError` is a crash here.
 Counted are errors that are told, files that read as before, files that read otherwise with a note or in silence (and
 what `erclutch.read` makes of these), children that crash or hang (an error for the user), and the largest memory. A
 mutation is known by format and number, so the study can be stopped and goes on where it was.
@@ -26,10 +26,12 @@ import tempfile
 import time
 import zlib
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import replace
+from functools import partial
 from importlib import import_module
+from math import ceil
 from pathlib import Path
 from typing import NamedTuple
 from unittest import mock
@@ -47,6 +49,10 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from tests.support.log_formats import FORMATS, choices, mutated, small_log
 
 SECONDS, CHUNK = 60, 250  # by the clock; `child_process` limits processor time
+TOGETHER = 10  # damaged logs for a child: its fork takes longer than a read
+UNLIMITED = 1_000_000  # s; each log has its own limit
+#: Such an outcome of a log that came after another one in the child is asked again of the log alone.
+ALONE = ("silent", "crash", "hang", "error: memory", "error: time")
 
 
 def finder(reader: str) -> Callable[[str], Table]:
@@ -137,35 +143,57 @@ def run_here(
     raise AssertionError("a reader's module ends its process")
 
 
-def in_child(
-    find: Callable[[str], Table], log: Path, whole: Table, notes: Callable[[], bool | None]
-) -> tuple[str, int, float]:
-    """The outcome in a forked child with its limits, the child's largest memory in KiB, and its processor time in s."""
+class Read(NamedTuple):
+    """What a damaged log gave: the outcome, the largest memory so far in KiB, and its processor time in s."""
+
+    said: str
+    kib: int
+    seconds: float
+
+
+def in_child(damages: Sequence[Callable[[], object]], log: Path, look: Callable[[], str]) -> list[Read]:
+    """The outcomes of damages, one after the other in a forked child with its limits; a shorter list: the child died.
+
+    Args:
+        damages: each writes a damaged log.
+        log: file or folder.
+        look: the outcome of what is there.
+    """
     reading, writing = os.pipe()
-    allowed = budget_of(log)
     child = os.fork()
     if child == 0:
-        signal.alarm(SECONDS)
-        child_process._limit(address_space() + allowed.memory, round(allowed.seconds))
         child_process.run = run_here
         silence = os.open(os.devnull, os.O_WRONLY)
         for standard in (1, 2):
             os.dup2(silence, standard)
-        try:
-            said = outcome(find, log, whole, notes)
-        except SystemExit as crash:
-            said = str(crash)
-        os.write(writing, said.encode()[:200])
+        child_process._limit(address_space() + budget_of(log).memory, UNLIMITED)
+        for damage in damages:
+            damage()
+            before = time.process_time()
+            signal.alarm(SECONDS)
+            most = ceil(before + budget_of(log).seconds)
+            resource.setrlimit(resource.RLIMIT_CPU, (most, resource.getrlimit(resource.RLIMIT_CPU)[1]))
+            try:
+                said = look()
+            except SystemExit as crash:
+                said = str(crash)
+            read = Read(said[:200], resource.getrusage(resource.RUSAGE_SELF).ru_maxrss, time.process_time() - before)
+            os.write(writing, json.dumps(read).encode() + b"\n")
         os._exit(0)
     os.close(writing)
     with os.fdopen(reading, "rb") as pipe:
-        said = pipe.read().decode()
+        found = [Read(*json.loads(line)) for line in pipe.read().splitlines()]
     _, status, usage = os.wait4(child, 0)
-    if os.WIFSIGNALED(status):
-        number = os.WTERMSIG(status)
-        told: dict[int, str] = {signal.SIGXCPU: "error: time", signal.SIGALRM: "hang"}
-        said = told.get(number, f"crash: signal {number}")
-    return said or f"crash: code {status}", usage.ru_maxrss, usage.ru_utime + usage.ru_stime
+    if len(found) < len(damages):
+        if os.WIFSIGNALED(status):
+            number = os.WTERMSIG(status)
+            told: dict[int, str] = {signal.SIGXCPU: "error: time", signal.SIGALRM: "hang"}
+            said = told.get(number, f"crash: signal {number}")
+        else:
+            said = f"crash: code {status}"
+        taken = usage.ru_utime + usage.ru_stime - sum(read.seconds for read in found)
+        found.append(Read(said, usage.ru_maxrss, taken))
+    return found
 
 
 class Damage(NamedTuple):
@@ -194,21 +222,35 @@ def mutate(name: str, count: int, results: Path, folder: Path, until: float = fl
         found = notes_of(log, name)
         return None if found is None else bool(found - usual)
 
+    def damage(number: int) -> Path:
+        damaged = parts[0] if len(parts) == 1 or number % 5 == 0 else parts[1]
+        seed = (zlib.crc32(name.encode()), number)
+        for part in parts:
+            part.write_bytes(mutated(data[part], seed) if part == damaged else data[part])
+        return damaged
+
+    def look() -> str:
+        return outcome(find, log, whole, notes)
+
     gc.freeze()  # or each collection of a child copies the pages that it shares with this process
     chunks = [json.loads(line) for line in kept.read_text().splitlines()] if kept.exists() else []
     for first in range(len(chunks) * CHUNK, count, CHUNK):
         if chunks and time.monotonic() > until:
             break
         began, found, peak, longest = time.perf_counter(), Counter[str](), 0, 0.0
-        for number in range(begin + first, begin + first + CHUNK):
-            part = parts[0] if len(parts) == 1 or number % 5 == 0 else parts[1]
-            for each in parts:
-                seed = (zlib.crc32(name.encode()), number)
-                each.write_bytes(mutated(data[each], seed) if each == part else data[each])
-            said, memory, seconds = in_child(find, log, whole, notes)
-            found[said], peak, longest = found[said] + 1, max(peak, memory), max(longest, seconds)
-            if said.startswith(("crash", "hang")):
-                (results / f"{said.split(':')[0]}-{name}-{number}").write_bytes(part.read_bytes())
+        numbers = range(begin + first, begin + first + CHUNK)
+        done = 0
+        while done < CHUNK:
+            damages = [partial(damage, number) for number in numbers[done : done + TOGETHER]]
+            for place, read in enumerate(in_child(damages, log, look)):
+                number = numbers[done]
+                if place and read.said.startswith(ALONE):  # what a damaged log before it did to a library counts not
+                    (read,) = in_child([partial(damage, number)], log, look)
+                found[read.said], peak, longest = found[read.said] + 1, max(peak, read.kib), max(longest, read.seconds)
+                if read.said.startswith(("crash", "hang")):
+                    part = damage(number)
+                    (results / f"{read.said.split(':')[0]}-{name}-{number}").write_bytes(part.read_bytes())
+                done += 1
         took = {"seconds": round(time.perf_counter() - began, 1), "longest": round(longest, 2)}
         chunks.append({"found": found, "peak_mib": peak >> 10, **took})
         with kept.open("a", encoding="utf-8") as out:

@@ -30,10 +30,18 @@ class Row:
         print(f"{self.name}: {what}", file=sys.stderr, flush=True)
 
 
-def at_once(work: Callable[..., Row], tasks: Sequence[tuple[object, ...]], until: float) -> Iterator[Row]:
-    """What ``work(*task, until=...)`` gives for each task, on all processors; each has its share of the time left."""
-    fork = multiprocessing.get_context("fork")
-    with ProcessPoolExecutor(CORES, mp_context=fork) as pool:
+def at_once(
+    work: Callable[..., Row],
+    tasks: Sequence[tuple[object, ...]],
+    until: float,
+    begin: Callable[[], None],
+) -> Iterator[Row]:
+    """What ``work(*task, until=...)`` gives for each task, on all processors; each has its share of the time left.
+
+    The processes start small, and ``begin()`` in each: a fork costs what its process has imported.
+    """
+    spawn = multiprocessing.get_context("spawn")
+    with ProcessPoolExecutor(CORES, mp_context=spawn, initializer=begin) as pool:
         shared = [pool.submit(_in_its_time, work, task, until, len(tasks) - place) for place, task in enumerate(tasks)]
         for each in shared:
             yield each.result()
