@@ -98,6 +98,14 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> GroupsByFile
     return GroupsByFile(config, log) if config.getvalue("dist") == "loadgroup" else None
 
 
+def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool | None:
+    """Where timed tests alone are asked for, files without any are not imported: a sixth of a minute of a processor."""
+    timed_alone = config.getoption("markexpr").startswith("timed")
+    if timed_alone and collection_path.match("test_*.py") and "mark.timed" not in collection_path.read_text("utf-8"):
+        return True
+    return None
+
+
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """The longest tests first, where tests are handed out to several processes."""
     if "PYTEST_XDIST_WORKER" in os.environ:

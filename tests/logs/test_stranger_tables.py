@@ -104,8 +104,9 @@ def workbook(path: Path, sheets: int) -> Path:
     return path
 
 
+@pytest.mark.slow
 def test_all_sheets_of_a_workbook_are_read_at_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    path = workbook(tmp_path / "runs.xlsx", 7)
+    path = workbook(tmp_path / "runs.xlsx", 4)
     started: list[str] = []
     run = child_process.run
 
@@ -116,7 +117,7 @@ def test_all_sheets_of_a_workbook_are_read_at_once(tmp_path: Path, monkeypatch: 
     monkeypatch.setattr(child_process, "run", counted)
     names = recordings_in(path)
     tables = tables_in(path, names)
-    assert list(tables) == [f"run {number}" for number in range(7)]
+    assert list(tables) == [f"run {number}" for number in range(4)]
     for name, table in tables.items():
         alone = read_table(path, variable=name)
         assert not isinstance(table, Exception)
@@ -124,17 +125,19 @@ def test_all_sheets_of_a_workbook_are_read_at_once(tmp_path: Path, monkeypatch: 
         assert all((table.columns[each] == alone.columns[each]).all() for each in alone.columns)
         assert table.notes == alone.notes
         assert table.digest == alone.digest
-    assert len(started) == 2 + 7  # the names, all tables; and each alone in this test
+    assert len(started) == 2 + 4  # the names, all tables; and each alone in this test
     tables_in(path, names)
-    assert len(started) == 9
+    assert len(started) == 6
 
 
+@pytest.mark.slow
 def test_what_stands_against_one_sheet_stands_against_no_other(tmp_path: Path) -> None:
     path = workbook(tmp_path / "runs.xlsx", 3)
     tables = tables_in(path, ["run 0", "no such sheet", "run 2"])
     assert [isinstance(table, Exception) for table in tables.values()] == [False, True, False]
 
 
+@pytest.mark.slow
 def test_inspect_of_a_workbook_of_logs_takes_all(tmp_path: Path) -> None:
     workbook(tmp_path / "runs.xlsx", 4)
     last = good("inspect", "runs.xlsx", cwd=tmp_path).splitlines()[-1]

@@ -10,7 +10,9 @@ void start(void);
 
 #define PAINT 0xA5A5A5A5u
 #define PAINTED 4096u /* words below the stack pointer */
+#ifndef REPEATS
 #define REPEATS 8u
+#endif
 
 static long semihost(long operation, const void *argument)
 {

@@ -67,8 +67,8 @@ class Outcome:
         return f"{self.instructions:.0f} instructions a step, {self.stack} B stack, {self.flash} B flash"
 
 
-def run_board(board: Board, program: ExportedStep, folder: Path, work: Path) -> Outcome:
-    """Compile for a board, run under QEMU.
+def run_board(board: Board, program: ExportedStep, folder: Path, work: Path, repeats: int = 8) -> Outcome:
+    """Compile for a board, run under QEMU; instructions are counted over so many rounds of the vectors.
 
     Raises:
         ExportError: the compiler or the emulator failed.
@@ -81,6 +81,7 @@ def run_board(board: Board, program: ExportedStep, folder: Path, work: Path) -> 
     run([*words, "-c", str(folder / f"{n}.c"), "-o", str(step)], f"{n}.c {what}", "Export the model again")
     link = ["-ffreestanding", "-nostartfiles", "-Wl,--gc-sections", "-T", str(_HERE / "board.ld"), "-I", str(folder)]
     link += [f'-DHEADER="{n}.h"', f'-DVECTORS="{n}_vectors.h"', f"-DINPUTS={len(program.inputs)}u"]
+    link += [f"-DREPEATS={repeats}u"]
     link += [f"-D{name}={n}_{name}" for name in ("state", "reset", "step", "inverse", "inverse_now", "real")]
     image = work / "board.elf"
     sources = [str(_HERE / "board.c"), str(step)]

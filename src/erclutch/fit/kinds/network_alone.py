@@ -195,7 +195,7 @@ def constants_for(
             friction=single,
             offset=single,
         )
-        law = fit_structure(train, structure).model
+        law = fit_structure(train, structure, intervals=False).model
     return stage_numbers_in_user_units(law, network.dynamics)
 
 
