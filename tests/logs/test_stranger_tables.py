@@ -104,9 +104,9 @@ def workbook(path: Path, sheets: int) -> Path:
     return path
 
 
-@pytest.mark.slow
+@pytest.mark.usefixtures("read_here")
 def test_all_sheets_of_a_workbook_are_read_at_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    path = workbook(tmp_path / "runs.xlsx", 4)
+    path = workbook(tmp_path / "runs.xlsx", 7)
     started: list[str] = []
     run = child_process.run
 
@@ -117,7 +117,7 @@ def test_all_sheets_of_a_workbook_are_read_at_once(tmp_path: Path, monkeypatch: 
     monkeypatch.setattr(child_process, "run", counted)
     names = recordings_in(path)
     tables = tables_in(path, names)
-    assert list(tables) == [f"run {number}" for number in range(4)]
+    assert list(tables) == [f"run {number}" for number in range(7)]
     for name, table in tables.items():
         alone = read_table(path, variable=name)
         assert not isinstance(table, Exception)
@@ -125,25 +125,26 @@ def test_all_sheets_of_a_workbook_are_read_at_once(tmp_path: Path, monkeypatch: 
         assert all((table.columns[each] == alone.columns[each]).all() for each in alone.columns)
         assert table.notes == alone.notes
         assert table.digest == alone.digest
-    assert len(started) == 2 + 4  # the names, all tables; and each alone in this test
+    assert len(started) == 2 + 7  # the names, all tables; and each alone in this test
     tables_in(path, names)
-    assert len(started) == 6
+    assert len(started) == 9
 
 
-@pytest.mark.slow
+@pytest.mark.usefixtures("read_here")
 def test_what_stands_against_one_sheet_stands_against_no_other(tmp_path: Path) -> None:
     path = workbook(tmp_path / "runs.xlsx", 3)
     tables = tables_in(path, ["run 0", "no such sheet", "run 2"])
     assert [isinstance(table, Exception) for table in tables.values()] == [False, True, False]
 
 
-@pytest.mark.slow
+@pytest.mark.usefixtures("read_here")
 def test_inspect_of_a_workbook_of_logs_takes_all(tmp_path: Path) -> None:
-    workbook(tmp_path / "runs.xlsx", 4)
+    workbook(tmp_path / "runs.xlsx", 7)
     last = good("inspect", "runs.xlsx", cwd=tmp_path).splitlines()[-1]
     assert shlex.split(last)[-5:] == ["erclutch", "fit", "runs.xlsx", "--out", "RUN"]
 
 
+@pytest.mark.usefixtures("read_here")
 def test_a_workbook_of_excel_97_is_read(tmp_path: Path) -> None:
     names: list[str | float] = ["t [s]", "field [A]", "speed [rad/s]", "torque [N*m]"]
     numbers: list[list[str | float]] = [[k / 100, k // 20 / 2, (k % 7) - 3.0, (k % 5) - 2.0] for k in range(60)]
