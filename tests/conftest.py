@@ -101,7 +101,7 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> GroupsByFile
 
 def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool | None:
     """Where timed tests alone are asked for, files without any are not imported, which takes seven seconds."""
-    timed_alone = config.getoption("markexpr").startswith("timed")
+    timed_alone = str(config.getoption("markexpr")).startswith("timed")
     if timed_alone and collection_path.match("test_*.py") and not _says_timed(collection_path):
         return True
     return None
