@@ -50,7 +50,8 @@ def test_what_fails_alone_or_among_the_others_fails(timed: bool, other: bool, tm
     (tmp_path / "test_made.py").write_text(TESTS.format(timed=timed, other=other))
     # Workers of the tests that run now are named in the environment.
     environment = {key: value for key, value in os.environ.items() if not key.startswith("PYTEST_")}
-    words = ("-m", "tests.support.beside_timed", "", "-q", f"--rootdir={tmp_path}", str(tmp_path))
+    environment["PYTEST_DISABLE_PLUGIN_AUTOLOAD"] = "1"  # four pytests are started, and need none but xdist
+    words = ("-m", "tests.support.beside_timed", "", "-q", "-p", "xdist", f"--rootdir={tmp_path}", str(tmp_path))
     done = subprocess.run(
         [sys.executable, *words], cwd=ROOT, env=environment, capture_output=True, text=True, timeout=120, check=False
     )
