@@ -154,7 +154,8 @@ def _described(
     each = information_by_place.transpose(2, 0, 1)  # of each window, shape (windows, 2, 2)
     inverse = np.asarray(np.linalg.pinv(each.sum(axis=0)), np.float64)
     of_others = np.eye(2) - each @ inverse  # share of the information that all other windows have
-    against = np.asarray(np.linalg.solve(of_others, scores.T[:, :, None]), np.float64)
+    columns = scores.T[:, :, None]  # shape (windows, 2, 1)
+    against = np.asarray(np.linalg.solve(of_others, columns), np.float64)
     moves = inverse @ against[:, :, 0].T  # of the line by each window, shape (2, windows)
 
     def half_width(direction: Array) -> float:

@@ -152,11 +152,14 @@ def _chosen(
     if rivals.size and strong and not (short and widths < 2.0 * _FEWEST):
         places = sorted(lags[[best, *rivals]], key=abs)
         listed = ", ".join(f"{1e3 * lag:.6g}" for lag in places[:4])
-        alike = float(np.median(np.abs(scan.correlation[rivals]))) > 0.9 * abs(correlation)
-        slow = f"the signal changes so slowly that the overlap holds {independent:.0f} independent samples"
+        of_rivals = float(np.median(np.abs(scan.correlation[rivals])))
+        fits = "about as"
+        why = f"the signal changes so slowly that the overlap holds {independent:.0f} independent samples"
+        if of_rivals > 0.9 * abs(correlation):
+            fits = "equally"
+            why = "the signal repeats itself"
         raise LogError(
-            f"{rivals.size + 1} offsets fit {'equally' if alike else 'about as'} well, such as {listed} ms: "
-            f"{'the signal repeats itself' if alike else slow}",
+            f"{rivals.size + 1} offsets fit {fits} well, such as {listed} ms: {why}",
             remedy="Say about where the offset is, such as --near 2.5s, or choose another signal with --on",
         )
     if short:

@@ -165,7 +165,11 @@ def chosen_of(form: Mapping[str, str]) -> Chosen:
             before = chosen or taken_back
         if before:
             columns[signal] = _text(before)
-    texts = {option: _text(form[option]) for option, _, _ in READING if form.get(option, "").strip()}
+    texts: dict[str, str] = {}
+    for option, _, _ in READING:
+        given = form.get(option, "")
+        if given.strip():
+            texts[option] = _text(given)
     if "map" in texts:
         plain_name(texts["map"])  # of the workspace
     return Chosen(device, columns, texts)

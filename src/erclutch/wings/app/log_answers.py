@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import itertools
 import json
 import re
 from pathlib import Path
@@ -209,8 +208,12 @@ class LogAnswers(Desk):
 
     def _free_run(self, stem: str) -> str:
         """A name that no run has, and none that is being made."""
-        names = itertools.chain([self._space.free(stem)], (f"{stem}-{number}" for number in itertools.count(2)))
-        return next(name for name in names if not self._taken(name))
+        name = self._space.free(stem)
+        number = 2
+        while self._taken(name):
+            name = f"{stem}-{number}"
+            number += 1
+        return name
 
 
 def _lines(form: Form, log: str) -> dict[str, Any]:

@@ -204,7 +204,8 @@ def run_row(entry: Entry, body: Mapping[str, Any] | None) -> dict[str, Any]:
     row["rows"] = " ".join(sorted(log["sha256"] for log in body["logs"]))  # runs of the same rows can be compared
     reading: Mapping[str, Any] = body.get("reading") or {}
     window = [str(reading.get(key, "")) for key in ("begin", "end", "skip")]
-    row["held_out"] = " ".join([*window, str(body.get("settings", {}).get("test"))])  # other rows where these differ
+    test = str(body.get("settings", {}).get("test"))
+    row["held_out"] = " ".join([*window, test])  # other rows where these differ
     row["model"] = chosen["title"]
     if standing_of_run(body).why_none:
         row["model"] = f"none; nearest: {chosen['title']}"

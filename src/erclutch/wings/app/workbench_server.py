@@ -163,8 +163,10 @@ class Workbench(LogAnswers, RunAnswers):
             newest = next(reversed(job.fitted))
             doing = doing.replace(newest, title_of(newest))
         # Models by how far each is off on the training rows, the nearest first; where that is not known, last.
-        nearest_first = sorted(job.fitted.items(), key=lambda pair: math.inf if pair[1] is None else pair[1])
-        fitted = [(title_of(name), "" if share is None else percent(share, 2)) for name, share in nearest_first]
+        nearest_first = sorted(job.fitted.items(), key=_share_or_infinity)
+        fitted: list[tuple[str, str]] = []
+        for name, share in nearest_first:
+            fitted.append((title_of(name), "" if share is None else percent(share, 2)))
         return JSONResponse(
             {
                 "state": job.state,
@@ -214,6 +216,12 @@ class Workbench(LogAnswers, RunAnswers):
         out = self._space.free("twin-log.parquet")
         words = ["simulate", "training", "--seconds=60", "--out", out]
         return self._begin(request, "A log of the digital TWIN", words, out)
+
+
+def _share_or_infinity(fitted: tuple[str, float | None]) -> float:
+    """How far a model by its name is off, as a share; infinity where that is not known."""
+    _, share = fitted
+    return math.inf if share is None else share
 
 
 def _scored(job: Job) -> dict[str, Any] | None:

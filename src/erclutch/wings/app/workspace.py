@@ -209,7 +209,8 @@ class Workspace:
 
     def mappings(self) -> list[str]:
         """Names of the mapping files."""
-        return sorted(entry.name for entry in self._visible() if entry.name.endswith(".toml") and entry.is_file())
+        ending_so = [entry for entry in self._visible() if entry.name.endswith(".toml")]
+        return sorted(entry.name for entry in ending_so if entry.is_file())
 
     def about(self, log: str) -> RunAbout:
         """What was said of a log."""

@@ -244,7 +244,8 @@ class GrowingSequence:
         bounds = self.bounds
         if not bounds.heat_is_limited:
             return np.full(fields.size, _FULL, np.int64)
-        felt = trailing_largest(np.concatenate([self._felt, np.abs(fields)]), bounds.linger)[bounds.linger :]
+        sizes_of_fields = np.concatenate([self._felt, np.abs(fields)])
+        felt = trailing_largest(sizes_of_fields, bounds.linger)[bounds.linger :]
         field_level = np.minimum(-(-_LEVELS * felt // bounds.field), _LEVELS)  # rounded up
         speed_level = np.minimum(-(-_LEVELS * sizes // bounds.speed), _LEVELS)
         return bounds.parts[field_level, speed_level]
@@ -264,7 +265,8 @@ class GrowingSequence:
         if not self.field and not self.speed:
             still = np.zeros(max(hold, 1), np.int64)
             return still, still
-        fields = course(self.field, [(0, min(self.bounds.field_step, self.bounds.field), hold)])
+        field_step = min(self.bounds.field_step, self.bounds.field)
+        fields = course(self.field, [(0, field_step, hold)])
         speeds = course(self.speed, [(0, self.bounds.speed_step, hold)])
         rows = max(fields.size, speeds.size, 1)
         return _held(fields, rows), _held(speeds, rows)
@@ -278,26 +280,25 @@ class GrowingSequence:
         sizes = np.abs(speeds)
         if sizes.any():
             self._heat += int((sizes * self._parts(fields, sizes)).sum())
-        self._felt = np.concatenate([self._felt, np.abs(fields)])[fields.size :][-self.bounds.linger :]
-        self.field, self.speed = int(fields[-1]), int(speeds[-1])
+        felt = np.concatenate([self._felt, np.abs(fields)])[fields.size :]
+        self._felt = felt[-self.bounds.linger :]
+        self.field = int(fields[-1])
+        self.speed = int(speeds[-1])
         self.rows += speeds.size
         self._fields.append(fields)
         self._speeds.append(speeds)
 
     def last(self, rows: int) -> tuple[Ticks, Ticks]:
         """Field and speed of the last rows, as many of so many as there are."""
-        pieces: list[list[Ticks]] = []
-        for courses in (self._fields, self._speeds):
-            tail: list[Ticks] = []
-            count = 0
-            for piece in reversed(courses):
-                tail.append(piece)
-                count += piece.size
-                if count >= rows:
-                    break
-            pieces.append(tail)
-        fields, speeds = (np.concatenate(tail[::-1])[-rows:] for tail in pieces)
-        return fields, speeds
+        # Pieces of both are of the same lengths.
+        first = len(self._speeds) - 1
+        count = self._speeds[first].size
+        while first > 0 and count < rows:
+            first -= 1
+            count += self._speeds[first].size
+        fields = np.concatenate(self._fields[first:])
+        speeds = np.concatenate(self._speeds[first:])
+        return fields[-rows:], speeds[-rows:]
 
     def end(self) -> Commands:
         """The whole sequence: what is still moving stops, and rests to the end."""

@@ -77,9 +77,11 @@ class CellCounts:
         bounds = self._bounds
         field_ticks = np.rint(fields * bounds.field_ticks)
         speed_ticks = np.rint(speeds * bounds.speed_ticks)
-        within = (np.abs(field_ticks) <= bounds.field + 1) & (np.abs(speed_ticks) <= bounds.speed + 1)
-        cells = self.cells(0, 0, field_ticks[within].astype(np.int64), speed_ticks[within].astype(np.int64))
-        np.add.at(self.counts, cells, 1)
+        within = np.abs(field_ticks) <= bounds.field + 1
+        within &= np.abs(speed_ticks) <= bounds.speed + 1
+        fields_within = field_ticks[within].astype(np.int64)
+        speeds_within = speed_ticks[within].astype(np.int64)
+        np.add.at(self.counts, self.cells(0, 0, fields_within, speeds_within), 1)
 
     def cells(self, field: int, speed: int, fields: Ticks, speeds: Ticks) -> Cells:
         """The cell of each row, with the field and the speed before the first."""

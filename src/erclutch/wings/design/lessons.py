@@ -70,8 +70,12 @@ def lessons_of(model: TorqueModel, rows: Dataset) -> Lessons:
             others = [other for other in shown if other != log]
             without = _standard_errors(prior + information[others].sum(axis=0))
             visited = visits[others].any(axis=0)  # cells that the others visit
-            seen = float(visits[log][visited].sum() / visits[log].sum()) >= _SEEN_ROWS
-            losses.append(float(np.max(without / with_all)) if seen else np.inf)
+            own_visits = visits[log]
+            share_seen = float(own_visits[visited].sum() / own_visits.sum())
+            loss = np.inf
+            if share_seen >= _SEEN_ROWS:
+                loss = float(np.max(without / with_all))
+            losses.append(loss)
         least = min(losses)
         if least == np.inf:
             break

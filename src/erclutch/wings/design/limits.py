@@ -182,8 +182,9 @@ def limits_of_log(data: Dataset) -> dict[str, float]:
             accelerations.append(float(np.quantile(change, _SURE)))
         ways.append(float(np.ptp(np.cumsum(in_span) * period)))
         for field in fields_of:
-            step = float(np.abs(np.diff(field[rows])).max(initial=0.0))
-            field_rates.append(step / period)
+            steps = np.abs(np.diff(field[rows]))
+            largest_step = float(steps.max(initial=0.0))
+            field_rates.append(largest_step / period)
 
     limits = {
         "field": max(float(field.max()) for field in fields_of),

@@ -118,8 +118,10 @@ def _lines(step: ExportedStep, printed: StepRecord) -> Iterator[str]:
             name = f"table{node.index}"
             places[name] = tables.setdefault(node.value, name)
             if places[name] == name:  # the first node of this table: it is written once
-                rows_of = (" ".join(str(int(entry)) for entry in row) for row in node.value)
-                yield f"{name} = logical([{_NEXT_ROW.join(rows_of)}]);"
+                table_rows: list[str] = []
+                for row in node.value:
+                    table_rows.append(" ".join(str(int(entry)) for entry in row))
+                yield f"{name} = logical([{_NEXT_ROW.join(table_rows)}]);"
         text = _expression(step, node, [texts[a.index] for a in node.arguments], places)
         plain = node.operation in ("input", "constant", "state")
         once = uses[node.index] == 1 and len(text) <= _WIDEST and node.operation != "network"
@@ -198,7 +200,7 @@ def _matrix(step: ExportedStep, values: NDArray[np.float64]) -> str:
     rows: list[str] = []
     for row in np.atleast_2d(np.asarray(values, step.precision.dtype)):
         numbers = [f"{float(number):.{digits}g}" for number in row]
-        lines = [", ".join(numbers[i : i + 4]) for i in range(0, len(numbers), 4)]
+        lines = [", ".join(numbers[first : first + 4]) for first in range(0, len(numbers), 4)]
         rows.append(_SAME_ROW.join(lines))
     return f"{_class(step)}([{_NEXT_ROW.join(rows)}])"
 

@@ -85,7 +85,8 @@ class Emitter:
             self.add("Identity", [tensor], names[0])
             return
         sizes = self.constant(lengths, np.int64)
-        self.nodes.append(self.helper.make_node("Split", [tensor, sizes], list(names), axis=0))
+        node = self.helper.make_node("Split", [tensor, sizes], list(names), axis=0)
+        self.nodes.append(node)
 
     def value(self, node: Node) -> str:
         """Name of a node's value, after `record`."""
@@ -165,13 +166,15 @@ class Emitter:
             squares = self.add("Mul", [difference, difference])
             distance = self.add("ReduceSum", [squares, self.constant([1], np.int64)], keepdims=0)
             half = self.add("Mul", [distance, self.constant([-0.5])])
-            x = self.add("Exp", [self.add("Div", [half, self.constant(weights["spreads"] ** 2)])])
+            exponent = self.add("Div", [half, self.constant(weights["spreads"] ** 2)])
+            x = self.add("Exp", [exponent])
             out = weights["w"]
             start = weights["b"]
         else:
             for i in range(1, len(model.structure.hidden) + 1):
                 product = self.add("MatMul", [self.constant(weights[f"W{i}"]), x])
-                x = self.add("Tanh", [self.add("Add", [product, self.constant(weights[f"b{i}"])])])
+                shifted = self.add("Add", [product, self.constant(weights[f"b{i}"])])
+                x = self.add("Tanh", [shifted])
             out = weights["W_out"][0]
             start = weights["b_out"]
         product = self.add("MatMul", [self.constant(out[None, :]), x])
@@ -221,7 +224,8 @@ def onnx_model(step: ExportedStep, record: StepRecord) -> Any:
     model.producer_name = "erclutch"
     model.producer_version = __version__
     model.doc_string = about
-    helper.set_model_props(model, {key: printable(text) for key, text in _properties(step).items()})
+    properties = {key: printable(text) for key, text in _properties(step).items()}
+    helper.set_model_props(model, properties)
     return model
 
 

@@ -17,8 +17,6 @@ import re
 import shutil
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import groupby
-from operator import itemgetter
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
@@ -234,7 +232,11 @@ def _fill(
     tables = tables_of([done[task.name] for task in tasks], over, baseline)
     tables.write(folder)
     _write(folder / MARKER, {**body, "model": tables.model, "digest": tables.digest})
-    origins = {log["origin"] for device in done.values() for log in device.get("run", {}).get("logs", ())}
+    origins: set[str] = set()
+    for device in done.values():
+        for log in device.get("run", {}).get("logs", ()):
+            if log["origin"]:
+                origins.add(log["origin"])
     return Fleet(
         folder,
         tables.parameters,
@@ -244,7 +246,7 @@ def _fill(
         tables.digest,
         taken,
         over,
-        tuple(sorted(origins - {"", None})),
+        tuple(sorted(origins)),
     )
 
 
@@ -297,7 +299,8 @@ def _logs_of(paths: Sequence[str | Path]) -> list[Path]:
     files: list[Path] = []
     for path in map(Path, paths):
         if path.is_dir():
-            files += sorted(p for p in path.rglob("*") if p.suffix.lower() in suffixes and p.is_file())
+            inside = [file for file in path.rglob("*") if file.suffix.lower() in suffixes]
+            files += sorted(file for file in inside if file.is_file())
         else:
             files.append(path)
     if not files:
@@ -324,7 +327,10 @@ def _grouped(
         names = [f"{by} {constants_of(pattern, path.name)[by][0]:g}" for path in files]
     pairs = list(zip(names, map(str, files), strict=True))
     pairs.sort(key=lambda pair: [*_natural(pair[0]), *_natural(pair[1])])
-    return {name: tuple(path for _, path in group) for name, group in groupby(pairs, key=itemgetter(0))}
+    logs: dict[str, list[str]] = {}
+    for name, path in pairs:
+        logs.setdefault(name, []).append(path)
+    return {name: tuple(paths) for name, paths in logs.items()}
 
 
 def _natural(name: str) -> list[tuple[int, str]]:

@@ -34,7 +34,9 @@ def _panel(series: FleetSeries, over: str) -> Panel:
     width = high - low
     known = width[np.isfinite(width)]
     reach = _REACH * float(np.median(known)) if known.size else 0.0
-    shown = [value, np.clip(low, value - reach, value), np.clip(high, value, value + reach)]
+    shown_low = np.clip(low, value - reach, value)
+    shown_high = np.clip(high, value, value + reach)
+    shown = [value, shown_low, shown_high]
     chart = series.chart
     if chart is not None:
         lower = scale.factor * chart.lower

@@ -53,8 +53,9 @@ class FleetTables:
         import pyarrow.parquet as pq
 
         for name, rows in (("parameters", self.parameters), ("fits", self.fits)):
-            columns = dict.fromkeys(key for row in rows for key in row)
-            table = pa.table({key: [row.get(key) for row in rows] for key in columns})
+            names = dict.fromkeys(key for row in rows for key in row)
+            columns = {key: [row.get(key) for row in rows] for key in names}
+            table = pa.table(columns)
             with whole_file(folder / f"{name}.parquet", unwritable) as partial, partial.open("wb") as file:
                 pq.write_table(table, file)
 
@@ -212,4 +213,5 @@ def _series_of(parameters: Rows, baseline: int) -> tuple[FleetSeries, ...]:
 
 def _column(rows: Rows, name: str) -> Array:
     """Numbers of some rows, NaN where there is none, shape (n,)."""
-    return np.array([np.nan if row[name] is None else row[name] for row in rows], float)
+    values = [row[name] for row in rows]
+    return np.array([np.nan if value is None else value for value in values], float)

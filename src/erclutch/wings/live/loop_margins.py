@@ -132,8 +132,10 @@ class TunedLoop:
 
 def _sum(one: Array, other: Array) -> Array:
     """Of two polynomials in 1/z."""
-    rows = max(one.size, other.size)
-    return np.pad(one, (0, rows - one.size)) + np.pad(other, (0, rows - other.size))
+    total = np.zeros(max(one.size, other.size))
+    total[: one.size] += one
+    total[: other.size] += other
+    return total
 
 
 def margins_of(loop: LinearLoop) -> LoopMargins:
@@ -228,7 +230,8 @@ def motion_loop(path: TorquePath, bandwidth: float, integral: float, speed: Live
         spring = np.convolve(spring, [1.0, integral * dt - 1.0])
         damper = np.convolve(damper, [1.0, -1.0])
         under = np.convolve(under, [1.0, -1.0])
-    return LinearLoop(dt, np.convolve(mass, _sum(spring, damper)), under, np.convolve(mass, spring))
+    over = np.convolve(mass, _sum(spring, damper))
+    return LinearLoop(dt, over, under, np.convolve(mass, spring))
 
 
 def largest_bandwidth(loop: Callable[[float], LinearLoop], most: float) -> float:

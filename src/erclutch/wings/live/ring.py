@@ -154,7 +154,8 @@ def _write_texts(record: Any, source: object, names: tuple[str, ...]) -> None:
     for name in names:
         # A cut in the middle of a character must not make the header unreadable.
         size = record.dtype[name].itemsize - 1
-        record[name] = str(getattr(source, name)).encode()[:size].decode(errors="ignore").encode()
+        cut = str(getattr(source, name)).encode()[:size]
+        record[name] = cut.decode(errors="ignore").encode()
 
 
 class RingReader:

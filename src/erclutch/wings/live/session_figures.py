@@ -43,8 +43,11 @@ class Histogram:
         total = self.counts.cumsum()
         if not total[-1]:
             return [float("nan")] * len(shares)
-        ends = (float(np.searchsorted(total, share * int(total[-1]))) + 1.0 for share in shares)
-        return [min(end, self.largest) for end in ends]
+        ends: list[float] = []
+        for share in shares:
+            place = np.searchsorted(total, share * int(total[-1]))
+            ends.append(min(float(place) + 1.0, self.largest))
+        return ends
 
     def between(self, edges: Sequence[int]) -> list[int]:
         """How many lie below the first of some rising edges in us, between each two, and above the last."""
@@ -114,7 +117,8 @@ class SessionFigures:
         late = np.concatenate([self._late, rows[rows[:, 1] & (_LOST | _OVERRUN) > 0]])
         for tripped in rows[rows[:, 1] & _TRIP > 0, 0]:
             before = late[(late[:, 0] <= tripped) & (late[:, 0] > tripped - _BEFORE)]
-            lost, overran = (int(np.count_nonzero(before[:, 1] & bit)) for bit in (_LOST, _OVERRUN))
+            lost = int(np.count_nonzero(before[:, 1] & _LOST))
+            overran = int(np.count_nonzero(before[:, 1] & _OVERRUN))
             self.busy = ""
             if len(before) >= _BUSY:
                 latest = before[:, 2].max() / 1e6  # ms

@@ -416,7 +416,8 @@ def reaches(frames: Any, phase: Array, omega: Array) -> tuple[float, float]:
 
     def amplitude(name: str) -> NDArray[np.complex128]:
         signal: Array = frames[name]
-        return np.array([complex(np.mean(signal[span] * turning[span])) for span in spans])
+        turned = signal * turning
+        return np.array([complex(np.mean(turned[span])) for span in spans])
 
     reached = amplitude("torque")
     wanted = amplitude("reference")
@@ -441,7 +442,8 @@ def stands_still(frames: Any) -> bool:
     field = frames["field1"] - frames["field2"]
     sides = field[field != 0.0]
     changes = int(np.count_nonzero(np.diff(np.sign(sides))))
-    steps = [slice(start + _LOCK // 2, start + _LOCK) for start in range(0, len(frames), _LOCK)]
+    starts = range(0, len(frames), _LOCK)
+    steps = [slice(start + _LOCK // 2, start + _LOCK) for start in starts]
     field_swing = max(float(np.std(field[step])) for step in steps)
     torque_swing = max(float(np.std(frames["torque"][step])) for step in steps)
     calm = field_swing < 0.01 * 0.5 and torque_swing < 0.02 * 2.0 * _AMPLITUDE

@@ -140,7 +140,8 @@ def _pack(root: Path, out: Path) -> None:
     """The same bytes for the same content: names in order, one date."""
     with zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as archive:
         for path in sorted(p for p in root.rglob("*") if p.is_file()):
-            entry = zipfile.ZipInfo(path.relative_to(root).as_posix(), (1980, 1, 1, 0, 0, 0))
+            name = path.relative_to(root).as_posix()
+            entry = zipfile.ZipInfo(name, date_time=(1980, 1, 1, 0, 0, 0))
             entry.compress_type = zipfile.ZIP_DEFLATED
             entry.external_attr = 0o644 << 16  # rights of a file, as Unix has them
             archive.writestr(entry, path.read_bytes())

@@ -86,7 +86,8 @@ def builders(version: int) -> Iterator[Builder]:
             own = cross.shared if native().name == "zig" else partial(_shared, native())
             yield Builder(folder, known.suffix, native().name, own, needed=True)
         elif shutil.which(known.gcc):
-            yield Builder(folder, known.suffix, known.gcc, partial(_shared, Compiler(known.gcc, (known.gcc,))))
+            compiler = Compiler(known.gcc, (known.gcc,))
+            yield Builder(folder, known.suffix, known.gcc, partial(_shared, compiler))
         elif zig:
             yield Builder(folder, known.suffix, cross.name, cross.shared)
 

@@ -44,13 +44,17 @@ def write(step: ExportedStep, folder: Path) -> None:
 
 def class_name(step: ExportedStep) -> str:
     """The class: hem_rise_fall -> HemRiseFall."""
-    return "".join(part[:1].upper() + part[1:] for part in step.name.split("_"))
+    words = step.name.split("_")
+    return "".join(word[:1].upper() + word[1:] for word in words)
 
 
 def _members(step: ExportedStep) -> list[str]:
     """Names of inputs as members; an input whose name will not do is called by its place."""
     members: list[str] = []
-    tidy_names = [re.sub(r"\W+", "_", name, flags=re.ASCII).strip("_").lower() for name in step.inputs]
+    tidy_names: list[str] = []
+    for name in step.inputs:
+        without_signs = re.sub(r"\W+", "_", name, flags=re.ASCII)
+        tidy_names.append(without_signs.strip("_").lower())
     for i, name in enumerate(tidy_names):
         first = tidy_names.index(name) == i
         good = first and name[:1].isalpha() and name not in KEYWORDS

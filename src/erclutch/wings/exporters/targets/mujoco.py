@@ -145,8 +145,13 @@ def verify(step: ExportedStep, folder: Path) -> Iterator[Check]:
     other = (forces.astype(step.precision.dtype) != expected) | (flags != expected_flags)
     exact, _ = reference(step, rows)
     largest = float(np.max(np.abs(forces - exact)))
-    where = f"MuJoCo {mujoco.__version__}"
-    yield Check(where, len(rows), int(np.count_nonzero(other)), ulps(step, largest), note=note)
+    yield Check(
+        f"MuJoCo {mujoco.__version__}",
+        len(rows),
+        int(np.count_nonzero(other)),
+        ulps(step, largest),
+        note=note,
+    )
 
 
 @contextmanager
@@ -217,7 +222,8 @@ def _simulated(mujoco: Any, step: ExportedStep, module: ModuleType, model: Any) 
         for _ in range(steps):
             mujoco.mj_step(model, data)
         samples = actuator.samples
-    if not (np.all(np.isfinite(data.qpos)) and np.all(np.isfinite(data.qvel))):
+    motion = np.concatenate([data.qpos, data.qvel])
+    if not np.all(np.isfinite(motion)):
         raise ExportError("the simulation of the example fails", remedy="Export the model again")
     arm = _joints(step)[-1]
     arm_speed = float(data.joint(arm).qvel[0])

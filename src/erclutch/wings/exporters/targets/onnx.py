@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from erclutch.errors import ExportError
 from erclutch.export.exported_step import NON_FINITE, ExportedStep
 from erclutch.export.step_record import has_memory, step_record
-from erclutch.export.step_vectors import Vectors, vectors_of
+from erclutch.export.step_vectors import vectors_of
 from erclutch.export.target_check import Check, near
 from erclutch.wings.exporters.onnx_graph import OPSET, onnx_model
 
@@ -56,7 +56,7 @@ def verify(step: ExportedStep, folder: Path) -> Iterator[Check]:
     vectors = vectors_of(step)
     effort, flags = run(session, step, vectors.rows)
     if not has_memory(step):
-        effort, flags = _filled(effort, flags, vectors)
+        effort, flags = _filled(effort, flags)
     yield near(step, vectors, f"ONNX Runtime {runtime.__version__}", effort, flags)
 
 
@@ -66,7 +66,9 @@ def run(
     rows: NDArray[Any],
 ) -> tuple[NDArray[Any], NDArray[Any]]:
     """Effort and flags of successive steps from a reset."""
-    given = {tensor.name: np.zeros(tensor.shape, step.precision.dtype) for tensor in session.get_inputs()}
+    given: dict[str, NDArray[Any]] = {}
+    for tensor in session.get_inputs():
+        given[tensor.name] = np.zeros(tensor.shape, step.precision.dtype)
     effort = np.zeros(len(rows), step.precision.dtype)
     flags = np.zeros(len(rows), np.uint32)
     for k, row in enumerate(rows):
@@ -82,13 +84,13 @@ def run(
 def _filled(
     effort: NDArray[Any],
     flags: NDArray[Any],
-    vectors: Vectors,
 ) -> tuple[NDArray[Any], NDArray[Any]]:
     """Without a state the effort of a bad row is 0, and the caller keeps the one before: so does this."""
     bad = flags == NON_FINITE
     if np.any(effort[bad] != 0.0):
         raise ExportError("the effort of a bad row is not 0", remedy="Export the model again")
-    last_good = np.maximum.accumulate(np.where(bad, -1, np.arange(len(flags))))
+    good_rows = np.where(bad, -1, np.arange(len(flags)))
+    last_good = np.maximum.accumulate(good_rows)
     any_good = last_good >= 0
     kept = np.where(any_good, effort[last_good], 0.0).astype(effort.dtype)
     flags_before = np.where(any_good, flags[last_good], 0)

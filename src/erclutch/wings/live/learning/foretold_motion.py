@@ -74,7 +74,8 @@ class ForetoldMotion:
         speeds = self._simulated(tables) if self._driven else self._repeated(tables)
         last = self._last.rows
         count = len(tables[0])
-        clock = Clock(np.arange(count) * np.float64(last.period), (Span(0, count, last.period),))
+        time = np.arange(count) * np.float64(last.period)
+        clock = Clock(time, (Span(0, count, last.period),))
         no_effort = np.zeros(count)
         foretold: list[Dataset] = []
         for table, of_table in zip(tables, speeds, strict=True):

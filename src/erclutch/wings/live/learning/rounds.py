@@ -110,7 +110,9 @@ class RoundReport:
             name: {"value": value, "now": as_json(now), "foretold": as_json(foretold)}
             for name, (value, now, foretold) in self.half_widths.items()
         }
-        plain = {name: as_json(each) if isinstance(each, float) else each for name, each in asdict(self).items()}
+        plain: dict[str, Any] = {}
+        for name, value in asdict(self).items():
+            plain[name] = as_json(value) if isinstance(value, float) else value
         shares = {"share": self.share, "open_share": self.open_share, "floor_share": self.floor_share}
         return plain | shares | {"half_widths": numbers}
 
@@ -169,7 +171,9 @@ class LearningRounds:
         """The table that takes most off what is not known; its expectation is kept."""
         foretold = ForetoldMotion(outcome.model, self._rounds).rows(tables)
         if self._fastest > 0.0:
-            speeds = [max(float(np.abs(each.slip).max()) for each in rows.elements) for rows in foretold]
+            speeds: list[float] = []  # the largest of each table
+            for rows in foretold:
+                speeds.append(max(float(np.abs(element.slip).max()) for element in rows.elements))
             slow = [number for number, speed in enumerate(speeds) if speed < _FASTEST * self._fastest]
             kept = slow or [int(np.argmin(speeds))]
             tables = tables[kept]
@@ -181,12 +185,14 @@ class LearningRounds:
         best = int(np.argmax(gains))
 
         # What the round will have left open is asked over the rows that will be there then, as `take` asks it.
-        then = Knowledge(outcome.model, known, self.limits.rate, "I", joined([known, foretold[best]]))
+        rows_then = joined([known, foretold[best]])
+        then = Knowledge(outcome.model, known, self.limits.rate, "I", rows_then)
         before = then.errors()
         then.learn_rows(foretold[best])
         shrinks = (then.errors() / before).tolist()
         names = [estimate.name for estimate in outcome.estimates]
-        self._expected = _Expected(outcome.model, then.band(), dict(zip(names, shrinks, strict=True)))
+        shrink_of = dict(zip(names, shrinks, strict=True))
+        self._expected = _Expected(outcome.model, then.band(), shrink_of)
         return tables[best]
 
     def take(self, logged: LoggedRound, file: str, tripped: str = "") -> RoundReport:
@@ -275,14 +281,16 @@ def _all_rows(rounds: Sequence[LoggedRound]) -> Dataset:
 
 
 def _rmse(model: TorqueModel, rows: Dataset) -> float:
-    return float(np.sqrt(np.mean((rows.effort - model.predict(rows)) ** 2)))
+    error = rows.effort - model.predict(rows)
+    return float(np.sqrt(np.mean(error**2)))
 
 
 def _noise(model: TorqueModel, known: Dataset) -> float:
     """Standard deviation of what a residual's neighbours do not share: of their differences, over the root of two."""
     residual = known.effort - model.predict(known)
-    changes = [np.diff(residual[span.start : span.stop]) for span in known.clock.spans]
-    return float(np.sqrt(0.5 * np.mean(np.square(np.concatenate(changes)))))
+    changes_of_spans = [np.diff(residual[span.start : span.stop]) for span in known.clock.spans]
+    changes = np.concatenate(changes_of_spans)
+    return float(np.sqrt(0.5 * np.mean(np.square(changes))))
 
 
 def _fitted(known: Dataset) -> FitOutcome[TorqueModel]:

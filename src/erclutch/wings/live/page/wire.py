@@ -43,8 +43,9 @@ def pack(frames: NDArray[Any], info: RingInfo, skipped: int) -> bytes:
     with np.errstate(over="ignore"):  # a number beyond single precision shows as infinite
         for channel in info.channels:
             # A motor that has turned for an hour needs more digits than a float has.
+            values = frames[channel.name]
             turns = channel.slot == "theta" and channel.unit == "rad"
-            out[channel.name] = np.mod(frames[channel.name], 2 * np.pi) if turns else frames[channel.name]
+            out[channel.name] = np.mod(values, 2 * np.pi) if turns else values
     out["lateness"] = frames["lateness_ns"] * 1e-3
     out["step"] = frames["step_ns"] * 1e-3
     out["flags"] = frames["flags"]

@@ -147,7 +147,9 @@ def _over_seeds(
     terminal.tell(table)
     files = save_plot(plot, out / f"{name}.png")
     terminal.say(*files)
-    cases = [{"seed": each.seed, "inverse": each.model, "controller": each.knows, **each.figures} for each in runs]
+    cases: list[dict[str, Any]] = []
+    for run in runs:
+        cases.append({"seed": run.seed, "inverse": run.model, "controller": run.knows, **run.figures})
     return {"experiment": name, "runs": cases, "files": list(map(str, files))}
 
 

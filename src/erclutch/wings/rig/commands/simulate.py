@@ -49,10 +49,14 @@ def simulate(
     from erclutch.wings.rig.twin.scenarios import SCENARIOS, prepare
 
     if scenario is None:
+        listed: list[dict[str, object]] = []
+        rows: list[list[str]] = []
+        for known in SCENARIOS.values():
+            listed.append({"name": known.name, "what": known.meaning, "seconds": known.seconds})
+            rows.append([known.name, known.meaning, f"{known.seconds:g} s"])
         if json:
-            terminal.say_json([{"name": s.name, "what": s.meaning, "seconds": s.seconds} for s in SCENARIOS.values()])
+            terminal.say_json(listed)
         else:
-            rows = [[s.name, s.meaning, f"{s.seconds:g} s"] for s in SCENARIOS.values()]
             terminal.tell(terminal.table("Scenarios of the digital TWIN", ["name", "what", "length"], rows, left=2))
         if out or seconds or seed or rig_file:
             raise SettingError("no scenario is named, and no log was written", remedy="Name a scenario of the list")

@@ -123,7 +123,8 @@ class RigParameters:
         """
         made = self.changed({path: numbers[0] for path, numbers in found.items()}, "calibrated")
         for path, (_, start, low, high) in found.items():
-            made = made.with_entry(path, replace(made.entry(path), start=start, interval=(low, high)))
+            entry = replace(made.entry(path), start=start, interval=(low, high))
+            made = made.with_entry(path, entry)
         return made
 
     def begun_here(self) -> RigParameters:
