@@ -17,10 +17,11 @@ from erclutch.cli import main
 from erclutch.cli.options import LogOptions
 from erclutch.errors import ErclutchError, RunError, SettingError
 from erclutch.fit.comparison import Settings
+from erclutch.logs.reading import Reading
 from erclutch.logs.synthetic import write_synthetic_log
 from erclutch.report.plots.plot_description import Line
 from erclutch.runs.cluster import WorkerLostError
-from erclutch.wings.fleet.fleet import DeviceTask, Fleet, fit_device, fit_many
+from erclutch.wings.fleet.fleet import DeviceTask, Fleet, _grouped, fit_device, fit_many
 from erclutch.wings.fleet.fleet_charts import fleet_panels
 from erclutch.wings.fleet.fleet_statistics import OUTLYING, control_chart, outlier_scores, trend
 from erclutch.wings.fleet.fleet_tables import _fit_row
@@ -222,3 +223,11 @@ def test_a_log_that_no_model_explains_recommends_none(low: float, recommended: b
     entry = {"name": "bingham", "sound": True, "test": figures, "train": figures, "parameters_count": 5, "notes": []}
     run = {"ranking": [entry], "recommended": "bingham", "findings": [], "train_rows": 7, "test_rows": 3}
     assert _fit_row({**run, "units": {"effort": "N*m"}}, entry)["recommended"] is recommended
+
+
+def test_devices_whose_names_differ_by_a_leading_zero_keep_all_of_their_logs() -> None:
+    """Their logs stand between each other in the order of numbers: the last ones took the place of the others."""
+    top = Path("logs").resolve()
+    files = [top / "01" / "a.csv", top / "1" / "b.csv", top / "01" / "c.csv"]
+    grouped = _grouped(files, "folder", Reading())
+    assert grouped == {"01": (str(files[0]), str(files[2])), "1": (str(files[1]),)}
