@@ -98,9 +98,9 @@ def _run(*words: str) -> subprocess.CompletedProcess[str]:
 
 def _is_right(words: list[str], path: Path, truth: dict[str, Any]) -> str:
     """The fault of a reading by a command, one sentence; "" for none."""
-    options = dict(zip(words[2::2], words[3::2], strict=False))
     if words[0] == "flowcurve":
-        return _flow_fault(path, truth, options)
+        return _flow_fault(path, truth, words[2:])
+    options = dict(zip(words[2::2], words[3::2], strict=False))
     told = {name.removeprefix("--"): value for name, value in options.items()}
     variable = told.pop("variable", None)
     device = told.pop("device", None)
@@ -123,13 +123,20 @@ def _is_right(words: list[str], path: Path, truth: dict[str, Any]) -> str:
     return "; ".join(faults) or ("" if rows else "no rows")
 
 
-def _flow_fault(path: Path, truth: dict[str, Any], options: dict[str, str] | None = None) -> str:
+def _flow_fault(path: Path, truth: dict[str, Any], words: list[str] | None = None) -> str:
     """What is wrong with the flow curves of a file, as `flowcurve` reads it with some options."""
-    told = options or {}
-    stress = [told["--stress"]] if "--stress" in told else []
-    sheet = [told["--sheet"]] if "--sheet" in told else []
+    told: dict[str, list[str]] = {"--shear-rate": [], "--stress": [], "--sheet": []}
+    option = ""
+    for word in words or []:
+        if word.startswith("--"):
+            option = word
+        else:
+            told[option].append(word)
+    rate = told["--shear-rate"]
     try:
-        curves = read_flow_curves(path, shear_rate=told.get("--shear-rate"), stress=stress, sheet=sheet)
+        curves = read_flow_curves(
+            path, shear_rate=rate[0] if rate else None, stress=told["--stress"], sheet=told["--sheet"]
+        )
     except ErclutchError as error:
         return str(error)
     wanted = truth.get("curves")

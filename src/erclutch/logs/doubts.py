@@ -14,6 +14,7 @@ from erclutch.logs.missing_columns import missing
 from erclutch.logs.names import NAMES, SENSES, TOLD, VOLTAGES, words_of
 from erclutch.logs.plan import SignalPlan
 from erclutch.logs.quotients import rubbing_force
+from erclutch.logs.rheometer_names import said_by_name
 from erclutch.logs.shapes import FEW, LOOKED_AT, go_straight, goes_along, takes_both_signs
 from erclutch.signals.array import Array
 
@@ -134,6 +135,18 @@ def doubt_a_speed_without_its_sense(draft: Draft) -> None:
             continue
         doubt = f"which has no sign, while {name} says {' and '.join(senses[:2])}: give a column whose sign turns, or "
         doubt += f"--variable {shell_word(f'{name}={senses[0]}')} for the rows of one sense"
+        draft.signals["slip"] = replace(slip, sureness="doubtful", doubt=doubt)
+
+
+def doubt_a_shear_rate_beside_a_torque(draft: Draft) -> None:
+    """Doubt a guessed slip that is a shear rate beside a torque or a force, which make no power together."""
+    effort = draft.signals.get("effort")
+    slip = draft.signals.get("slip")
+    if effort is None or slip is None or not slip.column or not slip.reason.startswith("guessed"):
+        return
+    is_rate = said_by_name(slip.column) == "rate" and draft.seen.columns[slip.column].fits(("1/s",))
+    if is_rate and effort.si in ("N*m", "N"):
+        doubt = f"which is a shear rate, beside a torque or a force in {effort.si}"
         draft.signals["slip"] = replace(slip, sureness="doubtful", doubt=doubt)
 
 

@@ -13,6 +13,7 @@ from erclutch.logs.draft import Draft
 from erclutch.logs.missing_columns import missing
 from erclutch.logs.names import spoken_name
 from erclutch.logs.plan import NEEDS, SignalPlan, Sureness
+from erclutch.logs.rheometer_names import of_oscillation
 from erclutch.logs.sensor_scales import scaled
 from erclutch.logs.shapes import is_rate_of
 from erclutch.signals.array import Array
@@ -31,6 +32,9 @@ def guess_what_is_needed(draft: Draft) -> None:
     Raises:
         MappingError: a scale that is none. UnitError: a unit that does not fit its signal.
     """
+    named = draft.taken
+    moduli = of_oscillation(draft.table.columns)  # in Pa, and no efforts
+    draft.no_signals += [name for name in moduli if name not in named]
     taken = [*draft.taken, *draft.table.truths]
     for group in NEEDS[draft.device]:
         settled = False

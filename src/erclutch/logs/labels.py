@@ -73,6 +73,8 @@ _SYMBOLS = {
 _FEWEST_ALIKE = 2  # in a file; a single one may be an index (``i_d``)
 # A quotient behind an underscore (``SR_1/s``, ``v_m/s``); a capital letter there is an index (``M_A/Nm``).
 _QUOTIENT = re.compile(r"(.+)_((?:1|m|[^\W\d_]{2,})/[^/()]+)")
+# A quotient behind a blank (``Shear Rate 1/s``, ``Angular Velocity rad/s``): the word before the slash is of the unit.
+_BLANK = re.compile(r"(.*[^\W\d_]\S*)\s+((?:1|[^\W\d_]{1,4})/[^\s/()]+)")
 _COMMA = re.compile(r"(.*[^\W\d_]\S*)\s*,\s*([^\s,]+)")  # as Russian headers have it: ``Сила, Н``
 _TIGHT_SLASH = re.compile(r"([^/]*[^\W\d_][^/]*?)/(\([^()]+\)|[^/()]+(?:/[^/()]+)?)")
 _PRESSED = re.compile(r"(?<![a-z])(?:mu|cof|friction|normal|reib\w*)(?![a-z])", re.I)
@@ -177,6 +179,8 @@ def _front_and_unit(label: str) -> tuple[str, str | None]:
         and units.is_unit(match.group(2))
         and not units.fits(match.group(2), ("",))
     ):
+        return match.group(1), match.group(2)
+    if (match := _BLANK.fullmatch(label)) and units.is_unit(match.group(2)):
         return match.group(1), match.group(2)
     if match := _TIGHT_SLASH.fullmatch(label):
         front, unit = match.group(1), match.group(2).removeprefix("(").removesuffix(")")

@@ -17,6 +17,7 @@ from __future__ import annotations
 from erclutch.errors import ErclutchError, LogError, SettingError, placed
 from erclutch.logs.clock_planning import choose_clock
 from erclutch.logs.doubts import (
+    doubt_a_shear_rate_beside_a_torque,
     doubt_a_speed_without_its_sense,
     doubt_effort_without_power,
     doubt_the_command_of_a_drive,
@@ -119,6 +120,7 @@ def plan_of(
         hold_power(draft)
         refuse_the_effort_twice(draft)
         doubt_effort_without_power(draft)
+        doubt_a_shear_rate_beside_a_torque(draft)
         examples = proposals(draft) if draft.questions else []
 
     return Plan(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 import shlex
 import tomllib
-from collections.abc import Iterable
+from collections.abc import Sequence
 from dataclasses import asdict, replace
 from json import dumps
 from math import isnan
@@ -113,26 +113,32 @@ def _table_or_question(log: Path, reading: LogOptions) -> Table | None:
         if option is None:
             raise
         settled = f"{shlex.join(['erclutch', 'inspect', str(log)])} {option.group()}"
-        if "recordings" in error.problem and _holds_tests_of_a_rheometer(log):
-            settled = shlex.join(["erclutch", "flowcurve", str(log)])
+        swings: list[str] = []
+        if "recordings" in error.problem:
+            flows, swings = _tests_of_a_rheometer(log)
+            if flows:
+                settled = shlex.join(["erclutch", "flowcurve", str(log)])
+                swings = []
+        if swings:
+            terminal.say(f"Not understood yet: {log.name}: {_oscillates(swings)}")
+            return None
         terminal.say(f"Not understood yet: {error}")
         terminal.say(f"What settles it: {settled}")
         return None
 
 
-def _holds_tests_of_a_rheometer(log: Path) -> bool:
-    """Whether a recording of the file has columns of a shear rate, and of a shear stress or a viscosity."""
+def _tests_of_a_rheometer(log: Path) -> tuple[bool, list[str]]:
+    """Whether a recording of a file has the columns of a flow curve, and the columns that tell of oscillations."""
     from erclutch.logs.log_file import recordings_in, tables_in
+    from erclutch.logs.rheometer_names import of_oscillation, tells_a_flow_curve
 
-    tables = tables_in(log, recordings_in(log)).values()
-    return any(not isinstance(table, LogError) and _names_a_flow_curve(table.columns) for table in tables)
+    tables = [table for table in tables_in(log, recordings_in(log)).values() if not isinstance(table, LogError)]
+    swings = {name: None for table in tables for name in of_oscillation(table.columns)}
+    return any(tells_a_flow_curve(table.columns) for table in tables), list(swings)
 
 
-def _names_a_flow_curve(names: Iterable[str]) -> bool:
-    """Whether names tell a shear rate, and a shear stress or a viscosity."""
-    plain = [re.sub(r"[\W_]+", " ", name.lower()) for name in names]
-    rate = any("shear rate" in name for name in plain)
-    return rate and any("shear stress" in name or "viscosity" in name for name in plain)
+def _oscillates(columns: Sequence[str]) -> str:
+    return f"an oscillation of a rheometer ({', '.join(columns[:3])}): no log of a device, no flow curve"
 
 
 def _draw(
@@ -193,6 +199,8 @@ def _tell_what_is_next(look: LogLook, typed: str, reading: LogOptions) -> None:
         typed: the logs or the folder, as the user gave them.
         reading: how the user said that they are read.
     """
+    from erclutch.logs.rheometer_names import of_oscillation, tells_a_flow_curve
+
     alike = look.refused_alike
     for name, why in look.refused.items():
         if name in alike:
@@ -208,6 +216,10 @@ def _tell_what_is_next(look: LogLook, typed: str, reading: LogOptions) -> None:
         if settled and len(look.plan.questions) > 1:
             # The remedy of several questions is that command, which is printed once.
             why = f"{look.problem.where}: {look.problem.problem}"
+        swings = of_oscillation(look.raw.columns)
+        if swings and not settled.startswith("erclutch flowcurve") and look.plan.questions:
+            why = f"{look.log.name}: {_oscillates(swings)}"
+            settled = ""
         terminal.say(f"Not understood yet: {why}")  # one line: it may hold a command to copy
         if alike:
             more = f"{len(alike)} more log{'s'[: len(alike) != 1]}"
@@ -217,10 +229,16 @@ def _tell_what_is_next(look: LogLook, typed: str, reading: LogOptions) -> None:
     elif look.plan.doubts:
         doubts = "; ".join(look.plan.doubts)
         command = look.plan.command().replace(first, typed)
+        if _is_of_a_rheometer(look.plan):
+            terminal.say(f"Not understood yet: {look.log.name}: {doubts}")
+            terminal.say(f"What settles it: {_flow_command(look)}")
+            return
         terminal.say(f"In doubt: {doubts}. If that is right, say so: {command}")
     elif not look.refused:
         command = " ".join(["erclutch fit", typed, *map(shlex.quote, reading.words())])
         terminal.say(f"Understood. Fit {'them' if look.further else 'it'}: {command} --out RUN")
+        if not reading.words() and tells_a_flow_curve(look.plan.labels):
+            terminal.say(f"Or as a flow curve: {_flow_command(look)}")
 
 
 def _settling(look: LogLook, problem: ErclutchError) -> str:
@@ -263,13 +281,15 @@ def _flow_command(look: LogLook) -> str:
 
 
 def _is_of_a_rheometer(plan: Plan) -> bool:
-    """Whether a table without a time holds a shear rate and a shear stress, by names or units."""
+    """Whether a table holds a shear rate and a shear stress, by names; or without a time, by names or units."""
+    from erclutch.logs.rheometer_names import tells_a_flow_curve
+
+    if tells_a_flow_curve(plan.labels):
+        return True
     clock = plan.clock
     asks_for_time = any(question.signal == "time" for question in plan.questions)
     if not asks_for_time and (clock is None or clock.kind not in ("points", "counter")):
         return False
-    if _names_a_flow_curve(plan.labels):
-        return True
     letters = {name.lower() for name in plan.labels}
     if _GAMMAS & letters and {"tau", "τ"} & letters:
         return True

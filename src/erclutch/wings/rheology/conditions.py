@@ -14,10 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from erclutch.errors import MappingError, shell_word
+from erclutch.logs.rheometer_names import said_by_name
 from erclutch.logs.table import Table, listed
 from erclutch.signals import units
 from erclutch.signals.array import Array
-from erclutch.wings.rheology.flow_names import said_by_name
 from erclutch.wings.rheology.flow_plan import FlowPlan
 
 #: Units of what is set before a flow curve is taken.
@@ -67,6 +67,8 @@ def conditions_of(table: Table, plan: FlowPlan, *, parted: bool = False) -> list
         levels = levels_of(values, _STEADY if units.is_temperature(_unit(table, name) or "") else 0.0)
         if levels is None or not any(_repeats_the_sweep(levels, rate) for rate in rates):
             continue
+        if meaning == "unknown" and all(map(_is_one_sweep, rates)):
+            continue  # such as the number of repetitions of each point
         is_set = np.unique(values[levels >= 0]).size == levels.max() + 1
         if meaning == "unknown" and is_set and parted:
             continue
@@ -164,3 +166,9 @@ def _repeats_the_sweep(levels: NDArray[np.intp], rate: Array) -> bool:
             sweeps.append((float(at_level.min()), float(at_level.max())))
     sweeps.sort()
     return any(low < high_before for (_, high_before), (low, _) in pairwise(sweeps))
+
+
+def _is_one_sweep(rate: Array) -> bool:
+    """Whether the rates of a table go one way from its first row to its last."""
+    steps = np.diff(np.abs(rate[np.isfinite(rate)]))
+    return steps.size > 0 and bool(np.all(steps > 0) or np.all(steps < 0))

@@ -28,6 +28,7 @@ from erclutch.wings.rheology.flow_plan import CurvePlan, FlowPlan, oscillation, 
 _SENTINELS = (-9999.0, -999.0, -99.0, 9999.0, 99999.0, 999999.0)
 _FEWEST_RATES = 3  # of a sweep
 _FAINT = 0.02  # of the largest stress: a stress of the wrong sign below it is noise
+_RESTING = 1e-3  # of the largest rate: a rate of the wrong sign below it is noise about a rest
 
 
 @dataclass(frozen=True)
@@ -99,7 +100,14 @@ def read_flow_curves(
             notes += [f"{name}: {note}" if name else note for note in told]
             for condition in conditions:
                 test = "; ".join(word for word in (name, condition.label) if word)
-                curves_of_condition, left_out = curves_of(plan, condition.table, test)
+                try:
+                    curves_of_condition, left_out = curves_of(plan, condition.table, test)
+                except LogError as error:
+                    if each_named or len(chosen) * len(conditions) == 1:
+                        raise
+                    refused.append(error)
+                    notes.append(f"{test}: no flow curve ({error.problem})")
+                    continue
                 short = [curve for curve in curves_of_condition if curve.rate.size < FEWEST_POINTS]
                 if short and not each_named and len(chosen) * len(conditions) > 1:  # a few points beside curves
                     problem = f"{test}: {short[0].rate.size} points, at least {FEWEST_POINTS} are needed"
@@ -278,7 +286,18 @@ def _points(
     against = np.sign(rate) != np.sign(stress)
     size = np.abs(stress)
     largest = float(size.max(initial=0.0))
+    turned_back = np.sign(rate) != np.sign(np.sign(rate).sum())
+    resting = against & turned_back & (np.abs(rate) < _RESTING * np.abs(rate).max(initial=0.0))
     faint = against & (size < _FAINT * largest)
+    if resting.any() and not faint[resting].all() and 2 * int(against.sum()) <= rate.size:
+        left_out = f"{int(resting.sum())} points left out: a rate of the other sign than its stress"
+        notes.append(f"{left_out}, below 0.1 % of the largest rate, as noise about a rest is")
+        clear = ~resting
+        rate = rate[clear]
+        stress = stress[clear]
+        places = places[clear]
+        against = against[clear]
+        faint = faint[clear]
     if faint.any() and 2 * int(against.sum()) <= rate.size:
         # At the lowest rates a fluid of low viscosity is below what an instrument resolves: the sign is noise.
         left_out = f"{int(faint.sum())} points left out: a stress of the other sign than its rate"

@@ -14,62 +14,25 @@ from dataclasses import dataclass
 import numpy as np
 
 from erclutch.errors import MappingError, UnitError, shell_word
-from erclutch.logs.labels import split_end, split_label
-from erclutch.logs.table import Table
+from erclutch.logs.labels import split_label
+from erclutch.logs.rheometer_names import Quantity, Role, of_oscillation, plain_name, said_by_name
+from erclutch.logs.table import Table, listed
 from erclutch.signals.array import Mask
 from erclutch.signals.units import parse
-from erclutch.wings.rheology.flow_names import Quantity, Role, plain_name, said_by_name
+from erclutch.wings.rheology.flow_units import SI, in_plain_units, said_by_unit, unit_of
+from erclutch.wings.rheology.labelled_pairs import CurvePlan, FlowColumn, labelled_pairs
 
-_SI: Mapping[Quantity, str] = {"rate": "1/s", "stress": "Pa", "viscosity": "Pa*s"}
 _CALLED: Mapping[Quantity, str] = {"rate": "shear rate", "stress": "shear stress", "viscosity": "viscosity"}
 _PASCAL = parse("Pa").factor
 _MEANING = {"rate": "a shear rate", "stress": "a shear stress", "viscosity": "a viscosity", "other": "neither"}
 
-#: Columns that only an oscillation fills: what is stored and lost in a turn there and back.
-_OSCILLATION = re.compile(
-    r"(?:storage|loss|complex) (?:shear )?modul|\b(?:g|eta)\*|η\*|\bg'|\(elastic component\)|speichermodul|verlustmodul"
-    r"|complex viscosity|komplexe viskos"
-    r"|module de (?:conservation|perte)|modulo de (?:almacen|perdida)|储能模量|贮存弾性率"
-)
-#: A shear rate counts no events: 1 Hz of an oscillation is 2 pi rad/s of nothing sheared.
-_NO_RATE = re.compile(r"hz|cps|rpm", re.IGNORECASE)
 #: A stress and a viscosity of one row that differ by more than this share have a wrong unit.
 _AGREE = 0.2
+#: What was wanted, beside what was measured.
+_WANTED = re.compile(r"\b(?:target|set|setpoint|nominal|command(?:ed)?|requested|soll|consigne)\b|目标|设定|設定|目標")
+_STEADY = 1.002  # times the lowest stress: what stays below was controlled, as no fluid keeps its stress
+_FEWEST_HELD = 5  # points
 _HELD = 1.2  # times the lowest rate: what stays below is measured at one rate
-
-
-@dataclass(frozen=True)
-class FlowColumn:
-    """One column of a flow curve.
-
-    Attributes:
-        name: in the table.
-        unit: by which it is read.
-        factor: from that unit to 1/s, Pa or Pa s.
-        reason: why the column is taken for its role, as the end of a sentence.
-    """
-
-    name: str
-    unit: str
-    factor: float
-    reason: str
-
-
-@dataclass(frozen=True)
-class CurvePlan:
-    """Where one curve stands in a table.
-
-    Attributes:
-        label: what the curve is called.
-        rate: its shear rates.
-        stress: its shear stresses, or its viscosities.
-        times_rate: whether ``stress`` is a viscosity, which becomes a stress by its rate.
-    """
-
-    label: str
-    rate: FlowColumn
-    stress: FlowColumn
-    times_rate: bool = False
 
 
 @dataclass(frozen=True)
@@ -100,16 +63,9 @@ def plan_of(
     Raises:
         MappingError: no column or several could be meant (UnitError: a unit is unknown, or does not fit the name).
     """
-    swings, marks = oscillation(table)
-    if rate is None and not stress:
-        if swings.any() and swings.all():
-            problem = f"the test is an oscillation ({', '.join(marks[:3])}), which has no flow curve"
-            remedy = "Give a test in rotation, or name columns: --shear-rate, --stress"
-            raise MappingError(problem, where=table.name, remedy=remedy)
-        pairs = _labelled_pairs(table)
-        if pairs:
-            note = f"{len(pairs)} pairs of columns, taken for shear rate [1/s] and shear stress [Pa]"
-            return FlowPlan(pairs, (note,))
+    pairs = _plan_of_pairs(table, rate, stress)
+    if pairs is not None:
+        return pairs
 
     asked: dict[str, str] = {}  # what the options say of a column, by its name
     for label in [rate, *stress]:
@@ -118,8 +74,9 @@ def plan_of(
     roles: dict[str, Role] = {name: _role(table, name) for name in table.columns if name not in asked}
 
     def of_role(wanted_role: Role) -> list[str]:
-        """Columns that nobody asked for and that have the role."""
-        return [name for name, role in roles.items() if role == wanted_role]
+        """Columns that nobody asked for and that have the role; a wanted value only where no measured one is."""
+        named = [name for name, role in roles.items() if role == wanted_role]
+        return [name for name in named if not _WANTED.search(plain_name(name))] or named
 
     rates = [_column(table, rate)] if rate else of_role("rate")
     stresses = [_column(table, label) for label in stress]
@@ -155,17 +112,41 @@ def plan_of(
         and len(viscosities) == 1
         and not curves[0].times_rate
         and not asked
-        and _unit(table, viscosities[0])
+        and unit_of(table, viscosities[0])
     ):
         _compare(table, curves[0], _flow_column(table, viscosities[0], "viscosity", asked))
     return plan
 
 
-def require_several_rates(plan: FlowPlan, table: Table) -> None:
-    """Refuse a test at one shear rate: a hold, a ramp of temperature.
+def _plan_of_pairs(table: Table, rate: str | None, stress: Sequence[str]) -> FlowPlan | None:
+    """The plan of a table of labelled pairs of columns, in a unit that was given for all of them; None for others.
 
     Raises:
-        MappingError: all its curves have points, and all points one rate.
+        MappingError: the whole table is an oscillation, or the pairs leave open what they are.
+    """
+    if rate is not None or len(stress) > 1:
+        return None
+    given = re.fullmatch(r"\[([^\[\]]+)\]", stress[0]) if stress else None
+    if stress and given is None:
+        return None
+    swings, marks = oscillation(table)
+    if swings.any() and swings.all():
+        problem = f"the test is an oscillation ({', '.join(marks[:3])}), which has no flow curve"
+        remedy = "Give a test in rotation, or name columns: --shear-rate, --stress"
+        raise MappingError(problem, where=table.name, remedy=remedy)
+    unit = given[1] if given else ""
+    pairs = labelled_pairs(table, unit)
+    if not pairs:
+        return None
+    taken_for = f"in {unit}" if unit else "taken for shear rate [1/s] and shear stress [Pa]"
+    return FlowPlan(pairs, (f"{len(pairs)} pairs of columns, {taken_for}",))
+
+
+def require_several_rates(plan: FlowPlan, table: Table) -> None:
+    """Refuse a test at one shear rate or one shear stress: a hold, a ramp of temperature, a creep.
+
+    Raises:
+        MappingError: all its curves have points, and all points one rate or one stress.
     """
     rates = [np.abs(table.columns[curve.rate.name]) for curve in plan.curves]
     turning = [rate[np.isfinite(rate) & (rate > 0)] for rate in rates]
@@ -173,50 +154,25 @@ def require_several_rates(plan: FlowPlan, table: Table) -> None:
         ends = f"{turning[0].min():.4g} to {turning[0].max():.4g} {plan.curves[0].rate.unit}"
         problem = f"all points have the shear rate {ends}, which is no flow curve"
         raise MappingError(problem, where=table.name, remedy="Give a test with several rates")
+    if any(curve.times_rate for curve in plan.curves):
+        return
+    stresses = [np.abs(table.columns[curve.stress.name]) for curve in plan.curves]
+    held = [stress[np.isfinite(stress) & (stress > 0)] for stress in stresses]
+    if all(stress.size > _FEWEST_HELD and stress.max() <= _STEADY * stress.min() for stress in held):
+        problem = (
+            f"all points have the shear stress {held[0][0]:.4g} {plan.curves[0].stress.unit}, which is no flow curve"
+        )
+        raise MappingError(problem, where=table.name, remedy="Give a test with several stresses; this is a creep")
 
 
 def oscillation(table: Table) -> tuple[Mask, list[str]]:
     """Rows of a table that were measured in oscillation, shape (n,), and the columns that say so."""
-    marks = [name for name in table.columns if _OSCILLATION.search(plain_name(name))]
+    marks = of_oscillation(table.columns)
     swings = np.zeros(table.rows, np.bool_)
     for name in marks:
         values = table.columns[name]
         swings |= np.isfinite(values) & (values != 0)
     return swings, marks
-
-
-def _labelled_pairs(table: Table) -> tuple[CurvePlan, ...]:
-    """Curves of a file with a label over the rates of each pair and nothing over the stresses; none for others."""
-    names = list(table.columns)
-    if len(names) % 2 or not names:
-        return ()
-    unnamed: list[bool] = []
-    for name in names:
-        is_numbered = re.fullmatch(r"c\d+", name) is not None
-        unnamed.append(is_numbered and table.units.get(name) is None)
-    if not all(unnamed[1::2]):
-        return ()
-    labels: list[str] = []
-    if all(unnamed):
-        # Labels that are numbers, such as volume fractions, stand in the first row of the table.
-        first_row = [table.columns[name][0] for name in names]
-        over_rates = np.isfinite(first_row[::2])
-        none_over_stresses = np.isnan(first_row[1::2])
-        if not over_rates.all() or not none_over_stresses.all():
-            return ()
-        labels = [f"{label:g}" for label in first_row[::2]]
-    else:
-        if any(_role(table, name) != "unknown" for name in names[::2]):
-            return ()
-        for number, place in enumerate(range(0, len(names), 2), start=1):
-            labels.append(f"curve {number}" if unnamed[place] else names[place])
-    reason = "a label stands over its pair of columns"
-    pairs: list[CurvePlan] = []
-    for label, rates, stresses in zip(labels, names[::2], names[1::2], strict=True):
-        rate = FlowColumn(rates, "1/s", 1.0, reason)
-        stress = FlowColumn(stresses, "Pa", 1.0, reason)
-        pairs.append(CurvePlan(label, rate, stress))
-    return tuple(pairs)
 
 
 def _column(table: Table, label: str) -> str:
@@ -229,39 +185,15 @@ def _column(table: Table, label: str) -> str:
     raise MappingError(f"there is no column {name!r}", where=table.name, remedy=remedy)
 
 
-def _said_by_unit(unit: str | None) -> Role:
-    """What a unit alone says: a rate, a stress, a viscosity, another quantity, or nothing."""
-    if not unit:
-        return "unknown"
-    try:
-        dimension = parse(unit).dimension
-    except UnitError:
-        return "unknown"
-    for role, si in _SI.items():
-        if dimension == parse(si).dimension:
-            counted = role == "rate" and _NO_RATE.search(unit)
-            return "other" if counted else role
-    return "other"
-
-
-def _unit(table: Table, name: str) -> str | None:
-    """The unit of a column in its file, or the end of its name (``Viscosity_cP``) where that measures a flow curve."""
-    unit = table.units.get(name)
-    if unit:
-        return unit
-    _, end = split_end(name)
-    return end if end and _said_by_unit(end) in _SI else None
-
-
 def _role(table: Table, name: str) -> Role:
     """The role of a column by name and unit.
 
     Raises:
         UnitError: the name and the unit of a column speak of two roles.
     """
-    unit = _unit(table, name)
+    unit = unit_of(table, name)
     named = said_by_name(name)
-    measured = _said_by_unit(unit)
+    measured = said_by_unit(unit)
     if named == "unknown":
         return measured
     if measured in ("unknown", named):
@@ -277,8 +209,8 @@ def _role(table: Table, name: str) -> Role:
 
 def _is_viscosity(table: Table, name: str, asked: dict[str, str]) -> bool:
     """Whether a column that was asked for as a stress is a viscosity by its unit, or by its name without one."""
-    unit = _unit_asked(name, asked) or _unit(table, name)
-    said = _said_by_unit(unit) if unit else said_by_name(name)
+    unit = _unit_asked(name, asked) or unit_of(table, name)
+    said = said_by_unit(unit) if unit else said_by_name(name)
     return said == "viscosity"
 
 
@@ -287,14 +219,14 @@ def _unit_asked(name: str, asked: dict[str, str]) -> str | None:
     if name not in asked:
         return None
     _, unit = split_label(asked[name])
-    return unit
+    return in_plain_units(said_by_name(name), unit) if unit else None
 
 
 def _distinct(table: Table, names: Sequence[str]) -> list[str]:
     """Columns without those that repeat an earlier one in name and numbers, as "Stress (step)" repeats "Stress"."""
 
     def repeats(name: str, other: str) -> bool:
-        if not name.startswith(other) or _unit(table, name) != _unit(table, other):
+        if not name.startswith(other) or unit_of(table, name) != unit_of(table, other):
             return False
         return np.allclose(
             table.columns[name],
@@ -313,7 +245,7 @@ def _distinct(table: Table, names: Sequence[str]) -> list[str]:
 
 def _rises(table: Table, rate: str, name: str) -> bool:
     """Whether a column without a known name grows with the rate, as every stress of a flow curve does."""
-    if _unit(table, name):
+    if unit_of(table, name):
         return False
     rates = np.abs(table.columns[rate])
     values = np.abs(table.columns[name])
@@ -354,21 +286,17 @@ def _flow_column(
         UnitError: the unit is unknown, or of another quantity.
     """
     unit_asked = _unit_asked(name, asked)
-    unit = unit_asked or _unit(table, name)
+    unit = unit_asked or unit_of(table, name)
     if unit is None and role == "viscosity" and name not in asked:
-        raise UnitError(
-            f"the column {name!r} has no unit: viscosities are written in Pa s, and as often in mPa s or cP",
-            where=table.name,
-            remedy=f"Say which: --stress {shell_word(f'{name} [mPa*s]')}, or --stress {shell_word(f'{name} [Pa*s]')}",
-        )
+        raise _of_unknown_unit(table, name)
     if unit is None:
-        return FlowColumn(name, _SI[role], 1.0, f"no unit, taken for {_SI[role]}")
-    if _said_by_unit(unit) != role:
+        return FlowColumn(name, SI[role], 1.0, f"no unit, taken for {SI[role]}")
+    if said_by_unit(unit) != role:
         option = "--shear-rate" if role == "rate" else "--stress"
         raise UnitError(
             f"the column {name!r} has the unit {unit!r}, which is no unit of {_MEANING[role]}",
             where=table.name,
-            remedy=f"Name its unit: {option} {shell_word(f'{name} [{_SI[role]}]')}",
+            remedy=f"Name its unit: {option} {shell_word(f'{name} [{SI[role]}]')}",
         )
     base = 1.0 if role == "rate" else _PASCAL
     reason = "asked for" if unit_asked else f"named, in {unit}"
@@ -390,7 +318,7 @@ def _notes(
         elif column.reason.startswith("no unit"):
             said += f", {column.reason}"
         elif column.factor != 1.0:
-            said += f", x {column.factor:g} to {_SI[quantity]}"
+            said += f", x {column.factor:g} to {SI[quantity]}"
         notes.append(said)
     if any(curve.times_rate for curve in curves):
         notes.append("stress = viscosity x shear rate")
@@ -429,6 +357,21 @@ def _compare(table: Table, curve: CurvePlan, viscosity: FlowColumn) -> None:
     )
 
 
+def _of_unknown_unit(table: Table, name: str) -> UnitError:
+    """The error where a viscosity has no unit; the remedy names all such columns, so that one answer is enough."""
+    unknown = [other for other in table.columns if _role(table, other) == "viscosity" and not unit_of(table, other)]
+
+    def named(unit: str) -> str:
+        return "--stress " + " ".join(shell_word(f"{other} [{unit}]") for other in unknown)
+
+    columns = f"the column {name!r} has" if len(unknown) == 1 else f"the columns {listed(unknown, 6)} have"
+    return UnitError(
+        f"{columns} no unit: viscosities are written in Pa s, and as often in mPa s or cP",
+        where=table.name,
+        remedy=f"Say which: {named('mPa*s')}, or {named('Pa*s')}",
+    )
+
+
 def _missing(table: Table, roles: dict[str, Role], rates: Sequence[str]) -> MappingError:
     """The error where no column is surely the rate, or the stress beside one."""
     what = "shear rate"
@@ -438,12 +381,28 @@ def _missing(table: Table, roles: dict[str, Role], rates: Sequence[str]) -> Mapp
         what = "shear stress"
         option = "--stress"
         unit = "Pa"
-    candidates = [name for name, role in roles.items() if role == "unknown"] or list(roles) or ["NAME"]
+    there = f"(there are: {', '.join(table.labels)})"
+    if marks := of_oscillation(table.columns):
+        swings = f"the test is an oscillation ({', '.join(marks[:3])}), which has no flow curve"
+        problem = f"no column is surely the {what}: {swings}"
+        remedy = "Give a test in rotation, or name columns: --shear-rate, --stress"
+        return MappingError(problem, where=table.name, remedy=remedy)
+    candidates: list[str] = []
+    for name, role in roles.items():
+        counts = np.array_equal(np.diff(table.columns[name]), np.ones(table.rows - 1))
+        if role == "unknown" and "%" not in table.label(name) and not counts:
+            candidates.append(name)
+    if not candidates:  # all are of other quantities, such as a time: none of them may be named
+        return MappingError(
+            f"no flow curve: no column is surely the {what}, and each is of another quantity {there}",
+            where=table.name,
+            remedy="Give a table with shear rates and shear stresses or viscosities",
+        )
     # A gamma beside a tau is a rate or a strain: only the user knows, and no other column is more likely.
     likely = [name for name in candidates if plain_name(name) in ("gamma", "gamma point", "shear")]
     example = [*likely, *candidates][0]
     return MappingError(
-        f"no column is surely the {what} (there are: {', '.join(table.labels)})",
+        f"no column is surely the {what} {there}",
         where=table.name,
         remedy=f"Name it with its unit, such as {option} {shell_word(f'{example} [{unit}]')}",
     )

@@ -43,6 +43,7 @@ def flowcurve(
         laws: Which laws to fit. Default: all laws that have a meaning at one field.
         shear_rate: The column of shear rates with its unit, such as "D [1/min]". Default: by name and unit.
         stress: Columns of shear stress or viscosity with their units, such as "tau [kPa]". Default: by name and unit.
+            Of pairs of columns the unit alone, such as "[mPa*s]".
         sheet: Sheets or tests of the file, by name or number, or the rows that a column of words parts: "material=all"
             for a curve of each word. Default: all that hold a flow curve.
         parameters: Also print the chosen law's parameters with intervals.

@@ -1,15 +1,19 @@
 """Exports of Anton Paar's programs: RheoCompass writes "Interval data:" before each table, Rheoplus "Meas. Pts.".
 
-Both write tables under each other, one an interval of a test, with names, then units in brackets, then points.
+Both write tables under each other, one an interval of a test, with names, then units in brackets, then points. In
+other languages than English their marks are known by their places.
 """
 
 from __future__ import annotations
 
+import codecs
+import re
+from collections.abc import Sequence
 from dataclasses import replace
 
 from erclutch.errors import LogError
 from erclutch.logs.log_reader import LogReader, LogSource
-from erclutch.logs.readers import found_recordings
+from erclutch.logs.readers import found_recordings, text
 from erclutch.logs.readers.cells import is_number
 from erclutch.logs.readers.text_bytes import DAMAGE, decode
 from erclutch.logs.table import Table
@@ -20,10 +24,49 @@ _PLUS = "Meas. Pts."
 #: What stands before the name of a test; the last line before a table names it best.
 _TESTS = ("Test:", "Result:", "Name:", "Sample:")
 _INTERVALS = ("Interval and data points:", "Interval:")
+_ENGLISH = re.compile("Interval and data points:|Interval data:|Meas. Pts.|Number of Intervals:")
+#: In any language: a line that numbers an interval, names below it, perhaps words, and units in brackets below these.
+_ANNOUNCED = re.compile(
+    r"^(?P<interval>[^\t;,:：\n]{3,60}[:：])[\t;,] ?\d+(?:[\t;,] ?\d+)?[\t;, ]*\r?\n"
+    r"(?P<names>[^\t;,\n]*)[\t;,][^\n]*\n(?:[\t;, ][^\n\[]*\n|\r?\n)?(?=[\t;, ]+\"?\[)",
+    re.MULTILINE,
+)
+#: The first bytes of a file may end before the units: then the mark before the names, as RheoCompass writes it, counts.
+_MARKED = re.compile(
+    r"^[^\t;,:：\n]{3,60}[:：][\t;,] ?\d+[\t;,] ?\d+[\t;, ]*\r?\n[^\t;,\n]{3,60}[:：][\t;,][^\t;,\n]+[\t;,]",
+    re.MULTILINE,
+)
+_KEY = re.compile(r"([^\t;,:：\n]{2,60}[:：])[\t;,](.*[^\W\d_].*)")
+
+#: RheoCompass writes decimal commas, and a point in numbers with an exponent all the same.
+_COMMA = re.compile(r"[+-]?\d+,\d+(?:E[+-]?\d+)?")
+_POINT = re.compile(r"^([+-]?\d+)\.(\d+E[+-]?\d+)$")
+
+
+def _in_english(content: str) -> str:
+    """The content with English marks: a table stands below a project, a test and a result, or the last of them."""
+    found = _ANNOUNCED.search(content)
+    if found is None or _COMPASS in content or _PLUS in content:
+        return content
+    keys = [match.group(1) for line in content[: found.start()].split("\n") if (match := _KEY.fullmatch(line))]
+    names = found["names"].strip()
+    of_compass = names.endswith((":", "："))
+    marks = {found["interval"]: _INTERVALS[0 if of_compass else 1], names: _COMPASS if of_compass else _PLUS}
+    marks |= dict(zip(reversed(keys), _keys_in_english(keys), strict=False))
+    lines: list[str] = []
+    for line in content.split("\n"):
+        first = next((mark for mark in marks if line.startswith(mark)), "")
+        lines.append(marks[first] + line[len(first) :] if first else line)
+    return "\n".join(lines)
+
+
+def _keys_in_english(keys: Sequence[str]) -> Sequence[str]:
+    """English for the keys above a table, the nearest first."""
+    return _TESTS[:1] if len(keys) == 1 else (_TESTS[1], _TESTS[0], "Project:")
 
 
 def _blocks(content: str) -> list[Block]:
-    lines = content.splitlines()
+    lines = _in_english(content).splitlines()
     head = next((line for line in lines if _COMPASS in line or _PLUS in line), "")
     delimiter = delimiter_of(head)
     blocks: list[Block] = []
@@ -62,6 +105,8 @@ def _blocks(content: str) -> list[Block]:
                     break
                 rows.append(_behind(margin, point))
                 at += 1
+            if delimiter != "," and any(_COMMA.fullmatch(cell) for row in rows for cell in row):
+                rows = [[_POINT.sub(r"\1,\2", cell) for cell in row] for row in rows]
             if rows:
                 results.append(", ".join(dict.fromkeys(heads.values())))
                 test = next(reversed(heads.values()), "")
@@ -118,14 +163,19 @@ def _called(test: str, interval: str, before: int) -> str:
 
 
 def _read(source: LogSource) -> Table:
-    return chosen_table(source, _blocks(decode(source.data)), "test")
+    content = decode(source.data)
+    if not _ENGLISH.search(content) and not _ANNOUNCED.search(content):
+        return text.read_text(source)  # a head of another instrument above a plain table
+    return chosen_table(source, _blocks(content), "test")
 
 
 def _claims(head: bytes) -> bool:
-    """By a mark near the beginning, in UTF-8 or UTF-16."""
-    plain = head.replace(b"\0", b"")
-    marks = (b"Interval and data points:", b"Interval data:", b"Meas. Pts.", b"Number of Intervals:")
-    return any(mark in plain for mark in marks)
+    """By a mark near the beginning, in UTF-8 or UTF-16, or by places in another language."""
+    is_wide = head.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
+    words = head.decode("utf-16" if is_wide else "utf-8", errors="replace")
+    if _ANNOUNCED.search(words) or _MARKED.search(words):
+        return True
+    return _ENGLISH.search(head.replace(b"\0", b"").decode("latin-1")) is not None
 
 
 READER = LogReader((), _claims, _read, recordings=found_recordings.names_by(_read), tells_damage=DAMAGE)

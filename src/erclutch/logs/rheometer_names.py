@@ -1,0 +1,78 @@
+"""Names by which rheometers call shear rates, stresses, viscosities and moduli, in the languages of instruments."""
+
+from __future__ import annotations
+
+import re
+import unicodedata
+from collections.abc import Iterable
+from typing import Literal
+
+Quantity = Literal["rate", "stress", "viscosity"]
+Role = Literal[Quantity, "other", "unknown"]
+
+#: Words by which instruments and people name a column, as patterns over a plain name; German, French, Spanish, Chinese
+#: and Japanese behind English. Quantities that share a word or a unit with a flow curve and are none come first.
+_WORDS: dict[Role, tuple[str, ...]] = {
+    "other": (
+        *("modul", "normal", "oscill", "complex", "komplex", "kinemat", "frequen", r"\bfreq\b", "yield", "ratio"),
+        *(r"\bstrain\b(?![ -]?rate)", "(?<!taux de )(?<!vitesse de )deformation", "torque", "drehmoment", "couple"),
+        *("speed", "drehzahl", "flow rate", "moment", r"\brpm\b"),
+        *("temp", "time", "zeit", "tiempo", "interval", "sampling", r"\bgap\b", "spalt", "angle", "winkel", "status"),
+        *(r"\bpoint", r"\bpts?\b", r"\bpkt", r"\bno\b", r"\bnr\b", r"stand\w+ dev", r"\bstd\b", "error"),
+        *("温度", "时间", "時間", "扭矩", "トルク", "序号", "点", "转速", "回転", "频率", "周波数"),
+    ),
+    "viscosity": (
+        *("viscosi", "visko[sz]i", r"\bvisc\b", r"\beta\b", "η", "lepkosc", "вязкост", "점도", "粘度", "黏度", "粘性"),
+    ),
+    "rate": (
+        *("shear[ -]?rates?", "strain[ -]?rate", "^rates?$", "gamma[ -]?dot", r"\bgammap\b", r"\bgp\b", r"\bsr\b"),
+        *(r"\bd\b", "γ\u0307", "γ", "schergesch", "scherrate", "schergef", "gradient de"),
+        *("(?:taux|vitesse) de (?:cisail|deform)",),
+        *("(?:velocidad|tasa) de (?:corte|ciza|deform)", "taxa de (?:cisalh|deform)", "gradiente di veloc"),
+        *("velocita di taglio", "afschuifsnelheid", "szybkosc scin", "kayma h[iı]z", "скорост. сдвига"),
+        *("전단 ?(?:속도|율)", "剪切速[率度]", "剪切率", "せん断速度", "ずり速度", r"\bg ?dot\b"),
+    ),
+    "stress": (
+        *("shear[ -]?stress", r"\bstress\b", r"\btau\b", "τ", r"\bsigma\b", "σ", "schubspannung", "scherspannung"),
+        *("contrainte", "cission", "esfuerzo", "tension (?:de corte|cort)", "tensao de (?:cisalh|corte)"),
+        *("sforzo di taglio", "schuifspanning", "naprezenie scin", "kayma gerilm", "напряжени. сдвига"),
+        *("전단 ?응력", "剪切应力", "剪切力", "剪應力", "剪应力", "切应力", "せん断応力", "ずり応力"),
+    ),
+}
+#: Columns that only an oscillation fills: what is stored and lost in a turn there and back.
+_OSCILLATION = re.compile(
+    r"(?:storage|loss|complex) (?:shear )?modul|\b(?:g|eta)\*|η\*|\bg'|\(elastic component\)|speichermodul|verlustmodul"
+    r"|complex viscosity|komplexe viskos"
+    r"|module de (?:conservation|perte)|modulo de (?:almacen|perda|perdida)|[储儲貯贮][能存蔵](?:模量|弹性率|弾性率)"
+    r"|损耗模量|損失弾性率|\bg ?(?:prime|[′’´`])|tan ?\(?(?:delta|δ)|verlustfaktor|loss (?:factor|tangent)"
+)
+_BY_NAME: dict[Role, re.Pattern[str]] = {role: re.compile("|".join(words)) for role, words in _WORDS.items()}
+
+
+def plain_name(name: str) -> str:
+    """A name in small letters without accents, with spaces for underscores."""
+    signs = unicodedata.normalize("NFKD", name.lower())
+    # The dot above gamma stays: it makes a strain a rate. So do the marks of Japanese letters.
+    bare = "".join(sign for sign in signs if sign in "\u0307\u3099\u309a" or not unicodedata.combining(sign))
+    bare = unicodedata.normalize("NFC", bare)
+    return re.sub(r"[_\s./]+", " ", bare).strip()
+
+
+def said_by_name(name: str) -> Role:
+    """The role that a name alone speaks for."""
+    plain = plain_name(re.sub(r"\s*\(\d+\)$", "", name))
+    for role, pattern in _BY_NAME.items():
+        if pattern.search(plain):
+            return role
+    return "unknown"
+
+
+def tells_a_flow_curve(names: Iterable[str]) -> bool:
+    """Whether names tell a shear rate, and a shear stress or a viscosity."""
+    said = {said_by_name(name) for name in names}
+    return "rate" in said and not said.isdisjoint(("stress", "viscosity"))
+
+
+def of_oscillation(names: Iterable[str]) -> list[str]:
+    """The names of columns that only an oscillation fills."""
+    return [name for name in names if _OSCILLATION.search(plain_name(name))]

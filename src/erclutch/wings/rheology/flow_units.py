@@ -1,0 +1,82 @@
+"""Units of shear rates, stresses and viscosities, also as instruments of rheology spell them."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+
+from erclutch.errors import UnitError
+from erclutch.logs.labels import split_end
+from erclutch.logs.rheometer_names import Quantity, Role, said_by_name
+from erclutch.logs.table import Table
+from erclutch.signals.units import parse
+
+SI: Mapping[Quantity, str] = {"rate": "1/s", "stress": "Pa", "viscosity": "Pa*s"}
+
+#: A shear rate counts no events: 1 Hz of an oscillation is 2 pi rad/s of nothing sheared.
+_NO_RATE = re.compile(r"hz|cps|rpm", re.IGNORECASE)
+#: Spellings that mean nothing, or another unit, outside of rheology: a cP in small letters is a cup, a D a debye.
+_SPELLED: Mapping[Quantity, Mapping[str, str]] = {
+    "rate": {
+        "1/s": r"/s(?:ec)?|s(?:ec)?\.?(?:\^|\*\*)?[({]*-1[)}]*|1/s(?:ec(?:onds?)?)?\.?|reciprocalsec(?:onds?)?|1/秒",
+        "1/min": r"/min|min\^?[({]*-1[)}]*",
+    },
+    "stress": {
+        "Pa": r"pa|pascals?",
+        "kPa": r"kpa",
+        "dyn/cm^2": r"d(?:yne?s?)?/(?:sq\.?cm|cm\^?2)",
+        "lbf/(100*ft^2)": r"lb[fs]?/100(?:ft\^?2|sqft|sq\.ft\.?)",
+    },
+    "viscosity": {
+        "Pa*s": r"pa[.*x-]?s(?:ec)?",
+        "mPa*s": r"mpa[.*x-]?s(?:ec)?",
+        "cP": r"cps?|centipoises?",
+        "P": r"poises?",
+    },
+}
+_AT_THE_END = re.compile(r"(?:[\s,_]*[\[(](?P<inside>[^\[\]]+)[\])]|[\s,_/]+(?P<bare>[^\s,_\[\]()]+))\s*")
+
+
+def in_plain_units(quantity: Role, unit: str) -> str:
+    """A unit of a quantity as everybody writes it; as it is where no instrument spells that quantity's unit so."""
+    bare = unit.replace("−", "-").replace("⁻", "-").replace("¹", "1").replace("²", "2")
+    bare = re.sub(r"[·•⋅∙×]", ".", bare).replace(" ", "").lower()
+    if unit.lstrip().startswith("M"):
+        return unit  # a megapascal is no millipascal
+    for plain, pattern in _SPELLED.get(quantity, {}).items():  # type: ignore[call-overload]
+        if re.fullmatch(pattern, bare):
+            return plain
+    return unit
+
+
+def said_by_unit(unit: str | None) -> Role:
+    """What a unit alone says: a rate, a stress, a viscosity, another quantity, or nothing."""
+    if not unit:
+        return "unknown"
+    try:
+        dimension = parse(unit).dimension
+    except UnitError:
+        return "unknown"
+    for role, si in SI.items():
+        if dimension == parse(si).dimension:
+            counted = role == "rate" and _NO_RATE.search(unit)
+            return "other" if counted else role
+    return "other"
+
+
+def unit_of(table: Table, name: str) -> str | None:
+    """The unit of a column in its file, or the end of its name (``Viscosity_cP``) where that measures a flow curve."""
+    named = said_by_name(name)
+    unit = table.units.get(name)
+    if unit:
+        return in_plain_units(named, unit)
+    match = _AT_THE_END.search(name)
+    while match and match.end() < len(name):
+        match = _AT_THE_END.search(name, match.start() + 1)
+    if match:
+        end = match["inside"] or match["bare"]
+        plain = in_plain_units(named, end)
+        if said_by_unit(plain) == named:
+            return plain
+    _, end = split_end(name)
+    return end if end and said_by_unit(end) in SI else None
