@@ -16,7 +16,7 @@ SI: Mapping[Quantity, str] = {"rate": "1/s", "stress": "Pa", "viscosity": "Pa*s"
 #: A shear rate counts no events: 1 Hz of an oscillation is 2 pi rad/s of nothing sheared.
 _NO_RATE = re.compile(r"hz|cps|rpm", re.IGNORECASE)
 #: Spellings that mean nothing, or another unit, outside of rheology: a cP in small letters is a cup, a D a debye.
-_SPELLED: Mapping[Quantity, Mapping[str, str]] = {
+_SPELLED: Mapping[Role, Mapping[str, str]] = {
     "rate": {
         "1/s": r"/s(?:ec)?|s(?:ec)?\.?(?:\^|\*\*)?[({]*-1[)}]*|1/s(?:ec(?:onds?)?)?\.?|reciprocalsec(?:onds?)?|1/秒",
         "1/min": r"/min|min\^?[({]*-1[)}]*",
@@ -43,7 +43,7 @@ def in_plain_units(quantity: Role, unit: str) -> str:
     bare = re.sub(r"[·•⋅∙×]", ".", bare).replace(" ", "").lower()
     if unit.lstrip().startswith("M"):
         return unit  # a megapascal is no millipascal
-    for plain, pattern in _SPELLED.get(quantity, {}).items():  # type: ignore[call-overload]
+    for plain, pattern in _SPELLED.get(quantity, {}).items():
         if re.fullmatch(pattern, bare):
             return plain
     return unit
