@@ -34,7 +34,9 @@ def guess_what_is_needed(draft: Draft) -> None:
     """
     named = draft.taken
     moduli = of_oscillation(draft.table.columns)  # in Pa, and no efforts
-    draft.no_signals += [name for name in moduli if name not in named]
+    if moduli:  # nor are the stresses of an oscillation
+        in_pascals = [column.name for column in draft.seen.columns.values() if column.fits(("Pa",))]
+        draft.no_signals += [name for name in dict.fromkeys([*moduli, *in_pascals]) if name not in named]
     taken = [*draft.taken, *draft.table.truths]
     for group in NEEDS[draft.device]:
         settled = False
