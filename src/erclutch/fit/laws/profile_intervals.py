@@ -81,9 +81,14 @@ def interval_ends(
         return low, high
 
     search = _Search.at(few, optimum, ordered)
+    some_held = bool(np.any(optimum.live & ~optimum.free))
     for j in np.flatnonzero(search.coupled(doubtful)).tolist():
         from_end = search.end(j, -1.0)
         to_end = search.end(j, 1.0)
+        if some_held and not doubtful[j]:
+            # Parameters on a bound that may leave it only widen what the free ones say.
+            from_end = min(from_end, float(low[j]))
+            to_end = max(to_end, float(high[j]))
         if from_end > lower[j] or to_end < upper[j]:
             low[j] = from_end
             high[j] = to_end
@@ -112,8 +117,10 @@ class _Search:
         live: which parameters the few rows excite, shape (p,).
         lower, upper: bounds; those of a parameter that nothing excites meet in its value.
         inverse: of the curvature over the few rows, shape (p, p).
+        along: how far all parameters go with each of them where those on a bound stay, a column each, shape (p, p).
         limits: rise of the sum of squares at an end, shape (p,).
         first: half widths to try first, shape (p,).
+        fitted: what the model predicts on the few rows.
         least: sum of squares at the optimum.
     """
 
@@ -123,8 +130,10 @@ class _Search:
     lower: Array
     upper: Array
     inverse: Array
+    along: Array
     limits: Array
     first: Array
+    fitted: Array
     least: float
 
     @classmethod
@@ -139,20 +148,29 @@ class _Search:
         fitted = without_gains @ optimum.point[k:]
         columns, by_shapes, _ = jacobian(replace(few, target=fitted), optimum.point[:k])
         slopes = np.column_stack([by_shapes, columns])
-        # The smallest residual whose gradient is that of all rows.
-        gradient = share * optimum.slopes.T @ optimum.residual
-        pull = np.linalg.lstsq(slopes.T, gradient, rcond=1e-9)[0]
-
-        norms = np.linalg.norm(slopes, axis=0)
+        norms: Array = np.sqrt(np.sum(slopes * slopes, axis=0))
         live = optimum.live & (norms > 0)
         norms[~live] = 1.0
+        # The smallest residual whose gradient is that of all rows.
+        gradient = share * optimum.slopes.T @ optimum.residual
+        pull = np.linalg.lstsq((slopes / norms).T, gradient / norms, rcond=1e-9)[0]
+
         lower, upper = (np.where(live, ends, optimum.point) for ends in _bounds(few))
 
-        # Inverse of the curvature J'J by the singular values of J; those of a valley are kept off zero.
-        _, s, right = np.linalg.svd(triangle_of(slopes / norms))
-        solid = np.maximum(s, 1e-12 * max(s[0], 1e-150))
-        half = right.T / solid / norms[:, None]
-        inverse = half @ half.T
+        triangle = triangle_of(slopes / norms)
+        inverse = _inverse(triangle) / np.outer(norms, norms)
+
+        # A parameter on a bound trades off with others there, far beyond where it can go: it stays for a first try.
+        along = np.zeros_like(inverse)
+        variances = np.diag(inverse).copy()
+        for j in np.flatnonzero(live).tolist():
+            moving = optimum.free.copy()
+            moving[j] = True
+            kept = np.flatnonzero(moving)
+            of_moving = _inverse(triangle[:, kept]) / np.outer(norms[kept], norms[kept])
+            place = int(np.searchsorted(kept, j))
+            variances[j] = of_moving[place, place]
+            along[kept, j] = of_moving[:, place] / of_moving[place, place]
 
         # A perfect fit leaves rounding alone, whose square is the least rise that a profile can show.
         rounding = 1e-24 * float(fitted @ fitted) + 1e-200
@@ -165,7 +183,9 @@ class _Search:
             upper=upper,
             inverse=inverse,
             limits=limits,
-            first=np.sqrt(limits * np.diag(inverse)),
+            along=along,
+            first=np.sqrt(limits * variances),
+            fitted=fitted,
             least=float(pull @ pull),
         )
 
@@ -214,20 +234,54 @@ class _Search:
     ) -> tuple[float, Array]:
         """Root of the profile's rise as a share of its limit, and the other coordinates there."""
         k = len(self.problem.shapes)
-        # Where the others go along the valley of the parabola.
-        away = value - self.point[j]
-        guess = self.point + away * self.inverse[:, j] / self.inverse[j, j]
-        if j < k:
-            pinned = _without(outer_problem(self.problem), j, value)
-            guess = np.delete(guess[:k], j)
-        else:
-            pinned = outer_problem(replace(self.problem, pinned={j - k: value}))
-            guess = guess[:k]
+        kept = np.delete(self.point[:k], j) if j < k else self.point[:k]
+        starts = [kept if start is None else start]
         if start is None:
-            start = np.clip(guess, pinned.lower, pinned.upper)
-        minimum = minimise(pinned, start, tolerance=1e-2, max_iterations=15)
-        rise = max(minimum.cost - self.least, 0.0)
-        return float(np.sqrt(rise / self.limits[j])), minimum.point
+            # Along the valley of the parabola, or from the optimum where that leads into another basin.
+            guess = self.point + (value - self.point[j]) * self.along[:, j]
+            starts = [np.delete(guess[:k], j) if j < k else guess[:k], kept]
+
+        least_rise = np.inf
+        others = kept
+        for first in starts:
+            rise, place = self._rise_from(self.problem, self.least, j, value, first)
+            if rise < -_NEAR * self.limits[j]:
+                # Lower than the optimum: an artefact of the residual that stands for that of all rows.
+                without = replace(self.problem, target=self.fitted)
+                rise, place = self._rise_from(without, 0.0, j, value, first)
+            if rise < least_rise:
+                least_rise = rise
+                others = place
+            if least_rise < (1.0 + _NEAR) ** 2 * self.limits[j]:
+                break
+        return float(np.sqrt(max(least_rise, 0.0) / self.limits[j])), others
+
+    def _rise_from(
+        self,
+        problem: Separable,
+        least: float,
+        j: int,
+        value: float,
+        start: Array,
+    ) -> tuple[float, Array]:
+        """Rise of the sum of squares over its least, by a search for the other coordinates from a start."""
+        k = len(problem.shapes)
+        if j < k:
+            pinned = _without(outer_problem(problem), j, value)
+        else:
+            pinned = outer_problem(replace(problem, pinned={j - k: value}))
+        # A hundredth of the limit and not of the cost, which is far above where a bound holds against a steep descent.
+        tolerance = 1e-2 * float(self.limits[j] / (self.limits[j] + least))
+        minimum = minimise(pinned, np.clip(start, pinned.lower, pinned.upper), tolerance=tolerance, max_iterations=15)
+        return minimum.cost - least, minimum.point
+
+
+def _inverse(triangle: Array) -> Array:
+    """Inverse of the curvature R'R by singular values of the triangle R; those of a valley are kept off zero."""
+    _, s, right = np.linalg.svd(triangle, full_matrices=False)
+    solid = np.maximum(s, 1e-12 * max(s[0], 1e-150))
+    half = right.T / solid
+    return half @ half.T
 
 
 def _limits(optimum: Optimum, ordered: bool) -> Array:
