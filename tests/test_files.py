@@ -451,14 +451,19 @@ def material(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
+#: Two commands that make folders and two that make files.
+AS_A_USER = ("export", "fit", "report", "table")
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("name", WORDS)
 def test_of_two_commands_at_once_one_is_told(name: str, material: Path) -> None:
-    """Once as a user starts them; then at one moment, which the start of Python hides.
+    """At one moment, which the start of Python hides; a few once more as a user starts them.
 
-    `studies/attack.py` races a hundred pairs of each.
+    `studies/attack.py` races a hundred pairs of each, and starts each as a user does.
     """
-    assert started(name, 0, material).lost(name) == ""
+    if name in AS_A_USER:
+        assert started(name, 0, material).lost(name) == ""
     _, lost = lost_in_pairs(name, 1 if name in SLOW else 3, material)
     assert lost == []
 
