@@ -102,7 +102,9 @@ def changed(text: str, chance: random.Random) -> tuple[str, int]:
 def outcome(found: Columns, right: Columns, rows: int, said: bool) -> str:
     """What the columns of a changed file are beside what is right."""
     other = 0
-    renamed = dict(zip(sorted({*found} - {*right}), sorted({*right} - {*found}), strict=False))
+    new = [name for name in found if name not in right]
+    gone = [name for name in right if name not in found]
+    renamed = dict(zip(new, gone, strict=False))
     found = {renamed.get(name, name): values for name, values in found.items()}  # a name that changed is seen
     for name, values in found.items():
         if name not in right:
