@@ -14,6 +14,8 @@ _LISTED = re.compile(
     r"(?m)(^|[,;\t])[ ]*\[\s{0,4}([+-]?\d{0,20}\.\d{0,25}(?:[eE][+-]?\d{1,3})?)\s{0,4}\][ ]*(?=[,;\t\r\n]|\Z)"
 )
 
+_BRACKETED = re.compile(r"\[\s{0,4}[+-]?\d{0,20}\.")
+
 
 def with_a_line_of_names(text: str) -> tuple[str, str]:
     """The text with a line end behind the names, where the first row stands in the line of the header; a note.
@@ -44,6 +46,8 @@ def with_a_line_of_names(text: str) -> tuple[str, str]:
 
 def without_brackets(text: str) -> tuple[str, str]:
     """The text with numbers in place of lists of one number, ``[1.5]``, as Python prints them; a note."""
+    if not _BRACKETED.search(text):  # a search for a character is fast, and most brackets are those of units
+        return text, ""
     plain, count = _LISTED.subn(r"\1\2", text)
     return (
         plain,

@@ -294,7 +294,8 @@ def _table(
 
 def _breaks(body: str) -> tuple[int, ...]:
     """Rows above which a blank line parts the rows into blocks; none where blocks are short: then lines are spaced."""
-    if "\n\n" not in body and "\r\n\r\n" not in body and "\r\r" not in body:
+    with_returns = "\r" in body  # a search for one character is fast
+    if "\n\n" not in body and not (with_returns and ("\r\n\r\n" in body or "\r\r" in body)):
         return ()
     breaks: list[int] = []
     rows = 0
