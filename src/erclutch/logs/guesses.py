@@ -15,7 +15,7 @@ from erclutch.logs.names import spoken_name
 from erclutch.logs.plan import NEEDS, SignalPlan, Sureness
 from erclutch.logs.rheometer_names import of_oscillation
 from erclutch.logs.sensor_scales import scaled
-from erclutch.logs.shapes import is_rate_of
+from erclutch.logs.shapes import is_rate_of, takes_both_signs
 from erclutch.signals.array import Array
 from erclutch.signals.recording import SIGNALS
 from erclutch.signals.units import UNKNOWN
@@ -34,8 +34,9 @@ def guess_what_is_needed(draft: Draft) -> None:
     """
     named = draft.taken
     moduli = of_oscillation(draft.table.columns)  # in Pa, and no efforts
-    if moduli:  # nor are the stresses of an oscillation
-        in_pascals = [column.name for column in draft.seen.columns.values() if column.fits(("Pa",))]
+    if moduli:  # nor are the amplitudes of stresses; the stress itself goes to and fro
+        stresses = [column for column in draft.seen.columns.values() if column.fits(("Pa",))]
+        in_pascals = [column.name for column in stresses if not takes_both_signs(column.values)]
         draft.no_signals += [name for name in dict.fromkeys([*moduli, *in_pascals]) if name not in named]
     taken = [*draft.taken, *draft.table.truths]
     for group in NEEDS[draft.device]:
