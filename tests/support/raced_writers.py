@@ -45,7 +45,7 @@ def written_by(command: str, folder: Path, copies: Path) -> list[Written]:
 
     files._put = kept  # pyright: ignore[reportPrivateUsage]
     try:
-        done = run(*words_of(command, -1), cwd=folder)
+        done = run(*words_of(command, -2), cwd=folder)  # pairs begin with -1
     finally:
         files._put = put  # pyright: ignore[reportPrivateUsage]
     assert done.code == 0, done.error

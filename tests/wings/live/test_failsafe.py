@@ -75,7 +75,7 @@ def test_every_doubt_and_reading_keeps_the_promises(tmp_path: Path) -> None:
     ("name", "good", "bad"),
     [
         ("plausible", "torque < -limit || torque > limit", "torque < -limit"),
-        ("core", "core->config.observer == ERC_BY_SENSOR ? core->meter.doubted : 0u;", "0 ? core->meter.doubted : 0u;"),
+        ("core", "asked || core->config.meter_needed > 0.0 ?", "asked && core->config.meter_needed > 0.0 ?"),
         ("core", "ask[0] = share * core->asked1;", "ask[0] = core->asked1;"),
         ("core", "(doubted(core) > 0u && core->meter.wrong)", "0"),
     ],
