@@ -149,8 +149,8 @@ def test_weights_and_rates_end_a_name(label: str, unit: str) -> None:
 @pytest.mark.parametrize(
     ("options", "warned"),
     [
-        ({"effort": "torque [Nm]"}, "effort <- column torque [Nm], though the file says Ncm (given)"),
-        ({"field": "current [V]"}, "field <- column current [V], though the file says mA (given)"),
+        ({"effort": "torque [Nm]"}, "the effort is read in Nm, though the file says Ncm (column torque)"),
+        ({"field": "current [V]"}, "the field is read in V, though the file says mA (column current)"),
         ({"rate": 1000.0}, "time from the sampling rate of 1000 Hz (given), though the file says 200 Hz"),
         ({"effort": "torque [N*cm]"}, ""),
     ],

@@ -33,6 +33,8 @@ _FEWEST_ROWS = 50
 _NO_FIELD = 1e-6
 #: How a note of a recording says from which column a signal came.
 _COLUMN = pattern(r"(\w+) <- column (.+?)(?:, .*| \(the file says .*)? \([^()]*\)")
+#: The same, with a unit that was given and the unit of the file.
+_UNIT_GIVEN = pattern(rf"(\w+) <- column (.+) \[(.+?)\].*, {THOUGH} (.+) \(")
 #: A motion that has at least this share of its rows in either direction goes to and fro.
 _TO_AND_FRO = 0.2
 #: Such a motion drifts where its trend is so many times its swing.
@@ -135,8 +137,15 @@ def _must_vary(train: Dataset, data: Dataset) -> None:
 def _told_otherwise(data: Dataset) -> list[Finding]:
     """A unit or a rate that was given, and that differs from what the file says; all numbers hang on it."""
     remedy = "Check which is right; leave the option out to take what the file says"
-    notes = [note for note in data.notes if THOUGH in note]
-    return [Finding("warning", "given", note, remedy) for note in dict.fromkeys(notes)]
+    findings: list[Finding] = []
+    for note in dict.fromkeys(note for note in data.notes if THOUGH in note):
+        of_a_signal = _UNIT_GIVEN.match(note)
+        message = note
+        if of_a_signal:
+            signal, column, unit, own = of_a_signal.groups()
+            message = f"the {signal} is read in {unit}, {THOUGH} {own} (column {column})"
+        findings.append(Finding("warning", "given", message, remedy))
+    return findings
 
 
 def _resampled(data: Dataset) -> Finding | None:
