@@ -289,24 +289,21 @@ def _points(
     turned_back = np.sign(rate) != np.sign(np.sign(rate).sum())
     resting = against & turned_back & (np.abs(rate) < _RESTING * np.abs(rate).max(initial=0.0))
     faint = against & (size < _FAINT * largest)
+    clear = np.ones(rate.size, np.bool_)  # points that are kept
     if resting.any() and not faint[resting].all() and 2 * int(against.sum()) <= rate.size:
         left_out = f"{int(resting.sum())} points left out: a rate of the other sign than its stress"
-        notes.append(f"{left_out}, below 0.1 % of the largest rate, as noise about a rest is")
-        clear = ~resting
-        rate = rate[clear]
-        stress = stress[clear]
-        places = places[clear]
-        against = against[clear]
-        faint = faint[clear]
-    if faint.any() and 2 * int(against.sum()) <= rate.size:
+        notes.append(f"{left_out}, below {percent(_RESTING, 1)} of the largest rate, as noise about a rest is")
+        clear &= ~resting
+    faint &= clear
+    if faint.any() and 2 * int((against & clear).sum()) <= int(clear.sum()):
         # At the lowest rates a fluid of low viscosity is below what an instrument resolves: the sign is noise.
         left_out = f"{int(faint.sum())} points left out: a stress of the other sign than its rate"
         notes.append(f"{left_out}, below {percent(_FAINT)} of the largest stress, as noise is")
-        clear = ~faint
-        rate = rate[clear]
-        stress = stress[clear]
-        places = places[clear]
-        against = against[clear]
+        clear &= ~faint
+    rate = rate[clear]
+    stress = stress[clear]
+    places = places[clear]
+    against = against[clear]
     if against.any():
         first = int(np.argmax(against))
         raise LogError(
