@@ -196,3 +196,48 @@ def test_a_long_line_of_a_header_takes_no_long_time(sign: str) -> None:
     for start in ("", '"', "key,", '"key",'):
         header_pairs([start + sign * 200_000])
     assert time.process_time() - begun < 2.0
+
+
+@pytest.mark.parametrize(
+    ("labels", "expected"),
+    [
+        (["Time", "Disp. mm", "Force N", "Curr. A"], [None, None, "N", "A"]),
+        (["t s", "x mm", "F N"], ["s", None, "N"]),
+        (["time", "coil A", "coil B"], [None, None, None]),
+        (["time", "coil A", "force"], [None, None, None]),
+        (["coil A", "coil V"], [None, None]),
+        (["Time/s", "T/Nm", "B/mT"], ["s", "Nm", "mT"]),
+        (["t/s", "E/(kV/mm)", "F/N"], ["s", "kV/mm", "N"]),
+    ],
+)
+def test_a_letter_is_a_unit_where_all_names_end_in_units(labels: list[str], expected: list[str | None]) -> None:
+    _, units, _ = name_columns(labels)
+    assert units == expected
+
+
+@pytest.mark.parametrize(
+    ("name", "stem", "unit"),
+    [
+        ("speed_krpm", "speed", "krpm"),
+        ("n_r_min", "n", "rpm"),
+        ("speed_rev_s", "speed", "turn/s"),
+        ("E_kV_mm", "E", "kV/mm"),
+        ("torque_kgcm", "torque", "kgf*cm"),
+        ("torque_Ncm", "torque", "N*cm"),
+        ("B_gauss", "B", "gauss"),
+    ],
+)
+def test_further_units_end_a_name(name: str, stem: str, unit: str) -> None:
+    assert split_end(name) == (stem, unit)
+
+
+def test_what_may_be_a_time_or_a_stiffness_ends_in_no_speed_and_no_torque() -> None:
+    assert split_end("time_in_s")[1] == "s"
+    assert split_end("stiffness_kN_m")[1] == "m"
+
+
+def test_a_number_in_the_middle_of_a_remark_is_read() -> None:
+    pairs = header_pairs(["# MR damper test, dt = 0.002 s, x in m, F in N", "run 4; fs=1000 Hz"])
+    assert pairs["dt"] == "0.002 s"
+    assert pairs["fs"] == "1000 Hz"
+    assert sample_period(pairs) == (0.002, "dt")

@@ -167,3 +167,42 @@ def test_a_unit_or_rate_given_otherwise_than_the_file_says_is_warned_of(
     data = build_dataset(read(path, **options))
     findings = check(data, hold_out(data, 0.3))
     assert [finding.message for finding in findings if finding.subject == "given"] == ([warned] if warned else [])
+
+
+def test_of_two_currents_the_one_that_goes_along_with_the_effort_is_the_drives() -> None:
+    drive = 3.0 * EFFORT + 0.05 * np.sin(40.0 * TIME)
+    columns = {**MOTION, "motor_current_A": drive, "brake_current_A": LEVELS}
+    plan = _plan(columns)
+    assert plan.questions == ()
+    assert _field(plan) == "brake_current_A"
+    # Where both take signs, both may be the coil's.
+    both = _plan({**columns, "brake_current_A": LEVELS * np.sign(np.sin(0.5 * TIME))})
+    assert [question.signal for question in both.questions] == ["field"]
+
+
+@pytest.mark.parametrize(
+    ("sensor", "option"),
+    [
+        ("LVDT", '--position "LVDT" --scale "position=NUMBER m/V"'),
+        ("potentiometer", '--position "potentiometer" --scale "position=NUMBER rad/V"'),
+        ("tacho", '--slip "tacho" --scale "slip=NUMBER rad/s/V"'),
+    ],
+)
+def test_a_sensor_in_volts_is_proposed_with_a_scale_for_what_it_measures(sensor: str, option: str) -> None:
+    columns = {"time": TIME, sensor: 2.5 + ANGLE, "torque": EFFORT, "current": LEVELS}
+    plan = _plan(columns, {sensor: "V", "torque": "N*m", "current": "A"})
+    assert option in " ".join(plan.examples)
+
+
+def test_a_load_cell_in_volts_is_proposed_with_a_force() -> None:
+    columns = {"time": TIME, "travel": ANGLE, "load cell": EFFORT, "current": LEVELS}
+    plan = _plan(columns, {"travel": "mm", "load cell": "V", "current": "A"})
+    assert plan.examples == ('--effort "load cell" --scale "effort=NUMBER N/V"',)
+
+
+def test_of_two_places_one_is_proposed_for_all_signals() -> None:
+    columns = {"time": TIME}
+    for place, share in (("front", 1.0), ("rear", 0.9)):
+        columns |= {f"F_{place}": share * EFFORT, f"v_{place}": share * SPEED, f"i_{place}": share * LEVELS}
+    plan = _plan(columns)
+    assert plan.examples == ('--field "i_front"', '--slip "v_front"', '--effort "F_front"')

@@ -18,7 +18,7 @@ from erclutch.logs.labels import split_end
 from erclutch.logs.names import CURRENTS, NEED_UNIT, OTHER, SINGLE, TOLD, VOLTAGES, headed, plain
 from erclutch.logs.quotients import pressing_loads, rubbing_force, speeds_of_machine
 from erclutch.logs.seen_columns import KINDS, NO_UNITS, UNITS_OF_KIND, SeenColumn, SeenColumns
-from erclutch.logs.shapes import follows, go_straight, is_rate_of
+from erclutch.logs.shapes import follows, go_straight, goes_along, is_rate_of, takes_both_signs
 from erclutch.signals import units
 from erclutch.signals.array import Array
 from erclutch.signals.recording import SIGNALS
@@ -71,6 +71,7 @@ def guess(
     if signal == "field" and len(names) > 1:
         names = _without_driving_voltages(seen, names)
         names = _without_commands(seen, names)
+        names = _without_currents_of_drives(seen, names, taken)
     if signal == "effort" and len(names) > 1 and motion:
         kind = seen.columns[motion].kind
         kinds = {name: seen.columns[name].kind for name in names}
@@ -279,6 +280,21 @@ def _without_commands(seen: SeenColumns, fields: Sequence[str]) -> list[str]:
         if not (is_command and any(go_straight(current.values, column.values) for current in currents)):
             kept.append(column.name)
     return kept
+
+
+def _without_currents_of_drives(seen: SeenColumns, fields: Sequence[str], taken: Iterable[str]) -> list[str]:
+    """The fields without each that takes the sign of the effort and goes along with it: the current of the drive.
+
+    A coil beside it keeps its sign, whichever way the device turns.
+    """
+    efforts, _ = candidates(seen, "effort", [*taken, *fields])
+    kept: list[str] = []
+    for name in fields:
+        values = seen.columns[name].values
+        if not any(goes_along(values, seen.columns[effort].values) for effort in efforts):
+            kept.append(name)
+    keep_their_sign = [name for name in kept if not takes_both_signs(seen.columns[name].values)]
+    return kept if keep_their_sign else [*fields]
 
 
 def _circuit(column: SeenColumn, quantity: Collection[str]) -> frozenset[str]:

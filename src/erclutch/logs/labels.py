@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 
 from erclutch.errors import UnitError, printable
 from erclutch.signals import units
@@ -23,6 +23,8 @@ _PAIR = re.compile(r"\W*([^\d\W][^:=,;\t]{0,60}?)\s*[:=,;\t]\s*(\S.*?)[\s,;]*")
 _QUOTED_KEY = re.compile(r'[\s#%/,;]*"((?:[^"]|"")+)"\s*[:=,;\t]\s*(.*)')
 _NUMBER_AND_UNIT = re.compile(r'([+-]?[\d.]+(?:[eE][+-]?\d+)?)"?\s*[,;\t]\s*"?([^\d\W][^,;\t"]*|[%°][^,;\t"]*)"?')
 _DECIMAL_COMMA = re.compile(r'([+-]?\d+),(\d{1,2}|\d{4,})("?\s*[;\t].*)')  # three digits may be thousands
+# A number that a remark gives in the middle of a line.
+_ASSIGNMENT = re.compile(r"(?<=[,;] )[^\W\d_]\w{0,20} ?= ?[+-]?\d[\d.eE+-]*(?: ?[^\W\d_][\w/*^]*)?(?=[,;]|\.?\s*$)")
 _LONGEST_PERIOD = 0.5  # s, of a period without a unit: a larger number may be one of ms
 _PERIOD = re.compile(
     r"(?:sampl\w*|scan)[ _-]*(?:interval|period|time)|dt|delta[ _]?[tx]|tick[ _]?period|time[ _]?step", re.I
@@ -32,12 +34,16 @@ COUNTS = frozenset(
     {"count", "counts", "LSB", "lsb", "bit", "bits", "digit", "digits", "tick", "ticks", "step", "steps"}
 )
 # Ends of names that are units (``omega_rad_s``), and how units are written; small letters are taken for large ones.
-_AS_THEY_ARE = "A mA V mV kV N kN Pa kPa MPa s ms us mm cm m rad deg rpm T mT"
+_AS_THEY_ARE = "A mA V mV kV N kN krpm gauss Pa kPa MPa s ms us mm cm m rad deg rpm T mT"
 _JOINT_DIGITS = 2  # of a joint's number at most
 _TIMES = ("t", "time", "zeit", "temps")
 _SPEEDS = "rad_s=rad/s rads=rad/s radps=rad/s deg_s=deg/s dps=deg/s m_s=m/s mps=m/s mm_s=mm/s mmps=mm/s"
 _OTHER_SPEEDS = "kmh=km/h km_h=km/h kph=km/h rad_per_s=rad/s deg_per_s=deg/s m_per_s=m/s mm_per_s=mm/s"
-_OTHERS = "Hz=Hz kHz=kHz Nm=N*m N_m=N*m Nmm=N*mm mNm=mN*m C=°C degC=°C lbf=lbf kgf=kgf gf=gf"
+# No in_s: time_in_s is no speed. No rps: radians or revolutions. No kN_m and N_mm: a stiffness is written so too.
+_TURNS_A_TIME = "rev_s=turn/s rev_min=rpm r_min=rpm 1_min=1/min ft_s=ft/s ft_min=ft/min"
+_FIELDS = "kV_m=kV/m V_mm=V/mm kV_mm=kV/mm kA_m=kA/m"
+_OTHERS = "Hz=Hz kHz=kHz C=°C degC=°C lbf=lbf kgf=kgf gf=gf"
+_TORQUES = "Nm=N*m N_m=N*m Nmm=N*mm Ncm=N*cm mNm=mN*m kNm=kN*m kgcm=kgf*cm kgfcm=kgf*cm kgfm=kgf*m"
 _POUNDS = "ftlb=ft*lbf ft_lb=ft*lbf lb_ft=ft*lbf lbft=ft*lbf inlb=in*lbf in_lb=in*lbf lb_in=in*lbf"
 # What only looks like a second or a metre at its end: a shear rate, a viscosity, an acceleration.
 _LONGER = "1_s=1/s per_s=1/s Pa_s=Pa*s mPa_s=mPa*s Pas=Pa*s mPas=mPa*s cP=cP m_s2=m/s^2 rad_s2=rad/s^2"
@@ -46,7 +52,9 @@ _ENDS = {
     **{
         end: unit
         for end, _, unit in (
-            pair.partition("=") for pair in f"{_SPEEDS} {_OTHER_SPEEDS} {_OTHERS} {_POUNDS} {_LONGER}".split()
+            pair.partition("=")
+            for pair in f"{_SPEEDS} {_OTHER_SPEEDS} {_TURNS_A_TIME} {_FIELDS} {_OTHERS} {_TORQUES} "
+            f"{_POUNDS} {_LONGER}".split()
         )
     },
 }
@@ -69,12 +77,17 @@ _SYMBOLS = {
     **dict.fromkeys("iI", "A"),
     **dict.fromkeys("uUV", "V"),
     **dict.fromkeys("nw", "rad/s"),
+    "B": "T",
+    "E": "V/m",
+    "H": "A/m",
 }
 _FEWEST_ALIKE = 2  # in a file; a single one may be an index (``i_d``)
 # A quotient behind an underscore (``SR_1/s``, ``v_m/s``); a capital letter there is an index (``M_A/Nm``).
 _QUOTIENT = re.compile(r"(.+)_((?:1|m|[^\W\d_]{2,})/[^/()]+)")
 # A quotient behind a blank (``Shear Rate 1/s``, ``Angular Velocity rad/s``): the word before the slash is of the unit.
 _BLANK = re.compile(r"(.*[^\W\d_]\S*)\s+((?:1|[^\W\d_]{1,4})/[^\s/()]+)")
+# A letter behind a blank (``Force N``), where all names of a file end in units; ``coil A`` alone is the first of two.
+_LETTER = re.compile(r"(.*[^\W\d_]\S*)\s+([AVNTms])")
 _COMMA = re.compile(r"(.*[^\W\d_]\S*)\s*,\s*([^\s,]+)")  # as Russian headers have it: ``Сила, Н``
 _TIGHT_SLASH = re.compile(r"([^/]*[^\W\d_][^/]*?)/(\([^()]+\)|[^/()]+(?:/[^/()]+)?)")
 _PRESSED = re.compile(r"(?<![a-z])(?:mu|cof|friction|normal|reib\w*)(?![a-z])", re.I)
@@ -145,33 +158,49 @@ def units_behind_names(labels: Sequence[str]) -> dict[str, str]:
     """The units of labels such as ``x_mm``, ``F_N`` and ``Force/N``, where a file has several of them.
 
     A single label of this form may have an index in place of a unit: ``i_d`` beside ``i_q``, ``F_N`` for the force that
-    presses beside a coefficient of friction, ``motor/A`` beside ``motor/B``.
+    presses beside a coefficient of friction, ``motor/A`` beside ``motor/B``. Where each label but the time's ends in a
+    unit, a letter behind a blank is one as well (``Force N``).
     """
     behind: dict[str, str] = {}
     fronts: Counter[str] = Counter()
+    letters = all(_ends_in_unit(label) for label in labels if label.strip().lower() not in _TIMES)
     for label in labels:
-        front, unit = _front_and_unit(label)
+        front, unit = _front_and_unit(label, letters=letters)
         fronts[front] += 1
         if unit:
             behind[label] = unit
     rubs = any(_PRESSED.search(label) for label in labels)
     for label in list(behind):
-        front, _ = _front_and_unit(label)
+        front, _ = _front_and_unit(label, letters=letters)
         if fronts[front] > 1 or (label.strip() == "F_N" and rubs):
             del behind[label]
     eastern = any(EASTERN.search(label) for label in behind)
     return behind if eastern or len(behind) >= _FEWEST_ALIKE else {}
 
 
+def _ends_in_unit(label: str) -> bool:
+    """Whether a unit ends the label, a letter behind a blank too."""
+    _, behind = _front_and_unit(label, letters=True)
+    _, end = split_end(label)
+    return behind is not None or end is not None
+
+
 def without_unit(name: str, unit: str | None) -> str:
     """The name of a column without the unit that stands behind it: ``x`` for ``x_mm`` in mm."""
-    front, behind = _front_and_unit(name)
+    front, behind = _front_and_unit(name, letters=True)
     return front if unit and behind == unit else name
 
 
-def _front_and_unit(label: str) -> tuple[str, str | None]:
-    """What stands in front of the last ``_`` or ``/``, and the unit behind it; None where that is none."""
+def _front_and_unit(label: str, *, letters: bool) -> tuple[str, str | None]:
+    """What stands in front of the last ``_`` or ``/``, and the unit behind it; None where that is none.
+
+    Args:
+        label: of a column.
+        letters: whether a letter behind a blank is a unit too.
+    """
     label = label.strip()
+    if letters and (match := _LETTER.fullmatch(label)):
+        return match.group(1), match.group(2)
     if (match := _COMMA.fullmatch(label)) and units.is_unit(match.group(2)):
         return match.group(1), match.group(2)
     if (
@@ -246,7 +275,7 @@ def name_columns(
 def header_pairs(lines: Iterable[str]) -> dict[str, str]:
     """``Key: value`` lines of a header block as texts, the first 200; a number and its unit may stand in two cells."""
     pairs: dict[str, str] = {}
-    for line in lines:
+    for line in _with_assignments(lines):
         match = _QUOTED_KEY.fullmatch(line) or _PAIR.fullmatch(line)
         if match and len(pairs) < 200:
             value = match.group(2).strip(" \t,;")
@@ -256,6 +285,14 @@ def header_pairs(lines: Iterable[str]) -> dict[str, str]:
                 value = f"{in_cells.group(1)} {in_cells.group(2).strip()}"
             pairs.setdefault(match.group(1).strip(), value.strip('"'))
     return pairs
+
+
+def _with_assignments(lines: Iterable[str]) -> Iterator[str]:
+    """Lines, and behind each the parts of a remark that say ``dt = 0.002 s`` among other words."""
+    for line in lines:
+        yield line
+        for match in _ASSIGNMENT.finditer(line):
+            yield match.group()
 
 
 def sample_period(pairs: dict[str, str]) -> tuple[float, str] | None:

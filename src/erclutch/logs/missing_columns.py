@@ -8,13 +8,21 @@ from erclutch.errors import MappingError, shell_word
 from erclutch.logs.labels import COUNTS
 from erclutch.logs.names import NAMES, NEED_UNIT, spoken_name
 from erclutch.logs.quotients import pressing_loads
-from erclutch.logs.seen_columns import SeenColumn, SeenColumns
+from erclutch.logs.seen_columns import UNITS_OF_KIND, SeenColumn, SeenColumns
 from erclutch.signals.recording import SIGNALS
 
 #: Words for counts at the end of a name; a step there may be one of a test.
 _COUNTED = ("count", "counts", "tick", "ticks")
 #: Of a scale or load cell that shows a mass: the force that pulls at it. A pound is read as a force already.
 _WEIGHTS = {"g": "gf", "kg": "kgf"}
+#: What a sensor is called whose output is logged as it is.
+_SENSORS = {
+    "position": frozenset({"lvdt", "potentiometer", "poti", "pot", "laser", "linearencoder"}),
+    "slip": frozenset({"tacho", "tachometer", "tachogenerator", "dynamo"}),
+    "effort": frozenset(
+        {"loadcell", "straingauge", "straingage", "dms", "forcesensor", "torquesensor", "kraftmessdose"}
+    ),
+}
 #: How a signal's column may be written, where nothing in the log looks like it.
 EXAMPLES = {"field": "I [A]", "slip": "V [cm/s]", "position": "D [mm]", "effort": "F [N]", "T": "torque [N*m]"}
 
@@ -106,7 +114,10 @@ def sensor_options(free: Iterable[SeenColumn], signal: str) -> str:
         else:
             unit_of_sensor = _counted(column, signal)
         if unit_of_sensor:
-            scale = shell_word(f"{signal}=NUMBER {si_units[0] or '1'}/{unit_of_sensor}")
+            measured = next(
+                (unit for unit in UNITS_OF_KIND.get(column.kind_by_name, ()) if unit in si_units), si_units[0]
+            )
+            scale = shell_word(f"{signal}=NUMBER {measured or '1'}/{unit_of_sensor}")
             return f"--{signal} {shell_word(column.name)} --scale {scale}"
     return ""
 
@@ -122,5 +133,5 @@ def _counted(column: SeenColumn, signal: str) -> str:
 
 
 def _is_called(column: SeenColumn, signal: str) -> bool:
-    """Whether the whole name speaks for the signal."""
-    return len(column.spoken.forms[signal] or "") > 2
+    """Whether the whole name speaks for the signal, or is that of a sensor for it."""
+    return len(column.spoken.forms[signal] or "") > 2 or column.spoken.plain_stem in _SENSORS.get(signal, ())

@@ -65,7 +65,9 @@ SINGLE = ("field", "slip", "position", "effort")
 _BESIDE = _set(
     "measured meas msr actual act ist mess gemessen sensor filtered filt motor engine output brake clutch damper shaft "
     "piston angular rotational linear relative total machine cart friction cell du de der des moteur "
-    "mesure mesuree medida compensate compensated corrected raw value j feedback fb fbk fdb"
+    "mesure mesuree medida compensate compensated corrected raw value j feedback fb fbk fdb "
+    "front rear left right upper lower inner outer fl fr rl rr vorn vorne hinten links rechts avant arriere "
+    "gauche droite"
 )
 #: Words of what a drive was told, and of what is neither signal: no guess is made from the unit of such a column.
 TOLD = _set(

@@ -168,7 +168,9 @@ def _column_option(
     short = [column.name for column in fitting if has_short_name(column, signal)]
     within = [column.name for column in fitting if signal in column.spoken.within]
     named, _ = candidates(seen, signal, taken)
-    likely = named or short or within or [column.name for column in fitting if _is_lettered(column, signal)]
+    lettered = [column for column in fitting if _is_lettered(column, signal)]
+    in_one_meaning = [column.name for column in lettered if column.spoken.stem_words[0] not in NEED_UNIT]
+    likely = named or short or within or in_one_meaning or [column.name for column in lettered]
     if not likely:
         hole = f"COLUMN [{usual_unit(signal) or '-'}]"
         return f"--{signal} {shell_word(hole)}"
@@ -188,7 +190,8 @@ def _column_option(
 def _is_lettered(column: SeenColumn, signal: str) -> bool:
     """Whether the name is a short one of the signal with a word behind: ``v Dyno`` may be a speed."""
     letter, *rest = column.spoken.stem_words or ("",)
-    return bool(rest) and letter in NEED_UNIT and letter in NAMES[signal].split() and not column.spoken.is_accounted
+    is_short = letter in NEED_UNIT or len(letter) == 1
+    return bool(rest) and is_short and letter in NAMES[signal].split() and not column.spoken.is_accounted
 
 
 def _parts(name: str) -> set[str]:

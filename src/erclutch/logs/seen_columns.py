@@ -49,7 +49,7 @@ _WORDS_OF_KIND = {
         "转速",
         "角",
     ),
-    "N": ("force", "displacement", "stroke", "kraft", "weg", "位移"),
+    "N": ("force", "loadcell", "lvdt", "displacement", "stroke", "kraft", "weg", "位移"),
 }
 
 
@@ -115,8 +115,11 @@ class SeenColumn:
         for kind in KINDS:
             if self.fits(UNITS_OF_KIND[kind]):
                 return kind
-        if self.written_unit:
-            return ""
+        return "" if self.written_unit else self.kind_by_name
+
+    @property
+    def kind_by_name(self) -> str:
+        """The kind that a word of the name tells, see `KINDS`; "" for untold."""
         letters = "".join(self.spoken.words)
         for kind, words in _WORDS_OF_KIND.items():
             if any(word in letters for word in words):
