@@ -64,8 +64,13 @@ def test_where_errors_do_not_grow_the_band_hardly_does() -> None:
     assert 0.92 < inside(grown, device((4.0,))[0]) < 0.99
 
 
-def test_logs_of_two_motions_do_not_say_how_errors_grow() -> None:
-    data, error = device((0.5, 1.0), inertia=0.05)
+def test_logs_of_two_motions_say_how_errors_grow_and_those_of_one_do_not() -> None:
+    data, error = device((1.0, 2.0), inertia=0.05)
+    band = calibrated_on(data, error)
+    quick, _ = device((4.0,), inertia=0.05)
+    assert inside(band, quick) < 0.1
+    assert inside(with_haste(band, data, error), quick) > 0.5  # more than two motions hold more of it
+    data, error = device((1.0,), inertia=0.05)
     band = calibrated_on(data, error)
     assert with_haste(band, data, error) == band
 

@@ -103,6 +103,19 @@ def test_what_few_rows_tell_has_a_wider_interval() -> None:
     assert naive < hits
 
 
+def test_rows_that_tell_one_parameter_badly_take_no_freedom_from_the_others() -> None:
+    """The residual swings as the first column does; the second column has no part in that."""
+    rng = np.random.default_rng(3)
+    swinging = [1.0, -2.0 * 0.99 * np.cos(2.0 * np.pi / 30.0), 0.99**2]
+    slow, residual = lfilter([1.0], swinging, rng.standard_normal((2, 1000)))[:, 400:]
+    jacobian = np.column_stack([slow, rng.standard_normal(600)])
+    residual = residual - jacobian @ np.linalg.lstsq(jacobian, residual, rcond=None)[0]
+    both = uncertainty(jacobian, residual, ordered=True)
+    alone = uncertainty(jacobian[:, 1:], residual, ordered=True)
+    assert both.quantile[0] > 2.09  # for the first column some 20 rows stand for 600
+    assert both.quantile[1] == pytest.approx(alone.quantile[0], abs=0.01)
+
+
 @pytest.mark.slow
 def test_coverage_of_a_slope_on_a_slow_regressor() -> None:
     rng = np.random.default_rng(4)

@@ -204,7 +204,18 @@ def _by_training_rows(comparison: Comparison, chosen: RankedModel, unit: str) ->
         f"Recommended: {called} ({chosen.outcome.parameters} parameters). The training rows chose it: with "
         f"{comparison.chosen_by} left out in turn it errs by {number(known[chosen.name].value)} {unit}, {place}."
         f"{over_physics} The rows held out chose nothing: there it errs by {number(chosen.test.rmse.value)} {unit}."
+        f"{_better_but_turned_down(comparison)}"
     )
+
+
+def _better_but_turned_down(comparison: Comparison) -> str:
+    """The first model that errs by less on the rows held out, and why it is not recommended; empty for none."""
+    for entry in comparison.entries:
+        if entry.turned_down:
+            unit = comparison.data.units.effort.replace("?", "")
+            error = f"{number(entry.test.rmse.value)} {unit}".rstrip()
+            return f" {comparison.called(entry.name)}, errs by {error} there and is not recommended: {entry.turned_down}."
+    return ""
 
 
 def worth_its_freedom(comparison: Comparison) -> str:

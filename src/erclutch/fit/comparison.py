@@ -25,7 +25,7 @@ from erclutch.fit.one_thread import one_thread
 from erclutch.fit.outcome import AnyOutcome
 from erclutch.fit.pace import motion_held_out
 from erclutch.fit.past_samples import past_finding
-from erclutch.fit.ranking import RankedModel, judged_by_training, scored, with_bands, with_sensor
+from erclutch.fit.ranking import RankedModel, judged_by_training, scored, with_bands, with_reasons, with_sensor
 from erclutch.fit.scoring import recommend
 from erclutch.fit.standing import Standing, standing
 from erclutch.fit.turned_sign import with_turned_fit
@@ -191,6 +191,7 @@ def compare(
         recommended = choice.recommended
         for place, entry in enumerate(entries):
             entries[place] = replace(entry, validation=choice.errors.get(entry.name))
+        entries = with_reasons(entries, recommended, choice.against)
 
     # What the recommended model leaves open.
     names = [entry.name for entry in entries]

@@ -15,7 +15,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from erclutch.fit.log_groups import FEWEST_GROUPS, groups_of, motion_of, quantile_over_logs
+from erclutch.fit.log_groups import groups_of, motion_of, quantile_over_logs
 from erclutch.logs.dataset import Dataset
 from erclutch.models.band import Band, leading
 from erclutch.models.haste import Haste
@@ -28,6 +28,8 @@ _LAG = 0.1
 _MEAN = 3.0
 #: Of a motion's haste over that of the next slower one: where it is less, their errors differ for other reasons too.
 _APART = 0.25
+#: Motions that tell how errors grow with haste.
+_FEWEST = 2
 #: Errors of two motions are alike if the larger is less than so many times the other.
 _ALIKE = 1.25
 
@@ -41,14 +43,14 @@ def with_haste(band: Band, data: Dataset, errors: Array) -> Band:
         errors: measured less estimated effort by fits without the motion of a row, shape (n,).
 
     Returns:
-        The same band where the logs have fewer than three motions.
+        The same band where the logs have a single motion.
     """
     logs = groups_of(data)
     around_zero = band.around(np.zeros(data.rows), data.elements, data.clock)
     low, high = around_zero
     half_width = np.where(errors < 0.0, -low, high)
     widest = float(half_width.max())
-    if len(set(logs.motion)) < FEWEST_GROUPS or not widest > 0.0:
+    if len(set(logs.motion)) < _FEWEST or not widest > 0.0:
         return band
 
     # The quickest motion says how long lag and mean are.

@@ -82,7 +82,7 @@ def uncertainty(jacobian: Array, residual: Array, *, ordered: bool) -> Uncertain
     nowhere = np.vstack([right[: s.size][~solid], right[s.size :]])
     lost = (np.linalg.norm(nowhere, axis=0) > 1e-6) | (norms == 0)
 
-    freedom = max(n - p, 1.0)
+    freedom = np.full(p, max(n - p, 1.0))  # degrees, of each parameter
     share = np.zeros(p)  # of what tells a parameter, within one bandwidth
     if ordered and n > 4 * p + 40:
         # What each row adds to the error of each parameter, scaled to one: sums of scores would cancel each other.
@@ -90,15 +90,16 @@ def uncertainty(jacobian: Array, residual: Array, *, ordered: bool) -> Uncertain
         scale = np.linalg.norm(added, axis=0)
         scale[scale == 0] = 1.0
         middle, bandwidth = long_run(added / scale)
-        # Neighbours of a swinging residual cancel, but not in the scores of a parameter whose effect swings too.
-        of_scores = float(np.max(np.diag(middle), initial=1.0))
-        alike = max(correlated_rows(residual), of_scores)
-        independent = max(n / alike, 2.0 * p)
-        freedom = max(independent - p, 1.0)
-        covariance = middle * np.outer(scale, scale) * (independent / freedom)
+        # Neighbours of a swinging residual cancel, but not in the scores of a parameter whose effect swings too. Each
+        # parameter has its own independent rows: those that tell one badly take no freedom from the others.
+        alike = np.maximum(np.diag(middle), correlated_rows(residual))  # rows that count as one, shape (p,)
+        independent = np.maximum(n / alike, 2.0 * p)
+        freedom = np.maximum(independent - p, 1.0)
+        scale *= np.sqrt(independent / freedom)
+        covariance = middle * np.outer(scale, scale)
         share = _told_at_once(q @ inverse.T, bandwidth)
     else:
-        covariance = inverse @ inverse.T * float(residual @ residual) / freedom
+        covariance = inverse @ inverse.T * float(residual @ residual) / max(n - p, 1.0)
         bandwidth = 1
     covariance /= np.outer(usable, usable)
     covariance[lost, :] = np.inf
@@ -229,12 +230,12 @@ def _told_at_once(influence: Array, bandwidth: int) -> Array:
     return np.diag(_bartlett(told, bandwidth))
 
 
-def _quantile(freedom: float, share: Array) -> Array:
+def _quantile(freedom: Array, share: Array) -> Array:
     """Kiefer and Vogelsang's polynomial for a bandwidth that is such a share of the rows, wider as Student's t is."""
     from scipy.special import stdtrit
 
     fixed = 1.9600 + 2.9694 * share + 0.4160 * share**2 - 0.5324 * share**3
-    return float(stdtrit(freedom, 0.975)) * fixed / 1.9600
+    return stdtrit(freedom, 0.975) * fixed / 1.9600
 
 
 def correlated_rows(residual: Array) -> float:

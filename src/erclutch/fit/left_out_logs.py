@@ -12,12 +12,15 @@ from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 
-from erclutch.fit.log_groups import ALIKE, motion_of
+from erclutch.fit.log_groups import ALIKE, groups_of, motion_of
 from erclutch.logs.dataset import Dataset
 from erclutch.signals.array import Array, Mask
 
 #: Logs from which on there is something to learn from leaving some of them out.
-_FEWEST = 3
+_FEWEST = 2
+#: Share of the rows that is left at least where logs are left out; of two logs one always goes, so it is less there.
+_LEFT = 0.5
+_LEFT_OF_TWO = 0.2
 #: Directions in which the other logs say less than this share stay where they are.
 _UNSAID = 1e-4
 
@@ -35,11 +38,12 @@ def unseen_errors(
         error: measured less estimated effort, shape (n,).
 
     Returns:
-        None where there are fewer than three logs. A log without which less than half of the rows is left keeps its
-        errors.
+        None where there is a single log, or two logs at a field each: neither says what its motion does at the other
+        field. A log keeps its errors where too few rows are left without it: less than half
+        of all, or a fifth where there are two logs.
     """
     logs = [slice(start, stop) for start, stop in data.source_rows if stop > start]
-    if len(logs) < _FEWEST:
+    if len(logs) < _FEWEST or (len(logs) == 2 and len(set(groups_of(data).field)) == 2):
         return None
     products: list[Array] = []  # of each log, [J e]'[J e]
     for log in logs:
@@ -67,11 +71,12 @@ def _left_out(data: Dataset, logs: Sequence[slice]) -> Iterator[Mask]:
     """For each log the logs that are left out: those of its motion, else the log alone, else none."""
     motions = np.array([motion_of(data, log) for log in logs])
     rows = np.array([log.stop - log.start for log in logs])
+    least = (_LEFT_OF_TWO if len(logs) == 2 else _LEFT) * rows.sum()
     for k in range(len(logs)):
         alike = np.all(np.abs(motions - motions[k]) < np.log(ALIKE), axis=1)
         alone = np.arange(len(logs)) == k
         out = np.zeros(len(logs), np.bool_)
         for some in (alone, alike):  # the larger set last: it is preferred
-            if 2 * rows[some].sum() <= rows.sum():
+            if rows[~some].sum() >= least:
                 out = some
         yield out

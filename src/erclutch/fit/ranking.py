@@ -15,6 +15,7 @@ from erclutch.fit.new_fields import wider_at_new_fields
 from erclutch.fit.outcome import MEANINGLESS, AnyOutcome
 from erclutch.fit.prediction_bands import HeldBand, calibrated, judged
 from erclutch.fit.scoring import TOLERATED, BandedFigure, Score, excess, independent_rows, information_criteria, score
+from erclutch.fit.turned_down import NOT_IDENTIFIED
 from erclutch.logs.dataset import Dataset
 from erclutch.models.model import Model
 from erclutch.models.stages import slip_stages
@@ -45,6 +46,8 @@ class RankedModel(Shown):
         by_log: smallest and largest RMSE over the logs with rows held out, and their number; None for one log.
         validation: RMSE on parts of the training rows by fits to the others; None: it was not in question.
         label: its name here, where two entries are of one model.
+        turned_down: why it is not recommended though it errs by less than the recommended model on the rows held out,
+            the end of a sentence; empty: it is recommended, or does not err by clearly less.
     """
 
     outcome: AnyOutcome
@@ -60,6 +63,7 @@ class RankedModel(Shown):
     by_log: tuple[float, float, int] | None = None
     validation: BandedFigure | None = None
     label: str = ""
+    turned_down: str = ""
 
     @property
     def name(self) -> str:
@@ -171,6 +175,25 @@ def with_sensor(data: Dataset, test: NDArray[np.bool_], entry: RankedModel) -> R
         return entry
     with_its_sensor = judged(data, test, entry.predicted, band, entry.band.plain, sensor=True)
     return replace(entry, band=with_its_sensor)
+
+
+def with_reasons(entries: Sequence[RankedModel], recommended: str, against: Mapping[str, str]) -> list[RankedModel]:
+    """The models, each that errs by less on the rows held out than the recommended one with why it is turned down.
+
+    Args:
+        entries: the models.
+        recommended: name of that model.
+        against: by name, what the training rows say against the others that could have been recommended.
+    """
+    chosen = next(entry for entry in entries if entry.name == recommended)
+    least_told = chosen.test.rmse.value / (1.0 + TOLERATED)
+    with_reason: list[RankedModel] = []
+    for entry in entries:
+        why = ""
+        if entry.test.rmse.value < least_told:
+            why = against.get(entry.name, "") if entry.sound else NOT_IDENTIFIED
+        with_reason.append(replace(entry, turned_down=why))
+    return with_reason
 
 
 def judged_by_training(entries: Sequence[RankedModel]) -> list[RankedModel]:

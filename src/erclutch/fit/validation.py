@@ -18,6 +18,7 @@ from erclutch.fit.log_groups import FEWEST_GROUPS, STEADY, groups_of
 from erclutch.fit.one_thread import one_thread
 from erclutch.fit.outcome import AnyOutcome
 from erclutch.fit.scoring import TOLERATED, BandedFigure, Score, excess, recommend, score
+from erclutch.fit.turned_down import what_speaks_against
 from erclutch.logs.dataset import Dataset
 from erclutch.logs.held_out import time_folds
 from erclutch.models.stages import slip_stages
@@ -74,12 +75,14 @@ class Choice:
         errors: RMSE of each model in question on parts that it was not fitted to.
         at_new_fields: measured less estimated effort of each model in question on all training rows, shape (n,), by
             fits without the field of a row; none where no whole fields were left out.
+        against: why each of the other models that may be recommended is not, the end of a sentence about it.
     """
 
     recommended: str
     words: str
     errors: Mapping[str, BandedFigure]
     at_new_fields: Mapping[str, Array]
+    against: Mapping[str, str]
 
 
 def cross_validated(train: Dataset, fitted: Fitted, blocks: int) -> tuple[float, ...]:
@@ -176,7 +179,7 @@ def chosen(
 
     # Each part is left out of a refit of each contender, and predicted.
     measured = [train.effort[part] for part in parts.masks]
-    usable = _errors_on_parts(contenders, train, parts, seed, told)
+    usable, given_up = _errors_on_parts(contenders, train, parts, seed, told)
     if not usable:
         return None
 
@@ -219,8 +222,12 @@ def chosen(
             at_new_fields[name] = np.empty(train.rows)
             at_new_fields[name][rows] = np.concatenate(own[: parts.fields])
     if len(allowed) < 2:
-        return Choice(recommended, "", {}, at_new_fields)
-    return Choice(recommended, parts.words, rmse, at_new_fields)
+        return Choice(recommended, "", {}, at_new_fields, {})
+
+    seen = asked | {name: own[parts.lowest :] for name, own in given_up.items()}
+    others = {f.outcome.model.name: f.outcome.freedom for f in allowed if f.outcome.model.name != recommended}
+    against = what_speaks_against(others, seen, {name: freedom[name] for name in worth}, train.units.effort or "")
+    return Choice(recommended, parts.words, rmse, at_new_fields, against)
 
 
 def _burdens(
@@ -353,13 +360,15 @@ def _errors_on_parts(
     parts: LeftOut,
     seed: int,
     told: Callable[[float, str], None],
-) -> dict[str, list[Array]]:
+) -> tuple[dict[str, list[Array]], dict[str, list[Array]]]:
     """Measured less estimated effort on each part by fits without it, of the models that are still in question after.
 
     What physics binds most goes first. A freer model that loses too much to the best of these on the parts that choose
-    cannot be recommended (`worth_their_freedom`), so it is not fitted without the other parts.
+    cannot be recommended (`worth_their_freedom`), so it is not fitted without the other parts: the second value is its
+    errors so far.
     """
     usable: dict[str, list[Array]] = {}
+    given_up: dict[str, list[Array]] = {}
     freedom = {f.outcome.model.name: f.outcome.freedom for f in contenders}
     count = len(parts.masks)
     refitted: list[list[Fitted]] = [[] for _ in parts.masks]  # without each part
@@ -379,9 +388,9 @@ def _errors_on_parts(
                 errors[name].append(error)
                 asked = errors[name][parts.lowest :]
                 if bound is not None and _loses(asked, bound[parts.lowest :], parts.may_lose):
-                    del errors[name]
+                    given_up[name] = errors.pop(name)
         usable |= errors
-    return usable
+    return usable, given_up
 
 
 def _error_without(part: Mask, fitted: Fitted, train: Dataset, refitted: list[Fitted]) -> Array | None:

@@ -194,6 +194,7 @@ _RANKED = _entries(
         "band": _entries({"held": _COVERAGE, "plain": _figure, "with_sensor": _or_null(_COVERAGE)}),
         "rmse_by_log": _BANDED,
         "validation_rmse": _BANDED,
+        "turned_down": _text,
     },
 )
 _SETTINGS = _entries(

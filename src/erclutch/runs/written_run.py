@@ -182,6 +182,8 @@ def _entry_to_dict(entry: RankedModel, model_id: str, title: str) -> dict[str, A
         body["band"] = asdict(entry.band)
     if entry.validation is not None:
         body["validation_rmse"] = entry.validation.to_list()
+    if entry.turned_down:
+        body["turned_down"] = entry.turned_down
     if entry.by_log is not None:
         body["rmse_by_log"] = list(entry.by_log)
     body["fit"] = fit

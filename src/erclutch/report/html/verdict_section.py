@@ -145,7 +145,7 @@ def choice(material: Material) -> str:
             f"The training rows chose it. They were divided into {material.body['chosen_by']}; each part was left out "
             f"in turn and estimated by models fitted to the others. On the parts left out no model with as much "
             f"physics erred clearly less, and no model with less physics erred less on every part. The rows "
-            f"held out chose nothing."
+            f"held out chose nothing.{_turned_down(material)}"
         )
     if best is chosen:
         return "It is the best of all models, and no simpler one is as good."
@@ -165,6 +165,15 @@ def choice(material: Material) -> str:
         f"{best['title']} with {best['parameters_count']}: inside its 95 % band of {band}, with an error {extra} over "
         f"its own.{doubt}"
     )
+
+
+def _turned_down(material: Material) -> str:
+    """The first model that errs by less on the rows held out, and why it is not recommended; empty for none."""
+    for entry in material.body["ranking"]:
+        if entry.get("turned_down"):
+            error = material.effort.of(entry["test"]["rmse"][0])
+            return f" {entry['title']} errs by {error} there and is not recommended: {entry['turned_down']}."
+    return ""
 
 
 def _against(material: Material) -> str:

@@ -1,0 +1,118 @@
+#!/usr/bin/env python
+"""What does a band hold on a further motion where two motions were logged?
+
+SYNTHETIC devices of `studies/unseen.py` at one field; for every other device gain and zero of the effort drift between
+logs. Three laws that are not the truth are fitted to one log each of two motions, a third motion judges the band: as
+now, and as before, when two logs were too few to leave one out and two motions too few for a haste.
+
+    python studies/two_motions.py [--devices 6] [--first 20]
+
+Printed for each choice of motions: the share of the rows inside, mean and least; how often that is below 90 %, and how
+often the worst second has 80 %; the half width over what the motion needed.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+from collections import defaultdict
+from dataclasses import replace
+
+if __name__ == "__main__":
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+import numpy as np
+
+from erclutch.fit.haste_widths import with_haste
+from erclutch.fit.laws.fit_law import fit_structure
+from erclutch.fit.prediction_bands import calibrated, coverage
+from erclutch.logs.dataset import Dataset
+from erclutch.models.laws import law_from_name
+from erclutch.models.structure import Structure
+from studies.unseen import Device
+
+#: Numbers of the motions that are fitted, and of the motion that judges; 0 is the slowest.
+CHOICES = {
+    "next quicker": ((1, 3), 5),
+    "far quicker": ((0, 1), 4),
+    "between": ((1, 5), 3),
+    "slower": ((2, 4), 0),
+}
+LAWS = (
+    ("bingham/constant", "none"),
+    ("bingham/constant", "dahl/field"),
+    ("herschel-bulkley/constant", "lugre/field"),
+)
+MOST_DRIFT = 0.15
+
+
+def device(seed: int) -> Dataset:
+    """Logs of six motions at one field."""
+    rng = np.random.default_rng(seed)
+    every = Device(rng).logs()
+    drift = rng.uniform(0.0, MOST_DRIFT) if seed % 2 else 0.0
+    effort = every.effort.copy()
+    for start, stop in every.source_rows:
+        zero, gain = drift * rng.standard_normal(2)
+        effort[start:stop] = (1.0 + gain) * effort[start:stop] + zero * np.std(every.effort)
+    field = f"f{rng.integers(1, 5)}"
+    kept = np.zeros(every.rows, np.bool_)
+    for source, (start, stop) in zip(every.sources, every.source_rows, strict=True):
+        kept[start:stop] = str(source).endswith(field)
+    return replace(every, effort=effort).take(kept)
+
+
+def rows_of(data: Dataset, motions: tuple[int, ...]) -> np.ndarray:
+    """Mask of the rows of some motions."""
+    mask = np.zeros(data.rows, np.bool_)
+    for source, (start, stop) in zip(data.sources, data.source_rows, strict=True):
+        mask[start:stop] = int(str(source)[1]) in motions
+    return mask
+
+
+def judged(data: Dataset, held: np.ndarray, law: str, stages: str) -> dict[str, tuple[float, float, float]]:
+    """For each rule: share inside, of the worst second, and the half width over the needed."""
+    train = data.take(~held)
+    structure = Structure("single", law, law_from_name(law, "single"), stages, False, True)
+    outcome = fit_structure(train, structure)
+    predicted = outcome.model.predict(data)
+    error = data.effort - predicted
+    needed = float(np.quantile(np.abs(error[held]), 0.95))
+    figures: dict[str, tuple[float, float, float]] = {}
+    for rule, unseen in (("before", None), ("now", outcome.unseen)):
+        made = calibrated(data, ~held, [error], [outcome.parameters], [unseen])[0]
+        assert made is not None
+        band, _ = made
+        if unseen is not None:
+            band = with_haste(band, train, unseen)
+        found = coverage(data, band.around(predicted, data.elements, data.clock), held)
+        figures[rule] = (found.share, found.worst, 0.5 * found.width / needed)
+    return figures
+
+
+def main() -> None:
+    """Print the table."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--devices", type=int, default=6)
+    parser.add_argument("--first", type=int, default=20, help="seed of the first device")
+    asked = parser.parse_args()
+    table: dict[tuple[str, str], list[tuple[float, float, float]]] = defaultdict(list)
+    for seed in range(asked.first, asked.first + asked.devices):
+        every = device(seed)
+        for name, (fitted, judge) in CHOICES.items():
+            data = every.take(rows_of(every, (*fitted, judge)))
+            for law, stages in LAWS:
+                for rule, figures in judged(data, rows_of(data, (judge,)), law, stages).items():
+                    table[name, rule].append(figures)
+                    table["all", rule].append(figures)
+    for (name, rule), figures in table.items():
+        inside, worst, width = np.array(figures).T
+        print(
+            f"{name:<13} {rule:<7} inside {inside.mean():6.1%} (least {inside.min():6.1%}), below 90 % in "
+            f"{np.mean(inside < 0.9):4.0%}, worst second 80 % in {np.mean(worst >= 0.8):4.0%}; half width "
+            f"{np.median(width):.2f} of the needed ({len(figures)})"
+        )
+
+
+if __name__ == "__main__":
+    main()
