@@ -214,7 +214,8 @@ def _better_but_turned_down(comparison: Comparison) -> str:
         if entry.turned_down:
             unit = comparison.data.units.effort.replace("?", "")
             error = f"{number(entry.test.rmse.value)} {unit}".rstrip()
-            return f" {comparison.called(entry.name)}, errs by {error} there and is not recommended: {entry.turned_down}."
+            called = comparison.called(entry.name)
+            return f" {called}, errs by {error} there and is not recommended: {entry.turned_down}."
     return ""
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from erclutch.signals.array import Array, rms
 
 NOT_IDENTIFIED = "these data do not identify all that it says: --all prints its notes"
-_NOT_TRIED = "others of its kind err by less on the training rows, so it was not tried on parts that its fit had not seen"
+_NOT_TRIED = "others of its kind err by less on the training rows, so it was not tried on parts left out of its fit"
 
 
 def what_speaks_against(
