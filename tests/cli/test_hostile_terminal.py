@@ -78,9 +78,9 @@ def test_texts_of_a_run(said: Said, tmp_path: Path) -> None:
 
 
 def test_words_of_a_command(said: Said) -> None:
-    assert f"--{SHOWN}" in said("fit", f"--{HOSTILE}", code=1)
+    assert f"--{SHOWN}" in said("fit", f"--{HOSTILE}", code=2)
     assert SHOWN in said("inspect", f"{HOSTILE}.csv", code=2)
-    assert SHOWN in said(HOSTILE, code=1)
+    assert SHOWN in said(HOSTILE, code=2)
 
 
 def test_titles_headings_and_our_own_line_ends(capsys: pytest.CaptureFixture[str]) -> None:

@@ -40,7 +40,7 @@ for words in (["--help"], [], *uses):
     print("##", *words, flush=True)
     assert main(words) == 0, words
 for command in sys.argv[1:]:
-    assert main([command]) == 1, command
+    assert main([command]) == 2, command
 """
 
 

@@ -206,3 +206,15 @@ def test_of_two_places_one_is_proposed_for_all_signals() -> None:
         columns |= {f"F_{place}": share * EFFORT, f"v_{place}": share * SPEED, f"i_{place}": share * LEVELS}
     plan = _plan(columns)
     assert plan.examples == ('--field "i_front"', '--slip "v_front"', '--effort "F_front"')
+
+
+@pytest.mark.parametrize("options", [{}, {"slip": "Drehzahl [rpm]"}])
+def test_turns_a_minute_that_a_file_writes_as_1_min_are_no_doubt(tmp_path: Path, options: dict[str, Any]) -> None:
+    lines = ["time [s];Drehzahl [1/min];Strom [A];Moment [Nm]"]
+    for row in range(600):
+        lines.append(f"{row / 200:.3f};{60 * SPEED[row]:.5f};{LEVELS[row]:g};{EFFORT[row]:.5f}")
+    path = tmp_path / "log.csv"
+    path.write_text("\n".join(lines) + "\n")
+    data = build_dataset(read(path, **options))
+    assert [finding for finding in check(data, hold_out(data, 0.3)) if finding.subject == "given"] == []
+    assert any("converted to rad/s (the file says 1/min)" in note for note in data.notes)

@@ -65,7 +65,7 @@ def bad_end(words: Sequence[object], cwd: Path, environment: dict[str, str] | No
 
 
 def _wrong(words: Sequence[object], code: int, said: str) -> str:
-    told = code == 0 or (code == 2 and said.startswith("error: ")) or (code == 1 and "Traceback" not in said)
+    told = code == 0 or (code == 2 and said.startswith("error: ")) or code == 1
     return "" if told and "Traceback" not in said else f"{' '.join(map(str, words))}: code {code}: {said[-300:]}"
 
 

@@ -41,7 +41,7 @@ def main(words: Sequence[str] | None = None) -> int:
     """Run a command, that of this process where no words are given.
 
     Returns:
-        The exit code: 0 done, 1 usage, 2 bad input, 130 interrupted.
+        The exit code: 0 done, 1 a question is open, 2 wrong usage or bad input, 130 interrupted.
     """
     words = sys.argv[1:] if words is None else words
     allowed = _address_space()
@@ -98,15 +98,15 @@ def _run(words: Sequence[str]) -> int:
     from cyclopts import CycloptsError
 
     from erclutch.cli.folded_help import HELP_ALL, whole_help
-    from erclutch.cli.parser import app, load_command
+    from erclutch.cli.parser import app, load_command, misused
 
     load_command(words)
     plain = ["--help" if word == HELP_ALL else word for word in words]
     try:
         with whole_help(whole=HELP_ALL in words):
-            result = app(plain, exit_on_error=False, print_error=True)
-    except CycloptsError:
-        return 1
+            result = app(plain, exit_on_error=False, print_error=False)
+    except CycloptsError as error:
+        return failed(misused(error), 2)
     return result if isinstance(result, int) else 0
 
 

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import itertools
+import shlex
 import sys
 from collections.abc import Callable, Sequence
-from typing import Annotated, Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import App, CycloptsError, Group, MissingArgumentError, Parameter
 
@@ -14,6 +16,9 @@ from erclutch.cli.command_list import Command, commands
 from erclutch.cli.failed import failed
 from erclutch.cli.folded_help import Flowing
 from erclutch.cli.overview import TITLE, first_steps
+
+if TYPE_CHECKING:
+    from cyclopts import ArgumentCollection
 
 #: The software and the paper whose models it implements, as in CITATION.cff.
 _CITATION = (
@@ -50,45 +55,56 @@ def _versions() -> str:
 _OF_MAPPINGS = ("--mapping", "--map", "--mapping-file")
 
 
-def _misused(error: CycloptsError) -> object:
-    """What is wrong with the words of a command, framed; some may be names of files that the shell put there."""
-    from cyclopts import CycloptsPanel, UnknownOptionError, UnusedCliTokensError
+def misused(error: CycloptsError) -> str:
+    """What is wrong with the words of a command; some may be names of files that the shell put there."""
+    from cyclopts import CoercionError, UnknownOptionError, UnusedCliTokensError
 
     from erclutch.cli.terminal import shown
 
+    command = " ".join(["erclutch", *(error.command_chain or ())])
+    help_of_it = f"{command} --help shows what it takes."
+
     if isinstance(error, UnusedCliTokensError):
-        command = " ".join(["erclutch", *(error.command_chain or ())])
         unused = ", ".join(map(repr, error.unused_tokens or ()))
-        return CycloptsPanel(shown(f"{unused}: more than the command takes. {command} --help shows what it takes."))
+        return shown(f"{unused}: more than the command takes. {help_of_it}")
     words = error.root_input_tokens or ()
     if isinstance(error, MissingArgumentError) and error.argument is not None and error.command_chain:
-        return CycloptsPanel(shown(f"{_what_is_missing(error)}{_taken_by_a_list(words)}"))
-    options = {word.partition("=")[0] for word in words}
-    if isinstance(error, UnknownOptionError) and not options.isdisjoint(_OF_MAPPINGS):
-        return CycloptsPanel(shown("A mapping file has no option: it is read where it lies beside LOG as LOG.toml."))
-    return CycloptsPanel(shown(str(error)))
+        return shown(f"{_what_is_missing(error)}{_taken_by_a_list(words)}")
+    if isinstance(error, UnknownOptionError) and error.command_chain:
+        options = {word.partition("=")[0] for word in words}
+        if not options.isdisjoint(_OF_MAPPINGS):
+            return "A mapping file has no option: it is read where it lies beside LOG as LOG.toml."
+        files = {argument.name for argument in _arguments(error.command_chain[0]) if argument.index is not None}
+        for option in options & {f"--{file.lower()}" for file in files}:
+            written = _written(error.command_chain[0])
+            return f"{option} is no option here: {option[2:].upper()} stands without a name. {written}"
+    if isinstance(error, CoercionError) and error.token is not None and error.target_type in (int, float):
+        kind = "whole number" if error.target_type is int else "number"
+        return shown(f"{error.token.keyword or error.token.value}: {error.token.value!r} is no {kind}. {help_of_it}")
+    return shown(f"{str(error).rstrip()} {help_of_it}")
 
 
 def _what_is_missing(error: MissingArgumentError) -> str:
     """Which file or value a command lacks, and how the command is typed."""
     name = error.argument.name if error.argument else ""
     command = (error.command_chain or ("",))[0]
-    asked = [word for word in error.root_input_tokens or () if error.argument and word in error.argument.names]
+    words = error.root_input_tokens or ()
+    asked = [word for word in words if error.argument and word in error.argument.names]
     if asked:
         return f"{asked[0]} needs a value: see erclutch {command} --help."
-    return f"{name} is missing. {_usage(command).replace('Usage: ', 'Write: ')}"
+    runs = [word for word in words if (Path(word) / "run.json").is_file()]
+    given = f" {runs[0]} is a run: give it as --run {shlex.quote(runs[0])}." if name == "--run" and runs else ""
+    return f"{name} is missing.{given} {_written(command)}"
 
 
 def _taken_by_a_list(words: Sequence[str]) -> str:
     """Where an option that takes several values stands before a file, it takes the file too: which, and the way out."""
-    from pathlib import Path
-
     places = [place for place, word in enumerate(words) if word.startswith("--")]
     for place, next_place in itertools.pairwise([*places, len(words)]):
         option = words[place]
         for word in words[place + 2 : next_place]:  # the first value is its own
             if Path(word).exists():
-                return f"\n{option} takes all words up to the next option, {word} too. Write {word} before {option}."
+                return f" {option} takes all words up to the next option, {word} too. Write {word} before {option}."
     return ""
 
 
@@ -100,7 +116,6 @@ app = App(
     help_format="plaintext",
     result_action="return_value",
     suppress_keyboard_interrupt=False,
-    error_formatter=_misused,
     help_formatter=Flowing(),
 )
 _COMMANDS = {command.name: command for command in commands()}
@@ -128,8 +143,8 @@ def first(*words: Annotated[str, Parameter(show=False)]) -> int:
         import difflib
 
         near = difflib.get_close_matches(words[0], _COMMANDS, n=1)
-        hint = f"Did you mean {near[0]}?" if near else f"Commands are {', '.join(_COMMANDS)}."
-        return failed(f"there is no command {words[0]!r}. {hint}", 1)
+        hint = f"Did you mean {near[0]}? erclutch --help lists all." if near else f"Commands are {', '.join(_COMMANDS)}."
+        return failed(f"there is no command {words[0]!r}. {hint}", 2)
     sys.stdout.write(first_steps(_COMMANDS))
     return 0
 
@@ -152,11 +167,21 @@ def load_command(words: Sequence[str]) -> None:
     app[command.name].usage = _usage(command.name)
 
 
+def _arguments(name: str) -> ArgumentCollection:
+    """What a command takes."""
+    return app[name].assemble_argument_collection()
+
+
+def _written(name: str) -> str:
+    """How a command is typed, as the remedy of an error."""
+    return f"{_usage(name)}.".replace("Usage: ", "Write: ")
+
+
 def _usage(name: str) -> str:
     """How a command is typed: its files first, as an option that takes several values would take them too."""
     files: list[str] = []
     needed: list[str] = []
-    for argument in app[name].assemble_argument_collection():
+    for argument in _arguments(name):
         if argument.index is not None:
             many = "..." if argument.token_count()[1] else ""
             file = f"{argument.name}{many}"

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from erclutch.errors import MappingError, UnitError
+from erclutch.logs.labels import own_unit
 from erclutch.logs.mapping import ColumnMap
 from erclutch.logs.plan import NEEDS, OPTIONAL, THOUGH, ClockPlan, Question, SignalPlan, Sureness
 from erclutch.logs.seen_columns import SeenColumn, SeenColumns
@@ -176,6 +177,9 @@ def _other_unit(column: SeenColumn, unit: str, si_units: tuple[str, ...]) -> str
     if not column.fits(si_units):
         return f" (the file says {own})"
     given = units.parse(unit)
-    said = units.parse(own)
-    same = (given.factor, given.dimension) == (said.factor, said.dimension)
-    return "" if same else f", {THOUGH} {own}"
+    of_turns = own_unit(column.name, own, si_units)  # 1/min of a speed is turns a minute, and no other unit
+    for said in (own, of_turns):
+        of_file = units.parse(said or "")
+        if (given.factor, given.dimension) == (of_file.factor, of_file.dimension):
+            return "" if said == own else f" (the file says {own})"
+    return f", {THOUGH} {own}"
