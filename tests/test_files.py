@@ -21,10 +21,19 @@ import pytest
 from erclutch import files
 from erclutch.cli.command_list import commands
 from erclutch.errors import ErclutchError, RunError
-from erclutch.files import is_plain_file, may_write, may_write_file, places, unwritable, whole_file, whole_folder
+from erclutch.files import (
+    is_plain_file,
+    may_fill,
+    may_write,
+    may_write_file,
+    places,
+    unwritable,
+    whole_file,
+    whole_folder,
+)
 from erclutch.files.places import put_new, release, release_all, reserve
 from erclutch.logs.synthetic import write_synthetic_log
-from tests.support.command import run
+from tests.support.command import refused, run
 from tests.support.no_room import read_only
 from tests.support.raced_writers import Written, lost_in, written_by
 from tests.support.races import SLOW, WORDS, lost_in_pairs, make_material, started
@@ -441,6 +450,24 @@ def test_a_place_that_takes_nothing_is_told_before_the_work(
     assert "Give " in error or "Make " in error  # the remedy
     left = [path.name for path in tmp_path.rglob("*") if path.name not in ("closed", ".open.csv.writing")]
     assert left == []
+
+
+@pytest.mark.skipif(not Path("/proc/self").exists(), reason="a folder of Linux")
+@pytest.mark.parametrize("name", [name for name, option in PLACED if option == "out"])
+def test_a_folder_that_takes_nothing_in_spite_of_its_rights_is_told_before_the_work(name: str, tmp_path: Path) -> None:
+    """`fit --out /proc/x` failed after the fit: whoever may write everywhere has the right to write there too."""
+    said = refused(name, *TOO_EARLY[name].split(), "--out", f"/proc/made{_ENDINGS.get(name, '')}", cwd=tmp_path)
+    assert said.startswith(f"error: /proc/made{_ENDINGS.get(name, '')}: ")
+    assert "Give " in said
+
+
+@pytest.mark.parametrize("there", [True, False])
+def test_the_folder_itself_is_named_that_takes_no_file(there: bool, tmp_path: Path) -> None:
+    folder = Path("/proc") if there else tmp_path / "log.csv" / "new"
+    (tmp_path / "log.csv").touch()
+    with pytest.raises(RunError) as caught:
+        may_fill(folder)
+    assert caught.value.where == str(folder)
 
 
 @pytest.fixture(scope="module")

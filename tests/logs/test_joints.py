@@ -5,7 +5,9 @@ The data are SYNTHETIC.
 
 from __future__ import annotations
 
+import pickle
 import shlex
+import zipfile
 from pathlib import Path
 
 import numpy as np
@@ -150,6 +152,36 @@ def test_a_file_of_python_objects_alone_is_refused_in_plain_words(tmp_path: Path
     np.save(path, objects, allow_pickle=True) if suffix == ".npy" else np.savez(path, rows=objects)
     with pytest.raises(LogError, match=r"Python objects, which may run programs.*numpy\.savez"):
         read_table(path)
+
+
+@pytest.mark.parametrize("suffix", [".npz", ".npy"])
+def test_a_pickle_that_is_called_an_array_is_told_as_such(tmp_path: Path, suffix: str) -> None:
+    """It was called damaged: numpy.save and numpy.load write and open pickles under these names too."""
+    path = tmp_path / f"log{suffix}"
+    path.write_bytes(pickle.dumps({"torque": list(TIME)}))
+    with pytest.raises(LogError, match="holds no arrays but Python objects, which may run programs") as caught:
+        read_table(path)
+    assert "numpy.savez(NEW, time=..." in caught.value.remedy
+
+
+@pytest.mark.parametrize(
+    ("content", "said"),
+    [
+        (pickle.dumps({"torque": [1.0]}), "left out: rows: Python objects, which may run programs"),
+        (b"measured on Monday", "left out: rows: no array of NumPy"),
+    ],
+)
+def test_a_part_of_an_archive_that_is_no_array_is_left_out(tmp_path: Path, content: bytes, said: str) -> None:
+    path = saved(tmp_path / "a.npz", {"time": TIME, "speed": RATE, "torque": np.tanh(RATE)})
+    with zipfile.ZipFile(path, "a") as archive:
+        archive.writestr("rows.npy", content)
+    assert any(said in note for note in read_table(path).notes)
+    alone = tmp_path / "alone.npz"
+    with zipfile.ZipFile(alone, "w") as archive:
+        archive.writestr("rows.npy", content)
+    with pytest.raises(LogError, match="the arrays are no numbers: rows: ") as caught:
+        read_table(alone)
+    assert "numpy.savez(NEW" in caught.value.remedy
 
 
 def test_arrays_in_memory_are_cut_at_a_few_missing_values_as_files_are(tmp_path: Path) -> None:

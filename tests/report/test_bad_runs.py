@@ -97,7 +97,7 @@ def test_a_folder_that_cannot_be_written(run: Path, monkeypatch: pytest.MonkeyPa
     """Permissions do not bind root, so the look is made to see none."""
     from erclutch.report.html.report_file import may_write_report
 
-    monkeypatch.setattr("erclutch.report.html.report_file.os.access", lambda *_: False)
+    monkeypatch.setattr("erclutch.files.os.access", lambda *_: False)
     with pytest.raises(RunError, match=r"its folder cannot be written\. Give --out a file in another folder"):
         may_write_report(run / "report.html")
 

@@ -166,7 +166,10 @@ def may_fill(folder: Path, option: str = "out") -> None:
     if is_there(folder) and not folder.is_dir():
         problem = "cannot be made: there is a file of that name"
         raise RunError(problem, where=str(folder), remedy=f"Give --{option} another name")
-    require_room(folder / "any", option)
+    if not folder.is_dir():
+        require_room(folder, option)
+    elif not takes_files(folder):
+        raise RunError("no file can be put there", where=str(folder), remedy=f"Give --{option} another place")
 
 
 def require_room(target: Path, option: str = "out", kind: type[ErclutchError] = RunError) -> None:
@@ -180,9 +183,22 @@ def require_room(target: Path, option: str = "out", kind: type[ErclutchError] = 
     remedy = f"Give --{option} another place"
     if not folder.is_dir():
         raise kind(f"{folder} is no folder, so nothing can be put there", where=str(target), remedy=remedy)
-    if not os.access(folder, os.W_OK | os.X_OK):
+    if not takes_files(folder):
         problem = f"its folder cannot be made in {folder}" if missing else "its parent folder cannot be written"
         raise kind(problem, where=str(target), remedy=remedy)
+
+
+def takes_files(folder: Path) -> bool:
+    """Whether a file can be made in a folder; it is made and taken away, as rights alone do not tell, /proc for one."""
+    if not os.access(folder, os.W_OK | os.X_OK):
+        return False
+    probe = folder / f".{secrets.token_hex(8)}"
+    try:
+        probe.touch(exist_ok=False)
+        probe.unlink()
+    except OSError as error:
+        return error.errno in (errno.ENOSPC, errno.EDQUOT, errno.EMFILE, errno.ENFILE)  # whoever writes says why
+    return True
 
 
 def may_write_file(path: Path | None, force: bool, option: str = "out", endings: tuple[str, ...] = ()) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import shutil
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import partial
@@ -13,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from erclutch.errors import RunError, placed
-from erclutch.files import LOG_ENDINGS, refuse_ending, unwritable, whole_file
+from erclutch.files import LOG_ENDINGS, refuse_ending, takes_files, unwritable, whole_file
 from erclutch.signals.array import Array
 
 LabelledColumns = Sequence[tuple[str, str]]
@@ -90,7 +89,7 @@ def _label_of_mat(path: Path) -> str:
 def _room(path: Path, needed: float) -> None:
     if not path.parent.is_dir():
         raise RunError("its folder does not exist", remedy=f"Make {path.parent} first")
-    if not os.access(path.parent, os.W_OK):
+    if not takes_files(path.parent):
         raise RunError("its folder cannot be written", remedy="Give another place")
     free = shutil.disk_usage(path.parent).free
     if needed > free:

@@ -18,6 +18,10 @@ from erclutch.logs.readers.found_recordings import listed
 from erclutch.logs.table import Table
 
 _ONE = b"\x93NUMPY"
+_ZIP = b"PK\x03\x04"
+_PICKLE = b"\x80"  # its first byte since Python 2.3
+_OBJECTS = "Python objects, which may run programs and are never opened"
+_SAVE_NUMBERS = "Save each signal as an array of numbers: numpy.savez(NEW, time=..., speed=..., torque=...)"
 
 
 def find(path: str, variable: str | None) -> Table:
@@ -25,12 +29,16 @@ def find(path: str, variable: str | None) -> Table:
     file = Path(path)
     budget = budget_of(file)
     with file.open("rb") as content:
-        is_one = content.read(len(_ONE)) == _ONE
+        head = content.read(len(_ONE))
+    is_one = head == _ONE
+    if head.startswith(_PICKLE):  # numpy.load opens it too, where it is allowed to
+        raise LogError(f"the file holds no arrays but {_OBJECTS}", remedy=_SAVE_NUMBERS)
     if not is_one:
         take_zip(file, budget)
     loaded: Any = None if is_one else np.load(file, allow_pickle=False)
     nodes: dict[str, np.ndarray[Any, Any]] = {}
     of_objects: list[str] = []
+    of_others: list[str] = []
     for name in [file.stem] if is_one else loaded.files:
         try:
             array: Any = np.load(file, allow_pickle=False) if is_one else loaded[name]
@@ -39,24 +47,27 @@ def find(path: str, variable: str | None) -> Table:
                 raise
             of_objects.append(name)
             continue
+        if isinstance(array, bytes):  # a part of the archive that is no array
+            (of_objects if array.startswith(_PICKLE) else of_others).append(name)
+            continue
         budget.take_cells(array.size)
         if array.dtype.names:  # a table with names
             nodes |= {each: np.asarray(array[each]) for each in array.dtype.names}
         else:
             nodes[name] = np.asarray(array)
     found = found_recordings.of_vectors(nodes)
-    if of_objects:
-        what = f"{listed(of_objects)}: Python objects, which may run programs and are never opened"
-        if found is None:
-            remedy = "Save each signal as an array of numbers: numpy.savez(NEW, time=..., speed=..., torque=...)"
-            raise LogError(f"the arrays are no numbers: {what}", remedy=remedy)
-        found.notes.append(f"left out: {what}")
+    left_out = [f"{listed(of_objects)}: {_OBJECTS}"] if of_objects else []
+    left_out += [f"{listed(of_others)}: no array of NumPy"] if of_others else []
+    if found is None and left_out:
+        raise LogError(f"the arrays are no numbers: {'; '.join(left_out)}", remedy=_SAVE_NUMBERS)
+    if found is not None:
+        found.notes.extend(f"left out: {what}" for what in left_out)
     recordings = {file.stem: found} if found is not None else {}
     return found_recordings.chosen(recordings, variable, "arrays", "the file holds no vectors of numbers of one length")
 
 
 def _claims(head: bytes) -> bool:
-    return head.startswith(_ONE) or (head.startswith(b"PK\x03\x04") and b".npy" in head[:300])
+    return head.startswith(_ONE) or (head.startswith(_ZIP) and b".npy" in head[:300])
 
 
 READER = LogReader(

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 
 from erclutch.errors import RunError
-from erclutch.files import is_plain_file, refuse_ending
+from erclutch.files import is_plain_file, refuse_ending, takes_files
 from erclutch.files.places import is_there, release, reserve
 
 _OURS = (b'<meta name="generator" content="erclutch">', b"/Creator (erclutch)")
@@ -26,7 +25,7 @@ def may_write_report(
     """
     if not path.parent.is_dir():
         raise RunError("its folder does not exist", where=str(path), remedy=f"Make {path.parent} first")
-    if not os.access(path.parent, os.W_OK):
+    if not takes_files(path.parent):
         raise RunError("its folder cannot be written", where=str(path), remedy="Give --out a file in another folder")
     if path.is_dir():
         raise RunError("this is a folder", where=str(path), remedy="Give --out the name of a file")

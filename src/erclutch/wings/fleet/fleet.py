@@ -356,7 +356,7 @@ def _begin(folder: Path, body: Mapping[str, Any], force: bool) -> None:
             if not force:
                 raise RunError(f"{MARKER}: {error}", where=str(folder), remedy="Give --force to begin anew") from error
     else:
-        may_write(folder, False, MARKER)
+        may_write(folder, False, MARKER, "a fleet")
     if isinstance(held, dict) and not force:
         kept = cast(dict[str, Any], held)
         as_kept: dict[str, Any] = json.loads(json.dumps(body))  # lists for tuples, as they come back from the file

@@ -14,6 +14,7 @@ from cyclopts import Parameter
 from erclutch.cli import terminal
 from erclutch.cli.quantities import SECONDS
 from erclutch.errors import RunError, require
+from erclutch.files import takes_files
 from erclutch.files.places import is_there, release, reserve
 
 if TYPE_CHECKING:
@@ -89,9 +90,7 @@ def demo(
 
 def _may_write(folder: Path) -> None:
     """The folder of an earlier demo may be replaced, nothing else."""
-    import os
-
-    if not folder.parent.is_dir() or not os.access(folder.parent, os.W_OK):
+    if not folder.parent.is_dir() or not takes_files(folder.parent):
         raise RunError("its parent folder cannot be written", where=str(folder), remedy="Give another --out")
     reserve(folder, _is_demo)
     if is_there(folder) and not _is_demo(folder):
