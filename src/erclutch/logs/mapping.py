@@ -24,7 +24,8 @@ of the log; the first that exists is read. Its keys, all optional::
     field = "0.5 A"                  # or one number a segment between gaps: "0, 0.25, 0.5 A"
 
 A label is a column's name, with the unit in brackets where the file does not give it or gives it wrongly; a minus
-before it turns the sign (``-F [N]``). What the command line says wins over the file, and the file over guesses.
+before it turns the sign (``-F [N]``). ``n_in - n_out [rpm]`` is what two columns differ by.
+What the command line says wins over the file, and the file over guesses.
 """
 
 from __future__ import annotations

@@ -35,6 +35,7 @@ from erclutch.logs.named_columns import refuse_unreadable_signals, take_named
 from erclutch.logs.no_field import settle_the_field
 from erclutch.logs.plan import NEEDS, OPTIONAL, Invalid, Plan
 from erclutch.logs.proposals import proposals
+from erclutch.logs.quotients import with_differences
 from erclutch.logs.row_order import ask_about_groups, ask_about_order, few_values_are_missing, take_points
 from erclutch.logs.seen_columns import seen_columns
 from erclutch.logs.table import Table
@@ -85,6 +86,7 @@ def plan_of(
     if len(table.columns) > max(_WIDEST, table.rows):
         problem = f"{table.rows} rows of {len(table.columns):,} columns: a log has one row a sample"
         raise LogError(problem, remedy="Give a table with a column for each signal", where=table.name)
+    table, told = with_differences(table, told)
     seen = seen_columns(table, whole=whole)
     if numberless := [name for name in seen.empty if name in table.columns]:
         notes.append(f"no number in any row: column {', '.join(numberless)}: left out")
@@ -133,7 +135,7 @@ def plan_of(
         constants=draft.constants,
         invalid=invalid,
         questions=tuple(draft.questions.values()),
-        labels={name: table.label(name) for name in table.columns},
+        labels={name: table.label(name) for name in table.columns if name not in table.made or name in draft.taken},
         told=told,
         notes=tuple(draft.notes),
         path=table.path,

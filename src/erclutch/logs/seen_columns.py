@@ -146,8 +146,8 @@ class SeenColumns:
     empty: tuple[str, ...]
 
     def without(self, taken: Iterable[str]) -> list[SeenColumn]:
-        """All columns that hold a number, but some."""
-        left_out = {*taken, *self.empty}
+        """All columns of the file that hold a number, but some."""
+        left_out = {*taken, *self.empty, *self.table.made}
         return [column for column in self.columns.values() if column.name not in left_out]
 
     def time_column(self, taken: Iterable[str] = ()) -> str | None:

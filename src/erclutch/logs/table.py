@@ -15,6 +15,9 @@ from erclutch.signals.array import Array
 from erclutch.signals.channels import device_of_channels
 from erclutch.signals.device import DeviceName
 
+#: Between two columns whose difference is meant.
+MINUS = " - "
+
 
 @dataclass(frozen=True)
 class WordColumn:
@@ -53,6 +56,7 @@ class Table:
         path: of the file, as the user gave it; "" for a table that is not of a file.
         breaks: rows above which a text has a blank line or a comment, where these part its rows into a few blocks.
         words: columns of words that part the rows, by name; none in a table that holds the rows of one word.
+        made: columns that stand in no file: differences of two that do, as ``n_in - n_out``.
     """
 
     name: str
@@ -74,6 +78,7 @@ class Table:
     hollow: tuple[str, ...] = ()
     breaks: tuple[int, ...] = ()
     words: Mapping[str, WordColumn] = field(default_factory=dict[str, WordColumn])
+    made: tuple[str, ...] = ()
 
     @property
     def origin(self) -> str:
@@ -117,10 +122,25 @@ class Table:
         """
         if name in self.unreadable:
             raise LogError(self.unreadable[name], remedy="Correct its cells, or make a plan of this log")
+        parts = self.parts_of(name)
+        if parts is not None:
+            minuend, subtrahend = parts
+            return self.columns[minuend] - self.columns[subtrahend]
         if name not in self.columns:
             problem = f"there is no column '{name}', which the plan reads; the file has: {self.listed}"
             raise MappingError(problem, remedy="Give a log with these columns, or make a plan of this log")
         return self.columns[name]
+
+    def parts_of(self, name: str) -> tuple[str, str] | None:
+        """The two columns whose difference a name such as ``n_in - n_out`` says; None for any other name."""
+        if name in self.columns and name not in self.made:
+            return None
+        words = name.split(MINUS)
+        for count in range(1, len(words)):
+            parts = MINUS.join(words[:count]), MINUS.join(words[count:])
+            if self.columns.keys() >= {*parts}:
+                return parts
+        return None
 
     def numbered(self, number: int) -> str | None:
         """The column at a place in the file, counted from 1, or None."""
@@ -130,7 +150,7 @@ class Table:
     @property
     def labels(self) -> tuple[str, ...]:
         """Column names with their units, as a user would write them: ``V [cm/s]``."""
-        return tuple(map(self.label, self.columns))
+        return tuple(self.label(name) for name in self.columns if name not in self.made)
 
     @property
     def listed(self) -> str:

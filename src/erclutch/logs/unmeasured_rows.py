@@ -34,7 +34,10 @@ def unmeasured_rows(plan: Plan, table: Table, notes: list[str]) -> Mask:
     """
     keep = plan.told.values == "keep"
     unmeasured = np.zeros(table.rows, dtype=np.bool_)
-    columns = dict.fromkeys(each.column for each in (*plan.signals, *plan.inputs) if each.column)
+    columns: dict[str, None] = {}
+    for each in (*plan.signals, *plan.inputs):
+        if each.column:  # of a difference both columns: that of two codes is 0
+            columns |= dict.fromkeys(table.parts_of(each.column) or (each.column,))
     for name in columns:
         for code, rows in sentinels(table.planned(name)).items():
             held = f"column {name} holds {code:g} in {_counted(rows)}, far from all other values"

@@ -1,0 +1,135 @@
+"""The slip of a clutch between two shafts is what their speeds differ by; a gear has two shafts too, so it is asked."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from erclutch.errors import MappingError
+from erclutch.logs import ColumnMap, Plan, Table, apply, plan_of, read
+from erclutch.signals.array import Array
+
+TIME = np.arange(800) / 100
+TURNS = 2.0 * np.sin(3.0 * TIME)  # to and fro
+FIELD = np.repeat([0.0, 0.5, 1.0, 1.5], 200)
+DRIVING = 50.0 + 5.0 * np.sin(TIME)
+
+
+def columns_of(driving: str, driven: str, slip: Array, effort: str = "torque") -> dict[str, Array]:
+    torque = (0.1 + FIELD) * np.tanh(5.0 * slip)
+    return {"time": TIME, driving: DRIVING, driven: DRIVING - slip, effort: torque, "current": FIELD}
+
+
+def planned(columns: dict[str, Array], name: str = "a.csv", **labels: str) -> Plan:
+    return plan_of(Table(name, columns, {}, "0" * 64), ColumnMap.from_labels(labels))
+
+
+PAIRS = [
+    ("input_speed", "output_speed"),
+    ("n_in_rpm", "n_out_rpm"),
+    ("n_in", "n_out"),
+    ("omega_in", "omega_out"),
+    ("Drehzahl Antrieb", "Drehzahl Abtrieb"),
+    ("Antriebsdrehzahl", "Abtriebsdrehzahl"),
+    ("driving omega", "driven omega"),
+    ("motor_speed", "load_speed"),
+    ("输入转速", "输出转速"),
+    ("vitesse entree", "vitesse sortie"),
+]
+
+
+@pytest.mark.parametrize(("driving", "driven"), PAIRS)
+def test_the_slip_is_the_difference_where_the_effort_keeps_to_its_sign(driving: str, driven: str) -> None:
+    columns = columns_of(driving, driven, TURNS)
+    plan = planned(columns)
+    slip = plan.signal("slip")
+    assert slip is not None
+    assert slip.column == f"{driving} - {driven}"
+    assert plan.questions == ()
+    recording = apply(plan, Table("a.csv", columns, {}, "0" * 64))
+    np.testing.assert_allclose(recording.signals["slip"] / slip.factor, TURNS, atol=1e-12)
+
+
+@pytest.mark.parametrize(("driving", "driven"), PAIRS)
+def test_it_is_asked_about_where_nothing_tells_a_clutch_from_a_gear(driving: str, driven: str) -> None:
+    columns = columns_of(driving, driven, 3.0 + TURNS)
+    plan = planned(columns)
+    assert [question.signal for question in plan.questions] == ["slip"]
+    assert plan.examples == (f'--slip "{driving} - {driven}"',)
+    assert planned(columns, slip=driven).questions == ()
+
+
+@pytest.mark.parametrize("place", ["name", "column", "header"])
+def test_the_word_clutch_settles_it(place: str) -> None:
+    columns = columns_of("n_in", "n_out", 3.0 + TURNS, "clutch torque" if place == "column" else "torque")
+    table = Table("Kupplung 3.csv" if place == "name" else "a.csv", columns, {}, "0" * 64)
+    if place == "header":
+        table = replace(table, metadata={"Prüfling": "MR-Kupplung"})
+    slip = plan_of(table, ColumnMap()).signal("slip")
+    assert slip is not None
+    assert slip.column == "n_in - n_out"
+
+
+def test_a_difference_is_named_with_a_sign_and_a_unit(tmp_path: Path) -> None:
+    log = tmp_path / "pair.csv"
+    rows = np.column_stack([TIME, DRIVING, DRIVING - TURNS, np.tanh(TURNS), FIELD])
+    np.savetxt(log, rows, delimiter=",", header="t,a,b,torque,current", comments="")
+    recording = read(log, slip="-a - b [rpm]", effort="torque", field="current")
+    np.testing.assert_allclose(recording.signals["slip"], -TURNS * np.pi / 30, atol=1e-9)
+    with_units = read(log, slip="a [rpm] - b [rpm]", effort="torque", field="current")
+    np.testing.assert_allclose(with_units.signals["slip"], TURNS * np.pi / 30, atol=1e-9)
+    with pytest.raises(MappingError, match=r"difference of two units, rpm and rad/s.*one unit"):
+        read(log, slip="a [rpm] - b [rad/s]", effort="torque", field="current")
+    with pytest.raises(MappingError, match="there is no column 'a - c' for slip"):
+        read(log, slip="a - c", effort="torque", field="current")
+
+
+def test_a_saved_plan_makes_the_difference_again(tmp_path: Path) -> None:
+    columns = columns_of("n_in", "n_out", TURNS)
+    plan = planned(columns)
+    mapping = tmp_path / "map.toml"
+    plan.save(mapping)
+    again = plan_of(Table("a.csv", columns, {}, "0" * 64), ColumnMap.from_toml(mapping))
+    assert again.signal("slip") == plan.signal("slip")
+
+
+def test_a_column_of_that_very_name_goes_before_a_difference() -> None:
+    columns = {**columns_of("a", "b", TURNS), "a - b": 7.0 * TURNS}
+    table = Table("a.csv", columns, {}, "0" * 64)
+    recording = apply(plan_of(table, ColumnMap.from_labels({"slip": "a - b"})), table)
+    np.testing.assert_array_equal(recording.signals["slip"], 7.0 * TURNS)
+
+
+def test_codes_for_no_measurement_in_both_shafts_are_left_out() -> None:
+    columns = columns_of("n_in", "n_out", TURNS)
+    for name in ("n_in", "n_out"):
+        columns[name] = columns[name].copy()
+        columns[name][100:105] = -999.0
+    table = Table("a.csv", columns, {}, "0" * 64)
+    recording = apply(plan_of(table, ColumnMap()), table)
+    assert recording.rows == TIME.size - 5
+
+
+def test_the_file_is_said_to_have_its_own_columns_alone() -> None:
+    plan = planned(columns_of("n_in", "n_out", 3.0 + TURNS))
+    _, _, listed = plan.questions[0].problem.partition("the file has: ")
+    assert listed == "time, n_in, n_out, torque, current"
+    assert "n_in - n_out" not in plan.spare
+
+
+@given(st.lists(st.sampled_from(["a", "b", "a - b", "b - a", "c"]), min_size=1, max_size=5, unique=True))
+def test_parts_are_two_columns_of_the_file(names: list[str]) -> None:
+    columns = {name: np.full(3, float(place)) for place, name in enumerate(names)}
+    table = Table("a.csv", columns, {}, "0" * 64)
+    for label in ("a - b", "b - a", "a - b - c", "a - c"):
+        parts = table.parts_of(label)
+        if label in names:
+            assert parts is None
+        elif parts is not None:
+            assert " - ".join(parts) == label
+            np.testing.assert_array_equal(table.planned(label), columns[parts[0]] - columns[parts[1]])
