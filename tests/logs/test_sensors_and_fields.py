@@ -218,3 +218,48 @@ def test_turns_a_minute_that_a_file_writes_as_1_min_are_no_doubt(tmp_path: Path,
     data = build_dataset(read(path, **options))
     assert [finding for finding in check(data, hold_out(data, 0.3)) if finding.subject == "given"] == []
     assert any("converted to rad/s (the file says 1/min)" in note for note in data.notes)
+
+
+@pytest.mark.parametrize(
+    ("raw", "scaled", "signal"),
+    [("torque", "torque_Nm", "effort"), ("angle", "angle_deg", "position"), ("current", "current_A", "field")],
+)
+def test_of_a_count_and_what_it_stands_for_the_column_with_a_unit_is_taken(raw: str, scaled: str, signal: str) -> None:
+    columns = {name: values for name, values in {**MOTION, "current": LEVELS}.items() if name != "speed"}
+    numbers = columns.pop(raw)
+    columns |= {raw: np.round(2048.0 + 500.0 * numbers), scaled: numbers}
+    plan = _plan(columns)
+    assert plan.questions == ()
+    taken = plan.signal(signal)
+    assert taken is not None
+    assert taken.column == scaled
+
+
+def test_two_efforts_of_which_one_has_no_unit_are_asked_about_where_they_differ() -> None:
+    columns = {**MOTION, "current": LEVELS, "torque_Nm": EFFORT + 0.3 * np.sin(11.0 * TIME)}
+    assert [question.signal for question in _plan(columns).questions] == ["effort"]
+
+
+def test_a_bare_v_that_the_effort_follows_is_a_velocity_beside_a_current() -> None:
+    columns = {"t": TIME, "v": SPEED, "F": EFFORT, "I": LEVELS}
+    slip = _plan(columns).signal("slip")
+    assert slip is not None
+    assert slip.column == "v"
+    # A bridge may turn the voltage with the motion, and the current with it.
+    both = _plan({**columns, "I": LEVELS * np.sign(SPEED)})
+    assert [question.signal for question in both.questions] == ["slip"]
+
+
+def test_a_current_that_leaks_is_no_field() -> None:
+    columns = {**MOTION, "voltage": 1e3 * LEVELS, "leakage current": 1e-6 * LEVELS**2}
+    plan = _plan(columns, {"voltage": "V", "leakage current": "A"})
+    assert plan.questions == ()
+    assert _field(plan) == "voltage"
+
+
+@pytest.mark.parametrize("name", ["stroke_velocity", "displacement rate velocity", "crosshead speed"])
+def test_the_velocity_of_a_stroke_is_a_velocity(name: str) -> None:
+    columns = {"time": TIME, name: SPEED, "force": EFFORT, "current": LEVELS}
+    slip = _plan(columns).signal("slip")
+    assert slip is not None
+    assert slip.column == name

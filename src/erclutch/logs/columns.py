@@ -7,15 +7,16 @@ are left, the motion or a coefficient of friction may settle which it is (`guess
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from erclutch.errors import MappingError, shell_word
+from erclutch.logs.circuits import fields_among, one_of_a_circuit
 from erclutch.logs.joints import of_joints
 from erclutch.logs.labels import split_end
-from erclutch.logs.names import CURRENTS, NEED_UNIT, OTHER, SINGLE, TOLD, VOLTAGES, headed, plain
+from erclutch.logs.names import NEED_UNIT, OTHER, SINGLE, TOLD, headed, plain
 from erclutch.logs.quotients import (
     is_slip_of_clutch,
     pressing_loads,
@@ -24,7 +25,7 @@ from erclutch.logs.quotients import (
     speeds_of_machine,
 )
 from erclutch.logs.seen_columns import KINDS, NO_UNITS, UNITS_OF_KIND, SeenColumn, SeenColumns
-from erclutch.logs.shapes import follows, go_straight, goes_along, is_rate_of, takes_both_signs
+from erclutch.logs.shapes import follows, go_straight, is_rate_of, takes_both_signs
 from erclutch.signals import units
 from erclutch.signals.array import Array
 from erclutch.signals.recording import SIGNALS
@@ -39,8 +40,6 @@ _GAUGE_LENGTH = re.compile(
     re.IGNORECASE,
 )
 _SHEAR_RATES = frozenset({"gammadot", "shearrate"})
-_OHMS_OF_A_COIL = 1000.0  # at most; an electrorheological fluid has megohms
-_COMMANDS = ("pwm", "duty", "command", "cmd", "excitation")  # what a supply is told
 _WATT = "W"  # power is no signal
 _DIGITS = 2e-3  # share of the largest number by which numbers written with some digits may differ
 
@@ -68,6 +67,7 @@ def guess(
         MappingError: several columns would do.
     """
     names, reason = candidates(seen, signal, taken, units_of_sensor)
+    names = _without_raw(seen, names)
     if signal == "position":
         names = _one_motion(seen, names)
         measured = [name for name in names if len(names) > 1 and _has_gauge_length(seen, name)]
@@ -75,9 +75,8 @@ def guess(
             names = measured
             reason += ", and the header gives the gauge length for it"
     if signal == "field" and len(names) > 1:
-        names = _without_driving_voltages(seen, names)
-        names = _without_commands(seen, names)
-        names = _without_currents_of_drives(seen, names, taken)
+        efforts, _ = candidates(seen, "effort", [*taken, *names])
+        names = one_of_a_circuit(seen, names, efforts)
     if signal == "effort" and len(names) > 1 and motion:
         kind = seen.columns[motion].kind
         kinds = {name: seen.columns[name].kind for name in names}
@@ -158,7 +157,7 @@ def candidates(
     if named or units_of_sensor:
         names = [column.name for column in exact or named]
         if signal == "field":
-            names = _fields(seen, free, names, forms)
+            names = fields_among(seen, free, names, forms)
         return distinct(seen, names), "name"
 
     # No whole name speaks. A short name may, where its numbers go with another column.
@@ -185,7 +184,7 @@ def candidates(
             whole.append(name)
     names = whole or [*headed_so, *(name for name in by_unit if name not in headed_so)]
     if signal == "field":
-        names = _fields(seen, free, names, heads)
+        names = fields_among(seen, free, names, heads)
     return distinct(seen, names), "name"
 
 
@@ -209,6 +208,15 @@ def _is_v_of_a_voltage(seen: SeenColumns, column: SeenColumn) -> bool:
         return False
     names = [other.spoken.forms["slip"] for other in seen.without([column.name])]
     return any(name and len(name) > 2 for name in names)
+
+
+def _is_v_of_a_velocity(column: SeenColumn, others: Sequence[SeenColumn]) -> bool:
+    """Whether a bare v turns back, an effort follows it, and the field is another column, which keeps its sign."""
+    if column.spoken.plain != "v" or not takes_both_signs(column.values):
+        return False
+    fields = [other for other in others if other.spoken.forms["field"] and not takes_both_signs(other.values)]
+    efforts = [other for other in others if other.spoken.forms["effort"]]
+    return bool(fields) and any(follows(effort.values, column.values) for effort in efforts)
 
 
 def _shaped(
@@ -243,99 +251,6 @@ def _unnumbered(column: SeenColumn) -> str:
     return bare if bare != stem else ""
 
 
-def _fields(
-    seen: SeenColumns, free: Iterable[SeenColumn], named: Sequence[str], forms: Mapping[str, str | None]
-) -> list[str]:
-    """Columns that may be the field: beside voltages the currents too, and none that is the voltage of a supply.
-
-    Args:
-        seen: the columns of the log.
-        free: columns that are nothing else.
-        named: those of them that are called like the field.
-        forms: what speaks for the field in their names.
-    """
-    fields = [*named]
-    if {forms.get(name) for name in named} <= VOLTAGES:
-        # The current of a coil is its field as much as its voltage is.
-        for column in free:
-            a_current = column.fits(("A",)) and not column.shape.constant
-            if column.name not in named and a_current and (TOLD | OTHER).isdisjoint(column.spoken.stem_words):
-                fields.append(column.name)
-
-    # A column that hardly changes while another one does is that of a supply.
-    if not any(seen.columns[name].varies for name in fields):
-        return fields
-    return [name for name in fields if not seen.columns[name].is_steady]
-
-
-def _without_driving_voltages(seen: SeenColumns, fields: Sequence[str]) -> list[str]:
-    """The fields without each voltage that drives a current of the same circuit, by the rest of both names."""
-    columns = [seen.columns[name] for name in fields]
-    driving: set[str] = set()
-    for voltage in columns:
-        for current in columns:
-            circuit = _circuit(voltage, VOLTAGES)
-            of_an_inverter = "dc" in circuit  # its supply, whose current is that of no coil
-            if circuit == _circuit(current, CURRENTS) and not of_an_inverter and _drives(voltage, current):
-                driving.add(voltage.name)
-    return [name for name in fields if name not in driving]
-
-
-def _without_commands(seen: SeenColumns, fields: Sequence[str]) -> list[str]:
-    """The fields without each command (a duty, say) that a measured current goes straight with."""
-    columns = [seen.columns[name] for name in fields]
-    currents = [column for column in columns if column.fits(("A",))]
-    kept: list[str] = []
-    for column in columns:
-        is_command = column.spoken.forms["field"] in _COMMANDS and not column.unit
-        if not (is_command and any(go_straight(current.values, column.values) for current in currents)):
-            kept.append(column.name)
-    return kept
-
-
-def _without_currents_of_drives(seen: SeenColumns, fields: Sequence[str], taken: Iterable[str]) -> list[str]:
-    """The fields without each that takes the sign of the effort and goes along with it: the current of the drive.
-
-    A coil beside it keeps its sign, whichever way the device turns.
-    """
-    efforts, _ = candidates(seen, "effort", [*taken, *fields])
-    kept: list[str] = []
-    for name in fields:
-        values = seen.columns[name].values
-        if not any(goes_along(values, seen.columns[effort].values) for effort in efforts):
-            kept.append(name)
-    keep_their_sign = [name for name in kept if not takes_both_signs(seen.columns[name].values)]
-    return kept if keep_their_sign else [*fields]
-
-
-def _circuit(column: SeenColumn, quantity: Collection[str]) -> frozenset[str]:
-    """The words of a name without the quantity, such as ``coil`` of ``coil voltage``, and 3 of ``V3``."""
-    rest: set[str] = set()
-    for word in column.spoken.stem_words:
-        letters = word.rstrip("0123456789")
-        rest.add(word.removeprefix(letters) if letters in quantity else word)
-    return frozenset(rest - {""})
-
-
-def _drives(voltage: SeenColumn, current: SeenColumn) -> bool:
-    """Whether a voltage drives a current through a coil: many times as many volts are those across a fluid.
-
-    There the voltage is the field, and the current is what leaks.
-    """
-    if not voltage.fits(("V",)) or not current.fits(("A",)) or current.shape.constant:
-        return False
-    volt = units.parse("V").factor
-    unit_of_voltage = units.parse(voltage.unit_for(("V",)) or "V")
-    unit_of_current = units.parse(current.unit_for(("A",)) or "A")
-    volts = np.abs(voltage.values) * unit_of_voltage.factor / volt
-    amperes = np.abs(current.values) * unit_of_current.factor
-    known = np.isfinite(volts) & np.isfinite(amperes)
-    if not known.any():
-        return False
-    most = _OHMS_OF_A_COIL * np.max(amperes[known])  # V
-    return bool(np.max(volts[known]) < most)
-
-
 def _unit_speaks(column: SeenColumn, signal: str, si_units: tuple[str, ...]) -> bool:
     """Whether a fitting unit alone tells the signal, since the name speaks for nothing else."""
     told = frozenset[str]() if signal == "field" else TOLD
@@ -363,7 +278,8 @@ def _goes_with(seen: SeenColumns, column: SeenColumn, signal: str) -> bool:
     if signal == "effort" and column.spoken.plain_stem == "tau" and any(map(_is_shear_rate, speeds)):
         return True  # the stress of a rheometer, beside whose shear rate a T is a temperature
     if signal == "slip":
-        return any(is_rate_of(column.values, position.values, seen.stamps) for position in positions)
+        is_rate = any(is_rate_of(column.values, position.values, seen.stamps) for position in positions)
+        return is_rate or _is_v_of_a_velocity(column, others)
     if signal == "position" and speeds:
         return any(is_rate_of(speed.values, column.values, seen.stamps) for speed in speeds)
     if signal == "position":  # no other motion is there
@@ -396,6 +312,18 @@ def distinct(seen: SeenColumns, names: Iterable[str]) -> list[str]:
         if not any(_one_quantity(column, other) for other in kept):
             kept.append(column)
     return [column.name for column in kept]
+
+
+def _without_raw(seen: SeenColumns, names: Sequence[str]) -> list[str]:
+    """Columns without each that has no unit and goes straight with one that has: the counts of its converter."""
+    columns = [seen.columns[name] for name in names]
+    with_unit = [column for column in columns if column.written_unit]
+    kept: list[str] = []
+    for column in columns:
+        is_raw = not column.written_unit and any(go_straight(column.values, other.values) for other in with_unit)
+        if not is_raw:
+            kept.append(column.name)
+    return kept
 
 
 def _one_motion(seen: SeenColumns, names: Iterable[str]) -> list[str]:

@@ -100,7 +100,7 @@ _MODELS = _set("dahl lugre stribeck boucwen svm svr pinn lstm gru mlp ann gms ma
 _AGAINST = {
     "field": _set("battery supply bus link sensor cell strain batt bat psu vbat cc dark leak shunt hall lvdt gauge "
                   "gage potentiometer pot poti tacho tachometer transducer thermocouple thermistor photodiode adc "
-                  "led lamp fan heater payload"),
+                  "led lamp fan heater payload leakage"),
     "slip": _set("rolling entrainment wind air fan pump flow sound stream freestream data frequency freq frequenz "
                  "frame sampling refresh ball disc"),
     "position": _set("throttle valve pedal gps cursor mouse time phase attack incidence"),
@@ -332,8 +332,12 @@ def _ends_in_time(words: Sequence[str]) -> bool:
 
 
 def _speaks(word: str, signal: str) -> bool:
-    """Whether a word speaks for another signal than this: the voltage of a force sensor is no field."""
-    return any(len(word) > 2 and word in _NAMES[other] for other in SINGLE if other != signal)
+    """Whether a word speaks for another signal than this: the voltage of a force sensor is no field.
+
+    The velocity of a stroke is a velocity.
+    """
+    others = {*SINGLE} - {signal} - ({"position"} if signal == "slip" else set())
+    return any(len(word) > 2 and word in _NAMES[other] for other in others)
 
 
 def _german(word: str, signal: str) -> bool:

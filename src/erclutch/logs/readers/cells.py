@@ -18,7 +18,18 @@ _LOWER = {word.lower() for word in NO_NUMBERS}
 BEYOND = {
     f"{sign}{word}" for sign in ("", "+", "-") for word in ("ol", "ovld", "ovl", "ovrng", "overload", "overrange")
 }
-WORDS = {*_SIGNED, *_LOWER, *BEYOND, "", "na", "n/a", "null", "infinity", "-infinity"}
+#: What people and spreadsheets write for no value.
+DASHES = ("-", "--", "---", "–", "—", "−")
+WORDS = {*DASHES, *_SIGNED, *_LOWER, *BEYOND, "", "na", "n/a", "null", "infinity", "-infinity"}
+#: Words of a line below the rows that sums them up, without blanks and points.
+STATISTICS = frozenset(
+    (
+        *("mean", "average", "avg", "median", "max", "maximum", "min", "minimum", "sum", "total", "std", "rms"),
+        *("stdev", "stddev", "standarddeviation", "variance", "mittelwert", "summe", "standardabweichung"),
+        *("moyenne", "médiane", "écarttype", "media", "promedio", "desviación", "平均", "平均值", "最大", "最大值"),
+        *("最小", "最小值", "标准差", "標準偏差", "合计", "合計"),
+    )
+)
 _NUMBER = {
     ".": re.compile(r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eEdD][+-]?\d+)?"),
     ",": re.compile(r"[+-]?(?:\d+(?:,\d+)?|,\d+)(?:[eEdD][+-]?\d+)?"),

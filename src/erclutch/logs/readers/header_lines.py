@@ -35,6 +35,8 @@ _CLEAR_UNITS = frozenset(
         "rad",
     )
 )
+#: Clear units as old loggers write them; S and MIN may be names, and MA is no mA for sure.
+_CAPITALS = {unit.upper(): unit for unit in _CLEAR_UNITS - {"s", "min", "us", "ms", "bar", "mA", "mV"}}
 _NO_FACTOR = re.compile(r"(?:°|deg) ?[CF]|[℃℉]|dB\w*|bits?|counts?", re.I)  # units, but no plain factor to the SI
 #: What the line of units is called that some loggers write above the names.
 _UNIT_LINE = frozenset(
@@ -198,7 +200,8 @@ def _bare(cells: Sequence[str]) -> list[str]:
 
 
 def _units(cells: Sequence[str]) -> list[str | None]:
-    return [unit or None for unit in _bare(cells)]
+    own = [_CAPITALS.get(unit, unit) for unit in _bare(cells)]
+    return [unit or None for unit in own]
 
 
 def _are_translated(cells: Sequence[str]) -> bool:
@@ -210,7 +213,7 @@ def _are_translated(cells: Sequence[str]) -> bool:
 
 def _are_units(cells: Sequence[str]) -> bool:
     """Whether the cells of a line are units: a clear one among them, and at most one in four that is none we know."""
-    filled = [cell for cell in cells if cell]
+    filled = [_CAPITALS.get(cell, cell) for cell in cells if cell]
     # Names alone are common, and whether a name is a unit takes long to say: no clear unit, no such question.
     if not any(_is_known(cell) for cell in filled if cell in _CLEAR_UNITS or re.search(r"[/^°%*.]", cell)):
         return False

@@ -16,6 +16,8 @@ from erclutch.errors import LogError
 BLANKS = " \u00a0\u202f'’"
 _UNSEEN = "\u00ad\u200b\u200c\u200d\u200e\u200f\u2060\ufeff"  # at the edge of a cell
 _SAMPLE = 1 << 18  # characters
+# Signs that some locales and word processors write for a minus, in front of a number or of its power of ten.
+_OTHER_MINUS = re.compile(r"(?:(?<![^\s,;|\"])|(?<=\d[eE]))[\u2212\u2012\u2013\ufe63\uff0d](?=[\d.,])")
 _SIGN, _POWER = r"[+-]?", r"(?:[eEdD][+-]?\d+)?"
 _GROUPED = {
     # decimal mark -> a whole number in groups, perhaps with decimals behind that mark
@@ -176,3 +178,9 @@ def _beside_whole_numbers(body: str, delimiter: str | None, mark: str) -> bool:
         if plain and any(grouped.fullmatch(cell) for cell in cells):
             return True
     return False
+
+
+def with_plain_minus(text: str) -> tuple[str, str]:
+    """The text with a hyphen for each other sign that stands before a number as its minus, and a note; "" for none."""
+    plain, count = _OTHER_MINUS.subn("-", text)
+    return plain, f"{count} numbers have a minus that is no hyphen: read as negative" if count else ""

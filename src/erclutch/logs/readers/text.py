@@ -20,11 +20,11 @@ from erclutch.logs.labels import sample_period
 from erclutch.logs.log_reader import LogReader, LogSource, claims_nothing
 from erclutch.logs.readers import dates, first_bytes, found_recordings
 from erclutch.logs.readers.budget import Budget
-from erclutch.logs.readers.cells import NO_NUMBERS, WORDS, cells_of, is_comment, is_number
+from erclutch.logs.readers.cells import DASHES, NO_NUMBERS, STATISTICS, WORDS, cells_of, is_comment, is_number
 from erclutch.logs.readers.dialect import LINE_END, SAMPLE, Dialect, sniff
 from erclutch.logs.readers.loose_text import with_a_line_of_names, without_brackets
 from erclutch.logs.readers.lying_tables import upright
-from erclutch.logs.readers.numerals import grouped_by_blanks, ungrouped, weigh
+from erclutch.logs.readers.numerals import grouped_by_blanks, ungrouped, weigh, with_plain_minus
 from erclutch.logs.readers.serial_monitor import with_stamps_in_cells
 from erclutch.logs.readers.side_by_side import read_side_by_side
 from erclutch.logs.readers.text_bytes import (
@@ -70,6 +70,7 @@ def read_text(source: LogSource) -> Table:
     stamps = ""
     if " -> " in text:
         text, stamps = with_stamps_in_cells(text)
+    text, minus = (text, "") if text.isascii() else with_plain_minus(text)
     text = without_row_marks(text) if ";" in text else text
     broken = 0  # cells
     if '"' in text:
@@ -79,7 +80,7 @@ def read_text(source: LogSource) -> Table:
     text, units_in_cells = without_units_in_cells(text)
     text, lying = upright(text)
     dialect, notes = _dialect_of(text, source.decimal)
-    notes += [said for said in (stamps, listed, glued, units_in_cells, lying) if said]
+    notes += [said for said in (stamps, minus, listed, glued, units_in_cells, lying) if said]
     if broken:
         notes.append(f"{broken} quoted cells hold a number and a line end: the line end is left out")
 
@@ -125,9 +126,11 @@ def _body(text: str, dialect: Dialect) -> tuple[str, list[str]]:
     while last := _last_line(body):
         cells = [cell for cell in cells_of(body[last:], dialect.delimiter) if cell]
         is_row = any(is_number(cell, dialect.decimal) or cell.lower() in WORDS for cell in cells)
-        if is_row or not cells:
+        sums_up = any(re.sub(r"[\s.:]", "", cell.lower()) in STATISTICS for cell in cells)
+        if not cells or (is_row and not sums_up):
             break
-        notes.append(f"the last line holds no number ({' '.join(body[last:].split())[:60]!r}): left out")
+        what = "sums up the rows" if sums_up else "holds no number"
+        notes.append(f"the last line {what} ({' '.join(body[last:].split())[:60]!r}): left out")
         body = body[:last]
 
     # A logger that was stopped leaves half a row, without an end of its line.
@@ -192,7 +195,7 @@ def _parse(
             names=list(range(width)),
             index_col=False,
             skipinitialspace=True,
-            na_values=NO_NUMBERS,
+            na_values=(*NO_NUMBERS, *DASHES),
             low_memory=False,
             engine="c",
             **options,

@@ -1,0 +1,78 @@
+"""Texts of strangers: other signs for a minus, dashes for no value, lines that sum up the rows, units in capitals."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from erclutch.logs import read_table
+from erclutch.logs.readers.numerals import with_plain_minus
+from erclutch.logs.table import Table
+
+ROWS = [f"{0.01 * row:.2f},{np.sin(0.3 * row):.4f},{2.0 - row:.1f}" for row in range(40)]
+HEAD = "time [s],speed [rad/s],torque [N*m]"
+
+
+def table_of(folder: Path, text: str, name: str = "a.csv") -> Table:
+    path = folder / name
+    path.write_text(text, encoding="utf-8")
+    return read_table(path)
+
+
+@pytest.mark.parametrize("minus", ["\u2212", "\u2012", "\u2013", "\ufe63", "\uff0d"])
+def test_other_signs_for_a_minus_are_read(tmp_path: Path, minus: str) -> None:
+    plain = table_of(tmp_path, "\n".join([HEAD, *ROWS]))
+    other = table_of(tmp_path, "\n".join([HEAD, *ROWS]).replace("-", minus))
+    for name, values in plain.columns.items():
+        np.testing.assert_array_equal(other.columns[name], values)
+    assert any("read as negative" in note for note in other.notes)
+
+
+def test_a_power_of_ten_may_have_such_a_sign(tmp_path: Path) -> None:
+    table = table_of(tmp_path, "a;b\n" + "\n".join(f"{row};1.5E\u22120{row % 3}" for row in range(12)))
+    np.testing.assert_array_equal(table.columns["b"], [1.5, 0.15, 0.015] * 4)
+
+
+def test_a_dash_within_words_stays() -> None:
+    assert with_plain_minus("MR\u2013damper 10\u201320 A,\u22125") == (
+        "MR\u2013damper 10\u201320 A,-5",
+        "1 numbers have a minus that is no hyphen: read as negative",
+    )
+
+
+@given(st.text(alphabet="0123456789,;. \u2212\u2013-eE\n", max_size=60))
+def test_no_digit_is_lost(text: str) -> None:
+    plain, _ = with_plain_minus(text)
+    assert len(plain) == len(text)
+    assert [letter for letter in plain if letter.isdigit()] == [letter for letter in text if letter.isdigit()]
+
+
+@pytest.mark.parametrize("dash", ["-", "--", "---", "\u2013", "\u2014", "\u2212"])
+def test_a_dash_alone_is_no_value(tmp_path: Path, dash: str) -> None:
+    rows = [*ROWS]
+    rows[7] = rows[7].rsplit(",", 1)[0] + f",{dash}"
+    table = table_of(tmp_path, "\n".join([HEAD, *rows]))
+    assert np.flatnonzero(np.isnan(table.columns["torque"])).tolist() == [7]
+
+
+@pytest.mark.parametrize("word", ["Mean", "Max:", "Average", "Std. dev", "Mittelwert", "平均"])
+def test_lines_that_sum_up_the_rows_are_left_out(tmp_path: Path, word: str) -> None:
+    table = table_of(tmp_path, "\n".join([HEAD, *ROWS, "Min,-1.0,-37.0", f"{word},0.1,-17.5", ""]))
+    assert table.rows == len(ROWS)
+    assert sum("sums up the rows" in note for note in table.notes) == 2
+
+
+def test_another_word_in_the_last_line_is_told_still(tmp_path: Path) -> None:
+    table = table_of(tmp_path, "\n".join([HEAD, *ROWS, "0.40,broken,3.0", ""]))
+    assert "line 42, column speed is 'broken' where a number is expected" in table.unreadable["speed"]
+
+
+def test_units_in_capitals_below_the_names(tmp_path: Path) -> None:
+    rows = [f"{0.01 * row:8.3f}{row:10.2f}{2 * row:12.3f}{0.5:8.2f}" for row in range(30)]
+    head = "    TIME      DISP       FORCE   CURRENT\n     SEC        MM          KN         A"
+    table = table_of(tmp_path, "\n".join([head, *rows]), "a.txt")
+    assert table.units == {"TIME": "sec", "DISP": "mm", "FORCE": "kN", "CURRENT": "A"}
