@@ -172,7 +172,7 @@ def _other_unit(column: SeenColumn, unit: str, si_units: tuple[str, ...]) -> str
     Where that of the file would do too, one of the two is wrong: the check before a fit warns of it.
     """
     own = column.unit
-    if not own or unit in (own, column.unit_for(si_units)):  # a Drehzahl in 1/min is one in turns
+    if not own or own == unit:
         return ""
     if not column.fits(si_units):
         return f" (the file says {own})"
