@@ -21,7 +21,7 @@ from pathlib import Path
 
 import pytest
 
-from docs._ext.notebook_cells import FOLDER, run_cells
+from docs._ext.notebook_cells import FOLDER, cells_of
 from tests.support.warm_start import WarmStart
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -101,7 +101,7 @@ def test_every_block_of_the_page_runs_and_prints_what_is_shown(page: Path, tmp_p
     if tools and not all(map(shutil.which, tools[1].split())):
         pytest.skip(f"needs {tools[1]}")
     cells = [block.body for block in blocks_of(text) if block.language == "python"]
-    session = iter(run_cells(cells, tmp_path) if page.parent.name == FOLDER else ())
+    session = iter(cells_of(page.stem, cells) if page.parent.name == FOLDER else ())
     printed: str | None = None
     for block in blocks_of(text):
         if block.file:
