@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import reduce
+from functools import cache, reduce
 from operator import add
 from typing import Any
 
@@ -158,12 +158,12 @@ def triangle_over(matrices: Iterable[Array]) -> Array:
         whole = rows // _SLICE * _SLICE if in_slices else 0
         for at in range(0, whole, _SLICE):
             packed = dgeqrf(matrix[at : at + _SLICE])[0]  # R above the diagonal, reflectors below
-            tops.append(np.triu(packed[:wide]))
+            tops.append(_upper(packed[:wide]))
         tops.append(np.array(matrix[whole:]))
     last = tops[0] if len(tops) == 1 else np.vstack(tops)
     wide = last.shape[1]
     packed = dgeqrf(last)[0]
-    r: Array = np.triu(packed[:wide])
+    r = _upper(packed[:wide])
     missing = wide - r.shape[0]  # rows, where there are fewer than columns
     if not missing:
         return r
@@ -172,6 +172,20 @@ def triangle_over(matrices: Iterable[Array]) -> Array:
 
 #: Rows of a slice.
 _SLICE = 4096
+
+
+def _upper(matrix: Array) -> Array:
+    """`numpy.triu`, whose mask takes longer to make than a small triangle."""
+    return np.where(_below(*matrix.shape), _ZERO, matrix)
+
+
+@cache
+def _below(rows: int, columns: int) -> Mask:
+    """Which entries stand below the diagonal."""
+    return np.tri(rows, columns, -1, np.bool_)
+
+
+_ZERO = np.zeros(1)
 
 
 def _gains(matrix: Array, nonnegative: Mask) -> Projection:
@@ -235,20 +249,19 @@ def linearised(
         stacked = separable.values(columns, [value_of(x) for x in q])
         projection = known or _gains(stacked, separable.nonnegative)
 
-        # The fitted effort as a sum of terms, each with its derivatives.
+        # The derivatives of the fitted effort, a sum over the columns; most of them do not depend on most coordinates.
         gains = separable.with_pinned(projection.gains)
-        pairs = zip(gains, columns, strict=True)
-        terms: list[Any] = []
-        if separable.behind is None:
-            # A column without derivatives adds nothing to the slopes.
-            terms = [gain * column for gain, column in pairs if isinstance(column, Dual)]
-        else:
-            effort = reduce(add, [gain * column for gain, column in pairs])
-            terms = [separable.behind(effort, q)]
         slopes = np.zeros((separable.target.size, u.size), order="F")
-        for term in terms:
+        if separable.behind is None:
+            for gain, column in zip(gains, columns, strict=True):
+                if isinstance(column, Dual):
+                    for i, partial in column.partials.items():
+                        slopes[:, i] += gain * partial
+        else:
+            effort = reduce(add, [gain * column for gain, column in zip(gains, columns, strict=True)])
+            effort = separable.behind(effort, q)
             for i in range(u.size):
-                slopes[:, i] += partial_of(term, i)
+                slopes[:, i] += partial_of(effort, i)
     return stacked, slopes, projection
 
 
@@ -303,12 +316,17 @@ def corrected(projection: Projection, triangle: Array, slope: Array) -> Projecti
 def outer_problem(separable: Separable) -> Problem:
     """The problem that `levenberg_marquardt.minimise` solves over the coordinates."""
     lower, upper = separable.bounds
+    last: tuple[bytes, Projection] | None = None  # a point is linearised where its cost was good
 
     def cost(u: Array) -> float:
-        return project(separable, parameters(separable.shapes, u)).cost
+        nonlocal last
+        projection = project(separable, parameters(separable.shapes, u))
+        last = u.tobytes(), projection
+        return projection.cost
 
     def linearise(u: Array) -> Linearisation:
-        stacked, slopes, projection = linearised(separable, u)
+        known = last[1] if last and last[0] == u.tobytes() else None
+        stacked, slopes, projection = linearised(separable, u, known)
         whole = beside(stacked, slopes, projection)
         return local_model(triangle_of(whole), projection)
 
