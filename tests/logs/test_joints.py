@@ -15,6 +15,7 @@ import pytest
 
 from erclutch.errors import LogError
 from erclutch.logs import ColumnMap, plan_of, read, read_table, recording_from_arrays
+from erclutch.logs.labels import split_end
 from erclutch.logs.names import words_of
 from erclutch.logs.plan import Plan
 
@@ -300,3 +301,164 @@ def test_the_interval_of_a_scope_is_its_sampling_period(tmp_path: Path, name: st
     clock = planned(tmp_path / "scope.mat").clock
     assert clock is not None
     assert clock.period == 0.01
+
+
+def test_a_bag_of_ros_1_is_read_and_lists_beside_names_are_columns_of_joints(tmp_path: Path) -> None:
+    path = written_bag(tmp_path / "arm.bag", "float64[] position\nfloat64[] velocity\nfloat64[] effort", joints=True)
+    table = read_table(path)
+    assert table.rows == TIME.size
+    assert [name for name in table.columns if "elbow" in name] == ["elbow.position", "elbow.velocity", "elbow.effort"]
+    np.testing.assert_array_equal(table.columns["elbow.velocity"], RATE)
+    assert table.clock is not None
+    np.testing.assert_allclose(table.clock, TIME, atol=1e-9)
+    plan = planned(path)
+    assert '--slip "elbow.velocity" --effort "elbow.effort"' in plan.command()
+    assert not answered(plan).questions
+
+
+def test_messages_that_hold_a_batch_each_are_rows_on_their_own_milliseconds(tmp_path: Path) -> None:
+    fields = "float64[] milliseconds\nfloat64[] position\nfloat64[] velocity\nfloat64[] applied_torque"
+    path = written_bag(tmp_path / "joint.bag", fields, joints=False)
+    table = read_table(path)
+    assert table.rows == 3 * 600
+    assert table.clock is None
+    assert any("3 messages of several rows each" in note for note in table.notes)
+    plan = planned(path)
+    assert plan.clock is not None
+    assert (plan.clock.column, plan.clock.factor) == ("milliseconds", 1e-3)
+    assert {each.signal: each.column for each in plan.signals}["effort"] == "applied_torque"
+
+
+def written_bag(path: Path, fields: str, *, joints: bool) -> Path:
+    """A bag of ROS 1: states of two joints on 100 Hz, or 3 messages of 600 rows each."""
+    from rosbags.rosbag1 import Writer
+    from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+
+    store = get_typestore(Stores.EMPTY)
+    names = "string[] name\n" if joints else ""
+    store.register(get_types_from_msg(names + fields, "rig/msg/States"))
+    message = store.types["rig/msg/States"]
+    with Writer(path) as bag:
+        connection = bag.add_connection("/states", "rig/msg/States", typestore=store)
+        if joints:
+            effort = np.tanh(4 * RATE) + 0.3 * ANGLE
+            for row, time in enumerate(TIME):
+                lists = [np.array([0.2 + 1e-4 * row, own]) for own in (ANGLE[row], RATE[row], effort[row])]
+                data = store.serialize_ros1(message(["base", "elbow"], *lists), "rig/msg/States")
+                bag.write(connection, round(time * 1e9), data)
+        else:
+            for number in range(3):
+                at = np.arange(600) + 600 * number + 1.0  # ms
+                rate = np.cos(at / 100)
+                batch = message(at, np.sin(at / 100) / 10, rate, np.tanh(4 * rate) + 0.1 * np.sin(at / 7))
+                bag.write(connection, number * 10**9, store.serialize_ros1(batch, "rig/msg/States"))
+    return path
+
+
+def test_an_angle_in_degrees_and_in_radians_is_one_position_whatever_its_unit_is_called(tmp_path: Path) -> None:
+    path = tmp_path / "leg.csv"
+    names = "time,force_feedback,force_desired,position_degrees,position_radians,position_prev"
+    columns = (TIME, np.tanh(4 * RATE) + ANGLE, np.tanh(4 * RATE), np.degrees(ANGLE), ANGLE, np.roll(ANGLE, 1))
+    np.savetxt(path, np.column_stack(columns), delimiter=",", header=names, comments="", fmt="%.9f")
+    plan = planned(path)
+    assert not plan.questions and not plan.doubts
+    taken = {each.signal: (each.column, each.factor) for each in plan.signals}
+    assert taken["position"] == ("position_degrees", pytest.approx(np.pi / 180))
+    assert taken["effort"] == ("force_feedback", 1.0)
+
+
+@pytest.mark.parametrize(
+    ("name", "unit"),
+    [
+        ("omega_radians_per_second", "rad/s"),
+        ("angle_degrees", "deg"),
+        ("stroke_millimeters", "mm"),
+        ("load_newtons", "N"),
+        ("time_milliseconds", "ms"),
+        ("milliseconds", "ms"),
+    ],
+)
+def test_units_in_words_end_names(name: str, unit: str) -> None:
+    assert split_end(name)[1] == unit
+
+
+def test_torques_of_a_compensation_that_is_off_are_not_proposed_beside_those_that_were_measured(tmp_path: Path) -> None:
+    measured = np.tanh(4 * RATE) + 0.3 * ANGLE
+    nothing = np.zeros(TIME.size)
+    columns = {
+        "time": TIME,
+        "vel_meas1": RATE,
+        "vel_meas2": 0.1 * RATE,
+        "tau_fric1": nothing,
+        "tau_fric2": nothing,
+        "tau_meas1": measured,
+        "tau_meas2": 0.1 * measured,
+    }
+    path = tmp_path / "arm.csv"
+    rows = np.column_stack(list(columns.values()))
+    np.savetxt(path, rows, delimiter=",", header=",".join(columns), comments="", fmt="%.9f")
+    plan = planned(path)
+    assert "tau_fric" not in str(plan.questions[-1].problem.partition(";")[0])
+    assert "--effort" in plan.command() and "tau_meas1" in plan.command()
+
+
+@pytest.mark.parametrize(("name", "is_clock"), [("loop_time", True), ("cycle_time", False)])
+def test_a_time_of_the_loop_that_rises_in_each_row_is_the_clock(tmp_path: Path, name: str, is_clock: bool) -> None:
+    path = drive_log(tmp_path, name, TIME)
+    clock = planned(path).clock
+    assert (clock is not None and clock.column == name) == is_clock
+    lasted = drive_log(tmp_path, name, np.full(TIME.size, 1e-3) + 1e-5 * np.sin(TIME))
+    assert planned(lasted).clock is None
+
+
+def test_a_time_that_counts_the_rows_of_a_long_log_is_asked_for_its_rate(tmp_path: Path) -> None:
+    plan = planned(drive_log(tmp_path, "Time", np.arange(TIME.size)))
+    assert plan.doubts == ("time is column Time in s, though it has no unit and counts the rows, as ms do",)
+    assert plan.command().endswith('--rate "RATE Hz"')
+
+
+def test_mean_times_of_few_points_that_go_back_once_are_asked_about_beside_an_open_speed(tmp_path: Path) -> None:
+    at = np.arange(40.0)
+    at[1] = at[0] - 0.02
+    speed = np.repeat(np.arange(20.0), 2)
+    path = tmp_path / "points.csv"
+    columns = (at, speed, 1.1 * speed + 0.01 * np.sin(at), 0.3 * speed**2)
+    np.savetxt(path, np.column_stack(columns), delimiter=",", comments="", fmt="%.6f",
+               header="Time (s),Motor Electrical Speed (rad/s),Motor Optical Speed (rad/s),Torque (N·m)")  # fmt: skip
+    plan = planned(path)
+    assert "runs backwards 1 time in 40 rows" in str(plan.questions)
+    assert '--slip "Motor Electrical Speed [rad/s]"' in plan.command()
+    assert "--time none" in plan.command()
+
+
+def drive_log(folder: Path, time: str, stamps: np.ndarray) -> Path:
+    path = folder / "drive.csv"
+    columns = (stamps, RATE, np.tanh(4 * RATE) + 0.3 * ANGLE)
+    header = f"{time},velocity,torque"
+    np.savetxt(path, np.column_stack(columns), delimiter=",", header=header, comments="", fmt="%.9f")
+    return path
+
+
+@pytest.mark.parametrize(("first", "second"), [("motor_speed", "output_speed"), ("w1", "w2"), ("velocity", "rpm")])
+@pytest.mark.parametrize("swapped", [False, True])
+def test_of_two_speeds_the_rate_of_the_one_position_is_taken(
+    tmp_path: Path, first: str, second: str, swapped: bool
+) -> None:
+    other = 3.3 * np.cos(3 * TIME + 0.7) + 0.4 * np.sin(11 * TIME)
+    speeds = {first: RATE, second: other} if swapped else {first: other, second: RATE}
+    plan = planned(two_speeds(tmp_path, speeds))
+    assert {each.signal: each.column for each in plan.signals}["slip"] == (first if swapped else second)
+
+
+def test_two_speeds_that_are_no_rate_of_the_one_position_are_asked_about(tmp_path: Path) -> None:
+    other = 3.3 * np.cos(3 * TIME + 0.7) + 0.4 * np.sin(11 * TIME)
+    plan = planned(two_speeds(tmp_path, {"motor_speed": other, "output_speed": np.roll(other, 90)}))
+    assert "slip may be any of the columns motor_speed, output_speed" in str(plan.questions)
+
+
+def two_speeds(folder: Path, speeds: dict[str, np.ndarray]) -> Path:
+    path = folder / "bench.csv"
+    columns = {"time": TIME, **speeds, "angle": ANGLE, "torque": np.tanh(4 * RATE) + 0.3 * ANGLE}
+    rows = np.column_stack(list(columns.values()))
+    np.savetxt(path, rows, delimiter=",", header=",".join(columns), comments="", fmt="%.9f")
+    return path

@@ -148,10 +148,10 @@ def test_a_struct_of_vectors(tmp_path: Path, save: Save) -> None:
 @both
 @pytest.mark.usefixtures("read_here")
 def test_a_matrix_on_its_side(tmp_path: Path, save: Save) -> None:
-    path = save(tmp_path / "a.mat", {"ans": np.vstack([TIME, SLIP, FORCE])})
+    path = save(tmp_path / "a.mat", {"log": np.vstack([TIME, SLIP, FORCE])})
     table = read_table(path)
-    assert list(table.columns) == ["ans_1", "ans_2", "ans_3"]
-    assert "matrix ans is 3 x 120: its rows are taken as columns" in table.notes
+    assert list(table.columns) == ["log_1", "log_2", "log_3"]
+    assert "matrix log is 3 x 120: its rows are taken as columns" in table.notes
 
 
 @both

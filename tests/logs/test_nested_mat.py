@@ -148,3 +148,64 @@ def test_groups_of_mdf_of_two_rates_are_joined(tmp_path: Path) -> None:
     held = CURRENT[np.searchsorted(SLOW, TIME[shared], side="right") - 1]
     np.testing.assert_array_equal(held, table.columns["current"])
     assert table.units["current"] == "A"
+
+
+def test_struct_arrays_inside_of_structs_are_recordings_of_their_own(tmp_path: Path) -> None:
+    path = tmp_path / "exo.mat"
+    blocks = np.empty(2, dtype=[("block", "O"), ("force", "O"), ("moment", "O")])
+    for number in range(2):
+        blocks[number] = (f"block{number}", SPEED * (number + 1), TORQUE)
+    savemat(path, {"EXO": {"right": blocks}})
+    with pytest.raises(LogError, match=r"EXO\.right\(1\), EXO\.right\(2\)"):
+        found_in(path)
+    np.testing.assert_array_equal(found_in(path, "EXO.right(2)").columns["force"], 2 * SPEED)
+
+
+def test_vectors_of_the_workspace_go_before_a_struct_of_one_signal_and_can_be_named(tmp_path: Path) -> None:
+    path = tmp_path / "leg.mat"
+    of_a_block = {"time": TIME, "signals": {"values": SPEED[:, None], "dimensions": 1.0, "label": "counter"}}
+    others = {"table": np.arange(7.0), "mass": 60.0, "R": np.eye(2)}
+    savemat(path, {"time": TIME, "speed": SPEED, "torque": TORQUE, "ret": of_a_block, **others})
+    table = found_in(path)
+    assert set(table.columns) == {"time", "speed", "torque"}
+    assert any("--variable takes ret" in note for note in table.notes)
+    assert set(found_in(path, "ret").columns) == {"time", "counter"}
+
+    wide = {"time": TIME, "a": SPEED, "b": SPEED, "c": SPEED, "d": SPEED}
+    savemat(path, {"time": TIME, "speed": SPEED, "torque": TORQUE, "other": wide})
+    with pytest.raises(LogError, match="other, workspace") as caught:
+        found_in(path)
+    assert "--variable other" in caught.value.remedy
+    assert set(found_in(path, "workspace").columns) == {"time", "speed", "torque"}
+
+
+@pytest.mark.parametrize("beside", [{"log": MEASURED}, dict(MEASURED)])
+@pytest.mark.parametrize("last", [np.column_stack([TIME, SPEED]), SPEED, {"time": TIME, "speed": SPEED}])
+def test_the_last_result_of_matlab_is_left_out_beside_a_recording(
+    tmp_path: Path, beside: dict[str, Any], last: Any
+) -> None:
+    path = tmp_path / "a.mat"
+    savemat(path, {"ans": last, **beside})
+    table = found_in(path)
+    assert set(table.columns) == {*MEASURED}
+    assert "variable ans, MATLAB's last result without a name, is left out" in table.notes
+
+
+def test_the_matrix_of_a_to_file_block_begins_with_its_time(tmp_path: Path) -> None:
+    path = tmp_path / "a.mat"
+    savemat(path, {"ans": np.vstack([TIME, SPEED, TORQUE])})
+    table = found_in(path)
+    assert list(table.columns) == ["time", "ans_2", "ans_3"]
+    assert any("Simulink's To File" in note for note in table.notes)
+    savemat(path, {"ans": np.vstack([SPEED, TORQUE])})
+    assert list(found_in(path).columns) == ["ans_1", "ans_2"]
+    savemat(path, {"ans": MEASURED})
+    assert set(found_in(path).columns) == {*MEASURED}
+
+
+def test_an_object_that_only_matlab_reads_is_named_with_its_class(tmp_path: Path) -> None:
+    value = np.array([(b"out", b"MCOS", b"Simulink.SimulationOutput", np.zeros(6))],
+                     dtype=[("s0", "O"), ("s1", "O"), ("s2", "O"), ("arr", "O")])  # fmt: skip
+    assert mat_tree._own_name("None", value) == "out (a Simulink.SimulationOutput)"
+    assert mat_tree._own_name("None", np.zeros(3)) == "None"
+    assert mat_tree._own_name("speed", value) == "speed"

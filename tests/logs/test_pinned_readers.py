@@ -255,7 +255,7 @@ def test_sizes_that_are_just_allowed(tmp_path: Path, monkeypatch: pytest.MonkeyP
     from erclutch import logs
     from erclutch.errors import LogError
     from erclutch.logs import log_file
-    from erclutch.logs.readers import budget, ros2
+    from erclutch.logs.readers import budget, rosbag
 
     path = tmp_path / "a.csv"
     path.write_text("t,F\n" + "".join(f"{k},{k}\n" for k in range(20)))
@@ -275,7 +275,7 @@ def test_sizes_that_are_just_allowed(tmp_path: Path, monkeypatch: pytest.MonkeyP
             with pytest.raises(LogError, match=r"GiB|more than"):
                 logs.read_table(file)
     row: dict[str, float] = {}
-    ros2._flatten("x", np.zeros(ros2._MOST), row)
-    assert len(row) == ros2._MOST
+    rosbag._flatten("x", np.zeros(rosbag._MOST), row)
+    assert len(row) == rosbag._MOST
     with pytest.raises(LogError, match="numbers"):
-        ros2._flatten("x", np.zeros(ros2._MOST + 1), row)
+        rosbag._flatten("x", np.zeros(rosbag._MOST + 1), row)

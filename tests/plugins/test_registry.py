@@ -16,7 +16,7 @@ from tests.support.installed_plugin import Install
 
 def test_ours_are_files_and_need_no_list() -> None:
     assert {"bingham", "on-off", "rbfm"} <= set(names("erclutch.laws"))
-    measured = {"mdf", "tdms", "ros2", "hdf5", "spreadsheet", "lvm", "jsonl"}
+    measured = {"mdf", "tdms", "rosbag", "hdf5", "spreadsheet", "lvm", "jsonl"}
     assert {"mat", "mcap", "parquet", "text", *measured} <= set(names("erclutch.readers"))
     assert {"lag", "rise-fall", "dahl", "effort-lag", "inertia", "stiffness"} <= set(names("erclutch.stages"))
     assert {"c", "python"} <= set(names("erclutch.targets"))

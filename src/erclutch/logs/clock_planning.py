@@ -251,19 +251,22 @@ def _doubt(name: str, stamps: Array) -> str:
     step = float(np.median(steps))
     if step < SLOW:
         return ""
-    return f"time is column {name} in s, though it has no unit and grows by {step:.4g} a row, as ms do"
+    as_others = "counts the rows" if not _likely_unit(stamps) else f"grows by {step:.4g} a row"
+    return f"time is column {name} in s, though it has no unit and {as_others}, as ms do"
 
 
 def _likely_unit(stamps: Array) -> str:
     """The unit that stamps without one have, by their steps: many whole numbers above 1 are counted by a controller.
 
-    A few of them are the points of an instrument that waits for s.
+    A few of them are the points of an instrument that waits for s. Many that count the rows tell no unit: "".
     """
     steps = np.abs(np.diff(stamps))
     step = float(np.median(steps)) if steps.size else 0.0
     whole = bool(np.all(stamps == np.round(stamps)))
-    if not whole or step <= 1.0 or stamps.size < _FEWEST_COUNTED:
+    if not whole or step < 1.0 or stamps.size < _FEWEST_COUNTED:
         return "s"
+    if step == 1.0:
+        return "" if steps.max() == 1.0 else "s"
     return "ms" if step <= _SLOWEST_IN_MS else "us"
 
 

@@ -8,8 +8,6 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Sequence
 
-import numpy as np
-
 from erclutch.logs.names import NAMES, TOLD, headed
 from erclutch.logs.seen_columns import SeenColumn, SeenColumns
 
@@ -57,6 +55,12 @@ def _families(seen: SeenColumns, signal: str, columns: Iterable[SeenColumn]) -> 
         if signal in column.spoken.numbered or own or column.spoken.heads.get(signal):
             families.setdefault(bare, {})[number] = column.name
     several = [bare for bare, family in families.items() if len(family) > 1]
+    # The torques of a compensation that is switched off never change, and are not those that were measured.
+    moving: list[str] = []
+    for bare in several:
+        if not all(seen.columns[name].shape.constant for name in families[bare].values()):
+            moving.append(bare)
+    several = moving or several
     # A whole name goes before one with further words: qd before ee_qd.
     whole = [bare for bare in several if bare in NAMES[signal].split()]
     return [families[bare] for bare in whole or several]
@@ -65,9 +69,5 @@ def _families(seen: SeenColumns, signal: str, columns: Iterable[SeenColumn]) -> 
 def _likely_first(seen: SeenColumns, family: dict[str, str]) -> Sequence[str]:
     """The numbers of a family: that of the file's name first, then the joints that move most."""
     of_file = joint_of_file(seen)
-    moved: dict[str, float] = {}
-    for number, name in family.items():
-        values = seen.columns[name].values
-        known = values[np.isfinite(values)]
-        moved[number] = float(np.ptp(known)) if known.size else 0.0
+    moved = {number: seen.columns[name].moved for number, name in family.items()}
     return sorted(family, key=lambda number: (number != of_file, -moved[number]))

@@ -45,6 +45,9 @@ _FIELDS = "kV_m=kV/m V_mm=V/mm kV_mm=kV/mm kA_m=kA/m"
 _OTHERS = "Hz=Hz kHz=kHz C=°C degC=°C lbf=lbf kgf=kgf gf=gf"
 _TORQUES = "Nm=N*m N_m=N*m Nmm=N*mm Ncm=N*cm mNm=mN*m kNm=kN*m kgcm=kgf*cm kgfcm=kgf*cm kgfm=kgf*m"
 _POUNDS = "ftlb=ft*lbf ft_lb=ft*lbf lb_ft=ft*lbf lbft=ft*lbf inlb=in*lbf in_lb=in*lbf lb_in=in*lbf"
+_IN_WORDS = "degrees=deg degree=deg radians=rad radian=rad meters=m metres=m millimeters=mm millimetres=mm newtons=N"
+_SPEEDS_IN_WORDS = "radians_per_second=rad/s degrees_per_second=deg/s meters_per_second=m/s"
+_TIMES_IN_WORDS = "seconds=s milliseconds=ms microseconds=us msec=ms usec=us"
 # What only looks like a second or a metre at its end: a shear rate, a viscosity, an acceleration.
 _LONGER = "1_s=1/s per_s=1/s Pa_s=Pa*s mPa_s=mPa*s Pas=Pa*s mPas=mPa*s cP=cP m_s2=m/s^2 rad_s2=rad/s^2"
 _ENDS = {
@@ -53,8 +56,8 @@ _ENDS = {
         end: unit
         for end, _, unit in (
             pair.partition("=")
-            for pair in f"{_SPEEDS} {_OTHER_SPEEDS} {_TURNS_A_TIME} {_FIELDS} {_OTHERS} {_TORQUES} "
-            f"{_POUNDS} {_LONGER}".split()
+            for pair in f"{_SPEEDS} {_OTHER_SPEEDS} {_TURNS_A_TIME} {_FIELDS} {_OTHERS} {_TORQUES} {_POUNDS} {_IN_WORDS} "
+            f"{_SPEEDS_IN_WORDS} {_TIMES_IN_WORDS} {_LONGER}".split()
         )
     },
 }
@@ -62,6 +65,7 @@ _ENDS = {
 _BARE = {
     **{unit: unit for unit in ("rpm", "Nm", "kN", "mm", "ms", "us", "mNm", "rad/s", "mm/s", "m/s", "deg/s", "N*m")},
     **{"N·m": "N*m", "N.m": "N*m", "millis": "ms", "micros": "us"},
+    **{"milliseconds": "ms", "microseconds": "us"},
     **dict.fromkeys(("RPM", "r/min", "tr/min", "U/min"), "rpm"),
 }
 _LOWER_ENDS = {end.lower(): unit for end, unit in _ENDS.items() if end not in ("mA", "mV", "mT", "MPa", "T", "C")}

@@ -87,12 +87,13 @@ OTHER = _set(
     "horsepower count counts cycle cycles index sample samples no nr number frame packet seq row rows point points "
     "acceleration accelerazione accel acc accx accy accz beschleunigung aceleracion jerk humidity energy efficiency "
     "wirkungsgrad leistung puissance potencia temperatur temperatura stiffness coefficient coeff mu density inertia "
+    "longitud longueur comprimento lunghezza masa masse massa segmento "
     "yield wear film area volume cof latitude longitude altitude date datum fecha err fehler latency delay dt"
 )
 # What was computed or bounds a measurement is none.
 _NOT_MEASURED = _set(
     "predicted pred estimated est estimate simulated sim model calc calculated computed theoretical expected limit max "
-    "min std var offset bias residual fit fitted ideal nominal peak"
+    "min std var offset bias residual fit fitted ideal nominal peak design diseno prev previous"
 )
 #: Models of friction and networks: a column of such a name holds what a model says of the effort.
 _MODELS = _set("dahl lugre stribeck boucwen svm svr pinn lstm gru mlp ann gms maxwellslip")
@@ -134,7 +135,8 @@ _TIME = re.compile(
     r"t|time|zeit|uhrzeit|tijd|temps|tiempo|tempo|timestamps?|elapsed(?:time)?|steptime|seconds|sec|tsec|times|"
     r"(?:ros|bag|rosbag|test|run|total|sample|relative|local|system|log|rec|elapsed|unix|epoch)?time(?:stamp)?s?|"
     rf"время|{plain('시간')}|czas|cas|tid|zaman|"
-    r"stamp|zeitstempel|messzeit|tempsecoule|tiempotranscurrido|.{0,4}时间戳?|时刻|.{0,4}時間|時刻|millis|micros",
+    r"stamp|zeitstempel|messzeit|tempsecoule|tiempotranscurrido|.{0,4}时间戳?|时刻|.{0,4}時間|時刻|millis|micros|"
+    r"milliseconds|microseconds|time(?:arr|array|vec|vector)",
     re.IGNORECASE,
 )
 _PRIME = re.compile(r"['\"′″](?!\w)")  # force d'amortissement has none
@@ -317,7 +319,7 @@ def _is_time(name: str, stem: str) -> bool:
 _TIMES = _set("time timestamp timestamps stamp zeit temps tiempo tempo tijd sec seconds")
 _NO_TIMES = _set(
     "dead rise fall settling response delay cycle start end stop begin step dwell hold rest constant lag reaction mean "
-    "exposure loop run duration"
+    "exposure run duration"
 )
 
 

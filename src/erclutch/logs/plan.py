@@ -93,7 +93,7 @@ class ClockPlan:
         reason: who chose it, or what it was guessed from.
         sentence: what the time is taken from, for the notes of a recording.
         doubt: why stamps without a unit may be no seconds, one sentence; "" for no doubt.
-        likely: the unit that is proposed where there is a doubt.
+        likely: the unit that is proposed where there is a doubt; "" where stamps count the rows: a rate is asked for.
     """
 
     kind: Literal["rate", "column", "dates", "counter", "header", "points"]
@@ -244,7 +244,8 @@ class Plan:
         doubtful = [each for each in self.signals if each.sureness == "doubtful"]
         options = [f"--{each.signal} {shell_word(self.labels[each.column])}" for each in doubtful]
         if self.clock is not None and self.clock.doubt:
-            options.append(f"--time {shell_word(f'{self.clock.column} [{unit or self.clock.likely}]')}")
+            likely = unit or self.clock.likely
+            options.append(f"--time {shell_word(f'{self.clock.column} [{likely}]')}" if likely else '--rate "RATE Hz"')
         return options
 
     def command(self) -> str:

@@ -175,6 +175,11 @@ def _column_option(
         hole = f"COLUMN [{usual_unit(signal) or '-'}]"
         return f"--{signal} {shell_word(hole)}"
 
+    # Of joints that stand in front of one name (elbow.velocity) the one that moves most is likely.
+    ends = {re.split(r"[./]", name)[-1] for name in likely}
+    if signal in ("slip", "position") and len(ends) == 1 and ends.isdisjoint(likely):
+        likely = sorted(likely, key=lambda name: -seen.columns[name].moved)
+
     # First the columns of the joint that the other columns are of: most words and numbers of their names are the same.
     known: set[str] = set()
     for name in beside:

@@ -26,6 +26,7 @@ _SPEEDS = ("rad/s", "m/s")
 _FEWEST = 10  # rows: fewer may be in order by chance
 _MOST_NOISY = 1000  # rows of a table that was swept with noise: more are those of a log
 _NOISE = 0.01  # of its range, by which a swept speed that was measured goes back at most
+_FEW_POINTS = 100  # rows: of so few, a time that goes back once is the mean time of points
 _MOST_HOLES = 0.1  # share of the rows that lack a number
 #: Words for the parts of one measurement, whose rows are one log whichever part they are of.
 _PARTS = (
@@ -153,17 +154,20 @@ def ask_about_order(draft: Draft) -> None:
     """
     table = draft.table
     clock = draft.clock
-    slip = draft.signals.get("slip")
-    if clock is None or clock.kind != "column" or draft.told.time is not None or slip is None:
+    open_slip = draft.questions.get("slip")
+    has_slip = "slip" in draft.signals or (open_slip is not None and "may be any of" in open_slip.problem)
+    if clock is None or clock.kind != "column" or draft.told.time is not None or not has_slip:
         return
     stamps = table.columns[clock.column]
     back = np.count_nonzero(np.diff(stamps) < 0.0)
-    if back <= DISORDER * stamps.size or back == stamps.size - 1:
+    are_few = 0 < back and stamps.size <= _FEW_POINTS and bool(np.isfinite(stamps).all())
+    is_slight = back <= DISORDER * stamps.size and not are_few
+    if is_slight or back == stamps.size - 1:
         return
     if any(_begins_anew(stamps, words) for words in table.words.values()):
         return
     draft.clock = None
-    problem = f"column {clock.column} runs backwards {back} times in {stamps.size} rows, as no time of a log does"
+    problem = f"column {clock.column} runs backwards {back} {'time' if back == 1 else 'times'} in {stamps.size} rows, as no time of a log does"
     remedy = 'Take the rows as points (--time none), or name the time: --time "NAME [s]"'
     draft.ask("time", MappingError(problem, remedy=remedy), _POINTS)
 

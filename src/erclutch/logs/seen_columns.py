@@ -86,6 +86,12 @@ class SeenColumn:
         return spread_of(self.values)
 
     @property
+    def moved(self) -> float:
+        """By how much the numbers differ; 0 where there are none."""
+        known = self.values[np.isfinite(self.values)]
+        return float(np.ptp(known)) if known.size else 0.0
+
+    @property
     def steps(self) -> Array:
         """From number to number, shape (n - 1,); what is not finite is passed over."""
         return np.diff(self.values[np.isfinite(self.values)])

@@ -15,7 +15,7 @@ _FORMATS = (
         "Decode it with its DBC file and save it as MDF4 or CSV, with asammdf for example",
     ),
     (rb"SQLite format 3\0", "a SQLite database", "Name a ROS 2 bag .db3; export a table as CSV"),
-    (rb"#ROSBAG", "a bag of ROS 1", "Convert it: rosbags-convert --src FILE --dst FOLDER (pip install rosbags)"),
+    (rb"#ROSBAG", "a bag of ROS before 1.2", "Convert it: rosbag fix FILE NEW"),
     (rb"PK\x03\x04", "a zip archive", "Unpack it and give the log in it"),
     (
         rb"7z\xbc\xaf\x27\x1c|Rar!|BZh[1-9]|\xfd7zXZ|\x28\xb5\x2f\xfd",

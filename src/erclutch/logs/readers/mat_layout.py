@@ -13,7 +13,7 @@ import json
 import re
 import shlex
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Container, Sequence
 from typing import Any, cast
 
 import numpy as np
@@ -30,11 +30,15 @@ from erclutch.logs.readers.found_recordings import (
     listed,
     matrix_of,
     of_vectors,
+    time_of,
     vector,
 )
 
 _DEEPEST = 6  # structs inside of structs
 _GENERIC = re.compile(r"(?:In|Out)\d*|Value|Signal", re.I)
+_LAST_RESULT = "ans"  # of MATLAB, which nobody gave a name; Simulink's To File calls its matrix so
+#: In place of a variable's name: the vectors that lie in the workspace beside structs.
+_WORKSPACE = "workspace"
 _SLASH = re.compile(r'/(?=(?:[^"]*"[^"]*")*[^"]*$)')  # between the parts of a path, and not inside of quotes
 
 
@@ -59,6 +63,9 @@ def choose(tree: dict[str, Any], variable: str | None) -> Found:
 def _chosen(tree: dict[str, Any], variable: str | None) -> Found:
     """The recording that is asked for; see `choose`."""
     asked = [name.strip() for name in (variable or "").split(JOINT)]
+    notes: list[str] = []
+    if _LAST_RESULT in tree and variable in (None, ALL):
+        tree, notes = _without_last_result(tree)
     variables = _variables(tree, variable, asked)
     if variable == ALL:
         raise RecordingNames(_recordings_in(variables))
@@ -66,21 +73,29 @@ def _chosen(tree: dict[str, Any], variable: str | None) -> Found:
         return _named(variables, variable, asked)
 
     recordings = _recordings_in(variables)
-    loose = _vectors({name: node for name, node in variables.items() if name not in recordings})
+    loose = _loose(variables, recordings)
+    for found in (*recordings.values(), *([loose] if loose else [])):
+        found.notes += notes
     if loose is not None and not recordings:
+        return loose
+    if loose is not None and time_of(loose) and all(len(loose.columns) > len(each.columns) for each in recordings.values()):
+        others = ", ".join(recordings)
+        loose.notes.insert(0, f"recording read from the vectors of the workspace; --variable takes {others}")
         return loose
     if len(recordings) == 1 and loose is None:
         name, found = next(iter(recordings.items()))
         found.notes.insert(0, f"recording read from variable {name}")
         return found
     if recordings:
-        names = [*recordings, *(loose.columns if loose else ())]
+        names = [*recordings, *([_WORKSPACE] if loose else [])]
         remedy = f"Choose one, such as --variable {shlex.quote(names[0])}, or --variable all{join_hint(recordings)}"
-        raise LogError(f"the file holds several recordings: {', '.join(names)}", remedy=remedy)
+        of_loose = f" (the vectors {listed(loose.columns)})" if loose else ""
+        raise LogError(f"the file holds several recordings: {', '.join(names)}{of_loose}", remedy=remedy)
 
     problem = f"no recording in the variables {listed(variables)}"
     if any(node is None for node in variables.values()):
-        problem += " (objects such as timeseries cannot be read: save ts.Time and ts.Data as vectors)"
+        problem += " (objects such as tables and timeseries cannot be read: save table2struct(T, ToScalar=true), "
+        problem += "or ts.Time and ts.Data as vectors)"
     raise LogError(problem, remedy="Save a struct of vectors, or vectors of one length")
 
 
@@ -102,6 +117,27 @@ def _variables(
     return tree
 
 
+def _without_last_result(tree: dict[str, Any]) -> tuple[dict[str, Any], list[str]]:
+    """The variables without ``ans`` beside a recording; alone it may be that of Simulink: the time, then signals."""
+    others = {name: node for name, node in tree.items() if name != _LAST_RESULT}
+    beside = _workspace(others)
+    if _has_recording(others) or (beside is not None and len(beside.columns) > 1):
+        return others, [f"variable {_LAST_RESULT}, MATLAB's last result without a name, is left out"]
+    matrix = matrix_of(tree[_LAST_RESULT])
+    if matrix is None or matrix.shape[0] > matrix.shape[1] or not bool(np.all(np.diff(matrix[0]) > 0)):
+        return tree, []
+    rows: dict[str, Any] = {"time": matrix[0]}
+    for number, row in enumerate(matrix[1:], start=2):
+        rows[f"{_LAST_RESULT}_{number}"] = row
+    note = f"the first row of matrix {_LAST_RESULT} rises: taken for the time, as Simulink's To File writes it"
+    return {**others, **rows}, [note]
+
+
+def _loose(variables: dict[str, Any], recordings: Container[str]) -> Found | None:
+    """The vectors beside the structs that are recordings, as a recording; None where there are none."""
+    return _vectors({name: node for name, node in variables.items() if name not in recordings})
+
+
 def _has_recording(variables: dict[str, Any]) -> bool:
     """Whether a struct is a recording."""
     return any(_structure(name, node) is not None for name, node in variables.items())
@@ -120,6 +156,9 @@ def _recordings_in(variables: dict[str, Any]) -> dict[str, Found]:
 def _named(variables: dict[str, Any], variable: str, asked: Sequence[str]) -> Found:
     """The recording that ``variable`` names, or those that it names together, joined by time."""
     if variable not in variables:
+        loose = _loose(variables, _recordings_in(variables)) if variable == _WORKSPACE else None
+        if loose is not None:
+            return loose
         recordings = _recordings_in({name: variables[name] for name in asked if name in variables})
         if len(asked) > 1 and len(recordings) == len({*asked}):
             return joined_by_time(recordings, "variable")
@@ -151,7 +190,7 @@ def _structs_inside(name: str, node: Any) -> dict[str, Any]:
     structs: dict[str, Any] = {}
     fields = cast("dict[str, Any]", node) if isinstance(node, dict) else {}
     for key, field in fields.items():
-        if isinstance(field, dict):
+        if isinstance(field, dict) or _all_of(field, dict):
             structs[f"{name}.{key}"] = field
         elif not isinstance(field, str) and not (isinstance(field, np.ndarray) and field.size < 2):
             return {}

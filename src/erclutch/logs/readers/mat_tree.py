@@ -41,8 +41,17 @@ def load_v5(path: str) -> dict[str, Node]:
     nodes: dict[str, Node] = {}
     for name, value in variables.items():
         if not name.startswith("__"):  # SciPy's own remarks on the file
-            nodes[str(name)] = _plain(value, 0)
+            nodes[_own_name(str(name), value)] = _plain(value, 0)
     return nodes
+
+
+def _own_name(name: str, value: Any) -> str:
+    """The name of a variable, with its class where it is an object, which SciPy calls None."""
+    if name != "None" or getattr(getattr(value, "dtype", None), "names", None) != ("s0", "s1", "s2", "arr"):
+        return name
+    own, _, kind, _ = value.ravel()[0].tolist() if value.size else (b"", b"", b"", None)
+    texts = [text.decode("latin-1") for text in (own, kind) if isinstance(text, bytes) and text]
+    return f"{texts[0]} (a {texts[1]})" if len(texts) == 2 else name
 
 
 def _plain(value: Any, depth: int) -> Node:

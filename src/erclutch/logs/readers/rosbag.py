@@ -1,4 +1,8 @@
-"""ROS 2 bags, as folder or file, are read by rosbags: a topic is a recording, fields of messages are columns."""
+"""Bags of ROS 1 and ROS 2 are read by rosbags: a topic is a recording, fields of messages are columns.
+
+A message is a row. Lists beside a list of names, as the states of joints have them, are columns called so; a message
+whose fields are long lists of one length is as many rows.
+"""
 
 from __future__ import annotations
 
@@ -11,13 +15,14 @@ from typing import Any, cast
 import numpy as np
 
 from erclutch.errors import LogError
-from erclutch.logs.log_reader import LogReader, claims_nothing
+from erclutch.logs.log_reader import LogReader
 from erclutch.logs.readers import found_recordings
 from erclutch.logs.readers.found_recordings import Found
 from erclutch.logs.table import Table
 from erclutch.signals.array import Array
 
 _MOST = 500  # numbers of a list: a picture has more
+_STAMP = ""  # of a row: when the bag got its message, in ns
 _PLAIN = re.compile(r"[A-Za-z_][A-Za-z0-9_]*(/[A-Za-z_][A-Za-z0-9_]*)*")
 
 
@@ -42,15 +47,33 @@ def _held_to_names(register: Callable[[Any, Any], None]) -> Callable[[Any, Any],
     return checked
 
 
+def _fields(value: Any) -> list[str]:
+    return [name for name in getattr(value, "__dataclass_fields__", ()) if name != "__msgtype__"]
+
+
+def _is_list(value: Any) -> bool:
+    return hasattr(value, "__len__") and not hasattr(value, "encode")
+
+
 def _flatten(label: str, value: Any, row: dict[str, float]) -> None:
-    """Numbers of a message under ``outer.inner`` and ``list[0]``; a stamp in s; texts are left out."""
-    fields = [name for name in getattr(value, "__dataclass_fields__", ()) if name != "__msgtype__"]
+    """Numbers of a message under ``outer.inner`` and ``list[0]``; a stamp in s; texts are left out.
+
+    Beside a list of names, the numbers of a list of its length are under ``name.list``, as ``elbow.effort``.
+    """
+    fields = _fields(value)
     if fields == ["sec", "nanosec"]:
         row[f"{label} [s]"] = value.sec + value.nanosec * 1e-9
     elif fields:
+        names = _names_in(value)
+        front = f"{label}." if label else ""
         for name in fields:
-            _flatten(f"{label}.{name}" if label else name, getattr(value, name), row)
-    elif hasattr(value, "__len__") and not hasattr(value, "encode"):
+            field = getattr(value, name)
+            if names and _is_list(field) and len(field) == len(names):
+                for of_joint, each in zip(names, field, strict=True):
+                    _flatten(f"{front}{of_joint}.{name}", each, row)
+            else:
+                _flatten(f"{front}{name}", field, row)
+    elif _is_list(value):
         if len(value) > _MOST:
             problem = f"the field {label} has {len(value):,} numbers, above {_MOST}"
             raise LogError(problem, remedy="Give a topic of single numbers, such as that of the states of the joints")
@@ -60,18 +83,47 @@ def _flatten(label: str, value: Any, row: dict[str, float]) -> None:
         row[label] = float(value)
 
 
+def _names_in(message: Any) -> list[str]:
+    """The names in the field ``name`` of a message, all of them different; empty where it has none."""
+    names: Any = getattr(message, "name", None)
+    if not isinstance(names, list):
+        return []
+    texts = [name for name in cast("list[Any]", names) if isinstance(name, str) and name]
+    return texts if len({*texts}) == len(cast("list[Any]", names)) <= _MOST else []
+
+
+def _rows_of(message: Any) -> list[dict[str, float]]:
+    """A message as a row; one whose fields are lists of one length, longer than those of joints, as a row a place."""
+    lists = {name: getattr(message, name) for name in _fields(message) if _is_list(getattr(message, name))}
+    lengths = {len(values) for values in lists.values()}
+    if len(lists) < 2 or len(lengths) > 1 or min(lengths) <= _MOST:
+        row: dict[str, float] = {}
+        _flatten("", message, row)
+        return [row]
+
+    beside: dict[str, float] = {}  # single numbers of the message
+    for name in _fields(message):
+        if name not in lists:
+            _flatten(name, getattr(message, name), beside)
+    rows: list[dict[str, float]] = []
+    for place in range(min(lengths)):
+        row = dict(beside)
+        for name, values in lists.items():
+            _flatten(name, values[place], row)
+        rows.append(row)
+    return rows
+
+
 def _rows(
     bag: Any,
     connections: list[Any],
     most: int | None = None,
 ) -> list[dict[str, float]]:
-    """The messages of a topic, or the first of them: the time of the bag in ns under "", and the numbers."""
+    """The messages of a topic, or the first of them: the time of the bag in ns under `_STAMP`, and the numbers."""
     rows: list[dict[str, float]] = []
     messages = bag.messages(connections=connections)
     for connection, stamp, data in islice(messages, most):
-        row: dict[str, float] = {"": stamp}
-        _flatten("", bag.deserialize(data, connection.msgtype), row)
-        rows.append(row)
+        rows += [{_STAMP: stamp, **row} for row in _rows_of(bag.deserialize(data, connection.msgtype))]
     return rows
 
 
@@ -107,21 +159,28 @@ def find(path: str, variable: str | None) -> Table:
 
     notes = [f"recording read from topic {topic}"]
     notes += [f"{error.problem}: left out" for error in of_lists.values()]
-    if counted != len(rows):
+    times = np.array([row.pop(_STAMP) for row in rows])  # ns
+    in_batches = 2 * counted < len(rows)
+    if in_batches:
+        notes.append(f"{counted} messages of several rows each: they share the time of the bag, which is left out")
+    elif counted != len(rows):
         notes.append(f"the bag counts {counted} messages, {len(rows)} are there")
-    times = np.array([row.pop("") for row in rows])  # ns
     labels = dict.fromkeys(label for row in rows for label in row)
     columns: dict[str, Array] = {}
     for label in labels:
         columns[label] = np.array([row.get(label, np.nan) for row in rows])
     elapsed = (times - times[0]) * 1e-9  # s
-    return Found(columns, clock=("log_time", elapsed), notes=notes).table()
+    return Found(columns, clock=None if in_batches else ("log_time", elapsed), notes=notes).table()
+
+
+def _claims(head: bytes) -> bool:
+    return head.startswith(b"#ROSBAG V2.0")
 
 
 READER = LogReader(
-    suffixes=(".db3",),
-    claims=claims_nothing,
-    **found_recordings.in_child("ros2", "rosbags"),
+    suffixes=(".db3", ".bag"),
+    claims=_claims,
+    **found_recordings.in_child("rosbag", "rosbags"),
     tells_damage="not seen in the numbers: bags have no checksums, but damaged structure is",
     folder="metadata.yaml",
 )
