@@ -361,7 +361,8 @@ def test_an_angle_in_degrees_and_in_radians_is_one_position_whatever_its_unit_is
     columns = (TIME, np.tanh(4 * RATE) + ANGLE, np.tanh(4 * RATE), np.degrees(ANGLE), ANGLE, np.roll(ANGLE, 1))
     np.savetxt(path, np.column_stack(columns), delimiter=",", header=names, comments="", fmt="%.9f")
     plan = planned(path)
-    assert not plan.questions and not plan.doubts
+    assert not plan.questions
+    assert not plan.doubts
     taken = {each.signal: (each.column, each.factor) for each in plan.signals}
     assert taken["position"] == ("position_degrees", pytest.approx(np.pi / 180))
     assert taken["effort"] == ("force_feedback", 1.0)
@@ -399,7 +400,8 @@ def test_torques_of_a_compensation_that_is_off_are_not_proposed_beside_those_tha
     np.savetxt(path, rows, delimiter=",", header=",".join(columns), comments="", fmt="%.9f")
     plan = planned(path)
     assert "tau_fric" not in str(plan.questions[-1].problem.partition(";")[0])
-    assert "--effort" in plan.command() and "tau_meas1" in plan.command()
+    assert "--effort" in plan.command()
+    assert "tau_meas1" in plan.command()
 
 
 @pytest.mark.parametrize(("name", "is_clock"), [("loop_time", True), ("cycle_time", False)])

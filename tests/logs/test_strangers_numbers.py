@@ -10,6 +10,7 @@ import pytest
 
 import erclutch
 from erclutch.errors import ErclutchError, LogError, MappingError, TimingError
+from erclutch.logs import read_table
 from erclutch.logs.labels import split_end
 from erclutch.logs.log_writer import write_log
 from erclutch.logs.readers.numerals import is_grouped, ungrouped, weigh
@@ -109,6 +110,38 @@ def test_a_tie_is_asked_about_with_both_readings(written: Written) -> None:
 def test_two_decimal_marks_in_one_file_are_refused() -> None:
     with pytest.raises(LogError, match=r"0\.5 has a decimal point and 0,25 a decimal comma"):
         weigh("1;0.5;0,25\n2;0.6;0,35\n", ";", ".")
+
+
+@pytest.mark.parametrize(("delimiter", "commas"), [(";", "ab"), ("\t", "c"), (";", "a"), (" ", "bc")])
+def test_two_decimal_marks_are_read_where_each_column_keeps_to_one(
+    written: Written, delimiter: str, commas: str
+) -> None:
+    courses = {"a": np.arange(ROWS) / 100, "b": 2.1 * np.sin(np.arange(ROWS)), "c": 0.25 * np.cos(np.arange(ROWS))}
+    cells = {name: [f"{value:.4f}" for value in values] for name, values in courses.items()}
+    for name in commas:
+        cells[name] = [cell.replace(".", ",") for cell in cells[name]]
+    lines = [delimiter.join(row) for row in zip(*cells.values(), strict=True)]
+    table = read_table(written(delimiter.join(courses) + "\n" + "\n".join(lines) + "\n"))
+    for name, values in courses.items():
+        np.testing.assert_allclose(table.columns[name], values, atol=6e-5)
+    assert any(f"decimal comma in column {', '.join(commas)}," in note for note in table.notes)
+
+
+@pytest.mark.parametrize(
+    "rows",
+    [
+        ["{n};0,{m}1;0.{m}1;1", "{n};0,{m}1;0,{m}1;1"],  # the third column has both
+        ["{n};1,50{m};0.{m}1;0,{m}5", "{n};2,50{m};0.{m}2;0,{m}5"],  # the second may have thousands
+        ["{n};1.234,{m}5;1,234.{m}5;1", "{n};1.235,{m}5;1,235.{m}5;1"],
+    ],
+)
+def test_two_decimal_marks_in_one_column_or_beside_doubtful_numbers_are_refused(
+    written: Written, rows: list[str]
+) -> None:
+    lines = [rows[n % 2].format(n=n, m=n % 10) for n in range(20)]
+    path = written("t [s];a;b;c\n" + "\n".join(lines) + "\n")
+    with pytest.raises(LogError, match="has a decimal point and"):
+        read_table(path)
 
 
 @pytest.mark.parametrize(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -73,9 +73,8 @@ def guess_what_is_needed(draft: Draft) -> None:
                         _tell_supplies(draft, likely.column, taken)
             settled = settled or all(signal in draft.signals for signal in option)
         if settled:
-            of_motion = any("slip" in option for option in group)
-            if of_motion and doubts and "slip" not in draft.signals:
-                _settle_several_speeds(draft, doubts[0])
+            if ("slip",) in group:
+                _settle_several_speeds(draft, doubts)
             continue
 
         needed = next(signal for signal in group[0] if signal not in draft.signals)
@@ -87,13 +86,15 @@ def guess_what_is_needed(draft: Draft) -> None:
             draft.missing.append(needed)
 
 
-def _settle_several_speeds(draft: Draft, doubt: MappingError) -> None:
+def _settle_several_speeds(draft: Draft, doubts: Sequence[MappingError]) -> None:
     """Take the one of several speeds that is the rate of the guessed position; ask where none of them is, or two are.
 
     With the position alone the speeds would be passed over, though one of them may be of another motion.
     """
     position = draft.signals.get("position")
-    if position is None or not position.column or position.sureness == "given" or draft.seen.stamps is None:
+    if not doubts or "slip" in draft.signals or position is None or not position.column:
+        return
+    if position.sureness == "given" or draft.seen.stamps is None:
         return
     place = draft.table.columns[position.column]
     names, reason = candidates(draft.seen, "slip", draft.taken)
@@ -103,7 +104,7 @@ def _settle_several_speeds(draft: Draft, doubt: MappingError) -> None:
         found = Guess(rates[0], f"{reason}, and it is the rate of {position.column}")
         _take_guess(draft, "slip", found, position.column)
     elif names:
-        draft.ask("slip", doubt)
+        draft.ask("slip", doubts[0])
 
 
 def _take_guess(draft: Draft, signal: str, found: Guess, motion: str) -> bool:

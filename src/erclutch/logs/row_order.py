@@ -160,14 +160,15 @@ def ask_about_order(draft: Draft) -> None:
         return
     stamps = table.columns[clock.column]
     back = np.count_nonzero(np.diff(stamps) < 0.0)
-    are_few = 0 < back and stamps.size <= _FEW_POINTS and bool(np.isfinite(stamps).all())
+    are_few = back > 0 and stamps.size <= _FEW_POINTS and bool(np.isfinite(stamps).all())
     is_slight = back <= DISORDER * stamps.size and not are_few
     if is_slight or back == stamps.size - 1:
         return
     if any(_begins_anew(stamps, words) for words in table.words.values()):
         return
     draft.clock = None
-    problem = f"column {clock.column} runs backwards {back} {'time' if back == 1 else 'times'} in {stamps.size} rows, as no time of a log does"
+    times = "1 time" if back == 1 else f"{back} times"
+    problem = f"column {clock.column} runs backwards {times} in {stamps.size} rows, as no time of a log does"
     remedy = 'Take the rows as points (--time none), or name the time: --time "NAME [s]"'
     draft.ask("time", MappingError(problem, remedy=remedy), _POINTS)
 

@@ -78,7 +78,11 @@ def _chosen(tree: dict[str, Any], variable: str | None) -> Found:
         found.notes += notes
     if loose is not None and not recordings:
         return loose
-    if loose is not None and time_of(loose) and all(len(loose.columns) > len(each.columns) for each in recordings.values()):
+    if (
+        loose is not None
+        and time_of(loose)
+        and all(len(loose.columns) > len(each.columns) for each in recordings.values())
+    ):
         others = ", ".join(recordings)
         loose.notes.insert(0, f"recording read from the vectors of the workspace; --variable takes {others}")
         return loose

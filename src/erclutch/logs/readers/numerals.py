@@ -33,6 +33,10 @@ SWITCHES = {
 }
 
 
+class TwoDecimalMarksError(LogError):
+    """Some numbers of a file have a decimal point, and others a decimal comma."""
+
+
 @dataclass(frozen=True)
 class Numerals:
     """How numbers are written.
@@ -104,7 +108,7 @@ def weigh(
         return Numerals(asked, other if grouped_by(other) else "")
     decides = {mark: _search(_decimals(mark), body, delimiter, mark) for mark in marks}
     if decides.get(".") and decides.get(","):
-        raise LogError(
+        raise TwoDecimalMarksError(
             f"{decides['.']} has a decimal point and {decides[',']} a decimal comma",
             remedy="Export the file with one decimal mark",
         )
@@ -129,6 +133,54 @@ def weigh(
         remedy=f"Say which mark is the decimal one: --decimal {mark} for {as_decimal}, "
         f"--decimal {'.' if mark == ',' else ','} for {as_whole}",
     )
+
+
+def with_decimal_points(text: str, delimiter: str | None) -> tuple[str, list[int]]:
+    """A text some of whose columns have a decimal comma, with points there; and these columns, counted from 1.
+
+    Where a column has numbers with both marks, or only numbers such as 1,500 that may be read in two ways, the text is
+    as it was, and no column is named.
+
+    Args:
+        text: of the log.
+        delimiter: between the cells; None for white space.
+    """
+    if delimiter == ",":
+        return text, []
+    sure = {mark: re.compile(_decimals(mark)) for mark in ".,"}
+    unsure = {mark: re.compile(_groups(mark)) for mark in ".,"}
+    says: dict[int, set[str]] = {}  # the decimal marks that the numbers of a column have
+    doubts: dict[int, set[str]] = {}  # and those of the numbers that tell nothing alone
+    lines = text.splitlines(keepends=True)
+    for line in lines:
+        for column, cell in enumerate(line.strip("\r\n").split(delimiter)):
+            number = cell.strip(' "')
+            for mark in ".,":
+                if mark in number and sure[mark].fullmatch(number):
+                    says.setdefault(column, set()).add(mark)
+                elif mark in number and unsure[mark].fullmatch(number):
+                    doubts.setdefault(column, set()).add(mark)
+    for column, marks in doubts.items():
+        if says.get(column, set()) != marks:
+            return text, []
+    if any(len(marks) > 1 for marks in says.values()):
+        return text, []
+
+    with_commas = [column for column, marks in says.items() if marks == {","}]
+    parts = re.compile(r"\s+" if delimiter is None else re.escape(delimiter))
+    for place, line in enumerate(lines):
+        cells = parts.split(line.rstrip("\r\n").strip() if delimiter is None else line.rstrip("\r\n"))
+        for column in with_commas:
+            if column < len(cells) and _has_a_comma(cells[column]):
+                cells[column] = cells[column].replace(",", ".")
+        end = line[len(line.rstrip("\r\n")) :]
+        lines[place] = (" " if delimiter is None else delimiter).join(cells) + end
+    return "".join(lines), sorted(column + 1 for column in with_commas)
+
+
+def _has_a_comma(cell: str) -> bool:
+    """Whether a cell is a plain number with a comma in it."""
+    return re.fullmatch(rf"{_SIGN}\d*,\d+{_POWER}", cell.strip(' "')) is not None
 
 
 def _cell(pattern: str, delimiter: str | None, *, quoted: bool) -> str:

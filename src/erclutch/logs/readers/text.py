@@ -18,13 +18,13 @@ import numpy as np
 from erclutch.errors import LogError
 from erclutch.logs.labels import sample_period
 from erclutch.logs.log_reader import LogReader, LogSource, claims_nothing
-from erclutch.logs.readers import dates, first_bytes, found_recordings
+from erclutch.logs.readers import dates, first_bytes, found_recordings, numerals
 from erclutch.logs.readers.budget import Budget
 from erclutch.logs.readers.cells import DASHES, NO_NUMBERS, STATISTICS, WORDS, cells_of, is_comment, is_number
 from erclutch.logs.readers.dialect import LINE_END, SAMPLE, Dialect, sniff
 from erclutch.logs.readers.loose_text import with_a_line_of_names, without_brackets
 from erclutch.logs.readers.lying_tables import upright
-from erclutch.logs.readers.numerals import grouped_by_blanks, ungrouped, weigh, with_plain_minus
+from erclutch.logs.readers.numerals import TwoDecimalMarksError, grouped_by_blanks, ungrouped, with_plain_minus
 from erclutch.logs.readers.serial_monitor import with_stamps_in_cells
 from erclutch.logs.readers.side_by_side import read_side_by_side
 from erclutch.logs.readers.text_bytes import (
@@ -79,7 +79,15 @@ def read_text(source: LogSource) -> Table:
     text, glued = with_a_line_of_names(text)
     text, units_in_cells = without_units_in_cells(text)
     text, lying = upright(text)
-    dialect, notes = _dialect_of(text, source.decimal)
+    try:
+        dialect, notes = _dialect_of(text, source.decimal)
+    except TwoDecimalMarksError:
+        text, with_commas = numerals.with_decimal_points(text, sniff(text).delimiter)
+        if not with_commas:
+            raise
+        dialect, notes = _dialect_of(text, source.decimal)
+        names = [dialect.names[column - 1] for column in with_commas if column <= len(dialect.names)]
+        notes.append(f"numbers have a decimal comma in column {', '.join(names)}, and a decimal point in the others")
     notes += [said for said in (stamps, minus, listed, glued, units_in_cells, lying) if said]
     if broken:
         notes.append(f"{broken} quoted cells hold a number and a line end: the line end is left out")
@@ -98,18 +106,18 @@ def _dialect_of(text: str, decimal: str | None) -> tuple[Dialect, list[str]]:
     dialect = sniff(text, decimal)
     Budget(0).take_names(len(dialect.names))
     body, _ = _body(text, dialect)
-    numerals = weigh(body, dialect.delimiter, dialect.decimal, decimal)
-    if numerals.decimal != dialect.decimal:
-        dialect = sniff(text, numerals.decimal)
-    if not numerals.thousands:
+    written = numerals.weigh(body, dialect.delimiter, dialect.decimal, decimal)
+    if written.decimal != dialect.decimal:
+        dialect = sniff(text, written.decimal)
+    if not written.thousands:
         return dialect, []
 
-    mark = {".": "points", ",": "commas"}[numerals.thousands]
+    mark = {".": "points", ",": "commas"}[written.thousands]
     note = f"numbers have {mark} between their thousands"
-    whole = ungrouped(numerals.reason, numerals.decimal) if numerals.reason else ""
+    whole = ungrouped(written.reason, written.decimal) if written.reason else ""
     if whole:
-        note += f": {numerals.reason} is {whole}"
-    return replace(dialect, thousands=numerals.thousands), [note]
+        note += f": {written.reason} is {whole}"
+    return replace(dialect, thousands=written.thousands), [note]
 
 
 def _body(text: str, dialect: Dialect) -> tuple[str, list[str]]:
