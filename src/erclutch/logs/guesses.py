@@ -73,8 +73,7 @@ def guess_what_is_needed(draft: Draft) -> None:
                         _tell_supplies(draft, likely.column, taken)
             settled = settled or all(signal in draft.signals for signal in option)
         if settled:
-            if ("slip",) in group:
-                _settle_several_speeds(draft, doubts)
+            _settle_several_speeds(draft, doubts if ("slip",) in group else ())
             continue
 
         needed = next(signal for signal in group[0] if signal not in draft.signals)
