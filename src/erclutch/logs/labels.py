@@ -56,8 +56,8 @@ _ENDS = {
         end: unit
         for end, _, unit in (
             pair.partition("=")
-            for pair in f"{_SPEEDS} {_OTHER_SPEEDS} {_TURNS_A_TIME} {_FIELDS} {_OTHERS} {_TORQUES} {_POUNDS} {_IN_WORDS} "
-            f"{_SPEEDS_IN_WORDS} {_TIMES_IN_WORDS} {_LONGER}".split()
+            for pair in f"{_SPEEDS} {_OTHER_SPEEDS} {_TURNS_A_TIME} {_FIELDS} {_OTHERS} {_TORQUES} {_POUNDS} "
+            f"{_IN_WORDS} {_SPEEDS_IN_WORDS} {_TIMES_IN_WORDS} {_LONGER}".split()
         )
     },
 }
