@@ -415,7 +415,7 @@ def test_a_time_of_the_loop_that_rises_in_each_row_is_the_clock(tmp_path: Path, 
 
 def test_a_time_that_counts_the_rows_of_a_long_log_is_asked_for_its_rate(tmp_path: Path) -> None:
     plan = planned(drive_log(tmp_path, "Time", np.arange(TIME.size)))
-    assert plan.doubts == ("time is column Time in s, though it has no unit and counts the rows, as ms do",)
+    assert plan.doubts == ("time is column Time in s, though it has no unit and grows by 1 a row, as ms do",)
     assert plan.command().endswith('--rate "RATE Hz"')
 
 

@@ -251,8 +251,7 @@ def _doubt(name: str, stamps: Array) -> str:
     step = float(np.median(steps))
     if step < SLOW:
         return ""
-    as_others = "counts the rows" if not _likely_unit(stamps) else f"grows by {step:.4g} a row"
-    return f"time is column {name} in s, though it has no unit and {as_others}, as ms do"
+    return f"time is column {name} in s, though it has no unit and grows by {step:.4g} a row, as ms do"
 
 
 def _likely_unit(stamps: Array) -> str:
