@@ -98,7 +98,8 @@ def _settle_several_speeds(draft: Draft, doubts: Sequence[MappingError]) -> None
     place = draft.table.columns[position.column]
     names, reason = candidates(draft.seen, "slip", draft.taken)
     columns = draft.table.columns
-    rates = [name for name in names if is_rate_of(columns[name], place, draft.seen.stamps)]
+    logged = [name for name in names if name in columns]
+    rates = [name for name in logged if is_rate_of(columns[name], place, draft.seen.stamps)]
     if len(rates) == 1:
         found = Guess(rates[0], f"{reason}, and it is the rate of {position.column}")
         _take_guess(draft, "slip", found, position.column)
