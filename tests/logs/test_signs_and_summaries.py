@@ -10,6 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from erclutch.logs import read_table
+from erclutch.logs.labels import split_end
 from erclutch.logs.readers.numerals import with_plain_minus
 from erclutch.logs.table import Table
 
@@ -76,3 +77,32 @@ def test_units_in_capitals_below_the_names(tmp_path: Path) -> None:
     head = "    TIME      DISP       FORCE   CURRENT\n     SEC        MM          KN         A"
     table = table_of(tmp_path, "\n".join([head, *rows]), "a.txt")
     assert table.units == {"TIME": "sec", "DISP": "mm", "FORCE": "kN", "CURRENT": "A"}
+
+
+def test_minutes_and_seconds_are_a_time_and_begin_anew_at_a_full_hour(tmp_path: Path) -> None:
+    stamps = [
+        f"{(3599 * 100 + 50 + row) // 6000 % 60:02d}:{(3599 * 100 + 50 + row) % 6000 / 100:06.3f}" for row in range(100)
+    ]
+    rows = [f"{stamp},{row},{row % 7}" for row, stamp in enumerate(stamps)]
+    table = table_of(tmp_path, "\n".join(["Elapsed Time,speed [rad/s],torque [N*m]", *rows]))
+    assert table.clock is not None
+    np.testing.assert_allclose(table.clock, np.arange(100) / 100, atol=1e-9)
+
+
+def test_names_that_are_units_in_words_tell_the_columns() -> None:
+    for name, unit in (("Newtons", "N"), ("Amperes", "A"), ("Millimetres", "mm"), ("Degrees", "deg"), ("Volts", "V")):
+        assert split_end(name) == (name, unit)
+
+
+def test_a_legend_above_the_table_says_what_columns_are(tmp_path: Path) -> None:
+    legend = "# Ch1: displacement [mm]\n# Ch2: force in N\n# Ch3: A\n# Operator: Ch1\n"
+    rows = [f"{0.01 * row},{row % 5},{row % 3},{row % 2}" for row in range(30)]
+    table = table_of(tmp_path, legend + "\n".join(["Time,Ch1,Ch2,Ch3", *rows]))
+    assert table.units == {"Time": None, "Ch1 displacement": "mm", "Ch2 force": "N", "Ch3": "A"}
+    assert "lines above the table say what columns Ch1, Ch2, Ch3 are" in table.notes
+
+
+def test_one_setting_that_is_called_like_a_column_is_no_legend(tmp_path: Path) -> None:
+    rows = [f"{0.01 * row},{row % 5},{row % 3}" for row in range(30)]
+    table = table_of(tmp_path, "force: sensor 3\n" + "\n".join(["time,speed,force", *rows]))
+    assert list(table.columns) == ["time", "speed", "force"]

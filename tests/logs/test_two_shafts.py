@@ -133,3 +133,28 @@ def test_parts_are_two_columns_of_the_file(names: list[str]) -> None:
         elif parts is not None:
             assert " - ".join(parts) == label
             np.testing.assert_array_equal(table.planned(label), columns[parts[0]] - columns[parts[1]])
+
+
+def test_the_angles_of_two_shafts_differ_by_the_angle_of_the_slip() -> None:
+    angle = np.cumsum(TURNS) / 100
+    columns = columns_of("theta_in", "theta_out", TURNS)
+    columns |= {"theta_in": DRIVING * TIME, "theta_out": DRIVING * TIME - angle}
+    plan = planned(columns)
+    position = plan.signal("position")
+    assert position is not None
+    assert position.column == "theta_in - theta_out"
+    assert plan.questions == ()
+
+
+def test_two_numbered_ends_are_one_device_where_the_file_has_one_effort() -> None:
+    columns = columns_of("n1", "n2", TURNS)
+    slip = planned(columns).signal("slip")
+    assert slip is not None
+    assert slip.column == "n1 - n2"
+    asked = planned(columns_of("n1", "n2", 3.0 + TURNS))
+    assert asked.examples == ('--slip "n1 - n2"',)
+    # Of two joints each has its effort, and of three speeds no two are ends.
+    joints = {**columns_of("qd1", "qd2", TURNS, "tau1"), "tau2": TURNS}
+    assert " - " not in " ".join(planned(joints).examples)
+    three = {**columns, "n3": 0.1 * TURNS}
+    assert " - " not in " ".join(planned(three).examples)

@@ -18,14 +18,13 @@ from erclutch.logs.joints import of_joints
 from erclutch.logs.labels import split_end
 from erclutch.logs.names import NEED_UNIT, OTHER, SINGLE, TOLD, headed, plain
 from erclutch.logs.quotients import (
-    is_slip_of_clutch,
     pressing_loads,
     rubbing_force,
-    slips_of_shafts,
     speeds_of_machine,
 )
 from erclutch.logs.seen_columns import KINDS, NO_UNITS, UNITS_OF_KIND, SeenColumn, SeenColumns
 from erclutch.logs.shapes import follows, go_straight, is_rate_of, takes_both_signs
+from erclutch.logs.two_shafts import between_shafts, is_of_clutch
 from erclutch.signals import units
 from erclutch.signals.array import Array
 from erclutch.signals.recording import SIGNALS
@@ -67,6 +66,10 @@ def guess(
         MappingError: several columns would do.
     """
     names, reason = candidates(seen, signal, taken, units_of_sensor)
+    if len(names) > 1 and names[0] in seen.table.made:
+        efforts, _ = candidates(seen, "effort", [*taken, *names])
+        if is_of_clutch(seen, signal, names[0], efforts):
+            return Guess(names[0], "names, as what two shafts or ends differ by")
     names = _without_raw(seen, names)
     if signal == "position":
         names = _one_motion(seen, names)
@@ -87,8 +90,6 @@ def guess(
             reason += f", and it is that of a {KINDS[kind]}"
     if signal == "slip" and len(names) > 1:
         efforts, _ = candidates(seen, "effort", [*taken, *names])
-        if names[0] in seen.table.made and is_slip_of_clutch(seen, names[0], efforts):
-            return Guess(names[0], "names, as what the shafts of a clutch differ by")
         # Only one of the speeds makes a power with the effort, whatever column that is.
         kinds_of_effort = {seen.columns[name].kind for name in efforts}
         kind = kinds_of_effort.pop() if len(kinds_of_effort) == 1 else ""
@@ -125,9 +126,9 @@ def candidates(
         taken: columns that are something else.
         units_of_sensor: units of the column where a scale makes the signal of it, such as V; then names alone speak.
     """
-    between_shafts = slips_of_shafts(seen) if signal == "slip" else []
-    if between_shafts:
-        return between_shafts, "name"
+    of_two_shafts = between_shafts(seen, signal)
+    if of_two_shafts:
+        return of_two_shafts, "name"
     si_units = units_of_sensor or SIGNALS[signal].si_units
     free = seen.without([*taken, *pressing_loads(seen, signal)])
     fits = {column.name: column.fits(si_units) for column in free}

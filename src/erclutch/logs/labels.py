@@ -67,6 +67,13 @@ _BARE = {
     **{"N·m": "N*m", "N.m": "N*m", "millis": "ms", "micros": "us"},
     **{"milliseconds": "ms", "microseconds": "us"},
     **dict.fromkeys(("RPM", "r/min", "tr/min", "U/min"), "rpm"),
+    **dict.fromkeys(("newton", "newtons"), "N"),
+    **dict.fromkeys(("ampere", "amperes"), "A"),
+    **dict.fromkeys(("volt", "volts"), "V"),
+    **dict.fromkeys(("millimeters", "millimetres"), "mm"),
+    **dict.fromkeys(("meters", "metres"), "m"),
+    **dict.fromkeys(("degrees", "degree"), "deg"),
+    **{"radians": "rad", "kilonewtons": "kN", "milliamps": "mA", "seconds": "s", "milliseconds": "ms"},
 }
 _LOWER_ENDS = {end.lower(): unit for end, unit in _ENDS.items() if end not in ("mA", "mV", "mT", "MPa", "T", "C")}
 # Names of a speed that is counted in turns: n is its symbol in ISO 80000-3.

@@ -3,9 +3,10 @@
 1. What is seen of the columns: names, units, how their numbers run, which is the time (`seen_columns`).
 2. What the user said: columns (`named_columns`), the clock (`clock_planning`), numbers (`given_numbers`). A column that
    is called like a signal and holds no numbers ends it here.
-3. What is needed besides is guessed (`guesses`): columns that may be a signal are found by `columns` and `quotients`.
-   Where none is, `missing_columns` says what to do. A guess that the log speaks against is doubted (`doubts`). A log
-   has no field where `no_field` tells of each column what else it is; the file may still state one (`stated_field`).
+3. What is needed besides is guessed (`guesses`): columns that may be a signal are found by `columns`, `quotients` and
+   `circuits`; what two shafts differ by was made in front of all this (`two_shafts`). Where no column is,
+   `missing_columns` says what to do. A guess that the log speaks against is doubted (`doubts`). A log has no field
+   where `no_field` tells of each column what else it is; the file may still state one (`stated_field`).
 4. What is left is looked at (`row_order`, `further_columns`), and what belongs together is held together (`motions`).
 5. What is open is asked: `proposals` has the options that answer it.
 
@@ -35,10 +36,10 @@ from erclutch.logs.named_columns import refuse_unreadable_signals, take_named
 from erclutch.logs.no_field import settle_the_field
 from erclutch.logs.plan import NEEDS, OPTIONAL, Invalid, Plan
 from erclutch.logs.proposals import proposals
-from erclutch.logs.quotients import with_differences
 from erclutch.logs.row_order import ask_about_groups, ask_about_order, few_values_are_missing, take_points
 from erclutch.logs.seen_columns import seen_columns
 from erclutch.logs.table import Table
+from erclutch.logs.two_shafts import with_differences
 from erclutch.signals.device import DeviceName
 
 _WIDEST = 1000  # columns: more, and fewer rows, lie on their side

@@ -19,8 +19,9 @@ _DATES = (
     "%Y-%m-%d", "%Y/%m/%d", "%m/%d/%Y", "%d/%m/%Y", "%d.%m.%Y", "%d.%m.%y",
     "%m/%d/%y", "%d/%m/%y", "%d-%m-%Y", "%m-%d-%Y", "%d-%b-%Y",
 )  # fmt: skip
-_TIMES = ("%H:%M:%S.%f", "%I:%M:%S.%f %p", "%H:%M")
 _DAY = 86_400.0  # s
+#: Times without a date, and the seconds after which each begins anew. Spreadsheets show minutes and seconds alone.
+_TIMES = {"%H:%M:%S.%f": _DAY, "%I:%M:%S.%f %p": _DAY, "%H:%M": _DAY, "%M:%S.%f": 3600.0}
 _LIKELY = re.compile(r".*\d:\d\d.*")
 _WHOLE = re.compile(r"(:\d\d:\d\d)(?![.\d])")  # a time of day in whole seconds
 _FINER = re.compile(r"(\.\d{6})\d+")
@@ -86,6 +87,8 @@ def _formats(first: str, last: str) -> Iterator[str]:
     ends = [_FINER.sub(r"\1", cell) for cell in (first, last)]  # strptime reads no more than microseconds
     days = [*(f"{date}{joint}" for date in _DATES), ""]  # "": a time of day alone
     for day, time in product(days, _TIMES):
+        if day and _TIMES[time] < _DAY:
+            continue
         pattern = f"{day}{time}{zone}"
         if all(_reads(cell, pattern) for cell in ends):
             yield pattern
@@ -108,7 +111,8 @@ def _since(texts: pd.Series[Any], pattern: str) -> Array | None:
         since = np.asarray((stamps - stamps.iloc[0]).dt.total_seconds(), dtype=np.float64)
     except (ValueError, TypeError, AttributeError, OverflowError):
         return None
-    days = np.zeros(since.size)
-    if pattern in _TIMES:  # a time of day begins anew at midnight
-        days = np.cumsum(np.diff(since, prepend=0.0) < -_DAY / 2)
-    return since + _DAY * days
+    begins_anew = _TIMES.get(pattern)
+    if begins_anew is None:
+        return since
+    times = np.cumsum(np.diff(since, prepend=0.0) < -begins_anew / 2)  # at midnight, or at a full hour
+    return since + begins_anew * times

@@ -11,7 +11,7 @@ from itertools import pairwise
 from erclutch.errors import LogError
 from erclutch.logs.labels import header_pairs, name_columns
 from erclutch.logs.readers.cells import WORDS, Marks, cells_of, is_comment, is_number
-from erclutch.logs.readers.header_lines import Header, RowsBelow, header_of, with_headings
+from erclutch.logs.readers.header_lines import Header, RowsBelow, header_of, with_headings, with_legend
 
 SAMPLE = 1 << 18  # characters looked at: holds any header block seen so far, costs a few milliseconds
 # Lines at the end of the sample, where data is purest; few, for short tables under long prose.
@@ -231,6 +231,7 @@ def _with_header(
 
     before_header = above[: len(above) - header.lines]
     metadata = header_pairs(line.lstrip("#%/ ") for line in before_header)
+    names, own_units, by_legend = with_legend(names, own_units, metadata)
     prose = [line for line in before_header if not is_comment(line) and not header_pairs([line])]
     if prose:
         more = f" and {len(prose) - 1} more" if len(prose) > 1 else ""
@@ -247,7 +248,7 @@ def _with_header(
         trailing=trailing and len(names) == width - 1,
         numeric=tuple(numeric[: len(names)]),
         metadata=metadata,
-        notes=(*notes, *renamed),
+        notes=(*notes, *renamed, *by_legend),
         usual=usual,
     )
 

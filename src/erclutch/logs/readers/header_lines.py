@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -43,6 +43,7 @@ _UNIT_LINE = frozenset(
     ("unit", "units", "einheit", "einheiten", "unite", "unité", "unités", "unidad", "unidade", "単位", "单位", "單位")
 )
 _COLUMN = r"(?:col(?:umn)?|ch(?:annel)?|field|var(?:iable)?|spalte|colonne|columna)?"
+_FEWEST_TOLD = 2  # columns of a legend
 #: Between the heading of a table and the name of a column, where tables stand side by side.
 HEADED = ": "
 #: A comment that names one column by its number: ``# column 1: time [s]``.
@@ -150,6 +151,35 @@ def with_headings(header: Header, above: Sequence[str], marks: Marks) -> Header:
     pairs = zip(headings, names, strict=True)
     labels = [f"{heading}{HEADED}{name}" if name else "" for heading, name in pairs]
     return Header(labels, header.units, header.lines + 1)
+
+
+def with_legend(
+    names: Sequence[str],
+    own_units: Sequence[str | None],
+    said: Mapping[str, str],
+) -> tuple[list[str], list[str | None], list[str]]:
+    """Names and units with what lines above say of the columns: ``Ch1: displacement [mm]``, or ``F: N``; and a note.
+
+    One such line may be a setting of the test that is called like a column.
+
+    Args:
+        names: of the columns.
+        own_units: of the columns, by the header.
+        said: ``Key: value`` lines above the header.
+    """
+    told = {name: said[name] for name in names if said.get(name) and not said[name][0].isdigit()}
+    if len(told) < _FEWEST_TOLD:
+        return [*names], [*own_units], []
+    new_names: list[str] = []
+    new_units: list[str | None] = []
+    for name, own in zip(names, own_units, strict=True):
+        meaning, unit = split_label(told.get(name, ""))
+        if meaning and unit is None and units.is_unit(meaning):
+            meaning, unit = "", meaning
+        is_repeated = meaning.lower() == name.lower()
+        new_names.append(f"{name} {meaning}" if meaning and not is_repeated else name)
+        new_units.append(own or unit)
+    return new_names, new_units, [f"lines above the table say what columns {', '.join(told)} are"]
 
 
 def _numbered(above: Sequence[str], width: int) -> list[str]:
