@@ -89,6 +89,22 @@ def nothing_is_cut_off(plot: Plot) -> None:
         assert all(axis.get_position().width > 0.3 for axis in figure.axes)
 
 
+def test_the_title_of_a_panel_does_not_lie_on_its_legend(material: Material) -> None:
+    plot = FIGURES["model"][1](material)
+    with style():
+        figure = new_figure(plot.height, plot.width)
+        FigureCanvasAgg(figure)
+        paint(figure, plot)
+        figure.canvas.draw()
+        titles = [text for text in figure.findobj(Text) if text.get_text().endswith(("over slip", "over the field"))]
+        assert len(titles) == len(plot.panels)
+        for axis in figure.axes:
+            legend = axis.get_legend()
+            assert legend is not None
+            names = [text.get_window_extent() for text in legend.get_texts()]
+            assert not [title for title in titles for name in names if title.get_window_extent().overlaps(name)]
+
+
 def test_a_ranking_says_what_it_leaves_out(material: Material) -> None:
     entries = [dict(material.body["ranking"][0], name=f"model-{k}") for k in range(30)]
     many = replace(material, run=Run(Path("many"), {**material.body, "ranking": entries}))
@@ -127,8 +143,9 @@ def test_what_a_run_cannot_give_is_said(tmp_path: Path) -> None:
         write_figure("fig9", network, tmp_path)
 
 
-def test_a_legend_calls_a_model_by_its_title(material: Material) -> None:
+@pytest.mark.parametrize("name", ["trace", "parity"])
+def test_a_legend_calls_a_model_by_its_title(name: str, material: Material) -> None:
     """A specification is longer than a panel; its title fits."""
-    labels = {label for panel in describe_trace(material).panels for _, label in panel.legend()}
+    labels = {label for panel in FIGURES[name][1](material).panels for _, label in panel.legend()}
     assert material.run.titles[material.recommended] in labels
     assert material.recommended not in labels

@@ -328,6 +328,15 @@ def _legends(figure: Any, axes: Any, plot: Plot, letters: int) -> None:
                 "borderaxespad": 0.2,
                 "ncols": max(1, columns),
             }
+            if panel.title:  # both stand above the panel: the title over the names, not on them
+                side = "right" if _names_bars(panel) else "left"
+                axis.set_title("", loc=side)
+                weight = "bold" if panel.chosen else "normal"
+                place |= {
+                    "title": _parted(panel.title, letters),
+                    "title_fontproperties": {"size": 7.0, "weight": weight},
+                    "alignment": side,
+                }
         beside_key = max(8, letters - int(_KEY / _LETTER))
         parted = [_parted(label, beside_key) for label in labels]
         axis.legend(handles, parted, handlelength=1.6, **place)

@@ -69,10 +69,11 @@ def _distribution(material: Material) -> Panel:
     edges = first.edges * effort.factor
     lowest = float(edges[0])
     highest = float(edges[-1])
-    marks: list[Mark] = [Bars(edges, first.density / effort.factor, "recommended", first.model)]
+    marks: list[Mark] = [Bars(edges, first.density / effort.factor, "recommended", material.titles[first.model])]
     for other in others:
         density = other.density / effort.factor
-        marks.append(Line(edges, density, material.shown[other.model], other.model, steps=True))
+        look = material.shown[other.model]
+        marks.append(Line(edges, density, look, material.titles[other.model], steps=True))
 
     mean = first.bias * effort.factor
     deviation = (first.spread or 1.0) * effort.factor
