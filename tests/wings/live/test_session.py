@@ -485,6 +485,32 @@ def test_a_trip_on_a_busy_machine_says_so(late: int, tmp_path: Path, ring_writer
     assert bool(watch.busy) == (late == 5)
 
 
+def test_a_step_that_took_long_is_not_called_late_by_nothing(tmp_path: Path, ring_writer: Any) -> None:
+    """ "by up to 0.0 ms" stood there: the step before woke up in time, and then took long."""
+    ring = make_ring(tmp_path / "ring", RingInfo(capacity=64))
+    writer, watch = ring_writer(ring), SessionFigures(RingReader(ring, "oldest"))
+    frame = np.zeros((), FRAME)
+    for tick in range(20):
+        frame["time_ns"] = 10**9 + tick * 1_000_000
+        frame["events"] = EVENT_BITS["trip"] if tick == 19 else EVENT_BITS["overrun"] if tick in (3, 5, 7, 9) else 0
+        frame["lateness_ns"] = 0
+        writer.write(frame)
+    watch.poll()
+    assert "0 samples of the rig did not come in time, and 4 steps came late. Close other programs" in watch.busy
+
+
+def test_the_estimate_is_judged_where_both_are_known(tmp_path: Path, ring_writer: Any) -> None:
+    ring = make_ring(tmp_path / "ring", RingInfo(capacity=64))
+    writer, watch = ring_writer(ring), SessionFigures(RingReader(ring, "oldest"))
+    assert watch.estimated is None
+    frame = np.zeros((), FRAME)
+    for estimate, torque in ((1.5, 2.0), (2.5, 2.0), (np.nan, 9.0), (9.0, np.nan)):
+        frame["estimate"], frame["torque"] = estimate, torque
+        writer.write(frame)
+    watch.poll()
+    assert watch.estimated == pytest.approx((0.5, 2.0))
+
+
 def test_figures_in_bounded_memory(tmp_path: Path, ring_writer: Any) -> None:
     histogram = Histogram()
     histogram.add(np.array([-5000, 1500, 2500, 300_000_000]))
@@ -655,6 +681,7 @@ def test_live_on_the_twin(tmp_path: Path) -> None:
     assert figures["frames"] + figures["missed"] >= 2000
     assert 0 <= events.get("overrun", 0) <= figures["missed"] <= 2000 * events.get("overrun", 0)
     assert events["stopping"] == 5
+    assert 0.0 < figures["off_effort_rms"] < figures["effort_rms"]
     (file,) = tmp_path.glob("*.mcap")
     assert any(f"recording {file.name} is complete" in note for note in figures["notes"]), figures["notes"]
     frames = read_table(file).columns
@@ -740,3 +767,5 @@ def test_interrupt_ends_in_order() -> None:
         out, error = process.communicate(timeout=60)
     assert process.returncode == 0, error
     assert "stopping: 5" in out
+    assert "  stopping: the loop is ending: fields to zero\n" in out
+    assert "estimate off" not in out  # there is no model

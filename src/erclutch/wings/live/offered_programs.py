@@ -196,7 +196,7 @@ def starting_with(programs: Sequence[LoopProgram], name: str) -> tuple[LoopProgr
     first = [program for program in programs if program.name == name]
     others = [program for program in programs if program.name != name]
     if not first:
-        known = [program.name for program in programs]
+        known = [*(program.name for program in programs), "learn"]  # rounds, which the command plays itself
         remedy = f"{did_you_mean(name, known)}Choose one of {', '.join(known)}"
         raise SettingError(f"there is no program {name!r}", remedy=remedy)
     return (*first, *others)

@@ -16,6 +16,7 @@ from erclutch.wings.live.ring import RingReader
 _BINS = 100_000  # of 1 us
 _BEFORE = 1_000_000_000  # ns before a trip that are looked at
 _BUSY = 3  # of these events within, and nobody can tell what is wrong from what came late
+_TOLD = 0.05  # ms of lateness that are worth a word
 _LOST, _OVERRUN, _TRIP = (EVENT_BITS[name] for name in ("sample-lost", "overrun", "trip"))
 
 
@@ -79,7 +80,8 @@ class SessionFigures:
     frames: int = 0
     busy: str = ""
     _squares: NDArray[np.float64] = field(default_factory=lambda: np.zeros(3))
-    _late: NDArray[np.int64] = field(default_factory=lambda: np.zeros((0, 3), np.int64))
+    _estimates: NDArray[np.float64] = field(default_factory=lambda: np.zeros(3))
+    _last: NDArray[np.int64] = field(default_factory=lambda: np.zeros((0, 3), np.int64))  # of the last second
 
     def poll(self) -> NDArray[Any]:
         """Take what is new; returns it."""
@@ -89,53 +91,61 @@ class SessionFigures:
             self.step.add(new["step_ns"].astype(np.int64))
             self.frames += int(new.size)
             self._follow(new)
+            self._estimate(new)
             self._explain_trips(new)
         return new
 
     @property
     def follower(self) -> LiveChannel | None:
         """The channel that is to follow the reference: of a pair's two angles the output's, which comes last."""
-        for channel in reversed(self.reader.info.channels):
-            if channel.role == self.role:
-                return channel
-        return None
+        return self._of_role(self.role)
+
+    def _of_role(self, role: str) -> LiveChannel | None:
+        return next((channel for channel in reversed(self.reader.info.channels) if channel.role == role), None)
+
+    @property
+    def effort(self) -> LiveChannel | None:
+        """The channel of the measured effort; None where the device has none."""
+        return self._of_role("effort")
 
     def _follow(self, new: NDArray[Any]) -> None:
-        follower = self.follower
-        if follower is None:
-            return
-        pair = np.array([new["reference"], new[follower.name]])
-        finite = np.all(np.isfinite(pair), axis=0)
-        wanted, measured = pair[:, finite]
-        off = wanted - measured
-        self._squares += (off**2).sum(), (wanted**2).sum(), wanted.size
+        if self.follower is not None:
+            self._squares += _squares_of(new["reference"], new[self.follower.name])
+
+    def _estimate(self, new: NDArray[Any]) -> None:
+        estimate = self._of_role("estimate")
+        if self.effort is not None and estimate is not None:
+            self._estimates += _squares_of(new[self.effort.name], new[estimate.name])
 
     def _explain_trips(self, new: NDArray[Any]) -> None:
-        """Note what came late; at a trip say what came late in the second before."""
+        """At a trip say what came late in the second before it."""
         columns = (new["time_ns"], new["events"], new["lateness_ns"])
         rows = np.stack([column.astype(np.int64) for column in columns], axis=1)  # ns, bits, ns
-        late = np.concatenate([self._late, rows[rows[:, 1] & (_LOST | _OVERRUN) > 0]])
+        last = np.concatenate([self._last, rows])
         for tripped in rows[rows[:, 1] & _TRIP > 0, 0]:
-            before = late[(late[:, 0] <= tripped) & (late[:, 0] > tripped - _BEFORE)]
+            before = last[(last[:, 0] <= tripped) & (last[:, 0] > tripped - _BEFORE)]
             lost = int(np.count_nonzero(before[:, 1] & _LOST))
             overran = int(np.count_nonzero(before[:, 1] & _OVERRUN))
             self.busy = ""
-            if len(before) >= _BUSY:
+            if np.count_nonzero(before[:, 1] & (_LOST | _OVERRUN)) >= _BUSY:
                 latest = before[:, 2].max() / 1e6  # ms
+                by = f", by up to {latest:.1f} ms" if latest >= _TOLD else ""  # else a step took long, not its wake-up
                 self.busy = (
                     f"This machine was busy: in the second before, {lost} sample{'s'[: lost != 1]} of the rig did not "
-                    f"come in time, and {overran} step{'s'[: overran != 1]} came late, by up to {latest:.1f} ms. "
+                    f"come in time, and {overran} step{'s'[: overran != 1]} came late{by}. "
                     "Close other programs first."
                 )
-        self._late = late[late[:, 0] > rows[-1, 0] - _BEFORE]
+        self._last = last[last[:, 0] > rows[-1, 0] - _BEFORE]
 
     @property
     def followed(self) -> tuple[float, float] | None:
         """How far the channel was off its reference, and the reference itself, RMS; None where nothing follows."""
-        off, wanted, count = self._squares.tolist()
-        if not count:
-            return None
-        return (off / count) ** 0.5, (wanted / count) ** 0.5
+        return _rms_of(self._squares)
+
+    @property
+    def estimated(self) -> tuple[float, float] | None:
+        """How far the estimate was off the measured effort, and this effort itself, RMS; None where either lacks."""
+        return _rms_of(self._estimates)
 
     def rows(self) -> list[list[str]]:
         """Lateness and step time as rows of a table, in us."""
@@ -144,3 +154,15 @@ class SessionFigures:
             figures = [*times.percentiles(SHARES), times.largest]
             rows.append([name, *(f"{figure:.0f}" for figure in figures)])
         return rows
+
+
+def _squares_of(wanted: NDArray[Any], got: NDArray[Any]) -> tuple[float, float, int]:
+    """Sums of squares of the difference and of what was wanted, and how many frames have both."""
+    finite = np.isfinite(wanted) & np.isfinite(got)
+    off = wanted[finite] - got[finite]
+    return float((off**2).sum()), float((wanted[finite] ** 2).sum()), off.size
+
+
+def _rms_of(squares: NDArray[np.float64]) -> tuple[float, float] | None:
+    off, whole, count = squares.tolist()
+    return ((off / count) ** 0.5, (whole / count) ** 0.5) if count else None

@@ -134,5 +134,6 @@ def udp_rig(text: str, session: int = 0, device: DeviceName = "coaxial") -> UdpR
     """
     host, colon, port = text.rpartition(":")
     if not colon or not port.isdecimal():
-        raise SettingError(f"{text!r} is no address of a rig", remedy="Give HOST:PORT, for example 192.168.1.10:5005")
+        problem = f"{text!r} is no address of a rig" if text else "the address of the rig is missing"
+        raise SettingError(problem, remedy="Give --address HOST:PORT, for example --address 192.168.1.10:5005")
     return UdpRig(text, host, int(port), session, device=device)

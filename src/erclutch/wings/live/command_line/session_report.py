@@ -20,8 +20,6 @@ if TYPE_CHECKING:
     from erclutch.wings.live.session_figures import SessionFigures
 
 _POLL = 0.05  # s
-#: Events that need no explanation: somebody asked for them.
-_BY_ORDER = ("order", "stopping")
 _PATIENCE = 3.0  # s
 _ASTRAY = (
     "The fields that the model names do not give the wanted torque here. Try --observer sensor, another model of the "
@@ -98,6 +96,7 @@ def _figures(session: Session, watch: SessionFigures) -> dict[str, Any]:
 
     reader = watch.reader
     off_reference, reference = watch.followed or (None, None)
+    off_effort, effort = watch.estimated or (None, None)
     return {
         "origin": session.origin,
         "frames": watch.frames,
@@ -110,6 +109,8 @@ def _figures(session: Session, watch: SessionFigures) -> dict[str, Any]:
         "tripped": reader.trip_reason,
         "off_reference_rms": off_reference,
         "reference_rms": reference,
+        "off_effort_rms": off_effort,
+        "effort_rms": effort,
     }
 
 
@@ -129,11 +130,13 @@ def _show(session: Session, watch: SessionFigures, notes: Sequence[str], output:
     from erclutch.cli import terminal
 
     seconds = watch.frames * watch.reader.info.period_ns * 1e-9
-    title = f"{session.origin}: {watch.frames:,} steps ({seconds:.1f} s), {watch.reader.missed} deadlines missed"
+    missed = watch.reader.missed
+    late = f"{missed} deadline{'s'[: missed != 1]} missed"
+    title = f"{session.origin}: {watch.frames:,} steps ({seconds:.1f} s), {late}"
     output.print(terminal.table(title, ["us", "p50", "p99", "p99.9", "largest"], watch.rows()))
     counts: list[str] = []
     for name, count in watch.reader.counts.items():
-        if not count or name == "overrun":
+        if not count:
             continue
         share = count / max(watch.frames, 1)
         if count > 0.01 * watch.frames:
@@ -142,13 +145,20 @@ def _show(session: Session, watch: SessionFigures, notes: Sequence[str], output:
             counts.append(f"{name}: {count}")
     output.print(", ".join(counts) or "no event", markup=False)
     for name, meaning in EVENTS:
-        if watch.reader.counts.get(name) and name not in _BY_ORDER:
+        if watch.reader.counts.get(name):
             output.print(
                 f"  {name}: {meaning}",
                 style="dim",
                 markup=False,
                 soft_wrap=True,
             )
+    if watch.effort is not None and watch.estimated is not None:
+        off, measured = watch.estimated
+        unit = watch.effort.unit
+        line = (
+            f"estimate off the measured {watch.effort.label} by {off:.3g} {unit} rms; the measured has {measured:.3g}"
+        )
+        output.print(f"{line} {unit}", markup=False)
     if watch.follower is not None and watch.followed is not None:
         off, wanted = watch.followed
         label = watch.follower.label
