@@ -17,7 +17,14 @@ from numpy.typing import NDArray
 from erclutch.signals.array import Array
 from erclutch.wings.design.courses import Bounds, Commands, GrowingSequence, Ticks, course
 from erclutch.wings.design.limits import RigLimits
-from erclutch.wings.design.stretches import StretchMaker, pieces_of_paper
+from erclutch.wings.design.stretches import (
+    PaperStretches,
+    StretchMaker,
+    fields_of_paper,
+    followed,
+    frequencies_of_paper,
+    pieces_of_paper,
+)
 
 #: Cells along the field and along the slip; of the field zero has one more, and a pair has them on both sides.
 FIELD_CELLS = 8
@@ -27,6 +34,7 @@ _RATE_CELLS = 9
 _STEADY = 0.02  # share of the fastest rate below which a field or a slip is steady
 _FAST = 2.0  # rates of a field that may step: from zero to the largest in so many milliseconds
 _CANDIDATES = 24
+_SHORT = 64  # parts of a stretch; one of them may be all that is safe
 
 Cells = NDArray[np.intp]
 #: Field and speed of some rows.
@@ -119,6 +127,7 @@ def chosen_sequence(
     signed: bool = False,
     one_way: bool = False,
     candidates: int = _CANDIDATES,
+    of_paper: bool = False,
 ) -> Commands:
     """A sequence within limits, of the stretches that are worth most.
 
@@ -131,6 +140,8 @@ def chosen_sequence(
         signed: whether the field has two signs: that of a pair.
         one_way: whether the motion has one direction.
         candidates: how many stretches are compared each time.
+        of_paper: whether every second of them is drawn as section III-B does, and may be short. Within a short stroke
+            and little heat few long stretches are safe, and such sequences visit twice as many cells.
 
     Raises:
         SettingError: the limits leave no sequence; it names the limit that forbids.
@@ -138,13 +149,17 @@ def chosen_sequence(
     bounds = Bounds.of(limits, rate, seconds)
     sequence = GrowingSequence(bounds)
     maker = StretchMaker(sequence, rng, rate, signed=signed, one_way=one_way)
+    draws = [maker.draw]
+    if of_paper:
+        draws.append(PaperStretches(maker, rng, rate, signed=signed, one_way=one_way).draw)
+    shortest = max(1, maker.rows // (_SHORT if of_paper else 4))  # rows
     worth = worth or CellCounts(bounds, rate, signed=signed, one_way=one_way)
     while sequence.left > 0:
         offers: list[Stretch] = []
-        for _ in range(candidates):
-            fields, speeds = maker.draw()
+        for number in range(candidates):
+            fields, speeds = draws[number % len(draws)]()
             rows = sequence.safe(fields, speeds)
-            if rows >= min(maker.rows // 4, sequence.left):
+            if rows >= min(shortest, sequence.left):
                 offers.append((fields[:rows], speeds[:rows]))
         if offers:
             gains = worth.gains(sequence, offers)
@@ -170,42 +185,25 @@ def papers_sequence(
     one_way: bool = False,
 ) -> Commands:
     """The draws of section III-B within the same limits: random squares and sines of field, random squares of speed."""
-    from erclutch.wings.rig.twin.excitation import FieldSettings, field_sequence
-
     bounds = Bounds.of(limits, rate, seconds)
     sequence = GrowingSequence(bounds)
-    highest = min(100.0, rate / 4.0)
-    settings = FieldSettings(lowest=min(2.0, 0.5 * highest), highest=highest)
-    drawn = field_sequence(bounds.rows, rng, settings, rate) / settings.largest
-    wanted = np.rint(drawn * bounds.field).astype(np.int64)
-    if not signed:
-        wanted = np.abs(wanted)
+    wanted = fields_of_paper(bounds, rng, rate, signed=signed)
+    lowest, highest = frequencies_of_paper(rate)
     while sequence.left > 0:
-        piece = pieces_of_paper(bounds, rng, rate, one_way=one_way, highest=highest, lowest=settings.lowest)
+        piece = pieces_of_paper(bounds, rng, rate, one_way=one_way, highest=highest, lowest=lowest)
         speeds = course(sequence.speed, [piece])[: sequence.left]
         next_wanted = wanted[sequence.rows : sequence.rows + speeds.size]
         # Where heat is scarce nine of ten draws have no safe row: the first row alone shows that.
-        first = _followed(sequence.field, next_wanted[:1], bounds.field_step)
+        first = followed(sequence.field, next_wanted[:1], bounds.field_step)
         rows = sequence.safe(first, speeds[:1])
         if rows:
-            fields = _followed(sequence.field, next_wanted, bounds.field_step)
+            fields = followed(sequence.field, next_wanted, bounds.field_step)
             rows = sequence.safe(fields, speeds)
         else:
             fields, speeds = sequence.stop()
             rows = speeds.size
         sequence.append(fields[:rows], speeds[:rows])
     return sequence.end()
-
-
-def _followed(now: int, wanted: Ticks, step: int) -> Ticks:
-    """A wanted course as a supply of limited rate follows it."""
-    if wanted.size == 0 or np.abs(np.diff(wanted, prepend=now)).max() <= step:
-        return wanted
-    followed = np.empty_like(wanted)
-    for row, target in enumerate(wanted.tolist()):
-        now = min(max(target, now - step), now + step)
-        followed[row] = now
-    return followed
 
 
 def coverage_share(

@@ -26,6 +26,7 @@ from erclutch.wings.design.limits import RigLimits, limits_of_log
 
 _USE_SECONDS = 10.0  # of the filling sequence whose rows stand for the use
 _CANDIDATES = 16
+_MORE_CANDIDATES = 32  # where cells are counted, which takes less time than to ask the law
 
 
 @dataclass(frozen=True)
@@ -68,7 +69,7 @@ def law_of_run(folder: Path, name: str | None) -> LawOfRun:
         SettingError: the run has no law, or the model that is named is none.
     """
     run = read_run(folder)
-    names = [name] if name is not None else list(run.names)
+    names = [name] if name is not None else [run.recommended, *run.names]
     laws = [each for each in names if run.entry(each)["fit"]["weights"] == 0]
     if not laws:
         what = "no model of the run is a law" if name is None else f"{name} is no law"
@@ -195,7 +196,7 @@ def designed_for(
     band_before = knowledge.band()
     worth: CellCounts | Knowledge = knowledge
     if criterion == "fill":
-        worth = _empty_cells(law, limits, rate, seconds, one_way)
+        worth = cells_of_run(law, limits, rate, seconds, one_way=one_way)
     commands = chosen_sequence(
         limits,
         rate,
@@ -204,7 +205,8 @@ def designed_for(
         worth,
         signed=pair,
         one_way=one_way,
-        candidates=_CANDIDATES,
+        candidates=_MORE_CANDIDATES if criterion == "fill" else _CANDIDATES,
+        of_paper=criterion == "fill",
     )
     # Anew from what was known: now the whole sequence, with its rests.
     knowledge.information, knowledge.doubt = known
@@ -238,14 +240,8 @@ def _by_noise(law: LawOfRun, errors: Array) -> Array:
     return QUANTILE * errors * np.array(moved)
 
 
-def _empty_cells(
-    law: LawOfRun,
-    limits: RigLimits,
-    rate: float,
-    seconds: float,
-    one_way: bool,
-) -> CellCounts:
-    """The worth of stretches where the rows of the run are counted already."""
+def cells_of_run(law: LawOfRun, limits: RigLimits, rate: float, seconds: float, *, one_way: bool) -> CellCounts:
+    """The cells that the rows of the run visit, within the limits: so counted, stretches are worth what is new."""
     cells = CellCounts(Bounds.of(limits, rate, seconds), rate, signed=law.pair, one_way=one_way)
     elements = law.rows.elements
     field = elements[0].field

@@ -154,6 +154,70 @@ class StretchMaker:
         return [start, *[(back, step, 0), (size, step, 0)] * 4]
 
 
+class PaperStretches:
+    """Draws stretches as section III-B draws its sequence: the field changes nearly all the time."""
+
+    def __init__(
+        self, maker: StretchMaker, rng: np.random.Generator, rate: float, *, signed: bool, one_way: bool
+    ) -> None:
+        """Draw stretches as long as those of a maker, for its sequence."""
+        self._maker = maker
+        self._rng = rng
+        self._rate = rate
+        self._one_way = one_way
+        self._fields = fields_of_paper(maker.bounds, rng, rate, signed=signed)
+
+    def draw(self) -> tuple[Ticks, Ticks]:
+        """Field and speed of one stretch, not yet cut to what is safe."""
+        now = self._maker.sequence
+        bounds = self._maker.bounds
+        rows = max(8, round(float(self._rng.uniform(0.3, 1.0)) * self._maker.rows))
+        start = int(self._rng.integers(0, max(1, self._fields.size - rows)))
+        fields = followed(now.field, self._fields[start : start + rows], bounds.field_step)
+        lowest, highest = frequencies_of_paper(self._rate)
+        speeds = np.zeros(0, np.int64)
+        while speeds.size < fields.size:
+            last = int(speeds[-1]) if speeds.size else now.speed
+            piece = pieces_of_paper(
+                bounds,
+                self._rng,
+                self._rate,
+                one_way=self._one_way,
+                lowest=lowest,
+                highest=highest,
+            )
+            speeds = np.concatenate([speeds, course(last, [piece])])
+        return fields, speeds[: fields.size]
+
+
+def frequencies_of_paper(rate: float) -> tuple[float, float]:
+    """Lowest and highest frequency of the draws of section III-B in Hz, as far as the rate has them."""
+    highest = min(100.0, rate / 4.0)
+    return min(2.0, 0.5 * highest), highest
+
+
+def fields_of_paper(bounds: Bounds, rng: np.random.Generator, rate: float, *, signed: bool) -> Ticks:
+    """The random squares and sines of field of section III-B, for the rows of a sequence."""
+    from erclutch.wings.rig.twin.excitation import FieldSettings, field_sequence
+
+    lowest, highest = frequencies_of_paper(rate)
+    settings = FieldSettings(lowest=lowest, highest=highest)
+    drawn = field_sequence(bounds.rows, rng, settings, rate) / settings.largest
+    fields = np.rint(drawn * bounds.field).astype(np.int64)
+    return fields if signed else np.abs(fields)
+
+
+def followed(now: int, wanted: Ticks, step: int) -> Ticks:
+    """A wanted course of the field as a supply of limited rate follows it."""
+    if wanted.size == 0 or np.abs(np.diff(wanted, prepend=now)).max() <= step:
+        return wanted
+    reached = np.empty_like(wanted)
+    for row, target in enumerate(wanted.tolist()):
+        now = min(max(target, now - step), now + step)
+        reached[row] = now
+    return reached
+
+
 def pieces_of_paper(
     bounds: Bounds, rng: np.random.Generator, rate: float, *, one_way: bool, lowest: float = 2.0, highest: float = 100.0
 ) -> Piece:

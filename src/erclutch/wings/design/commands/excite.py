@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -70,7 +71,7 @@ def excite(
         json: Print what the sequence covers and teaches as JSON.
         limits: What the rig may do.
         run: The folder of a run. Limits that are not given come from its rows.
-        model: A law of the run. Default: its best law.
+        model: A law of the run. Default: the recommended model, or the best law where that is none.
         where: Where the device is used, in the units of the run: 'field 0..2 A, slip +-5 rad/s'.
         criterion: What the sequence makes small. D: the doubt about all numbers of the law at once; A: their mean
             relative variance; I: the variance of the effort where the device is used, by a law that may be wrong;
@@ -193,15 +194,17 @@ def _designed(
         "limits": known.line(motion_unit(device), field_unit),
     }
     path = write_commands(out, columns, rows, about)
-    ours, papers = _coverages(commands, known, draw)
+    coverage = _coverage(commands, known, draw, law)
     if json:
-        covers = {"file": str(path), "coverage": ours, "coverage_of_paper": papers}
+        covers = {"file": str(path), **coverage}
         teaches: dict[str, Any] = {}
         if law is not None and expected is not None:
             teaches = expected.to_dict(law.estimates) | {"logs": lessons_of(law.model, law.rows).to_dict()}
         terminal.say_json({**about, **covers, **teaches})
         return
-    _tell(commands, known, device, draw, field_unit, (ours, papers))
+    _tell(commands, known, device, draw, field_unit, coverage)
+    if law is not None and criterion != "fill":
+        terminal.tell(f"Criterion {criterion} asks what the law does not know; --criterion fill asks for empty cells")
     if law is not None and expected is not None:
         _tell_expected(law, expected)
         lessons = lessons_of(law.model, law.rows)
@@ -214,18 +217,25 @@ def _designed(
     terminal.say(path)
 
 
-def _coverages(commands: Commands, known: RigLimits, draw: _Draw) -> tuple[float, float]:
-    """Share of the cells that the commands visit, and that the paper's draws do."""
+def _coverage(commands: Commands, known: RigLimits, draw: _Draw, law: LawOfRun | None) -> dict[str, float]:
+    """Share of the cells that the commands visit, and the paper's draws; with a run's rows, where there is a run."""
     from erclutch.wings.design.fill import coverage_share, papers_sequence
+    from erclutch.wings.design.run_design import cells_of_run
 
     rate = draw.rate
     seconds = draw.seconds
     signed = bool(commands.field.min() < 0.0)
     one_way = bool(commands.speed.min() >= 0.0)
     papers = papers_sequence(known, rate, seconds, draw.rng, signed=signed, one_way=one_way)
-    ours = coverage_share(commands, known, rate, seconds, signed=signed, one_way=one_way)
-    theirs = coverage_share(papers, known, rate, seconds, signed=signed, one_way=one_way)
-    return ours, theirs
+    shares: dict[str, float] = {}
+    for name, sequence in (("coverage", commands), ("coverage_of_paper", papers)):
+        shares[name] = coverage_share(sequence, known, rate, seconds, signed=signed, one_way=one_way)
+        if law is not None:
+            cells = cells_of_run(law, known, rate, seconds, one_way=one_way)
+            shares["coverage_of_run"] = cells.share()
+            cells.known(sequence.field, sequence.speed)
+            shares[f"{name}_with_run"] = cells.share()
+    return shares
 
 
 def _tell_expected(law: LawOfRun, expected: Expectation) -> None:
@@ -252,7 +262,7 @@ def _tell(
     device: DeviceKind,
     draw: _Draw,
     field_unit: str,
-    shares: tuple[float, float],
+    coverage: Mapping[str, float],
 ) -> None:
     """What was written within which limits, and what it covers beside the paper's draws."""
     from erclutch.wings.design.command_file import motion_unit
@@ -260,14 +270,18 @@ def _tell(
 
     unit = motion_unit(device)
     rows = f"{commands.speed.size:,} rows, {draw.seconds:g} s"
-    ours, papers = shares
+    share = {name: percent(value) for name, value in coverage.items()}
+    papers = "the paper's draws of section III-B within the same limits"
+    visited = f"{share['coverage']} are visited; by {papers} {share['coverage_of_paper']}"
+    if "coverage_of_run" in share:
+        after = f"with this sequence {share['coverage_with_run']}, with {papers} {share['coverage_of_paper_with_run']}"
+        visited = f"the log of the run visits {share['coverage_of_run']}; {after}"
     terminal.tell(
         f"COMMANDS for a {device}, seed {draw.seed}: {rows}; nothing was measured",
         f"Limits: {known.line(unit, field_unit)}",
         *(f"Note: {note}" for note in Bounds.of(known, draw.rate, draw.seconds).notes),
         terminal.coverage(commands.field, commands.speed, " of the commands", (field_unit, f"{unit}/s")),
-        f"Of the cells over field, slip and their directions {percent(ours)} are visited; by the paper's draws of "
-        f"section III-B within the same limits {percent(papers)}",
+        f"Of the cells over field, slip and their directions {visited}",
     )
 
 
