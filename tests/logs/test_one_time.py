@@ -122,3 +122,47 @@ def test_seconds_and_what_is_beyond_them_are_one_time(seconds: str, beyond: str,
 def test_other_columns_are_no_part_of_a_stamp(beyond: Array) -> None:
     before = table({"sec": np.floor(TIME), "nsec": beyond, "torque": EFFORT})
     assert with_whole_stamps(before) is before
+
+
+def parts_of_a_day(seconds: Array, names: str, finer: bool = False) -> Table:
+    """The time of day of seconds since midnight in columns of their own, beside the signals."""
+    parts = [seconds // 3600 % 24, seconds // 60 % 60, seconds % 60]
+    if finer:
+        parts = [*parts[:2], np.floor(parts[2]), np.round(parts[2] % 1 * 1000) % 1000]
+    columns = dict(zip(names.split(), parts, strict=False))
+    return table({**columns, "speed": SPEED, "torque": EFFORT})
+
+
+NOON = 12 * 3600.0
+BEFORE_MIDNIGHT = 24 * 3600.0 - 60.0
+
+
+@pytest.mark.parametrize("begin", [NOON, BEFORE_MIDNIGHT])
+@pytest.mark.parametrize("names", ["Hour Minute Second", "hh mm ss", "Stunde Minute Sekunde"])
+def test_hours_minutes_and_seconds_are_one_time(begin: float, names: str) -> None:
+    whole = with_whole_stamps(parts_of_a_day(begin + 0.5 * np.arange(600.0), names))
+    assert list(whole.columns) == ["time", "speed", "torque"]
+    assert whole.units["time"] == "s"
+    np.testing.assert_allclose(np.diff(whole.columns["time"]), 0.5)
+    assert any("one time of day" in note for note in whole.notes)
+
+
+def test_milliseconds_beside_whole_seconds_belong_to_the_time() -> None:
+    whole = with_whole_stamps(parts_of_a_day(NOON + 0.125 * np.arange(600.0), "hour min sec ms", finer=True))
+    assert list(whole.columns) == ["time", "speed", "torque"]
+    np.testing.assert_allclose(np.diff(whole.columns["time"]), 0.125)
+
+
+@pytest.mark.parametrize(
+    "columns",
+    [
+        {"min": np.full(600, 3.0), "sec": TIME},  # the least of a minute, and a time
+        {"hour": np.full(600, 30.0), "minute": np.full(600, 3.0), "second": TIME},
+        {"hour": np.full(600, 3.5), "minute": np.full(600, 3.0), "second": TIME},
+        {"hour": np.full(600, 3.0), "minute": np.full(600, 3.0), "second": TIME[::-1]},
+        {"hour": np.full(600, np.nan), "minute": np.full(600, 3.0), "second": TIME},
+    ],
+)
+def test_columns_called_so_that_are_no_time_of_day_stay(columns: dict[str, Array]) -> None:
+    before = table({**columns, "speed": SPEED, "torque": EFFORT})
+    assert list(with_whole_stamps(before).columns) == list(before.columns)

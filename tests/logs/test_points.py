@@ -121,3 +121,18 @@ def test_a_time_that_no_row_follows_is_told_and_the_rows_are_taken_as_points(tmp
     assert said[-1] == "What settles it: erclutch inspect points.csv --field none --time none"
     said = good("inspect", path.name, "--field", "none", "--time", "none", cwd=tmp_path).splitlines()
     assert said[-1] == "Understood. Fit it: erclutch fit points.csv --field none --time none --out RUN"
+
+
+def test_a_sweep_that_wanders_beside_the_numbers_of_its_points_makes_points(tmp_path: Path) -> None:
+    wobble = np.where(np.arange(40) % 10 == 0, 150.0, 0.0)
+    number = np.arange(1.0, 41.0)
+    columns = (number, SPEED % 7, SPEED + wobble, SPEED % 9)
+    log = read(written(tmp_path, "Point No,Current [A],Speed [rpm],Torque [N*m]", *columns))
+    assert any("column Speed goes one way" in note for note in log.notes)
+    with pytest.raises(MappingError, match="no time column and no sampling rate"):  # a logger counts samples
+        read(written(tmp_path, "Sample,Current [A],Speed [rpm],Torque [N*m]", *columns))
+
+
+def test_points_say_the_option_for_rows_that_were_sampled(tmp_path: Path) -> None:
+    log = read(written(tmp_path, "Current [A],Speed [rpm],Torque [N*m]", SPEED % 7, SPEED, SPEED % 9))
+    assert any('--rate "RATE Hz"' in note for note in log.notes)

@@ -133,3 +133,28 @@ def test_a_row_of_seconds_and_short_units_names_nothing(tmp_path: Path, names: s
     # Without another line of names they are names.
     (tmp_path / "b.csv").write_text(f"Test bench 4\n{units}\n{rows}\n", encoding="utf-8")
     assert next(iter(read_table(tmp_path / "b.csv").columns)) == "sec"
+
+
+def block(number: int, header: str, time: np.ndarray) -> str:
+    """A second of a log as testing machines write it: what it is, names, units, rows; then nothing."""
+    about = f"Data Acquisition\t\t\tTime:\t{number + 1.5}\tSec\t10/4/2021 7:48:0{number} AM\n"
+    return f"{about}{header}{rows(np.sin(9 * time), np.cos(9 * time), time, between=chr(9))}\n"
+
+
+@pytest.mark.parametrize("units", ["in\tlbf\tSec", "mm\tkN\tsec"])
+def test_blocks_of_one_test_are_one_recording_where_the_time_goes_on(tmp_path: Path, units: str) -> None:
+    header = f"Stroke\tLoad\tTime\n{units}\n"
+    text = "MTS793|MPT|ENU|1|2|.|/|:|1|0|0|A\n\n" + "".join(block(each, header, TIME + each / 2) for each in range(4))
+    table = read_table(file_of(tmp_path, text))
+    assert list(table.columns) == ["Stroke", "Load", "Time"]
+    assert [table.units[name] for name in table.columns] == units.split("\t")
+    np.testing.assert_allclose(table.columns["Time"], np.concatenate([TIME + each / 2 for each in range(4)]))
+    assert any("the names stand 4 times in the text" in note for note in table.notes)
+
+
+def test_blocks_whose_time_begins_anew_or_in_other_units_are_recordings_of_their_own(tmp_path: Path) -> None:
+    header = "Stroke\tLoad\tTime\nmm\tkN\tsec\n"
+    anew = "".join(block(each, header, TIME) for each in range(3))
+    assert recordings_in(file_of(tmp_path, anew)) == ["table 1", "table 2", "table 3"]
+    other = block(0, header, TIME) + block(1, header.replace("mm", "in"), TIME + 0.5)
+    assert recordings_in(file_of(tmp_path, other)) == ["table 1", "table 2"]

@@ -118,9 +118,8 @@ def clock_plan(seen: SeenColumns, told: ColumnMap, taken: Sequence[str]) -> Cloc
         )
     if header is None:
         problem = f"no time column and no sampling rate; the file has: {table.listed}"
-        remedy = (
-            _steady_column(seen, taken) or 'Give --time "NAME [s]", --rate HZ, or --time none for a table of points'
-        )
+        any_clock = 'Give --time "NAME [s]" or --rate HZ, or --time none for a table of points (no lag is fitted)'
+        remedy = _steady_column(seen, taken) or any_clock
         raise MappingError(problem, remedy=remedy)
 
     said = f"time from the sampling period in the header: {header:g} s"

@@ -18,9 +18,11 @@ from erclutch.logs.joints import of_joints
 from erclutch.logs.labels import split_end
 from erclutch.logs.names import NEED_UNIT, OTHER, SINGLE, TOLD, headed, plain
 from erclutch.logs.quotients import (
+    parts_of_a_model,
     pressing_loads,
     rubbing_force,
     speeds_of_machine,
+    with_estimates,
 )
 from erclutch.logs.seen_columns import KINDS, NO_UNITS, UNITS_OF_KIND, SeenColumn, SeenColumns
 from erclutch.logs.shapes import follows, go_straight, is_rate_of, takes_both_signs
@@ -105,6 +107,7 @@ def guess(
         if rubbing in names:
             names = [rubbing]
             reason += ", and a coefficient of friction is made of it"
+    names = with_estimates(seen, names)
     if len(names) > 1:
         table = seen.table
         problem = f"{signal} may be any of the columns {', '.join(names)}; the file has: {table.listed}"
@@ -145,6 +148,10 @@ def candidates(
     told = frozenset[str]() if signal == "field" else TOLD
     free = [column for column in free if fits[column.name] or column.name.strip() != _WATT]
     fitting = [column for column in free if fits[column.name] is not False]
+    if signal == "effort":
+        parts = parts_of_a_model(fitting)
+        free = [column for column in free if column.name not in parts]
+        fitting = [column for column in fitting if column.name not in parts]
     forms = {column.name: column.spoken.forms[signal] for column in fitting}
 
     named: list[SeenColumn] = []

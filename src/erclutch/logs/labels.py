@@ -39,12 +39,20 @@ _JOINT_DIGITS = 2  # of a joint's number at most
 _TIMES = ("t", "time", "zeit", "temps")
 _SPEEDS = "rad_s=rad/s rads=rad/s radps=rad/s deg_s=deg/s dps=deg/s m_s=m/s mps=m/s mm_s=mm/s mmps=mm/s"
 _OTHER_SPEEDS = "kmh=km/h km_h=km/h kph=km/h rad_per_s=rad/s deg_per_s=deg/s m_per_s=m/s mm_per_s=mm/s"
-# No in_s: time_in_s is no speed. No rps: radians or revolutions. No kN_m and N_mm: a stiffness is written so too.
+# No in_s: time_in_s is no speed. No rps: radians or revolutions. No kN_m, N_mm, lbf_in: a stiffness is written so too.
 _TURNS_A_TIME = "rev_s=turn/s rev_min=rpm r_min=rpm 1_min=1/min ft_s=ft/s ft_min=ft/min"
 _FIELDS = "kV_m=kV/m V_mm=V/mm kV_mm=kV/mm kA_m=kA/m"
-_OTHERS = "Hz=Hz kHz=kHz C=°C degC=°C lbf=lbf kgf=kgf gf=gf"
-_TORQUES = "Nm=N*m N_m=N*m Nmm=N*mm Ncm=N*cm mNm=mN*m kNm=kN*m kgcm=kgf*cm kgfcm=kgf*cm kgfm=kgf*m"
-_POUNDS = "ftlb=ft*lbf ft_lb=ft*lbf lb_ft=ft*lbf lbft=ft*lbf inlb=in*lbf in_lb=in*lbf lb_in=in*lbf"
+_OTHERS = "Hz=Hz kHz=kHz C=°C degC=°C lbf=lbf lb=lbf lbs=lbf kgf=kgf gf=gf pct=% percent=% psi=psi"
+_TORQUES = (
+    "Nm=N*m N_m=N*m Nmm=N*mm Ncm=N*cm mNm=mN*m kNm=kN*m lb_ft=ft*lbf lb_in=in*lbf ozin=oz*in oz_in=oz*in inoz=oz*in"
+)
+_WEIGHTS = "in_oz=oz*in kgcm=kgf*cm kgfcm=kgf*cm kgfm=kgf*m kg_cm=kgf*cm gcm=gf*cm g_cm=gf*cm gfcm=gf*cm"
+_POUNDS = {
+    end: f"{arm}*lbf"
+    for arm in ("ft", "in")
+    for pound in ("lb", "lbs", "lbf")
+    for end in (f"{arm}{pound}", f"{pound}{arm}", f"{arm}_{pound}")
+}
 _IN_WORDS = "degrees=deg degree=deg radians=rad radian=rad meters=m metres=m millimeters=mm millimetres=mm newtons=N"
 _SPEEDS_IN_WORDS = "radians_per_second=rad/s degrees_per_second=deg/s meters_per_second=m/s"
 _TIMES_IN_WORDS = "seconds=s milliseconds=ms microseconds=us msec=ms usec=us"
@@ -56,11 +64,23 @@ _ENDS = {
         end: unit
         for end, _, unit in (
             pair.partition("=")
-            for pair in f"{_SPEEDS} {_OTHER_SPEEDS} {_TURNS_A_TIME} {_FIELDS} {_OTHERS} {_TORQUES} {_POUNDS} "
+            for pair in f"{_SPEEDS} {_OTHER_SPEEDS} {_TURNS_A_TIME} {_FIELDS} {_OTHERS} {_TORQUES} {_WEIGHTS} "
             f"{_IN_WORDS} {_SPEEDS_IN_WORDS} {_TIMES_IN_WORDS} {_LONGER}".split()
         )
     },
+    **_POUNDS,
 }
+# A letter behind such a word, or behind a unit, is no unit: it tells one sensor, phase or side from another.
+_SIDES = frozenset("ABCDLR")
+_INDICES = frozenset({"A", "C", "T", "s", "m"})
+_LENGTHS = frozenset({"position", "displacement", "stroke", "travel", "extension", "weg", "hub"})
+_TURNING = frozenset(
+    {"torque", "moment", "omega", "rpm", "angle", "theta", "drehmoment", "drehzahl", "winkel", "couple"}
+)
+_FORCES_AND_SPEEDS = frozenset(
+    {"force", "thrust", "speed", "velocity", "kraft", "geschwindigkeit", "vitesse", "fuerza"}
+)
+_MEASURED = _LENGTHS | _TURNING | _FORCES_AND_SPEEDS
 #: Names that are a unit and nothing else: the column is told by it.
 _BARE = {
     **{unit: unit for unit in ("rpm", "Nm", "kN", "mm", "ms", "us", "mNm", "rad/s", "mm/s", "m/s", "deg/s", "N*m")},
@@ -138,8 +158,9 @@ def split_end(name: str) -> tuple[str, str | None]:
     """``torque_Nm`` as ``torque`` and ``N*m``, ``rpm`` as itself in ``rpm``; None where no unit ends the name.
 
     One letter alone before the end is a name of its own (``i_d``, ``F_N``), but for the time (``t_s``). The number of a
-    joint may stand behind the unit (``torque_Nm_2``). A blank may stand for the ``_`` where the unit is longer than a
-    letter (``speed rpm``): ``coil A`` may be the first of two coils.
+    joint or the letter of a side may stand behind the unit (``torque_Nm_2``), or in its place (``Torque_A``). A blank
+    may stand for the ``_`` where the unit is longer than a letter (``speed rpm``): ``coil A`` may be the first of two
+    coils.
     """
     if bare := _BARE.get(name.strip()) or _BARE.get(name.strip().lower()):
         return name, bare
@@ -157,12 +178,20 @@ def split_end(name: str) -> tuple[str, str | None]:
         unit = _ENDS.get(end) or (_LOWER_ENDS.get(end) if end.islower() else None)
         if unit and stem.lower().endswith("_per"):
             return name, None  # the last of a quotient that is no unit of ours
+        if unit and (_is_index(stem, end) or (end in _SIDES and split_end(stem)[1])):
+            continue
         if unit and (len(stem) > 1 or stem == "t" or (len(stem) == 1 and len(end) > 2)):
             return stem, unit
-    if last.isdecimal() and len(last) <= _JOINT_DIGITS and front:
+    if front and ((last.isdecimal() and len(last) <= _JOINT_DIGITS) or last in _SIDES):
         stem, unit = split_end(front)
         return (f"{stem}_{last}", unit) if unit and stem != front else (name, None)
     return name, None
+
+
+def _is_index(stem: str, end: str) -> bool:
+    """Whether a letter behind a name cannot be its unit, and so tells this column from others of its kind."""
+    word = re.split(r"[\W_]+", stem.lower())[-1]
+    return end in _INDICES and word in (_MEASURED - _LENGTHS if end == "m" else _MEASURED)
 
 
 def units_behind_names(labels: Sequence[str]) -> dict[str, str]:

@@ -108,9 +108,10 @@ def sensor_options(free: Iterable[SeenColumn], signal: str) -> str:
         weight = _WEIGHTS.get(column.unit or "")
         if signal == "effort" and weight and _is_called(column, signal):
             return f"--effort {shell_word(f'{column.name} [{weight}]')}"
-        from_sensor = column.unit in ("V", "mV", "%") or column.unit in COUNTS
+        written = column.written_unit
+        from_sensor = written in ("V", "mV", "%") or written in COUNTS
         if from_sensor and column.fits(si_units) is False and _is_called(column, signal):
-            unit_of_sensor = column.unit
+            unit_of_sensor = written
         else:
             unit_of_sensor = _counted(column, signal)
         if unit_of_sensor:

@@ -90,10 +90,15 @@ OTHER = _set(
     "longitud longueur comprimento lunghezza masa masse massa segmento "
     "yield wear film area volume cof latitude longitude altitude date datum fecha err fehler latency delay dt"
 )
-# What was computed or bounds a measurement is none.
-_NOT_MEASURED = _set(
+#: What was computed or bounds a measurement is none.
+NOT_MEASURED = _set(
     "predicted pred estimated est estimate simulated sim model calc calculated computed theoretical expected limit max "
     "min std var offset bias residual fit fitted ideal nominal peak design diseno prev previous"
+)
+#: What the parts of an effort are called that a model adds up.
+PARTS_OF_A_MODEL = _set(
+    "gravity gravitational friction damping damper inertia inertial coriolis centrifugal viscous coulomb spring "
+    "elastic aero aerodynamic drag static stiction schwerkraft gravitation reibung reib daempfung dampfung traegheit"
 )
 #: Models of friction and networks: a column of such a name holds what a model says of the effort.
 _MODELS = _set("dahl lugre stribeck boucwen svm svr pinn lstm gru mlp ann gms maxwellslip")
@@ -139,6 +144,7 @@ _TIME = re.compile(
     r"milliseconds|microseconds|time(?:arr|array|vec|vector)",
     re.IGNORECASE,
 )
+_SIDE = re.compile(r"(?<=[^\W\d_]{2})[ _-][A-DLR]$")
 _PRIME = re.compile(r"['\"′″](?!\w)")  # force d'amortissement has none
 _AXES = _set("x y z r")
 _BORDER = re.compile(r"(?<=[a-z])(?=[A-Z])|(?<=(?<![A-Za-z])[XYZ])(?=[A-Z][a-z])")  # angularVelocity, XVelocity
@@ -212,9 +218,9 @@ def spoken(name: str, stem: str, end: str | None) -> SpokenName:
     bare = plain_stem.rstrip("0123456789")
     numbered = frozenset(signal for signal in SINGLE if bare != plain_stem and bare in _NAMES[signal])
 
-    plainly = (TOLD | OTHER | _NOT_MEASURED).isdisjoint(stem_words)
+    plainly = (TOLD | OTHER | NOT_MEASURED).isdisjoint(stem_words)
     speaking = {word for word in stem_words if plainly and len(word) > 2}
-    against = {signal: _NOT_MEASURED | _AGAINST.get(signal, frozenset()) for signal in NAMES}
+    against = {signal: NOT_MEASURED | _AGAINST.get(signal, frozenset()) for signal in NAMES}
     return SpokenName(
         stem,
         end,
@@ -269,7 +275,9 @@ def _called_as(name: str, stem: str, signal: str) -> str | None:
         return None  # E' is a fluctuation, G" a loss modulus: neither is E or G
     forms = [plain(name), plain(stem)]
     if signal in SINGLE:
-        forms.append("".join(word for word in words_of(stem) if word not in _BESIDE))
+        # A side is a letter: Torque_A beside Torque_B. A coil's A and V are units.
+        bare = stem if signal == "field" else _SIDE.sub("", stem)
+        forms.append("".join(word for word in words_of(bare) if word not in _BESIDE))
     return next((form for form in forms if form in _NAMES[signal]), None)
 
 
@@ -294,7 +302,7 @@ def headed(stem: str, signal: str, shared: Collection[str] = ()) -> str | None:
         return None  # a torque per rpm is no speed, and no torque
     while len(parts) > 1 and parts[-1] in _AXES | _BESIDE:
         parts.pop()
-    if not parts or {*parts} & (TOLD | OTHER | _NOT_MEASURED | _AGAINST[signal]):
+    if not parts or {*parts} & (TOLD | OTHER | NOT_MEASURED | _AGAINST[signal]):
         return None
 
     heads = [(parts[:-1], parts[-1])]  # the words beside a head, and the head

@@ -8,11 +8,11 @@ from collections.abc import Iterable
 import numpy as np
 
 from erclutch.logs.draft import Draft
-from erclutch.logs.labels import split_label
+from erclutch.logs.labels import COUNTS, split_label
 from erclutch.logs.names import TOLD, spoken_name
 from erclutch.logs.quotients import quotient_of
 from erclutch.logs.seen_columns import NO_UNITS, SeenColumn, SeenColumns
-from erclutch.logs.shapes import FEW, LOOKED_AT, is_rate_of
+from erclutch.logs.shapes import FEW, LOOKED_AT, go_straight, is_rate_of
 from erclutch.logs.stated_field import take_stated_field
 from erclutch.signals import units
 from erclutch.signals.array import Array
@@ -26,6 +26,14 @@ _OWN_SCALE = re.compile(r"(?:°|deg ?)?[CF]|[℃℉]|dB\w*|bits?|counts?|ticks?|
 #: The last word of a column that numbers the steps of a test, and words that may stand in front of it.
 _PARTS = frozenset({"step", "segment", "stage", "interval", "block", "schritt", "abschnitt", "etape", "paso", "etapa"})
 _OF_A_TEST = frozenset({"test", "recipe", "program", "sequence", "measurement", "active", "actual"})
+#: What a bench marks rows by: where it stopped, what went wrong, what the drive does.
+_MARKS = frozenset(
+    {
+        *("is", "has", "holding", "endstop", "limit", "limiter", "flag", "valid", "error", "fault", "alarm", "trigger"),
+        *("trig", "event", "home", "homed", "homing", "contact", "ready", "done", "moving", "saturated", "sync"),
+        "status",
+    }
+)
 _ESTIMATES = 0.7  # correlation of the signs of two estimates of one thing
 #: What a sine that a drive was told is made with; a field that alternates may be described so too.
 _OF_A_SINE = frozenset(
@@ -74,6 +82,11 @@ def why_no_field(seen: SeenColumns, column: SeenColumn, taken: Iterable[str]) ->
     """Why a column is not the field, beside columns that are something else; "" where it may be."""
     if column.unit not in NO_UNITS and column.fits(SIGNALS["field"].si_units):
         return ""
+    return _why_by_itself(seen, column) or _why_beside(seen, column, taken)
+
+
+def _why_by_itself(seen: SeenColumns, column: SeenColumn) -> str:
+    """What else a column is by its name and its numbers."""
     if column.shape.constant:
         return "never changes"
     if column.shape.counts_rows:
@@ -84,12 +97,22 @@ def why_no_field(seen: SeenColumns, column: SeenColumn, taken: Iterable[str]) ->
         return "numbers the parts of the test"
     if column.spoken.is_accounted:
         return "is another quantity by its name"
+    if is_a_mark(column) and not _MARKS.isdisjoint(column.spoken.stem_words):
+        return "marks rows by 0 and 1"
     if _is_of_models(seen, column):
         return "is what a model says of the effort"
     if not _OF_A_SINE.isdisjoint(column.spoken.stem_words[-1:]) and _has_a_told_motion(seen):
         return "is that of the motion that the drive was told"
+    return ""
 
+
+def _why_beside(seen: SeenColumns, column: SeenColumn, taken: Iterable[str]) -> str:
+    """What else a column is by how it goes with columns that are something else."""
     measured = [seen.columns[name] for name in sorted(taken) if name in seen.columns]
+    if not COUNTS.isdisjoint(column.spoken.stem_words[-1:]):
+        for other in measured:
+            if go_straight(column.values, other.values):
+                return f"counts what {other.name} measures"
     for other in measured:
         if _is_same_course(column.values, other.values):
             return f"is {other.name} in other numbers"
@@ -101,6 +124,12 @@ def why_no_field(seen: SeenColumns, column: SeenColumn, taken: Iterable[str]) ->
             return f"is the rate of {other.name}"
     parts = quotient_of(seen, column)
     return f"is {parts[0]} over {parts[1]}" if parts else ""
+
+
+def is_a_mark(column: SeenColumn) -> bool:
+    """Whether a column marks rows by 0 and 1."""
+    known = column.values[np.isfinite(column.values)]
+    return bool(np.isin(known, (0.0, 1.0)).all())
 
 
 def _numbers_parts(column: SeenColumn) -> bool:

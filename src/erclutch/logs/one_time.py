@@ -1,6 +1,7 @@
 """A table gets one time for all of its columns: split stamps are put together, channels of several rates are joined.
 
-A stamp in two columns, whole seconds and the nanoseconds beyond them as ROS writes it, is one time.
+A stamp in two columns, whole seconds and the nanoseconds beyond them as ROS writes it, is one time. So is a time of day
+in columns of hours, minutes and seconds.
 
 Channels of several rates may be woven into one table: each row has the cells of the channel that was sampled then.
 Exports of plotting tools for robots are such: the current stands in other rows than the torque, and each row has a
@@ -20,6 +21,7 @@ from erclutch.logs.readers.found_recordings import Found, joined_by_time
 from erclutch.logs.seen_columns import seen_columns
 from erclutch.logs.table import Table
 from erclutch.signals.array import Array, Mask
+from erclutch.signals.units import is_unit, parse
 
 _SECONDS = re.compile(r"(.*?)[._/ ]?(?:secs?|seconds)", re.IGNORECASE)
 _BEYOND = {
@@ -27,6 +29,16 @@ _BEYOND = {
     **dict.fromkeys(("usec", "usecs", "microseconds"), 1e-6),
 }
 _TIME = "time"
+#: What the columns of a time of day are called, their unit in s, and how many of them make the next larger one.
+_OF_A_DAY = (
+    ("hour hours hr hrs hh stunde heure hora ora 时 時", 3600.0, 24),
+    ("minute minutes min mins mm minuto minuti 分", 60.0, 60),
+    ("second seconds sec secs ss sekunde seconde segundo secondo 秒", 1.0, 60),
+    ("millisecond milliseconds millisec msec ms", 1e-3, 1000),
+    ("microsecond microseconds microsec usec us", 1e-6, 1_000_000),
+)
+_DATES = frozenset({"year", "month", "day", "yyyy", "dd", "jahr", "monat", "tag", "annee", "mois", "jour"})
+_DAY = 86_400.0  # s
 _FEWEST = 20  # samples of a channel
 _MOST = 0.75  # share of the rows in which a channel beside whole columns has cells: with more, values are missing
 _STEADY = 4.0  # times its usual distance that the samples of such a channel are apart at most
@@ -46,7 +58,48 @@ def with_whole_stamps(table: Table) -> Table:
             notes.append(f"columns {name} and {other} are one time, in s")
     if notes:
         return replace(table, columns=columns, notes=(*table.notes, *notes))
-    return table
+    return _with_time_of_day(table)
+
+
+def _with_time_of_day(table: Table) -> Table:
+    """The table with one column in s in place of hours, minutes and seconds; as it is where these are no time of day.
+
+    The seconds of a time of day begin anew with each minute, so that its parts alone are no time.
+    """
+    parts: dict[float, str] = {}  # unit in s -> name
+    begins_anew = False
+    for words, unit, most in _OF_A_DAY:
+        known = words.split()
+        name = next((name for name in table.columns if name.strip().lower() in known), None)
+        if name is None:
+            continue
+        values = table.columns[name]
+        whole = unit == 1.0 or bool(np.all(values == np.round(values)))
+        own = table.units.get(name)
+        other_unit = own is not None and not (is_unit(own) and parse(own).factor == unit)
+        if other_unit or not np.isfinite(values).all() or not whole or values.min() < 0.0 or values.max() >= most:
+            return table
+        begins_anew = begins_anew or (unit <= 1.0 and bool(np.any(np.diff(values) < 0.0)))
+        parts[unit] = name
+    if not {60.0, 1.0} <= parts.keys() or not (begins_anew or 3600.0 in parts):
+        return table
+
+    since_midnight = np.sum([unit * table.columns[name] for unit, name in parts.items()], axis=0)
+    days = np.cumsum(np.diff(since_midnight, prepend=since_midnight[0]) < -_DAY / 2)
+    time = since_midnight + _DAY * days
+    if np.any(np.diff(time) < 0.0) or time[0] == time[-1]:
+        return table
+    dates = [name for name in table.columns if name.strip().lower() in _DATES]
+    name = _TIME if _TIME not in table.columns else "time of day"
+    merged = {*parts.values(), *dates}
+    left = {each: values for each, values in table.columns.items() if each not in merged}
+    note = f"columns {', '.join(parts.values())} are one time of day, in s: column {name}"
+    return replace(
+        table,
+        columns={name: time, **left},
+        units={**table.units, name: "s"},
+        notes=(*table.notes, note),
+    )
 
 
 def _beyond(table: Table, stem: str) -> tuple[str, float] | None:

@@ -7,8 +7,6 @@ import shlex
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-import numpy as np
-
 from erclutch.errors import shell_word
 from erclutch.logs import name_pattern
 from erclutch.logs.columns import candidates
@@ -16,7 +14,7 @@ from erclutch.logs.draft import Draft
 from erclutch.logs.labels import split_label
 from erclutch.logs.missing_columns import has_short_name, sensor_options, usual_unit
 from erclutch.logs.names import NAMES, NEED_UNIT, spoken_name
-from erclutch.logs.no_field import maybe_field
+from erclutch.logs.no_field import is_a_mark, maybe_field
 from erclutch.logs.plan import Question, SignalPlan
 from erclutch.logs.row_order import must_be_said
 from erclutch.logs.seen_columns import SeenColumn, SeenColumns
@@ -44,6 +42,8 @@ _SWITCHES = frozenset(
         ),
     )
 )
+#: What the share is called that a supply, a valve or a brake is told.
+_COMMANDS = frozenset({"cmd", "command", "duty", "pwm", "valve", "brake", "excitation", "control"})
 _USUAL = {"lead": '--lead "10 mm"', "input": '--input "COLUMN"', "temperature": '--temperature "COLUMN [°C]"'}
 
 
@@ -72,7 +72,8 @@ def proposals(draft: Draft) -> list[str]:
                 is_level = column.shape.keeps_levels and _NUMBERED.isdisjoint(column.spoken.stem_words)
                 if is_level and not _is_a_mark(column) and not _is_short_for_another(column):
                     leveled.append(column.name)
-            likely = leveled if len(leveled) == 1 else worded
+            commands = [column.name for column in maybe_field(seen, others) if _is_a_command(column)]
+            likely = commands if len(commands) == 1 else leveled if len(leveled) == 1 else worded
             option = f"--field {shell_word(seen.table.label(likely[0])) if likely else 'none'}"
         elif signal == "time":
             option = _clock_option(seen, signals, questions, others)
@@ -105,10 +106,12 @@ def proposals(draft: Draft) -> list[str]:
 
 def _is_a_mark(column: SeenColumn) -> bool:
     """Whether a column marks rows by 0 and 1, and no word of its name says that it switches something."""
-    known = column.values[np.isfinite(column.values)]
-    if not np.isin(known, (0.0, 1.0)).all():
-        return False
-    return _SWITCHES.isdisjoint(column.spoken.stem_words)
+    return is_a_mark(column) and _SWITCHES.isdisjoint(column.spoken.stem_words)
+
+
+def _is_a_command(column: SeenColumn) -> bool:
+    """Whether a column tells a valve or a supply what to do: it is called so and is a share."""
+    return column.written_unit == "%" and not _COMMANDS.isdisjoint(column.spoken.stem_words)
 
 
 def _is_short_for_another(column: SeenColumn) -> bool:

@@ -1,5 +1,7 @@
 """A column may be made of others: a coefficient of friction of two forces, the slip of an electric machine of a speed.
 
+What a model adds up to an effort, such as gravity, friction and damping, is none beside the effort itself.
+
 The coefficient tells which force rubs and which presses. A machine that would turn at n0 and turns at n has the slip
 1 - n / n0: the number of a table, and no speed of a fluid.
 """
@@ -11,6 +13,7 @@ from itertools import permutations
 
 import numpy as np
 
+from erclutch.logs.names import NOT_MEASURED, PARTS_OF_A_MODEL, TOLD
 from erclutch.logs.seen_columns import NO_UNITS, SeenColumn, SeenColumns
 from erclutch.logs.shapes import FEW, LOOKED_AT
 from erclutch.signals.array import Array
@@ -56,6 +59,40 @@ def pressing_loads(seen: SeenColumns, signal: str) -> list[str]:
         return []
     forces = [column for column in seen.columns.values() if column.fits(("N",))]
     return [column.name for column in forces if column.unit and "load" in column.spoken.stem_words]
+
+
+def parts_of_a_model(efforts: Iterable[SeenColumn]) -> list[str]:
+    """Columns that a model adds up to an effort, where two and more kinds of parts stand beside another effort.
+
+    Args:
+        efforts: columns that may be the effort by their units.
+    """
+    kinds: set[str] = set()
+    parts: list[str] = []
+    others = 0
+    for column in efforts:
+        if "effort" not in column.spoken.may_be:
+            continue
+        words = PARTS_OF_A_MODEL.intersection(column.spoken.stem_words)
+        if words:
+            parts.append(column.name)
+            kinds |= words
+        elif TOLD.isdisjoint(column.spoken.stem_words):
+            others += 1
+    return parts if len(kinds) > 1 and others else []
+
+
+def with_estimates(seen: SeenColumns, names: list[str]) -> list[str]:
+    """A column that was calculated or calibrated and the estimates beside it: ``tau_cal`` and ``tau_est``."""
+    words = {*seen.columns[names[0]].spoken.stem_words} if len(names) == 1 else set[str]()
+    if "cal" not in words:
+        return names
+    estimates: list[str] = []
+    for column in seen.without(names):
+        own = {*column.spoken.stem_words}
+        if own - NOT_MEASURED == words - {"cal"} and own & NOT_MEASURED:
+            estimates.append(column.name)
+    return [*names, *estimates]
 
 
 def _is_a_coefficient(column: SeenColumn) -> bool:

@@ -27,6 +27,10 @@ _FEWEST = 10  # rows: fewer may be in order by chance
 _MOST_NOISY = 1000  # rows of a table that was swept with noise: more are those of a log
 _NOISE = 0.01  # of its range, by which a swept speed that was measured goes back at most
 _FEW_POINTS = 100  # rows: of so few, a time that goes back once is the mean time of points
+_NOISE_OF_POINTS = 0.05  # the same, where a column numbers the points: each of them was set, and wanders
+_POINTS_OF = frozenset(
+    {"point", "points", "pt", "pts", "no", "nr", "number", "nummer", "punkt", "messpunkt", "measurement"}
+)
 _MOST_HOLES = 0.1  # share of the rows that lack a number
 #: Words for the parts of one measurement, whose rows are one log whichever part they are of.
 _PARTS = (
@@ -61,16 +65,18 @@ def take_points(draft: Draft) -> None:
     columns = draft.seen.columns.values()
     speeds = [column for column in columns if "slip" in column.spoken.may_be or column.fits(_SPEEDS)]
     parted = [*draft.table.words.values(), *_levels(columns)]
+    noise = _NOISE_OF_POINTS if any(_numbers_points(column) for column in columns) else _NOISE
     swept = [
         column.name
         for column in speeds
-        if _goes_one_way(column.values) or any(_sweeps_within(column.values, words) for words in parted)
+        if _goes_one_way(column.values, noise=noise) or any(_sweeps_within(column.values, words) for words in parted)
     ]
     if not swept or any(_may_be_time(column) for column in draft.seen.without(draft.taken)):
         return
 
     del draft.questions["time"]
     sentence = f"no time: column {swept[0]} goes one way through the table, so its rows are points, none after another"
+    sentence += ' (--rate "RATE Hz" if they were sampled at a rate)'
     draft.clock = points(draft.seen.counters, sentence, f"{swept[0]} goes one way")
 
 
@@ -121,15 +127,20 @@ def _levels(columns: Iterable[SeenColumn]) -> Iterator[WordColumn]:
             yield WordColumn(tuple(map(str, levels)), of_row.astype(np.int32))
 
 
-def _goes_one_way(speed: Array, fewest: int = _FEWEST) -> bool:
-    """Whether a speed of one sign only grows, or only falls, up to its noise."""
+def _numbers_points(column: SeenColumn) -> bool:
+    """Whether a column counts the rows and is called like the number of a point; a logger counts samples."""
+    return column.shape.counts_rows and not _POINTS_OF.isdisjoint(column.spoken.stem_words)
+
+
+def _goes_one_way(speed: Array, fewest: int = _FEWEST, noise: float = _NOISE) -> bool:
+    """Whether a speed of one sign only grows, or only falls, up to its noise: a share of its range."""
     if speed.size < fewest or not np.isfinite(speed).all() or speed.min() == speed.max():
         return False
     if speed.min() < 0.0 < speed.max():
         return False
-    noise = _NOISE * float(np.ptp(speed)) if _FEWEST <= speed.size <= _MOST_NOISY else 0.0
-    grows = (np.maximum.accumulate(speed) - speed).max() <= noise
-    falls = (speed - np.minimum.accumulate(speed)).max() <= noise
+    back = noise * float(np.ptp(speed)) if _FEWEST <= speed.size <= _MOST_NOISY else 0.0
+    grows = (np.maximum.accumulate(speed) - speed).max() <= back
+    falls = (speed - np.minimum.accumulate(speed)).max() <= back
     return bool(grows or falls)
 
 

@@ -89,12 +89,16 @@ _SPELLINGS = (
     (re.compile(r"(?<![\w.])([mk]?)N[?\ufffd]m(?!\w)"), r"\1N*m"),  # a point that an encoding lost
     (re.compile(r"(?<![\w.])n[-.*]m(?!\w)"), "N*m"),  # nm without a sign is the nanometre
     (re.compile(r"(?<![\w.])(k?gf)\.(c?m)(?!\w)"), r"\1*\2"),
+    # A torque in kilograms times an arm is one of weights; what goes on is an inertia or a momentum.
+    (re.compile(r"(?<![\w.])(k?g)(?:\s*[-.*·]\s*|\s+|(?=cm))([cm]?m)(?![\w^*/²])(?!\s*[/*^])"), r"\1f*\2"),
     (re.compile(r"\b([numkMµμ]?N)\s*[-.]?\s*([mc]?m)\b"), r"\1*\2"),
     (re.compile(r"(?<![\w.])([munkMµμ]?Pa)\s?s(?![\w^])"), r"\1*s"),  # pint reads Pas as several pascals
     (re.compile(r"-¹"), "^-1"),
     (re.compile(r"(?<![\w.])(?:U|r|tr|rev|revs|giri|giros|obr|ot|omw|varv|rot|(?:umdr|Umdr)\.?)(?=\s*/)"), "turn"),
     (re.compile(r"(?<![\w.])[Aa]mps?(?!\w)"), "ampere"),  # pint reads amps as attometers per second
     (re.compile(r"(?<![\w.])rads(?!\w)"), "rad"),  # and rads as a dose
+    (re.compile(r"(?<![\w.])(?:dps|DPS)(?!\w)"), "deg/s"),
+    (re.compile(r"(?<![\w.])(?:ips|IPS)(?!\w)"), "inch/s"),
     (re.compile(r"(?<![\w.])(?:RPM|Rpm)(?!\w)"), "rpm"),
     (re.compile(r"([A-Za-zµμ°])(-?[1-9])(?!\w)"), r"\1^\2"),
     (re.compile(r"(?<![\w.])(?:seg|segs|segundos?|Sek|Sekunden|secondes?|secs)(?!\w)\.?"), "s"),

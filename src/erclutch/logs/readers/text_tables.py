@@ -77,17 +77,15 @@ def _under_one_header(
     read: Callable[[LogSource], Table],
 ) -> Table | None:
     """Tables of the same header as one, where the time goes on from one to the next: a logger said its names again."""
-    lines: list[str] = []
-    heads: set[str] = set()
+    headers: set[tuple[str, ...]] = set()
+    rows: list[str] = []
     for _, text in tables.values():
-        own_lines = text.split("\n")
-        heads.add(own_lines[0].strip())
-        lines += [line for line in own_lines if line.strip()]
-    head = heads.pop()
-    if heads:
+        header, own_rows = _header_and_rows(text)
+        headers.add(header)
+        rows += own_rows
+    if len(headers) > 1:
         return None
-    rows = [line for line in lines if line.strip() != head]
-    together = "\n".join([head, *rows])
+    together = "\n".join([*headers.pop(), *rows])
     try:
         table = read(replace(source, data=together.encode("utf-8")))
     except LogError:
@@ -96,8 +94,19 @@ def _under_one_header(
     times = table.clock if label is None else table.columns[label]
     if times is None or not bool(np.all(np.diff(times) >= 0.0)):
         return None
-    note = f"the names stand {len(lines) - len(rows)} times in the text, and the time goes on below each: one recording"
+    note = f"the names stand {len(tables)} times in the text, and the time goes on below each: one recording"
     return replace(table, notes=(note, *table.notes))
+
+
+def _header_and_rows(text: str) -> tuple[tuple[str, ...], list[str]]:
+    """The names of a table, with the line of units below them, and its rows; what heads the next table is no row."""
+    lines = [line.strip("\r") for line in text.split("\n") if line.strip()]
+    first = 1 if len(lines) < 2 or _names(lines[1]) is None else 2
+    last = len(lines)
+    while last > first and not _is_row(lines[last - 1]):
+        last -= 1
+    header = tuple(line.strip() for line in lines[:first])
+    return header, [line for line in lines[first:last] if line.strip() not in header]
 
 
 def _tables_in(source: LogSource) -> dict[str, tuple[int, str]]:
