@@ -24,9 +24,9 @@ if __name__ == "__main__":
 
 import numpy as np
 from numpy.typing import NDArray
-from threadpoolctl import threadpool_limits
 
 from erclutch.fit.laws.fit_law import fit_structure, reference_of
+from erclutch.fit.one_thread import one_thread
 from erclutch.logs.dataset import Dataset
 from erclutch.models.law_model import TorqueModel
 from erclutch.models.laws import law_from_name
@@ -267,7 +267,7 @@ def _fit(job: tuple[str, Noise, int, int]) -> _Fit:
     effort = clean.effort + truth.noise * float(np.std(clean.effort)) * noise_of(kind, rng, rows)
     data = Dataset("single", clean.elements, effort, clean.clock, clean.units)
     structure = Structure("single", truth.specification, law_from_name(truth.specification), truth.dynamics)
-    with threadpool_limits(1):
+    with one_thread():
         outcome = fit_structure(data, structure)
     return _Fit(
         {e.name: e.value for e in outcome.estimates},

@@ -101,8 +101,8 @@ class CellCounts:
         span = bounds.speed if self._one_way else 2 * bounds.speed
         above = speeds if self._one_way else speeds + bounds.speed
         slip = np.clip(above * SLIP_CELLS // (span + 1), 0, SLIP_CELLS - 1)
-        field_direction = _direction(np.diff(fields, prepend=field), self._steady_field)
-        slip_direction = _direction(np.diff(speeds, prepend=speed), self._steady_speed)
+        field_direction = _direction(_changes(field, fields), self._steady_field)
+        slip_direction = _direction(_changes(speed, speeds), self._steady_speed)
         rates = field_direction * 3 + slip_direction
         return ((level * SLIP_CELLS + slip) * _RATE_CELLS + rates).astype(np.intp)
 
@@ -110,6 +110,14 @@ class CellCounts:
         """Share of the cells that hold a row, of those that can."""
         levels = 2 * FIELD_CELLS + 1 if self._signed else FIELD_CELLS + 1
         return float(np.count_nonzero(self.counts)) / (levels * SLIP_CELLS * _RATE_CELLS)
+
+
+def _changes(before: int, ticks: Ticks) -> Ticks:
+    """From each row to the next, the first from what was before."""
+    changes = np.empty_like(ticks)
+    changes[:1] = ticks[:1] - before
+    np.subtract(ticks[1:], ticks[:-1], out=changes[1:])
+    return changes
 
 
 def _direction(change: Ticks, steady: float) -> NDArray[np.int64]:
@@ -161,7 +169,9 @@ def chosen_sequence(
             rows = sequence.safe(fields, speeds)
             if rows >= min(shortest, sequence.left):
                 offers.append((fields[:rows], speeds[:rows]))
-        if offers:
+        if len(offers) == 1:
+            stretch = offers[0]
+        elif offers:
             gains = worth.gains(sequence, offers)
             prices = [sequence.cost(fields, speeds) for fields, speeds in offers]
             stretch = offers[int(np.argmax(np.array(gains) / np.array(prices)))]
