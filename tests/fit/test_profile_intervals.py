@@ -117,11 +117,15 @@ def test_a_law_without_a_residual_has_intervals_without_width() -> None:
 
 def test_the_rise_at_the_ends_is_students_for_independent_rows() -> None:
     rng = np.random.default_rng(0)
-    found: Any = SimpleNamespace(slopes=rng.normal(size=(12, 3)), residual=rng.normal(size=12))
-    expected = student.ppf(0.975, 9) ** 2 * (found.residual @ found.residual) / 9
-    np.testing.assert_allclose(profile_intervals._limits(found, False), expected, rtol=2e-3)
-    found.slopes[:, 1] = 0.0  # not identified: it counts as the middle one of the others
-    np.testing.assert_allclose(profile_intervals._limits(found, False), expected, rtol=2e-3)
+    slopes, residual = rng.normal(size=(12, 3)), rng.normal(size=12)
+    expected = student.ppf(0.975, 9) ** 2 * (residual @ residual) / 9
+    for identified in (True, False):
+        slopes[:, 1] *= identified  # what is not identified counts as the middle one of the others
+        for moving in ([True, True, True], [True, False, True]):  # all, or but for a parameter on its bound
+            free = np.array(moving)
+            spread = uncertainty(slopes[:, free], residual, ordered=False)
+            found: Any = SimpleNamespace(slopes=slopes, residual=residual, free=free)
+            np.testing.assert_allclose(profile_intervals._limits(found, spread, False), expected, rtol=2e-3)
 
 
 def test_the_next_value_to_try() -> None:

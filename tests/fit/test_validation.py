@@ -23,8 +23,8 @@ from erclutch.fit.validation import (
     chosen,
     part_weights,
     parts_of_training,
-    worth_their_freedom,
 )
+from erclutch.fit.worth import worth_their_freedom
 from erclutch.logs import recording_from_arrays
 from erclutch.logs.dataset import Dataset, build_dataset, joined
 from erclutch.models.laws import law_from_name
@@ -205,6 +205,14 @@ def test_of_models_that_are_as_good_the_least_error_on_all_parts_decides_or_the_
     for name, parameters in (("plain", 8), ("rich", 9)):
         outcomes[name] = SimpleNamespace(parameters=parameters, model=SimpleNamespace(law_part=None))
     burdens = _burdens(errors, outcomes, LeftOut("parts", (), further, fields=3, lowest=1))
+    assert min(burdens, key=burdens.__getitem__) == taken
+
+
+@pytest.mark.parametrize(("lowest", "taken"), [(1, "in motions"), (0, "in fields")])
+def test_ties_are_decided_by_whole_fields_where_no_row_is_without_a_field(lowest: int, taken: str) -> None:
+    """The first two parts are whole fields, the third is a motion."""
+    errors = {"in fields": errors_of(1.0, 1.0, 2.0), "in motions": errors_of(1.1, 1.1, 1.0)}
+    burdens = _burdens(errors, {}, LeftOut("parts", (), True, fields=2, lowest=lowest))
     assert min(burdens, key=burdens.__getitem__) == taken
 
 

@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
+from erclutch.fit.laws import variable_projection
 from erclutch.fit.laws.variable_projection import (
     Separable,
     coordinates,
@@ -46,6 +47,19 @@ def separable(target: Array, *nonnegative: bool) -> Separable:
 def noisy(seed: int, c: Sequence[float], a: float = 1.7, b: float = 0.6, noise: float = 0.05) -> Array:
     rng = np.random.default_rng(seed)
     return np.column_stack(columns((a, b))) @ np.array(c) + noise * rng.normal(size=X.size)
+
+
+def test_the_gains_of_a_step_that_was_tried_are_not_looked_for_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    looked: list[int] = []
+    own = variable_projection.gains_of
+    monkeypatch.setattr(variable_projection, "gains_of", lambda *given: (looked.append(1), own(*given))[1])
+    problem = outer_problem(separable(noisy(1, (1.0, 0.5, 0.2)), False, False, False))
+    tried, other = np.array([0.3, 0.4]), np.array([0.5, 0.4])
+    cost = problem.cost(tried)
+    assert problem.linearise(tried.copy()).cost == cost
+    assert len(looked) == 1
+    assert problem.linearise(other).cost != cost
+    assert len(looked) == 2
 
 
 # --- triangles --------------------------------------------------------------------------------------------------------

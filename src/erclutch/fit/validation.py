@@ -17,8 +17,9 @@ from erclutch.fit.candidate import Fitted
 from erclutch.fit.log_groups import FEWEST_GROUPS, STEADY, groups_of
 from erclutch.fit.one_thread import one_thread
 from erclutch.fit.outcome import AnyOutcome
-from erclutch.fit.scoring import TOLERATED, BandedFigure, Score, excess, recommend, score
+from erclutch.fit.scoring import BandedFigure, Score, excess, recommend, score
 from erclutch.fit.turned_down import what_speaks_against
+from erclutch.fit.worth import loses, worth_their_freedom
 from erclutch.logs.dataset import Dataset
 from erclutch.logs.held_out import time_folds
 from erclutch.models.stages import slip_stages
@@ -32,8 +33,6 @@ _NEAR = 1.4
 _MOST = 3  # of a kind
 _MOST_LAWS = 5  # where whole fields or motions tell their forms apart
 _AT_REST = 0.1  # of the largest least error on any part: what the measure of a part is no smaller than
-#: Squared error of a freer model on each part, over that of the model that more physics binds: fading costs a little.
-_NO_MORE = 1.02
 #: Of blocks of one log in time a freer model may lose so much on some, as a share of what it gains on others.
 _LOST = 0.25
 
@@ -238,12 +237,16 @@ def _burdens(
     On other rows of the same fields and motions such models do the same, so the fewest parameters decide. Where whole
     fields or motions are left out, the next log may lie beyond all, where the models part, and a parameter more is a
     small price. So the error on all parts decides, those at no field among them: they are evidence, if not enough to
-    choose by.
+    choose by. Where no row is without a field, the next log may well be: a device is off at times. Motions say nothing
+    of that, so the error on whole fields decides.
     """
     if not parts.further:
         return {name: float(_counted(outcomes[name])) for name in usable}
-    weights = part_weights(usable)
-    return {name: _weighed_rms(weights, own) for name, own in usable.items()}
+    telling = usable
+    if parts.fields and not parts.lowest:
+        telling = {name: own[: parts.fields] for name, own in usable.items()}
+    weights = part_weights(telling)
+    return {name: _weighed_rms(weights, own) for name, own in telling.items()}
 
 
 def _counted(outcome: AnyOutcome) -> int:
@@ -297,63 +300,6 @@ def part_weights(errors: Mapping[str, Sequence[Array]]) -> list[float]:
     return list(float(measure.max()) / measure)
 
 
-def worth_their_freedom(
-    errors: Mapping[str, Sequence[Array]], freedom: Mapping[str, int], seed: int = 0, may_lose: float = 0.0
-) -> dict[str, int]:
-    """The models that may be recommended by their errors on parts that they were not fitted to, with their freedom.
-
-    A model that is freer of physics has to be worth it: the best model of less freedom errs clearly more than the freer
-    one over all parts, and no less than it on any single part. What is better on most parts and worse on others has
-    learned something that holds on some rows only, and the next log may be of the others. Blocks of one log are all of
-    the same motion, and little happens in some: there the freer one may lose a little of what it gains elsewhere.
-
-    Args:
-        errors: by model, measured less estimated effort on each part.
-        freedom: by model, from 0, a law.
-        seed: of the band that tells "clearly".
-        may_lose: what the freer model may lose on some parts, as a share of what it gains on others, in squares.
-    """
-    squares: dict[str, float] = {}
-    for name, own in errors.items():
-        whole = np.concatenate(own)
-        squares[name] = float(whole @ whole)
-    allowed: dict[str, int] = {}
-    for level in sorted(set(freedom.values())):
-        best = min(allowed, key=lambda name: squares[name], default=None)
-        as_free = [name for name, own in freedom.items() if own == level]
-        for name in as_free:
-            if best is None or _worth(errors[name], errors[best], seed, may_lose):
-                allowed[name] = level
-    return allowed
-
-
-def _worth(freer: Sequence[Array], bound: Sequence[Array], seed: int, may_lose: float) -> bool:
-    """Whether errors by parts are clearly less than those of a model that is bound by more physics."""
-    if _loses(freer, bound, may_lose):
-        return False
-    saved = excess(np.concatenate(bound), np.concatenate(freer), seed=seed)
-    return saved.value > TOLERATED and saved.low > 0.0
-
-
-def _loses(freer: Sequence[Array], bound: Sequence[Array], may_lose: float) -> bool:
-    """Whether a freer model loses too much on single parts to the model that more physics binds.
-
-    Args:
-        freer: its errors on the first parts, or on all; on the others it may yet gain all that there is.
-        bound: errors on all parts of the other model.
-        may_lose: as a share of what is gained, in squares.
-    """
-    lost = 0.0
-    gained = sum(float(error @ error) for error in bound[len(freer) :])
-    for error, error_of_bound in zip(freer, bound, strict=False):
-        square = float(error @ error)
-        square_of_bound = float(error_of_bound @ error_of_bound)
-        if not _NO_MORE * square_of_bound >= square:  # also where a square is no number
-            lost += square - square_of_bound
-        gained += max(square_of_bound - square, 0.0)
-    return lost != 0.0 and not lost <= may_lose * gained
-
-
 def _errors_on_parts(
     contenders: Sequence[Fitted],
     train: Dataset,
@@ -387,7 +333,7 @@ def _errors_on_parts(
                     continue
                 errors[name].append(error)
                 asked = errors[name][parts.lowest :]
-                if bound is not None and _loses(asked, bound[parts.lowest :], parts.may_lose):
+                if bound is not None and loses(asked, bound[parts.lowest :], parts.may_lose):
                     given_up[name] = errors.pop(name)
         usable |= errors
     return usable, given_up

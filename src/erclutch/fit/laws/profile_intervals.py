@@ -80,7 +80,7 @@ def interval_ends(
     if not doubtful[optimum.live].any():
         return low, high
 
-    search = _Search.at(few, optimum, ordered)
+    search = _Search.at(few, optimum, spread, ordered)
     some_held = bool(np.any(optimum.live & ~optimum.free))
     for j in np.flatnonzero(search.coupled(doubtful)).tolist():
         from_end = search.end(j, -1.0)
@@ -137,7 +137,7 @@ class _Search:
     least: float
 
     @classmethod
-    def at(cls, few: Separable, optimum: Optimum, ordered: bool) -> _Search:
+    def at(cls, few: Separable, optimum: Optimum, spread: Uncertainty, ordered: bool) -> _Search:
         """The search around an optimum."""
         k = len(few.shapes)
         share = few.target.size / optimum.residual.size  # of all rows, that the few are
@@ -174,7 +174,7 @@ class _Search:
 
         # A perfect fit leaves rounding alone, whose square is the least rise that a profile can show.
         rounding = 1e-24 * float(fitted @ fitted) + 1e-200
-        limits = np.maximum(share * _limits(optimum, ordered), rounding)
+        limits = np.maximum(share * _limits(optimum, spread, ordered), rounding)
         return cls(
             problem=replace(few, target=fitted + pull),
             point=optimum.point,
@@ -284,9 +284,11 @@ def _inverse(triangle: Array) -> Array:
     return half @ half.T
 
 
-def _limits(optimum: Optimum, ordered: bool) -> Array:
+def _limits(optimum: Optimum, spread: Uncertainty, ordered: bool) -> Array:
     """Rise of the sum of squares over all rows at the ends of the interval of each parameter, shape (p,)."""
-    robust = uncertainty(optimum.slopes, optimum.residual, ordered=ordered)
+    robust = spread  # of the free parameters, which may be all
+    if not optimum.free.all():
+        robust = uncertainty(optimum.slopes, optimum.residual, ordered=ordered)
     white = uncertainty(optimum.slopes, optimum.residual, ordered=False)
     known = np.isfinite(robust.errors) & (white.errors > 0)
     # Rotnitzky and Jewell's ratio of variances.
