@@ -101,7 +101,7 @@ def _is_right(words: list[str], path: Path, truth: dict[str, Any]) -> str:
     if words[0] == "flowcurve":
         return _flow_fault(path, truth, words[2:])
     options = dict(zip(words[2::2], words[3::2], strict=False))
-    told = {name.removeprefix("--"): value for name, value in options.items()}
+    told = {name.removeprefix("--").replace("-", "_"): value for name, value in options.items()}
     variable = told.pop("variable", None)
     device = told.pop("device", None)
     invalid: Any = told.pop("invalid", None)
