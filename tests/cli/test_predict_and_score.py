@@ -16,6 +16,7 @@ import pytest
 import erclutch
 from erclutch.logs.synthetic import synthetic_log
 from erclutch.models.model_file import digest_of
+from erclutch.runs.run_folder import read_run
 from tests.support.command import run
 
 NAMES = {"time": "t", "field": "u", "slip": "w", "torque": "M"}
@@ -115,6 +116,11 @@ def test_score_ranks_the_models_of_a_run_on_another_log(
     assert len(errors) == 2, said
     assert errors == sorted(errors)
     assert "worst second" in said
+    kept = read_run(place / "run")
+    title = f"{kept.id_of(kept.recommended)}, {kept.titles[kept.recommended]}, is recommended by run: it errs by "
+    words = " ".join(said.split())
+    assert words.count("is recommended by") == words.count(title) == 1
+    assert "on the rows that its fit held out." in words
     both = run(
         "score", place / "one.csv", place / "two.csv", "--run", place / "run", "--model", "bingham", cwd=tmp_path
     )

@@ -252,6 +252,24 @@ def test_a_sheet_with_a_title_dates_and_gaps(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
+def test_a_sheet_that_is_not_there_is_told_with_all_that_are(tmp_path: Path) -> None:
+    """Only the first of them was named."""
+    from openpyxl import Workbook
+
+    book = Workbook()
+    first: Any = book.active
+    first.title = "Test A"
+    for sheet in (first, book.create_sheet("Test B")):
+        sheet.append(["time [s]", "F [N]"])
+        for row in range(20):
+            sheet.append([row / 100, row / 3])
+    path = tmp_path / "a.xlsx"
+    book.save(path)
+    with pytest.raises(LogError, match=r"no sheet 'Test C' of numbers \(there are: Test A, Test B\)"):
+        read_table(path, variable="Test C")
+
+
+@pytest.mark.slow
 def test_a_bag_is_one_log_in_a_folder_and_its_names_are_no_program(tmp_path: Path) -> None:
     bag = written(tmp_path, "bag sqlite")
     inside = read_table(bag / "bag1.db3")

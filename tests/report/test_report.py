@@ -28,7 +28,7 @@ from erclutch.report.html.packed_rows import unpacked
 from erclutch.report.html.provenance_section import command_of
 from erclutch.report.html.report_file import may_write_report
 from erclutch.report.html.report_page import SECTIONS, report_html, write_report
-from erclutch.report.html.verdict_section import choice
+from erclutch.report.html.verdict_section import choice, next_steps
 from erclutch.report.numbers.run_material import Material, badge_of, material_of
 from erclutch.report.plots.svg_painter import ticks as round_ticks
 from erclutch.runs.run_folder import read_run
@@ -204,6 +204,22 @@ def test_every_setting_gets_into_the_command(material: Material) -> None:
         "erclutch fit log.csv --device coaxial '--E1=-A [V]' --input 'D [cm]' --input A --name-pattern '{x}mm' "
         "--test 'b*' --test c --lag none --blocks 3 --no-friction --offset --seed 4 --past 1 2 --polish --out RUN"
     )
+
+
+def test_recordings_of_one_file_are_that_file_in_the_command(material: Material) -> None:
+    """It named 'log.xlsx: Test A', which is no file."""
+    names = ("two.xlsx: Test A", "two.xlsx: Test B", "a: b.csv")
+    logs = [{**material.body["logs"][0], "name": name} for name in names]
+    command = command_of({**material.body, "logs": logs, "reading": {"variable": "all"}})
+    assert command.startswith("erclutch fit two.xlsx 'a: b.csv' --variable all --models ")
+
+
+def test_a_fit_that_is_proposed_says_where_it_runs(material: Material, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A run keeps names of logs, no paths: in another folder the command found no log."""
+    monkeypatch.setitem(material.body["settings"], "lag", "none")
+    (step,) = [step for step in next_steps(material) if step["text"].startswith("No model with a lag was tried.")]
+    assert step["text"].endswith("Fit again, in the folder of the log:")
+    assert step["code"].startswith("erclutch fit log.csv ")
 
 
 def test_a_run_from_python_has_no_command(material: Material) -> None:

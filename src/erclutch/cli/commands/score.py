@@ -75,7 +75,10 @@ def score(
         require_units(data, data_of_runs[0], str(folder))
         warnings += unlike_training(kept, chosen, data)
         for name, each in models_of(kept, chosen, model):
-            scores.append(_Scored(folder, _title(kept, name), score_model(each, data, name)))
+            recommended_at: float | None = None
+            if kept is not None and name == kept.recommended:
+                recommended_at = kept.entry(name)["test"]["rmse"][0]
+            scores.append(_Scored(folder, _title(kept, name), score_model(each, data, name), recommended_at))
     scores.sort(key=lambda each: each.score.figures.rmse.value)
     data = data_of_runs[0]
 
@@ -86,6 +89,7 @@ def score(
         return
     terminal.tell("\n".join(terminal.recording_lines(recordings)))
     terminal.tell(_table(scores, data, runs=len(run)))
+    terminal.tell(*_words_on(scores, data), style="dim")
     terminal.tell(*warnings, style="yellow")
     for where in dict.fromkeys(each.score.where for each in scores if each.score.where):
         alike = [each.title.partition(",")[0] for each in scores if each.score.where == where]
@@ -94,11 +98,19 @@ def score(
 
 
 class _Scored(NamedTuple):
-    """A model with its figures, the folder of its run, and its title there."""
+    """A model with its figures, the folder of its run, and its title there.
+
+    Attributes:
+        run: the folder.
+        title: its id and name there.
+        score: the figures.
+        recommended_at: RMSE on the rows held out there, of the model that the run recommends; None of others.
+    """
 
     run: Path
     title: str
     score: ModelScore
+    recommended_at: float | None
 
 
 def _table(scores: Sequence[_Scored], data: Dataset, runs: int) -> Table:
@@ -125,6 +137,26 @@ def _table(scores: Sequence[_Scored], data: Dataset, runs: int) -> Table:
     title = f"Models of {whose} on {data.rows:,} rows of {data.where}"
     less_needed = ("95 % band", worst, "of std", "guessed")
     return terminal.narrowed(title, columns, less_needed, terminal.console().width)
+
+
+def _words_on(scores: Sequence[_Scored], data: Dataset) -> list[str]:
+    """The recommended model of each run, here and where it was judged, and what the shares are of."""
+    unit = data.units.effort.replace("?", "")
+    lines: list[str] = []
+    for each in scores:
+        if each.recommended_at is not None:
+            here = terminal.number(each.score.figures.rmse.value, zeros=True)
+            there = terminal.number(each.recommended_at)
+            lines.append(
+                f"{each.title}, is recommended by {each.run.name}: it errs by {here} {unit} here, "
+                f"by {there} {unit} on the rows that its fit held out."
+            )
+    worst = "second" if len(data.sources) == 1 else "log"
+    lines.append(
+        "guessed: rows unlike those that the model was fitted to; inside: rows in its band, which is made for 95 % of "
+        f"them; worst {worst}: the same of the {worst} that the band fits least."
+    )
+    return lines
 
 
 def _title(run: Run | None, name: str) -> str:

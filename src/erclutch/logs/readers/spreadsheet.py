@@ -42,6 +42,8 @@ def find(path: str, variable: str | None) -> Table:
                 break
     if problems and not recordings:
         raise problems[0]
+    if variable not in (None, found_recordings.ALL, *recordings):  # the error names all sheets that there are
+        recordings |= {name: each for name, each in find_each(path).items() if isinstance(each, Table)}
     _, table = found_recordings.choose(recordings, variable, "sheet", "the file has no sheet")
     return table
 

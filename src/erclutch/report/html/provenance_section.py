@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shlex
 from collections.abc import Mapping
+from pathlib import PurePath
 from typing import Any
 
 from erclutch.fit.comparison import Settings
@@ -72,7 +73,7 @@ def command_of(body: Mapping[str, Any]) -> str:
     """The command that gives the run again from its logs; empty where it was not made by ``erclutch fit``."""
     if body["reading"] is None:
         return ""
-    logs = [str(log["name"]) for log in body["logs"]]
+    logs = list(dict.fromkeys(_file_of(str(log["name"])) for log in body["logs"]))
     reading: list[str] = []
     for key, value in body["reading"].items():
         name = _SHORT.get(str(key), str(key).replace("_", "-"))
@@ -95,6 +96,12 @@ def command_of(body: Mapping[str, Any]) -> str:
     if "final" in body:
         words.append("--final")
     return shlex.join([*words, "--out", "RUN"])
+
+
+def _file_of(log: str) -> str:
+    """The file of a log: of "log.xlsx: Test A" it is log.xlsx, which holds several recordings."""
+    file, colon, _ = log.partition(": ")
+    return file if colon and PurePath(file).suffix else log
 
 
 def _option(name: str, value: Any) -> list[str]:

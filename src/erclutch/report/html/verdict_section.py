@@ -60,7 +60,7 @@ def _fill(material: Material) -> dict[str, Any]:
         "facts": list(_facts(material, rest, matters=matters)),
         "against": _against(material),
         "worries": worries(material),
-        "next": _next(material),
+        "next": next_steps(material),
     }
 
 
@@ -246,23 +246,27 @@ def _of_errors(material: Material, entry: Mapping[str, Any]) -> Iterator[str]:
         yield f"The mean error is {material.effort.of(bias, 2)}, {share} of the RMSE: a drift or an offset."
 
 
-def _next(material: Material) -> list[dict[str, str]]:
+def next_steps(material: Material) -> list[dict[str, str]]:
     """What to do, with commands where there are any."""
     body = material.body
     steps: list[tuple[str, str]] = []  # what to do, and the command
+    # A run keeps names of logs and no paths, which are of one machine.
+    where = f", in the folder of the log{'s'[: len(body['logs']) != 1]}"
     for finding in body["findings"]:
         setting = _SETTING.fullmatch(finding["remedy"])
         if setting is None:
             steps.append((f"{capital(finding['remedy'])}.", ""))
         else:  # a remedy that is a setting of the fit becomes the whole command
             command = _fit_again(body, {"lag": setting["stages"]})
-            steps.append(("Fit again with the memory of the slip:", command))
+            steps.append((f"Fit again with the memory of the slip{where}:", command))
     if body["settings"]["lag"] == "none":
-        text = "No model with a lag was tried. On a switched device it often matters more than the law."
+        text = (
+            f"No model with a lag was tried. On a switched device it often matters more than the law. Fit again{where}:"
+        )
         steps.append((text, _fit_again(body, {"lag": "auto"})))
     folder = printable(material.run.folder.name)  # copied into a shell: it must see one word
     if not body["settings"]["blocks"] and "chosen_by" not in body:
-        text = "Ranking on the rows held out flatters the winner a little: cross-validate."
+        text = f"Ranking on the rows held out flatters the winner a little. Cross-validate{where}:"
         steps.append((text, _fit_again(body, {"blocks": 5})))
     empty = float(np.mean([cells.empty_share for cells in material.error_maps]))
     if empty > 0.5:
