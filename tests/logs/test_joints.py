@@ -465,3 +465,16 @@ def two_speeds(folder: Path, speeds: dict[str, np.ndarray]) -> Path:
     rows = np.column_stack(list(columns.values()))
     np.savetxt(path, rows, delimiter=",", header=",".join(columns), comments="", fmt="%.9f")
     return path
+
+
+def test_currents_of_as_many_joints_as_torques_are_no_field(tmp_path: Path) -> None:
+    measured = np.tanh(4 * RATE) + 0.3 * ANGLE
+    columns = {"time": TIME}
+    for joint, size in ((1, 0.1), (2, 1.0), (3, 0.2)):
+        columns |= {f"vel{joint}": size * RATE, f"torque{joint}": size * measured, f"cur{joint}": size * measured**3}
+    path = tmp_path / "arm.csv"
+    rows = np.column_stack(list(columns.values()))
+    np.savetxt(path, rows, delimiter=",", header=",".join(columns), comments="", fmt="%.9f")
+    plan = planned(path)
+    assert "field may be any of the columns cur1, cur2, cur3" in str(plan.questions)
+    assert '--field none --slip "vel2" --effort "torque2"' in plan.command()

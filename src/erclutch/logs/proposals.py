@@ -64,6 +64,8 @@ def proposals(draft: Draft) -> list[str]:
         may_be_unlogged = "--field none" in question.remedy and not _may_be_a_column(question, proposed)
         if question.option:
             option = question.option
+        elif signal == "field" and _are_of_drives(seen, others):
+            option = "--field none"
         elif signal == "field" and may_be_unlogged and filled_in:
             # No name tells the field: it is a column that keeps a few levels, or one with a word for a field, or none.
             leveled: list[str] = []
@@ -102,6 +104,15 @@ def proposals(draft: Draft) -> list[str]:
         if must_be_said(seen, needed):
             examples.append("--invalid drop")
     return examples
+
+
+def _are_of_drives(seen: SeenColumns, taken: Sequence[str]) -> bool:
+    """Whether the columns that may be the field are one for each joint, as the efforts are: those of its drives."""
+    fields, _ = candidates(seen, "field", taken)
+    efforts, _ = candidates(seen, "effort", ())
+    of_fields = {re.sub(r".*?(\d*)$", r"\1", name) for name in fields}
+    of_efforts = {re.sub(r".*?(\d*)$", r"\1", name) for name in efforts}
+    return len(of_fields) > 1 and of_fields == of_efforts
 
 
 def _is_a_mark(column: SeenColumn) -> bool:
