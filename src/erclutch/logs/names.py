@@ -88,7 +88,8 @@ OTHER = _set(
     "acceleration accelerazione accel acc accx accy accz beschleunigung aceleracion jerk humidity energy efficiency "
     "wirkungsgrad leistung puissance potencia temperatur temperatura stiffness coefficient coeff mu density inertia "
     "longitud longueur comprimento lunghezza masa masse massa segmento "
-    "yield wear film area volume cof latitude longitude altitude date datum fecha err fehler latency delay dt"
+    "yield wear film area volume cof latitude longitude altitude date datum fecha err fehler latency delay dt "
+    "давление температура вязкость"
 )
 #: What was computed or bounds a measurement is none.
 NOT_MEASURED = _set(

@@ -99,7 +99,7 @@ def inspect(
         for path in drawn:
             terminal.say(f"drawn: {path}")
         _tell_what_is_next(look, shlex.join(map(str, logs)), asked)
-    return int(look.doubtful)
+    return int(look.doubtful or bool(_held(look, asked)))
 
 
 def _table_or_question(log: Path, reading: LogOptions) -> Table | None:
@@ -163,6 +163,13 @@ def _draw(
     ]
 
 
+def _held(look: LogLook, reading: LogOptions) -> str:
+    """What a creep or a relaxation is; "" for other logs, and where the user said how the log is read."""
+    from erclutch.logs.rheometer_names import held_in_time
+
+    return "" if reading.words() else held_in_time(look.raw.columns)
+
+
 def _tell(look: LogLook, mapping: Path | None) -> None:
     """Columns, signals, coverage and advice; where the mapping was written, or how to write it."""
     log_tables.tell_columns(look.log, look.raw)
@@ -201,6 +208,9 @@ def _tell_what_is_next(look: LogLook, typed: str, reading: LogOptions) -> None:
     """
     from erclutch.logs.rheometer_names import of_oscillation, tells_a_flow_curve
 
+    if held := _held(look, reading):
+        terminal.say(f"Not for erclutch: {look.log.name}: {held}; neither fit nor flowcurve has a law for it")
+        return
     alike = look.refused_alike
     for name, why in look.refused.items():
         if name in alike:

@@ -19,6 +19,7 @@ _TAILS = (60, 10, 1)
 _FILLED = 0.2  # share of the rows
 _SETTINGS = 30  # lines of settings of a test, at most, above the names
 _LONGEST_COUNT = 16  # digits of a row's number
+_BEGINS_A_NUMBER = re.compile(r"(?:^|[\s,;|\"])[-+.]{0,2}\d")
 LINE_END = re.compile(r"\r\n|\n|\r")
 
 
@@ -71,7 +72,9 @@ def sniff(text: str, asked: str | None = None) -> Dialect:
     lines = LINE_END.split(text[:SAMPLE])
     if len(text) > SAMPLE and len(lines) > 1:
         lines.pop()  # the sample ends inside of it
-    full = [line for line in lines if line.strip() and not is_comment(line)]
+    # A spreadsheet fills one word down below the last row.
+    last = next((place for place in reversed(range(len(lines))) if _BEGINS_A_NUMBER.search(lines[place])), len(lines))
+    full = [line for line in lines[: last + 1] if line.strip() and not is_comment(line)]
 
     for size in _TAILS:
         tail = full[-size:]
@@ -80,7 +83,7 @@ def sniff(text: str, asked: str | None = None) -> Dialect:
         numeric = _numeric_columns(rows, marks)[: _filled_width(rows)]
         first = _first_row(lines, marks, numeric)
         if first is not None:
-            below = [line for line in lines[first:] if line.strip() and not is_comment(line)]
+            below = [line for line in lines[first : last + 1] if line.strip() and not is_comment(line)]
             rows_below = [marks.cells(line) for line in below[-size:]]
             data = [row for row in rows_below if _is_data(row, marks, numeric)]
             return _with_header(lines, first, marks, data, below)

@@ -40,7 +40,12 @@ _CLEAR_UNITS = frozenset(
 )
 #: Clear units as old loggers write them; S and MIN may be names, and MA is no mA for sure.
 _CAPITALS = {unit.upper(): unit for unit in _CLEAR_UNITS - {"s", "min", "us", "ms", "bar", "mA", "mV"}}
-_NO_FACTOR = re.compile(r"(?:°|deg) ?[CF]|[℃℉]|dB\w*|bits?|counts?", re.I)  # units, but no plain factor to the SI
+# Units, but no plain factor to the SI; that of a consistency has an exponent n. Russian ones behind.
+_NO_FACTOR = re.compile(
+    r"(?:°|deg) ?[CF]|[℃℉]|dB\w*|bits?|counts?|psi[ag]?|[\w.*·/^-]*s(?:ec)?\^n'?[\w.*·/^-]*"
+    r"|град\w*(?: ?[CС])?|[см]П|м?Па[·*]с|с\^-1|дин/см[2²]|об/мин|м?[НH]/м[2²]",
+    re.IGNORECASE,
+)
 #: What the line of units is called that some loggers write above the names.
 _UNIT_LINE = frozenset(
     ("unit", "units", "einheit", "einheiten", "unite", "unité", "unités", "unidad", "unidade", "単位", "单位", "單位")

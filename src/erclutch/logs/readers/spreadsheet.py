@@ -5,6 +5,7 @@ It is read on like a text log.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from datetime import date, datetime, time, timedelta
@@ -19,6 +20,7 @@ from erclutch.logs.table import Table
 
 _PARTS = (b"[Content_Types].xml", b"_rels/", b"docProps/", b"xl/", b"application/vnd.oasis.opendocument.spreadsheet")
 _OLD_OFFICE = b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1"  # .xls, and documents of other programs that old
+_COMMA = re.compile(r"[-+]?\d+,\d+(?:[eE][-+]?\d+)?")
 #: Tabs and line ends in a cell would cut the row, and a quote would join cells.
 _PLAIN = str.maketrans({"\t": " ", "\n": " ", "\r": " ", '"': "'"})
 
@@ -116,10 +118,19 @@ def _parts(path: str, sheet: Any, budget: Budget) -> dict[str, LogSource]:
     Lines in messages are rows of the sheet. Its empty first columns are left out.
     """
     budget.take_cells(sheet.total_height * sheet.total_width)
-    lines: list[str] = []
-    for row in sheet.iter_rows():
-        cells = [_cell(value) for value in row]
-        lines.append("\t".join(cells) if any(cells) else "")
+    rows: list[list[str]] = []
+    with_thousands: set[int] = set()  # columns that hold a whole number of 1000 or more
+    with_commas: dict[int, list[int]] = {}  # rows of the texts that are numbers with a decimal comma, by column
+    for place, row in enumerate(sheet.iter_rows()):
+        for column, value in enumerate(row):
+            if isinstance(value, float) and value >= 1000.0 and value.is_integer():
+                with_thousands.add(column)
+            elif isinstance(value, str) and "," in value and _COMMA.fullmatch(value.strip()):
+                with_commas.setdefault(column, []).append(place)
+        rows.append([_cell(value) for value in row])
+    for column, places in with_commas.items():
+        _set_points(rows, column, places, is_mixed=column in with_thousands)
+    lines = ["\t".join(cells) if any(cells) else "" for cells in rows]
     source = LogSource(Path(path), "\n".join(lines).encode("utf-8", "replace"), "")
 
     plugin, _ = reader_of(source.data[:HEAD], "")
@@ -128,6 +139,19 @@ def _parts(path: str, sheet: Any, budget: Budget) -> dict[str, LogSource]:
     if len(names) < 2:
         return {"": source}
     return {name: replace(source, variable=name) for name in names}
+
+
+def _set_points(rows: list[list[str]], column: int, places: list[int], *, is_mixed: bool) -> None:
+    """Write decimal points in a column of texts with decimal commas: a workbook's own numbers have points.
+
+    In a column of thousands and of texts the program has read ``1,017`` as 1017 and left ``0,933`` a text: nobody knows
+    what each number was, so the texts stay texts.
+    """
+    texts = [rows[place][column] for place in places]
+    if not is_mixed and all(re.fullmatch(r"[-+]?[1-9]\d{0,2},\d{3}", text) for text in texts):
+        return  # thousands, perhaps: the text reader weighs all that the sheet holds
+    for place, text in zip(places, texts, strict=True):
+        rows[place][column] = f"{text} (a text)" if is_mixed else text.replace(",", ".")
 
 
 def _cell(value: Any) -> str:

@@ -27,6 +27,7 @@ from erclutch.logs.readers.lying_tables import upright
 from erclutch.logs.readers.numerals import TwoDecimalMarksError, grouped_by_blanks, ungrouped, with_plain_minus
 from erclutch.logs.readers.serial_monitor import with_stamps_in_cells
 from erclutch.logs.readers.side_by_side import read_side_by_side
+from erclutch.logs.readers.stated_units import with_stated_units
 from erclutch.logs.readers.text_bytes import (
     DAMAGE,
     ToldBytes,
@@ -131,15 +132,23 @@ def _body(text: str, dialect: Dialect) -> tuple[str, list[str]]:
         body = "\n".join("" if is_comment(line) else line for line in LINE_END.split(body))
 
     body, notes = _without_remarks_below(body, dialect)
+    without: list[str] = []  # last lines that hold no number, from the last on
     while last := _last_line(body):
         cells = [cell for cell in cells_of(body[last:], dialect.delimiter) if cell]
         is_row = any(is_number(cell, dialect.decimal) or cell.lower() in WORDS for cell in cells)
         sums_up = any(re.sub(r"[\s.:]", "", cell.lower()) in STATISTICS for cell in cells)
         if not cells or (is_row and not sums_up):
             break
-        what = "sums up the rows" if sums_up else "holds no number"
-        notes.append(f"the last line {what} ({' '.join(body[last:].split())[:60]!r}): left out")
+        shown = " ".join(body[last:].split())[:60]
+        if sums_up:
+            notes.append(f"the last line sums up the rows ({shown!r}): left out")
+        else:
+            without.append(shown)
         body = body[:last]
+    if without:
+        count = len(without)
+        said = "the last line holds" if count == 1 else f"the last {count} lines hold"
+        notes.append(f"{said} no number ({without[-1]!r}): left out")
 
     # A logger that was stopped leaves half a row, without an end of its line.
     last = max(body.rfind("\n"), body.rfind("\r")) + 1
@@ -284,7 +293,7 @@ def _table(
         period, key = stated
         notes.append(f"sampling period {period:g} s from '{key}' in the header")
     kept = {*columns, *constants}
-    return Table(
+    table = Table(
         name=source.name,
         columns=columns,
         units={label: unit for label, unit in zip(dialect.names, dialect.units, strict=True) if label in kept},
@@ -301,6 +310,7 @@ def _table(
         breaks=_breaks(body),
         words=words,
     )
+    return with_stated_units(table, dialect.metadata)
 
 
 def _breaks(body: str) -> tuple[int, ...]:

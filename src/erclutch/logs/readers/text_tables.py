@@ -14,10 +14,12 @@ from pathlib import Path
 import numpy as np
 
 from erclutch.errors import LogError, placed
+from erclutch.logs.labels import header_pairs
 from erclutch.logs.log_reader import LogSource
 from erclutch.logs.readers.cells import cells_of, is_comment, is_number
 from erclutch.logs.readers.dialect import LINE_END
 from erclutch.logs.readers.found_recordings import ALL, Found, choose, time_of
+from erclutch.logs.readers.stated_units import with_stated_units
 from erclutch.logs.readers.text_bytes import decode
 from erclutch.logs.table import Table
 
@@ -67,6 +69,10 @@ def read_tables(source: LogSource, read: Callable[[LogSource], Table]) -> Table:
     name, (line, text) = choose(tables, source.variable, "table", "the text holds one table")
     with placed(f"{source.name}, table from line {line} on"):
         table = read(replace(source, data=text.encode("utf-8"), variable=None))
+    if tables:
+        first_line, _ = next(iter(tables.values()))
+        above = LINE_END.split(decode(source.data))[: first_line - 1]
+        table = with_stated_units(table, header_pairs(above))
     note = f"recording read from {name}, 1 of {len(tables)} tables of the text"
     return replace(table, notes=(note, *table.notes))
 

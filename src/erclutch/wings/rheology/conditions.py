@@ -6,6 +6,7 @@ each level are a curve; fitted as one, they would give a curve that no fluid has
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
@@ -13,13 +14,15 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from erclutch.errors import MappingError, shell_word
-from erclutch.logs.rheometer_names import said_by_name
+from erclutch.errors import MappingError, UnitError, shell_word
+from erclutch.logs.rheometer_names import plain_name, said_by_name
+from erclutch.logs.row_groups import EACH
 from erclutch.logs.table import Table, listed
 from erclutch.signals import units
 from erclutch.signals.array import Array
 from erclutch.wings.rheology.flow_plan import FlowPlan
 
+_TEMPERATURE = re.compile(r"\btemp|温度|온도|температур")
 #: Units of what is set before a flow curve is taken.
 _SET = ("A", "V", "V/m", "T", "A/m")
 _MOST_LEVELS = 50  # that are the same number in all their rows
@@ -30,6 +33,7 @@ _WOBBLE = 0.01  # of its level, by which a regulated temperature wanders and is 
 _STEADY = 0.5  # K: a regulated temperature wanders by less
 _WIDEST_IN_KELVIN = 3.0  # which one regulated temperature spans at most
 _FEWEST_RATES = 3  # of a sweep
+_HELD = 1.2  # times the lowest rate: what stays below is measured at one rate
 
 
 @dataclass(frozen=True)
@@ -57,28 +61,16 @@ def conditions_of(table: Table, plan: FlowPlan, *, parted: bool = False) -> list
         MappingError: a column of an unknown meaning parts the points so: the user knows whether each of its numbers is
             a condition. Levels that scatter were measured, so they are conditions.
     """
-    used = {column.name for curve in plan.curves for column in (curve.rate, curve.stress)}
-    rates = [table.columns[curve.rate.name] for curve in plan.curves]
-    parting: dict[str, NDArray[np.intp]] = {}
-    for name, values in table.columns.items():
-        meaning = _meaning(table, name)
-        if name in used or meaning == "no condition":
+    parting = _parting(table, plan)
+    for name in asked_about(table, plan):
+        if parted:
+            del parting[name]
             continue
-        levels = levels_of(values, _STEADY if units.is_temperature(_unit(table, name) or "") else 0.0)
-        if levels is None or not any(_repeats_the_sweep(levels, rate) for rate in rates):
-            continue
-        if meaning == "unknown" and all(map(_is_one_sweep, rates)):
-            continue  # such as the number of repetitions of each point
-        is_set = np.unique(values[levels >= 0]).size == levels.max() + 1
-        if meaning == "unknown" and is_set and parted:
-            continue
-        if meaning == "unknown" and is_set:
-            lowest = values[levels == 0][0]
-            each = f"--sheet {shell_word(f'{name}=all')}"
-            one = f"--sheet {shell_word(f'{name}={lowest:.15g}')}"
-            problem = f"column {name} parts the points into {levels.max() + 1} sweeps of the rate"
-            raise MappingError(problem, where=table.name, remedy=f"Take each as a curve: {each}; or one: {one}")
-        parting[name] = levels
+        lowest = table.columns[name][parting[name] == 0][0]
+        each = f"--sheet {shell_word(f'{name}={EACH}')}"
+        one = f"--sheet {shell_word(f'{name}={lowest:.15g}')}"
+        problem = f"column {name} parts the points into {parting[name].max() + 1} sweeps of the rate"
+        raise MappingError(problem, where=table.name, remedy=f"Take each as a curve: {each}; or one: {one}")
     if not parting:
         return [Condition("", table)]
 
@@ -102,6 +94,37 @@ def conditions_of(table: Table, plan: FlowPlan, *, parted: bool = False) -> list
         )
         conditions.append(Condition(", ".join(words), points))
     return conditions
+
+
+def asked_about(table: Table, plan: FlowPlan) -> list[str]:
+    """Columns of an unknown meaning that part the points by set numbers: whether they are conditions is asked."""
+    asked: list[str] = []
+    for name, levels in _parting(table, plan).items():
+        if _is_set(table.columns[name], levels) and _meaning(table, name) == "unknown":
+            asked.append(name)
+    return asked
+
+
+def _parting(table: Table, plan: FlowPlan) -> dict[str, NDArray[np.intp]]:
+    """The columns that part the points into sweeps over the same rates, with the level of each row, shape (n,)."""
+    used = {column.name for curve in plan.curves for column in (curve.rate, curve.stress)}
+    rates = [table.columns[curve.rate.name] for curve in plan.curves]
+    parting: dict[str, NDArray[np.intp]] = {}
+    for name, values in table.columns.items():
+        meaning = _meaning(table, name)
+        if name in used or meaning == "no condition":
+            continue
+        unit = _unit(table, name)
+        is_temperature = meaning == "condition" and unit is not None and units.is_temperature(unit)
+        levels = levels_of(values, _STEADY if is_temperature else 0.0)
+        if levels is not None and meaning == "condition" and unit is None and not _is_set(values, levels):
+            continue  # a measured temperature without a unit may wander by any number of kelvins
+        if levels is None or not any(_repeats_the_sweep(levels, rate) for rate in rates):
+            continue
+        if meaning == "unknown" and all(map(_is_one_sweep, rates)):
+            continue  # such as the number of repetitions of each point
+        parting[name] = levels
+    return parting
 
 
 def conditions_note(conditions: Sequence[Condition]) -> str:
@@ -141,10 +164,21 @@ def levels_of(values: Array, steady: float = 0.0) -> NDArray[np.intp] | None:
     return np.where(known, levels, -1)
 
 
+def _is_set(values: Array, levels: NDArray[np.intp]) -> bool:
+    """Whether each level is one number: measured levels scatter."""
+    return np.unique(values[levels >= 0]).size == levels.max() + 1
+
+
 def _meaning(table: Table, name: str) -> str:
     """Whether a column is a ``condition`` by its unit, ``unknown``, or surely ``no condition``: a time, a count."""
     unit = _unit(table, name)
-    if unit and (units.is_temperature(unit) or units.fits(unit, _SET)):
+    try:
+        is_set = unit is not None and (units.is_temperature(unit) or units.fits(unit, _SET))
+    except UnitError:
+        return "no condition"  # such as a pressure in PSIg, which nobody sets: a rheometer measured it
+    if is_set:
+        return "condition"
+    if not unit and _TEMPERATURE.search(plain_name(name)):
         return "condition"
     if not unit and said_by_name(name) == "unknown":
         return "unknown"
@@ -158,14 +192,16 @@ def _unit(table: Table, name: str) -> str | None:
 
 
 def _repeats_the_sweep(levels: NDArray[np.intp], rate: Array) -> bool:
-    """Whether the rate runs through the same range at several levels."""
+    """Whether the rate runs through the same range at several levels, and sweeps at half of all levels or more."""
     sweeps: list[tuple[float, float]] = []
-    for level in range(int(levels.max()) + 1):
+    count = int(levels.max()) + 1
+    for level in range(count):
         at_level = np.abs(rate[(levels == level) & np.isfinite(rate)])
-        if np.unique(at_level).size >= _FEWEST_RATES:
+        if np.unique(at_level).size >= _FEWEST_RATES and at_level.max() > _HELD * at_level.min():
             sweeps.append((float(at_level.min()), float(at_level.max())))
     sweeps.sort()
-    return any(low < high_before for (_, high_before), (low, _) in pairwise(sweeps))
+    overlap = any(low < high_before for (_, high_before), (low, _) in pairwise(sweeps))
+    return overlap and 2 * len(sweeps) >= count
 
 
 def _is_one_sweep(rate: Array) -> bool:

@@ -16,11 +16,12 @@ import numpy as np
 from erclutch.errors import ErclutchError, LogError, MappingError, SettingError, placed, shell_word
 from erclutch.logs import read_table, recordings_in
 from erclutch.logs.log_file import tables_in
+from erclutch.logs.rheometer_names import said_by_name
 from erclutch.logs.row_groups import EACH, group_of, rows_of, wants_each
 from erclutch.logs.table import Table, listed
 from erclutch.signals.array import Array
 from erclutch.signals.percent import percent
-from erclutch.wings.rheology.conditions import conditions_note, conditions_of
+from erclutch.wings.rheology.conditions import asked_about, conditions_note, conditions_of
 from erclutch.wings.rheology.flow_curve import FEWEST_POINTS, FlowCurve
 from erclutch.wings.rheology.flow_plan import CurvePlan, FlowPlan, oscillation, plan_of, require_several_rates
 
@@ -73,8 +74,9 @@ def read_flow_curves(
         each_named = bool(sheet) and not any(wants_each(test) for test in sheet)
         curves: list[FlowCurve] = []
         notes: list[str] = []
-        refused: list[ErclutchError] = []
+        refused: list[tuple[int, ErclutchError]] = []  # with the number of columns that speak for a flow curve
         for name in chosen:
+            speaking = 0
             try:
                 group = None if name in recordings else group_of(name)
                 if group is None:
@@ -83,6 +85,7 @@ def read_flow_curves(
                     if group.recording not in parted:
                         parted[group.recording] = read_table(path, variable=group.recording)
                     table = rows_of(parted[group.recording], group)
+                speaking = sum(said_by_name(column) in ("rate", "stress", "viscosity") for column in table.columns)
                 plan = _plan_of(table, shear_rate, stress, sheet)
                 require_several_rates(plan, table)
                 _require_one_sample(plan, table)
@@ -91,7 +94,7 @@ def read_flow_curves(
                 # A sheet of remarks or an oscillation beside the flow curves ends nothing, a file of them alone does.
                 if len(chosen) == 1 or each_named:
                     raise
-                refused.append(error)
+                refused.append((speaking, error))
                 notes.append(f"{name}: no flow curve ({error.problem})")
                 continue
             told = [*table.notes, *plan.notes]
@@ -105,20 +108,21 @@ def read_flow_curves(
                 except LogError as error:
                     if each_named or len(chosen) * len(conditions) == 1:
                         raise
-                    refused.append(error)
+                    refused.append((speaking, error))
                     notes.append(f"{test}: no flow curve ({error.problem})")
                     continue
                 short = [curve for curve in curves_of_condition if curve.rate.size < FEWEST_POINTS]
                 if short and not each_named and len(chosen) * len(conditions) > 1:  # a few points beside curves
                     problem = f"{test}: {short[0].rate.size} points, at least {FEWEST_POINTS} are needed"
-                    refused.append(LogError(problem, remedy="Give more points of each curve"))
+                    refused.append((speaking, LogError(problem, remedy="Give more points of each curve")))
                     notes.append(f"{problem}: left out")
                     continue
                 curves += curves_of_condition
                 notes += [f"{test}: {note}" if test else note for note in left_out]
         if not curves:
             if refused:
-                raise refused[0]
+                _, likeliest = max(refused, key=lambda pair: pair[0])
+                raise likeliest
             raise LogError("the file holds no flow curve", remedy="Give shear rates and shear stresses")
         return FlowFile(tuple(curves), tuple(notes))
 
@@ -160,7 +164,7 @@ def _plan_of(
     stress: Sequence[str],
     tests: Sequence[str],
 ) -> FlowPlan:
-    """The plan of a table; what it asks for is asked together with the rows that a column of words parts.
+    """The plan of a table; what it asks for is asked together with the rows that a column parts.
 
     Raises:
         MappingError: see `plan_of`.
@@ -168,11 +172,24 @@ def _plan_of(
     try:
         return plan_of(table, shear_rate, stress)
     except MappingError as error:
-        if tests or not table.words or '"' not in error.remedy:
+        if tests or '"' not in error.remedy:
             raise
-        parted = f"{next(iter(table.words))}={EACH}"
-        remedy = f"{error.remedy} --sheet {shell_word(parted)}"
-        raise MappingError(error.problem, where=error.where, remedy=remedy) from None
+        parting = list(table.words) or _asked_about(table, shear_rate)
+        if not parting:
+            raise
+        sheets = f"--sheet {shell_word(f'{parting[0]}={EACH}')}"
+        # Where the remedy has two answers, the rows are the same by both.
+        remedy = f"{error.remedy}; with {sheets}" if ", or " in error.remedy else f"{error.remedy} {sheets}"
+        raise type(error)(error.problem, where=error.where, remedy=remedy) from None
+
+
+def _asked_about(table: Table, shear_rate: str | None) -> list[str]:
+    """Columns of numbers that would part the points, whatever the unit of the viscosities is."""
+    nameless = [f"{name} [Pa*s]" for name in table.columns if said_by_name(name) == "viscosity"]
+    try:
+        return asked_about(table, plan_of(table, shear_rate, nameless))
+    except MappingError:
+        return []
 
 
 def _require_one_sample(plan: FlowPlan, table: Table) -> None:

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cache
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -26,6 +27,8 @@ from erclutch.signals.array import Array
 _STIFF = 1e-9  # width of the sign, in normalised rates: all rates are positive, so the sign is no parameter
 _FAINTEST = 1e-6  # of the smallest stress: the least that a gain may add
 _LEAST_INDEX = 0.02  # a gel's stress may hardly grow with the rate: lower than the flow index of a clutch
+_LARGEST_INDEX = 6.0  # a jamming paste turns up at its highest rates: higher than the flow index of a clutch
+_HUGE = 1e200  # Pa: more than a column at the edge of its shapes counts for
 #: Unit of a parameter, by its dimension in stress and in rate.
 _UNITS = {
     (1, 0): "Pa",
@@ -140,12 +143,11 @@ class FlowLaw:
             triangle = triangle_of(np.column_stack([*slopes, residual]))
             return Linearisation(float(residual @ residual), triangle[:-1, :-1], triangle[:-1, -1])
 
-        least_gain = float(measured.min()) + np.log(_FAINTEST) - np.log(x.max())
         largest_gain = float(measured.max()) + 3.0
         gains = len(self.law.gains)
         lowest_shape = coordinates(self.shapes, [shape.lower for shape in self.shapes])
         highest_shape = coordinates(self.shapes, [shape.upper for shape in self.shapes])
-        lower = np.concatenate([lowest_shape, np.full(gains, least_gain)])
+        lower = np.concatenate([lowest_shape, np.log(self._faintest_gains(x, stress))])
         upper = np.concatenate([highest_shape, np.full(gains, largest_gain)])
         return Problem(cost, linearise, lower, upper)
 
@@ -167,9 +169,10 @@ class FlowLaw:
         """The best points of a scan of the shape, with the gains that minimise the relative residual there."""
         x = rate / self.reference
         field = np.ones_like(x)
+        size = float(stress.max())  # [Pa], that a gain of 1 stands for: a column of small numbers counts as dead
 
         def relative_columns(shape: Sequence[Any]) -> list[Any]:
-            return [column / stress for column in self.law.columns(field, x, _STIFF, *shape)]
+            return [column * (size / stress) for column in self.law.columns(field, x, _STIFF, *shape)]
 
         relative = Separable(relative_columns, np.ones_like(x), self.shapes, self.law.gains)
         scanned = [np.zeros(0)]  # a law without a shape has one
@@ -178,13 +181,22 @@ class FlowLaw:
         projected = [(project(relative, parameters(self.shapes, shape)), tuple(shape)) for shape in scanned]
         best_first = sorted(projected, key=lambda pair: pair[0].cost)
 
-        # A gain of zero has no logarithm.
-        faintest = 10.0 * _FAINTEST * float(stress.min()) / float(x.max())
+        faintest = 10.0 * self._faintest_gains(x, stress)  # a gain of zero has no logarithm
         starts: list[Array] = []
         for projection, shape in best_first[: effort.solves]:
-            gains = np.maximum(projection.gains, faintest)
+            gains = np.maximum(projection.gains * size, faintest)
             starts.append(np.concatenate([shape, np.log(gains)]))
         return starts
+
+    def _faintest_gains(self, x: Array, stress: Array) -> Array:
+        """The least gains: at the highest rate each adds less than `_FAINTEST` of the smallest stress, in any shape."""
+        largest = np.full(len(self.law.gains), float(x.max()))
+        for ends in product(*[(shape.lower, shape.upper) for shape in self.shapes]):
+            with np.errstate(all="ignore"):
+                columns = self.law.columns(np.ones(1), np.array([x.max()]), _STIFF, *ends)
+            sizes = [float(np.abs(np.broadcast_to(column, 1))[0]) for column in columns]
+            largest = np.fmax(largest, np.where(np.isfinite(sizes), np.minimum(sizes, _HUGE), 0.0))
+        return _FAINTEST * float(stress.min()) / largest
 
     def _stress(self, x: Array, shape: Sequence[Any], gains: Sequence[Any]) -> Any:
         """Stress at normalised rates: numbers, or dual numbers where the parameters are dual."""
@@ -284,7 +296,7 @@ def _within(law: Law, highest: float) -> tuple[ShapeParameter, ...]:
         if shape.dimension == Dimension(slip=-1):
             own.append(replace(shape, lower=1e-3 / highest, upper=1e3))
         elif shape.name == "m":
-            own.append(replace(shape, lower=_LEAST_INDEX))
+            own.append(replace(shape, lower=_LEAST_INDEX, upper=_LARGEST_INDEX))
         else:
             own.append(shape)
     return tuple(own)

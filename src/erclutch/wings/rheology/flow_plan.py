@@ -21,6 +21,7 @@ from erclutch.signals.array import Mask
 from erclutch.signals.units import parse
 from erclutch.wings.rheology.flow_units import SI, in_plain_units, said_by_unit, unit_of
 from erclutch.wings.rheology.labelled_pairs import CurvePlan, FlowColumn, labelled_pairs
+from erclutch.wings.rheology.rotor_speeds import speed_in_place_of_rate
 
 _CALLED: Mapping[Quantity, str] = {"rate": "shear rate", "stress": "shear stress", "viscosity": "viscosity"}
 _PASCAL = parse("Pa").factor
@@ -71,7 +72,11 @@ def plan_of(
     for label in [rate, *stress]:
         if label:
             asked[_column(table, label)] = label
-    roles: dict[str, Role] = {name: _role(table, name) for name in table.columns if name not in asked}
+    of_a_swing = of_oscillation(table.columns)
+    roles: dict[str, Role] = {}
+    for name in table.columns:
+        if name not in asked:
+            roles[name] = "other" if name in of_a_swing else _role(table, name)
 
     def of_role(wanted_role: Role) -> list[str]:
         """Columns that nobody asked for and that have the role; a wanted value only where no measured one is."""
@@ -166,13 +171,35 @@ def require_several_rates(plan: FlowPlan, table: Table) -> None:
 
 
 def oscillation(table: Table) -> tuple[Mask, list[str]]:
-    """Rows of a table that were measured in oscillation, shape (n,), and the columns that say so."""
+    """Rows of a table that were measured in oscillation, shape (n,), and the columns that say so.
+
+    An oscillation that stands beside a flow curve, as a table of its own, says nothing of the flow curve's rows.
+    """
     marks = of_oscillation(table.columns)
     swings = np.zeros(table.rows, np.bool_)
+    rates = [name for name in table.columns if name not in marks and said_by_name(name) == "rate"]
+    if _are_beside(table, marks, rates):
+        return swings, []
     for name in marks:
         values = table.columns[name]
         swings |= np.isfinite(values) & (values != 0)
     return swings, marks
+
+
+def _are_beside(table: Table, marks: Sequence[str], rates: Sequence[str]) -> bool:
+    """Whether an oscillation and a flow curve begin in one row and the oscillation goes on without a rate.
+
+    Where a row is one measurement, an instrument gives each row of one test the same columns.
+    """
+    longest = {"marks": 0, "rates": 0}  # rows
+    for kind, names in (("marks", marks), ("rates", rates)):
+        for name in names:
+            is_filled = np.isfinite(table.columns[name])
+            length = int(is_filled.sum())
+            if not is_filled[:length].all():
+                return False
+            longest[kind] = max(longest[kind], length)
+    return 0 < longest["rates"] < longest["marks"]
 
 
 def _column(table: Table, label: str) -> str:
@@ -387,6 +414,8 @@ def _missing(table: Table, roles: dict[str, Role], rates: Sequence[str]) -> Mapp
         problem = f"no column is surely the {what}: {swings}"
         remedy = "Give a test in rotation, or name columns: --shear-rate, --stress"
         return MappingError(problem, where=table.name, remedy=remedy)
+    if not rates and (turning := speed_in_place_of_rate(table)):
+        return turning
     candidates: list[str] = []
     for name, role in roles.items():
         counts = np.array_equal(np.diff(table.columns[name]), np.ones(table.rows - 1))

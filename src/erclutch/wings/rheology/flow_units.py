@@ -15,23 +15,25 @@ SI: Mapping[Quantity, str] = {"rate": "1/s", "stress": "Pa", "viscosity": "Pa*s"
 
 #: A shear rate counts no events: 1 Hz of an oscillation is 2 pi rad/s of nothing sheared.
 _NO_RATE = re.compile(r"hz|cps|rpm", re.IGNORECASE)
+_SECOND = "[cс](?:[eе][kк])?"  # in Russian, whose letters look like Latin ones and are mixed with them
 #: Spellings that mean nothing, or another unit, outside of rheology: a cP in small letters is a cup, a D a debye.
 _SPELLED: Mapping[Role, Mapping[str, str]] = {
     "rate": {
-        "1/s": r"/s(?:ec)?|s(?:ec)?\.?(?:\^|\*\*)?[({]*-1[)}]*|1/s(?:ec(?:onds?)?)?\.?|reciprocalsec(?:onds?)?|1/秒",
-        "1/min": r"/min|min\^?[({]*-1[)}]*",
+        "1/s": r"/s(?:ec)?|s(?:ec)?\.?(?:\^|\*\*)?[({]*-1[)}]*|1/s(?:ec(?:onds?)?)?\.?|reciprocalsec(?:onds?)?|1/秒"
+        rf"|1/{_SECOND}|{_SECOND}\^?-1",
+        "1/min": r"/min|min\^?[({]*-1[)}]*|1/мин|мин\^?-1",
     },
     "stress": {
-        "Pa": r"pa|pascals?",
-        "kPa": r"kpa",
-        "dyn/cm^2": r"d(?:yne?s?)?/(?:sq\.?cm|cm\^?2)",
+        "Pa": r"pa|pascals?|па",
+        "kPa": r"kpa|кпа",
+        "dyn/cm^2": r"(?:d(?:yne?s?)?|дин)/(?:sq\.?cm|[cс][mм]\^?2)",
         "lbf/(100*ft^2)": r"lb[fs]?/100(?:ft\^?2|sqft|sq\.ft\.?)",
     },
     "viscosity": {
-        "Pa*s": r"pa[.*x-]?s(?:ec)?",
-        "mPa*s": r"mpa[.*x-]?s(?:ec)?",
-        "cP": r"cps?|centipoises?",
-        "P": r"poises?",
+        "Pa*s": rf"pa[.*x-]?s(?:ec)?|па[.*]?{_SECOND}",
+        "mPa*s": rf"mpa[.*x-]?s(?:ec)?|мпа[.*]?{_SECOND}",
+        "cP": r"cps?|centipoises?|сп(?:з|уаз)?",
+        "P": r"poises?|п(?:з|уаз)",
     },
 }
 _AT_THE_END = re.compile(r"(?:[\s,_]*[\[(](?P<inside>[^\[\]]+)[\])]|[\s,_/]+(?P<bare>[^\s,_\[\]()]+))\s*")
@@ -41,7 +43,7 @@ def in_plain_units(quantity: Role, unit: str) -> str:
     """A unit of a quantity as everybody writes it; as it is where no instrument spells that quantity's unit so."""
     bare = unit.replace("−", "-").replace("⁻", "-").replace("¹", "1").replace("²", "2")
     bare = re.sub(r"[·•⋅∙×]", ".", bare).replace(" ", "").lower()
-    if unit.lstrip().startswith("M"):
+    if unit.lstrip().startswith(("M", "М")):
         return unit  # a megapascal is no millipascal
     for plain, pattern in _SPELLED.get(quantity, {}).items():
         if re.fullmatch(pattern, bare):

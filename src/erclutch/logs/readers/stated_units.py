@@ -1,0 +1,45 @@
+"""Some instruments write the unit of a quantity once, above all tables: ``Shear Stress Unit: Dyne/cm^2``."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import replace
+
+from erclutch.logs.table import Table
+
+_KEY = re.compile(r"(?P<quantity>.*\w)[\s_]*\b(?:units?|einheit|unit[eé]s?|unidad(?:es)?)", re.IGNORECASE)
+_WORD = re.compile(r"[^\W_]+")
+
+
+def with_stated_units(table: Table, pairs: Mapping[str, str]) -> Table:
+    """The table with the units that ``Key: value`` lines above it state, for columns that have none of their own.
+
+    A line speaks for the columns whose names have all words of its quantity: ``Rate Unit`` for ``Shear Rate``.
+    """
+    stated: dict[str, str] = {}
+    for key, unit in pairs.items():
+        match = _KEY.fullmatch(key)
+        if match is None:
+            continue
+        for name in table.columns:
+            if not table.units.get(name) and _names(name, _words(match["quantity"])):
+                stated[name] = unit
+    if not stated:
+        return table
+    said = ", ".join(f"{name} [{unit}]" for name, unit in stated.items())
+    return replace(
+        table,
+        units={**table.units, **stated},
+        notes=(*table.notes, f"units that lines above the table state: {said}"),
+    )
+
+
+def _names(name: str, quantity: set[str]) -> bool:
+    """Whether a column's name has all words of a quantity, one of them in full: ``S. Rate`` is a shear rate."""
+    words = _words(name)
+    return not quantity.isdisjoint(words) and all(any(word.startswith(short) for short in words) for word in quantity)
+
+
+def _words(name: str) -> set[str]:
+    return {word.lower() for word in _WORD.findall(name)}

@@ -1,0 +1,72 @@
+"""Exports of Chandler Engineering's rheometers (5550 and kin): sections under headings such as "-- Raw Data --".
+
+The first table is the calibration by an oil of known viscosity, and the second holds what the instrument fitted: only
+the raw data are of the sample.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+
+from erclutch.errors import LogError
+from erclutch.logs.log_reader import LogReader, LogSource
+from erclutch.logs.readers import found_recordings
+from erclutch.logs.readers.cells import is_number
+from erclutch.logs.readers.text_bytes import DAMAGE, decode
+from erclutch.logs.table import Table
+from erclutch.wings.rheology.rheometer_blocks import Block, cells, chosen_table, delimiter_of
+
+_HEADING = re.compile(r"\s*-- (?P<section>[^|]+?) --[\s,;]*")
+_SAMPLE = "Raw Data"  # the section of the sample
+_FEWEST = 3  # columns of a table
+
+
+def _blocks(content: str) -> list[Block]:
+    """The tables of the sample; a test that was stopped and begun again has several."""
+    blocks: list[Block] = []
+    section = ""
+    names: list[str] = []
+    units: list[str] = []
+    rows: list[list[str]] = []
+    delimiter = ","
+    for number, line in enumerate([*content.splitlines(), ""], start=1):
+        heading = _HEADING.fullmatch(line)
+        row = cells(line, delimiter)
+        is_filled = sum(map(bool, row)) >= _FEWEST
+        if rows and not is_filled:  # the table ends here
+            blocks.append(Block(section, names, units, rows, number - len(rows)))
+            rows = []
+            names = []
+        if heading:
+            section = heading["section"]
+            names = []
+        elif section != _SAMPLE or not line.strip():
+            continue
+        elif not names:
+            delimiter = delimiter_of(line)
+            names = cells(line, delimiter)
+            units = []
+        elif not units and row[0].startswith("("):
+            units = row
+        elif is_filled and any(is_number(cell, ".") or is_number(cell, ",") for cell in row):
+            rows.append(row[: len(names)])
+    return blocks
+
+
+def _read(source: LogSource) -> Table:
+    blocks = _blocks(decode(source.data))
+    if not blocks:
+        problem = f"the export has no rows under its heading {_SAMPLE!r}: what it holds is the calibration"
+        raise LogError(problem, remedy="Export the raw data of the test")
+    table = chosen_table(source, blocks, "table")
+    note = "the table of the calibration, by an oil and not the sample, is left out"
+    return replace(table, notes=(note, *table.notes))
+
+
+def _claims(head: bytes) -> bool:
+    plain = head.replace(b"\0", b"").decode("latin-1")
+    return "Chandler Engineering" in plain[:2000] and "Rheometer" in plain[:2000]
+
+
+READER = LogReader((), _claims, _read, recordings=found_recordings.names_by(_read), tells_damage=DAMAGE)
