@@ -158,3 +158,12 @@ def test_the_share_that_a_valve_is_told_is_proposed_before_a_mark(name: str) -> 
     other = {"relay_mode": MARK, "level": np.round(ROWS // 50 % 3)}
     plan = of_labels({"time_s": ROWS / 100, "rpm": 100 * TURN, "torque_ftlbs": DRAG, name: 30 * LEVELS, **other})
     assert plan.examples == (f'--field "{name}"',)
+
+
+@pytest.mark.parametrize("names", [("Fn", "vs", "Ff"), ("F_n", "v_rel", "F_f")])
+def test_a_table_of_friction_points_is_asked_about_once(names: tuple[str, str, str]) -> None:
+    presses, slides, rubs = names
+    drawn = np.random.default_rng(7).normal(size=400)
+    plan = of_labels({presses: 100 + drawn**2, slides: drawn[::-1], rubs: 40 * np.tanh(9 * drawn[::-1])})
+    assert [each.column for each in plan.signals] == [rubs]
+    assert plan.examples == ("--time none", "--field none", f'--slip "{slides}"')

@@ -50,6 +50,18 @@ def test_a_line_that_was_cut_is_left_out_with_a_word(tmp_path: Path) -> None:
     assert "lines that do not hold these values left out: 1" in table.notes
 
 
+@pytest.mark.parametrize("form", ["colons", "units"])
+def test_lines_that_lack_a_value_have_an_empty_cell_there(tmp_path: Path, form: str) -> None:
+    lines = written(tmp_path / "log.txt", FORMS[form]).read_text().splitlines()
+    shorter = [line.partition("torque")[0].rstrip(" ,") for line in lines[60:]]
+    (tmp_path / "log.txt").write_text("\n".join([*lines[:60], *shorter, ""]))
+    table = read_table(tmp_path / "log.txt")
+    assert table.rows == 100
+    np.testing.assert_array_equal(np.isnan(table.columns["torque"]), np.arange(100) >= 60)
+    np.testing.assert_array_equal(table.columns["speed"], SPEED)
+    assert "lines that lack some of the values: 40; their cells are empty" in table.notes
+
+
 def test_two_kinds_of_lines_are_no_table(tmp_path: Path) -> None:
     path = tmp_path / "log.txt"
     path.write_text("a:1, b:2\n" * 200 + "c:1, d:2\na:1, b:2\n" * 100)

@@ -32,7 +32,7 @@ NAMES = {
     "ia udc 电流 电压 励磁电流 线圈电流 電流 電圧 "
     "ток напряжение 전류 전압 prad napiecie proud napeti stroom akım gerilim",
     "slip": "slip w v n omega speed velocity vel sliprate slipspeed shearrate gammadot relativespeed rpm anglevelocity "
-    "drehzahl geschwindigkeit winkelgeschwindigkeit schlupf vitesse velocidad velocidade velocita "
+    "vs vrel drehzahl geschwindigkeit winkelgeschwindigkeit schlupf vitesse velocidad velocidade velocita "
     "thetadot dtheta thetad xdot dx dxdt xd dq qd qdot ydot dy phidot dphi angvel velo spd rotationspeed "
     "速度 转速 角速度 滑差 轉速 回転数 回転速度 "
     "скорость обороты частотавращения угловаяскорость 속도 각속도 회전수 회전속도 predkosc predkoscobrotowa "
@@ -47,7 +47,7 @@ NAMES = {
     "forca coppia forza fx fy fz mx my mz tx ty tz loadcell torq trq frc schubspannung torsion effet dampingforce "
     "dampkraft friction tauf taufric reibung frottement 摩擦力 力 扭矩 转矩 力矩 载荷 荷载 阻尼力 荷重 トルク "
     "момент крутящиимомент сила усилие нагрузка 토크 힘 하중 모멘트 마찰력 siła sila kracht koppel vridmoment "
-    "kuvvet tork",
+    "kuvvet tork ff ffric",
     "E1": "e1 field1 ech1",
     "E2": "e2 field2 ech2",
     "E": "e field",
@@ -115,7 +115,7 @@ _AGAINST = {
 }  # fmt: skip
 #: Short names that mean several things.
 NEED_UNIT = _set(
-    "v t m d n e u b x tau load id te par tension q y s phi qd dq dx dy xd course effet torsion id "
+    "v vs vrel t m d n e u b x tau ff load id te par tension q y s phi qd dq dx dy xd course effet torsion id "
     "friction reibung frottement fx fy fz mx my mz tx ty tz"
 )
 VOLTAGES = _set("u v uq ud udc voltage volt spannung tension voltaje tensao tensione 电压 電圧")

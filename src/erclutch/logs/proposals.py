@@ -147,7 +147,8 @@ def _clock_option(
     has_speed = "slip" in signals
     if "slip" in questions:
         speeds, _ = candidates(seen, "slip", ())
-        has_speed = has_speed or len(speeds) > 1
+        short = any(has_short_name(column, "slip") for column in seen.without(others))
+        has_speed = has_speed or len(speeds) > 1 or short
     if has_speed:
         return "--time none"  # a law without memory needs no clock where the speed is logged; a position needs it
 

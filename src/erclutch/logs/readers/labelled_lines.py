@@ -1,4 +1,7 @@
-"""Lines such as ``t:1000, w:0.30, T:1.25 Nm`` have the name of each value before it, as microcontrollers print them."""
+"""Lines such as ``t:1000, w:0.30, T:1.25 Nm`` have the name of each value before it, as microcontrollers print them.
+
+A line may lack some of the names of the fullest line: these cells are empty.
+"""
 
 from __future__ import annotations
 
@@ -40,6 +43,12 @@ def _names(line: str) -> tuple[str, ...]:
     return tuple(name for name, _, _ in _pairs(line))
 
 
+def _are_some_of(names: tuple[str, ...], every: tuple[str, ...]) -> bool:
+    """Whether a line has names of the fullest line in its order, half of them or more: it lacks the others."""
+    left = iter(every)
+    return 2 * len(names) >= len(every) and all(name in left for name in names)
+
+
 def _claims(head: bytes) -> bool:
     lines = head.decode("utf-8", errors="replace").splitlines()[:-1]  # the last may be cut
     named = [names for line in lines if (names := _names(line))]
@@ -55,12 +64,18 @@ def _read(source: LogSource) -> Table:
     named = [pairs for line in lines if (pairs := _pairs(line))]
     if not named:
         raise LogError("no line has values behind their names", remedy="Give a table of numbers with one row a sample")
-    names = tuple(name for name, _, _ in named[0])
-    rows: list[list[tuple[str, str, str]]] = []
+    names = max((tuple(name for name, _, _ in pairs) for pairs in named), key=len)
+    first_names = tuple(name for name, _, _ in named[0])
+    if not _are_some_of(first_names, names):
+        names = first_names
+    rows: list[dict[str, str]] = []  # numbers by name
+    units: dict[str, str] = {}
     for pairs in named:
-        if tuple(name for name, _, _ in pairs) == names:
-            rows.append(pairs)
-    first = next(place for place, line in enumerate(lines) if _names(line) == names)
+        if _are_some_of(tuple(name for name, _, _ in pairs), names):
+            rows.append({name: number for name, number, _ in pairs})
+            for name, _, unit in pairs:
+                units.setdefault(name, unit)
+    first = next(place for place, line in enumerate(lines) if (own := _names(line)) and _are_some_of(own, names))
     left_out = sum(bool(line.strip()) for line in lines[first:]) - len(rows)
     if left_out > _LEFT_OUT * len(rows):
         problem = f"{left_out} lines do not hold the values {', '.join(names)}, as {len(rows)} lines do"
@@ -68,13 +83,15 @@ def _read(source: LogSource) -> Table:
 
     written = io.StringIO()
     table = csv.writer(written)
-    units = [unit for _, _, unit in rows[0]]
-    table.writerow(f"{name} [{unit}]" if unit else name for name, unit in zip(names, units, strict=True))
-    table.writerows([number for _, number, _ in pairs] for pairs in rows)
+    table.writerow(f"{name} [{units[name]}]" if units[name] else name for name in names)
+    table.writerows([row.get(name, "") for name in names] for row in rows)
     read = text.read_text(replace(source, data=written.getvalue().encode()))
     notes = ["each line has the names of its values"]
     if left_out:
         notes.append(f"lines that do not hold these values left out: {left_out}")
+    lacking = sum(len(row) < len(names) for row in rows)
+    if lacking:
+        notes.append(f"lines that lack some of the values: {lacking}; their cells are empty")
     return replace(read, notes=(*notes, *read.notes))
 
 
