@@ -138,7 +138,7 @@ def test_parts_are_two_columns_of_the_file(names: list[str]) -> None:
 def test_the_angles_of_two_shafts_differ_by_the_angle_of_the_slip() -> None:
     angle = np.cumsum(TURNS) / 100
     columns = columns_of("theta_in", "theta_out", TURNS)
-    columns |= {"theta_in": DRIVING * TIME, "theta_out": DRIVING * TIME - angle}
+    columns |= {"theta_in": np.cumsum(DRIVING) / 100, "theta_out": np.cumsum(DRIVING) / 100 - angle}
     plan = planned(columns)
     position = plan.signal("position")
     assert position is not None
@@ -158,3 +158,12 @@ def test_two_numbered_ends_are_one_device_where_the_file_has_one_effort() -> Non
     assert " - " not in " ".join(planned(joints).examples)
     three = {**columns, "n3": 0.1 * TURNS}
     assert " - " not in " ".join(planned(three).examples)
+
+
+@pytest.mark.parametrize("ratio", [1.0, 5.0])
+def test_shafts_that_turn_as_one_are_those_of_a_gear(ratio: float) -> None:
+    columns = columns_of("motor_speed", "output_speed", TURNS)
+    columns |= {"motor_speed": ratio * columns["output_speed"] + 0.001 * np.sin(50 * TIME)}
+    plan = planned(columns)
+    assert " - " not in str(plan)
+    assert " - " not in " ".join(plan.examples)

@@ -345,8 +345,10 @@ def _ends_in_time(words: Sequence[str]) -> bool:
 def _speaks(word: str, signal: str) -> bool:
     """Whether a word speaks for another signal than this: the voltage of a force sensor is no field.
 
-    The velocity of a stroke is a velocity.
+    The velocity of a stroke is a velocity, and the load of a load's speed is a shaft.
     """
+    if word == "load" and signal in ("slip", "position"):
+        return False
     others = {*SINGLE} - {signal} - ({"position"} if signal == "slip" else set())
     return any(len(word) > 2 and word in _NAMES[other] for other in others)
 

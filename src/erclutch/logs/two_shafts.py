@@ -17,7 +17,7 @@ from erclutch.logs.labels import own_unit, split_label
 from erclutch.logs.mapping import ColumnMap
 from erclutch.logs.names import NAMES, plain, spoken_name, words_of
 from erclutch.logs.seen_columns import SeenColumns
-from erclutch.logs.shapes import FEW, takes_both_signs
+from erclutch.logs.shapes import FEW, go_straight, takes_both_signs
 from erclutch.logs.table import MINUS, Table
 from erclutch.signals import units
 from erclutch.signals.array import Array
@@ -35,6 +35,8 @@ _CLUTCH = (
     *("离合器", "離合器", "クラッチ", "муфт"),
 )
 _UNITS_OF_MOTION = {"slip": ("rad/s", "m/s"), "position": ("rad", "m")}
+_APART = 0.01  # of the largest speed, by which the shafts of a clutch differ at least
+_USUAL = (0.01, 0.99)  # quantiles
 _TRANSMITS = 0.95  # share of the rows in which the effort keeps to the sign of the slip
 _LARGE = 0.05  # of the largest slip and effort, from which on their signs tell
 
@@ -60,7 +62,10 @@ def with_differences(table: Table, told: ColumnMap) -> tuple[Table, ColumnMap]:
     if told.columns.keys().isdisjoint(_UNITS_OF_MOTION):
         for signal in _UNITS_OF_MOTION:
             ends = _ends_of_clutch(table, signal)
-            if ends is not None:
+            if ends is None:
+                continue
+            driving, driven = (_speed_of(table.columns[end], signal) for end in ends)
+            if not _turn_as_one(driving, driven):
                 made[MINUS.join(ends)] = ends
     if not made:
         return table, told
@@ -161,8 +166,30 @@ def _without_shaft(name: str, place: int) -> str:
 
 def between_shafts(seen: SeenColumns, signal: str) -> list[str]:
     """What may be the slip, or the position, where the file has two shafts: their difference, then each of them."""
-    ends = _ends_of_clutch(seen.table, signal) if seen.table.made and signal in _UNITS_OF_MOTION else None
-    return [name for name in seen.table.made if seen.table.parts_of(name) == ends] + [*(ends or ())]
+    if not seen.table.made or signal not in _UNITS_OF_MOTION:
+        return []
+    ends = _ends_of_clutch(seen.table, signal)
+    made = [name for name in seen.table.made if seen.table.parts_of(name) == ends]
+    return [*made, *ends] if made and ends else []
+
+
+def _turn_as_one(driving: Array, driven: Array) -> bool:
+    """Whether two shafts go with each other at all times: a gear is between them, or one is what the other was told."""
+    usual = np.isfinite(driving) & np.isfinite(driven)
+    if not usual.any():
+        return True
+    bounds = [np.quantile(speed[usual], _USUAL) for speed in (driving, driven)]
+    for speed, (low, high) in zip((driving, driven), bounds, strict=True):  # codes for no measurement go together too
+        usual &= (speed >= low) & (speed <= high)
+    if go_straight(driving[usual], driven[usual]):
+        return True
+    apart = float(np.abs(driving - driven)[usual].max(initial=0.0))
+    return apart <= _APART * float(np.abs(driving[usual]).max(initial=0.0))
+
+
+def _speed_of(motion: Array, signal: str) -> Array:
+    """A speed, or what a position changes by from row to row, shape (n,)."""
+    return np.gradient(motion) if signal == "position" and motion.size > 1 else motion
 
 
 def is_of_clutch(seen: SeenColumns, signal: str, difference: str, efforts: Iterable[str]) -> bool:
@@ -175,9 +202,7 @@ def is_of_clutch(seen: SeenColumns, signal: str, difference: str, efforts: Itera
     if any(word in said for word in _CLUTCH):
         return True
     motions = [difference, *(table.parts_of(difference) or ())]
-    slip, *shafts = [seen.columns[name].values for name in motions]
-    if signal == "position":
-        slip, *shafts = [np.gradient(place) if place.size > 1 else place for place in (slip, *shafts)]
+    slip, *shafts = [_speed_of(seen.columns[name].values, signal) for name in motions]
     if not takes_both_signs(slip):
         return False
     for effort in efforts:
