@@ -31,6 +31,7 @@ _NOISE_OF_POINTS = 0.05  # the same, where a column numbers the points: each of 
 _POINTS_OF = frozenset(
     {"point", "points", "pt", "pts", "no", "nr", "number", "nummer", "punkt", "messpunkt", "measurement"}
 )
+_UNSTEADY = 0.1  # of a step, by which the steps of points differ at least
 _MOST_HOLES = 0.1  # share of the rows that lack a number
 #: Words for the parts of one measurement, whose rows are one log whichever part they are of.
 _PARTS = (
@@ -170,8 +171,12 @@ def ask_about_order(draft: Draft) -> None:
     if clock is None or clock.kind != "column" or draft.told.time is not None or not has_slip:
         return
     stamps = table.columns[clock.column]
-    back = np.count_nonzero(np.diff(stamps) < 0.0)
-    are_few = back > 0 and stamps.size <= _FEW_POINTS and bool(np.isfinite(stamps).all())
+    steps = np.diff(stamps)
+    back = np.count_nonzero(steps < 0.0)
+    forward = steps[steps > 0.0]
+    are_few = back > 0 and 0 < forward.size < _FEW_POINTS
+    if are_few:  # a steady clock that goes back once is that of a log whose rows were mixed up
+        are_few = bool(np.ptp(forward) > _UNSTEADY * np.median(forward))
     is_slight = back <= DISORDER * stamps.size and not are_few
     if is_slight or back == stamps.size - 1:
         return
