@@ -214,9 +214,11 @@ def pick(x: Any, rows: slice | NDArray[np.int64]) -> Any:
     """Some rows of an array or of a dual of arrays."""
 
     def picked(values: Any) -> Any:
-        if getattr(values, "ndim", 0):
+        if not getattr(values, "ndim", 0):
+            return values  # a number is the same in all rows
+        if isinstance(rows, slice):
             return values[rows]
-        return values  # a number is the same in all rows
+        return values.take(rows, axis=0)  # twice as fast as an index
 
     if not isinstance(x, Dual):
         return picked(x)
