@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from erclutch.logs.labels import own_unit
@@ -21,11 +21,15 @@ def signals_of(found: Mapping[str, Any], chosen: actions.Chosen) -> list[dict[st
         turned = float(about.get("scale", 1.0)) < 0
         values = found["columns"].get(column, {})
         why, check = _why(about) if about else ("", False)
+        without = "not logged"  # what stands in place of a column
+        if signal == "time" and not column:
+            without = _clock(found.get("reading", ())) or without
         rows.append(
             {
                 "name": signal,
                 "meaning": actions.MEANING[signal],
                 "column": column,
+                "without": without,
                 "unit": unit,
                 "turned": turned,
                 "was": actions.label(column, unit, turned),
@@ -37,6 +41,15 @@ def signals_of(found: Mapping[str, Any], chosen: actions.Chosen) -> list[dict[st
             }
         )
     return rows
+
+
+def _clock(notes: Sequence[str]) -> str:
+    """What the time is taken from where no column of numbers is it: dates, a rate, the row number."""
+    for note in notes:
+        for beginning in ("time <- ", "time "):
+            if note.startswith(beginning):
+                return note.removeprefix(beginning)
+    return ""
 
 
 def _why(about: Mapping[str, Any]) -> tuple[str, bool]:

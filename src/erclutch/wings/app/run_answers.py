@@ -17,6 +17,8 @@ from erclutch.wings.app import actions
 from erclutch.wings.app.desk import ALONE, Desk, Form, in_short, quoted
 from erclutch.wings.app.workspace import Entry, WorkspaceError
 
+_NAMED = 3  # logs of a run that the overview names
+
 
 class RunAnswers(Desk):
     """What is asked about runs."""
@@ -200,7 +202,8 @@ def run_row(entry: Entry, body: Mapping[str, Any] | None) -> dict[str, Any]:
     if body is None:
         return row
     chosen = next(each for each in body["ranking"] if each["name"] == chosen_name(body))
-    row["logs"] = ", ".join(log["name"] for log in body["logs"])
+    names = [str(log["name"]) for log in body["logs"]]
+    row["logs"] = ", ".join(names) if len(names) <= _NAMED else f"{len(names)} logs, {names[0]} ... {names[-1]}"
     row["rows"] = " ".join(sorted(log["sha256"] for log in body["logs"]))  # runs of the same rows can be compared
     reading: Mapping[str, Any] = body.get("reading") or {}
     window = [str(reading.get(key, "")) for key in ("begin", "end", "skip")]
