@@ -88,6 +88,18 @@ def test_a_line_lies_where_its_numbers_say() -> None:
     assert path.get("d") == "M46.0 264.0L420.0 24.0"  # the corners of the axes in a drawing of 430 x 300
 
 
+def test_long_numbers_beside_an_axis_are_not_cut_off() -> None:
+    """Of 0.01914 the first digits lay outside of the drawing."""
+    ends = np.array([0.0, 1.0])
+    panel = Panel(Axis("x", "", 0.0, 1.0), Axis("y", "", 0.01904, 0.01916), [Line(ends, 0.0191 + 0 * ends, "ref")])
+    marks = [text for text in parsed(panel).iter(f"{SVG}text") if text.get("text-anchor") == "end" and text.text]
+    longest = max(
+        (text for text in marks if text.text and text.text.startswith("0.019")), key=lambda t: len(t.text or "")
+    )
+    assert len(longest.text or "") >= 7
+    assert float(longest.get("x", "0")) > 6.0 * len(longest.text or "")
+
+
 def test_named_bars_lie_from_the_top_and_end_at_their_values() -> None:
     panel = Panel(Axis("x", "", 0.0, 4.0), Axis("", "", -0.6, 2.6), [MARKS["named"]])
     first, second, third = (r for r in parsed(panel).iter(f"{SVG}rect") if "bars" in (r.get("class") or ""))

@@ -23,6 +23,7 @@ from erclutch.report.plots.plot_description import Line
 from erclutch.runs.cluster import WorkerLostError
 from erclutch.wings.fleet.fleet import DeviceTask, Fleet, _grouped, fit_device, fit_many
 from erclutch.wings.fleet.fleet_charts import fleet_panels
+from erclutch.wings.fleet.fleet_page import too_few
 from erclutch.wings.fleet.fleet_statistics import OUTLYING, control_chart, outlier_scores, trend
 from erclutch.wings.fleet.fleet_tables import _fit_row
 from tests.support.dask_cluster import dask_cluster, kill_a_worker, peak
@@ -135,7 +136,7 @@ def test_folders_of_one_name_below_different_ones_are_told_apart(logs: Path, tmp
 
 def test_what_cannot_be_is_said(logs: Path, tmp_path: Path) -> None:
     (tmp_path / "other").mkdir()
-    with pytest.raises(ErclutchError, match="not a run"):
+    with pytest.raises(ErclutchError, match="exists and is not a fleet"):
         fit_many(logs, MODELS, out=tmp_path / "other", settings=FAST)
     with pytest.raises(SettingError, match="--name-pattern"):
         fit_many(logs, MODELS, out=tmp_path / "run", settings=FAST, by="serial")
@@ -154,6 +155,13 @@ def test_the_command_writes_a_report(logs: Path, capsys: pytest.CaptureFixture[s
     page = (tmp_path / "run/report.html").read_text()
     assert "5 of 6 were fitted" in page
     assert "unit20.csv" in page
+
+
+def test_a_fleet_of_too_few_devices_says_why_its_columns_are_empty(fleet: Fleet) -> None:
+    assert too_few(fleet.stands_for) == ""
+    few = [replace(series, devices=series.devices[:3]) for series in fleet.stands_for]
+    assert too_few(few) == "Trends, limits and what stands out need 5 fitted devices; here are 3."
+    assert too_few([]) == ""
 
 
 def test_a_chart_holds_its_intervals_and_names_what_it_shows(fleet: Fleet) -> None:

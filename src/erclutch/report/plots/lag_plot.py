@@ -32,7 +32,7 @@ def describe_lag(material: Material) -> Plot:
         rows += responses
     if not panels:
         raise CheckError(
-            "the command hardly ever switches and no model has a lag",
+            "the command hardly ever switches in the rows held out, and no model that would be drawn has a lag",
             where=str(material.run.folder),
             remedy="Fit with --lag auto, or log with a switched field",
         )

@@ -26,6 +26,9 @@ from erclutch.signals.array import Array
 
 #: Margins around the axes.
 _LEFT, _RIGHT, _TOP, _BOTTOM = 46.0, 10.0, 24.0, 36.0
+_DIGIT = 6.4  # of a tick's number, at most
+_TO_AXIS = 6.0  # from the number to the axis
+_SMALL = 400  # width of a drawing with fewer ticks
 #: Steps of the colour ramps in the style sheet.
 RAMP = 8
 _FEWEST_TICKS = 3
@@ -36,7 +39,7 @@ def svg(panel: Panel) -> Markup:
     """A panel as one drawing, with its sentence for those who do not see it."""
     width, height = panel.size
     (x_low, x_high), (y_low, y_high) = panel.limits()
-    x = _Ruler(x_low, x_high, panel.x.log, _LEFT, width - _RIGHT)
+    x = _Ruler(x_low, x_high, panel.x.log, _left(panel), width - _RIGHT)
     y = _Ruler(y_low, y_high, panel.y.log, height - _BOTTOM, _TOP)
     drawn = "".join(_drawn(mark, x, y) for mark in panel.marks)
     wide = " broad" if width > _BROAD else ""
@@ -49,7 +52,21 @@ def svg(panel: Panel) -> Markup:
 def inside(panel: Panel) -> tuple[float, float, float, float]:
     """Where the axes of a panel lie, as shares of its drawing: left, top, right, bottom."""
     width, height = panel.size
-    return _LEFT / width, _TOP / height, 1 - _RIGHT / width, 1 - _BOTTOM / height
+    return _left(panel) / width, _TOP / height, 1 - _RIGHT / width, 1 - _BOTTOM / height
+
+
+def _left(panel: Panel) -> float:
+    """The margin to the left of the axes: of numbers as long as 0.01914 the first digits would be cut off."""
+    low, high = panel.limits()[1]
+    longest = max((len(_mark(value)) for value in _up(panel, low, high)), default=0)
+    return max(_LEFT, _TO_AXIS + _DIGIT * longest)
+
+
+def _up(panel: Panel, low: float, high: float) -> list[float]:
+    """The ticks of the upward axis; names of bars stand in place of them. A small drawing has fewer."""
+    if any(isinstance(mark, NamedBars) for mark in panel.marks):
+        return []
+    return ticks(low, high, 5 if panel.size[0] > _SMALL else 4, log=panel.y.log)
 
 
 @dataclass(frozen=True)
@@ -245,12 +262,11 @@ def _frame(panel: Panel, x: _Ruler, y: _Ruler) -> str:
     left = x.first
     right = x.last
     bottom = y.first
-    across, up = (6, 5) if panel.size[0] > 400 else (5, 4)
-    bars_are_named = any(isinstance(mark, NamedBars) for mark in panel.marks)  # their names stand in place of ticks
-    for value in [] if bars_are_named else ticks(y.low, y.high, up, log=y.log):
+    across = 6 if panel.size[0] > _SMALL else 5
+    for value in _up(panel, y.low, y.high):
         at = y.one(value)
         out.append(f'<path class="grid" d="M{left} {at:.1f}H{right:.1f}"/>')
-        out.append(f'<text x="{left - 6:.0f}" y="{at + 3.5:.1f}" text-anchor="end">{_mark(value)}</text>')
+        out.append(f'<text x="{left - _TO_AXIS:.0f}" y="{at + 3.5:.1f}" text-anchor="end">{_mark(value)}</text>')
     for value in ticks(x.low, x.high, across, log=x.log):
         if panel.x.whole and abs(value - round(value)) > 1e-9:
             continue

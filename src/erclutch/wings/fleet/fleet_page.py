@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +14,7 @@ from erclutch.report.numbers.run_material import BADGE_MEANS
 from erclutch.report.plots.paper_style import placed
 from erclutch.wings.fleet.fleet import Fleet
 from erclutch.wings.fleet.fleet_charts import fleet_panels, named
-from erclutch.wings.fleet.fleet_statistics import FleetSeries
+from erclutch.wings.fleet.fleet_statistics import FEWEST, FleetSeries
 
 _CHANCE = 0.01  # below it a trend is said
 
@@ -31,6 +32,14 @@ def beyond(series: FleetSeries) -> tuple[str, ...]:
     if series.chart is None:
         return ()
     return tuple(d for d, out in zip(series.devices, series.chart.out, strict=True) if out)
+
+
+def too_few(series: Sequence[FleetSeries]) -> str:
+    """Why a fleet has no such figures; empty where it has."""
+    devices = max((len(each.devices) for each in series), default=0)
+    if not series or devices >= FEWEST:
+        return ""
+    return f"Trends, limits and what stands out need {FEWEST} fitted devices; here are {devices}."
 
 
 def drifting(series: FleetSeries) -> bool:
@@ -52,6 +61,7 @@ def fleet_html(fleet: Fleet) -> str:
         "rows": rows,
         "panels": fleet_panels(series, fleet.over),
         "failed": fleet.failed,
+        "too_few": too_few(series),
         "others": sorted({row["model"] for row in fleet.fits if row["model"]} - {fleet.model}),
     }
     badge = fleet.origins[0] if fleet.origins else "RECORDING"

@@ -112,6 +112,10 @@ def tune(
     if json:
         terminal.say_json(_as_json(chosen, path, moved, loops, gains))
     else:
+        if model is None and chosen.name != kept.recommended:
+            terminal.tell(
+                f"The run recommends {kept.recommended}, which has no lag; {chosen.name} is its best model with one"
+            )
         _show(chosen, path, moved, loops, gains)
     with placed(out / "control.toml") as partial:
         partial.write_text(_toml(chosen, loops, gains), encoding="utf-8")
