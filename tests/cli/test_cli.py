@@ -142,6 +142,19 @@ def test_inspect(log: Path) -> None:
     assert body["columns"]["torque"]["unit"] == "N*m"
 
 
+def test_inspect_offers_what_two_shafts_differ_by_as_a_column(tmp_path: Path) -> None:
+    slip = 2.0 * np.sin(0.03 * np.arange(600))
+    driving = 50.0 + 5.0 * np.sin(0.01 * np.arange(600))
+    columns = zip(np.arange(600) / 100, driving, driving - slip, np.tanh(5.0 * slip), strict=True)
+    rows = [",".join(map(str, row)) + "\n" for row in columns]
+    (tmp_path / "log.csv").write_text("time [s],n_in [rpm],n_out [rpm],torque [N*m]\n" + "".join(rows))
+    body = json.loads(good("inspect", "log.csv", "--json", "--field", "none", cwd=tmp_path))
+    assert body["choices"]["slip"]["column"] == "n_in - n_out"
+    made = body["columns"]["n_in - n_out"]
+    assert made["unit"] == "rpm"
+    assert made["max"] == pytest.approx(2.0, rel=1e-3)
+
+
 def test_inspect_of_a_folder_shows_each_log_and_what_all_of_them_cover(tmp_path: Path) -> None:
     (tmp_path / "logs").mkdir()
     for k, seconds in enumerate((2.0, 3.0)):

@@ -313,10 +313,12 @@ def _is_of_a_rheometer(plan: Plan) -> bool:
 def _as_json(look: LogLook, courses: int) -> dict[str, Any]:
     """All that was seen, with the columns' courses in as many stretches as are asked for."""
     from erclutch.cli.column_courses import courses_of, sketch
+    from erclutch.logs.two_shafts import with_differences
 
-    units = look.raw.units
+    table, _ = with_differences(look.raw, look.plan.told)  # a page offers what two shafts differ by as a column
+    units = table.units
     columns: dict[str, object] = {}
-    for name, values in look.raw.columns.items():
+    for name, values in table.columns.items():
         shown: dict[str, object] = {"unit": units.get(name)}
         for figure, value in log_tables.figures(values)._asdict().items():
             shown[figure] = None if isnan(value) else value
