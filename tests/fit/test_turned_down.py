@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,7 +15,12 @@ from erclutch.fit.ranking import with_reasons
 from erclutch.fit.turned_down import NOT_IDENTIFIED, what_speaks_against
 from erclutch.logs import recording_from_arrays
 from erclutch.logs.dataset import build_dataset
+from erclutch.report.html.verdict_section import choice
+from erclutch.report.numbers.run_material import material_of
+from erclutch.runs.run_folder import read_run
+from erclutch.runs.written_run import write_run
 from erclutch.signals.array import Array
+from erclutch.signals.recording import Recording
 
 
 def errors_of(*sizes: float) -> list[Array]:
@@ -44,16 +50,31 @@ def test_a_model_that_was_not_in_question_has_no_errors_to_tell() -> None:
 
 
 @cache
-def compared() -> Comparison:
-    """A log of a law and noise; a bend that the training rows do not reach enters where rows are held out."""
+def logged() -> Recording:
+    """A log of Bingham's law and noise."""
     rng = np.random.default_rng(0)
     t: Array = 2e-3 * np.arange(3000.0)
     field = 0.5 + 0.5 * np.tanh(3.0 * np.sin(1.7 * t))
     slip = 3.0 * np.sin(4.4 * t) + 2.0 * np.sin(11.9 * t)
     effort = (0.1 + 0.8 * field**1.5) * np.tanh(slip / 0.3) + 0.05 * slip + 0.02 * rng.standard_normal(t.size)
     signals = {"field": field, "slip": slip, "effort": effort}
-    data = build_dataset(recording_from_arrays(signals, {"field": "A", "slip": "rad/s", "effort": "N*m"}, rate=500.0))
-    return compare(data, Settings(("bingham", "on-off"), lag="none"))
+    return recording_from_arrays(signals, {"field": "A", "slip": "rad/s", "effort": "N*m"}, rate=500.0)
+
+
+@cache
+def compared() -> Comparison:
+    """Bingham's law, which is recommended, and a switch."""
+    return compare(build_dataset(logged()), Settings(("bingham", "on-off"), lag="none"))
+
+
+def with_a_better_row(sound: bool) -> Comparison:
+    """As if the switch erred by half as much on the rows held out, and more on the training rows."""
+    comparison = compared()
+    bingham, on_off = (comparison.entry(name) for name in ("bingham", "on-off"))
+    half = replace(on_off.test, rmse=replace(on_off.test.rmse, value=0.5 * bingham.test.rmse.value))
+    better = replace(on_off, test=half, sound=sound)
+    entries = with_reasons([better, bingham], "bingham", {"on-off": "it is worse elsewhere"})
+    return replace(comparison, entries=tuple(entries), best="on-off")
 
 
 def test_a_row_that_is_no_better_is_not_told() -> None:
@@ -65,12 +86,12 @@ def test_a_row_that_is_no_better_is_not_told() -> None:
 
 @pytest.mark.parametrize("sound", [True, False])
 def test_the_verdict_tells_a_better_row_and_why_it_is_not_recommended(sound: bool) -> None:
-    comparison = compared()
-    bingham, on_off = (comparison.entry(name) for name in ("bingham", "on-off"))
-    half = replace(on_off.test, rmse=replace(on_off.test.rmse, value=0.5 * bingham.test.rmse.value))
-    better = replace(on_off, test=half, sound=sound)
-    entries = with_reasons([better, bingham], "bingham", {"on-off": "it is worse elsewhere"})
-    told = verdict(replace(comparison, entries=tuple(entries), best="on-off"))
+    told = verdict(with_a_better_row(sound))
     assert "m1, " in told
     reason = "it is worse elsewhere" if sound else NOT_IDENTIFIED
     assert told.endswith(f"there and is not recommended: {reason}.")
+
+
+def test_the_report_tells_a_better_row_too(tmp_path: Path) -> None:
+    run = read_run(write_run(tmp_path / "run", with_a_better_row(True), [logged()]))
+    assert choice(material_of(run)).endswith("there and is not recommended: it is worse elsewhere.")
