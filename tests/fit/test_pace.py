@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from erclutch.fit.pace import motion_held_out, other_motion, told
+from erclutch.fit.pace import motion_held_out, other_motion, told, two_motions
 from erclutch.logs.dataset import IN_NO_TIME, Dataset, joined
 from erclutch.signals.array import Array
 from erclutch.signals.clock import Clock, Span
@@ -51,6 +51,16 @@ def test_a_slower_and_a_quicker_motion_are_told(hertz: float, way: str, limit: s
     assert f"in the {limit} training log as a sine of" in seen
     (sentence,) = told(KNOWN, sine(hertz))
     assert sentence.endswith("off there. Add a log of such a motion to the fit.")
+
+
+def test_two_motions_are_said_to_tell_too_little_of_a_third() -> None:
+    (finding,) = two_motions(KNOWN)
+    assert "of a third motion the prediction band holds less than it says" in finding.message
+    assert not two_motions(LOGS[0])
+    assert not two_motions(joined([LOGS[0], LOGS[0]]))
+    assert not two_motions(joined([*LOGS, sine(4.0, name="c")]))
+    assert not two_motions(KNOWN.take(np.arange(KNOWN.rows) < LOGS[0].rows))
+    assert not two_motions(replace(KNOWN, notes=(IN_NO_TIME,)))
 
 
 def test_of_several_logs_the_furthest_is_named() -> None:

@@ -23,7 +23,7 @@ from erclutch.fit.log_zeros import log_differences
 from erclutch.fit.no_time import NO_MEMORY
 from erclutch.fit.one_thread import one_thread
 from erclutch.fit.outcome import AnyOutcome
-from erclutch.fit.pace import motion_held_out
+from erclutch.fit.pace import motion_held_out, two_motions
 from erclutch.fit.past_samples import past_finding
 from erclutch.fit.ranking import RankedModel, judged_by_training, scored, with_bands, with_reasons, with_sensor
 from erclutch.fit.scoring import recommend
@@ -145,7 +145,8 @@ def compare(
     settings = replace(settings or Settings(), **more)
     test = hold_out(data, settings.test)
     train = data.take(~test)
-    findings = check(data, test) + past_finding(settings.past, data) + motion_held_out(data, test)
+    findings = check(data, test) + past_finding(settings.past, data)
+    findings += motion_held_out(data, test) + two_motions(train)
     if settings.lag == AUTO and data.in_no_time:
         findings += (NO_MEMORY,)
     elif settings.lag == AUTO and steady_command(train) and not data.one_field:

@@ -38,6 +38,15 @@ def motion_held_out(data: Dataset, test: Mask) -> tuple[Finding, ...]:
     return tuple(Finding("note", "motion", message, _REMEDY) for message in seen)
 
 
+def two_motions(train: Dataset) -> tuple[Finding, ...]:
+    """What to know of the band where the training logs have two motions: each is told by a fit to the other alone."""
+    logs = sum(stop > start for start, stop in train.source_rows)
+    if train.in_no_time or logs < 2 or len(set(groups_of(train).motion)) != 2:
+        return ()
+    seen = "the training logs have two motions: of a third motion the prediction band holds less than it says"
+    return (Finding("note", "two motions", seen, "Log a third motion"),)
+
+
 def told(known: Dataset, data: Dataset) -> list[str]:
     """Whole sentences on logs that move otherwise than those of a fit; see `other_motion`."""
     return [f"{seen}. {_REMEDY}." for seen in other_motion(known, data)]
