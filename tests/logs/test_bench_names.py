@@ -167,3 +167,12 @@ def test_a_table_of_friction_points_is_asked_about_once(names: tuple[str, str, s
     plan = of_labels({presses: 100 + drawn**2, slides: drawn[::-1], rubs: 40 * np.tanh(9 * drawn[::-1])})
     assert [each.column for each in plan.signals] == [rubs]
     assert plan.examples == ("--time none", "--field none", f'--slip "{slides}"')
+
+
+@pytest.mark.parametrize(
+    "name", ["Elongation", "Allongement [mm]", "Verlängerung [mm]", "elongación [mm]", "伸び [mm]"]
+)
+def test_how_far_a_specimen_is_stretched_is_a_position(name: str) -> None:
+    plan = of_labels({"Time [s]": ROWS / 100, name: np.cumsum(TURN), "Force [N]": DRAG})
+    assert [each.signal for each in plan.signals if each.column] == ["position", "effort"]
+    assert not plan.questions

@@ -33,7 +33,17 @@ from erclutch.signals.recording import SIGNALS
 
 #: Signals that a unit alone may tell.
 _TOLD_BY_UNIT = ("field", "slip", "position", "effort", "T")
-_LENGTHS = ("displacement", "disp", "extension", "stroke", "crosshead", "weg", "deplacement", "desplazamiento")
+_LENGTHS = (
+    "displacement",
+    "disp",
+    "extension",
+    "elongation",
+    "stroke",
+    "crosshead",
+    "weg",
+    "deplacement",
+    "desplazamiento",
+)
 #: What the length between the marks of a specimen is called in the headers of testing machines.
 _GAUGE_LENGTH = re.compile(
     r"ga(?:u)?ge length|\bL0\b|messl(?:ä|ae)nge|longueur (?:initiale|utile|entre rep(?:è|e)res)|base de mesure|"

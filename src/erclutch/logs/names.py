@@ -42,7 +42,8 @@ NAMES = {
     "theta phi q y s encoder enc extension crosshead drehwinkel auslenkung posizione spostamento carrera course "
     "位移 角度 转角 位置 行程 変位 ストローク "
     "перемещение положение угол ход 변위 위치 각도 przemieszczenie połozenie poloha uhel verplaatsing "
-    "positie hoek vinkel konum",
+    "positie hoek vinkel konum elongation allongement elongacion alargamiento alongamento allungamento verlangerung "
+    "verlaengerung wydluzenie 伸长 伸び 伸长量 удлинение",
     "effort": "effort force torque f m load moment shearstress tau t te drehmoment kraft moment couple fuerza par "
     "forca coppia forza fx fy fz mx my mz tx ty tz loadcell torq trq frc schubspannung torsion effet dampingforce "
     "dampkraft friction tauf taufric reibung frottement 摩擦力 力 扭矩 转矩 力矩 载荷 荷载 阻尼力 荷重 トルク "
