@@ -257,3 +257,18 @@ def test_a_sweep_of_the_stress_in_time_is_no_creep(tmp_path: Path) -> None:
     stress = np.geomspace(1.0, 100.0, 60)
     text = "Time [s],Shear Strain [%],Shear Stress [Pa],Shear Rate [1/s]\n" + rows(TIMES, stress, stress, stress / 2.0)
     assert "neither fit" not in run("inspect", written(tmp_path, text)).out
+
+
+@pytest.mark.parametrize(
+    ("stress", "viscosity", "factor"),
+    [("N/M2", "mPas", 1.0), ("D/CM2", "CP", 10.0)],
+)
+def test_lines_that_a_brookfield_prints_are_read(tmp_path: Path, stress: str, viscosity: str, factor: float) -> None:
+    lines = [f" RPM=0.0 M=LV    S=40 %=0.0   {viscosity}=0.00  {stress}=0.00  1/SEC=0.000 T=----C  Z00:01 "]
+    for place, (rate, tau) in POINTS:
+        values = f"{viscosity}={1000 * tau / rate:.3f} {stress}={factor * tau:g}  1/SEC={rate:g}"
+        lines.append(f"?RPM={rate / 7.5:g} M=LV    S=40 %={place + 20}.5  {values}  T=25.0C  Z00:0{place} ")
+        lines.append(
+            f" RPM={rate / 7.5:g} M=LV S=40 %=EEEE {viscosity}=EEEE {stress}=EEEE 1/SEC={rate:g} T=25.0C Z00:0{place} "
+        )
+    assert_is_the_curve(written(tmp_path, "\n".join(lines) + "\n", "trial.txt"))
