@@ -136,3 +136,14 @@ def test_a_sweep_that_wanders_beside_the_numbers_of_its_points_makes_points(tmp_
 def test_points_say_the_option_for_rows_that_were_sampled(tmp_path: Path) -> None:
     log = read(written(tmp_path, "Current [A],Speed [rpm],Torque [N*m]", SPEED % 7, SPEED, SPEED % 9))
     assert any('--rate "RATE Hz"' in note for note in log.notes)
+
+
+def test_positions_swept_anew_for_each_current_are_said_to_be_a_map_at_rest(tmp_path: Path) -> None:
+    angle = np.tile(np.linspace(10.0, 55.0, 40), 5)
+    current = np.repeat(np.arange(5.0) * 40, 40)
+    header = "Position [deg],I [A],Torque [N*m]"
+    with pytest.raises(MappingError, match="Position goes one way anew for each I, as in a map of efforts at rest"):
+        read(written(tmp_path, header, angle, current, current * np.sin(angle)))
+    with pytest.raises(MappingError) as told:
+        read(written(tmp_path, header, np.sin(angle), current, current * np.sin(angle)))
+    assert "at rest" not in str(told.value)

@@ -58,7 +58,10 @@ def take_points(draft: Draft) -> None:
         return
     slip = draft.signals.get("slip")
     effort = draft.signals.get("effort")
-    if slip is None or effort is None or not slip.column or not effort.column:
+    if effort is None or not effort.column:
+        return
+    if slip is None or not slip.column:
+        _say_what_is_a_map(draft)
         return
     if draft.seen.columns[slip.column].kind == "Pa":
         return  # points of a rheometer are for `erclutch flowcurve`
@@ -79,6 +82,27 @@ def take_points(draft: Draft) -> None:
     sentence = f"no time: column {swept[0]} goes one way through the table, so its rows are points, none after another"
     sentence += ' (--rate "RATE Hz" if they were sampled at a rate)'
     draft.clock = points(draft.seen.counters, sentence, f"{swept[0]} goes one way")
+
+
+def _say_what_is_a_map(draft: Draft) -> None:
+    """Say beside the question for a time where a position is swept anew for each level of another column.
+
+    Such rows are a map of an effort at rest, as a calculation of a motor gives it: no rate makes a motion of it.
+    """
+    position = draft.signals.get("position")
+    if position is None or not position.column or "slip" in draft.questions:
+        return
+    swept = draft.seen.columns[position.column].values
+    for column in draft.seen.without([position.column]):
+        if not column.shape.keeps_levels or not np.isfinite(column.values).all():
+            continue
+        sweeps = [swept[column.values == level] for level in np.unique(column.values)]
+        if len(sweeps) > 2 and all(sweep.size > 2 and np.all(np.diff(sweep) > 0.0) for sweep in sweeps):
+            question = draft.questions["time"]
+            why = f"{position.column} goes one way anew for each {column.name}, as in a map of efforts at rest"
+            problem = f"{question.problem}. {why}: that has no slip, at no rate"
+            draft.ask("time", MappingError(problem, remedy=question.remedy), question.option)
+            return
 
 
 def few_values_are_missing(draft: Draft) -> bool:
