@@ -36,7 +36,8 @@ def proved_plausibility(folder: Path) -> Proof:
     for source in (*LIVE.glob("*.[ch]"), DRIVERS / "plausible_any.c"):
         shutil.copy(source, folder)
     history = ("-eva-split-return", "full", "-eva-partition-history", "1", "-eva-interprocedural-history")
-    return analysed(folder, ["plausible_any.c", "erc_plausible.c"], "-c11", "-eva-slevel", "60", *history)
+    files = ["plausible_any.c", "erc_turned.c", "erc_plausible.c"]
+    return analysed(folder, files, "-c11", "-eva-slevel", "60", *history)
 
 
 def proved_controller(step: ExportedStep, folder: Path) -> Proof:

@@ -63,7 +63,7 @@ _DOUBTS = ("theta-doubted", "alpha-doubted", "torque-doubted")
 #: Control -> device, program, and settings that differ.
 CONTROLS: Mapping[str, tuple[DeviceName, str, Mapping[str, Any]]] = {
     "equation 23": ("coaxial", "tracking-fast", {}),
-    "equation 23, meter needed": ("coaxial", "tracking-fast", {"meter_needed": 1.0}),
+    "equation 23, meter needed": ("coaxial", "tracking-fast", {"meter_needed": 2.0}),
     "torque": ("coaxial", "torque-sine", {}),
     "computed torque": (
         "coaxial",
@@ -144,7 +144,7 @@ def settings_of(control: str, model: LiveModel, rig: RigParameters, observer: st
     device, name, changes = CONTROLS[control]
     programs = standard_programs(rig, model=True, device=device)
     program = next(p for p in programs if p.name == name)
-    common = {"device": device, "observer": observer, "torque_lead": 1.5e-3, "torque_lag": 1e-3}
+    common = {"device": device, "observer": observer, "torque_lead": 1.5e-3, "torque_lag": 1e-3, "meter_needed": 1.0}
     stroke = {"stroke": shaft_angle(rig, 0.9)} if device == "coaxial" else {}
     settings = rig_settings(rig, (program,), **common, **stroke)
     free = free_output(rig) if device == "coaxial" else free_drive(rig)
@@ -228,6 +228,11 @@ def _near(frames: Any) -> NDArray[np.float64]:
     """The largest field within `NEAR` rows of each."""
     size = np.abs(frames["field1"] - frames["field2"])
     return np.max([np.roll(size, shift) for shift in range(-NEAR, NEAR + 1)], axis=0)
+
+
+def field_too_high(healthy: Any, faulty: Any) -> NDArray[np.bool_]:
+    """Rows in which a fault brings a higher field than the healthy loop has nearby."""
+    return _field_above(faulty, _near(healthy))
 
 
 def _field_above(frames: Any, most: NDArray[np.float64]) -> NDArray[np.bool_]:

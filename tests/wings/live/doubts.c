@@ -1,6 +1,6 @@
 /* Every state of the doubt in a torque sensor and every reading that may come next, through the loop's own core: range, rate,
- * disagreement, repetition, infinity; held, then reduced, then zero, with an event that says why. What must come of each is
- * written here once more, and compared. Prints what it went through. */
+ * disagreement, repetition, infinity, a turned sign; held, then reduced, then zero, with an event that says why. What must
+ * come of each is written here once more, and compared. Prints what it went through. */
 #include "erc_config.h"
 #include "erc_core.h"
 
@@ -17,8 +17,10 @@
 #define BAND 0.05
 #define WELL 700u  /* periods after which it is known that the sensor has noise */
 #define LATCHES 5u /* periods of disagreement that no later agreement takes back */
+#define LAST 8u    /* readings that tell a turned sign */
+#define SMALL 0.04 /* of the model's torque: turned, it is within the band */
 
-enum reading { GOOD, BEYOND, JUMPS, OPPOSES, REPEATS, INFINITE, READINGS };
+enum reading { GOOD, BEYOND, JUMPS, OPPOSES, REPEATS, INFINITE, TURNED, READINGS };
 enum order { NO_ORDER, ZERO, RESET, PROGRAM, ORDERS };
 
 static unsigned long broken, steps, pairs;
@@ -36,8 +38,10 @@ static void must(int holds, const char *what, unsigned reading, unsigned doubt) 
 }
 
 /* A model whose torque moves by more than a sensor may repeat, and follows from the field alone. */
+static double size = 1.0;
+
 static double level(uint64_t tick) {
-    return 0.5 + 0.04 * sin(0.05 * (double)tick);
+    return size * (0.5 + 0.04 * sin(0.05 * (double)tick));
 }
 
 static uint64_t now;
@@ -112,6 +116,8 @@ static double read_as(const rig *r, enum reading kind) {
         return r->last;
     case INFINITE:
         return r->seq % 2u != 0u ? (double)INFINITY : -(double)INFINITY;
+    case TURNED:
+        return noise - level(now);
     default:
         return level(now) + noise;
     }
@@ -148,19 +154,32 @@ static void arrive(rig *r, const erc_config *config, enum reading kind, uint32_t
 }
 
 static int asks_meter(const rig *r) {
-    return r->core.config.observer == ERC_BY_SENSOR && r->core.program == 0u;
+    return (r->core.config.observer == ERC_BY_SENSOR && r->core.program == 0u) || r->core.config.meter_needed > 1.0;
+}
+
+/* Whether any doubt in the meter stops the program. */
+static int stops(const rig *r) {
+    return asks_meter(r) || r->core.config.meter_needed > 0.0;
+}
+
+/* Periods of the doubt that stops it: without a question for the meter only what the meter shows by itself. */
+static uint32_t doubt_of(const rig *r) {
+    return asks_meter(r) ? r->core.meter.doubted : (stops(r) ? r->core.meter.alone : 0u);
 }
 
 /* One reading, and all that must be true of what comes of it. */
 static void one(rig *r, enum reading kind) {
-    const uint32_t before = r->core.meter.doubted, state = r->core.state;
-    const uint32_t latched = (r->core.meter.reason & ERC_DISAGREES) != 0u && before > LATCHES;
+    const uint32_t doubted = r->core.meter.doubted, alone = r->core.meter.alone, before = doubt_of(r), state = r->core.state;
+    const uint32_t latched = (r->core.meter.reason & ERC_DISAGREES) != 0u && doubted > LATCHES;
     const double earlier = r->field, believed = r->core.meter.believed;
     const double reached = 1e-3 * RATE * (double)(r->core.meter.since + 1u); /* since it was believed for the last time */
     const erc_share learned = r->core.stages.learned[0];
     erc_command out;
     const erc_frame frame = step(r, kind, &out);
-    const uint32_t doubt = r->core.meter.doubted, wrong = r->core.meter.wrong;
+    const uint32_t now_doubted = r->core.meter.doubted, doubt = doubt_of(r), wrong = r->core.meter.wrong;
+    const uint32_t by_itself = wrong && (r->core.meter.reason & ERC_DISAGREES) == 0u;
+    /* Several readings have told a turned sign at once. */
+    const uint32_t turned = wrong && !by_itself && doubted < LATCHES && now_doubted == LATCHES + 1u;
     must(fabs(r->core.meter.believed) <= LIMIT, "only what can be is believed", kind, before);
     must(kind != BEYOND || (frame.events & ERC_OUT_OF_RANGE) != 0u, "beyond its range", kind, before);
     must(kind != INFINITE || wrong, "infinite", kind, before);
@@ -168,11 +187,13 @@ static void one(rig *r, enum reading kind) {
     must(kind == GOOD || !wrong || (frame.events & ERC_TORQUE_DOUBTED) != 0u, "an event names the sensor", kind, before);
     must(!wrong || (frame.events & (ERC_OUT_OF_RANGE | ERC_GLITCH | ERC_STUCK | ERC_DISAGREES)) != 0u, "and the reason", kind,
          before);
-    must(!wrong || doubt == before + 1u, "doubt grows by one", kind, before);
-    must(wrong || doubt == (latched ? before + 1u : before) || (!latched && doubt + 1u == before), "or falls by one", kind,
-         before);
+    must(!wrong || now_doubted == doubted + 1u || turned, "doubt grows by one", kind, doubted);
+    must(wrong || now_doubted == (latched ? doubted + 1u : doubted) || (!latched && now_doubted + 1u == doubted),
+         "or falls by one", kind, doubted);
+    must(r->core.meter.alone == (by_itself ? alone + 1u : (alone > 0u ? alone - 1u : 0u)), "what it shows by itself", kind,
+         alone);
     must(!wrong || memcmp(&learned, &r->core.stages.learned[0], sizeof learned) == 0, "nothing is learned", kind, before);
-    if (!asks_meter(r)) {
+    if (!stops(r)) {
         must(state != ERC_RUNNING || r->core.state == ERC_RUNNING, "who asks no meter goes on", kind, before);
         return;
     }
@@ -192,7 +213,7 @@ static void one(rig *r, enum reading kind) {
 static void give(rig *r, enum order kind) {
     static const uint32_t kinds[ORDERS] = {0, ERC_ORDER_ZERO, ERC_ORDER_RESET, ERC_ORDER_PROGRAM};
     const erc_order order = {ERC_ORDER_MAGIC, kinds[kind], 0.0, 0, 0};
-    const uint32_t state = r->core.state, doubted = asks_meter(r) && r->core.meter.doubted > 0u && r->core.meter.wrong;
+    const uint32_t state = r->core.state, doubted = doubt_of(r) > 0u && r->core.meter.wrong;
     if (kind == NO_ORDER) {
         return;
     }
@@ -205,7 +226,7 @@ static void give(rig *r, enum order kind) {
 /* A pause without samples in a doubt: the doubt goes on meanwhile, and a wrong reading after it counts the pause too. */
 static void pause_in_doubt(const rig *there, enum reading kind, uint32_t pause) {
     rig r = *there;
-    const uint32_t before = r.core.meter.doubted, wrong = r.core.meter.wrong, running = r.core.state == ERC_RUNNING;
+    const uint32_t before = doubt_of(&r), wrong = r.core.meter.wrong, running = r.core.state == ERC_RUNNING;
     double field = r.field;
     erc_command out;
     erc_frame frame;
@@ -215,45 +236,59 @@ static void pause_in_doubt(const rig *there, enum reading kind, uint32_t pause) 
         erc_core_step(&r.core, 0, 0u, now, 0, 0, &out, &frame);
         r.field = out.field1 - out.field2;
         must(fabs(r.field) <= fabs(field) + 1e-12, "no field grows in a pause", kind, before);
-        must(!asks_meter(&r) || before + i + ERC_ZERO_BEFORE_TRIP < TRIP || r.field == 0.0, "zero as without a pause", kind,
+        must(!stops(&r) || before + i + ERC_ZERO_BEFORE_TRIP < TRIP || r.field == 0.0, "zero as without a pause", kind,
              before + i);
         field = r.field;
     }
     frame = step(&r, kind, &out);
-    if (before > 0u && wrong && r.core.meter.wrong) {
-        must(r.core.meter.doubted >= before + pause + 1u, "a pause in doubt counts", kind, before);
-        must(!asks_meter(&r) || !running || (r.core.state == ERC_TRIPPED) == (r.core.meter.doubted >= TRIP || pause >= TRIP),
-             "it trips as without a pause", kind, r.core.meter.doubted);
+    const uint32_t grew = doubt_of(&r) > 0u && (asks_meter(&r) || (r.core.meter.reason & ERC_DISAGREES) == 0u);
+    if (before > 0u && wrong && r.core.meter.wrong && grew) {
+        must(doubt_of(&r) >= before + pause + 1u, "a pause in doubt counts", kind, before);
+        must(!running || (r.core.state == ERC_TRIPPED) == (doubt_of(&r) >= TRIP || pause >= TRIP), "it trips as without a pause",
+             kind, doubt_of(&r));
     }
     (void)frame;
     pairs++;
 }
 
+/* Each doubt by one kind of reading, and all that may come next. */
+static void from(const erc_config *config, enum reading was) {
+    for (uint32_t periods = 0; periods <= TRIP + 2u; periods++) {
+        rig there;
+        arrive(&there, config, was, periods);
+        must(was != TURNED || periods < LAST || there.core.meter.doubted > LATCHES, "its last readings tell a turned sign", was,
+             periods);
+        const uint64_t then = now;
+        for (uint32_t pause = 1; pause <= TRIP; pause++) {
+            now = then;
+            pause_in_doubt(&there, was, pause);
+        }
+        for (unsigned e = 0; e < READINGS * ORDERS * READINGS; e++) {
+            rig r = there;
+            now = then;
+            give(&r, (enum order)(e / READINGS % ORDERS));
+            one(&r, (enum reading)(e % READINGS));
+            for (uint32_t i = 0; i < TRIP + 2u; i++) {
+                one(&r, (enum reading)(e / READINGS / ORDERS));
+            }
+            pairs++;
+        }
+    }
+}
+
 int main(void) {
     for (uint32_t observer = ERC_BY_SENSOR - 1u; observer <= ERC_BY_SENSOR; observer++) {
         for (uint32_t program = 0; program < 2u; program++) {
-            erc_config config = config_of(observer);
-            config.program = program;
-            for (unsigned was = BEYOND; was < READINGS; was++) {
-                for (uint32_t periods = 0; periods <= TRIP + 2u; periods++) {
-                    rig there;
-                    arrive(&there, &config, (enum reading)was, periods);
-                    const uint64_t then = now;
-                    for (uint32_t pause = 1; pause <= TRIP; pause++) {
-                        now = then;
-                        pause_in_doubt(&there, (enum reading)was, pause);
-                    }
-                    for (unsigned e = 0; e < READINGS * ORDERS * READINGS; e++) {
-                        rig r = there;
-                        now = then;
-                        give(&r, (enum order)(e / READINGS % ORDERS));
-                        one(&r, (enum reading)(e % READINGS));
-                        for (uint32_t i = 0; i < TRIP + 2u; i++) {
-                            one(&r, (enum reading)(e / READINGS / ORDERS));
-                        }
-                        pairs++;
-                    }
+            for (uint32_t needed = 0; needed <= 2u; needed++) {
+                erc_config config = config_of(observer);
+                config.program = program;
+                config.meter_needed = (double)needed;
+                for (unsigned was = BEYOND; was < READINGS; was++) {
+                    from(&config, (enum reading)was);
                 }
+                size = SMALL;
+                from(&config, TURNED);
+                size = 1.0;
             }
         }
     }

@@ -75,7 +75,8 @@ def test_every_doubt_and_reading_keeps_the_promises(tmp_path: Path) -> None:
     ("name", "good", "bad"),
     [
         ("plausible", "torque < -limit || torque > limit", "torque < -limit"),
-        ("core", "asked || core->config.meter_needed > 0.0 ?", "asked && core->config.meter_needed > 0.0 ?"),
+        ("core", "asked || core->config.meter_needed > 1.0 ?", "asked && core->config.meter_needed > 1.0 ?"),
+        ("core", "core->config.meter_needed > 0.0 &&", "core->config.meter_needed > 1.0 &&"),
         ("core", "ask[0] = share * core->asked1;", "ask[0] = core->asked1;"),
         ("core", "(doubted(core) > 0u && core->meter.wrong)", "0"),
     ],

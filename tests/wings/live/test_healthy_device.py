@@ -3,42 +3,28 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator, Sequence
-from dataclasses import replace
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 import pytest
 
-from erclutch.signals.channels import NamedChannels
-from erclutch.signals.device import DeviceName, Units
+from erclutch.signals.device import DeviceName
 from erclutch.signals.speed import Derivative
 from erclutch.wings.live.accelerated import AcceleratedRun
 from erclutch.wings.live.c_core import Core
-from erclutch.wings.live.command_line.chosen_rig import channels_of_rig
-from erclutch.wings.live.command_line.chosen_settings import settings_of
-from erclutch.wings.live.command_line.live_options import ControlOptions, ObserverOption, RigOptions
+from erclutch.wings.live.command_line.live_options import ObserverOption
 from erclutch.wings.live.layout import EVENT_BITS, SAMPLE
 from erclutch.wings.live.motion_limits import innovation_lag, motion_limits
 from erclutch.wings.live.sensor_limits import free_drive
-from erclutch.wings.live.session import LiveModel, ServedRig
 from erclutch.wings.live.settings import LoopSettings
 from erclutch.wings.rig.twin.parameters import default_rig
+from tests.support.healthy_sessions import sessions
 from tests.support.sensor_faults import model_of
 
 RIG = default_rig()
 STRONGEST = RIG.value("drive.torque_limit")
 DEVICES: tuple[DeviceName, ...] = ("coaxial", "single")
-
-
-def sessions(device: DeviceName, model: LiveModel, **control: Any) -> Iterator[tuple[LoopSettings, str]]:
-    """Settings of ``erclutch live`` for each program that it offers on the TWIN, and the program's name."""
-    named = NamedChannels({}, Units("N*m", "", "rad/s"), motor=True, sensor=True)
-    twin = ServedRig("twin", "TWIN", {"kind": "twin"}, named)
-    options = RigOptions(seed=1), ControlOptions(**control)
-    offered = settings_of(twin, device, model, channels_of_rig(twin, device, model), RIG, options, {}, None)
-    for program in offered.programs:
-        yield replace(offered, programs=(program,)), program.name
 
 
 def tripped(device: DeviceName, name: str, motors: Sequence[float], observers: Sequence[ObserverOption], rows: int,

@@ -14,9 +14,9 @@ from erclutch.signals.device import DeviceName
 from erclutch.wings.live.layout import EVENT_BITS
 from erclutch.wings.live.session import LiveModel
 from erclutch.wings.rig.twin.parameters import default_rig
+from tests.support.healthy_sessions import sessions
 from tests.support.late_samples import LATE, frames_of_late
 from tests.support.sensor_faults import ZERO_WITHIN, model_of, settings_of
-from tests.wings.live.test_healthy_device import sessions
 
 RIG = default_rig()
 ROWS = 1500

@@ -20,7 +20,7 @@ SOURCES = Path(__file__).parent / "c"
 #: No -ffast-math, ever: it would delete the guards against NaN.
 FLAGS = ("-std=c11", "-O2", "-ffp-contract=off", "-Wall", "-Wextra", "-Wconversion")
 #: Only what has no input or output: for tests, accelerated runs and comparison.
-_PARTS = ("core", "config", "sensors", "plausible", "control", "torque", "inverse", "interlock", "packet")
+_PARTS = ("core", "config", "sensors", "turned", "plausible", "control", "torque", "inverse", "interlock", "packet")
 CORE = tuple(f"erc_{part}.c" for part in _PARTS)
 
 

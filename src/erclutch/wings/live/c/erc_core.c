@@ -64,7 +64,9 @@ static uint32_t doubted(const erc_core *core) {
     const bool computed = mode == ERC_TRACK && core->config.track_bandwidth > 0.0;
     const bool torque = mode == ERC_TORQUE || mode == ERC_IMPEDANCE || mode == ERC_WALL || computed;
     const bool asked = torque && core->config.observer == ERC_BY_SENSOR;
-    const uint32_t meter = asked || core->config.meter_needed > 0.0 ? core->meter.doubted : 0u;
+    /* A sensor that never read two torques may be none. */
+    const uint32_t alone = core->config.meter_needed > 0.0 && core->meter.count > 0.0 ? core->meter.alone : 0u;
+    const uint32_t meter = asked || core->config.meter_needed > 1.0 ? core->meter.doubted : alone;
     /* Of meter and encoder one is wrong, and which one nothing says. */
     const uint32_t either = mode == ERC_FIELDS || mode == ERC_REST ? 0u : core->momentum.doubted;
     return meter > either ? meter : either;
@@ -78,7 +80,7 @@ static int reset(erc_core *core) {
     core->state = ERC_READY;
     core->trip_reason = 0u;
     core->rig_seen = 0u;
-    core->meter.doubted = core->momentum.doubted = 0u;
+    core->meter.doubted = core->meter.alone = core->momentum.doubted = 0u;
     core->momentum.begun = false;
     if (core->model.reset != 0) {
         core->model.reset(core->model.state);

@@ -2,6 +2,8 @@
  * from the model's torque as device and model may differ. Who controls by it learns from no other reading. */
 #include "erc_plausible.h"
 
+#include "erc_turned.h"
+
 #include <math.h>
 
 #define MOST_PERIODS 1000000u
@@ -12,6 +14,7 @@
 #define LIVELY 500u        /* readings after which it is known how often a sensor repeats itself */
 #define MOST_REPEATED 16u  /* periods for which a sensor with noise does; a coarse one does so for as long as it likes */
 #define REPEATS 2u         /* times its longest repetition after which a sensor is stuck */
+#define COARSE 2.0         /* counts of a coarse sensor: a model's torque may move by so much and show none */
 
 /* A reading beside the model's torque. */
 #define DRIFTS 3.0         /* bands by which a device may drift off its model */
@@ -123,7 +126,9 @@ static void watch(erc_meter *m, double torque) {
 /* Whether the sensor repeats itself for longer than it ever did; or while the model's torque moves by what a live sensor
  * must show. */
 static bool stuck(const erc_config *config, const erc_meter *m) {
-    const bool moves = config->torque_still > 0.0 && m->high - m->low > config->torque_still;
+    const double way = m->high - m->low;
+    const bool shows = way > config->torque_still && !(way <= COARSE * m->count); /* NaN: no count is known yet */
+    const bool moves = config->torque_still > 0.0 && shows;
     const bool noisy = m->readings >= LIVELY && m->longest <= MOST_REPEATED;
     const bool lively = config->torque_still > 0.0 && noisy && m->still > REPEATS * m->longest;
     return m->still >= ERC_STILL && (moves || lively);
@@ -194,7 +199,7 @@ static void clear(erc_core *core) {
 uint32_t erc_torque_plausible(erc_core *core, double torque) {
     erc_meter *m = &core->meter;
     uint32_t reason;
-    bool off;
+    bool off, turned;
     m->good = m->wrong = false;
     if (!isfinite(torque) && !(fabs(torque) > HIGHEST_TORQUE)) { /* no reading: the model is in charge */
         m->still = 0u;
@@ -203,12 +208,20 @@ uint32_t erc_torque_plausible(erc_core *core, double torque) {
     }
     watch(m, torque);
     reason = impossible(core, torque);
-    off = reason == 0u && disagrees(core, torque);
+    const double can_be = reason == 0u ? torque : m->believed; /* whatever follows, nothing beyond the limit is believed */
+    turned = reason == 0u && erc_torque_turned(core, torque);
+    off = turned || (reason == 0u && disagrees(core, torque));
     /* At its end stop the output stops what turns with it: the meter reads that, and no model knows it. */
     if (off && core->field != 0.0 && erc_slipping(core) && erc_placed(core)) {
         reason = ERC_DISAGREES;
+        m->doubted = turned && m->doubted < SURE ? SURE : m->doubted; /* several readings have said so */
     }
     m->seen = true;
+    if (reason != 0u && reason != ERC_DISAGREES) {
+        m->alone += m->alone < MOST_PERIODS ? 1u : 0u;
+    } else {
+        m->alone -= m->alone > 0u ? 1u : 0u;
+    }
     if (reason != 0u) {
         m->wrong = true;
         m->unlearn = m->unlearn || (m->doubted == 0u && (reason == ERC_STUCK || reason == ERC_DISAGREES));
@@ -217,7 +230,7 @@ uint32_t erc_torque_plausible(erc_core *core, double torque) {
         return m->reason;
     }
     clear(core);
-    m->believed = torque;
+    m->believed = can_be;
     m->since = 0u;
     m->good = !off; /* at one speed a clutch passes on whatever is asked of it: nothing follows from that */
     return 0u;

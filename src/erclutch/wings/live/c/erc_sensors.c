@@ -222,16 +222,25 @@ static bool lost_for_good(const erc_core *core) {
 }
 
 /* A doubt is a time: a meter that was wrong before a pause and is wrong after it was wrong meanwhile. */
-static void doubt_of_pause(erc_core *core, uint32_t before, uint64_t pause) {
+static uint32_t with_pause(uint32_t before, uint32_t after, uint64_t pause) {
     const uint32_t least = before + (uint32_t)(pause < LARGEST_GAP ? pause : LARGEST_GAP);
-    if (core->meter.wrong && before > 0u && core->meter.doubted < least) {
-        core->meter.doubted = least;
+    return before > 0u && after < least ? least : after;
+}
+
+/* The same for what the meter shows by itself. */
+static void doubt_of_pause(erc_meter *m, uint32_t doubted, uint32_t alone, uint64_t pause) {
+    if (m->wrong) {
+        m->doubted = with_pause(doubted, m->doubted, pause);
+    }
+    if (m->wrong && (m->reason & ERC_DISAGREES) == 0u) {
+        m->alone = with_pause(alone, m->alone, pause);
     }
 }
 
 /* All samples of a step. Counts periods in a row without a good one. */
 uint32_t erc_sensors_take(erc_core *core, const erc_sample *samples, uint32_t count, uint64_t periods) {
-    const uint32_t before = core->meter.wrong ? core->meter.doubted : 0u;
+    const uint32_t doubted = core->meter.wrong ? core->meter.doubted : 0u;
+    const uint32_t alone = core->meter.wrong ? core->meter.alone : 0u;
     const uint64_t heard = core->sensor_seq;
     uint32_t events = 0u;
     int good = 0;
@@ -241,7 +250,7 @@ uint32_t erc_sensors_take(erc_core *core, const erc_sample *samples, uint32_t co
         events |= take_one(core, &samples[i], &good);
     }
     if (core->sensor_seq != heard) {
-        doubt_of_pause(core, before, core->step - core->heard);
+        doubt_of_pause(&core->meter, doubted, alone, core->step - core->heard);
         core->heard = core->step;
     }
     const bool lost = lost_for_good(core);

@@ -12,7 +12,7 @@ ERC_SETTING(FROM_ZERO, torque_limit)        /* [N*m] largest torque that device 
 ERC_SETTING(FROM_ZERO, torque_rate)         /* [N*m/s] its fastest change; 0: none */
 ERC_SETTING(FROM_ZERO, torque_band)         /* [N*m] by which a torque may jump off what is observed; 0: not compared */
 ERC_SETTING(FROM_ZERO, torque_still)        /* [N*m] of the model's torque that a live sensor shows; 0: none is stuck */
-ERC_SETTING(FROM_ZERO, meter_needed)        /* above 0: a torque that cannot be stops a program that does not ask for it, too */
+ERC_SETTING(FROM_ZERO, meter_needed)        /* 1: a torque that cannot be stops programs that do not ask for it, too; 2: also one that disagrees with the model */
 ERC_SETTING(FROM_ZERO, load_inertia)        /* [kg*m^2] moved by the measured torque (a single device: and the motor) and dry friction alone; 0: not compared */
 ERC_SETTING(FROM_ZERO, load_friction)       /* [N*m] that dry friction */
 ERC_SETTING(FROM_ZERO, load_drag)           /* [N*m*s/rad] its viscous drag */

@@ -49,6 +49,15 @@ typedef struct {
     uint64_t step;                  /* the last one */
 } erc_stages;
 
+/* What is known of the sign of the torque sensor, from its last readings. */
+typedef struct {
+    double offset;              /* [N m] by which it reads beyond the model's torque as a rule */
+    double usual;               /* [N^2 m^2] the square of its usual distance from both */
+    double off[ERC_EARLIER];    /* [N^2 m^2] squares of the last distances from both */
+    double turned[ERC_EARLIER]; /* [N^2 m^2] the same from the turned torque */
+    uint32_t place, readings;   /* of the next square; how many readings */
+} erc_turn;
+
 /* What is known of the torque sensor. Torques in N m. */
 typedef struct {
     double reading, believed;    /* the last reading as it came, and the last that can be */
@@ -61,9 +70,11 @@ typedef struct {
     uint32_t readings, longest;  /* how many, and the most periods that a good sensor ever read the same */
     uint32_t little;             /* good readings in a row that say little */
     uint32_t doubted;            /* how long it has been wrong, in periods; a good reading takes one off */
+    uint32_t alone;              /* the same of what shows without a comparison with the model's torque */
     uint32_t guessed;            /* periods left in which what the model expects is a guess outside its log */
     bool seen, wrong;            /* ever read; the latest cannot be */
     bool good, unlearn;          /* the latest may be learned from; what was learned of late is in doubt */
+    erc_turn turn;
 } erc_meter;
 
 /* What is known of the momentum of the output, or of the drive of a single device: where nothing but dry friction acts on

@@ -26,6 +26,9 @@ _AS_RECORDED = {"motor_limit": 1e9}
 #: Of an output on which nothing acts beside the measured torque and dry friction: only the user knows that.
 _LOAD = ("load_inertia", "load_friction", "load_drag", "load_band")
 
+#: Of --meter-needed, of neither, and of --no-meter-needed.
+_METER_NEEDED = {True: 2.0, None: 1.0, False: 0.0}
+
 _NO_JUMPS = dict.fromkeys(MOTION, 0.0)
 
 #: The program that runs first where none is named, by the rig; on others they rest.
@@ -154,7 +157,7 @@ def _settings(
         "derivative": Derivative("kalman", control.speed_bandwidth),
         **_values(control, "k_p", "k_d", "torque_p", "torque_i", "theta_wrap", "alpha_wrap", "stiffness", "damping"),
         **_stages(parameters, control),
-        "meter_needed": float(control.meter_needed),
+        "meter_needed": _METER_NEEDED[control.meter_needed],
     }
     if replay is not None:
         largest = 0.0  # field of the recording
@@ -162,6 +165,7 @@ def _settings(
             largest = float(abs(replay.table[:, :2]).max())
         rate = (2.0 * largest or 1.0) / PERIOD  # from one end to the other in a period
         limits = {"field_limit": largest or 1.0, "rise_rate": rate, "fall_rate": rate}
+        common["meter_needed"] *= float(bool(control.meter_needed))  # a recording drives nothing
         return rig_settings(parameters, (replay,), **common, **_AS_RECORDED, **_NO_JUMPS, **limits)
 
     # Torques of the programs are those of the rig file: a force needs programs of its own.

@@ -70,9 +70,10 @@ class ControlOptions:
     track_bandwidth: Annotated[float, HERTZ, Parameter(group=_MOTION)] = 0.0
     """Track by computed torque with this bandwidth in Hz, in place of k_p and k_d; 0: equation 23. It needs --tuned or
     --output-inertia."""
-    meter_needed: Annotated[bool, Parameter(group=TORQUE, negative=())] = False
-    """A torque sensor that reads what cannot be brings zero field under each program, also under one that does not ask
-    the sensor. Default: such a program goes on, and the event is shown."""
+    meter_needed: Annotated[bool | None, Parameter(group=TORQUE)] = None
+    """Under programs that do not ask the torque sensor. Default: zero field where its readings cannot be, whatever the
+    model says. --meter-needed: also where they disagree with the model. --no-meter-needed: such a program goes on, and
+    the event is shown."""
     stiffness: Annotated[float, quantity("N*m/rad"), Parameter(group=_MOTION)] = 0.1
     """Stiffness of the programs impedance (a pair) and wall (a brake) in N m/rad; at most 2 damping / period."""
     damping: Annotated[float, quantity("N*m*s/rad"), Parameter(group=_MOTION)] = 4.0e-3

@@ -6,6 +6,7 @@ static double erc_at_rest(const erc_core *core, const double *in, double field) 
     return @REST@(field, held, 0.0);
 }
 
+@TURNED@
 @PLAUSIBLE@
 @TORQUE@
 @INTERLOCK@

@@ -43,7 +43,7 @@ _REVERSAL = 2.0
 #: What the model's alarms get: a torque that can be, where the slip says what it has to be.
 _MEASURED = "const double zero = 0.0, known = core->meter.good && erc_slipping(core) ? input->torque : zero / zero;"
 #: Files of the loop that the controller is made of, in the order in which they call each other.
-_PARTS = ("plausible", "torque", "interlock")
+_PARTS = ("turned", "plausible", "torque", "interlock")
 #: Constants of the loop that the controller names too.
 _NAMED = ("COAXIAL", "SINGLE", "BY_MODEL", "BY_SENSOR", "BY_MOTION", "STILL", "EARLIER", "ZERO_BEFORE_TRIP")
 _NUMBER = re.compile(r"(?<![\w.])(\d+\.\d*(?:e[-+]?\d+)?|\d+e[-+]?\d+)(?![\w.])")
