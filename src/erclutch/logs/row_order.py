@@ -195,7 +195,7 @@ def ask_about_order(draft: Draft) -> None:
     if clock is None or clock.kind != "column" or draft.told.time is not None or not has_slip:
         return
     stamps = table.columns[clock.column]
-    steps = np.diff(stamps)
+    steps = np.diff(stamps[np.isfinite(stamps)])  # what is missing has an error of its own
     back = np.count_nonzero(steps < 0.0)
     forward = steps[steps > 0.0]
     are_few = back > 0 and 0 < forward.size < _FEW_POINTS
