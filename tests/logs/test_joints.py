@@ -478,3 +478,57 @@ def test_currents_of_as_many_joints_as_torques_are_no_field(tmp_path: Path) -> N
     plan = planned(path)
     assert "field may be any of the columns cur1, cur2, cur3" in str(plan.questions)
     assert '--field none --slip "vel2" --effort "torque2"' in plan.command()
+
+
+def test_the_motion_of_the_joint_goes_with_its_torque_where_the_motor_in_front_of_the_gear_is_logged_too(
+    tmp_path: Path,
+) -> None:
+    measured = np.tanh(4 * RATE) + 0.3 * ANGLE
+    columns = {"t": TIME, "motor_pos": 100 * ANGLE, "motor_vel": 100 * RATE, "joint_pos": ANGLE, "joint_vel": RATE}
+    plan = planned(written_csv(tmp_path, columns | {"joint_torque": measured}))
+    taken = {each.signal: each.column for each in plan.signals if each.column}
+    assert taken == {"slip": "joint_vel", "position": "joint_pos", "effort": "joint_torque"}
+
+    plan = planned(written_csv(tmp_path, columns | {"torque": measured}))
+    assert "slip may be any of the columns motor_vel, joint_vel" in str(plan.questions)
+
+    of_motor = {"t": TIME, "motor_velocity": RATE, "spring_torque": measured, "motor_torque": measured**3}
+    taken = {each.signal: each.column for each in planned(written_csv(tmp_path, of_motor)).signals if each.column}
+    assert taken == {"slip": "motor_velocity", "effort": "motor_torque"}
+
+    of_cell = {"t": TIME, "motor_velocity": RATE, "load_cell": measured, "motor_current": np.abs(measured)}
+    assert {each.signal: each.column for each in planned(written_csv(tmp_path, of_cell)).signals}[
+        "effort"
+    ] == "load_cell"
+
+
+def test_what_rostopic_writes_before_each_name_is_no_field(tmp_path: Path) -> None:
+    stamps = 1_690_000_000_000_000_000 + (TIME * 1e9).astype(np.int64)
+    names = "%time,field.header.seq,field.header.stamp,field.name0,field.position0,field.velocity0,field.effort0"
+    effort = np.tanh(4 * RATE) + 0.3 * ANGLE
+    lines = [names]
+    for row, stamp in enumerate(stamps):
+        lines.append(f"{stamp},{row},{stamp},elbow,{ANGLE[row]:.9f},{RATE[row]:.9f},{effort[row]:.9f}")
+    path = tmp_path / "arm.csv"
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    plan = planned(path)
+    assert {each.signal: each.column for each in plan.signals} == {
+        "slip": "velocity0",
+        "position": "position0",
+        "effort": "effort0",
+    }
+    assert plan.clock is not None
+    assert plan.clock.factor == 1e-9
+    assert plan.command().endswith("--field none")
+
+
+@pytest.mark.parametrize(("name", "unit"), [("pos_turns", "turn"), ("vel_turns_s", "turn/s")])
+def test_turns_end_names_of_drives(name: str, unit: str) -> None:
+    assert split_end(name)[1] == unit
+
+
+def written_csv(folder: Path, columns: dict[str, np.ndarray]) -> Path:
+    path = folder / "log.csv"
+    rows = np.column_stack(list(columns.values()))
+    np.savetxt(path, rows, delimiter=",", header=",".join(columns), comments="", fmt="%.9f")
+    return path

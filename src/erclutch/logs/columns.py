@@ -14,7 +14,7 @@ import numpy as np
 
 from erclutch.errors import MappingError, shell_word
 from erclutch.logs.circuits import fields_among, one_of_a_circuit
-from erclutch.logs.joints import of_joints
+from erclutch.logs.joints import beside_a_gear, of_joints, of_one_side
 from erclutch.logs.labels import split_end
 from erclutch.logs.names import NEED_UNIT, OTHER, SINGLE, TOLD, headed, plain
 from erclutch.logs.quotients import (
@@ -111,6 +111,11 @@ def guess(
             if len(alike) == 1 and None not in fits.values():
                 names = alike
                 reason += f", and the effort is that of a {KINDS[kind]}"
+    if signal in ("slip", "position") and len(names) > 1:
+        efforts, _ = candidates(seen, "effort", [*taken, *names])
+        names = of_one_side(seen, names, efforts)
+    if signal == "effort" and len(names) > 1 and motion:
+        names = of_one_side(seen, names, [motion])
     if signal == "effort" and len(names) > 1:
         # A coefficient of friction says by its numbers which force is the friction and which presses.
         rubbing = rubbing_force(seen)
@@ -176,6 +181,8 @@ def candidates(
         names = [column.name for column in exact or named]
         if signal == "field":
             names = fields_among(seen, free, names, forms)
+        elif named and not exact:
+            names += beside_a_gear(signal, named, fitting)
         return distinct(seen, names), "name"
 
     # No whole name speaks. A short name may, where its numbers go with another column.

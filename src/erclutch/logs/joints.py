@@ -12,6 +12,8 @@ from erclutch.logs.names import NAMES, TOLD, headed
 from erclutch.logs.seen_columns import SeenColumn, SeenColumns
 
 _MOTIONS = ("slip", "position")
+#: Words for the sides of a gear or a spring, each of which has a motion and a torque of its own.
+_SIDES = frozenset(("motor", "rotor", "joint", "link", "load", "output", "input", "spring", "arm"))
 #: The number of a joint in the name of a file.
 _IN_FILE = re.compile(r"(?:joint|axis|achse|gelenk|motor|axe|eje|关节|軸|轴|関節)[ _-]?0*(\d+)", re.IGNORECASE)
 
@@ -71,3 +73,33 @@ def _likely_first(seen: SeenColumns, family: dict[str, str]) -> Sequence[str]:
     of_file = joint_of_file(seen)
     moved = {number: seen.columns[name].moved for number, name in family.items()}
     return sorted(family, key=lambda number: (number != of_file, -moved[number]))
+
+
+def beside_a_gear(signal: str, named: Iterable[SeenColumn], fitting: Iterable[SeenColumn]) -> list[str]:
+    """Columns of another side of a gear than those whose names speak: ``joint_vel`` beside ``motor_vel``."""
+    own = {side_of(column) for column in named}
+    if "" in own or signal not in (*_MOTIONS, "effort"):
+        return []
+    others: list[str] = []
+    for column in fitting:
+        side = side_of(column)
+        speaks = signal in column.spoken.may_be and TOLD.isdisjoint(column.spoken.stem_words)
+        if speaks and side and side not in own:
+            others.append(column.name)
+    return others
+
+
+def of_one_side(seen: SeenColumns, names: Sequence[str], partners: Iterable[str]) -> list[str]:
+    """The one column on the side of the gear where all of its partners are; all of the columns where it is not one."""
+    sides = {side_of(seen.columns[name]) for name in partners if name in seen.columns}
+    if len(sides) != 1 or "" in sides:
+        return [*names]
+    alike = [name for name in names if name in seen.columns and side_of(seen.columns[name]) in sides]
+    return alike if len(alike) == 1 else [*names]
+
+
+def side_of(column: SeenColumn) -> str:
+    """The word in a name for a side of a gear; "" for none and several."""
+    words = {*column.spoken.stem_words}
+    sides = words & _SIDES - ({"load"} if "cell" in words else set())
+    return sides.pop() if len(sides) == 1 else ""

@@ -54,6 +54,7 @@ _POUNDS = {
     for end in (f"{arm}{pound}", f"{pound}{arm}", f"{arm}_{pound}")
 }
 _IN_WORDS = "degrees=deg degree=deg radians=rad radian=rad meters=m metres=m millimeters=mm millimetres=mm newtons=N"
+_TURNS_IN_WORDS = "turns=turn turns_s=turn/s turns_per_second=turn/s"
 _SPEEDS_IN_WORDS = "radians_per_second=rad/s degrees_per_second=deg/s meters_per_second=m/s"
 _TIMES_IN_WORDS = "seconds=s milliseconds=ms microseconds=us msec=ms usec=us"
 # What only looks like a second or a metre at its end: a shear rate, a viscosity, an acceleration.
@@ -65,7 +66,7 @@ _ENDS = {
         for end, _, unit in (
             pair.partition("=")
             for pair in f"{_SPEEDS} {_OTHER_SPEEDS} {_TURNS_A_TIME} {_FIELDS} {_OTHERS} {_TORQUES} {_WEIGHTS} "
-            f"{_IN_WORDS} {_SPEEDS_IN_WORDS} {_TIMES_IN_WORDS} {_LONGER}".split()
+            f"{_IN_WORDS} {_TURNS_IN_WORDS} {_SPEEDS_IN_WORDS} {_TIMES_IN_WORDS} {_LONGER}".split()
         )
     },
     **_POUNDS,
@@ -112,6 +113,7 @@ _SYMBOLS = {
     "E": "V/m",
     "H": "A/m",
 }
+_OF_A_MESSAGE = "field."  # before each name behind the time, as rostopic echo -p writes it: no field of a device
 _FEWEST_ALIKE = 2  # in a file; a single one may be an index (``i_d``)
 # A quotient behind an underscore (``SR_1/s``, ``v_m/s``); a capital letter there is an index (``M_A/Nm``).
 _QUOTIENT = re.compile(r"(.+)_((?:1|m|[^\W\d_]{2,})/[^/()]+)")
@@ -286,6 +288,8 @@ def name_columns(
     Hidden characters of a label are written out. A label's own unit goes before that of ``own_units``, with a note.
     """
     shown = [printable(label.strip()) for label in labels]
+    if len(shown) > 1 and all(label.startswith(_OF_A_MESSAGE) for label in shown[1:]):
+        shown = [label.removeprefix(_OF_A_MESSAGE) for label in shown]
     split = [split_label(label) for label in shown]
     notes: list[str] = []
     if own_units is not None:
