@@ -111,11 +111,7 @@ def guess(
             if len(alike) == 1 and None not in fits.values():
                 names = alike
                 reason += f", and the effort is that of a {KINDS[kind]}"
-    if signal in ("slip", "position") and len(names) > 1:
-        efforts, _ = candidates(seen, "effort", [*taken, *names])
-        names = of_one_side(seen, names, efforts)
-    if signal == "effort" and len(names) > 1 and motion:
-        names = of_one_side(seen, names, [motion])
+    names = _beside_partners(seen, signal, names, taken, motion)
     if signal == "effort" and len(names) > 1:
         # A coefficient of friction says by its numbers which force is the friction and which presses.
         rubbing = rubbing_force(seen)
@@ -131,6 +127,16 @@ def guess(
             remedy += ", or --variable all if each is a log"
         raise MappingError(problem, remedy=remedy)
     return Guess(names[0], reason) if names else None
+
+
+def _beside_partners(
+    seen: SeenColumns, signal: str, names: Sequence[str], taken: Iterable[str], motion: str
+) -> list[str]:
+    """Of several columns the one on that side of a gear where the effort is, or the motion of an effort."""
+    if len(names) < 2 or signal not in ("slip", "position", "effort"):
+        return [*names]
+    partners = [motion] if signal == "effort" else candidates(seen, "effort", [*taken, *names])[0]
+    return of_one_side(seen, names, partners)
 
 
 def candidates(
@@ -181,8 +187,7 @@ def candidates(
         names = [column.name for column in exact or named]
         if signal == "field":
             names = fields_among(seen, free, names, forms)
-        elif named and not exact:
-            names += beside_a_gear(signal, named, fitting)
+        names += beside_a_gear(signal, [] if exact else named, fitting)
         return distinct(seen, names), "name"
 
     # No whole name speaks. A short name may, where its numbers go with another column.

@@ -78,7 +78,7 @@ def _likely_first(seen: SeenColumns, family: dict[str, str]) -> Sequence[str]:
 def beside_a_gear(signal: str, named: Iterable[SeenColumn], fitting: Iterable[SeenColumn]) -> list[str]:
     """Columns of another side of a gear than those whose names speak: ``joint_vel`` beside ``motor_vel``."""
     own = {side_of(column) for column in named}
-    if "" in own or signal not in (*_MOTIONS, "effort"):
+    if not own or "" in own or signal not in (*_MOTIONS, "effort"):
         return []
     others: list[str] = []
     for column in fitting:
