@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -42,6 +44,15 @@ def test_a_replay_too_long_for_memory_is_refused() -> None:
     log = turning(30.0, 1.0)
     with pytest.raises(SettingError, match="14970 s has more than 10,000,000 rows"):
         at_period(log, angles_of(log), 1e-3, held=True)
+
+
+@pytest.mark.parametrize(("unit", "scale"), [("?", 100.0), ("rad", 100.0), ("m", 1.0)])
+def test_a_position_in_another_unit_than_the_slip_is_not_differentiated(unit: str, scale: float) -> None:
+    """A real damper's position in cm without a unit: the loop's slip was 100 times that of the log, without a word."""
+    log = damper(50, 1e-3)
+    position = scale * 0.3 * (log.time - log.time[0])
+    with_position = replace(log, signals={**log.signals, "position": position}, units={**log.units, "position": unit})
+    assert np.diff(angles_of(with_position)[:, 0]) * 1e3 == pytest.approx(0.3)
 
 
 @settings(deadline=None)

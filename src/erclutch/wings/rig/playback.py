@@ -9,6 +9,7 @@ import numpy as np
 from erclutch.errors import MappingError, SettingError
 from erclutch.signals.array import Array
 from erclutch.signals.recording import Recording
+from erclutch.signals.units import UNKNOWN
 from erclutch.wings.rig.interface import Measurement, RigCommand
 from erclutch.wings.rig.rig_server import RigEnd
 
@@ -98,9 +99,13 @@ def angles_of(log: Recording, wraps: tuple[float, float] = (0.0, 0.0)) -> Array:
     signals = log.signals
 
     def angle(position: str, speed: str) -> Array | None:
-        if position in signals:
+        if speed not in signals:
+            return signals.get(position)
+        # A position without a unit may be in cm: beside a slip in m/s it would be differentiated to 100 times that.
+        own = log.units.get(position, UNKNOWN)
+        if position in signals and own != UNKNOWN and f"{own}/s" == log.units.get(speed):
             return signals[position]
-        return np.cumsum(signals[speed]) * log.period if speed in signals else None
+        return np.cumsum(signals[speed]) * log.period
 
     theta = angle("theta", "theta_dot")
     alpha = angle("alpha", "alpha_dot")
