@@ -532,3 +532,15 @@ def written_csv(folder: Path, columns: dict[str, np.ndarray]) -> Path:
     rows = np.column_stack(list(columns.values()))
     np.savetxt(path, rows, delimiter=",", header=",".join(columns), comments="", fmt="%.9f")
     return path
+
+
+def test_torques_that_the_drives_of_a_robot_estimate_are_offered_where_none_was_measured(tmp_path: Path) -> None:
+    measured = np.tanh(4 * RATE) + 0.3 * ANGLE
+    columns = {"time": TIME}
+    for joint, size in ((0, 0.1), (1, 1.0)):
+        own = {"motor_q": size * ANGLE, "motor_dq": size * RATE, "motor_tauEst": size * measured}
+        columns |= {f"{name}_{joint}": values for name, values in own.items()}
+    plan = planned(written_csv(tmp_path, columns))
+    assert '--slip "motor_dq_1" --effort "motor_tauEst_1"' in plan.command()
+    plan = planned(written_csv(tmp_path, columns | {"tau_0": 0.1 * measured, "tau_1": measured}))
+    assert "tauEst" not in str(plan.questions[-1].problem.partition(";")[0])

@@ -12,6 +12,7 @@ from erclutch.logs.names import NAMES, TOLD, headed
 from erclutch.logs.seen_columns import SeenColumn, SeenColumns
 
 _MOTIONS = ("slip", "position")
+_ESTIMATED = frozenset(("est", "estimate", "estimated"))
 #: Words for the sides of a gear or a spring, each of which has a motion and a torque of its own.
 _SIDES = frozenset(("motor", "rotor", "joint", "link", "load", "output", "input", "spring", "arm"))
 #: The number of a joint in the name of a file.
@@ -45,15 +46,32 @@ def joint_of_file(seen: SeenColumns) -> str:
 
 
 def _families(seen: SeenColumns, signal: str, columns: Iterable[SeenColumn]) -> list[dict[str, str]]:
-    """Names by the number behind them, of each family of two and more that speaks for the signal by its name."""
+    """Names by the number behind them, of each family of two and more that speaks for the signal by its name.
+
+    Of a robot without sensors of torque those are meant that its drives estimate (``tau_est_0``).
+    """
+    seen_ones = [*columns]
+    found = _named_families(seen, signal, seen_ones, frozenset())
+    if found or signal != "effort":
+        return found
+    return _named_families(seen, signal, seen_ones, _ESTIMATED)
+
+
+def _named_families(
+    seen: SeenColumns, signal: str, columns: Iterable[SeenColumn], passed_over: frozenset[str]
+) -> list[dict[str, str]]:
+    """The families of `_families`; the words that are passed over say nothing against a name."""
     families: dict[str, dict[str, str]] = {}
     for column in columns:
         stem = column.spoken.plain_stem
         bare = stem.rstrip("0123456789")
         number = stem.removeprefix(bare).lstrip("0") or "0"
-        if bare == stem or not TOLD.isdisjoint(column.spoken.stem_words) or signal in column.spoken.turned:
+        words = {*column.spoken.stem_words}
+        is_estimated = not words.isdisjoint(passed_over)
+        if bare == stem or not TOLD.isdisjoint(words) or (signal in column.spoken.turned and not is_estimated):
             continue
-        own = headed(column.spoken.stem, signal, seen.shared_words)
+        name = " ".join(word for word in column.spoken.stem_words if word not in passed_over)
+        own = headed(name if is_estimated else column.spoken.stem, signal, seen.shared_words)
         if signal in column.spoken.numbered or own or column.spoken.heads.get(signal):
             families.setdefault(bare, {})[number] = column.name
     several = [bare for bare, family in families.items() if len(family) > 1]

@@ -218,7 +218,9 @@ def spoken(name: str, stem: str, end: str | None) -> SpokenName:
     forms = {signal: _called_as(name, stem, signal) for signal in NAMES}
     heads = {signal: headed(stem, signal) for signal in SINGLE}
     bare = plain_stem.rstrip("0123456789")
-    numbered = frozenset(signal for signal in SINGLE if bare != plain_stem and bare in _NAMES[signal])
+    alone = "".join(word for word in stem_words if word not in _BESIDE).rstrip("0123456789")  # of motor_dq_0: dq
+    is_numbered = bare != plain_stem
+    numbered = frozenset(signal for signal in SINGLE if is_numbered and not {bare, alone}.isdisjoint(_NAMES[signal]))
 
     plainly = (TOLD | OTHER | NOT_MEASURED).isdisjoint(stem_words)
     speaking = {word for word in stem_words if plainly and len(word) > 2}
