@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from erclutch.arithmetic.as_in_c import array_as_in_c
 from erclutch.arithmetic.dual import Dual, partial_of
-from erclutch.arithmetic.recursion import machine_code, recur, step_of, steps_of, switched
+from erclutch.arithmetic.recursion import machine_code, recur, step_of, switched
 from erclutch.signals.array import Array
 from erclutch.signals.clock import Clock, Span
 
@@ -72,7 +72,7 @@ def test_one_step_stands_for_all_rows_only_where_all_spans_have_it() -> None:
     assert step_of(clock_of([5, 6])) == 1e-3
     for periods in ([1e-3, 2e-3], [1e-3, None], [None, None]):
         clock = clock_of([5, 6], list(periods))
-        assert np.array_equal(step_of(clock), steps_of(clock))
+        assert np.array_equal(step_of(clock), clock.steps)
 
 
 def test_where_nothing_can_be_kept_a_function_is_compiled_all_the_same(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -17,7 +17,7 @@ from erclutch.arithmetic.elementary import absolute, elementary, less_select, si
 from erclutch.arithmetic.evaluation import Numbers, evaluate
 from erclutch.arithmetic.precision import PRECISIONS, PrecisionName
 from erclutch.arithmetic.record import Record, recorded, traced
-from erclutch.arithmetic.recursion import starts_of, step_of, steps_of, switched
+from erclutch.arithmetic.recursion import starts_of, step_of, switched
 from erclutch.signals.clock import Clock, Span
 from tests.support.pinning import Pinned
 
@@ -81,7 +81,7 @@ def test_steps_of_clocks(pinned: Pinned) -> None:
     spans = (Span(0, 3, 0.1), Span(3, 4, 0.1), Span(4, 7, None), Span(7, 8, None))
     clock, even = Clock(time, spans), Clock(time[:3], spans[:1])
     u = np.sin(np.arange(8.0) * 2.0)
-    pinned([steps_of(clock), step_of(clock), step_of(even), starts_of(clock), switched(u, 0.5 * u, 0.3 * u, clock)])
+    pinned([clock.steps, step_of(clock), step_of(even), starts_of(clock), switched(u, 0.5 * u, 0.3 * u, clock)])
 
 
 def test_records(pinned: Pinned) -> None:

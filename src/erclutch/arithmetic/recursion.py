@@ -59,29 +59,13 @@ class _Allowance:
 _plain = _Allowance(_PLAIN_ROWS)
 
 
-def steps_of(clock: Clock) -> Array:
-    """Sampling step that ends at each row, in s; the first row of a span gets the following one's."""
-    steps = np.empty(clock.time.size)
-    for span in clock.spans:
-        rows = slice(span.start, span.stop)
-        if span.period is not None:
-            steps[rows] = span.period
-        elif span.stop - span.start > 1:
-            time = clock.time[rows]
-            before = 2 * time[0] - time[1]  # as if the first step had been the second
-            steps[rows] = np.diff(time, prepend=before)
-        else:
-            steps[rows] = 1.0  # a lone row is settled, whatever the step
-    return steps
-
-
 def step_of(clock: Clock) -> Array | float:
     """The sampling step in s where all rows have the same, else that of each row."""
     periods = {span.period for span in clock.spans}
     if len(periods) > 1:
-        return steps_of(clock)
+        return clock.steps
     period = next(iter(periods), None)
-    return steps_of(clock) if period is None else period
+    return clock.steps if period is None else period
 
 
 def starts_of(clock: Clock) -> list[int]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
@@ -54,6 +55,26 @@ class Clock:
     spans: tuple[Span, ...]
     joins: bool = False
     carry: Carry | None = None
+
+    @cached_property
+    def steps(self) -> Array:
+        """Sampling step that ends at each row, in s; the first row of a span gets the following one's. Not to write to.
+
+        A search for memory asks thousands of times, and a log of stamps may have hundreds of spans.
+        """
+        steps = np.empty(self.time.size)
+        for span in self.spans:
+            rows = slice(span.start, span.stop)
+            if span.period is not None:
+                steps[rows] = span.period
+            elif span.stop - span.start > 1:
+                time = self.time[rows]
+                before = 2 * time[0] - time[1]  # as if the first step had been the second
+                steps[rows] = np.diff(time, prepend=before)
+            else:
+                steps[rows] = 1.0  # a lone row is settled, whatever the step
+        steps.flags.writeable = False
+        return steps
 
 
 def stretches(mask: Mask) -> list[tuple[int, int]]:

@@ -22,7 +22,7 @@ from typing import Any
 
 from erclutch.arithmetic.dual import pick
 from erclutch.arithmetic.elementary import less_select, sign_of
-from erclutch.arithmetic.recursion import Advance, follow, steps_of
+from erclutch.arithmetic.recursion import Advance, follow
 from erclutch.models.laws.law import ShapeParameter
 from erclutch.models.stages.slip_memory import SlipMemory, travel
 from erclutch.models.stages.stage import Memory, SlipAndStrength, StageFamily, numbered
@@ -55,7 +55,7 @@ class BoucWen(SlipMemory):
     ) -> list[Any]:
         """The state over all rows; see `Stage`."""
         r, beta = q
-        moved = (signal.slip * steps_of(clock)) / r
+        moved = (signal.slip * clock.steps) / r
         settled = (sign_of(signal.slip),)
         given = (moved, 2.0 * beta - 1.0)
         (z,) = follow(_advance(self.exponent), settled, given, clock)

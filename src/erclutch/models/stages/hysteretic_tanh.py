@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 
 from erclutch.arithmetic.dual import pick
-from erclutch.arithmetic.recursion import recur, steps_of
+from erclutch.arithmetic.recursion import recur
 from erclutch.models.laws.law import SLIP, Dimension, ShapeParameter
 from erclutch.models.stages.slip_memory import SlipMemory
 from erclutch.models.stages.stage import Memory, SlipAndStrength
@@ -56,7 +56,7 @@ class HystereticTanh(SlipMemory):
     ) -> list[Any]:
         """The output over all rows; see `Stage`."""
         w_t, t_w, tau_m = q
-        steps = steps_of(clock)
+        steps = clock.steps
         keep = np.exp(-steps / tau_m)
         x = recur(keep, signal.slip * steps, 0.0, clock)
         turned = self._turned(signal.slip, x, w_t, t_w)

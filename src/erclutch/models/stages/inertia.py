@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from erclutch.arithmetic.recursion import starts_of, steps_of
+from erclutch.arithmetic.recursion import starts_of
 from erclutch.models.laws.law import Dimension, Gain, ShapeParameter
 from erclutch.models.stages.stage import Memory, Place, SlipAndStrength, StageFamily
 from erclutch.signals.clock import Clock
@@ -69,7 +69,7 @@ class Inertia:
         before[1:] = slip[:-1]
         starts = starts_of(clock)
         before[starts] = slip[starts]
-        return [((slip - before) / steps_of(clock))[rows]]
+        return [((slip - before) / clock.steps)[rows]]
 
     def initial(self, signal: SlipAndStrength, q: Mapping[str, float]) -> Mapping[str, Any]:
         """Before the first row the slip was as in the first row."""

@@ -24,7 +24,7 @@ import numpy as np
 
 from erclutch.arithmetic.dual import pick
 from erclutch.arithmetic.elementary import sign_of
-from erclutch.arithmetic.recursion import recur, steps_of
+from erclutch.arithmetic.recursion import recur
 from erclutch.models.laws.law import SLIP, ShapeParameter
 from erclutch.models.stages.slip_memory import SlipMemory, travel
 from erclutch.models.stages.stage import Memory, SlipAndStrength, StageFamily
@@ -51,7 +51,7 @@ class LuGre(SlipMemory):
         rows: slice,
     ) -> list[Any]:
         """Deflection and its rate over all rows; see `Stage`."""
-        aim, most, gone = self._row(signal, steps_of(clock), *q)
+        aim, most, gone = self._row(signal, clock.steps, *q)
         s = recur(1.0 - gone, (aim * most) * gone, aim * most, clock)
         rate = self._rate(signal, aim, s, most)
         return [pick(s, rows), pick(rate, rows)]

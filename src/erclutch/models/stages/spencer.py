@@ -30,7 +30,7 @@ from typing import Any
 
 from erclutch.arithmetic.dual import pick
 from erclutch.arithmetic.elementary import less_select
-from erclutch.arithmetic.recursion import follow, steps_of
+from erclutch.arithmetic.recursion import follow
 from erclutch.models.laws.law import SLIP, VISCOUS, Dimension, Gain, ShapeParameter
 from erclutch.models.stages.slip_memory import travel
 from erclutch.models.stages.stage import Memory, Place, SlipAndStrength
@@ -84,7 +84,7 @@ class Spencer:
         rows: slice,
     ) -> list[Any]:
         """The column over all rows; see `Stage`."""
-        given = _given(signal, q, steps_of(clock))
+        given = _given(signal, q, clock.steps)
         z, d = follow(_advance, (_yielded(given), 0.0), given, clock)
         return [pick(_effort(z, d, given), rows)]
 

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from erclutch.arithmetic.dual import pick
-from erclutch.arithmetic.recursion import recur, steps_of
+from erclutch.arithmetic.recursion import recur
 from erclutch.models.laws.law import Dimension, Gain, ShapeParameter
 from erclutch.models.stages.stage import Memory, Place, SlipAndStrength, StageFamily
 from erclutch.signals.clock import Clock
@@ -71,7 +71,7 @@ class Stiffness:
         rows: slice,
     ) -> list[Any]:
         """The travel over all rows; see `Stage`."""
-        steps = steps_of(clock)
+        steps = clock.steps
         keep = np.exp(-steps / q[0])
         travel = recur(keep, signal.slip * steps, 0.0, clock)
         return [pick(travel, rows)]

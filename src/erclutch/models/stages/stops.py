@@ -17,7 +17,7 @@ from typing import Any
 
 from erclutch.arithmetic.dual import pick
 from erclutch.arithmetic.elementary import less_select
-from erclutch.arithmetic.recursion import follow, steps_of
+from erclutch.arithmetic.recursion import follow
 from erclutch.models.laws.law import ShapeParameter
 from erclutch.models.stages.slip_memory import SlipMemory, travels
 from erclutch.models.stages.stage import Memory, SlipAndStrength, StageFamily, numbered
@@ -40,7 +40,7 @@ class Stops(SlipMemory):
         rows: slice,
     ) -> list[Any]:
         """The states over all rows; see `Stage`."""
-        moved, edge = self._given(signal, steps_of(clock))
+        moved, edge = self._given(signal, clock.steps)
         settled = (self.aim(signal),)
         states: list[Any] = []
         for r in q:
