@@ -105,11 +105,19 @@ class RecordingOperand(Operand, ABC):
         """The operand for an operation on some operands and numbers; ``bits``: it is bits that come out."""
 
 
+def _recorder_among(*operands: Any) -> RecordingOperand | None:
+    """The first operand that records; None where all are numbers."""
+    for x in operands:
+        if isinstance(x, RecordingOperand):
+            return x
+    return None
+
+
 def less_select(a: Any, b: Any, yes: Any, no: Any) -> Any:
     """``a < b ? yes : no``."""
     if isinstance(a, float) and isinstance(b, float):
         return yes if a < b else no
-    recorder = next((x for x in (a, b, yes, no) if isinstance(x, RecordingOperand)), None)
+    recorder = _recorder_among(a, b, yes, no)
     if recorder is not None:
         return recorder.record("less_select", a, b, yes, no)
     if any(isinstance(x, Dual) for x in (a, b, yes, no)):
@@ -123,7 +131,7 @@ def less_select(a: Any, b: Any, yes: Any, no: Any) -> Any:
 
 def table_entry(table: Sequence[Any], *places: Any) -> Any:
     """Entry of a nested table of truths, whole numbers up to 255 or real numbers at the whole parts of its places."""
-    recorder = next((x for x in places if isinstance(x, RecordingOperand)), None)
+    recorder = _recorder_among(*places)
     if recorder is not None:
         return recorder.record("table", table, *places)
     if all(isinstance(x, float) for x in places):
@@ -134,7 +142,7 @@ def table_entry(table: Sequence[Any], *places: Any) -> Any:
 
 def is_less(a: Any, b: Any) -> Any:
     """Whether a < b: a truth of operands that record, else of NumPy."""
-    recorder = next((x for x in (a, b) if isinstance(x, RecordingOperand)), None)
+    recorder = _recorder_among(a, b)
     return a < b if recorder is None else recorder.record("less", a, b)
 
 
@@ -323,7 +331,8 @@ def _mantissa(f: Format, x: Any) -> tuple[Any, Any]:
     bits = _bits_of(x, p)
     moved = _on_bits("bits_add", bits, one - half_root, p)
     exponent = _on_bits("right_shift", moved, p.fraction, p)
-    rest = _on_bits("bits_subtract", bits, _on_bits("left_shift", exponent, p.fraction, p), p)
+    exponent_in_place = _on_bits("left_shift", exponent, p.fraction, p)
+    rest = _on_bits("bits_subtract", bits, exponent_in_place, p)
     k = _number(exponent, p) - float(p.bias)
     m = _real_of(_on_bits("bits_add", rest, one, p), p)
     return k, m
@@ -350,7 +359,8 @@ def power(f: Format, x: Any, n: Any) -> Any:
     twice = 2.0 * s
     log = whole + twice
     lost_in_sum = twice - (log - whole)
-    log_rest = lost_in_sum + ((k * low + 2.0 * s_rest) + s * square * _polynomial(square, f.log))
+    small = k * low + 2.0 * s_rest
+    log_rest = lost_in_sum + (small + s * square * _polynomial(square, f.log))
 
     y = n * log
     y_rest = _lost(f, n, log, y) + n * log_rest

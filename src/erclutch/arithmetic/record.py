@@ -101,8 +101,8 @@ class Record:
             return x.node
         number = np.nan
         if np.size(x) == 1:
-            number = float(np.asarray(x).reshape(())[()])
-        return self.node("constant", (), number)
+            number = np.asarray(x).item()
+        return self.node("constant", (), float(number))
 
     def operand(
         self,
@@ -184,7 +184,8 @@ class Record:
 
     def needed(self) -> list[Node]:
         """Nodes that the outputs and the state depend on, in order."""
-        wanted = {n.index for n in (*self.outputs, *self.after.values())}
+        roots = (*self.outputs, *self.after.values())
+        wanted = {n.index for n in roots}
         for node in reversed(self.nodes):
             if node.index in wanted:
                 wanted.update(a.index for a in node.arguments)
@@ -310,7 +311,8 @@ class Traced(RecordingOperand):
                 nodes.append(record.node("constant", (), x, kind="bits"))
             else:
                 nodes.append(record.node_of(x))
-        return Traced(record, record.node(operation, tuple(nodes), kind="bits" if bits else "real"))
+        kind = "bits" if bits else "real"
+        return Traced(record, record.node(operation, tuple(nodes), kind=kind))
 
     def _record(self, operation: str, nodes: list[Node]) -> Node:
         """A node, or a simpler one of exactly the same value."""

@@ -197,9 +197,11 @@ def align_tables(
     """
     map_a, map_b = maps
     with placed(a.name):
-        runs_a, clocks_a, notes_a = runs_of(clock_plan(seen_columns(a), map_a, ()), a)
+        plan_a = clock_plan(seen_columns(a), map_a, ())
+        runs_a, clocks_a, notes_a = runs_of(plan_a, a)
     with placed(b.name):
-        runs_b, clocks_b, notes_b = runs_of(clock_plan(seen_columns(b), map_b, ()), b)
+        plan_b = clock_plan(seen_columns(b), map_b, ())
+        runs_b, clocks_b, notes_b = runs_of(plan_b, b)
     if len(runs_a) > 1:
         raise MappingError(
             f"the clock restarts {len(runs_a) - 1} times",
@@ -346,11 +348,12 @@ def _joined(
     origin = a.origin or b.origin
     if origin:
         metadata["erclutch"] = json.dumps({"label": origin})
+    both_digests = f"{a.digest} {b.digest}".encode()
     table = Table(
         f"{a.name} + {b.name}",
         {name: values[there] for name, values in columns.items()},
         units,
-        hashlib.sha256(f"{a.digest} {b.digest}".encode()).hexdigest(),
+        hashlib.sha256(both_digests).hexdigest(),
         constants={**b.constants, **a.constants},
         metadata=metadata,
     )

@@ -165,6 +165,7 @@ def _described(
         variance = (1.0 - 1.0 / WINDOWS) * np.sum((direction @ moves) ** 2)
         return float(stdtrit(freedom, 0.975) * np.sqrt(variance))
 
+    # The steps saw both signals scaled to a deviation of one.
     gain = step.gain * float(np.std(b.values)) / float(np.std(a.values))
     overlap = overlap_of(a, b, line)
     origin = overlap[0]

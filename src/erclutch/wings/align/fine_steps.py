@@ -124,7 +124,8 @@ def _seen(
 
     fx = filtered(x, smooth)
     fy = filtered(y, smooth)
-    dx, dy = filtered(x, slope), filtered(y, slope)  # a row
+    dx = filtered(x, slope)  # a row
+    dy = filtered(y, slope)
     # Each log has a mean of its own, which the filter lets through in part.
     fx = fx - fx.mean()
     fy = fy - fy.mean()

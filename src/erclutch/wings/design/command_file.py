@@ -73,7 +73,8 @@ def write_commands(
         names=comment(", ".join(f"{name} [{unit or 1}]" for name, unit in columns)),
         table=",\n".join(lines),
     )
-    said = comment(f"{about['label']}: {dict(about)}")
+    headline = comment(f"{about['label']}: {dict(about)}")
+    guarded = once("ERCLUTCH_COMMANDS_H", text)
     with whole_file(path) as unfinished:
-        unfinished.write_text(f"/* {said} */\n{once('ERCLUTCH_COMMANDS_H', text)}", encoding="utf-8")
+        unfinished.write_text(f"/* {headline} */\n{guarded}", encoding="utf-8")
     return path

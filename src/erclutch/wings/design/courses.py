@@ -120,13 +120,19 @@ class Bounds:
             "stroke": math.sqrt(limits.acceleration * limits.stroke),
         }
         speed = _reached("speed", limits.speed, speeds, notes)
+        heat = math.inf  # speed x rows, at the largest effort
+        without_field = math.inf
+        if limits.heat < math.inf:
+            heat = limits.heat / limits.effort * rows
+            idle = max(limits.idle_effort, limits.effort / _FULL)
+            without_field = heat * max(1.0, limits.effort / idle)
         # A speed that is held for a single row still costs its braking: the heat of the way up and down.
-        heat = limits.heat / limits.effort * rows if limits.heat < math.inf else math.inf  # speed x rows
-        idle = max(limits.idle_effort, limits.effort / _FULL)
-        without_field = heat * max(1.0, limits.effort / idle) if heat < math.inf else math.inf
-        speed = _reached("speed", speed, {"heat": math.sqrt(without_field * limits.acceleration / rate)}, notes)
-        field = _reached("field", limits.field, {"field_rate": 0.5 * limits.field_rate * moving}, notes)
-        field_ticks, speed_ticks = _ticks_per_unit(field), _ticks_per_unit(speed)
+        by_heat = math.sqrt(without_field * limits.acceleration / rate)
+        speed = _reached("speed", speed, {"heat": by_heat}, notes)
+        by_rate = 0.5 * limits.field_rate * moving  # up, and down again
+        field = _reached("field", limits.field, {"field_rate": by_rate}, notes)
+        field_ticks = _ticks_per_unit(field)
+        speed_ticks = _ticks_per_unit(speed)
         position_ticks = 2.0 * rate * speed_ticks
         bounds = Bounds(
             rows=rows,
@@ -212,27 +218,35 @@ class GrowingSequence:
         """How many of further rows are safe, from the first one on."""
         bounds = self.bounds
         number = min(fields.size, speeds.size, self.left)
-        field, speed = fields[:number], speeds[:number]
-        before = np.concatenate([[self.speed], speed[:-1]])
+        speed = speeds[:number]
+        speed_before = np.concatenate([[self.speed], speed[:-1]])
         size = np.abs(speed)
         step = bounds.speed_step
+        fine = size <= bounds.speed
+        fine &= np.abs(speed - speed_before) <= step
+
+        field = fields[:number]
+        field_before = np.concatenate([[self.field], field[:-1]])
+        fine &= np.abs(field) <= bounds.field
+        fine &= np.abs(field - field_before) <= bounds.field_step
+
+        # Braking from here must end within the stroke, the heat and the time.
         braking = size // step  # rows of full braking before the last
         way = (braking + 1) * size - step * (braking * (braking + 1) // 2)  # sum of the speeds until rest
         done = self.rows + np.arange(1, number + 1)
-        fine = (size <= bounds.speed) & (np.abs(speed - before) <= step)
-        field_before = np.concatenate([[self.field], field[:-1]])
-        fine &= (np.abs(field) <= bounds.field) & (np.abs(field - field_before) <= bounds.field_step)
         if bounds.half_stroke < _FAR - 1:
-            position = self.position + np.cumsum(speed + before)
-            fine &= np.abs(position + np.sign(speed) * (2 * way - size)) <= bounds.half_stroke
+            position = self.position + np.cumsum(speed + speed_before)
+            at_rest = position + np.sign(speed) * (2 * way - size)
+            fine &= np.abs(at_rest) <= bounds.half_stroke
         if bounds.heat_is_limited:
             share = np.minimum(1.0, 0.15 + done / bounds.rows)  # not all of it at the start
             parts = self._parts(field, size)
-            fine &= self._heat + np.cumsum(size * parts) + way * parts <= np.floor(share * bounds.heat)
+            heat_at_rest = self._heat + np.cumsum(size * parts) + way * parts
+            fine &= heat_at_rest <= np.floor(share * bounds.heat)
         remaining = bounds.rows - bounds.rest - done
         fine &= -(-size // step) <= remaining
         fine &= -(-np.abs(field) // bounds.field_step) <= remaining
-        return int(np.argmin(fine)) if not fine.all() else number
+        return number if fine.all() else int(np.argmin(fine))
 
     def _parts(self, fields: Ticks, sizes: Ticks) -> Ticks:
         """Parts of the largest effort that the device may give in further rows.
@@ -307,9 +321,10 @@ class GrowingSequence:
         still = np.zeros(self.bounds.rows - self.rows, np.int64)
         self.append(still, still)
         bounds = self.bounds
-        fields, speeds = np.concatenate(self._fields), np.concatenate(self._speeds)
-        positions = np.cumsum(speeds + np.concatenate([[0], speeds[:-1]]))
-        position: Array = positions / bounds.position_ticks
+        fields = np.concatenate(self._fields)
+        speeds = np.concatenate(self._speeds)
+        speeds_before = np.concatenate([[0], speeds[:-1]])
+        position: Array = np.cumsum(speeds + speeds_before) / bounds.position_ticks
         farthest = float(np.abs(position).max(initial=0.0))
         if farthest > 0.0:
             # Rounded to what a CSV file holds; the half stroke is smaller by more than this rounding.

@@ -160,13 +160,15 @@ class Doubt:
 
     def left_to_numbers(self, information: Array) -> Array:
         """The information on the law's numbers once the offsets are allowed for, shape (k + p, k + p)."""
-        return information - (self.sums / self.precision[:, None]).T @ self.sums
+        allowed = self.sums / self.precision[:, None]
+        return information - allowed.T @ self.sums
 
     def squares(self, used: RowsOfUse) -> Array:
         """Squares of the derivatives in rows of use once each row's offset is allowed for, shape (k + p, k + p)."""
         allowed = self.sums / self.precision[:, None]  # taken from the derivatives of each row of the cell
         mixed = used.sums.T @ allowed
-        return used.squares - mixed - mixed.T + (allowed * used.counts[:, None]).T @ allowed
+        weighed = allowed * used.counts[:, None]
+        return used.squares - mixed - mixed.T + weighed.T @ allowed
 
     def own_variance(self, used: RowsOfUse) -> float:
         """Variance of the offsets themselves, a mean over the rows of use."""

@@ -246,7 +246,9 @@ class Knowledge:
         used = self._use
         if doubt is None:
             return math.log(_mean_variance(used.squares, information, used.rows))
-        of_numbers = _mean_variance(doubt.squares(used), doubt.left_to_numbers(information), used.rows)
+        squares = doubt.squares(used)
+        left = doubt.left_to_numbers(information)
+        of_numbers = _mean_variance(squares, left, used.rows)
         return math.log(of_numbers + doubt.own_variance(used))
 
     def errors(self) -> Array:
@@ -255,7 +257,8 @@ class Knowledge:
 
     def band(self) -> float:
         """Half width of the effort's 95 % interval over the rows of use: what the numbers leave open, without noise."""
-        return QUANTILE * math.sqrt(_mean_variance(self._use.squares, self.information, self._use.rows))
+        variance = _mean_variance(self._use.squares, self.information, self._use.rows)
+        return QUANTILE * math.sqrt(variance)
 
     def _cells(self, rows: Dataset) -> Cells:
         """The cell of each row, shape (n,); nobody asks where the law is believed."""

@@ -17,7 +17,6 @@ from erclutch.logs.dataset import Dataset
 from erclutch.models.covered_cells import CELLS
 from erclutch.models.law_model import TorqueModel
 from erclutch.signals.array import Array
-from erclutch.wings.design.fill import Cells
 from erclutch.wings.design.information import Knowledge
 
 #: By so much the interval of a number may grow without the logs that repeat others.
@@ -56,9 +55,26 @@ def lessons_of(model: TorqueModel, rows: Dataset) -> Lessons:
         model: the law that was fitted to the rows.
         rows: the rows of all logs. Logs that have none are left out: they were held out whole.
     """
-    prior, information = _information(model, rows)
-    visits = _visits(model, rows)
+    knowledge = Knowledge(model, rows, 1.0 / rows.period)
+    prior = knowledge.prior  # an information matrix, shape (numbers, numbers)
+    derivatives = knowledge.sensitivity.rows(rows)
+    of_logs: list[Array] = []
+    for start, stop in rows.source_rows:
+        of_log = derivatives[start:stop]
+        of_logs.append(knowledge.weight * (of_log.T @ of_log))
+    information = np.array(of_logs)  # shape (logs, numbers, numbers)
     with_all = _standard_errors(prior + information.sum(axis=0))
+
+    # How many rows each log has in each cell over field and slip of each element.
+    cells_of_one = CELLS * CELLS
+    cells = len(rows.elements) * cells_of_one
+    visits = np.zeros((len(rows.sources), cells), np.intp)
+    for number, element in enumerate(rows.elements):
+        field_cell, slip_cell = model.trained_on.cell(element.field, element.slip)
+        cell = np.floor(field_cell) * CELLS + np.floor(slip_cell) + number * cells_of_one
+        places = cell.astype(np.intp)
+        for log, (start, stop) in enumerate(rows.source_rows):
+            np.add.at(visits[log], places[start:stop], 1)
 
     fitted = [log for log, (start, stop) in enumerate(rows.source_rows) if stop > start]
     kept = list(fitted)
@@ -93,32 +109,7 @@ def lessons_of(model: TorqueModel, rows: Dataset) -> Lessons:
     )
 
 
-def _information(model: TorqueModel, rows: Dataset) -> tuple[Array, Array]:
-    """The information matrix of the prior, (numbers, numbers), and of each log, (logs, numbers, numbers)."""
-    knowledge = Knowledge(model, rows, 1.0 / rows.period)
-    derivatives = knowledge.sensitivity.rows(rows)
-    information: list[Array] = []
-    for start, stop in rows.source_rows:
-        of_log = derivatives[start:stop]
-        information.append(knowledge.weight * (of_log.T @ of_log))
-    return knowledge.prior, np.array(information)
-
-
 def _standard_errors(information: Array) -> Array:
     """Standard error of each number, shape (numbers,)."""
     covariance: Any = np.linalg.inv(information)
     return np.asarray(np.sqrt(np.diag(covariance)), np.float64)
-
-
-def _visits(model: TorqueModel, rows: Dataset) -> Cells:
-    """How many rows each log has in each cell over field and slip of each element, shape (logs, cells)."""
-    cells_of_one = CELLS * CELLS
-    cells = len(rows.elements) * cells_of_one
-    visits = np.zeros((len(rows.sources), cells), np.intp)
-    for number, element in enumerate(rows.elements):
-        field_cell, slip_cell = model.trained_on.cell(element.field, element.slip)
-        cell = np.floor(field_cell) * CELLS + np.floor(slip_cell) + number * cells_of_one
-        places = cell.astype(np.intp)
-        for log, (start, stop) in enumerate(rows.source_rows):
-            np.add.at(visits[log], places[start:stop], 1)
-    return visits

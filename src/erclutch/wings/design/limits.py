@@ -126,12 +126,14 @@ def limits_of(given: Mapping[str, float | None], known: Mapping[str, float]) -> 
     Raises:
         SettingError: the field, speed or acceleration is missing, or a limit is outside its range.
     """
-    merged = {**known, **{name: limit for name, limit in given.items() if limit is not None}}
+    merged = dict(known)
+    merged.update({name: limit for name, limit in given.items() if limit is not None})
     missing = [name for name in _NEEDED if name not in merged]
     if missing:
         options = " ".join(f"{option_of(name)} NUMBER" for name in missing)
+        verb = "is" if len(missing) == 1 else "are"
         raise SettingError(
-            f"the rig's {' and '.join(missing)} {'is' if len(missing) == 1 else 'are'} not known",
+            f"the rig's {' and '.join(missing)} {verb} not known",
             remedy=f"Give {options}, or --rig-limits with a TOML file or a log",
         )
     return RigLimits(**merged)

@@ -49,19 +49,19 @@ def _repeated(rows: Dataset) -> list[str]:
         model = fit_structure(rows, structure, intervals=False).model
         lessons = lessons_of(model, rows)
     count = len(lessons.teach) + len(lessons.repeat)
-    said: list[str] = []
+    advice: list[str] = []
     if lessons.repeat:
-        said.append(
+        advice.append(
             f"Of {count} logs {len(lessons.repeat)} teach nothing new about field and motion: "
             f"{_named(lessons.repeat)}. Without them no interval of Bingham's law grows by more than "
             f"{percent(lessons.growth - 1.0)}."
         )
     if lessons.surer:
-        said.append(
+        advice.append(
             f"Other logs have the field and the motion of {_named(lessons.surer)} too: such a log shows nothing new, "
             "it only makes the intervals of Bingham's law narrower."
         )
-    return said or [f"Each of the {count} logs shows what the others do not."]
+    return advice or [f"Each of the {count} logs shows what the others do not."]
 
 
 def _named(logs: Sequence[str]) -> str:
