@@ -191,7 +191,12 @@ def _run_all(keep: Array, right: Array, starts: Array) -> None:
 
 
 def follow(
-    advance: Advance, first: Sequence[Any], inputs: Sequence[Any], clock: Clock, *, linear: bool = False
+    advance: Advance,
+    first: Sequence[Any],
+    inputs: Sequence[Any],
+    clock: Clock,
+    *,
+    linear: bool = False,
 ) -> tuple[Any, ...]:
     """The states of any recursion: ``x_k = advance(x_{k-1}, inputs_k)``, x = first in each span's first row.
 
@@ -261,7 +266,10 @@ def follow(
 
 
 def _linearised(
-    advance: Advance, before: Sequence[Array], inputs: Sequence[Any], starts: list[int]
+    advance: Advance,
+    before: Sequence[Array],
+    inputs: Sequence[Any],
+    starts: list[int],
 ) -> tuple[_Triangular, Sequence[Any]]:
     """The linear system of a recursion around some states, and the new states with their other derivatives."""
     # Seeds of the states are negative: those of parameters count from zero.

@@ -188,7 +188,9 @@ def _both_fields(data: Dataset) -> Finding | None:
     if len(data.elements) < 2:
         return None
     first, second = (np.abs(element.field) for element in data.elements)
-    under_both = (first > _NO_FIELD * first.max()) & (second > _NO_FIELD * second.max())
+    first_on = first > _NO_FIELD * first.max()
+    second_on = second > _NO_FIELD * second.max()
+    under_both = first_on & second_on
     count = int(np.count_nonzero(under_both))
     if not count:
         return None
@@ -203,7 +205,9 @@ def _drift(data: Dataset) -> Finding | None:
         for span in data.clock.spans:
             slip = element.slip[span.start : span.stop]
             time = data.clock.time[span.start : span.stop]
-            if min(np.mean(slip > 0), np.mean(slip < 0)) < _TO_AND_FRO:
+            forth = np.mean(slip > 0)  # share of the rows
+            back = np.mean(slip < 0)
+            if min(forth, back) < _TO_AND_FRO:
                 continue
             turns = np.count_nonzero(np.diff(np.sign(slip)))
             if turns < _FEWEST_TURNS:
@@ -211,7 +215,8 @@ def _drift(data: Dataset) -> Finding | None:
             position = np.cumsum(slip * np.gradient(time))
             trend = np.polynomial.Polynomial.fit(time, position, 1)
             swing = float(np.ptp(position - trend(time)))
-            drift = abs(float(trend(time[-1]) - trend(time[0])))
+            across = trend(time[-1]) - trend(time[0])
+            drift = abs(float(across))
             if drift > _RUNS_AWAY * swing:
                 unit = f" {data.units.slip.removesuffix('/s')}" if data.units.slip.endswith("/s") else ""
                 message = (
@@ -343,7 +348,8 @@ def _unlike(data: Dataset) -> Finding | None:
     if len(data.sources) < 2:
         return None
     larger, smaller = _ANOTHER_UNIT
-    for name, values in (("effort", data.effort), ("slip", data.elements[0].slip)):
+    slips = data.elements[0].slip
+    for name, values in (("effort", data.effort), ("slip", slips)):
         sizes = np.array([rms(values[start:stop]) for start, stop in data.source_rows])
         usual = float(np.median(sizes))
         odd = np.flatnonzero((sizes > larger * usual) | (sizes < usual / smaller))

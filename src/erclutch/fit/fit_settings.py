@@ -46,7 +46,8 @@ class Settings:
 
     def __post_init__(self) -> None:
         given: object = self.models
-        object.__setattr__(self, "models", (given,) if isinstance(given, str) else tuple(self.models))
+        names = (given,) if isinstance(given, str) else tuple(self.models)
+        object.__setattr__(self, "models", names)
         require(0, seed=self.seed)
 
     def to_dict(self) -> dict[str, Any]:

@@ -69,7 +69,8 @@ def history(data: Dataset, error: Array | None = None, dynamics: str = NONE) -> 
         return None
     reference = reference_of(data)
     count = min(data.rows, _MOST_ROWS)
-    rows = np.linspace(0, data.rows - 1, count).round().astype(np.intp)
+    places = np.linspace(0, data.rows - 1, count)
+    rows = places.round().astype(np.intp)
     window = np.arange(rows.size) * _WINDOWS // rows.size
 
     # The straight part first: beside a large viscous effort the ridge below would bend more than a memory does.
@@ -175,7 +176,8 @@ def _memoryless(data: Dataset, reference: Reference, rows: Rows) -> Array:
     for element in data.elements:
         slip = element.slip[rows]
         field = np.abs(element.field[rows])
-        slips = _hats(slip, np.quantile(slip, np.linspace(0.0, 1.0, _SLIPS)))
+        knots_of_slip = np.quantile(slip, np.linspace(0.0, 1.0, _SLIPS))
+        slips = _hats(slip, knots_of_slip)
         fields = _hats(field, np.linspace(0.0, reference.field, _FIELDS))
         products = slips[:, :, None] * fields[:, None, :]  # each hat of the slip with each of the field
         columns.append(products.reshape(rows.size, -1))
@@ -185,7 +187,8 @@ def _memoryless(data: Dataset, reference: Reference, rows: Rows) -> Array:
 def _hats(values: Array, knots: Array) -> Array:
     """Hat functions on knots, shape (n, knots)."""
     knots = np.unique(knots)
-    return np.column_stack([np.interp(values, knots, row) for row in np.eye(knots.size)])
+    hats = [np.interp(values, knots, row) for row in np.eye(knots.size)]
+    return np.column_stack(hats)
 
 
 class _TwoFolds:

@@ -80,7 +80,8 @@ def uncertainty(jacobian: Array, residual: Array, *, ordered: bool) -> Uncertain
     inverted = np.where(solid, 1.0 / np.where(solid, s, 1.0), 0.0)
     inverse = (right.T[:, : s.size] * inverted) @ left.T
     nowhere = np.vstack([right[: s.size][~solid], right[s.size :]])
-    lost = (np.linalg.norm(nowhere, axis=0) > 1e-6) | (norms == 0)
+    shares_lost = np.linalg.norm(nowhere, axis=0)
+    lost = (shares_lost > 1e-6) | (norms == 0)
 
     freedom = np.full(p, max(n - p, 1.0))  # degrees, of each parameter
     share = np.zeros(p)  # of what tells a parameter, within one bandwidth
@@ -149,7 +150,8 @@ def bandwidth_of(scores: Array) -> int:
     whole = float(np.sum(weight / (1 - rho) ** 4))
     if not whole > 0.0:  # a perfect fit: what is left is rounding
         return 1
-    curved = 4 * rho**2 * weight / ((1 - rho) ** 6 * (1 + rho) ** 2)
+    poles = (1 - rho) ** 6 * (1 + rho) ** 2
+    curved = 4 * rho**2 * weight / (poles)
     alpha = np.sum(curved) / whole
     rows = scores.shape[0]
     best = np.ceil(1.1447 * (alpha * rows) ** (1 / 3))
@@ -181,7 +183,8 @@ def _autoregressions(scores: Array) -> Array:
     n, p = scores.shape
     covariances: list[Array] = []  # of each shift, times n
     for shift in range(_ORDERS + 1):
-        covariances.append(np.einsum("tj,tj->j", scores[: n - shift], scores[shift:]))
+        products = np.einsum("tj,tj->j", scores[: n - shift], scores[shift:])
+        covariances.append(products)
     power = np.where(covariances[0] > 0, covariances[0], 1.0)
     correlation = np.array(covariances) / power  # (orders + 1, p)
 
@@ -190,7 +193,8 @@ def _autoregressions(scores: Array) -> Array:
     left = np.ones(p)  # share of the power that the autoregression does not explain
     least = np.zeros(p)  # Schwarz's criterion of the best one; that of order zero is zero
     for k in range(_ORDERS):
-        explained = np.sum(weights[:k] * correlation[k:0:-1], axis=0)
+        of_shorter = weights[:k] * correlation[k:0:-1]
+        explained = np.sum(of_shorter, axis=0)
         reflection = (correlation[k + 1] - explained) / left
         weights[:k] -= reflection * weights[:k][::-1]
         weights[k] = reflection

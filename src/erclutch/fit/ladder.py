@@ -108,7 +108,8 @@ def grown(
 
         # Of those that take off as much, the one with the fewest numbers: a LuGre state is a Dahl state with two more.
         least = min(rung.error for rung in worthy.values())
-        alike = [name for name, rung in worthy.items() if rung.error <= (1.0 + WORTH) * least]
+        as_low = (1.0 + WORTH) * least
+        alike = [name for name, rung in worthy.items() if rung.error <= as_low]
         taken = min(alike, key=lambda name: (worthy[name].numbers_of_fit, worthy[name].error))
         rungs.append(worthy[taken])
         left.remove(taken)

@@ -90,7 +90,8 @@ def minimise(
         max_iterations: steps tried at most.
         reach: first trust radius, as a multiple of the start's scaled norm.
     """
-    u: Array = np.clip(np.asarray(start, np.float64), problem.lower, problem.upper)
+    begin = np.asarray(start, np.float64)
+    u: Array = np.clip(begin, problem.lower, problem.upper)
     model = problem.linearise(u)
     least = model.cost
     scale, radius = _fresh(model, u, reach)
@@ -135,8 +136,13 @@ def minimise(
             # A steep place on the way has set the scale for good: begin anew from here, with this place's.
             fresh_starts -= 1
             scale, radius = _fresh(model, u, reach)
-    lower, upper = _edges(problem)
-    return Minimum(u, least, stop, tries, u <= lower, u >= upper)
+    # Nearer to a bound than a millionth of the bounds' distance counts as on the bound.
+    distance = problem.upper - problem.lower
+    finite = np.isfinite(distance)
+    edge = 1e-6 * np.where(finite, distance, 0.0)
+    at_lower = u <= problem.lower + edge
+    at_upper = u >= problem.upper - edge
+    return Minimum(u, least, stop, tries, at_lower, at_upper)
 
 
 def _fresh(model: Linearisation, u: Array, reach: float) -> tuple[Array, float]:
@@ -166,14 +172,6 @@ def _next_radius(radius: float, length: float, ratio: float) -> float:
     return (0.1 if very_poor else 0.25) * min(radius, 10.0 * length)
 
 
-def _edges(problem: Problem) -> tuple[Array, Array]:
-    """Bounds, widened inward by a millionth of their distance: nearer than that counts as on the bound."""
-    distance = problem.upper - problem.lower
-    finite = np.isfinite(distance)
-    edge = 1e-6 * np.where(finite, distance, 0.0)
-    return problem.lower + edge, problem.upper - edge
-
-
 def _free(model: Linearisation, problem: Problem, u: Array) -> NDArray[np.bool_]:
     """Which coordinates are on no bound, or would leave it with the descent, shape (k,)."""
     descent = model.triangle.T @ model.vector
@@ -194,7 +192,8 @@ def _bounded_step(
     step = np.zeros(u.size)
     while free.any():
         vector = model.vector - model.triangle @ np.where(free, 0.0, step)
-        step[free] = _trusted(model.triangle[:, free], vector, scale[free], radius)
+        triangle = model.triangle[:, free]
+        step[free] = _trusted(triangle, vector, scale[free], radius)
         trial = u + step
         out = free & ((trial < problem.lower) | (trial > problem.upper))
         if not out.any():

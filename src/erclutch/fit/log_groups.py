@@ -75,7 +75,8 @@ def quantile_over_logs(size: Array, log: NDArray[np.intp], share: float) -> floa
 def _fields(data: Dataset, logs: Sequence[tuple[int, int]]) -> list[int]:
     """Number of the field of each log, from the lowest; all 0 where a field changes within a log."""
     fields = [element.field for element in data.elements]
-    steady = STEADY * max(float(np.abs(field).max()) for field in fields)
+    largest = max(float(np.abs(field).max()) for field in fields)
+    steady = STEADY * largest
     levels: list[tuple[int, ...]] = []  # of each log, the mean field of each element in steps
     for start, stop in logs:
         if any(np.ptp(field[start:stop]) > steady for field in fields):

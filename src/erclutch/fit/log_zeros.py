@@ -148,7 +148,8 @@ def welch(values: Array, errors: Array, rows: Array) -> tuple[float, float]:
     between = float(weights @ (values - mean) ** 2) / (k - 1)
     others = 1.0 - weights / weights.sum()
     lost = float(np.sum(others**2 / (rows - 1.0)))
-    ratio = between / (1.0 + 2.0 * (k - 2) / (k * k - 1) * lost)
+    correction = 2.0 * (k - 2) / (k * k - 1) * lost  # Welch's
+    ratio = between / (1.0 + correction)
     freedom = (k * k - 1) / (3.0 * lost)
     return ratio, float(fdtrc(k - 1, freedom, ratio))
 

@@ -77,8 +77,10 @@ def wider_at_new_fields(band: Band, data: Dataset, errors: Array) -> Band:
         return band
 
     # Of each row: the place of its field among the levels, the class of its slip, its log.
-    level = np.argmin([np.abs(field - each) for each in levels], axis=0)
-    slip_class = np.searchsorted(band.slip_edges, np.asarray(np.abs(slip), np.float64))
+    distances = [np.abs(field - each) for each in levels]
+    level = np.argmin(distances, axis=0)
+    sizes = np.asarray(np.abs(slip), np.float64)
+    slip_class = np.searchsorted(band.slip_edges, sizes)
     log = logs.log_of_row(data.rows)
 
     def error(rows: Mask) -> float:

@@ -39,7 +39,10 @@ class Estimate:
 
     def to_dict(self) -> dict[str, Any]:
         """As JSON values; an unidentified interval is null."""
-        return {**asdict(self), "low": as_json(self.low), "high": as_json(self.high)}
+        body = asdict(self)
+        body["low"] = as_json(self.low)
+        body["high"] = as_json(self.high)
+        return body
 
 
 M = TypeVar("M", bound=Model, covariant=True)

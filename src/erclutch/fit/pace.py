@@ -62,7 +62,8 @@ def other_motion(known: Dataset, data: Dataset) -> list[str]:
     if known.in_no_time or data.in_no_time:
         return []
     sizes = [rms(element.slip) for element in known.elements]
-    of_fit = [_paces(known, start, stop, sizes) for start, stop in groups_of(known).rows]
+    groups = groups_of(known).rows
+    of_fit = [_paces(known, start, stop, sizes) for start, stop in groups]
     another = ALIKE if len(of_fit) >= FEWEST_GROUPS else _OF_FEW
     slower: dict[str, tuple[float, float]] = {}  # by log: its pace, and that of the slowest log of the fit
     quicker: dict[str, tuple[float, float]] = {}

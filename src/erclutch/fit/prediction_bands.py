@@ -104,7 +104,8 @@ def calibrated(
     # has too few rows for the widths of one of its parts.
     bands: list[_Cells] = []
     for band in _empty_bands(data, train, field[known], np.abs(slip[known])):
-        bands.append((band, band.cells(data.elements, data.clock)[known]))
+        cell_of_row = band.cells(data.elements, data.clock)
+        bands.append((band, cell_of_row[known]))
     usable = [cells for cells in bands if _LEAST_PART <= _switching(cells) <= 1.0 - _LEAST_PART]
     if not usable:
         usable = bands[:1]
@@ -119,14 +120,20 @@ def calibrated(
         seen = error[train]
         if new is None or new.shape != seen.shape:
             rows = seen
-            wider = _widened(seen.size / correlated_rows(seen), count)
+            # Errors are larger on new rows than on those that so many parameters were fitted to; by sqrt(3) at most.
+            independent = max(seen.size / correlated_rows(seen), 2.0 * count, 1.0)
+            wider = float(np.sqrt((independent + count) / (independent - count)))
             log_of_row = None
         else:  # errors on new logs need no widening, and logs count in place of rows
             rows = new
             wider = 1.0
             log_of_row = log
         along_slip = np.where(slip[known] < 0.0, -rows[::every], rows[::every])
-        as_one = max(_alike(rows) / every, 1.0)
+        # So many rows carry the information of one independent row on how often the error is large.
+        size = np.abs(rows)
+        large = size > np.quantile(size, LEVEL)
+        alike = correlated_rows(large.astype(np.float64))
+        as_one = max(alike / every, 1.0)
         directed = _Errors.of(wider * along_slip, log_of_row, as_one)
         plain = _Errors.of(np.abs(wider * along_slip), log_of_row, as_one)
         _, half_width = plain.ends(np.arange(known.size), LEVEL)
@@ -265,7 +272,9 @@ class _Errors:
             weight *= count / weight[-1]
             low = int(weight.searchsorted(count - rank, "right"))
             high = min(int(weight.searchsorted(rank)), count - 1)
-        return float(self.directed[ordered[low]]), float(self.directed[ordered[high]])
+        least = float(self.directed[ordered[low]])
+        most = float(self.directed[ordered[high]])
+        return least, most
 
 
 #: A band without widths, and the cell of each calibration row, shape (n,).
@@ -346,7 +355,8 @@ def _half_widths(
     indices = np.array(np.unravel_index(np.arange(cells), shape)).T  # of each cell, shape (cells, 3)
     cell = cell_of_row[errors.place]  # of each error, from the smallest error to the largest
     every = np.argsort(cell.astype(np.uint8), kind="stable")
-    own = np.split(every, np.searchsorted(cell[every], np.arange(1, cells)))  # errors of each cell
+    first_of_cells = np.searchsorted(cell[every], np.arange(1, cells))
+    own = np.split(every, first_of_cells)  # errors of each cell
 
     behind = np.empty(cells)
     ahead = np.empty(cells)
@@ -371,19 +381,6 @@ def _neighbours(indices: NDArray[np.intp], cell: int) -> Iterator[NDArray[np.boo
     yield same_field
     yield switching == 0
     yield np.ones(len(indices), np.bool_)
-
-
-def _alike(error: Array) -> float:
-    """How many rows carry the information of one independent row on how often the error is large."""
-    size = np.abs(error)
-    large = size > np.quantile(size, LEVEL)
-    return correlated_rows(large.astype(np.float64))
-
-
-def _widened(independent: float, parameters: int) -> float:
-    """How much larger errors are on new rows than on those that so many parameters were fitted to; at most sqrt(3)."""
-    rows = max(independent, 2.0 * parameters, 1.0)
-    return float(np.sqrt((rows + parameters) / (rows - parameters)))
 
 
 def _empty_bands(data: Dataset, train: Mask, field: Array, slip: Array) -> Iterator[Band]:

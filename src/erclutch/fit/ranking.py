@@ -212,14 +212,17 @@ def judged_by_training(entries: Sequence[RankedModel]) -> list[RankedModel]:
         note = (
             f"errs on the training rows by {percent(more)} more than {best.name}, which rows held out at one field hide"
         )
-        judged_anew.append(replace(entry, sound=False, notes=(*entry.notes, note)))
+        notes = (*entry.notes, note)
+        judged_anew.append(replace(entry, sound=False, notes=notes))
     return judged_anew
 
 
 def _wild(data: Dataset, predicted: Array, test: NDArray[np.bool_]) -> int:
     """Test rows that are predicted far outside all efforts seen in training; those that are no number count too."""
     seen = data.effort[~test]
-    near = np.abs(predicted[test] - seen.mean()) < _WILD * float(np.ptp(seen))
+    away = np.abs(predicted[test] - seen.mean())
+    wild = _WILD * float(np.ptp(seen))
+    near = away < wild
     return int(np.count_nonzero(~near))
 
 

@@ -164,7 +164,9 @@ class _Trial:
 
         def left(c: Array) -> Array:
             """What is minimised: the error on the rows, and below it the pull of the ridge."""
-            return np.concatenate([self._missed(way.model(c)), pull * (way.start - c)])
+            missed = self._missed(way.model(c))
+            pulled = pull * (way.start - c)
+            return np.concatenate([missed, pulled])
 
         def linearise(c: Array) -> Linearisation:
             missed = left(c)
@@ -239,7 +241,8 @@ def _chosen(base: Model, trial: _Trial, ways: Sequence[Way]) -> Recalibration:
     plain = _mean_squares(trial.error[block] for block in trial.blocks)
     folds = {AS_IT_IS: tuple(np.sqrt(plain).tolist())}
     for each in tried:
-        folds[each.way.name] = tuple(np.sqrt(each.squares).tolist())
+        of_blocks = np.sqrt(each.squares)
+        folds[each.way.name] = tuple(of_blocks.tolist())
 
     worth = [each for each in tried if _change(each.squares, plain) <= -_WORTH]
     better = [each for each in worth if _surely(plain - each.squares)]
@@ -253,7 +256,8 @@ def _chosen(base: Model, trial: _Trial, ways: Sequence[Way]) -> Recalibration:
     taken = min(as_good, key=lambda each: len(each.way.numbers))
     way = taken.way
     model, best, half = trial.adapted(way, taken.width)
-    ends = [way.said(coordinates).tolist() for coordinates in (best, best - half, best + half)]
+    places = (best, best - half, best + half)
+    ends = [way.said(coordinates).tolist() for coordinates in places]
     numbers: dict[str, tuple[float, float, float]] = {}
     for number, value, low, high in zip(way.numbers, *ends, strict=True):
         numbers[number.name] = (value, low, high)
@@ -281,7 +285,8 @@ def _change(squares: Array, plain: Array) -> float:
 
 def _surely(values: Array) -> bool:
     """Whether the mean over blocks is positive by some standard errors."""
-    return bool(np.mean(values) > _SURE * np.std(values, ddof=1) / values.size**0.5)
+    error = np.std(values, ddof=1) / values.size**0.5  # of the mean
+    return bool(np.mean(values) > _SURE * error)
 
 
 def _noted(model: Any, data: Dataset, way: str) -> Any:

@@ -95,7 +95,8 @@ def ways_of(
     law = model.law_part
     network = model.network_part
     if model.correction is not None:
-        added = model.added(data.elements, data.clock, data.extras, exactly=False)[rows]
+        of_network = model.added(data.elements, data.clock, data.extras, exactly=False)
+        added = of_network[rows]
         for name in ("gains", _FREE):
             yield _with_network(_gains(name, law, data, rows), model, added)
     elif law is not None:
@@ -133,7 +134,8 @@ def _gains(name: str, law: TorqueModel, data: Dataset, rows: Rows) -> Way:
     for gain in structure.gains():
         start = law.gains.get(gain.name, 0.0)
         lower = 0.0 if gain.nonnegative else -np.inf
-        numbers.append(Number(gain.name, start, max(abs(start), least), lower))
+        reach = max(abs(start), least)
+        numbers.append(Number(gain.name, start, reach, lower))
     names = [number.name for number in numbers]
 
     def model(c: Array) -> TorqueModel:
@@ -150,7 +152,8 @@ def _with_network(way: Way, base: Any, added: Array) -> Way:
         law = way.model(c[:-1]).law_part
         return base.with_parts(law, float(c[-1]))
 
-    return _linear(way.name, [*way.numbers, share], [way.columns, added], model)
+    columns = [way.columns, added]
+    return _linear(way.name, [*way.numbers, share], columns, model)
 
 
 def _all_numbers(law: TorqueModel, data: Dataset, rows: Rows) -> Way:
@@ -206,10 +209,12 @@ def _output_layer(network: NetworkModel, data: Dataset, rows: Rows) -> Way:
     reach = np.maximum(np.abs(start), _SMALL * np.abs(start).max())
     numbers: list[Number] = []
     for place in range(start.size):
-        numbers.append(Number(f"w_{place}", float(start[place]), float(reach[place])))
+        at = float(start[place])
+        numbers.append(Number(f"w_{place}", at, float(reach[place])))
 
     def model(c: Array) -> NetworkModel:
-        last = {of_weights: c[:-1].reshape(weights.shape), of_bias: c[-1:]}
+        w_out = c[:-1].reshape(weights.shape)
+        last = {of_weights: w_out, of_bias: c[-1:]}
         return replace(network, weights={**network.weights, **last})
 
     return _linear(_ALL, numbers, [columns], model)

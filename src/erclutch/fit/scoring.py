@@ -95,7 +95,8 @@ def block_starts(rows: int, block: int, seed: int) -> NDArray[np.int64]:
     Blocks wrap around the end, so that every row is drawn equally often (Politis and Romano 1992).
     """
     rng = np.random.default_rng(seed)
-    return rng.integers(0, rows, size=(_RESAMPLES, max(1, round(rows / block))))
+    blocks = max(1, round(rows / block))
+    return rng.integers(0, rows, size=(_RESAMPLES, blocks))
 
 
 def score(
@@ -132,6 +133,7 @@ def score(
     mean_squares = _resampled(effort_square, length, starts)
     spreads = np.maximum(mean_squares - means * means, np.finfo(float).tiny)
     largest = _block_maxima(np.abs(error), length)[starts].max(axis=1)
+    largest_error = float(np.abs(error).max())
     return _banded(
         rows,
         mse,
@@ -139,7 +141,7 @@ def score(
         mses,
         spreads,
         blocks=starts.shape[1],
-        largest=BandedFigure(float(np.abs(error).max()), *_middle(largest)),
+        largest=BandedFigure(largest_error, *_middle(largest)),
         bias=float(error.mean()),
     )
 
@@ -220,7 +222,8 @@ def score_of_bins(sums: BinSums, *, seed: int = 0) -> Score:
     # Over all rows.
     mse = float(sums.square.sum()) / rows
     mean = float(sums.effort.sum()) / rows
-    spread = max(float(sums.effort_square.sum()) / rows - mean * mean, float(tiny))
+    mean_square = float(sums.effort_square.sum()) / rows
+    spread = max(mean_square - mean * mean, float(tiny))
     # In each resample.
     rows_of_bin = _resampled(sums.rows, length, starts)
     mses = _resampled(sums.square, length, starts) / rows_of_bin
@@ -255,7 +258,8 @@ def excess(
         block: rows of a bootstrap block; None takes it from the two.
         seed: of the resampling.
     """
-    if not np.all(np.isfinite(error)) or (error.any() and not best.any()):
+    best_is_perfect = error.any() and not best.any()
+    if best_is_perfect or not np.all(np.isfinite(error)):
         return BandedFigure(np.inf, np.inf, np.inf)
     block = block or block_rows([error, best])
     starts = block_starts(error.size, block, seed)
@@ -292,7 +296,8 @@ def difference(
 def _over(mine: Array | np.float64, theirs: Array | np.float64) -> Array:
     """How much larger, as a share: zero where both are zero, infinite where only the other one is."""
     with np.errstate(divide="ignore", invalid="ignore"):
-        return np.where(np.equal(mine, theirs), 0.0, np.divide(mine, theirs) - 1.0)
+        more = np.divide(mine, theirs) - 1.0
+        return np.where(np.equal(mine, theirs), 0.0, more)
 
 
 def _figure(

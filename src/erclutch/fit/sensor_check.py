@@ -105,7 +105,8 @@ def _spikes(data: Dataset, name: str, values: Array) -> Finding | None:
 
     low, high = np.quantile(values, (0.001, 0.999))
     usual = _NORMAL * float(np.median(away))
-    rows = np.flatnonzero(away > max(_SPIKE * usual, _SPIKE_OF_RANGE * float(high - low)))
+    spike = max(_SPIKE * usual, _SPIKE_OF_RANGE * float(high - low))
+    rows = np.flatnonzero(away > spike)
     if rows.size > _FEW_SPIKES * values.size:
         return None
     most = max(_BESIDE)
@@ -135,7 +136,8 @@ def _stuck(data: Dataset, name: str, values: Array) -> Finding | None:
         other_side = [element.slip for element in data.elements]
 
     # Runs of one value, each within a stretch.
-    begins = np.concatenate(([True], np.diff(values) != 0, [True]))
+    changes = np.diff(values) != 0
+    begins = np.concatenate(([True], changes, [True]))
     begins[[span.stop for span in data.clock.spans]] = True
     starts = np.flatnonzero(begins)
     lengths = np.diff(starts)

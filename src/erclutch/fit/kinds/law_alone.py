@@ -265,7 +265,9 @@ def _plainest_of_the_best(laws: Sequence[FitOutcome[TorqueModel]]) -> FitOutcome
 
 
 def with_memory(
-    train: Dataset, laws: Sequence[FitOutcome[TorqueModel]], named: Collection[str | None] = ()
+    train: Dataset,
+    laws: Sequence[FitOutcome[TorqueModel]],
+    named: Collection[str | None] = (),
 ) -> tuple[list[LawCandidate], tuple[Finding, ...]]:
     """The best law with stages of memory, as far as blocked validation on the training rows asks for them.
 
@@ -323,7 +325,10 @@ def with_memory(
 
 
 def _of_another_form(
-    train: Dataset, rung: Rung, laws: Sequence[FitOutcome[TorqueModel]], base: FitOutcome[TorqueModel]
+    train: Dataset,
+    rung: Rung,
+    laws: Sequence[FitOutcome[TorqueModel]],
+    base: FitOutcome[TorqueModel],
 ) -> list[LawCandidate]:
     """The best of a few other laws with the memory of the last rung: at a field that no log has, its form counts.
 

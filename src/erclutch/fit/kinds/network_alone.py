@@ -175,7 +175,9 @@ def remembered(stages: str) -> str:
 
 
 def constants_for(
-    train: Dataset, network: NetworkStructure, laws: Sequence[FitOutcome[TorqueModel]]
+    train: Dataset,
+    network: NetworkStructure,
+    laws: Sequence[FitOutcome[TorqueModel]],
 ) -> dict[str, float]:
     """Numbers of the stages, of the law with the lowest cost among those with the same stages but for the effort's."""
     if network.dynamics == "none":
@@ -183,7 +185,8 @@ def constants_for(
     same = [law for law in laws if remembered(law.model.structure.dynamics) == network.dynamics]
     if same:
         # A network's memory has a power of the field: a law with such a form knows its exponent.
-        powers = [law for law in same if law.model.structure.law.yield_form not in (TANH, SATURATING)]
+        saturating = (TANH, SATURATING)
+        powers = [law for law in same if law.model.structure.law.yield_form not in saturating]
         law = min(powers or same, key=lambda law: law.train_cost).model
     else:  # no law that was asked for has these stages
         single = train.device == "single"

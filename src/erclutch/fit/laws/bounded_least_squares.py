@@ -35,7 +35,8 @@ def solve_bounded(triangle: Array, vector: Array, nonnegative: Mask) -> tuple[Ar
         gradient = a.T @ (vector - a @ c)
         wanting = np.where(held, gradient, -np.inf)
         enter = int(np.argmax(wanting))
-        if wanting[enter] <= 1e-12 * (np.linalg.norm(vector) + np.finfo(float).tiny):
+        size = np.linalg.norm(vector) + np.finfo(float).tiny
+        if wanting[enter] <= 1e-12 * size:
             break
         held[enter] = False
         c, held = _enter(a, vector, c, held, nonnegative)

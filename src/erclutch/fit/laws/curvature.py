@@ -35,13 +35,16 @@ class _Secant:
         square = model.triangle.T @ model.triangle
         gradient = -model.triangle.T @ model.vector
         if self.last is not None:
-            self._learn(u - self.last[0], gradient - self.last[1], square)
+            step = u - self.last[0]
+            turn = gradient - self.last[1]
+            self._learn(step, turn, square)
         self.last = u, gradient
         try:
             triangle = np.linalg.cholesky(square + self.matrix).T
         except np.linalg.LinAlgError:
             return model
-        return replace(model, triangle=triangle, vector=-np.linalg.solve(triangle.T, gradient))
+        vector = -np.linalg.solve(triangle.T, gradient)
+        return replace(model, triangle=triangle, vector=vector)
 
     def _learn(self, step: Array, turned: Array, square: Array) -> None:
         """The symmetric matrix nearest to S with which R'R + S turns the gradient as seen."""

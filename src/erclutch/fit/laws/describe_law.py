@@ -66,7 +66,9 @@ def described(
     gain_names = [gain.name for gain in problem.gains]
     ranges: list[tuple[float, float]] = []  # of each further input
     for values in seen.extras.values():
-        ranges.append((float(values.min()), float(values.max())))
+        least = float(values.min())
+        most = float(values.max())
+        ranges.append((least, most))
     model = TorqueModel(
         structure=structure,
         reference=seen.reference,
@@ -168,7 +170,8 @@ def paper_form(model: TorqueModel, estimates: Sequence[Estimate]) -> dict[str, f
     for element in range(1, elements + 1):
         tail = f"_{element}" if elements > 1 else ""
         gains = {gain.name: values[f"{gain.name}{tail}"] for gain in law.gains}
-        for symbol, value in law.paper_form(values, gains, model.reference.field).items():
+        paper_numbers = law.paper_form(values, gains, model.reference.field)
+        for symbol, value in paper_numbers.items():
             published[f"{symbol}{tail}"] = value
     if elements == 1:
         return published

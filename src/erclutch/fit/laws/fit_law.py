@@ -137,7 +137,10 @@ def fit_structure(
     # A lag needs neighbouring rows, so it is searched in windows; without one, rows from all over tell more, and so do
     # whole stretches where a stage counts from their start.
     uncut = memoryless or any(getattr(stage, "from_the_start", False) for stage in structure.stages)
-    some = data if uncut else data.take(windows(data.rows, 2 * _ROUGH_ROWS, data.period))
+    some = data
+    if not uncut:
+        stretches = windows(data.rows, 2 * _ROUGH_ROWS, data.period)
+        some = data.take(stretches)
     few, rough, middle = (
         separable(some, structure, reference, shapes, thinned(some.rows, most))
         for most in (SCAN_ROWS, _ROUGH_ROWS, _MIDDLE_ROWS)
@@ -155,11 +158,15 @@ def fit_structure(
         minimum = minimise(with_curvature(outer_problem(full)), best, tolerance=1e-7, max_iterations=100)
     else:
         minimum = minimise(outer_problem(full), best, tolerance=1e-8, max_iterations=100)
-    return _outcome(data, structure, reference, full, _stiff(full, minimum, data), ordered, intervals)
+    stiff = _stiff(full, minimum, data)
+    return _outcome(data, structure, reference, full, stiff, ordered, intervals)
 
 
 def refit_near(
-    data: Dataset, model: TorqueModel, kept: Mask | None = None, held: Collection[str] = ()
+    data: Dataset,
+    model: TorqueModel,
+    kept: Mask | None = None,
+    held: Collection[str] = (),
 ) -> FitOutcome[TorqueModel]:
     """The law of a model fitted to other rows from the model's own numbers on: the nearest minimum, without intervals.
 
@@ -250,7 +257,8 @@ def _search(
     candidates = given if remembers and given else given + [points[place] for place in cheapest]
     if remembers:
         return best_basin(few, rough, candidates).point
-    minima = [minimise(outer_problem(rough), u, tolerance=1e-6, max_iterations=40) for u in candidates]
+    of_rough = outer_problem(rough)
+    minima = [minimise(of_rough, u, tolerance=1e-6, max_iterations=40) for u in candidates]
     return min(minima, key=lambda minimum: minimum.cost).point
 
 

@@ -30,11 +30,15 @@ def spaced_rows(rows: Array, reference: Reference) -> Array:
     """What the grid is over: laws bend most where the slip is small, so cells narrow towards zero."""
     field = rows[0]
     slips = rows[1:]
-    return np.array([field, *np.arcsinh(slips / (_NARROW * reference.slip))])
+    narrow = _NARROW * reference.slip
+    return np.array([field, *np.arcsinh(slips / narrow)])
 
 
 def on_cells(
-    cells: Centroids, structure: Structure, reference: Reference, shapes: tuple[ShapeParameter, ...]
+    cells: Centroids,
+    structure: Structure,
+    reference: Reference,
+    shapes: tuple[ShapeParameter, ...],
 ) -> Separable:
     """The problem on weighted centroids of `signed_rows`."""
     signed, *slips = cells.x

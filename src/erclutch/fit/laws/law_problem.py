@@ -43,7 +43,13 @@ def separable(
         return structure.behind(effort, data.clock, q, rows)
 
     slow = any(stage.place == "effort" for stage in structure.stages)
-    return Separable(columns, data.effort[rows], shapes, structure.gains(), behind if slow else None)
+    return Separable(
+        columns,
+        data.effort[rows],
+        shapes,
+        structure.gains(),
+        behind if slow else None,
+    )
 
 
 def closed_in_slices(
@@ -65,9 +71,11 @@ def closed_in_slices(
             problems.append(separable(some, structure, reference, shapes, slice(None)))
         q = parameters(shapes, minimum.point)
         r = triangle_over(problem.values(problem.columns(q), q) for problem in problems)
-        nonnegative: Mask = np.array([gain.nonnegative for gain in structure.gains()], np.bool_)
+        signs = [gain.nonnegative for gain in structure.gains()]
+        nonnegative: Mask = np.array(signs, np.bool_)
         p = nonnegative.size
-        projection = gains_of(r, nonnegative) if np.isfinite(r).all() else no_gains(p)
+        finite = np.isfinite(r).all()
+        projection = gains_of(r, nonnegative) if finite else no_gains(p)
         moving = ~(minimum.at_lower | minimum.at_upper)
         products: list[list[Array]] = []  # of each free column with the residual, slice by slice
         cost = 0.0

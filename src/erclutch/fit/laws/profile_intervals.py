@@ -146,14 +146,17 @@ class _Search:
         q = parameters(few.shapes, optimum.point[:k])
         without_gains = few.values(few.columns(q), q)[:, :-1]
         fitted = without_gains @ optimum.point[k:]
-        columns, by_shapes, _ = jacobian(replace(few, target=fitted), optimum.point[:k])
+        at_fitted = replace(few, target=fitted)
+        columns, by_shapes, _ = jacobian(at_fitted, optimum.point[:k])
         slopes = np.column_stack([by_shapes, columns])
         norms: Array = np.sqrt(np.sum(slopes * slopes, axis=0))
         live = optimum.live & (norms > 0)
         norms[~live] = 1.0
         # The smallest residual whose gradient is that of all rows.
         gradient = share * optimum.slopes.T @ optimum.residual
-        pull = np.linalg.lstsq((slopes / norms).T, gradient / norms, rcond=1e-9)[0]
+        scaled_slopes = slopes / norms
+        scaled_gradient = gradient / norms
+        pull = np.linalg.lstsq(scaled_slopes.T, scaled_gradient, rcond=1e-9)[0]
 
         lower, upper = (np.where(live, ends, optimum.point) for ends in _bounds(few))
 
@@ -167,7 +170,8 @@ class _Search:
             moving = optimum.free.copy()
             moving[j] = True
             kept = np.flatnonzero(moving)
-            of_moving = _inverse(triangle[:, kept]) / np.outer(norms[kept], norms[kept])
+            scales = np.outer(norms[kept], norms[kept])
+            of_moving = _inverse(triangle[:, kept]) / scales
             place = int(np.searchsorted(kept, j))
             variances[j] = of_moving[place, place]
             along[kept, j] = of_moving[:, place] / of_moving[place, place]
@@ -254,7 +258,8 @@ class _Search:
                 others = place
             if least_rise < (1.0 + _NEAR) ** 2 * self.limits[j]:
                 break
-        return float(np.sqrt(max(least_rise, 0.0) / self.limits[j])), others
+        share = max(least_rise, 0.0) / self.limits[j]
+        return float(np.sqrt(share)), others
 
     def _rise_from(
         self,

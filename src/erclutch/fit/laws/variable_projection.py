@@ -210,7 +210,8 @@ def gains_of(r: Array, nonnegative: Mask) -> Projection:
     p = int(r.shape[1]) - 1
     columns = r[:p, :p]
     target = r[:p, p]
-    norms = np.sqrt(np.sum(r[:, :p] ** 2, axis=0))
+    squares = np.sum(r[:, :p] ** 2, axis=0)
+    norms = np.sqrt(squares)
     dead: Mask = norms < _UNEXCITED
     live = ~dead
     gains: Array = np.zeros(p)
@@ -288,7 +289,8 @@ def refined(columns: Array, target: Array, projection: Projection, triangle: Arr
     after = target - columns @ better.gains
 
     norms = np.linalg.norm(triangle, axis=0)[: int(free.sum())]  # of the free columns
-    rounding = np.finfo(float).eps * (norms @ np.abs(better.gains[free]))
+    sizes = np.abs(better.gains[free])
+    rounding = np.finfo(float).eps * (norms @ sizes)
     is_worse = np.linalg.norm(after) > np.linalg.norm(before) + rounding
     return projection if is_worse else better
 
@@ -309,7 +311,8 @@ def corrected(projection: Projection, triangle: Array, slope: Array) -> Projecti
     step: Any = solve(scaled, half, rcond=eps)[0]
     gains = projection.gains.copy()
     gains[~projection.held] += step / scale
-    turned = bool(np.any(np.sign(gains) * np.sign(projection.gains) < 0))
+    signs = np.sign(gains) * np.sign(projection.gains)
+    turned = bool(np.any(signs < 0))
     return projection if turned else replace(projection, gains=gains)
 
 

@@ -68,7 +68,8 @@ def tables_of(theta: Array, sizes: Sequence[int]) -> dict[str, Array]:
 def slopes_of(tables: Mapping[str, Array], x: Array) -> Array:
     """Derivatives of an FNN's output for normalised inputs (inputs, n) by all weights, shape (weights, n)."""
     hidden = len(tables) // 2 - 1
-    names = [*(str(number) for number in range(1, hidden + 1)), "_out"]
+    numbers = (str(number) for number in range(1, hidden + 1))
+    names = [*numbers, "_out"]
     layers = [(tables[f"W{name}"], tables[f"b{name}"]) for name in names]
     weights = sum(w.size + b.size for w, b in layers)
     slopes: Array = np.empty((weights, x.shape[1]))

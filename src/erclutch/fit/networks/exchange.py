@@ -75,18 +75,9 @@ def _with_new(
 ) -> Array:
     """Weights with one more neuron in the last hidden layer, which has no say in the output yet."""
     w_new, b_new = new_neurons(rng, rows.sizes, _CANDIDATES, slips)
-    gains = _gains(rows, theta, (w_new, b_new))
-    best = int(np.argmax(gains))
-    *others, (w, b), (w_out, b_out) = unpacked(theta, rows.sizes)
-    last = np.vstack([w, w_new[best]]), np.append(b, b_new[best])
-    output = np.append(w_out, [[0.0]], axis=1), b_out
-    return packed([*others, last, output])
-
-
-def _gains(rows: WeightedRows, theta: Array, new: tuple[Array, Array]) -> Array:
-    """How much each new neuron would take from the cost with the output layer at its least squares."""
-    # Products of neurons, new neurons, bias and effort, in this order.
-    total = rows.output_gram(rows.at(theta), new)
+    # How much each new neuron would take from the cost with the output layer at its least squares, from the products
+    # of neurons, new neurons, bias and effort, in this order.
+    total = rows.output_gram(rows.at(theta), (w_new, b_new))
     neurons = rows.sizes[-2]
     bias = len(total) - 2
     there = np.array([*range(neurons), bias])
@@ -99,4 +90,10 @@ def _gains(rows: WeightedRows, theta: Array, new: tuple[Array, Array]) -> Array:
     along = np.linalg.solve(square, across).astype(np.float64, copy=False)
     own = total[come, come] - np.einsum("ij,ij->j", across, along)
     slope = total[come, -1] - total[there, -1] @ along
-    return slope**2 / (np.maximum(own, 0.0) + _RIDGE * rows.y.size)
+    gains = slope**2 / (np.maximum(own, 0.0) + _RIDGE * rows.y.size)
+    best = int(np.argmax(gains))
+    *others, (w, b), (w_out, b_out) = unpacked(theta, rows.sizes)
+    w_with_it = np.vstack([w, w_new[best]])
+    b_with_it = np.append(b, b_new[best])
+    w_out_with_it = np.append(w_out, [[0.0]], axis=1)
+    return packed([*others, (w_with_it, b_with_it), (w_out_with_it, b_out)])

@@ -73,7 +73,8 @@ def fit_network(
         effort = effort[kept]
         in_fluid = [Element(element.field[kept], element.slip[kept]) for element in in_fluid]
     judges = kept is not None and not kept.all()
-    outcome = fit_rows(data, (inputs, effort), structure, times, Training(seed, polish, workers, judges))
+    training = Training(seed, polish, workers, judges)
+    outcome = fit_rows(data, (inputs, effort), structure, times, training)
     if not stages_at(structure.dynamics, "command"):
         return outcome
     near = near_cells(outcome.model.trained_on, in_fluid)
@@ -98,6 +99,8 @@ def fit_rows(
     squares = mean_squares(structure, x)
     with one_thread():
         weights, stop, steps = learn(rows, scaling, structure, training, squares)
+        lowest = x.min(axis=1)
+        highest = x.max(axis=1)
         model = NetworkModel(
             structure=structure,
             scaling=scaling,
@@ -105,7 +108,7 @@ def fit_rows(
             dynamics=dict(times),
             units=data.units,
             trained_on=range_of(data),
-            input_range=np.column_stack([x.min(axis=1), x.max(axis=1)]),
+            input_range=np.column_stack([lowest, highest]),
             about={"seed": str(training.seed)},
             period=data.period,
         )
@@ -241,7 +244,8 @@ def supports(rows: int, structure: NetworkStructure) -> bool:
 
 def _weights_of(structure: NetworkStructure) -> int:
     """Number of weights of a network."""
-    return sum(int(np.prod(shape)) for shape in table_shapes(structure).values())
+    shapes = table_shapes(structure).values()
+    return sum(int(np.prod(shape)) for shape in shapes)
 
 
 def _require_usable(x: Array, y: Array, structure: NetworkStructure, where: str) -> None:

@@ -169,7 +169,8 @@ def refined(cells: Centroids, start: FoundCentres, *, one_spread: bool) -> Found
         centres, _ = parts(u)
         scaled = w[:n, None] * columns[:n] / (spreads**2)[:, None]
         away = cells.x[None] - centres[:, :, None]
-        by_centre = (scaled[:, None, :] * away).reshape(n * k, -1)
+        weighed = scaled[:, None, :] * away
+        by_centre = (weighed).reshape(n * k, -1)
         by_spread = scaled * np.sum(away**2, axis=1)
         if one_spread:
             by_spread = by_spread.sum(axis=0)[None]
@@ -177,7 +178,8 @@ def refined(cells: Centroids, start: FoundCentres, *, one_spread: bool) -> Found
         # What the output weights cannot follow: the part across the columns.
         q, _ = np.linalg.qr(columns.T)
         free = slopes.T - q @ (q.T @ slopes.T)
-        r: Any = np.linalg.qr(np.column_stack([free, residual]), mode="r")
+        stacked = np.column_stack([free, residual])
+        r: Any = np.linalg.qr(stacked, mode="r")
         return Linearisation(
             cost=float(residual @ residual),
             triangle=r[:-1, :-1],

@@ -128,7 +128,8 @@ class _Target:
         """A network fitted to some of the rows."""
         pair = self.inputs[:, rows], self.data.effort[rows]
         data = self.data if np.all(rows) else self.data.take(rows)
-        return fit_rows(data, pair, self.structure, self.times, replace(self.training, judges=judges))
+        training = replace(self.training, judges=judges)
+        return fit_rows(data, pair, self.structure, self.times, training)
 
     def bounded(self, network: NetworkModel, inputs: Array) -> BoundedResidual:
         """A network, limited, where rows with these inputs were."""

@@ -35,7 +35,8 @@ def without_one(rows: WeightedRows, theta: Array) -> Iterator[Array]:
     cost = theta[outputs] ** 2 / inverse.diagonal()[outputs]
     for neuron in np.argsort(cost).tolist():
         gone = outputs[neuron]
-        followed = theta - inverse[:, gone] * (theta[gone] / inverse[gone, gone])
+        surprise = theta[gone] / inverse[gone, gone]
+        followed = theta - inverse[:, gone] * (surprise)
         # The weights into and out of the neuron go.
         *others, (w, b), (w_out, b_out) = unpacked(followed, rows.sizes)
         last = np.delete(w, neuron, 0), np.delete(b, neuron)

@@ -217,7 +217,13 @@ def papers_sequence(
 
 
 def coverage_share(
-    commands: Commands, limits: RigLimits, rate: float, seconds: float, *, signed: bool, one_way: bool
+    commands: Commands,
+    limits: RigLimits,
+    rate: float,
+    seconds: float,
+    *,
+    signed: bool,
+    one_way: bool,
 ) -> float:
     """Share of the cells of field, slip and their directions that a sequence visits."""
     cells = CellCounts(Bounds.of(limits, rate, seconds), rate, signed=signed, one_way=one_way)

@@ -33,7 +33,13 @@ class StretchMaker:
     """
 
     def __init__(
-        self, sequence: GrowingSequence, rng: np.random.Generator, rate: float, *, signed: bool, one_way: bool
+        self,
+        sequence: GrowingSequence,
+        rng: np.random.Generator,
+        rate: float,
+        *,
+        signed: bool,
+        one_way: bool,
     ) -> None:
         """Draw for a sequence.
 
@@ -219,7 +225,13 @@ def followed(now: int, wanted: Ticks, step: int) -> Ticks:
 
 
 def pieces_of_paper(
-    bounds: Bounds, rng: np.random.Generator, rate: float, *, one_way: bool, lowest: float = 2.0, highest: float = 100.0
+    bounds: Bounds,
+    rng: np.random.Generator,
+    rate: float,
+    *,
+    one_way: bool,
+    lowest: float = 2.0,
+    highest: float = 100.0,
 ) -> Piece:
     """One half period of a random square of speed, as section III-B draws its torques."""
     half_period = rng.uniform(0.5 / highest, 0.5 / lowest)  # s
