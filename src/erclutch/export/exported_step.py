@@ -350,6 +350,7 @@ def _period(model: Model, options: ExportOptions) -> float | None:
             where=model.name,
             remedy="Give --period, for example --period 0.001",
         )
+    # Past samples count in rows of the log: at another period they would lie at other times.
     if past and own is not None and period is not None and abs(period - own) > _SAME_PERIOD * own:
         raise ExportError(
             f"a period of {period:g} s for a network whose inputs are rows {', '.join(map(str, past))} back at "

@@ -122,7 +122,8 @@ def worst_turn(model: Model) -> Turn:
     farthest = 0.0
     for lines in _lines(model):
         # The effort along each line, turned so that it rises on the whole, and the most that it had reached.
-        way = np.where(lines.effort[-1] >= lines.effort[0], 1.0, -1.0)
+        rises = lines.effort[-1] >= lines.effort[0]
+        way = np.where(rises, 1.0, -1.0)
         ahead = lines.effort * way
         reached = np.maximum.accumulate(ahead, axis=0)
         lost = reached - ahead

@@ -107,7 +107,8 @@ def _oscillator_error(
         of_signal += abs(float(output @ from_signal))
         of_state += float(np.abs(output).sum())
         state = state @ row_to_row
-    largest = np.maximum.accumulate(np.maximum(np.abs(value), np.abs(signal)))
+    sizes = np.maximum(np.abs(value), np.abs(signal))
+    largest = np.maximum.accumulate(sizes)
     # Two sums of three terms a row, each no larger than three times the largest value or its slope.
     return of_signal * np.maximum.accumulate(signal_error) + of_state * 6.0 * p.epsilon * largest
 
@@ -275,7 +276,8 @@ def _network(
     # In float32 the constants of the scaling are rounded too.
     of_offset = np.abs(offset) if p is FLOAT32 else 0.0
     z = (x - offset) / scale
-    z_error = (x_error + half * (np.abs(x - offset) + of_offset)) / np.abs(scale)
+    of_difference = half * (np.abs(x - offset) + of_offset)
+    z_error = (x_error + of_difference) / np.abs(scale)
     z_error = z_error + (2.0 if p is FLOAT32 else 1.0) * half * np.abs(z)
     layers = _rbfn if model.structure.kind == "rbfn" else _fnn
     a, a_error, weights, start = layers(model, z, z_error, p)

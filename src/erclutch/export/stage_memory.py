@@ -52,7 +52,8 @@ class StageMemory:
 
     def keep(self, name: str, value: Any) -> Any:
         """Set a number for the next row, and give the value that is kept."""
-        number = kept(self.record.choose(self.going, value, self.initial[name]))
+        going_on = self.record.choose(self.going, value, self.initial[name])
+        number = kept(going_on)
         self.record.keep(name + self.suffix, number)
         return self.record.label(number, name + self.suffix)
 

@@ -42,7 +42,8 @@ def band_of(step: ExportedStep, rows: AnyArray) -> AnyArray:
         return np.zeros((0, 2), step.precision.dtype)
     record = step_record(step).record
     ends = [record.after["low"], record.after["high"]]
-    return np.column_stack(evaluate(record, _inputs_of(step, rows), numbers(step), outputs=ends))
+    of_rows = evaluate(record, _inputs_of(step, rows), numbers(step), outputs=ends)
+    return np.column_stack(of_rows)
 
 
 def _inputs_of(step: ExportedStep, rows: AnyArray) -> dict[str, AnyArray]:
@@ -86,7 +87,9 @@ def reference(step: ExportedStep, rows: AnyArray) -> tuple[AnyArray, Flags]:
 
 
 def held_signals(
-    step: ExportedStep, record: StepRecord, inputs: dict[str, AnyArray]
+    step: ExportedStep,
+    record: StepRecord,
+    inputs: dict[str, AnyArray],
 ) -> tuple[NDArray[np.bool_], list[Element], dict[str, AnyArray]]:
     """Rows from the first good one on; there the fields and slips within their windows, and the further inputs."""
     nodes = (record.started, *record.fields, *record.slips, *record.extras)
@@ -117,7 +120,8 @@ def inverse(step: ExportedStep, rows: AnyArray, wanted: AnyArray) -> tuple[AnyAr
     """
     given = _as_held(step, rows)[:, step.elements : step.model_inputs]  # without the fields
     target = _as_held(step, wanted)
-    usable = np.all(np.isfinite(given), axis=1) & np.isfinite(target)
+    finite = np.all(np.isfinite(given), axis=1)
+    usable = finite & np.isfinite(target)
     head = search_record(step)
     inputs = dict(zip(head.inputs(), given.T, strict=True))
     *signals, outside = evaluate(head, inputs, numbers(step))
@@ -158,7 +162,8 @@ def inverse_now(step: ExportedStep, rows: AnyArray, wanted: AnyArray) -> tuple[A
     values = _as_held(step, rows)
     target = _as_held(step, wanted)
     others = values[:, elements:inputs]  # without the fields
-    usable = np.all(np.isfinite(others), axis=1) & np.isfinite(target)
+    finite = np.all(np.isfinite(others), axis=1)
+    usable = finite & np.isfinite(target)
     if step.filter is not None:
         angles = values[:, elements : 2 * elements]
         usable &= np.all(np.abs(angles) < LARGEST_ANGLE, axis=1)

@@ -103,10 +103,12 @@ def rows_of(step: ExportedStep, rng: np.random.Generator, count: int) -> Array:
 def ordinary(step: ExportedStep, rng: np.random.Generator, count: int) -> Array:
     """Rows inside the training range, speeds in any case: fields that are held for a while, one side at a time."""
     low, high = step.field.range
-    held = np.repeat(rng.uniform(low, high, count // 8 + 1), 8)[:count]
+    drawn = rng.uniform(low, high, count // 8 + 1)
+    held = np.repeat(drawn, 8)[:count]
     fields = [held]
     if step.elements == 2:
-        first = np.repeat(rng.random(count // 16 + 1) < 0.5, 16)[:count]
+        sides = rng.random(count // 16 + 1) < 0.5
+        first = np.repeat(sides, 16)[:count]
         fields = [np.where(first, held, 0.0), np.where(first, 0.0, held)]
     slips = [rng.uniform(*step.slip.range, count) for _ in range(step.elements)]
     speeds = speeds_of(step.device, slips)

@@ -90,7 +90,8 @@ def compare(
             raise ValueError(f"{len(lines)} results for {without_band} vectors")
         bits = [int(line[0], 16) for line in lines]
         values = np.array(bits, p.bits).view(p.dtype)
-        flags = np.array([int(line[1]) for line in lines], np.uint32)
+        words = [int(line[1]) for line in lines]
+        flags = np.array(words, np.uint32)
     except (ValueError, IndexError) as error:
         raise ExportError(f"unreadable results: {error}", where=where, remedy="Export the model again") from error
     return to_the_bit(step, vectors, where, values, flags, note)

@@ -151,7 +151,7 @@ def bandwidth_of(scores: Array) -> int:
     if not whole > 0.0:  # a perfect fit: what is left is rounding
         return 1
     poles = (1 - rho) ** 6 * (1 + rho) ** 2
-    curved = 4 * rho**2 * weight / (poles)
+    curved = 4 * rho**2 * weight / poles
     alpha = np.sum(curved) / whole
     rows = scores.shape[0]
     best = np.ceil(1.1447 * (alpha * rows) ** (1 / 3))

@@ -63,8 +63,7 @@ def unseen_errors(
         kept = (whole - gone)[:-1, :-1]  # J'J - K'K
         left = kept / np.outer(scale, scale) + _UNSAID * np.eye(scale.size)
         pull = gone[:-1, -1] / scale  # K'e
-        moved: Array = np.linalg.solve(left, pull) / scale  # of the numbers, without the log
-        unseen[log] += slopes(log) @ (moved)
+        unseen[log] += slopes(log) @ (np.linalg.solve(left, pull) / scale)
     return unseen
 
 
@@ -74,8 +73,7 @@ def _left_out(data: Dataset, logs: Sequence[slice]) -> Iterator[Mask]:
     rows = np.array([log.stop - log.start for log in logs])
     least = (_LEFT_OF_TWO if len(logs) == 2 else _LEFT) * rows.sum()
     for k in range(len(logs)):
-        distance = np.abs(motions - motions[k])  # in logarithms
-        alike = np.all(distance < np.log(ALIKE), axis=1)
+        alike = np.all(np.abs(motions - motions[k]) < np.log(ALIKE), axis=1)
         alone = np.arange(len(logs)) == k
         out = np.zeros(len(logs), np.bool_)
         for some in (alone, alike):  # the larger set last: it is preferred

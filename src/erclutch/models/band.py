@@ -159,7 +159,8 @@ class Band:
     def to_dict(self) -> dict[str, Any]:
         """As plain JSON values."""
         tables = ("field", "slip", "field_edges", "slip_edges", "behind", "ahead")
-        whole = asdict(self) | {name: list(getattr(self, name)) for name in tables}
+        as_lists = {name: list(getattr(self, name)) for name in tables}
+        whole = asdict(self) | as_lists
         for name in ("haste", "part"):
             if whole[name] is None:
                 del whole[name]
@@ -191,4 +192,5 @@ def centres(covered: tuple[float, float]) -> Array:
     low, high = covered
     cells = _FINER * CELLS
     step = (high - low) / cells
-    return np.asarray(low + (np.arange(cells) + 0.5) * step, np.float64)
+    middles = np.arange(cells) + 0.5  # in cells
+    return np.asarray(low + middles * step, np.float64)

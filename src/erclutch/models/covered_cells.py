@@ -97,8 +97,10 @@ def cells_of(inputs: Array, boxes: int = 8) -> CoveredCells:
         cell = cells.pop(cuts.index(best))
         before = cell[i] <= at
         cells += [cell[:, before], cell[:, ~before]]
-    low = np.array([cell.min(axis=1) for cell in cells], np.float64)
-    high = np.array([cell.max(axis=1) for cell in cells], np.float64)
+    lows = [cell.min(axis=1) for cell in cells]
+    low = np.array(lows, np.float64)
+    highs = [cell.max(axis=1) for cell in cells]
+    high = np.array(highs, np.float64)
     return CoveredCells(low, high, reach)
 
 

@@ -78,7 +78,8 @@ class GainTracking:
         base = self._part(measured - effort)
         own = self._part(measured - given)
         account = within(state.account + ((1.0 + _SHARE) * base * base - own * own), 0.0, _CAP)
-        missed = self._part(measured - (state.gain * effort + state.offset * self.limit))
+        adapted = state.gain * effort + state.offset * self.limit
+        missed = self._part(measured - adapted)
         _, _, _, gg, go, oo = state
         x = effort * (1.0 / self.limit)
         by_gain = gg * x + go

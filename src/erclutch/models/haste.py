@@ -51,7 +51,8 @@ class Haste:
     def of_rows(self, slip: Array, clock: Clock) -> Array:
         """Haste of each row, shape (n,); it begins at zero in each span."""
         every = slice(None)
-        away = np.abs(slip - FOLLOWER.respond(slip, clock, [self.lag_s], every))
+        followed = FOLLOWER.respond(slip, clock, [self.lag_s], every)
+        away = np.abs(slip - followed)
         mean = FOLLOWER.respond(away, clock, [self.mean_s], every)
         return np.asarray(_larger(mean, _MEAN_OF_PEAK * away), np.float64)
 

@@ -188,15 +188,18 @@ class TorqueModel(ModelBase):
 
     def command(self, field: Any) -> Any:
         """What the stages work on: the normalised field after the law's stimulus; elementwise on any operand."""
-        return self.structure.command(field, self.reference, list(self.shape.values()))
+        shape = list(self.shape.values())
+        return self.structure.command(field, self.reference, shape)
 
     def moved(self, fluids: Sequence[Any], slips: Sequence[Any]) -> list[SlipAndStrength]:
         """What the stages on the slip of each element work on, elementwise on any operand."""
-        return self.structure.moved(fluids, slips, self.reference, list(self.shape.values()))
+        shape = list(self.shape.values())
+        return self.structure.moved(fluids, slips, self.reference, shape)
 
     def from_fluid(self, signals: FluidSignals) -> Any:
         """Effort ahead of the stages on it, elementwise on any operand; see `Model`."""
-        columns = self.structure.from_fluid(signals, self.reference, list(self.shape.values()))
+        shape = list(self.shape.values())
+        columns = self.structure.from_fluid(signals, self.reference, shape)
         return reduce(add, self._terms(columns))
 
     def scaled(self, factor: float, offset: float = 0.0) -> TorqueModel:
@@ -305,13 +308,15 @@ def _model_from(body: Mapping[str, Any]) -> TorqueModel:
     slip = model_file.number_of(references["slip"], "slip", positive=True)
     period = model_file.number_of(references["period_s"], "period_s", positive=True)
     scales = tuple(model_file.number_of(entry["reference"], "reference", positive=True) for entry in further)
-    warmth = dict(zip(structure.extras, scales, strict=True)).get(TEMPERATURE, 1.0)
+    scale_of = dict(zip(structure.extras, scales, strict=True))
+    warmth = scale_of.get(TEMPERATURE, 1.0)
     if temperature_stages(structure.dynamics) and not LEAST_KELVIN <= warmth <= MOST_KELVIN:
         raise ValueError(f"the reference temperature is {warmth} K, not from {LEAST_KELVIN:g} to {MOST_KELVIN:g} K")
 
     shape: dict[str, float] = {}
     for number in structure.shapes(period):
-        shape[number.name] = model_file.number_of(body["shape"][number.name], number.name)
+        value = body["shape"][number.name]
+        shape[number.name] = model_file.number_of(value, number.name)
     # Values after names: a name that is missing is told before a value that does not fit.
     for number in structure.shapes(period):
         if not number.lower <= shape[number.name] <= number.upper:
@@ -319,7 +324,8 @@ def _model_from(body: Mapping[str, Any]) -> TorqueModel:
             raise ValueError(f"{number.name} is {shape[number.name]}, not {limits}")
     gains: dict[str, float] = {}
     for gain in structure.gains():
-        gains[gain.name] = model_file.number_of(body["gains"][gain.name], gain.name)
+        value = body["gains"][gain.name]
+        gains[gain.name] = model_file.number_of(value, gain.name)
     ranges = [model_file.pair_of(entry["trained_on"], "range of a further input") for entry in further]
     return TorqueModel(
         structure=structure,

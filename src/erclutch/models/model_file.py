@@ -244,7 +244,8 @@ def near_of(values: Any, device: DeviceName) -> tuple[tuple[int, ...], ...]:
 def _masks_of(values: Any) -> tuple[int, ...]:
     """The cells near training rows of one element."""
     masks = tuple(whole_number_of(value, "a row of cells") for value in values)
-    if len(masks) != CELLS or not all(0 <= mask < 1 << CELLS for mask in masks):
+    in_range = all(0 <= mask < 1 << CELLS for mask in masks)
+    if len(masks) != CELLS or not in_range:
         raise ValueError(f"cells near training rows are {masks!r:.60}")
     return masks
 

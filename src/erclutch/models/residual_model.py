@@ -97,7 +97,8 @@ class BoundedResidual:
 
     def of_inputs(self, inputs: Array, *, exactly: bool = True) -> Array:
         """Effort that is added, shape (n,), for all inputs of the network (inputs, n)."""
-        return np.asarray(self._bounded(list(inputs), self.network.of_inputs(inputs, exactly=exactly)))
+        added = self.network.of_inputs(inputs, exactly=exactly)
+        return np.asarray(self._bounded(list(inputs), added))
 
     def _bounded(self, inputs: Sequence[Any], missed: Any) -> Any:
         return self.covered.weight(inputs) * within(missed, -self.limit, self.limit)

@@ -287,7 +287,8 @@ class Structure:
         for of_one in moved:
             outputs: list[Sequence[Any]] = []
             for stage in slip_stages(self.dynamics):
-                outputs.append(stage.respond(of_one, clock, self.numbers_of(stage, q), wanted))
+                numbers = self.numbers_of(stage, q)
+                outputs.append(stage.respond(of_one, clock, numbers, wanted))
             remembered.append(outputs)
         return fluids, slips, moved, remembered
 
@@ -304,7 +305,8 @@ class Structure:
         """
         stages = stages_at(self.dynamics, "effort")
         for stage in stages:
-            effort = stage.respond(effort, clock, self.numbers_of(stage, q), slice(None))
+            numbers = self.numbers_of(stage, q)
+            effort = stage.respond(effort, clock, numbers, slice(None))
         return pick(effort, rows) if stages else effort
 
     def command(self, field: Any, reference: Reference, q: Sequence[Any]) -> Any:
@@ -317,7 +319,11 @@ class Structure:
         return stimulus(command, *shape)
 
     def moved(
-        self, fluids: Sequence[Any], slips: Sequence[Any], reference: Reference, q: Sequence[Any]
+        self,
+        fluids: Sequence[Any],
+        slips: Sequence[Any],
+        reference: Reference,
+        q: Sequence[Any],
     ) -> list[SlipAndStrength]:
         """What the stages on the slip of each element work on, elementwise on any operand."""
         if not slip_stages(self.dynamics):
@@ -371,7 +377,8 @@ class Structure:
             own = list(self.law.columns(strength, slip, *shape))
             if self.friction:
                 own.append(direction(slip, turn) * np.ones(slip.size))
-            for stage, outputs in zip(slip_stages(self.dynamics), signals.remembered[element], strict=True):
+            outputs_of = signals.remembered[element]
+            for stage, outputs in zip(slip_stages(self.dynamics), outputs_of, strict=True):
                 own += stage.columns(outputs, moved[element].strength)
             if factors:
                 for place, gain in enumerate(self._gains_of_element):

@@ -257,7 +257,8 @@ def _example(step: ExportedStep, n: str) -> list[str]:
 
 def _example_row(step: ExportedStep) -> list[float]:
     """Inputs that raise no flag: the largest field and a slip of 1 where the model knows them, else random ones."""
-    rows = np.round(ordinary(step, np.random.default_rng(0), 64), 4)
+    drawn = ordinary(step, np.random.default_rng(0), 64)
+    rows = np.round(drawn, 4)
     rows[:, step.model_inputs :] = 0.0
     rows[0] = 0.0
     rows[0, 0] = step.field.range[1]

@@ -198,7 +198,8 @@ def _one_by_one(model: NetworkModel, n: str, p: Precision) -> Iterator[str]:
         yield "total = (s[0] + s[1]) + (s[2] + s[3]);"
         for i in range(whole, neurons):
             yield "{"
-            yield from (f"    {line}" for line in _sum(n, _terms(n, layer, neurons, values, "", i)))
+            terms = _terms(n, layer, neurons, values, "", i)
+            yield from (f"    {line}" for line in _sum(n, terms))
             yield f"    total = total + ({n}w_out[{i}] * {n}tanh_held({n}tanh_hold(sum)));"
             yield "}"
     yield f"return {p.constant(float(model.weights['b_out'][0]))} + total;"

@@ -52,14 +52,17 @@ class Printer:
         uses = Counter(a.index for n in nodes for a in n.arguments)
         uses.update(n.index for n in self.record.outputs)
         # What the state becomes, and what goes into a delay, gets a name: it is written after all else is read.
-        uses.update(2 * [n.index for n in self.record.after.values()])
-        uses.update(2 * [n.arguments[0].index for n in nodes if n.operation == "delay"])
+        new_states = [n.index for n in self.record.after.values()]
+        uses.update(2 * new_states)
+        entering = [n.arguments[0].index for n in nodes if n.operation == "delay"]
+        uses.update(2 * entering)
         choosing = Counter(n.arguments[0].index for n in nodes if n.operation == "choose")
         # A call that is an arm of a choice stays there, however wide: C computes the arm that it takes.
         choices = (n for n in nodes if n.operation == "choose")
         arms = {a.index for n in choices for a in n.arguments[1:] if a.operation == "call"}
         # A test of the bits that chooses gets a name, too: what it says of a number stands behind it.
-        uses.update(2 * [n.index for n in nodes if n.operation == "finite" and n.index in choosing])
+        testing = [n.index for n in nodes if n.operation == "finite" and n.index in choosing]
+        uses.update(2 * testing)
         yield from self._slots()
         filled: set[str] = set()
         for node in nodes:
@@ -72,6 +75,7 @@ class Printer:
             if node.operation == "table":
                 yield from self._table(node)
             text = self._expression(node)
+            # An input, a constant, or a truth of the state is as short as its name would be.
             simple = node.operation in ("input", "constant") or (node.operation == "state" and node.kind == "truth")
             short = len(text) <= _WIDEST or node.index in arms
             folded = uses[node.index] == 1 and short and not _named(node)
@@ -146,13 +150,15 @@ class Printer:
             if node.kind == "truth":
                 words: list[str] = []
                 for start in range(0, len(entries), 32):
-                    word = sum(bit << place for place, bit in enumerate(entries[start : start + 32]))
+                    bits = enumerate(entries[start : start + 32])
+                    word = sum(bit << place for place, bit in bits)
                     words.append(f"0x{word:08x}u")
                 yield from table("uint32_t", name, words).splitlines()
             elif node.kind == "bits":
                 yield from table("uint8_t", name, [f"{entry}u" for entry in entries], 16).splitlines()
             else:
-                yield from table(f"{self.prefix}real", name, list(map(self.precision.constant, entries))).splitlines()
+                reals = list(map(self.precision.constant, entries))
+                yield from table(f"{self.prefix}real", name, reals).splitlines()
         at, *more = (f"((uint32_t){self._text[a.index]})" for a in node.arguments)
         for size, place in zip(values.shape[1:], more, strict=True):
             at = f"(({at} * {size}u) + {place})"

@@ -50,7 +50,8 @@ def exact_function(n: str, p: Precision) -> str:
     odd = 3.0
     while number(1.0) / number(odd) * number(odd) == number(1.0):
         odd += 2.0
-    numbers = ", ".join(p.constant(value) for value in (1.0, tiny, 1.0 + step, 1.0 - step, odd))
+    probes = (1.0, tiny, 1.0 + step, 1.0 - step, odd)
+    numbers = ", ".join(p.constant(value) for value in probes)
     odd_text = p.constant(odd)
     bits = int(np.asarray(step, p.dtype).view(p.bits))
     step_bits = f"0x{bits:x}{p.bits_suffix}"

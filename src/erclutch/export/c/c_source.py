@@ -46,7 +46,8 @@ def source(step: ExportedStep, further: frozenset[str] = frozenset()) -> str:
     def add(name: str, calls: Mapping[str, Record], before: str = "") -> None:
         """A function that a record calls, where it does."""
         if name in calls:
-            parts.append(before + function(n, p, name, calls[name], _ABOUT[name]))
+            text = function(n, p, name, calls[name], _ABOUT[name])
+            parts.append(before + text)
 
     for name in ("kept", "held", "turned", "limited"):
         add(name, record.calls)

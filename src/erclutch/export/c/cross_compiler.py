@@ -57,10 +57,10 @@ class Cross:
         """Link a DLL against the functions of Windows' own C library."""
         names = out.parent / "msvcrt.def"
         library = out.parent / "msvcrt.lib"
-        names.write_text("\n".join(["LIBRARY msvcrt.dll", "EXPORTS", *_WINDOWS_C, ""]), encoding="ascii")
-        self._run(
-            [*zig_command(), "dlltool", "-m", "i386:x86-64", "-d", str(names), "-l", str(library)], "list C's functions"
-        )
+        lines = ["LIBRARY msvcrt.dll", "EXPORTS", *_WINDOWS_C, ""]
+        names.write_text("\n".join(lines), encoding="ascii")
+        words = [*zig_command(), "dlltool", "-m", "i386:x86-64", "-d", str(names), "-l", str(library)]
+        self._run(words, "list C's functions")
         # /Brepro: no date inside, so the same model gives the same bytes.
         options = ["/dll", "/noentry", "/nodefaultlib", "/lldmingw", "/Brepro", f"/out:{out}"]
         self._run([*zig_command(), "lld-link", *options, *map(str, objects), str(library)], f"link {out.name}")

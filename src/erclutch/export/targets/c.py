@@ -67,7 +67,8 @@ def vectors_header(step: ExportedStep, vectors: Vectors) -> str:
     """The vectors as tables of bits."""
     n = step.name
     p = step.precision
-    steps = np.column_stack([vectors.rows, vectors.effort, vectors.numpy.astype(p.dtype)])
+    by_numpy = vectors.numpy.astype(p.dtype)
+    steps = np.column_stack([vectors.rows, vectors.effort, by_numpy])
     fields = np.column_stack([vectors.speeds, vectors.wanted, vectors.field])
     ahead = np.column_stack([vectors.wanted_now, vectors.field_now])
     band = ""

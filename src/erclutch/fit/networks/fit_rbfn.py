@@ -170,7 +170,7 @@ def refined(cells: Centroids, start: FoundCentres, *, one_spread: bool) -> Found
         scaled = w[:n, None] * columns[:n] / (spreads**2)[:, None]
         away = cells.x[None] - centres[:, :, None]
         weighed = scaled[:, None, :] * away
-        by_centre = (weighed).reshape(n * k, -1)
+        by_centre = weighed.reshape(n * k, -1)
         by_spread = scaled * np.sum(away**2, axis=1)
         if one_spread:
             by_spread = by_spread.sum(axis=0)[None]

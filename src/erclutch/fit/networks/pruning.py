@@ -36,7 +36,7 @@ def without_one(rows: WeightedRows, theta: Array) -> Iterator[Array]:
     for neuron in np.argsort(cost).tolist():
         gone = outputs[neuron]
         surprise = theta[gone] / inverse[gone, gone]
-        followed = theta - inverse[:, gone] * (surprise)
+        followed = theta - inverse[:, gone] * surprise
         # The weights into and out of the neuron go.
         *others, (w, b), (w_out, b_out) = unpacked(followed, rows.sizes)
         last = np.delete(w, neuron, 0), np.delete(b, neuron)

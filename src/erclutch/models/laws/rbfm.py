@@ -46,7 +46,8 @@ def rbfm(yield_form: YieldForm, kernels: int) -> Law:
 
     def paper_form(shape: dict[str, float], gains: dict[str, float], field: float) -> dict[str, float]:
         weights = [gains[f"k_{i + 1}"] for i in range(1, kernels)]
-        return {"k_1": gains["eta_0"] - float(np.dot(weights, at_zero[1:]))}
+        above_zero = float(np.dot(weights, at_zero[1:]))
+        return {"k_1": gains["eta_0"] - above_zero}
 
     free = tuple(
         Gain(f"k_{i + 1}", f"weight of kernel {i + 1}", VISCOUS, False, part="viscous") for i in range(1, kernels)

@@ -73,12 +73,14 @@ def _terms(law: Law) -> list[tuple[Any, Any]]:
     shape: list[Symbolic] = []
     for number in law.shape:
         positive = True if number.lower >= 0 else None  # None: SymPy does not know
-        shape.append(Symbolic(sympy.Symbol(number.name, real=True, positive=positive)))
+        symbol = sympy.Symbol(number.name, real=True, positive=positive)
+        shape.append(Symbolic(symbol))
     if law.stimulus is not None:
         of_stimulus = [Symbolic(sympy.Symbol(number.name, positive=True)) for number in law.stimulus_shape]
         field = law.stimulus(field, *of_stimulus)
     terms: list[tuple[Any, Any]] = []
-    for gain, column in zip(law.gains, law.columns(field, slip, *shape), strict=True):
+    columns = law.columns(field, slip, *shape)
+    for gain, column in zip(law.gains, columns, strict=True):
         terms.append((sympy.Symbol(gain.name), _tidy(_expression(column))))
     return terms
 

@@ -94,7 +94,8 @@ def base_inputs(
 
 def is_network(specification: str) -> bool:
     """Whether a specification names a network (it may still be a wrong one)."""
-    return specification.strip().lower().partition("-")[0] in ("fnn", "rbfn")
+    kind = specification.strip().lower().partition("-")[0]
+    return kind in ("fnn", "rbfn")
 
 
 def network_from_name(

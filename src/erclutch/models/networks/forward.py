@@ -95,7 +95,9 @@ def _weighted(weights: Array, a: Array) -> Array:
     four = [np.zeros(a.shape[1], a.dtype) for _ in range(4)]
     for i in range(whole):
         four[i % 4] += weights[i] * a[i]
-    total = (four[0] + four[1]) + (four[2] + four[3])
+    first = four[0] + four[1]
+    second = four[2] + four[3]
+    total = first + second
     for i in range(whole, len(a)):
         total = total + weights[i] * a[i]
     return total

@@ -97,7 +97,10 @@ def field_in_fluid(
 
 
 def moved_of(
-    structure: NetworkStructure, fluids: Sequence[Any], slips: Sequence[Any], numbers: Mapping[str, float]
+    structure: NetworkStructure,
+    fluids: Sequence[Any],
+    slips: Sequence[Any],
+    numbers: Mapping[str, float],
 ) -> list[SlipAndStrength]:
     """What the stages on the slip work on: the slip in its unit, the field over `STRENGTH`'s reference to its power.
 

@@ -239,7 +239,8 @@ class NetworkModel(ModelBase):
         law = np.asarray(self.law_beyond(*rows))
         mixed = effort.copy()
         # Where the share is zero the network is not asked: its effort may be anything there.
-        mixed[away] = np.where(share > 0.0, faded(effort[away], law, share), law)
+        fading = faded(effort[away], law, share)
+        mixed[away] = np.where(share > 0.0, fading, law)
         return mixed
 
     def law_beyond(

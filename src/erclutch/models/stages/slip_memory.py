@@ -99,7 +99,9 @@ def travels(
     count: int,
 ) -> tuple[ShapeParameter, ...]:
     """Travels of equal parts of a memory; a scan looks for them in neighbouring parts of the usual range."""
-    ends = np.geomspace(_USUAL[0] * period, _USUAL[1] * period, count + 1).tolist()
+    shortest = _USUAL[0] * period
+    longest = _USUAL[1] * period
+    ends = np.geomspace(shortest, longest, count + 1).tolist()
     of_parts: list[ShapeParameter] = []
     for i, part in enumerate(itertools.pairwise(ends), start=1):
         whole = travel(name.format(i), meaning.format(i), period)
