@@ -106,7 +106,11 @@ def _run(code: NDArray[np.uint32], registers: Array, inputs: Array, output: int)
             return np.nan
         real[k] = inputs[k]
     for k in range(code.shape[0]):
-        operation, to, a, b, c = code[k, 0], code[k, 1], code[k, 2], code[k, 3], code[k, 4]
+        operation = code[k, 0]
+        to = code[k, 1]
+        a = code[k, 2]
+        b = code[k, 3]
+        c = code[k, 4]
         if operation == 0:
             real[to] = real[a] + real[b]
         elif operation == 1:

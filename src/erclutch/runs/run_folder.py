@@ -53,7 +53,8 @@ class Run(Shown):
 
     def __repr__(self) -> str:
         chosen = self.entry(self.body["recommended"])
-        rmse, share = chosen["test"]["rmse"][0], chosen["test"]["share"][0]
+        rmse = chosen["test"]["rmse"][0]
+        share = chosen["test"]["share"][0]
         error = f"RMSE {rmse:.4g} {self.body['units']['effort']} on {self.body['test_rows']} rows held out"
         return one_line(
             self,
@@ -169,7 +170,8 @@ class Run(Shown):
         Raises:
             RunError: the run recommends none.
         """
-        name, standing = str(self.body["recommended"]), self.standing
+        name = str(self.body["recommended"])
+        standing = self.standing
         if standing.why_none:
             remedy = "Turn a sign and fit again" if standing.sign_open else "Log more of what it has to explain"
             raise RunError(

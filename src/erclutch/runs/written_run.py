@@ -90,7 +90,9 @@ def write_json(path: Path, body: Mapping[str, Any]) -> None:
 
 
 def run_to_dict(
-    comparison: Comparison, recordings: Sequence[LogFacts], reading: Mapping[str, Any] | None
+    comparison: Comparison,
+    recordings: Sequence[LogFacts],
+    reading: Mapping[str, Any] | None,
 ) -> dict[str, Any]:
     """Everything of a run but the rows, as JSON values."""
     data = comparison.data

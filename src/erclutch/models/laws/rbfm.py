@@ -32,7 +32,8 @@ def rbfm(yield_form: YieldForm, kernels: int) -> Law:
             f"{kernels} kernels for the RBFM, allowed are 2 to {_LARGEST}", remedy="Write for example rbfm-5 or rbfm-10"
         )
     share = np.arange(kernels) / (kernels - 1)
-    centres, spreads = share, _NARROWEST + share * (_WIDEST - _NARROWEST)
+    centres = share
+    spreads = _NARROWEST + share * (_WIDEST - _NARROWEST)
     at_zero = np.exp(-(centres**2) / (2.0 * spreads**2))
 
     def kernel(E: Any, i: int) -> Any:

@@ -74,7 +74,8 @@ def print_report(material: Material, path: Path) -> Path:
         raise unwritable(path, error) from error
     profile = TemporaryDirectory(prefix="erclutch-browser-", ignore_cleanup_errors=True)
     with folder as name, profile as own, placed(path) as partial:
-        page, pages = Path(name, "report.html"), Path(name, "report.pdf")
+        page = Path(name, "report.html")
+        pages = Path(name, "report.pdf")
         text = report_html(material)
         fullest = b""
         for variant in (text, *_fuller(text)):

@@ -320,7 +320,10 @@ def _near(
 
 
 def _settled(
-    rows: RunRows, settling: int, element: int, levels: Array | None = None
+    rows: RunRows,
+    settling: int,
+    element: int,
+    levels: Array | None = None,
 ) -> tuple[NDArray[np.bool_], float]:
     """Rows whose field has stayed where it is for so many rows, the other elements without field; how near that is."""
     fields = [np.abs(each.field) for each in rows.data.elements]

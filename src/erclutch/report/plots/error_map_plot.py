@@ -12,7 +12,8 @@ from erclutch.signals.array import Array
 
 _HEADER = ("element", "field_from", "field_to", "slip_from", "slip_to", "train_rows", "test_rows", "test_rmse")
 #: Sizes of a map: a pair has two rows of maps, which are lower, so that its report is no longer than that of a brake.
-_HIGH, _LOW = (430, 300), (430, 215)
+_HIGH = (430, 300)
+_LOW = (430, 215)
 
 
 def describe_error_map(material: Material) -> Plot:

@@ -60,7 +60,10 @@ class AlignedLogs(Shown):
 
     def __repr__(self) -> str:
         return one_line(
-            self, self.joined.name, f"{self.joined.rows} rows", *(in_words(match) for match in self.matches)
+            self,
+            self.joined.name,
+            f"{self.joined.rows} rows",
+            *(in_words(match) for match in self.matches),
         )
 
     def notebook_card(self) -> Card:

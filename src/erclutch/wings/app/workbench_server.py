@@ -106,7 +106,9 @@ class Workbench(LogAnswers, RunAnswers):
     def _overview(self) -> Response:
         space = self._space
         found = space.look()
-        logs, runs, results = found.logs, found.runs, found.results
+        logs = found.logs
+        runs = found.runs
+        results = found.results
         left_out = ""
         most = max(len(logs), len(runs), len(results))
         if most > SHOWN:

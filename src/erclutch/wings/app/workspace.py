@@ -264,7 +264,8 @@ class Workspace:
         Raises:
             WorkspaceError: no such run, or the name is taken.
         """
-        path, target = self.path(old), self.folder / plain_name(new)
+        path = self.path(old)
+        target = self.folder / plain_name(new)
         try:
             put_new(path, target)
         except FileExistsError as error:

@@ -194,7 +194,8 @@ class Knowledge:
         if use is None:
             where, used = known, derivatives
         else:
-            where, used = use, self.sensitivity.rows(use)
+            where = use
+            used = self.sensitivity.rows(use)
         grid = CellGrid.of(known, where)
         # A residual whose neighbours are alike is no noise: it is what the law does not say.
         doubted = variance * (1.0 - 1.0 / max(alike / known.period, 1.0))

@@ -126,7 +126,11 @@ def _trackings(rig: RigParameters, motor: float) -> tuple[LoopProgram, ...]:
 
 
 def _excitations(
-    rig: RigParameters, motor: float, seed: int, device: DeviceName, drive: bool
+    rig: RigParameters,
+    motor: float,
+    seed: int,
+    device: DeviceName,
+    drive: bool,
 ) -> tuple[LoopProgram, ...]:
     """Random fields, and no field; what a log is made of."""
     rows = 1000 * _SECONDS

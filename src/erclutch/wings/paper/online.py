@@ -67,7 +67,8 @@ def _fields(name: str, soft: float = SOFT, **changes: float) -> _Programs:
     """Random fields, mirrored beyond a share of the stroke; 0: never."""
 
     def programs(rig: RigParameters, rows: int, seed: int) -> list[LoopProgram]:
-        table, limit = field_table(rig, rows, seed, **changes), shaft_angle(rig, soft) if soft else 0.0
+        table = field_table(rig, rows, seed, **changes)
+        limit = shaft_angle(rig, soft) if soft else 0.0
         return [LoopProgram(name, Mode.FIELDS, Waveform.TABLE, soft=limit, table=table)]
 
     return programs
@@ -91,7 +92,8 @@ def _tracked(*frequencies: float) -> _Programs:
 
 
 _TWO = "PD tracking, 30 trials at 0.4 Hz, 30 at 2 Hz: IV-C, figures 9, 10"
-_SINE, _SQUARE = _fields("sine", motor=_MOTOR, sines=1.0), _fields("square", sines=0.0)
+_SINE = _fields("sine", motor=_MOTOR, sines=1.0)
+_SQUARE = _fields("square", sines=0.0)
 _HALVES = "no field, half sines of motor torque: IV-D, figure 11"
 
 EXPERIMENTS: Mapping[str, Experiment] = {

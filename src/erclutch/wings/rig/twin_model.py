@@ -32,7 +32,10 @@ def twin_model(rig: RigParameters, output: Console, device: DeviceName = "coaxia
 
 
 def twin_models(
-    rig: RigParameters, names: Sequence[str], output: Console, device: DeviceName = "coaxial"
+    rig: RigParameters,
+    names: Sequence[str],
+    output: Console,
+    device: DeviceName = "coaxial",
 ) -> list[Path]:
     """Models of the twin, fitted together where they are not in the cache.
 

@@ -123,7 +123,9 @@ def live(
         if learns:
 
             def observed(
-                session: Session, settings: LoopSettings, loop: LoopOptions
+                session: Session,
+                settings: LoopSettings,
+                loop: LoopOptions,
             ) -> AbstractContextManager[Observers | None]:
                 return _observers(session, settings, parameters, loop)
 
@@ -173,7 +175,10 @@ def _interrupts() -> Generator[list[int]]:
 
 @contextmanager
 def _observers(
-    session: Session, settings: LoopSettings, parameters: RigParameters, loop: LoopOptions
+    session: Session,
+    settings: LoopSettings,
+    parameters: RigParameters,
+    loop: LoopOptions,
 ) -> Generator[Observers | None]:
     if loop.headless and not loop.record:
         yield None

@@ -231,7 +231,9 @@ def _chunk(ahead: bytes, messages: NDArray[Any], packer: Any) -> bytes:
         uncompressed_size=len(body),
     )
     return record_bytes(chunk) + chunk_index(
-        CHANNEL, times, len(ahead) + np.arange(messages.size) * messages.dtype.itemsize
+        CHANNEL,
+        times,
+        len(ahead) + np.arange(messages.size) * messages.dtype.itemsize,
     )
 
 

@@ -96,7 +96,13 @@ class FrameRecorder:
         """How it is."""
         seconds = self.file.frames * self.reader.info.period_ns * 1e-9
         return Progress(
-            str(self.file.path), self.file.frames, self.file.size, self._last, self._lost, seconds, self.ended
+            str(self.file.path),
+            self.file.frames,
+            self.file.size,
+            self._last,
+            self._lost,
+            seconds,
+            self.ended,
         )
 
     def step(self) -> int:

@@ -185,7 +185,10 @@ def _widths(slopes: Array, residual: Array, ordered: bool) -> Array:
 
 @contextmanager
 def _side_by_side(
-    space: _Space, target: CalibrationTarget, workers: int, known: Points
+    space: _Space,
+    target: CalibrationTarget,
+    workers: int,
+    known: Points,
 ) -> Generator[Residuals, None, None]:
     """Residuals at several points: in processes of their own (small arrays would queue for the interpreter's lock).
 

@@ -156,7 +156,10 @@ def _make_folder(folder: Path) -> None:
 
 
 def _recipe_of_logs(
-    what: str, log: Sequence[Path], others: Mapping[str, Path | None], reading: LogOptions
+    what: str,
+    log: Sequence[Path],
+    others: Mapping[str, Path | None],
+    reading: LogOptions,
 ) -> RunsRecipe:
     """How runs are made of logs, as a value: each process that a sweep starts makes them anew."""
     from erclutch.wings.paper.sweeps import RunsRecipe
@@ -193,7 +196,10 @@ def _twin_runs(what: What, rig: Path | None, seed: int, seconds: float) -> dict[
 
 
 def _own_runs(
-    log: tuple[Path, ...], others: tuple[tuple[str, Path], ...], what: What, reading: LogOptions
+    log: tuple[Path, ...],
+    others: tuple[tuple[str, Path], ...],
+    what: What,
+    reading: LogOptions,
 ) -> dict[str, Dataset]:
     """Rows of the training log and of the other logs; where there are none, the end of the first is the test."""
     from erclutch.logs.held_out import hold_out
@@ -355,7 +361,13 @@ def _or_dash(value: float | None, form: str) -> str:
 
 
 def _memory(
-    runs: dict[str, Dataset], origin: str, out: Path, seed: int, polish: bool, rig: RigParameters | None, json: bool
+    runs: dict[str, Dataset],
+    origin: str,
+    out: Path,
+    seed: int,
+    polish: bool,
+    rig: RigParameters | None,
+    json: bool,
 ) -> None:
     from erclutch.report.plots.paper_style import save_numbers
     from erclutch.wings.paper.memory_table import PAST, memory_table, noise_floor

@@ -83,5 +83,10 @@ def collect(run: TwinRun, path: Path) -> Path:
     what = "TWIN: compiling once, then running"
     with terminal.progress(what) as bar:
         return write_log(
-            path, run.names, run.chunks(), run.about(), rows=run.rows, progress=lambda s: bar(s, 1.0, what)
+            path,
+            run.names,
+            run.chunks(),
+            run.about(),
+            rows=run.rows,
+            progress=lambda s: bar(s, 1.0, what),
         )

@@ -21,12 +21,30 @@ from erclutch.wings.rig.twin.part_parameters import POINTS, Drive, Parts, Screw
 from erclutch.wings.rig.twin.supply import voltage_after
 
 # The state vector. Angles in rad, speeds in rad/s half a step behind them, the rest as named.
-THETA, OMEGA, PHI_R, OMEGA_R, PHI_L, OMEGA_L = 0, 1, 2, 3, 4, 5
-MOTOR, VOLT_1, VOLT_2, FIELD_1, FIELD_2 = 6, 7, 8, 9, 10
-BRISTLE_IN, SEAL_1, SEAL_2, BRISTLE_L = 11, 12, 13, 14
-WARMTH, METER_A, METER_B, TABLE = 15, 16, 17, 18
+THETA = 0
+OMEGA = 1
+PHI_R = 2
+OMEGA_R = 3
+PHI_L = 4
+OMEGA_L = 5
+MOTOR = 6
+VOLT_1 = 7
+VOLT_2 = 8
+FIELD_1 = 9
+FIELD_2 = 10
+BRISTLE_IN = 11
+SEAL_1 = 12
+SEAL_2 = 13
+BRISTLE_L = 14
+WARMTH = 15
+METER_A = 16
+METER_B = 17
+TABLE = 18
 # The ledger of energy in J: motor's work, field's work on strained chains, dissipation; and its smallest single term.
-WORK, FIELD_WORK, DISSIPATED, SMALLEST = 19, 20, 21, 22
+WORK = 19
+FIELD_WORK = 20
+DISSIPATED = 21
+SMALLEST = 22
 TORQUE = 23  # torque of the fluid and seals on the rotors, N m
 PROMPT_1, PROMPT_2, RESIDUE_1, RESIDUE_2 = 24, 25, 26, 27  # fields by the supply alone, and what stays of them, V/m
 STIFF_1, STIFF_2 = 28, 29  # stiffness of fully built chains at the present fields, Pa

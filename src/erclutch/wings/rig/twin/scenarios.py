@@ -89,7 +89,8 @@ def _both_ways(rows: int, rng: np.random.Generator, rig: RigParameters) -> Array
 _EXCITED: Mapping[str, float] = {}
 _LOOSE = {"screw.backlash": 1.0e-4}  # m: what an ordinary screw without preload has
 _BRAKE = "CH1 alone, output shaft held"
-_FLYWHEEL, _FREE = "CH1 alone, driving a flywheel with friction", {"screw.half_stroke": 1e6, "screw.viscous": 5e-4}
+_FLYWHEEL = "CH1 alone, driving a flywheel with friction"
+_FREE = {"screw.half_stroke": 1e6, "screw.viscous": 5e-4}
 
 SCENARIOS: Mapping[str, Scenario] = {
     s.name: s
