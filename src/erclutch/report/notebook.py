@@ -323,7 +323,8 @@ def _curves(model: Model) -> Panel:
     lines: list[Mark] = []
     for place, level in enumerate(levels):
         field = np.full(_POINTS, level)
-        effort = np.asarray(model.steady([field, *at_rest], [slip, *at_rest], extras))
+        at_level = model.steady([field, *at_rest], [slip, *at_rest], extras)
+        effort = np.asarray(at_level)
         style = f"level{round(6 * place / (_CURVES - 1))}"
         label = f"{number(float(level), 3)} {unit}".strip()
         lines.append(Line(slip, effort, style, label))

@@ -28,9 +28,10 @@ def _fill(material: Material) -> dict[str, Any] | None:
         holds = figures[key]
         if holds is not None:
             held.append((name, holds, holds["width"] / plain_width))
+    trace = describe_trace(material).panels[0]
     return {
         "level": percent(band.level),
-        "figure": replace(describe_trace(material).panels[0], size=(880, 300)),
+        "figure": replace(trace, size=(880, 300)),
         "held": held,
         "classes": list(_classes(material, band)),
         "logs": len(material.body["logs"]),

@@ -11,7 +11,7 @@ from erclutch.models.stages.stage import Stage
 from erclutch.report.html.section import Section
 from erclutch.report.html.symbols import symbol
 from erclutch.report.numbers.model_stages import stage_gain, stage_values, stages_in
-from erclutch.report.numbers.number_text import Scale, capital, count, interval, number, percent, scale_for
+from erclutch.report.numbers.number_text import capital, constant_scale, count, interval, number, percent
 from erclutch.report.numbers.run_material import Material
 from erclutch.report.numbers.switching import AfterSwitch
 from erclutch.report.plots.lag_plot import describe_lag
@@ -42,9 +42,9 @@ def _model(entry: Mapping[str, Any], units: Units) -> dict[str, Any]:
     for stage in stages_in(entry):
         rows: list[dict[str, Any]] = []
         for constant in _constants(entry, stage, units):
-            unit = "" if constant["unit"] == "1" else constant["unit"]
-            scale = Scale(1e3, "ms") if unit == "s" else scale_for(unit, abs(constant["value"]))
-            band, identified = "from the best law", True
+            scale = constant_scale(constant["unit"], abs(constant["value"]))
+            band = "from the best law"
+            identified = True
             if "low" in constant:
                 band, identified = interval(constant, scale.factor)
             rows.append(

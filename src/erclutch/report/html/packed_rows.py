@@ -91,7 +91,8 @@ def packed(values: NDArray[np.int64]) -> str:
     step = np.diff(values, prepend=0).astype(np.int16).astype(np.int32)
     # Zigzag: 0, -1, 1, -2 become 0, 1, 2, 3, so that small steps of both signs have a high byte of zero.
     zigzag = ((step << 1) ^ (step >> 31)).astype("<u2")
-    planes = zigzag.view(np.uint8).reshape(-1, 2).T.tobytes()  # all low bytes, then all high ones
+    halves = zigzag.view(np.uint8).reshape(-1, 2)
+    planes = halves.T.tobytes()  # all low bytes, then all high ones
     squeeze = zlib.compressobj(6, zlib.DEFLATED, -15)
     deflated = squeeze.compress(planes) + squeeze.flush()
     return base64.b64encode(deflated).decode()
@@ -100,7 +101,8 @@ def packed(values: NDArray[np.int64]) -> str:
 def unpacked(data: str) -> NDArray[np.int64]:
     """What `packed` packed; the page does the same."""
     planes = zlib.decompress(base64.b64decode(data), -15)
-    pairs = np.frombuffer(planes, np.uint8).reshape(2, -1).T.copy()  # low and high byte of each value
+    planes_of_bytes = np.frombuffer(planes, np.uint8).reshape(2, -1)
+    pairs = planes_of_bytes.T.copy()  # low and high byte of each value
     zigzag = pairs.view("<u2").ravel().astype(np.int32)
     step = (zigzag >> 1) ^ -(zigzag & 1)
     whole = np.cumsum(step, dtype=np.int64)
@@ -147,7 +149,8 @@ class Packer:
             else:
                 kept.append(layer)
         self.left -= len(data)
-        self.channels[name].layers = [*kept, Layer(start, stop, 1, data)]
+        whole = Layer(start, stop, 1, data)  # every row
+        self.channels[name].layers = [*kept, whole]
         return True
 
     def has(self, name: str, start: int, stop: int) -> bool:

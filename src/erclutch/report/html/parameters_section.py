@@ -12,7 +12,7 @@ from erclutch.models.stages import slip_stages, stages_at, temperature_stages
 from erclutch.report.html.equations import memory_terms_of, terms_of
 from erclutch.report.html.section import Section
 from erclutch.report.html.symbols import equation_text, plain_symbol, symbol
-from erclutch.report.numbers.number_text import Scale, interval, number, scale_for
+from erclutch.report.numbers.number_text import constant_scale, interval, number
 from erclutch.report.numbers.run_material import Material
 
 
@@ -36,7 +36,8 @@ def _law(material: Material, entry: Mapping[str, Any]) -> dict[str, Any]:
     """The equation of a law with its constants, as it was fitted and as it was published."""
     model = material.law_parts[entry["name"]]
     fit = entry["fit"]
-    published = [(symbol(name), number(value, 4)) for name, value in fit["paper_form"].items()]
+    of_paper = fit["paper_form"].items()
+    published = [(symbol(name), number(value, 4)) for name, value in of_paper]
     return {
         "name": entry["name"],
         "title": entry["title"],
@@ -67,8 +68,7 @@ def negative_gains(model: TorqueModel) -> list[str]:
 
 def parameter_row(p: Mapping[str, Any]) -> dict[str, Any]:
     """A number of run.json as a row of a table."""
-    unit = "" if p["unit"] == "1" else p["unit"]
-    scale = Scale(1e3, "ms") if unit == "s" else scale_for(unit, abs(p["value"]))
+    scale = constant_scale(p["unit"], abs(p["value"]))
     band, identified = interval(p, scale.factor)
     return {
         "symbol": symbol(p["name"]),

@@ -47,7 +47,8 @@ def _error_map(material: Material) -> dict[str, Any]:
 
 def _grid(material: Material, cells: ErrorMap) -> dict[str, Any]:
     """For the readout under the pointer."""
-    rmse = np.where(np.isfinite(cells.rmse), cells.rmse * material.effort.factor, -1.0)
+    shown_rmse = cells.rmse * material.effort.factor
+    rmse = np.where(np.isfinite(cells.rmse), shown_rmse, -1.0)
     return {
         "name": material.element_name(cells.element),
         "field": [float(f"{v:.4g}") for v in cells.field_edges * material.field.factor],

@@ -43,6 +43,7 @@ def _is_report(path: Path) -> bool:
         with path.open("rb") as file:
             head = file.read(_LOOK)
             file.seek(max(0, path.stat().st_size - 4 * _LOOK))
-            return any(mark in head or mark in tail for tail in [file.read()] for mark in _OURS)
+            tail = file.read()
+            return any(mark in head or mark in tail for mark in _OURS)
     except OSError:
         return False

@@ -120,7 +120,8 @@ def page(
     bodies = [_body(environment, section, common | values) for section, values in filled]
     shared = {"traces": data.get("traces"), "grids": grids}
     badge = (material.badge, material.badge_means)
-    return _document((title, heading, line), badge, bodies, shared, plots=bool(data))
+    titles_of_page = (title, heading, line)
+    return _document(titles_of_page, badge, bodies, shared, plots=bool(data))
 
 
 def plain_page(
@@ -161,6 +162,7 @@ def _document(
         digest = hashlib.sha256(script.encode()).digest()
         allowed.append(f"'sha256-{base64.b64encode(digest).decode()}'")
     title, heading, line = titles
+    as_text = json.dumps(shared, separators=(",", ":"), allow_nan=False)
     values: dict[str, Any] = {
         "title": title,
         "heading": heading,
@@ -172,7 +174,7 @@ def _document(
         "style": Markup("".join(_asset(f"report/assets/{name}.css") for name in _STYLES)),
         "scripts": [Markup(script) for script in scripts],
         "allowed": " ".join(allowed),
-        "data": safe_json(json.dumps(shared, separators=(",", ":"), allow_nan=False)),
+        "data": safe_json(as_text),
     }
     return _rendered(templates(), "page", values)
 

@@ -24,13 +24,15 @@ def symbol(name: str) -> Markup:
     body = Markup("<span class=word>{}</span>" if len(letter) > 2 else "<i>{}</i>").format(letter)
     if not tail:
         return body
-    return body + Markup("<sub>{}</sub>").format(", ".join(_letter(t) for t in tail))
+    letters = ", ".join(_letter(t) for t in tail)
+    return body + Markup("<sub>{}</sub>").format(letters)
 
 
 def equation_text(text: str) -> Markup:
     """An equation in plain text with its names as symbols: those with an index, Greek ones, and single letters."""
     text = re.sub(r"\b(alpha|beta|zeta|tau)\b", lambda found: _letter(found[0]), text)
-    text = re.sub(r"(?<=[a-z])(?=\d)", "_", text.replace("'", "′").replace(" - ", " − "))
+    with_signs = text.replace("'", "′").replace(" - ", " − ")
+    text = re.sub(r"(?<=[a-z])(?=\d)", "_", with_signs)
     parts = re.split(r"([A-Za-z]+_\w+|\b[^\W\d_]\b)", text)
     # Every second part is a name: the pattern has a group.
     parts[1::2] = [symbol(name) for name in parts[1::2]]

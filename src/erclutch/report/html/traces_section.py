@@ -44,7 +44,8 @@ def _fill(material: Material) -> dict[str, Any]:
         logs.append([log, start, stop])
     windows = material.windows
     drawn, drawn_rows = _on_paper(material)
-    coarsest = max(layer.bucket for channel in packer.channels.values() for layer in channel.layers)
+    layers = [layer for channel in packer.channels.values() for layer in channel.layers]
+    coarsest = max(layer.bucket for layer in layers)  # rows that a value stands for
     return {
         "data": {
             "rows": data.rows,

@@ -59,7 +59,9 @@ def spans_inside(rows: RunRows, mask: Mask) -> list[Span]:
     inside: list[Span] = []
     for start, stop in stretches(mask):
         for span in cut_spans(rows.data.clock.spans, start, stop):  # counted from the start of the stretch
-            inside.append(Span(start + span.start, start + span.stop, span.period))
+            first = start + span.start
+            behind = start + span.stop
+            inside.append(Span(first, behind, span.period))
     return inside
 
 
@@ -84,7 +86,8 @@ def _steps(rows: RunRows, span: Span) -> Array:
     """Step after each row of a span, the last one's as the one before."""
     if span.period is not None:
         return np.full(span.stop - span.start, span.period)
-    steps = np.diff(rows.data.clock.time[span.start : span.stop])
+    time = rows.data.clock.time[span.start : span.stop]
+    steps = np.diff(time)
     return np.append(steps, steps[-1:])
 
 
@@ -109,7 +112,8 @@ def spectrum(rows: RunRows, models: Sequence[str]) -> Spectrum | None:
     width = min(_WINDOW, power_of_two)
     frequency = np.fft.rfftfreq(width, period)[1:]
     # Groups of frequencies, evenly over the logarithm, for a curve of few points.
-    edges = np.unique(np.geomspace(1, frequency.size, _POINTS).astype(int))
+    even = np.geomspace(1, frequency.size, _POINTS)
+    edges = np.unique(even.astype(int))
     groups: list[slice] = []
     for first, stop in itertools.pairwise(edges):
         groups.append(slice(first - 1, max(stop - 1, first)))

@@ -120,10 +120,13 @@ def loop_areas(rows: RunRows, models: Sequence[str]) -> LoopAreas | None:
         for place, effort in enumerate(efforts):
             # Signed area around which effort runs over slip in each window, the last row joined to the first.
             slip = own.slip
-            strips = 0.5 * (effort[1:] + effort[:-1]) * np.diff(slip)
+            middles = 0.5 * (effort[1:] + effort[:-1])
+            strips = middles * np.diff(slip)
             sums = np.concatenate([[0.0], np.cumsum(strips)])
-            closing = 0.5 * (effort[starts] + effort[stops]) * (slip[starts] - slip[stops])
-            areas[place] += float(np.sum(sums[stops] - sums[starts] + closing))
+            closing_middle = 0.5 * (effort[starts] + effort[stops])
+            closing = closing_middle * (slip[starts] - slip[stops])
+            areas_of_windows = sums[stops] - sums[starts] + closing
+            areas[place] += float(np.sum(areas_of_windows))
         periods += starts.size
     measured, *modelled = areas
     if periods < _FEWEST_PERIODS or not boxes or not measured:

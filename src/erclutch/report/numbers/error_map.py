@@ -70,7 +70,9 @@ def error_maps(rows: RunRows, model: str) -> tuple[ErrorMap, ...]:
         size = (field_edges.size - 1, slip_edges.size - 1)
         count = size[0] * size[1]
         # One pass over the rows: np.histogram2d is several times slower.
-        cell = _cell(element.field, field_edges) * size[1] + _cell(element.slip, slip_edges)
+        along_field = _cell(element.field, field_edges)
+        along_slip = _cell(element.slip, slip_edges)
+        cell = along_field * size[1] + along_slip
         train = np.bincount(cell[~rows.test], minlength=count)
         test = np.bincount(cell[rows.test], minlength=count)
         total = np.bincount(cell[rows.test], squares, minlength=count)

@@ -61,7 +61,8 @@ class FlowCurves:
         """A row of a table for each point of each curve; elements are numbered from 1."""
         for field, efforts in zip(self.fields, self.effort, strict=True):
             for slip, effort in zip(self.slip, efforts, strict=True):
-                yield self.model, self.element + 1, float(field), float(slip), float(effort)
+                numbers = float(field), float(slip), float(effort)
+                yield self.model, self.element + 1, *numbers
 
 
 @dataclass(frozen=True)
@@ -260,7 +261,8 @@ def grouped(curves: Sequence[Sequence[FlowCurves]], apart: float) -> tuple[tuple
     for laws in curves:
         drawn: list[FlowCurves] = []
         for first, further in alike_to.items():
-            drawn.append(replace(laws[first], alike=tuple(laws[place] for place in further)))
+            laws_like_it = tuple(laws[place] for place in further)
+            drawn.append(replace(laws[first], alike=laws_like_it))
         of_elements.append(tuple(drawn))
     return tuple(of_elements)
 

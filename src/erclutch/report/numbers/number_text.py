@@ -129,9 +129,16 @@ def scale_for(unit: str, size: float) -> Scale:
     return Scale(1.0, unit_text(unit))
 
 
+def constant_scale(unit: str, size: float) -> Scale:
+    """How a model's constant of this size is shown: times in ms, a pure number without a unit."""
+    if unit == "s":
+        return Scale(1e3, "ms")
+    return scale_for("" if unit == "1" else unit, size)
+
+
 def chart_scale(unit: str, size: float) -> Scale:
     """Numbers of this size with few digits beside the ticks of a chart, whatever their unit is."""
-    scale = Scale(1e3, "ms") if unit == "s" else scale_for("" if unit == "1" else unit, size)
+    scale = constant_scale(unit, size)
     shown = size * scale.factor
     if shown == 0.0 or 1e-2 <= shown < 1e5:
         return scale

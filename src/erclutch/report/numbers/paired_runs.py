@@ -169,6 +169,10 @@ def pair(
     for place, (run, rows, name, at) in enumerate(zip(runs, loaded, names, shared, strict=True)):
         measured = rows.data.effort[at]
         estimated = rows.predicted[name][at]
+        more = share = None  # of the first run, with which the others are compared
+        if place:
+            more = difference(residuals[place], residuals[0], block=block, seed=seed)
+            share = excess(residuals[place], residuals[0], block=block, seed=seed)
         contender = Contender(
             label=labels[place],
             run=run,
@@ -176,8 +180,8 @@ def pair(
             model=name,
             shared=at,
             figures=score(measured, estimated, block=block, seed=seed),
-            more=difference(residuals[place], residuals[0], block=block, seed=seed) if place else None,
-            share=excess(residuals[place], residuals[0], block=block, seed=seed) if place else None,
+            more=more,
+            share=share,
         )
         contenders.append(contender)
         same_rows = np.array_equal(rows.test, loaded[0].test)
@@ -267,7 +271,9 @@ def changes(first: Contender, other: Contender) -> tuple[Change, ...]:
     of_other = _parts(other)
     changed: list[Change] = []
     for what in dict.fromkeys([*of_first, *of_other]):
-        change = Change(what, of_first.get(what, "none"), of_other.get(what, "none"))
+        before = of_first.get(what, "none")
+        behind = of_other.get(what, "none")
+        change = Change(what, before, behind)
         if change.first != change.other:
             changed.append(change)
     return tuple(changed)
@@ -279,7 +285,8 @@ def _parts(contender: Contender) -> dict[str, str]:
     body = contender.run.body
     names: dict[str, list[str]] = {"law or network": [model.structure.specification]}
     for place in _PLACES:
-        names[f"stages on the {place}"] = [stage.name for stage in stages_at(model.structure.dynamics, place)]
+        there = stages_at(model.structure.dynamics, place)
+        names[f"stages on the {place}"] = [stage.name for stage in there]
     names["past samples"] = [*map(str, model.past)]
     names["further inputs"] = [*model.extras]
     parts = {what: " and ".join(of_model) or "none" for what, of_model in names.items()}

@@ -62,8 +62,10 @@ def parity(rows: RunRows, model: str) -> Parity:
     edges = np.linspace(low - slack, high + slack, _CELLS + 1)
     inside = (estimated >= edges[0]) & (estimated < edges[-1])
     scale = _CELLS / (edges[-1] - edges[0])
-    column = ((measured[inside] - edges[0]) * scale).astype(np.intp)
-    row = ((estimated[inside] - edges[0]) * scale).astype(np.intp)
+    along = (measured[inside] - edges[0]) * scale
+    column = along.astype(np.intp)
+    up = (estimated[inside] - edges[0]) * scale
+    row = up.astype(np.intp)
     cell = column * _CELLS + row  # one number a cell
     counts = np.bincount(cell, minlength=_CELLS * _CELLS).reshape(_CELLS, _CELLS)
     return Parity(edges, counts, int(np.count_nonzero(~inside)))
@@ -72,7 +74,8 @@ def parity(rows: RunRows, model: str) -> Parity:
 def distributions(rows: RunRows, models: Sequence[str]) -> tuple[Distribution, ...]:
     """Residuals of some models on the same bars: out to the widest 99.5 % of the first model."""
     residuals = [rows.residual(model)[rows.test] for model in models]
-    reach = float(np.quantile(np.abs(residuals[0]), 0.995)) or 1.0
+    sizes = np.abs(residuals[0])
+    reach = float(np.quantile(sizes, 0.995)) or 1.0
     edges = np.linspace(-1.25 * reach, 1.25 * reach, _BARS + 1)
     width = edges[1] - edges[0]
     of_models: list[Distribution] = []

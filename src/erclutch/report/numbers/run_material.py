@@ -171,7 +171,8 @@ class Material:
     @cached_property
     def effort(self) -> Scale:
         """How efforts and their errors are shown."""
-        return scale_for(self.body["units"]["effort"], float(np.std(self.rows.data.effort)))
+        spread = float(np.std(self.rows.data.effort))
+        return scale_for(self.body["units"]["effort"], spread)
 
     @cached_property
     def field(self) -> Scale:
@@ -208,7 +209,8 @@ class Material:
         if band is None:
             return None
         data = self.rows.data
-        return band.around(self.rows.predicted[self.recommended], data.elements, data.clock)
+        estimated = self.rows.predicted[self.recommended]
+        return band.around(estimated, data.elements, data.clock)
 
     @cached_property
     def laws(self) -> Mapping[str, TorqueModel]:
@@ -380,6 +382,7 @@ def material_in_memory(comparison: Comparison) -> Material:
     for name, origin in zip(data.sources, origins, strict=True):
         logs.append({"name": name, "origin": origin})
     body = {**run_to_dict(comparison, (), None), "logs": logs}
-    rows = RunRows(data, comparison.test, {e.name: e.predicted for e in comparison.entries})
+    estimates = {e.name: e.predicted for e in comparison.entries}
+    rows = RunRows(data, comparison.test, estimates)
     models = {entry.name: entry.outcome.model for entry in comparison.entries}
     return Material(Run(Path("RUN"), body), rows, fitted=models)

@@ -68,7 +68,9 @@ class StepResponse:
     @property
     def settled(self) -> float:
         """Time in s after which less than 1 % of a step is missing."""
-        missing = np.maximum(np.abs(1.0 - self.rising), np.abs(self.falling))
+        above = np.abs(1.0 - self.rising)
+        below = np.abs(self.falling)
+        missing = np.maximum(above, below)
         off = missing > _MISSING
         last_off = int(np.flatnonzero(off)[-1])
         return float(self.time[min(last_off + 1, off.size - 1)])
@@ -119,7 +121,8 @@ def _time_since(rows: RunRows, within: int) -> Array:
         switch[1:] |= jump[1:] & ~jump[:-1]
 
     # The last switch at or before each row; -1 where there was none.
-    last = np.maximum.accumulate(np.where(switch, np.arange(count), -1))
+    of_switches = np.where(switch, np.arange(count), -1)
+    last = np.maximum.accumulate(of_switches)
     time = rows.data.clock.time
     since = np.where(last >= 0, time - time[last], np.nan)
     # A gap hides switches: what was before it does not count behind it.

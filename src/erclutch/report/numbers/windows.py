@@ -37,7 +37,8 @@ def windows(rows: RunRows, model: str) -> Windows:
     """Sections of a tenth of the rows held out, 300 to 2500 rows, that do not cross a gap."""
     spans = held_out_spans(rows)
     longest = max(span.stop - span.start for span in spans)
-    tenth = int(np.clip(np.count_nonzero(rows.test) // 10, 300, 2500))
+    share = np.count_nonzero(rows.test) // 10
+    tenth = int(np.clip(share, 300, 2500))
     width = min(tenth, longest)
 
     # Sections overlap by three quarters, and each lies inside one span.
@@ -45,11 +46,13 @@ def windows(rows: RunRows, model: str) -> Windows:
     of_spans: list[NDArray[np.int64]] = []
     for span in spans:
         if span.stop - span.start >= width:
-            of_spans.append(np.arange(span.start, span.stop - width + 1, quarter))
+            behind = span.stop - width + 1
+            of_spans.append(np.arange(span.start, behind, quarter))
     starts = np.concatenate(of_spans)
 
     squared_residual = rows.residual(model) ** 2
-    squared_slip: Array = np.sum([element.slip**2 for element in rows.data.elements], axis=0)
+    squares = [element.slip**2 for element in rows.data.elements]
+    squared_slip: Array = np.sum(squares, axis=0)
     errors = _sums(squared_residual, starts, width)
     motion = np.sqrt(_sums(squared_slip, starts, width))
 
@@ -84,7 +87,8 @@ def _events(rows: RunRows, start: int, width: int) -> tuple[float, float]:
     Both are counted in means of a fiftieth of the section. What is below a twentieth of the log's range is noise.
     """
     stop = start + width
-    firsts = np.linspace(start, stop, _PARTS + 1).astype(np.int64)[:-1]  # of each part
+    edges = np.linspace(start, stop, _PARTS + 1).astype(np.int64)
+    firsts = edges[:-1]  # of each part
 
     def means(signal: Array) -> Array:
         sums = np.add.reduceat(signal[:stop], firsts)

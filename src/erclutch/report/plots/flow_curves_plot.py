@@ -67,7 +67,9 @@ def flow_panels(material: Material, laws: Sequence[FlowCurves]) -> list[Panel]:
     efforts = dot_efforts if dot_efforts.size > 50 else best.effort
     low, high = np.quantile(efforts, (0.002, 0.998)) * material.effort.factor
     slack = 0.15 * (high - low)
-    y = Axis(material.word, material.effort.unit, float(low - slack), float(high + slack))
+    low_end = float(low - slack)
+    high_end = float(high + slack)
+    y = Axis(material.word, material.effort.unit, low_end, high_end)
     return [_panel(material, curves, y) for curves in laws]
 
 
@@ -90,7 +92,7 @@ def _panel(material: Material, law: FlowCurves, y: Axis) -> Panel:
     if law.alike:
         title += f" (and {len(law.alike)} alike)"
     return Panel(
-        Axis("slip", material.slip.unit, float(slip[0]), float(slip[-1])),
+        Axis.over("slip", material.slip.unit, slip),
         y,
         marks,
         f"{material.word} over slip of {model} at {law.fields.size} fields, with measured rows as dots.",

@@ -56,7 +56,7 @@ def _after(material: Material, after: AfterSwitch) -> Panel:
         lines.append(Line(since, curves[name], role, material.titles[name]))
     titles = ", ".join(material.titles[name] for name in after.rmse)
     return Panel(
-        Axis("time since the command switched", "ms", float(since[0]), float(since[-1]), log=True),
+        Axis.over("time since the command switched", "ms", since, log=True),
         Axis("RMSE", material.effort.unit, 0.0, 1.08 * largest),
         lines,
         f"RMSE over the time since the command last switched, of {titles}.",

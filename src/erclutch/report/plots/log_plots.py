@@ -117,8 +117,8 @@ def describe_coverage(data: Dataset, name: str = "") -> Plot:
         label = f"CH{number}: " if len(maps) > 1 else ""
         empty = np.count_nonzero(count == 0) / count.size
         title = f"{label}{percent(empty)} empty"
-        x = Axis("field", field_unit, float(field_edges[0]), float(field_edges[-1]))
-        y = Axis("slip", slip_unit, float(slip_edges[0]), float(slip_edges[-1]))
+        x = Axis.over("field", field_unit, field_edges)
+        y = Axis.over("slip", slip_unit, slip_edges)
         panels.append(Panel(x, y, [cells], f"Rows over field and slip, {title}.", title))
 
         field_middles = 0.5 * (field_edges[1:] + field_edges[:-1])

@@ -31,12 +31,15 @@ def describe_loops(material: Material) -> Plot:
     over_slip = Axis("slip", material.slip.unit)
     over_travel = Axis("travel", material.travel.unit)
     for loop in loops:
-        panels.append(_panel(material, loop, over_slip, loop.slip * material.slip.factor))
-        panels.append(_panel(material, loop, over_travel, loop.travel * material.travel.factor))
+        slip = loop.slip * material.slip.factor
+        travel = loop.travel * material.travel.factor
+        panels.append(_panel(material, loop, over_slip, slip))
+        panels.append(_panel(material, loop, over_travel, travel))
         same = (loop.element + 1, *loop.fields, loop.start)  # in all rows of the loop
         for name, efforts in {"measured": loop.measured, **loop.modelled}.items():
-            for slip, travel, effort in zip(loop.slip, loop.travel, efforts, strict=True):
-                rows.append((*same, float(slip), float(travel), name, float(effort)))
+            for point in zip(loop.slip.tolist(), loop.travel.tolist(), efforts.tolist(), strict=True):
+                slip_there, travel_there, effort = point
+                rows.append((*same, slip_there, travel_there, name, effort))
     header = ("element", "field_low", "field_high", "time_s", "slip", "travel", "curve", "effort")
     return Plot(
         panels,

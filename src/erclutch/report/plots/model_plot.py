@@ -80,7 +80,7 @@ def _over_slip(material: Material, curves: FlowCurves, y: Axis, title: str) -> P
         labels = ["no field in the log"]
     dots = [near * [material.slip.factor, 1.0] for near in curves.dots]
     return Panel(
-        Axis("slip", material.slip.unit, float(slip[0]), float(slip[-1])),
+        Axis.over("slip", material.slip.unit, slip),
         y,
         _marks(material, slip, curves.effort, labels, dots),
         _sentence(material, material.titles[curves.model], "slip", len(labels)),
@@ -94,7 +94,7 @@ def _over_field(material: Material, curves: FieldCurves, y: Axis, title: str) ->
     labels = [material.slip.of(float(level), 2) for level in curves.slips]
     dots = [near * [material.field.factor, 1.0] for near in curves.dots]
     return Panel(
-        Axis("field", material.field.unit, float(field[0]), float(field[-1])),
+        Axis.over("field", material.field.unit, field),
         y,
         _marks(material, field, curves.effort, labels, dots),
         _sentence(material, material.title, "field", len(labels)),
@@ -124,7 +124,8 @@ def _marks(
     styles = [f"level{round(_SHADES * k / last)}" for k in range(len(labels))]
     marks: list[Mark] = [ReferenceLine(0.0)]
     for style, near in zip(styles, dots, strict=True):
-        marks.append(Dots(near[:, 0], near[:, 1] * factor, style, size=1.6))
+        effort_near = near[:, 1] * factor
+        marks.append(Dots(near[:, 0], effort_near, style, size=1.6))
     for style, effort, label in zip(styles, efforts, labels, strict=True):
         marks.append(Line(at, effort * factor, style, label))
     return marks

@@ -162,6 +162,7 @@ def _save_for_latex(figure: Any, path: Path) -> None:
         path.parent.mkdir(parents=True, exist_ok=True)
         with rc_context({"pgf.texsystem": program}), TemporaryDirectory(prefix=".partial-", dir=path.parent) as folder:
             figure.savefig(Path(folder, path.name), format="pgf")
+            # The pictures come first: a .pgf that is there has all that it names.
             for made in sorted(Path(folder).iterdir(), key=lambda file: file.suffix == ".pgf"):
                 made.replace(path.with_name(made.name))
     except OSError as error:

@@ -69,7 +69,9 @@ def _distribution(material: Material) -> Panel:
     edges = first.edges * effort.factor
     lowest = float(edges[0])
     highest = float(edges[-1])
-    marks: list[Mark] = [Bars(edges, first.density / effort.factor, "recommended", material.titles[first.model])]
+    heights = first.density / effort.factor
+    title = material.titles[first.model]
+    marks: list[Mark] = [Bars(edges, heights, "recommended", title)]
     for other in others:
         density = other.density / effort.factor
         look = material.shown[other.model]

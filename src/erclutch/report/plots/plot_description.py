@@ -39,6 +39,11 @@ class Axis:
     log: bool = False
     whole: bool = False
 
+    @staticmethod
+    def over(label: str, unit: str, values: Array, *, log: bool = False) -> Axis:
+        """An axis from the first of some values, shape (n,), to the last."""
+        return Axis(label, unit, float(values[0]), float(values[-1]), log=log)
+
     @property
     def title(self) -> str:
         """The label with the unit in brackets."""
@@ -224,7 +229,8 @@ def _extent(mark: Mark) -> tuple[Array, Array]:
         case Bars():
             return mark.edges, np.append(mark.heights, 0.0)
         case NamedBars():
-            return np.append(mark.high, 0.0), np.array([-0.6, len(mark.names) - 0.4])
+            ends = np.array([-0.6, len(mark.names) - 0.4])  # of the rows of bars
+            return np.append(mark.high, 0.0), ends
         case Cells():
             return mark.x_edges, mark.y_edges
         case Shade(x=x) if x is not None:

@@ -21,10 +21,12 @@ def describe_ranking(material: Material) -> Plot:
 
     titles = [material.titles[entry["name"]] for entry in shown]
     styles = [material.shown.get(entry["name"], "other") for entry in shown]
-    errors = np.array([entry["test"]["rmse"] for entry in shown]) * material.effort.factor
+    rmse = np.array([entry["test"]["rmse"] for entry in shown])
+    errors = rmse * material.effort.factor
     value, low, high = errors.T
+    most = 1.04 * float(high.max())
     panel = Panel(
-        Axis("RMSE, rows held out", material.effort.unit, 0.0, 1.04 * float(high.max())),
+        Axis("RMSE, rows held out", material.effort.unit, 0.0, most),
         Axis("", low=-0.6, high=len(shown) - 0.4),
         [NamedBars(titles, value, low, high, styles)],
         "RMSE of each model on the rows held out, with its 95 % band.",

@@ -51,12 +51,13 @@ def _spectrum(material: Material, power: Spectrum) -> Panel:
         lines.append(Line(frequency, curves[name], role, material.titles[name]))
 
     # A few densities near zero shall not stretch the axis over decades.
-    positive = np.concatenate([curve[curve > nothing] for curve in curves.values()])
+    lively = [curve[curve > nothing] for curve in curves.values()]
+    positive = np.concatenate(lively)
     low = float(np.quantile(positive, 0.002)) / 1.5
     high = 1.6 * float(positive.max())
     unit = f"{material.effort.unit or '1'}/√Hz"
     return Panel(
-        Axis("frequency", "Hz", float(frequency[0]), float(frequency[-1]), log=True),
+        Axis.over("frequency", "Hz", frequency, log=True),
         Axis("amplitude density", unit, low, high, log=True),
         lines,
         f"Spectra of the measured {material.word} and of the residuals of {', '.join(material.shown)}.",
@@ -91,8 +92,10 @@ def _table(power: Spectrum, memory: Autocorrelation) -> PlotTable:
     """Both tables side by side, the shorter one filled up with nothing."""
     left_header = ["frequency_Hz", *(f"density:{name}" for name in power.density)]
     right_header = ["lag_s", *(f"acf:{name}" for name in memory.values)]
-    left = np.column_stack([power.frequency, *power.density.values()]).tolist()
-    right = np.column_stack([memory.lag, *memory.values.values()]).tolist()
+    spectra = np.column_stack([power.frequency, *power.density.values()])
+    left = spectra.tolist()
+    memories = np.column_stack([memory.lag, *memory.values.values()])
+    right = memories.tolist()
     rows: list[list[object]] = []
     for left_cells, right_cells in itertools.zip_longest(left, right):
         left_row = left_cells or [""] * len(left_header)

@@ -112,7 +112,8 @@ def ticks(
     if not wanted > 0:
         return [low]
     decade = 10.0 ** math.floor(math.log10(wanted))
-    step = next(digit * decade for digit in (1, 2, 5, 10) if digit * decade >= wanted * 0.999)
+    round_steps = [digit * decade for digit in (1, 2, 5, 10)]
+    step = next(size for size in round_steps if size >= wanted * 0.999)
     values = _multiples(step, low, high)
     if len(values) < _FEWEST_TICKS:  # a lone 0 says nothing of how long the axis is
         values = _multiples(step / 2, low, high)

@@ -40,7 +40,9 @@ def describe_trace(
     ends = material.band_ends if band else None
     if ends is not None:
         low, high = ends
-        efforts.append(Shade(low[section] * factor, high[section] * factor, x=time))
+        low_end = low[section] * factor
+        high_end = high[section] * factor
+        efforts.append(Shade(low_end, high_end, x=time))
     measured = rows.data.effort[section] * factor
     efforts.append(Line(time, measured, "measured", "measured"))
     residuals: list[Mark] = [ReferenceLine(0.0)]
@@ -53,9 +55,10 @@ def describe_trace(
     commands: list[Mark] = []
     for place, (element, style) in enumerate(zip(rows.data.elements, ("series0", "series6"), strict=False)):
         field = element.field[section] * material.field.factor
-        commands.append(Line(time, field, style, material.element_name(place), dashed=place > 0))
+        title = material.element_name(place)
+        commands.append(Line(time, field, style, title, dashed=place > 0))
 
-    x = Axis("time", "s", float(time[0]), float(time[-1]))
+    x = Axis.over("time", "s", time)
     y = Axis(material.word, material.effort.unit)
     return Plot(
         [
