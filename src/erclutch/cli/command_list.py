@@ -80,7 +80,8 @@ def _foreign(plugin: Plugin) -> Command:
     if plugin.part:  # of the group's name: one of our headings, or a heading of its own
         words = plugin.part.replace("_", " ")
         ours = [panel for panel in PANELS if panel.lower() == words.lower()]
-        panel = ours[0] if ours else words[:1].upper() + words[1:]
+        capital = words[:1].upper() + words[1:]
+        panel = ours[0] if ours else capital
     return Command(plugin, f"{summary} ({plugin.label})".strip(), panel, _AFTER_OURS)
 
 

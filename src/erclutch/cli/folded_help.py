@@ -52,7 +52,8 @@ class Flowing(DefaultFormatter):
         for entry in panel.entries:
             told = entry.description
             if isinstance(told, InlineText) and isinstance(told.primary_renderable, Text):
-                told.primary_renderable.plain = " ".join(told.primary_renderable.plain.split())
+                words = told.primary_renderable.plain.split()
+                told.primary_renderable.plain = " ".join(words)
         panel.entries = [each.copy(default=_typed(each.default)) for each in panel.entries]
         super().__call__(console, options, panel)
 

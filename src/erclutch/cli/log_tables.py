@@ -120,7 +120,8 @@ def _segments(recording: Recording, data: Dataset) -> RichTable:
         count = span.stop - span.start
         begin = terminal.number(float(recording.time[span.start]), 5)
         end = terminal.number(float(recording.time[span.stop - 1]), 5)
-        fields = np.concatenate([element.field[span.start : span.stop] for element in data.elements])
+        of_elements = [element.field[span.start : span.stop] for element in data.elements]
+        fields = np.concatenate(of_elements)
         rows.append([str(number), f"{count:,}", begin, end, _range(fields)])
     title = "Segments between gaps"
     if len(spans) > _MOST_SEGMENTS:

@@ -275,7 +275,8 @@ def expand(paths: Sequence[Path]) -> list[Path]:
             tables = [file for file in tables if file.name not in words]
         folders = [folder for folder in path.iterdir() if folder.is_dir() and folder_reader(folder)]
         if not folders and len(words) == len(tables):
-            below = sorted(each.name for each in path.iterdir() if each.is_dir() and _holds_log(each, suffixes))
+            inner_folders = [each for each in path.iterdir() if each.is_dir()]
+            below = sorted(each.name for each in inner_folders if _holds_log(each, suffixes))
             named = f"Give one of its folders: {', '.join(below)}" if below else f"Logs end in {', '.join(suffixes)}"
             raise LogError("the folder holds no log", where=str(path), remedy=named)
         files.extend(sorted([*tables, *folders]))

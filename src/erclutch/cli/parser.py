@@ -38,7 +38,8 @@ def _versions() -> str:
 
     zig = "zig" if find_spec("ziglang") else "none"
     installed = [found for name in ("gcc", "clang", "cc") if (found := shutil.which(name))]
-    compiler = os.environ.get("CC") or next(iter([*installed, zig]))
+    known = [*installed, zig]
+    compiler = os.environ.get("CC") or next(iter(known))
     packages = [f"{name} {version(name)}" for name in ("numpy", "scipy", "numba", "pandas", "matplotlib")]
     lines = [
         __version__,

@@ -112,7 +112,9 @@ def _model_of(law: str, stage: str) -> TorqueModel:
     shapes = {shape.name: middle(shape) for shape in structure.shapes(1e-3)}
     gains = {gain.name: 0.1 for gain in structure.gains()}
     ranges = Range((0.0, _LARGEST), (-_SLIP, _SLIP), (-1.0, 1.0))
-    return TorqueModel(structure, Reference(_LARGEST, 17.0, 1e-3), shapes, gains, Units("N*m", "V", "rad/s"), ranges)
+    reference = Reference(_LARGEST, 17.0, 1e-3)
+    units = Units("N*m", "V", "rad/s")
+    return TorqueModel(structure, reference, shapes, gains, units, ranges)
 
 
 if __name__ == "__main__":

@@ -72,7 +72,8 @@ def narrowed(
     for name in less_needed:
         across = 0
         for heading, cells in kept.items():
-            widest = max(len(text) for text in [*heading.split("\n"), *cells])
+            texts = [*heading.split("\n"), *cells]
+            widest = max(len(text) for text in texts)
             across += widest + 3  # what stands between two columns
         if across <= width:
             break
@@ -187,8 +188,12 @@ def coverage(
 
     if np.ptp(field) == 0 or np.ptp(slip) == 0:
         return ""
-    rows = np.linspace(float(np.min(field)), float(np.max(field)), 9)
-    columns = np.linspace(float(np.min(slip)), float(np.max(slip)), 61)
+    weakest = float(np.min(field))
+    strongest = float(np.max(field))
+    rows = np.linspace(weakest, strongest, 9)
+    slowest = float(np.min(slip))
+    fastest = float(np.max(slip))
+    columns = np.linspace(slowest, fastest, 61)
     counts: Array = np.histogram2d(field, slip, bins=[rows, columns])[0]
     darkness = np.log1p(counts) / np.log1p(counts.max())
     shades = np.ceil(darkness * (len(_SHADES) - 1)).astype(int)
@@ -211,14 +216,16 @@ def bands(values: Array, rate: float) -> list[tuple[float, float, float]]:
     """Share of a signal's power in bands of frequency up to 200 Hz: (from, to, share)."""
     import numpy as np
 
-    power = np.abs(np.fft.rfft(values - np.mean(values))) ** 2
+    amplitudes = np.abs(np.fft.rfft(values - np.mean(values)))
+    power = amplitudes**2
     frequency = np.fft.rfftfreq(values.size, 1.0 / rate)
     edges = [edge for edge in (0.0, 2.0, 10.0, 50.0, 100.0, 200.0) if edge <= rate / 2]
     total = float(power.sum()) or 1.0
     shares: list[tuple[float, float, float]] = []
     for low, high in itertools.pairwise(edges):
         inside = (frequency >= low) & (frequency < high)
-        shares.append((low, high, float(power[inside].sum()) / total))
+        of_band = float(power[inside].sum())
+        shares.append((low, high, of_band / total))
     return shares
 
 
@@ -246,7 +253,8 @@ def tell(*parts: str | Table, style: str = "") -> None:
 
 def say_json(body: object) -> None:
     """A value as JSON on standard output; a number that is none (not finite) is null."""
-    sys.stdout.write(json.dumps(_finite(body), indent=1, allow_nan=False) + "\n")
+    text = json.dumps(_finite(body), indent=1, allow_nan=False)
+    sys.stdout.write(text + "\n")
 
 
 def _finite(value: Any) -> Any:

@@ -69,4 +69,5 @@ def figure(
                 raise
             screen.print(f"{one} left out: {error.problem}", style="dim", markup=False, soft_wrap=True)
             continue
-        screen.print("\n".join(map(str, paths)), markup=False, soft_wrap=True)
+        written = "\n".join(map(str, paths))
+        screen.print(written, markup=False, soft_wrap=True)

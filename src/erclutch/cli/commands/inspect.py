@@ -132,7 +132,9 @@ def _tests_of_a_rheometer(log: Path) -> tuple[bool, list[str]]:
     from erclutch.logs.log_file import recordings_in, tables_in
     from erclutch.logs.rheometer_names import of_oscillation, tells_a_flow_curve
 
-    tables = [table for table in tables_in(log, recordings_in(log)).values() if not isinstance(table, LogError)]
+    recordings = recordings_in(log)
+    tables_or_errors = tables_in(log, recordings).values()
+    tables = [table for table in tables_or_errors if not isinstance(table, LogError)]
     swings = {name: None for table in tables for name in of_oscillation(table.columns)}
     return any(tells_a_flow_curve(table.columns) for table in tables), list(swings)
 
@@ -245,7 +247,8 @@ def _tell_what_is_next(look: LogLook, typed: str, reading: LogOptions) -> None:
             return
         terminal.say(f"In doubt: {doubts}. If that is right, say so: {command}")
     elif not look.refused:
-        command = " ".join(["erclutch fit", typed, *map(shlex.quote, reading.words())])
+        words = map(shlex.quote, reading.words())
+        command = " ".join(["erclutch fit", typed, *words])
         terminal.say(f"Understood. Fit {'them' if look.further else 'it'}: {command} --out RUN")
         if not reading.words() and tells_a_flow_curve(look.plan.labels):
             terminal.say(f"Or as a flow curve: {_flow_command(look)}")
@@ -326,7 +329,8 @@ def _as_json(look: LogLook, courses: int) -> dict[str, Any]:
         columns[name] = shown
     choices: dict[str, object] = {}
     for name, choice in look.plan.choices.items():
-        choices[name] = {**asdict(choice), "file_unit": units.get(str(choice.column))}
+        file_unit = units.get(str(choice.column))
+        choices[name] = {**asdict(choice), "file_unit": file_unit}
     body: dict[str, Any] = {
         "columns": columns,
         "damage": look.raw.damage,

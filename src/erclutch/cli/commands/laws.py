@@ -65,7 +65,8 @@ def laws(
     table.columns[1].overflow = "fold"
     for name, law in found:
         label = name if not name.endswith("-2") else f"{name.removesuffix('2')}N (N = 2 kernels shown)"
-        table.add_row(label, equation_text(law), law.source + (f" ({law.plugin.label})" if law.plugin else ""))
+        by_plugin = f" ({law.plugin.label})" if law.plugin else ""
+        table.add_row(label, equation_text(law), law.source + by_plugin)
     terminal.tell(table)
     terminal.tell(
         "NAME/square, /power, /critical, /saturating, /tanh or /constant: how the yield effort grows with the field."

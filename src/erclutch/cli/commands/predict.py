@@ -79,7 +79,8 @@ def predict(
                 told = _estimated(file, how, chosen, kept, of_file, band=band, sensor=sensor)
                 terminal.say(f"{file.name}: {told}")
     else:
-        terminal.say(_estimated(files[0], how, chosen, kept, out, band=band, sensor=sensor))
+        summary = _estimated(files[0], how, chosen, kept, out, band=band, sensor=sensor)
+        terminal.say(summary)
     terminal.say(f"Written to {out}")
 
 

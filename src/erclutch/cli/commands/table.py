@@ -47,7 +47,8 @@ def table(
         raise SettingError(f"--most {most}", remedy="Give 1 or more")
     may_write_file(out, force)
     found = read_run(run)
-    text = PRINTERS[as_](parameter_table(found, model) if what == "parameters" else ranking_table(found, most))
+    numbers = parameter_table(found, model) if what == "parameters" else ranking_table(found, most)
+    text = PRINTERS[as_](numbers)
     if out is None:
         sys.stdout.write(text)
         return

@@ -149,7 +149,9 @@ def impedance_figures(
         turning: NDArray[np.complex128] = np.exp(-1j * omega * settled)
         torque: Array = frames["torque"][_SETTLING:]
         angle: Array = amplitude * np.sin(omega * settled)
-        felt.append(complex(-np.mean(torque * turning) / np.mean(angle * turning)))
+        drive = np.mean(torque * turning)
+        swing = np.mean(angle * turning)
+        felt.append(complex(-drive / swing))
     stiffness = np.real(felt)
     damping = np.imag(felt) / (2.0 * math.pi * np.array(FREQUENCIES))
     return {"stiffness": stiffness.tolist(), "damping": damping.tolist()}
@@ -212,7 +214,8 @@ def wall_figures(
     """
     figures: dict[str, Any] = _steps(rig, model, knows, seed)
     # A hand pushes into a wall ahead, and pulls back: a sine of torque.
-    hand: Array = _PUSH * np.sin(2.0 * math.pi * np.arange(_SWING) / _SWING)
+    turns = np.arange(_SWING) / _SWING
+    hand: Array = _PUSH * np.sin(2.0 * math.pi * turns)
     ahead = np.full(_SWING, _AHEAD)
     table = np.column_stack([ahead, np.zeros(_SWING), hand])
     program = LoopProgram("wall", Mode.WALL, Waveform.TABLE, table=table, relative=True)

@@ -67,9 +67,12 @@ def memory_table(
     makers["as in the paper"] = partial(_as_in_the_paper, runs, (*laws, *PAPER_NETWORKS), seed, polish)
     if is_pair:
         makers["sign of the slip"] = partial(_scored, data, replace(plain, models=laws_by_slip))
-    makers["memory"] = partial(_scored, data, replace(plain, lag=stages))
-    makers["past samples"] = partial(_scored, data, replace(networks, past=PAST))
-    makers["memory and past"] = partial(_scored, data, replace(networks, lag=stages, past=PAST))
+    with_memory = replace(plain, lag=stages)
+    makers["memory"] = partial(_scored, data, with_memory)
+    with_past = replace(networks, past=PAST)
+    makers["past samples"] = partial(_scored, data, with_past)
+    both = replace(networks, lag=stages, past=PAST)
+    makers["memory and past"] = partial(_scored, data, both)
 
     variants: dict[str, dict[str, Figures]] = {}
     for done, (variant, make) in enumerate(makers.items(), start=1):

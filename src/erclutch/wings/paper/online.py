@@ -75,7 +75,8 @@ def _fields(name: str, soft: float = SOFT, **changes: float) -> _Programs:
 
 
 def _zero_field(rig: RigParameters, rows: int, seed: int) -> list[LoopProgram]:
-    return [LoopProgram("zero-field", Mode.FIELDS, Waveform.TABLE, table=half_sine_table(rig, rows, seed))]
+    table = half_sine_table(rig, rows, seed)
+    return [LoopProgram("zero-field", Mode.FIELDS, Waveform.TABLE, table=table)]
 
 
 def _held(rig: RigParameters, rows: int, seed: int) -> list[LoopProgram]:
@@ -84,7 +85,8 @@ def _held(rig: RigParameters, rows: int, seed: int) -> list[LoopProgram]:
 
 def _tracked(*frequencies: float) -> _Programs:
     def program(rig: RigParameters, frequency: float) -> LoopProgram:
-        height = 0.02 * 2.0 * math.pi / rig.value("screw.lead") / (5.0 if frequency > 1.0 else 1.0)
+        slower = 5.0 if frequency > 1.0 else 1.0
+        height = 0.02 * 2.0 * math.pi / rig.value("screw.lead") / slower
         name = f"tracking at {frequency:g} Hz"
         return LoopProgram(name, Mode.TRACK, Waveform.SINE, height, frequency, motor_torque=_MOTOR)
 
@@ -160,7 +162,8 @@ def lines(trace: OnlineTrace, rows: slice = slice(None)) -> list[ErrorLine]:
     frames = trace.frames[rows]
     # A loop that has tripped or stops controls nothing.
     ended = EVENT_BITS["trip"] | EVENT_BITS["stopping"]
-    good = np.isfinite(frames["torque"]) & ((frames["events"] & ended) == 0)
+    running = (frames["events"] & ended) == 0
+    good = np.isfinite(frames["torque"]) & running
     flagged: NDArray[np.uint32] = frames["flags"][good] & 1
     torque: Array = frames["torque"][good]
     spread = float(torque.std())
@@ -273,7 +276,8 @@ def _in_real_time(settings: LoopSettings, model: LiveModel, spec: dict[str, Any]
 def _offline(model: Model, frames: Any, alpha_dot: Array) -> Array:
     """What a model in NumPy makes of a run's frames and a speed of the output, shape (n,)."""
     rows = len(frames)
-    clock = Clock(np.arange(rows, dtype=np.float64) * PERIOD, (Span(0, rows, PERIOD),))
+    time = np.arange(rows, dtype=np.float64) * PERIOD  # [s]
+    clock = Clock(time, (Span(0, rows, PERIOD),))
     signals = {
         "E1": np.ascontiguousarray(frames["field1"]),
         "E2": np.ascontiguousarray(frames["field2"]),

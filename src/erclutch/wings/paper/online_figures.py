@@ -110,5 +110,6 @@ def _torque_and_difference(trace: OnlineTrace, section: slice, x: Axis, time: Ar
         panels.append(Panel(x, Axis("(a) angle apart", "mrad"), [angle], share=0.7))
     difference = Line(time, 1e3 * apart, "series4", meaning)
     panels.append(Panel(x, Axis("(b) torque", "N m"), torques, share=1.8))
-    panels.append(Panel(x, Axis("(b) apart", "mN m"), [ReferenceLine(0.0), difference]))
+    apart_axis = Axis("(b) apart", "mN m")
+    panels.append(Panel(x, apart_axis, [ReferenceLine(0.0), difference]))
     return panels

@@ -100,7 +100,8 @@ def draw_fnn_sweep(
     header = ["neurons", "train_mse", "test_mse"]
     header += [f"restart_{number}" for number in range(1, tries + 1)]
     errors = np.column_stack([train, test, restarts]).tolist()
-    rows = [(int(size), *of_size) for size, of_size in zip(neurons, errors, strict=True)]
+    pairs = zip(neurons, errors, strict=True)
+    rows = [(int(size), *of_size) for size, of_size in pairs]
     plot = Plot([panel], PlotTable(header, rows), height=2.6)
     return kept(plot, folder, "fig5")
 

@@ -39,7 +39,8 @@ class Points:
         self.path = path
         self.others = 0
         self._kind = kind
-        self._digest = hashlib.sha256(json.dumps(settings, sort_keys=True).encode()).hexdigest()[:16]
+        of_settings = json.dumps(settings, sort_keys=True).encode()
+        self._digest = hashlib.sha256(of_settings).hexdigest()[:16]
         self._known: dict[str, Any] = {}
         if path is None or not path.exists():
             return
@@ -107,7 +108,8 @@ class Points:
         if self.path is not None:
             try:
                 with self.path.open("a", encoding="utf-8") as file:
-                    file.write(json.dumps({"settings": self._digest, "key": key, "value": value}) + "\n")
+                    line = json.dumps({"settings": self._digest, "key": key, "value": value})
+                    file.write(line + "\n")
             except OSError as error:
                 problem = f"cannot be written: {error.strerror}"
                 raise RunError(problem, where=str(self.path), remedy="Give another --out") from error

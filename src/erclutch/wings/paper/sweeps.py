@@ -107,7 +107,8 @@ class UnitRows:
 
     def thinned_error(self, forward: Callable[[Array], Array]) -> float:
         """Mean squared error in the data's units, on every tenth training row."""
-        return self._error(forward, self.x[:, ::10], self.y[::10])
+        few_y = self.y[::10]
+        return self._error(forward, self.x[:, ::10], few_y)
 
     def _error(
         self,

@@ -202,7 +202,8 @@ def _side_by_side(
         def of_figures(points: Sequence[Array]) -> list[Array]:
             keys = [sha256(point.tobytes()).hexdigest()[:16] for point in points]
             tasks = dict(zip(keys, points, strict=True))  # a point that is asked for twice is one task
-            figures = known.fill(pool, partial(space.listed_residuals, target=target), tasks, lambda done, key: None)
+            residuals = partial(space.listed_residuals, target=target)
+            figures = known.fill(pool, residuals, tasks, lambda done, key: None)
             by_key = dict(zip(tasks, figures, strict=True))
             return [np.array(by_key[key]) for key in keys]
 
@@ -230,7 +231,8 @@ class _Space:
     def rig_at(self, point: Array) -> RigParameters:
         """The rig at a point."""
         values: dict[str, float] = {}
-        for (path, entry), coordinate in zip(self.entries.items(), point.tolist(), strict=True):
+        coordinates = zip(self.entries.items(), point.tolist(), strict=True)
+        for (path, entry), coordinate in coordinates:
             values[path] = value_at(entry, coordinate)
         return self.rig.changed(values)
 
@@ -272,7 +274,9 @@ class _Space:
 def coordinate_of(entry: ParameterEntry, value: float) -> float:
     """The coordinate from 0 to 1 of a value: `value_at` the other way round."""
     if entry.low > 0:
-        return float(np.log(value / entry.low) / np.log(entry.high / entry.low))
+        along = np.log(value / entry.low)
+        whole = np.log(entry.high / entry.low)
+        return float(along / whole)
     return (value - entry.low) / (entry.high - entry.low)
 
 

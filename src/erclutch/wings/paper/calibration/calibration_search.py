@@ -125,7 +125,8 @@ def one_sided_quotients(residuals: Residuals, u: Array, step: float = STEP) -> A
     steps = np.where(u < 0.5, step, -step)
     neighbours = [u + steps * axis for axis in np.eye(u.size)]
     here, *there = residuals([u, *neighbours])
-    slopes = [(residual - here) / width for residual, width in zip(there, steps, strict=True)]
+    pairs = zip(there, steps, strict=True)
+    slopes = [(residual - here) / width for residual, width in pairs]
     return np.column_stack(slopes)
 
 

@@ -92,7 +92,8 @@ class LogTrace:
             turned = angles[start + _APART] - angles[start - _APART]
             speeds = turned / (2 * _APART * PERIOD)
             first = np.array([*angles[start], *speeds, torque[start]], np.float64)
-            twin = follow(parts, field[rows], motor_torque[rows], first, PERIOD / steps, steps)
+            step = PERIOD / steps  # [s], of the twin
+            twin = follow(parts, field[rows], motor_torque[rows], first, step, steps)
 
             # Columns of the twin: theta, alpha, torque.
             torque_apart = twin[:, 2] - torque[rows]

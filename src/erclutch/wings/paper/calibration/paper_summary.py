@@ -139,7 +139,8 @@ def _errors(
         is_training = name == "training"
         length = seconds if is_training else seconds / 1.5
         run = prepare(name, rig=rig, seconds=length, seed=seed + 1000 * number)
-        runs[name] = thinned(rows_of(run), thin if is_training else 2)
+        every = thin if is_training else 2
+        runs[name] = thinned(rows_of(run), every)
     errors: dict[str, dict[str, float]] = {name: {} for name in runs}
     for law in PAPER:
         model = law_fit(runs["training"], law).model

@@ -186,7 +186,8 @@ def _about(found: Calibration, target: CalibrationTarget) -> dict[str, Any]:
         "evaluations": found.evaluations,
     }
     if isinstance(target, PaperSummary):
-        pairs = summarise(found.rig, target.seeds, target.seconds, target.thin).against_paper()
+        summary = summarise(found.rig, target.seeds, target.seconds, target.thin)
+        pairs = summary.against_paper()
         figures: dict[str, list[float]] = {}
         for name, (ours, papers, _) in pairs.items():
             figures[name] = [float(f"{ours:.4g}"), float(f"{papers:.4g}")]

@@ -78,7 +78,8 @@ def experiment(
         rows.append(["impedance", "stiffness and damping that a hand feels at the output", "70 s a case"])
         rows.append(["wall", "a brake as a wall: step, drag, stiffness, letting go", "32 s a case"])
         if json:
-            terminal.say_json([dict(zip(heads, row, strict=True)) for row in rows])
+            as_json = [dict(zip(heads, row, strict=True)) for row in rows]
+            terminal.say_json(as_json)
         else:
             terminal.tell(terminal.table("Experiments with the live loop", heads, rows, left=2))
         return
@@ -233,7 +234,8 @@ def _wall_table(runs: list[ControlRun], seeds: int) -> Table:
         of_seeds = _figures_of(runs, model, knows)
         means: dict[str, float] = {}
         for name in ("rise", "overshoot", "drag", "pull"):
-            means[name] = np.array([figures[name] for figures in of_seeds], np.float64).mean()
+            of_name = np.array([figures[name] for figures in of_seeds], np.float64)
+            means[name] = of_name.mean()
         swings = np.array([figures["swing"] for figures in of_seeds], np.float64)  # (seeds, walls)
         calm: list[float] = []  # stiffnesses
         for stiffness, swing in zip(WALLS, swings.max(axis=0), strict=True):

@@ -112,7 +112,8 @@ def reproduce(
         if log:
             recording = reading.read(log)[0]
         else:
-            run = prepare("training", rig=load_rig(rig_file), seed=seed, seconds=min(seconds, 20.0))
+            length = min(seconds, 20.0)  # [s]
+            run = prepare("training", rig=load_rig(rig_file), seed=seed, seconds=length)
             recording = run.recording()
         terminal.say(*draw_training_section(recording, out))
         return
@@ -123,7 +124,8 @@ def reproduce(
             others = {"zero-field": zero_field, "zero-motion": zero_motion}
         recipe = _recipe_of_logs(what, log, others, reading)
     else:
-        recipe = RunsRecipe(_twin_runs, (("what", what), ("rig", rig_file), ("seed", seed), ("seconds", seconds)))
+        of_twin = (("what", what), ("rig", rig_file), ("seed", seed), ("seconds", seconds))
+        recipe = RunsRecipe(_twin_runs, of_twin)
 
     if what in ("fig4", "fig5", "kernels"):
         with task_pool(cluster, workers) as pool:
@@ -237,7 +239,8 @@ def _table(what: What, runs: dict[str, Dataset], origin: str, out: Path, seed: i
         line: list[object] = [row.name, row.parameters, row.seconds]
         for run in runs:
             paper = printed(row.name).get(run)
-            line += [row.errors[run], *row.bands[run], "" if paper is None else paper]
+            in_paper = "" if paper is None else paper
+            line += [row.errors[run], *row.bands[run], in_paper]
         lines.append(tuple(line))
     numbers = save_numbers(out / f"{what}.csv", header, lines)
     latex = out / f"{what}.tex"
