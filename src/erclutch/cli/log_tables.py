@@ -107,27 +107,23 @@ def tell_signals(recording: Recording, data: Dataset) -> None:
     headings = ["name", "unit", "smallest", "largest", "mean"]
     terminal.tell(terminal.table("Signals", headings, rows, left=2))
     if len(recording.segments) > 1:
-        terminal.tell(_segments(recording, data))
+        import numpy as np
 
-
-def _segments(recording: Recording, data: Dataset) -> RichTable:
-    """The segments between gaps, with the field of each."""
-    import numpy as np
-
-    spans = data.clock.spans
-    rows: list[list[str]] = []
-    for number, span in enumerate(spans[:_MOST_SEGMENTS], start=1):
-        count = span.stop - span.start
-        begin = terminal.number(float(recording.time[span.start]), 5)
-        end = terminal.number(float(recording.time[span.stop - 1]), 5)
-        of_elements = [element.field[span.start : span.stop] for element in data.elements]
-        fields = np.concatenate(of_elements)
-        rows.append([str(number), f"{count:,}", begin, end, _range(fields)])
-    title = "Segments between gaps"
-    if len(spans) > _MOST_SEGMENTS:
-        title += f", the first {_MOST_SEGMENTS} of {len(spans)}"
-    field = terminal.with_unit("field", data.units.field)
-    return terminal.table(title, ["", "rows", "from [s]", "to [s]", field], rows)
+        spans = data.clock.spans
+        rows: list[list[str]] = []
+        for number, span in enumerate(spans[:_MOST_SEGMENTS], start=1):
+            count = span.stop - span.start
+            begin = terminal.number(float(recording.time[span.start]), 5)
+            end = terminal.number(float(recording.time[span.stop - 1]), 5)
+            of_elements = [element.field[span.start : span.stop] for element in data.elements]
+            fields = np.concatenate(of_elements)
+            rows.append([str(number), f"{count:,}", begin, end, _range(fields)])
+        title = "Segments between gaps"
+        if len(spans) > _MOST_SEGMENTS:
+            title += f", the first {_MOST_SEGMENTS} of {len(spans)}"
+        field = terminal.with_unit("field", data.units.field)
+        segments = terminal.table(title, ["", "rows", "from [s]", "to [s]", field], rows)
+        terminal.tell(segments)
 
 
 def _range(values: Array) -> str:

@@ -285,8 +285,8 @@ def _change(squares: Array, plain: Array) -> float:
 
 def _surely(values: Array) -> bool:
     """Whether the mean over blocks is positive by some standard errors."""
-    error = np.std(values, ddof=1) / values.size**0.5  # of the mean
-    return bool(np.mean(values) > _SURE * error)
+    some_errors = _SURE * np.std(values, ddof=1) / values.size**0.5  # standard errors of the mean
+    return bool(np.mean(values) > some_errors)
 
 
 def _noted(model: Any, data: Dataset, way: str) -> Any:

@@ -149,7 +149,7 @@ class Workspace:
             WorkspaceError: no such name, or no run.
         """
         path = self.path(name)
-        if not _is_run(path):
+        if not (path / "run.json").is_file():
             raise NotThereError("this is no run: it holds no run.json", where=name, remedy="Go back to the overview")
         return path
 
@@ -303,10 +303,6 @@ def _link_in(folder: Path) -> str | None:
             if looked > _MOST_INSIDE:
                 return f"more than {_MOST_INSIDE} files"
     return None
-
-
-def _is_run(path: Path) -> bool:
-    return (path / "run.json").is_file()
 
 
 def shown_folder(folder: Path) -> str:

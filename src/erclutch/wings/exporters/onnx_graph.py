@@ -125,7 +125,8 @@ class Emitter:
         if operation == "power":
             base, exponent = a
             smallest = self.constant([2.0 ** (1 - self.step.precision.bias)])
-            return self.add("Pow", [self.add("Max", [base, smallest]), exponent])
+            held_base = self.add("Max", [base, smallest])
+            return self.add("Pow", [held_base, exponent])
         if operation == "expm1":
             return self._expm1(a[0])
         if operation == "table":
@@ -216,7 +217,23 @@ def onnx_model(step: ExportedStep, record: StepRecord) -> Any:
     flags = reduce(lambda a, b: emit.add("Add", [a, b]), raised)
     emit.add("Identity", [flags], "flags")
     if record.size:
-        _pack(emit, flat, real)
+        # The state after the step as one vector: numbers, then the registers with what enters each.
+        parts: list[str] = []
+        for node in flat.after.values():
+            number = emit.value(node)
+            parts.append(emit.add("Cast", [number], to=real) if node.kind == "truth" else number)
+        entering = flat.entering()
+        for name, length in flat.registers().items():
+            now, row_before = (emit.value(node) for node in entering[name])
+            moved = now
+            if length > 1:
+                start = emit.constant([0], np.int64)
+                stop = emit.constant([length - 1], np.int64)
+                kept = emit.add("Slice", [f"before_{name}", start, stop])
+                moved = emit.add("Concat", [now, kept], axis=0)
+            full = emit.add("Expand", [now, emit.constant([length], np.int64)])
+            parts.append(emit.add("Where", [row_before, moved, full]))
+        emit.add("Concat", parts, "state_out", axis=0)
 
     about = printable(f"{step.model.title}: {step.model.name}. Inputs: {', '.join(step.inputs)}.")
     graph = helper.make_graph(emit.nodes, step.name, inputs, outputs, emit.constants, doc_string=about)
@@ -238,26 +255,6 @@ def _unpack(emit: Emitter, record: Record) -> None:
     emit.split("state", names, lengths)
     for name in truths:
         emit.add("Less", [emit.constant([0.5]), f"number_{name}"], f"before_{name}")
-
-
-def _pack(emit: Emitter, record: Record, real: int) -> None:
-    """The state after the step as one vector: numbers, then the registers with what enters each."""
-    parts: list[str] = []
-    for node in record.after.values():
-        number = emit.value(node)
-        parts.append(emit.add("Cast", [number], to=real) if node.kind == "truth" else number)
-    entering = record.entering()
-    for name, length in record.registers().items():
-        now, row_before = (emit.value(node) for node in entering[name])
-        moved = now
-        if length > 1:
-            start = emit.constant([0], np.int64)
-            stop = emit.constant([length - 1], np.int64)
-            kept = emit.add("Slice", [f"before_{name}", start, stop])
-            moved = emit.add("Concat", [now, kept], axis=0)
-        full = emit.add("Expand", [now, emit.constant([length], np.int64)])
-        parts.append(emit.add("Where", [row_before, moved, full]))
-    emit.add("Concat", parts, "state_out", axis=0)
 
 
 def _properties(step: ExportedStep) -> dict[str, str]:

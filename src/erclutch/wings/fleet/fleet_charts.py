@@ -22,7 +22,8 @@ def named(devices: tuple[str, ...]) -> str:
 
 
 def _panel(series: FleetSeries, over: str) -> Panel:
-    scale = chart_scale(series.unit, float(np.abs(series.value).max()))
+    largest = float(np.abs(series.value).max())
+    scale = chart_scale(series.unit, largest)
     x = series.x
     value = scale.factor * series.value
     low = scale.factor * series.low
@@ -41,7 +42,8 @@ def _panel(series: FleetSeries, over: str) -> Panel:
     if chart is not None:
         lower = scale.factor * chart.lower
         upper = scale.factor * chart.upper
-        marks = [Shade(lower, upper), ReferenceLine(scale.factor * chart.centre), *marks]
+        centre = scale.factor * chart.centre
+        marks = [Shade(lower, upper), ReferenceLine(centre), *marks]
         shown.append(np.array([lower, upper]))
     marks.append(Dots(x[~outlying], value[~outlying], "series1", "device", 3.6))
     if outlying.any():

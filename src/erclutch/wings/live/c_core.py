@@ -126,7 +126,8 @@ class Core:
 
     def order(self, order: Order | int, value: float = 0.0) -> bool:
         """Give an order; whether the loop is to end."""
-        return bool(self._library.erc_core_order(self._core, order_bytes(Order(order), value)))
+        bits = order_bytes(Order(order), value)
+        return bool(self._library.erc_core_order(self._core, bits))
 
     def stop(self) -> None:
         """Zero from now on."""

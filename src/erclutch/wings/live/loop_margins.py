@@ -141,14 +141,26 @@ def _sum(one: Array, other: Array) -> Array:
 def margins_of(loop: LinearLoop) -> LoopMargins:
     """Margins of a loop, read from its response at 2000 frequencies."""
     frequency, response = loop.response()
-    gains = _gains_at_half_turns(response)
+    # The gain wherever the open loop crosses the negative real axis, by straight lines between its frequencies.
+    real = response.real
+    imaginary = response.imag
+    before = np.flatnonzero(imaginary[1:] * imaginary[:-1] <= 0.0)
+    after = before + 1
+    fall = imaginary[before] - imaginary[after]
+    share = imaginary[before] / np.where(fall == 0.0, 1.0, fall)
+    crossings = real[before] + share * (real[after] - real[before])
+    crossings = np.append(crossings, real[-1])  # at the highest frequency the response is real
+    gains = -crossings[crossings < 0.0]
     below_one = gains[gains < 1.0]
     above_one = gains[gains > 1.0]
 
     # Where the gain passes 1: the phase left until the loop feeds itself, and the delay that would take it.
     gain = np.abs(response)
-    passes = np.flatnonzero((gain[1:] - 1.0) * (gain[:-1] - 1.0) <= 0.0)
-    phases = np.mod(np.degrees(np.angle(response[passes])) + 180.0, 360.0)
+    above = gain[1:] - 1.0
+    above_before = gain[:-1] - 1.0
+    passes = np.flatnonzero(above * above_before <= 0.0)
+    degrees = np.degrees(np.angle(response[passes]))
+    phases = np.mod(degrees + 180.0, 360.0)
     delays = phases / 360.0 / frequency[passes]
 
     poles = np.roots(loop.closed)
@@ -160,19 +172,6 @@ def margins_of(loop: LinearLoop) -> LoopMargins:
         sensitivity=float(np.max(1.0 / np.abs(1.0 + response))),
         stable=bool(np.all(np.abs(poles) < 1.0 - 1e-9)),
     )
-
-
-def _gains_at_half_turns(response: NDArray[np.complex128]) -> Array:
-    """Gain wherever the open loop crosses the negative real axis, by straight lines between its frequencies."""
-    real = response.real
-    imaginary = response.imag
-    before = np.flatnonzero(imaginary[1:] * imaginary[:-1] <= 0.0)
-    after = before + 1
-    fall = imaginary[before] - imaginary[after]
-    share = imaginary[before] / np.where(fall == 0.0, 1.0, fall)
-    crossings = real[before] + share * (real[after] - real[before])
-    crossings = np.append(crossings, real[-1])  # at the highest frequency the response is real
-    return -crossings[crossings < 0.0]
 
 
 def torque_loop(path: TorquePath, bandwidth: float, integral_rate: float, torque_lag: float) -> LinearLoop:

@@ -74,7 +74,23 @@ def standard_programs(
     if device == "single":
         held = min(motor, _as_shown(_HELD * effort))  # by motor and brake: a stronger motor runs away
         programs += _torques(held, _SWING * held, _SWING * held, held)
-        programs.append(_wall(held))
+        # The motor is the hand: it pushes into the wall and pulls back by less, so that it comes again.
+        rows = 2000
+        swing: Array = np.sin(2.0 * math.pi * np.arange(rows) / rows)
+        push: Array = held * np.where(swing > 0.0, swing, 0.4 * swing)
+        table = np.column_stack([np.full(rows, _WALL), np.zeros(rows), push])
+        meaning = f"wall {_WALL:g} rad ahead; the motor pushes with {held:g} N m and pulls with {0.4 * held:g}"
+        programs.append(
+            LoopProgram(
+                "wall",
+                Mode.WALL,
+                Waveform.TABLE,
+                table=table,
+                repeat=True,
+                relative=True,
+                meaning=meaning,
+            )
+        )
         return tuple(programs)
 
     programs += _torques(motor, _as_shown(_SINE * effort), _as_shown(_STEP * effort), 0.0)
@@ -179,16 +195,6 @@ def _torques(motor: float, sine: float, step: float, middle: float) -> tuple[Loo
         torque("torque-sine", Waveform.SINE, sine, f"{sine:g} N m at 5 Hz"),
         torque("torque-step", Waveform.SQUARE, step, f"steps between {step:g} and -{step:g} N m"),
     )
-
-
-def _wall(motor: float) -> LoopProgram:
-    """The motor is the hand: it pushes into the wall and pulls back by less, so that it comes again."""
-    rows = 2000
-    swing: Array = np.sin(2.0 * math.pi * np.arange(rows) / rows)
-    push: Array = motor * np.where(swing > 0.0, swing, 0.4 * swing)
-    table = np.column_stack([np.full(rows, _WALL), np.zeros(rows), push])
-    meaning = f"wall {_WALL:g} rad ahead; the motor pushes with {motor:g} N m and pulls with {0.4 * motor:g}"
-    return LoopProgram("wall", Mode.WALL, Waveform.TABLE, table=table, repeat=True, relative=True, meaning=meaning)
 
 
 def starting_with(programs: Sequence[LoopProgram], name: str) -> tuple[LoopProgram, ...]:

@@ -165,7 +165,8 @@ class Session(contextlib.AbstractContextManager["Session"]):
     def _start(self) -> None:
         config, table = config_of(self.settings)
         (self._folder / "config").write_bytes(config)
-        words = ["--config", str(self._folder / "config"), "--ring", str(self.ring), "--orders", "0"]
+        config_file = self._folder / "config"
+        words = ["--config", str(config_file), "--ring", str(self.ring), "--orders", "0"]
         if len(table):
             (self._folder / "table").write_bytes(table.tobytes())
             words += ["--table", str(self._folder / "table")]
@@ -202,7 +203,8 @@ class Session(contextlib.AbstractContextManager["Session"]):
         if isinstance(self.rig, UdpRig):
             return ["--udp", self.rig.host, str(self.rig.port), str(self.rig.local_port), str(self.rig.session)]
         session = secrets.randbits(32)
-        self._rig, port = start_rig({**self.rig.spec, "session": session, "device": self.settings.device})
+        about = {**self.rig.spec, "session": session, "device": self.settings.device}
+        self._rig, port = start_rig(about)
         return ["--udp", "127.0.0.1", str(port), "0", str(session)]
 
     def _option_words(self) -> list[str]:
@@ -212,7 +214,8 @@ class Session(contextlib.AbstractContextManager["Session"]):
         if self.options.cpu is not None:
             words += ["--cpu", str(self.options.cpu)]
         if self.options.seconds is not None:
-            words += ["--steps", str(max(1, round(self.options.seconds / self.settings.period)))]
+            steps = max(1, round(self.options.seconds / self.settings.period))
+            words += ["--steps", str(steps)]
         return words
 
     def _await_first_frame(self) -> None:

@@ -214,8 +214,7 @@ def wall_figures(
     """
     figures: dict[str, Any] = _steps(rig, model, knows, seed)
     # A hand pushes into a wall ahead, and pulls back: a sine of torque.
-    turns = np.arange(_SWING) / _SWING
-    hand: Array = _PUSH * np.sin(2.0 * math.pi * turns)
+    hand: Array = _PUSH * np.sin(2.0 * math.pi * np.arange(_SWING) / _SWING)
     ahead = np.full(_SWING, _AHEAD)
     table = np.column_stack([ahead, np.zeros(_SWING), hand])
     program = LoopProgram("wall", Mode.WALL, Waveform.TABLE, table=table, relative=True)

@@ -116,18 +116,14 @@ class UnitRows:
         x: Array,
         y: Array,
     ) -> float:
-        off = y - _in_blocks(forward, x)
+        # By blocks that stay in the cache.
+        rows = 8192  # of a block
+        parts: list[Array] = []
+        for first in range(0, x.shape[1], rows):
+            block = x[:, first : first + rows]
+            parts.append(forward(block))
+        off = y - np.concatenate(parts)
         return float(np.mean(off**2)) * self.scale**2
-
-
-def _in_blocks(forward: Callable[[Array], Array], x: Array) -> Array:
-    """Output for inputs (inputs, n), shape (n,), by blocks that stay in the cache."""
-    rows = 8192  # of a block
-    parts: list[Array] = []
-    for first in range(0, x.shape[1], rows):
-        block = x[:, first : first + rows]
-        parts.append(forward(block))
-    return np.concatenate(parts)
 
 
 @lru_cache(maxsize=2)

@@ -55,7 +55,15 @@ def write_fmu(step: ExportedStep, folder: Path, version: int, face: Interface | 
             _tree(build_description(name, files), code / "buildDescription.xml")
         came_of_it = "".join(f"{line}\n" for line in building.result())
         (folder / BINARIES).write_text(came_of_it, encoding="utf-8")
-        _pack(root, archive_path(step, version, folder))
+        # The same bytes for the same content: names in order, one date.
+        packed = archive_path(step, version, folder)
+        with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as archive:
+            for path in sorted(p for p in root.rglob("*") if p.is_file()):
+                name = path.relative_to(root).as_posix()
+                entry = zipfile.ZipInfo(name, date_time=(1980, 1, 1, 0, 0, 0))
+                entry.compress_type = zipfile.ZIP_DEFLATED
+                entry.external_attr = 0o644 << 16  # rights of a file, as Unix has them
+                archive.writestr(entry, path.read_bytes())
 
 
 def _sources(step: ExportedStep, face: Interface, version: int, folder: Path) -> None:
@@ -134,14 +142,3 @@ def _tree(root: ElementTree.Element, path: Path) -> None:
         element.attrib = {key: printable(value) for key, value in element.attrib.items()}
     ElementTree.indent(root)
     ElementTree.ElementTree(root).write(path, encoding="utf-8", xml_declaration=True)
-
-
-def _pack(root: Path, out: Path) -> None:
-    """The same bytes for the same content: names in order, one date."""
-    with zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as archive:
-        for path in sorted(p for p in root.rglob("*") if p.is_file()):
-            name = path.relative_to(root).as_posix()
-            entry = zipfile.ZipInfo(name, date_time=(1980, 1, 1, 0, 0, 0))
-            entry.compress_type = zipfile.ZIP_DEFLATED
-            entry.external_attr = 0o644 << 16  # rights of a file, as Unix has them
-            archive.writestr(entry, path.read_bytes())

@@ -136,7 +136,8 @@ def verify(step: ExportedStep, folder: Path) -> Iterator[Check]:
         raise ExportError("mujoco is not installed", remedy="Run: pip install mujoco") from error
     model = mujoco.MjModel.from_xml_path(str(folder / f"{step.name}.xml"))
     rows = vectors_of(step).rows
-    sizes = np.abs(np.where(np.isfinite(rows), rows, np.inf))
+    held = np.where(np.isfinite(rows), rows, np.inf)
+    sizes = np.abs(held)
     rows = rows[np.all(sizes < _LARGEST, axis=1)]
     expected, expected_flags = run(step, rows)
     with _imported(step, folder) as module:

@@ -117,8 +117,16 @@ def learn(
         raise SettingError(
             "--program learn needs a sensor of the effort", where=rig.what.name, remedy="Add its channel"
         )
-    folder = options.after or rig.loop.folder / time.strftime("learn-%Y-%m-%dT%H-%M-%SZ", time.gmtime())
-    rounds = _rounds_of(rig)
+    of_now = time.strftime("learn-%Y-%m-%dT%H-%M-%SZ", time.gmtime())
+    folder = options.after or rig.loop.folder / of_now
+
+    from erclutch.wings.live.learning.drawn_tables import TableLimits
+    from erclutch.wings.live.learning.rounds import LearningRounds
+
+    settings = rig.settings
+    drive = settings.motor_limit if any(channel.role == "motor" for channel in rig.channels) else 0.0
+    limits = TableLimits(settings.device, settings.field_limit, drive, 1.0 / settings.period)
+    rounds = LearningRounds(limits, rig.seed, settings.theta_fastest)
     if options.after is not None:
         _take_again(rounds, folder, rig.settings.device)
 
@@ -166,16 +174,6 @@ def learn(
     if rig.loop.json:
         print(json_text.dumps(_body(rig, rounds, ended) | {"folder": str(folder), "exit": code}))
     return code
-
-
-def _rounds_of(rig: Rig) -> LearningRounds:
-    from erclutch.wings.live.learning.drawn_tables import TableLimits
-    from erclutch.wings.live.learning.rounds import LearningRounds
-
-    settings = rig.settings
-    drive = settings.motor_limit if any(channel.role == "motor" for channel in rig.channels) else 0.0
-    limits = TableLimits(settings.device, settings.field_limit, drive, 1.0 / settings.period)
-    return LearningRounds(limits, rig.seed, settings.theta_fastest)
 
 
 def _played(

@@ -204,7 +204,8 @@ def ended(
         raise KeyboardInterrupt
     ended = 3 if reason else 0
     if output is None:
-        print(json_text.dumps({**_figures(session, watch), "notes": notes, "exit": ended}))
+        body = {**_figures(session, watch), "notes": notes, "exit": ended}
+        print(json_text.dumps(body))
     else:
         _show(session, watch, notes, output)
         if watch.reader.trip_reason and session.rig_running:

@@ -85,7 +85,8 @@ def live(
         return _explained(terminal.console())
     # With --json standard output is one JSON document: all that is for people goes to standard error.
     output = terminal.console(stderr=loop.json)
-    require(0.001, unit=" s", seconds=math.inf if loop.seconds is None else loop.seconds)
+    seconds = math.inf if loop.seconds is None else loop.seconds
+    require(0.001, unit=" s", seconds=seconds)
     require(0, 99, priority=loop.priority)
     learns = control.program == "learn"
     if loop.record or learns:
@@ -185,10 +186,11 @@ def _observers(
         return
     from erclutch.wings.live.companions import Observers
 
+    offered = [(program.name, program.meaning, program.mode.reference) for program in settings.programs]
     with Observers(
         session.ring,
         session.carry_out,
-        programs=[(program.name, program.meaning, program.mode.reference) for program in settings.programs],
+        programs=offered,
         motor_limit=settings.motor_limit,
         folder=loop.folder,
         page=not loop.headless,

@@ -118,7 +118,18 @@ def tune(
             )
         _show(chosen, path, moved, loops, gains)
     with placed(out / "control.toml") as partial:
-        partial.write_text(_toml(chosen, loops, gains), encoding="utf-8")
+        digest = chosen.to_dict()["digest"]
+        made_by = "by erclutch tune. erclutch live --tuned takes this file."
+        lines = [f"# Control of {chosen.name} ({digest[:12]}), {made_by}"]
+        for tuned in loops:
+            margins = tuned.margins
+            lines.append(
+                f"# {tuned.name}: {tuned.bandwidth:g} Hz of at most {tuned.largest:.3g}; gain margin {margins.gains}, "
+                f"phase {margins.phase:.0f} deg, delay {1e3 * margins.delay:.1f} ms, "
+                f"sensitivity {margins.sensitivity:.2f}"
+            )
+        lines += [f"{name} = {gains[name]:.6g}  # {unit}" for name, unit in TUNED.items()]
+        partial.write_text("\n".join(lines) + "\n", encoding="utf-8")
     pictures = save_plot(describe_loops(loops), *(out / f"loops.{kind}" for kind in as_))
     if not json:
         terminal.say(out / "control.toml", *pictures)
@@ -411,17 +422,3 @@ def _show(
     terminal.tell(terminal.table("Margins", headings, rows))
     values = [[name, f"{gains[name]:.4g}", unit] for name, unit in TUNED.items()]
     terminal.tell(terminal.table("Settings", ["name", "value", "unit"], values))
-
-
-def _toml(model: Model, loops: list[TunedLoop], gains: Mapping[str, float]) -> str:
-    digest = model.to_dict()["digest"]
-    lines = [f"# Control of {model.name} ({digest[:12]}), by erclutch tune. erclutch live --tuned takes this file."]
-    for tuned in loops:
-        margins = tuned.margins
-        lines.append(
-            f"# {tuned.name}: {tuned.bandwidth:g} Hz of at most {tuned.largest:.3g}; gain margin {margins.gains}, "
-            f"phase {margins.phase:.0f} deg, delay {1e3 * margins.delay:.1f} ms, "
-            f"sensitivity {margins.sensitivity:.2f}"
-        )
-    lines += [f"{name} = {gains[name]:.6g}  # {unit}" for name, unit in TUNED.items()]
-    return "\n".join(lines) + "\n"

@@ -82,4 +82,6 @@ def _block(limits: TableLimits, rows: int, rng: np.random.Generator, level: floa
         return np.column_stack([np.abs(field), np.zeros(rows), drive])
     largest_share = limits.drive / _PAIR[1]
     drive = min(share * 2.0, largest_share) * torque_sequence(rows, rng, *_PAIR)
-    return np.column_stack([np.maximum(field, 0.0), np.maximum(-field, 0.0), drive])
+    first = np.maximum(field, 0.0)
+    second = np.maximum(-field, 0.0)
+    return np.column_stack([first, second, drive])

@@ -95,7 +95,8 @@ class ForetoldMotion:
                 middle = np.arange(span.start + half, span.stop - half)
                 change = of_round[:, middle + half] - of_round[:, middle - half]
                 wanted.append(change / (2 * half * each.rows.period))
-                terms = self._terms(each.drive[middle], each.rows.effort[middle], of_round[:, middle])
+                speeds_there = of_round[:, middle]
+                terms = self._terms(each.drive[middle], each.rows.effort[middle], speeds_there)
                 known.append(terms)
         all_accelerations = np.concatenate(wanted, axis=1)
         all_terms = np.concatenate(known, axis=1)

@@ -173,7 +173,8 @@ class LearningRounds:
         if self._fastest > 0.0:
             speeds: list[float] = []  # the largest of each table
             for rows in foretold:
-                speeds.append(max(float(np.abs(element.slip).max()) for element in rows.elements))
+                fastest = max(float(np.abs(element.slip).max()) for element in rows.elements)
+                speeds.append(fastest)
             slow = [number for number, speed in enumerate(speeds) if speed < _FASTEST * self._fastest]
             kept = slow or [int(np.argmin(speeds))]
             tables = tables[kept]
@@ -204,7 +205,8 @@ class LearningRounds:
         expected = self._expected
         before = math.nan
         if expected is not None:
-            before = _rmse(expected.model, logged.rows)
+            error = logged.rows.effort - expected.model.predict(logged.rows)
+            before = float(np.sqrt(np.mean(error**2)))
         self._rounds.append(logged)
         known = _all_rows(self._rounds)
         with one_thread():
@@ -222,7 +224,14 @@ class LearningRounds:
             if expected is not None and estimate.name in of_earlier and estimate.name in expected.shrink:
                 old = of_earlier[estimate.name]
                 foretold = 0.5 * (old.high - old.low) * expected.shrink[estimate.name]
-            half_widths[estimate.name] = (estimate.value, 0.5 * (estimate.high - estimate.low), foretold)
+            half_width = 0.5 * (estimate.high - estimate.low)
+            half_widths[estimate.name] = (estimate.value, half_width, foretold)
+        # The noise is what a residual's neighbours do not share: its deviation is that of their differences over the
+        # root of two.
+        residual = known.effort - outcome.model.predict(known)
+        changes_of_spans = [np.diff(residual[span.start : span.stop]) for span in known.clock.spans]
+        changes = np.concatenate(changes_of_spans)
+        noise = float(np.sqrt(0.5 * np.mean(np.square(changes))))
         report = RoundReport(
             number=len(self._rounds),
             file=file,
@@ -231,7 +240,7 @@ class LearningRounds:
             law=outcome.model.name,
             before=before,
             residual=knowledge.noise,
-            noise=_noise(outcome.model, known),
+            noise=noise,
             open=open_now,
             open_foretold=math.nan if expected is None else expected.open,
             band=band,
@@ -278,19 +287,6 @@ class LearningRounds:
 def _all_rows(rounds: Sequence[LoggedRound]) -> Dataset:
     """Rows of all rounds; the commands of the drive are no input of a law."""
     return joined([replace(each.rows, spare={}) for each in rounds])
-
-
-def _rmse(model: TorqueModel, rows: Dataset) -> float:
-    error = rows.effort - model.predict(rows)
-    return float(np.sqrt(np.mean(error**2)))
-
-
-def _noise(model: TorqueModel, known: Dataset) -> float:
-    """Standard deviation of what a residual's neighbours do not share: of their differences, over the root of two."""
-    residual = known.effort - model.predict(known)
-    changes_of_spans = [np.diff(residual[span.start : span.stop]) for span in known.clock.spans]
-    changes = np.concatenate(changes_of_spans)
-    return float(np.sqrt(0.5 * np.mean(np.square(changes))))
 
 
 def _fitted(known: Dataset) -> FitOutcome[TorqueModel]:

@@ -110,7 +110,8 @@ class Access:
         return len(given) == 1 and self._same(given[0], self.token)
 
     def _secret(self, use: str) -> str:
-        digest = hmac.new(self.token.encode(), use.encode("utf-8", "surrogateescape"), hashlib.sha256).digest()
+        words = use.encode("utf-8", "surrogateescape")
+        digest = hmac.new(self.token.encode(), words, hashlib.sha256).digest()
         return urlsafe_b64encode(digest[:24]).decode()
 
     @staticmethod

@@ -128,7 +128,8 @@ def main() -> int:
 
 def _say(body: dict[str, Any]) -> None:
     with contextlib.suppress(OSError):
-        os.write(sys.stdout.fileno(), json.dumps(body).encode() + b"\n")
+        line = json.dumps(body).encode() + b"\n"
+        os.write(sys.stdout.fileno(), line)
 
 
 async def _serve(setting: dict[str, Any]) -> int:
@@ -173,7 +174,8 @@ async def _serve(setting: dict[str, Any]) -> int:
 def _hand_over(command: str) -> None:
     """Commands go on as they came: the session checks each again. A line break in JSON is white space."""
     with contextlib.suppress(OSError):
-        os.write(sys.stdout.fileno(), command.replace("\n", " ").encode() + b"\n")
+        line = command.replace("\n", " ").encode() + b"\n"
+        os.write(sys.stdout.fileno(), line)
 
 
 async def _listen_to_session(page: Any, server: Any) -> None:

@@ -98,7 +98,8 @@ class Page:
         self.watcher = Watcher(RingReader(ring, "oldest"))
         self.clients = 0
         routes = [Route(path, self._file(name)) for path, name in _FILES.items()]
-        self.app = Guard(Starlette(routes=[*routes, WebSocketRoute("/frames", self._socket)]), access)
+        sockets = WebSocketRoute("/frames", self._socket)
+        self.app = Guard(Starlette(routes=[*routes, sockets]), access)
 
     @staticmethod
     def _file(name: str) -> Callable[[Request], Awaitable[Response]]:
@@ -283,7 +284,8 @@ class Guard:
             answer = Response((_STATIC_FILES / name).read_bytes(), headers=own, media_type=kind)
         elif method == "POST" and path == "/enter" and self._enters(headers):
             self.strangers.shown(scope["client"])
-            answer = JSONResponse({"to": f"{self._access.base}/"}, headers={"set-cookie": self._access.set_cookie()})
+            headers_of_answer = {"set-cookie": self._access.set_cookie()}
+            answer = JSONResponse({"to": f"{self._access.base}/"}, headers=headers_of_answer)
         elif alone is not None or (below is not None and self._may(headers)):
             self.strangers.shown(scope["client"])
             await self._app({**scope, "path": below or alone}, receive, send)

@@ -90,11 +90,13 @@ class Watcher:
             self._moved = time.monotonic()
         if not frames.size:
             return
-        events = np.where(frames["events"] & _BAD_SAMPLE, frames["events"] & ~_HOLD, frames["events"])
+        without_hold = frames["events"] & ~_HOLD
+        events = np.where(frames["events"] & _BAD_SAMPLE, without_hold, frames["events"])
         present = int(np.bitwise_or.reduce(events))
         if not present:
             return
-        seconds = (frames["time_ns"].astype(np.int64) - self.reader.info.start_ns) * 1e-9
+        since = frames["time_ns"].astype(np.int64) - self.reader.info.start_ns
+        seconds = since * 1e-9
         for bit, (name, meaning) in enumerate(EVENTS):
             if present >> bit & 1:
                 hit = np.flatnonzero(events >> np.uint32(bit) & 1)

@@ -297,7 +297,8 @@ def finish_torn(left: Path, path: Path) -> tuple[Path, int]:
                 if last is None:
                     raise RecordingError("no chunk is whole", where=str(left), remedy="There is nothing to keep")
                 unpacked = unpack_chunk(parse(kinds.Chunk, data[last.start : last.stop]))
-                sequence = int([*runs_of(unpacked, Contents())][-1].array["seq"][-1])
+                last_run = [*runs_of(unpacked, Contents())][-1]
+                sequence = int(last_run.array["seq"][-1])
             file.truncate(end)
         seal(left)
         return put_beside(left, path), sequence
@@ -327,7 +328,8 @@ def seal(path: str | Path) -> None:
         except OSError as error:
             if error.errno not in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG):
                 raise
-            _end_without_index(file.fileno(), [place.start - 9 for place in found if place.kind == Opcode.CHUNK], size)
+            chunks = [place.start - 9 for place in found if place.kind == Opcode.CHUNK]
+            _end_without_index(file.fileno(), chunks, size)
 
 
 def _end_without_index(file: int, chunks: list[int], size: int) -> None:
@@ -355,7 +357,8 @@ def _summary(data: Any, found: list[Place], start: int) -> bytes:
             groups[Opcode(place.kind)][data[head : place.stop]] = None
         elif place.kind == Opcode.METADATA:
             name = parse(kinds.Metadata, data[place.start : place.stop]).name
-            groups[Opcode.METADATA_INDEX][record_bytes(kinds.MetadataIndex(head, place.stop - head, name))] = None
+            entry = kinds.MetadataIndex(head, place.stop - head, name)
+            groups[Opcode.METADATA_INDEX][record_bytes(entry)] = None
         elif place.kind == Opcode.CHUNK:
             chunks.append(_entry(data, place))
         elif place.kind == Opcode.MESSAGE_INDEX and chunks:
@@ -367,16 +370,7 @@ def _summary(data: Any, found: list[Place], start: int) -> bytes:
             (number,) = struct.unpack_from("<H", data, place.start)
             counts[number] = counts.get(number, 0) + 1
     groups[Opcode.CHUNK_INDEX] = {record_bytes(chunk): None for chunk in chunks}
-    groups[Opcode.STATISTICS] = {record_bytes(_statistics(groups, counts, chunks)): None}
-    return _laid_out(groups, start)
-
-
-def _statistics(
-    groups: Mapping[Opcode, Mapping[bytes, None]],
-    counts: dict[int, int],
-    chunks: list[kinds.ChunkIndex],
-) -> kinds.Statistics:
-    return kinds.Statistics(
+    statistics = kinds.Statistics(
         attachment_count=0,
         channel_count=len(groups[Opcode.CHANNEL]),
         channel_message_counts=counts,
@@ -387,6 +381,8 @@ def _statistics(
         metadata_count=len(groups[Opcode.METADATA_INDEX]),
         schema_count=len(groups[Opcode.SCHEMA]),
     )
+    groups[Opcode.STATISTICS] = {record_bytes(statistics): None}
+    return _laid_out(groups, start)
 
 
 def _entry(data: Any, place: Place) -> kinds.ChunkIndex:

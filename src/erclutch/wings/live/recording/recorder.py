@@ -110,7 +110,8 @@ class FrameRecorder:
         written = 0
         while not self.ended:
             frames = self.reader.read(_MOST)
-            fresh = frames[frames["seq"].astype("i8") > max(self._after, self._last)]
+            last = max(self._after, self._last)
+            fresh = frames[frames["seq"].astype("i8") > last]
             if not fresh.size:
                 break
             try:
@@ -187,7 +188,8 @@ class _Process:
         """A line of state; nobody has to read it."""
         body = {**asdict(self.recorder.progress), "ended": ended}
         with contextlib.suppress(OSError):
-            os.write(sys.stdout.fileno(), (json.dumps(body) + "\n").encode())
+            line = json.dumps(body) + "\n"
+            os.write(sys.stdout.fileno(), line.encode())
 
 
 def _alive(pid: int) -> bool:
@@ -209,7 +211,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--reserved", action="store_true")
     given: Any = parser.parse_args(arguments)
     try:
-        process = _Process(FrameRecorder(given.ring, given.file, given.after, reserved=given.reserved))
+        recorder = FrameRecorder(given.ring, given.file, given.after, reserved=given.reserved)
+        process = _Process(recorder)
     except ErclutchError as error:
         sys.stderr.write(f"error: {error}\n")
         return error.exit_code

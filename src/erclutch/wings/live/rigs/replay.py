@@ -52,7 +52,8 @@ def _chosen(asked: AskedRig) -> tuple[ServedRig, LoopProgram]:
     slip = "rad/s"
     if single:
         of_position = log.units.get("position", "")
-        slip = log.units.get("slip", {"rad": "rad/s", "m": "m/s"}.get(of_position, UNKNOWN))
+        of_motion = {"rad": "rad/s", "m": "m/s"}.get(of_position, UNKNOWN)
+        slip = log.units.get("slip", of_motion)
     named = NamedChannels(
         {},
         Units(effort, field, slip),

@@ -114,6 +114,8 @@ def verify(step: ExportedStep, folder: Path) -> Iterator[Check]:
         expected = controller.answers(step, rows, Path(work))
     for where, outputs, flags in simulated(step, face, folder, 3, ("CoSimulation",), rows):
         bits = outputs.astype(step.precision.dtype).view(step.precision.bits)
-        simulated_rows = np.column_stack([bits.astype(np.uint64), flags.astype(np.uint64)])
+        whole_bits = bits.astype(np.uint64)
+        whole_flags = flags.astype(np.uint64)
+        simulated_rows = np.column_stack([whole_bits, whole_flags])
         other = int(np.count_nonzero((simulated_rows != expected).any(axis=1)))
         yield Check(where, len(rows), other, 0.0)
