@@ -50,10 +50,10 @@ class Flowing(DefaultFormatter):
     def __call__(self, console: Console, options: ConsoleOptions, panel: HelpPanel) -> None:
         """Print one group."""
         for entry in panel.entries:
-            told = entry.description
-            if isinstance(told, InlineText) and isinstance(told.primary_renderable, Text):
-                words = told.primary_renderable.plain.split()
-                told.primary_renderable.plain = " ".join(words)
+            description = entry.description
+            if isinstance(description, InlineText) and isinstance(description.primary_renderable, Text):
+                words = description.primary_renderable.plain.split()
+                description.primary_renderable.plain = " ".join(words)
         panel.entries = [each.copy(default=_typed(each.default)) for each in panel.entries]
         super().__call__(console, options, panel)
 

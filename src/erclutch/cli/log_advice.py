@@ -18,8 +18,8 @@ def advice_on(rows: Dataset) -> list[str]:
     Raises:
         PluginError: advice of another package fails.
     """
-    said: list[str] = []
+    sentences: list[str] = []
     for plugin in registry.plugins(GROUP):
         with plugin.working():
-            said += plugin.value(rows)
-    return said
+            sentences += plugin.value(rows)
+    return sentences

@@ -136,8 +136,8 @@ class LogOptions:
         from erclutch.logs import plan_of
         from erclutch.logs.mapping import file_mapping
 
-        told = self.column_map().over(file_mapping(log, self.map))
-        return plan_of(table, told, device=self.device)
+        columns = self.column_map().over(file_mapping(log, self.map))
+        return plan_of(table, columns, device=self.device)
 
     def read(self, paths: Sequence[Path]) -> list[Recording]:
         """Read logs; folders stand for the logs in them.

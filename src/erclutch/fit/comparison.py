@@ -96,8 +96,8 @@ class Comparison(Shown):
     def standing(self) -> Standing:
         """Whether the chosen model is recommended, and why not."""
         chosen = self.entry(self.recommended)
-        told = {"sound": chosen.sound, "test": chosen.test.to_dict()}
-        return standing(told, {finding.subject for finding in self.findings})
+        figures = {"sound": chosen.sound, "test": chosen.test.to_dict()}
+        return standing(figures, {finding.subject for finding in self.findings})
 
     def entry(self, name: str) -> RankedModel:
         """The entry of a model by its name or its id.

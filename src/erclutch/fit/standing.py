@@ -56,8 +56,8 @@ def standing(chosen: Mapping[str, Any], subjects: set[str]) -> Standing:
     if SIGN in subjects:
         return Standing(bool(chosen["sound"]), "was fitted before the sign of the effort is settled", sign_open=True)
     figures = chosen["test"]
-    told = explains(figures["share"][0], figures["r2"][1])
-    return Standing(bool(chosen["sound"]), "" if told else "explains nothing of the rows held out")
+    explained = explains(figures["share"][0], figures["r2"][1])
+    return Standing(bool(chosen["sound"]), "" if explained else "explains nothing of the rows held out")
 
 
 def standing_of_run(body: Mapping[str, Any]) -> Standing:

@@ -119,20 +119,20 @@ def _law(specification: str) -> str:
     stem, field, variable = stem.partition(" in ")
     # An abbreviation of the law's name tells nothing apart; a number of kernels does.
     more = f"{bracket}{behind}" if any(sign.isdigit() for sign in behind) else ""
-    said = [" (one direction)" if option == _FORWARD else f" ({option} yield)" for option in options]
-    return f"{stem} law{field}{variable}{more}{''.join(said)}"
+    forms = [" (one direction)" if option == _FORWARD else f" ({option} yield)" for option in options]
+    return f"{stem} law{field}{variable}{more}{''.join(forms)}"
 
 
 def _written(parts: _Parts, in_full: Sequence[str], *, forms: bool = False) -> str:
     """The title; the parts of some kinds by their names, with or without their forms."""
-    said: list[str] = []
+    words: list[str] = []
     for kind, names in parts.kinds.items():
         word = "a lag" if names in (("lag",), ("effort-lag",)) else kind
         stems = [name if forms else name.partition("/")[0] for name in names]
-        said.append(f"{word} ({', '.join(stems)})" if kind in in_full else word)
+        words.append(f"{word} ({', '.join(stems)})" if kind in in_full else word)
     title = parts.head
-    if said:
-        *others, last = said
+    if words:
+        *others, last = words
         listed = f"{', '.join(others)} and {last}" if others else last
         title += f" with {listed}"
     if parts.label:

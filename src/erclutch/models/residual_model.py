@@ -267,8 +267,8 @@ class ResidualModel(ModelBase):
         """The equation and what it needs, as lines of a comment."""
         bounded = f"effort = law + weight * (y within -{self.correction.limit:.9g} .. {self.correction.limit:.9g})"
         fades = "The weight is 1 where there were training rows and fades to 0 where there were none."
-        said = stage_equations(self.structure.dynamics)  # of the law, whose memory the network shares
-        network = [line for line in self.correction.network.equation() if line not in said]
+        of_law = stage_equations(self.structure.dynamics)  # of the law, whose memory the network shares
+        network = [line for line in self.correction.network.equation() if line not in of_law]
         return [*self.law.equation(), "", bounded, "", fades, "", *network]
 
     def to_dict(self) -> dict[str, Any]:

@@ -115,14 +115,14 @@ def score(
 
     several = cast("list[Model | Run | str | Path]", models if isinstance(models, list | tuple) else [models])
     logs = cast("list[_Log]", log if isinstance(log, list | tuple) else [log])
-    said = options_of(options)
+    reading = options_of(options)
     rows: list[dict[str, Any]] = []
     for each in several:
         run, chosen = opened(each, name)
         folder = "" if run is None else str(run.folder)
         parts: list[Dataset] = []
         for one in logs:
-            data, *_ = _read(one, mapping, said, run, chosen, needs_effort=True)
+            data, *_ = _read(one, mapping, reading, run, chosen, needs_effort=True)
             parts.append(data)
         unseen = joined(parts)
         for called, model in models_of(run, chosen, name):

@@ -90,12 +90,12 @@ def read_about(run_folder: Path) -> RunAbout:
     Raises:
         RunError: about.json cannot be understood.
     """
-    said = kept_about(run_folder)
+    about = kept_about(run_folder)
     written = run_folder / "run.json"
-    if said.date or not written.is_file():
-        return said
+    if about.date or not written.is_file():
+        return about
     day = datetime.fromtimestamp(written.stat().st_mtime).astimezone().date()
-    return replace(said, date=day.isoformat())
+    return replace(about, date=day.isoformat())
 
 
 def write_about(run_folder: Path, about: RunAbout) -> None:
@@ -105,12 +105,12 @@ def write_about(run_folder: Path, about: RunAbout) -> None:
         RunError: the folder cannot be written.
     """
     path = run_folder / FILE
-    said = {name: text for name, text in asdict(about).items() if text}
+    words = {name: text for name, text in asdict(about).items() if text}
     try:
-        if not said:
+        if not words:
             path.unlink(missing_ok=True)
             return
         with whole_file(path) as partial:
-            partial.write_text(json.dumps(said, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
+            partial.write_text(json.dumps(words, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
     except OSError as error:
         raise unwritable(path, error) from error

@@ -140,8 +140,8 @@ class Run(Shown):
         entry = self.entry(name or self.recommended)
         path = self.model_file(entry["name"])
         model = load_model(path)
-        said = entry["model_digest"], entry.get("model", entry["name"]), entry["dynamics"]
-        if (model.to_dict()["digest"], model.name, dict(model.times)) != said:
+        written = entry["model_digest"], entry.get("model", entry["name"]), entry["dynamics"]
+        if (model.to_dict()["digest"], model.name, dict(model.times)) != written:
             raise RunError("this is not the model that the run wrote", where=str(path), remedy="Fit the log again")
         return model
 
@@ -151,10 +151,10 @@ class Run(Shown):
             problem = "the run keeps no model of all rows"
             raise RunError(problem, where=str(self.folder), remedy="Fit the log again with --final")
         path = self.folder / FINAL_FILE
-        said = self.body["final"]
+        kept = self.body["final"]
         model = load_model(path)
         digest = model.to_dict()["digest"]
-        if digest != said["model_digest"] or model.name != said["name"]:
+        if digest != kept["model_digest"] or model.name != kept["name"]:
             raise RunError("this is not the model that the run wrote", where=str(path), remedy="Fit the log again")
         return model
 

@@ -43,7 +43,7 @@ def laws(
     from erclutch.models.laws.symbolic import equation_text
     from erclutch.models.stages import shown_stages
 
-    found = [(name, law_from_name(name)) for name in shown_laws()]
+    all_laws = [(name, law_from_name(name)) for name in shown_laws()]
     if json:
         rows = [
             {
@@ -57,13 +57,13 @@ def laws(
                 ]
                 + [{"name": g.name, "meaning": g.meaning, "lower": 0.0 if g.nonnegative else None} for g in law.gains],
             }
-            for name, law in found
+            for name, law in all_laws
         ]
         print(dumps(rows, indent=1))
         return
     table = terminal.table("Laws of one element (effort for w > 0)", ["model", "effort", "source"], [], left=3)
     table.columns[1].overflow = "fold"
-    for name, law in found:
+    for name, law in all_laws:
         label = name if not name.endswith("-2") else f"{name.removesuffix('2')}N (N = 2 kernels shown)"
         by_plugin = f" ({law.plugin.label})" if law.plugin else ""
         table.add_row(label, equation_text(law), law.source + by_plugin)

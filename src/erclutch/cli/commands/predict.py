@@ -142,17 +142,17 @@ def _estimated(
     for name in model.extras:
         columns[name] = (data.extras[name], "")
     columns["effort"] = (effort, unit)
-    told = f"{model.name}: {data.rows:,} rows, {percent(outside.mean(), 2)} of them outside what it was trained on"
+    summary = f"{model.name}: {data.rows:,} rows, {percent(outside.mean(), 2)} of them outside what it was trained on"
     if band or sensor:
         low, high = band_ends(data, model, effort, sensor)
         columns["low"] = (low, unit)
         columns["high"] = (high, unit)
         bandless = int(np.count_nonzero(np.isnan(low)))
         if bandless:
-            told += f", {bandless:,} without a band: nothing like them was ever logged"
+            summary += f", {bandless:,} without a band: nothing like them was ever logged"
         quick = int(np.count_nonzero(quicker_than_known(model, data)))
         if quick:
-            told += f", {quick:,} in quicker motion than any training log: their band is wider"
+            summary += f", {quick:,} in quicker motion than any training log: their band is wider"
     columns["outside"] = (outside.astype(float), "")
 
     about = {"label": PREDICTED, "model": model.name, "log": recording.name}
@@ -162,7 +162,7 @@ def _estimated(
     rows = np.column_stack([values for values, _ in columns.values()])
     write_log(out, labels, [rows], about, rows=len(rows))
     if model.unbounded and outside.any():
-        told += f"\nnote: {model.unbounded}."
+        summary += f"\nnote: {model.unbounded}."
     for sentence in (*terminal.rows_left_out(recording), *unlike_training(run, model, data)):
-        told += f"\nnote: {sentence}"
-    return told
+        summary += f"\nnote: {sentence}"
+    return summary

@@ -51,13 +51,13 @@ def report(
     endings = (".pdf",) if pdf else (".html",)
     if out is not None:
         may_write_report(out, force, endings)
-    found = read_run(run)
+    kept = read_run(run)
     path = out or run / f"report{endings[0]}"
     may_write_report(path, force, endings)
-    said = {"title": title, "device": device_name, "author": author, "date": date, "note": note}
-    if any(text is not None for text in said.values()):
-        write_about(run, about_with(kept_about(run), **said))
-    material = material_of(found)
+    about = {"title": title, "device": device_name, "author": author, "date": date, "note": note}
+    if any(text is not None for text in about.values()):
+        write_about(run, about_with(kept_about(run), **about))
+    material = material_of(kept)
     if pdf:
         from erclutch.report.html.printed_page import print_report
 

@@ -46,8 +46,8 @@ def table(
     if most is not None and most < 1:
         raise SettingError(f"--most {most}", remedy="Give 1 or more")
     may_write_file(out, force)
-    found = read_run(run)
-    numbers = parameter_table(found, model) if what == "parameters" else ranking_table(found, most)
+    kept = read_run(run)
+    numbers = parameter_table(kept, model) if what == "parameters" else ranking_table(kept, most)
     text = PRINTERS[as_](numbers)
     if out is None:
         sys.stdout.write(text)

@@ -121,8 +121,8 @@ class LogAnswers(Desk):
 
     async def _say_of_log(self, request: Request, form: Form) -> Response:
         name = self._space.path(request.path_params["name"]).name
-        said = {key: form.get(f"about.{key}") for key, _, _ in actions.SAID}
-        await run_in_threadpool(self._space.keep_about, name, about_with(self._space.about(name), **said))
+        about = {key: form.get(f"about.{key}") for key, _, _ in actions.SAID}
+        await run_in_threadpool(self._space.keep_about, name, about_with(self._space.about(name), **about))
         return RedirectResponse(f"/log/{quoted(name)}?{urlencode(form)}", 303)
 
     async def _score_here(self, request: Request, form: Form) -> Response:

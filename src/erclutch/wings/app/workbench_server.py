@@ -105,10 +105,10 @@ class Workbench(LogAnswers, RunAnswers):
 
     def _overview(self) -> Response:
         space = self._space
-        found = space.look()
-        logs = found.logs
-        runs = found.runs
-        results = found.results
+        contents = space.look()
+        logs = contents.logs
+        runs = contents.runs
+        results = contents.results
         left_out = ""
         most = max(len(logs), len(runs), len(results))
         if most > SHOWN:

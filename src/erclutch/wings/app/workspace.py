@@ -243,12 +243,12 @@ class Workspace:
 
     def state(self, name: str) -> tuple[object, ...]:
         """Changes when a log changes, or what says how it is read."""
-        found: list[Entry] = []
+        entries: list[Entry] = []
         for each in (name, *self.mappings()):
             with contextlib.suppress(OSError):  # gone since the folder was listed
                 state = (self.folder / each).stat()
-                found.append(Entry(each, state.st_size, state.st_mtime))
-        return tuple(found)
+                entries.append(Entry(each, state.st_size, state.st_mtime))
+        return tuple(entries)
 
     def body(self, name: str) -> Mapping[str, Any] | None:
         """What run.json says of a run; None where it cannot be read."""

@@ -237,8 +237,8 @@ def largest_bandwidth(loop: Callable[[float], LinearLoop], most: float) -> float
     """The largest bandwidth in Hz, up to ``most``, whose loop is stable and below `MOST_SENSITIVE`; 0 if none is."""
 
     def bears(bandwidth: float) -> bool:
-        found = margins_of(loop(bandwidth))
-        return found.stable and found.sensitivity <= MOST_SENSITIVE
+        margins = margins_of(loop(bandwidth))
+        return margins.stable and margins.sensitivity <= MOST_SENSITIVE
 
     tried: Array = np.geomspace(0.1, most, 40)
     good = [value for value in tried.tolist() if bears(value)]

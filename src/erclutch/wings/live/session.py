@@ -239,8 +239,8 @@ class Session(contextlib.AbstractContextManager["Session"]):
     @property
     def pids(self) -> dict[str, int]:
         """Processes of the session."""
-        found = {"loop": self._loop, "rig": self._rig}
-        return {name: process.pid for name, process in found.items() if process is not None}
+        processes = {"loop": self._loop, "rig": self._rig}
+        return {name: process.pid for name, process in processes.items() if process is not None}
 
     def said(self) -> str:
         """What the loop wrote to its standard error."""

@@ -262,9 +262,9 @@ def _ask_the_core(config: bytes, rows: int) -> None:
 
     library = ctypes.CDLL(str(core_library()))
     library.erc_config_error.restype = ctypes.c_char_p
-    said: bytes | None = library.erc_config_error(config, ctypes.c_uint64(rows))
-    if said is not None:
-        problem, remedy = said.decode().split("; ")
+    answer: bytes | None = library.erc_config_error(config, ctypes.c_uint64(rows))
+    if answer is not None:
+        problem, remedy = answer.decode().split("; ")
         raise SettingError(problem, remedy=remedy)
 
 

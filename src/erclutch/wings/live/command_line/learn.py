@@ -291,8 +291,8 @@ def _take_again(rounds: LearningRounds, folder: Path, device: Any) -> None:
         body = json_text.loads(small_file(path))
         entries = [(str(entry["file"]), str(entry["tripped"])) for entry in body["rounds"]]
     except (OSError, ValueError, TypeError, KeyError) as error:
-        said = plain_words(error) if isinstance(error, OSError) else "is no report of rounds"
-        raise RunError(said, where=str(path), remedy="Give a folder of --program learn to --after") from error
+        why = plain_words(error) if isinstance(error, OSError) else "is no report of rounds"
+        raise RunError(why, where=str(path), remedy="Give a folder of --program learn to --after") from error
     for name, tripped in entries:
         file = folder / Path(name).name
         rounds.take(_logged(file, device), file.name, tripped)

@@ -99,8 +99,8 @@ class Access:
         """Whether the cookie is the session's."""
         for name, value in headers:
             with suppress(CookieError):
-                found = SimpleCookie(value).get(self.cookie) if name == "cookie" else None
-                if found is not None and self._same(found.value, self._secret("cookie")):
+                cookie = SimpleCookie(value).get(self.cookie) if name == "cookie" else None
+                if cookie is not None and self._same(cookie.value, self._secret("cookie")):
                     return True
         return False
 

@@ -346,12 +346,12 @@ def _end_without_index(file: int, chunks: list[int], size: int) -> None:
     raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
 
-def _summary(data: Any, found: list[Place], start: int) -> bytes:
+def _summary(data: Any, records: list[Place], start: int) -> bytes:
     """Schemas, channels, statistics and index of a file's records, and the footer, as they stand from ``start`` on."""
     groups: dict[Opcode, dict[bytes, None]] = {kind: {} for kind in _SUMMARY}
     counts: dict[int, int] = {}
     chunks: list[kinds.ChunkIndex] = []
-    for place in found:
+    for place in records:
         head = place.start - 9
         if place.kind in (Opcode.SCHEMA, Opcode.CHANNEL):
             groups[Opcode(place.kind)][data[head : place.stop]] = None

@@ -114,7 +114,7 @@ def calibrate_twin(
         def told(done: int, cost: float) -> None:
             bar(min(done, total), total, f"TWIN: calibrating, {done} rigs tried, best {cost:.4g}")
 
-        found = calibrate(
+        calibration = calibrate(
             start,
             names,
             target,
@@ -125,26 +125,26 @@ def calibrate_twin(
             journal=journal,
             progress=told,
         )
-    write_rig(out, found.rig, _about(found, target))
+    write_rig(out, calibration.rig, _about(calibration, target))
     journal.unlink(missing_ok=True)
     if json:
-        terminal.say_json(_as_json(found, out))
+        terminal.say_json(_as_json(calibration, out))
         return
-    _print(found)
+    _print(calibration)
     terminal.say(f"{out}: use it with --rig-file {out}")
 
 
-def _as_json(found: Calibration, rig_file: Path) -> dict[str, Any]:
+def _as_json(calibration: Calibration, rig_file: Path) -> dict[str, Any]:
     """What was found, as JSON values."""
     parameters: list[dict[str, Any]] = []
-    for parameter in found.parameters:
-        unit = found.rig.entry(parameter.path).unit
+    for parameter in calibration.parameters:
+        unit = calibration.rig.entry(parameter.path).unit
         parameters.append({**asdict(parameter), "unit": unit})
     return {
-        "target": found.target,
-        "before": found.before,
-        "after": found.after,
-        "evaluations": found.evaluations,
+        "target": calibration.target,
+        "before": calibration.before,
+        "after": calibration.after,
+        "evaluations": calibration.evaluations,
         "parameters": parameters,
         "rig_file": str(rig_file),
     }
@@ -171,22 +171,22 @@ def open_parameters(rig: RigParameters, with_log: bool) -> tuple[str, ...]:
     return tuple(paths)
 
 
-def _about(found: Calibration, target: CalibrationTarget) -> dict[str, Any]:
+def _about(calibration: Calibration, target: CalibrationTarget) -> dict[str, Any]:
     from datetime import UTC, datetime
 
     from erclutch._version import __version__
     from erclutch.wings.paper.calibration.paper_summary import PaperSummary, summarise
 
     about: dict[str, Any] = {
-        "target": found.target,
+        "target": calibration.target,
         "date": datetime.now(UTC).date().isoformat(),
         "erclutch": __version__,
-        "cost_before": round(found.before, 3),
-        "cost_after": round(found.after, 3),
-        "evaluations": found.evaluations,
+        "cost_before": round(calibration.before, 3),
+        "cost_after": round(calibration.after, 3),
+        "evaluations": calibration.evaluations,
     }
     if isinstance(target, PaperSummary):
-        summary = summarise(found.rig, target.seeds, target.seconds, target.thin)
+        summary = summarise(calibration.rig, target.seeds, target.seconds, target.thin)
         pairs = summary.against_paper()
         figures: dict[str, list[float]] = {}
         for name, (ours, papers, _) in pairs.items():
@@ -196,23 +196,23 @@ def _about(found: Calibration, target: CalibrationTarget) -> dict[str, Any]:
     return about
 
 
-def _print(found: Calibration) -> None:
+def _print(calibration: Calibration) -> None:
     number = terminal.number
     rows: list[list[str]] = []
-    for parameter in found.parameters:
+    for parameter in calibration.parameters:
         limit = f" (at its {parameter.at_bound} limit)" if parameter.at_bound else ""
         row = [
             parameter.path,
             number(parameter.start),
             number(parameter.value) + limit,
             f"{number(parameter.low, 3)} - {number(parameter.high, 3)}",
-            found.rig.entry(parameter.path).unit,
+            calibration.rig.entry(parameter.path).unit,
             percent(parameter.learnt),
         ]
         rows.append(row)
     heads = ["parameter", "start", "value", "95 % interval", "unit", "learnt"]
-    terminal.tell(terminal.table(f"TWIN calibrated to {found.target}", heads, rows, left=1))
+    terminal.tell(terminal.table(f"TWIN calibrated to {calibration.target}", heads, rows, left=1))
     terminal.tell(
-        f"sum of squares {found.before:.4g} -> {found.after:.4g} in {found.evaluations} rigs; learnt: how much "
-        "narrower the interval is than what its range alone says"
+        f"sum of squares {calibration.before:.4g} -> {calibration.after:.4g} in {calibration.evaluations} rigs; "
+        "learnt: how much narrower the interval is than what its range alone says"
     )

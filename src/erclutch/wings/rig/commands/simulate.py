@@ -66,8 +66,8 @@ def simulate(
     run = prepare(scenario, rig=load_rig(rig_file), seconds=seconds, seed=seed)
     collect(run, path)
     if json:
-        told = {"log": str(path), "rows": run.rows, "seconds": run.rows / 1000, "seed": seed}
-        terminal.say_json({**told, "device": "single" if run.scenario.single else "coaxial"})
+        about = {"log": str(path), "rows": run.rows, "seconds": run.rows / 1000, "seed": seed}
+        terminal.say_json({**about, "device": "single" if run.scenario.single else "coaxial"})
         return
     size = path.stat().st_size / 1e6
     terminal.tell(f"TWIN {scenario}: {run.rows:,} rows, {run.rows / 1000:g} s of rig time, seed {seed}")

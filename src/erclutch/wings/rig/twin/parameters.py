@@ -115,14 +115,14 @@ class RigParameters:
             )
         return _consistent(made)
 
-    def calibrated(self, found: Mapping[str, tuple[float, float, float, float]]) -> RigParameters:
+    def calibrated(self, numbers_of: Mapping[str, tuple[float, float, float, float]]) -> RigParameters:
         """The same rig with calibrated values: ``section.name`` -> (value, start, low, high).
 
         Raises:
             SettingError: an unknown parameter or a value that physics forbids.
         """
-        made = self.changed({path: numbers[0] for path, numbers in found.items()}, "calibrated")
-        for path, (_, start, low, high) in found.items():
+        made = self.changed({path: numbers[0] for path, numbers in numbers_of.items()}, "calibrated")
+        for path, (_, start, low, high) in numbers_of.items():
             entry = replace(made.entry(path), start=start, interval=(low, high))
             made = made.with_entry(path, entry)
         return made
