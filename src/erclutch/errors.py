@@ -44,7 +44,12 @@ class ErclutchError(Exception):
         return printable(worded(f"{place}{self.problem}. {self.remedy}."))
 
 
-def _again(kind: type[ErclutchError], problem: str, remedy: str, where: str) -> ErclutchError:
+def _again(
+    kind: type[ErclutchError],
+    problem: str,
+    remedy: str,
+    where: str,
+) -> ErclutchError:
     return kind(problem, remedy=remedy, where=where)
 
 

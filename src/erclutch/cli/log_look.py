@@ -76,7 +76,12 @@ class LogLook:
         return self.problem is not None or bool(self.refused or self.plan.doubts)
 
 
-def look_at(log: Path, others: Sequence[Path], raw: Table, reading: LogOptions) -> LogLook:
+def look_at(
+    log: Path,
+    others: Sequence[Path],
+    raw: Table,
+    reading: LogOptions,
+) -> LogLook:
     """Read the first log, whose table is there already, and the others beside it.
 
     Raises:

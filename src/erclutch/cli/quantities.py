@@ -31,7 +31,12 @@ def quantity(unit: str, example: str = "") -> Parameter:
     return Parameter(converter=converted, allow_leading_hyphen=True)
 
 
-def _number(option: str, text: str, unit: str, example: str) -> float:
+def _number(
+    option: str,
+    text: str,
+    unit: str,
+    example: str,
+) -> float:
     from erclutch.errors import UnitError
     from erclutch.signals import units
 

@@ -34,7 +34,12 @@ may_write = partial(files.may_write, marker=_MARKER, what="an export", kind=Expo
 unwritable = partial(files.unwritable, problem="the export cannot be written", remedy=_REMEDY, kind=ExportError)
 
 
-def finish(step: ExportedStep, options: ExportOptions, target: Plugin, folder: Path) -> None:
+def finish(
+    step: ExportedStep,
+    options: ExportOptions,
+    target: Plugin,
+    folder: Path,
+) -> None:
     """Write model.json and export.json, after all other files."""
     _write_json(folder / "model.json", step.model.to_dict())
     used = {**asdict(options), "name": step.name, "period": step.period}

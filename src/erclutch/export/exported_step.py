@@ -361,7 +361,12 @@ def _period(model: Model, options: ExportOptions) -> float | None:
     return period
 
 
-def _filter(derivative: Derivative, period: float, slip_unit: str, coaxial: bool) -> Filter:
+def _filter(
+    derivative: Derivative,
+    period: float,
+    slip_unit: str,
+    coaxial: bool,
+) -> Filter:
     if derivative.name not in CAUSAL:
         raise ExportError(
             f"the filter {derivative.name} needs samples of the future",

@@ -143,7 +143,11 @@ def inverse(step: ExportedStep, rows: AnyArray, wanted: AnyArray) -> tuple[AnyAr
     return np.where(usable, field, zero), flags.astype(np.uint32)
 
 
-def inverse_now(step: ExportedStep, rows: AnyArray, wanted: AnyArray) -> tuple[AnyArray, Flags]:
+def inverse_now(
+    step: ExportedStep,
+    rows: AnyArray,
+    wanted: AnyArray,
+) -> tuple[AnyArray, Flags]:
     """The signed field that gives a wanted effort in a step, with the state as the rows before have left it, and flags.
 
     Args:

@@ -100,7 +100,12 @@ def history(data: Dataset, error: Array | None = None, dynamics: str = NONE) -> 
     return max(helpful, key=lambda memory: memory.share, default=None)
 
 
-def history_finding(data: Dataset, error: Array, name: str, dynamics: str) -> Finding | None:
+def history_finding(
+    data: Dataset,
+    error: Array,
+    name: str,
+    dynamics: str,
+) -> Finding | None:
     """A warning where the error of a model depends on where the slip came from, with the option that helps.
 
     Args:
@@ -149,7 +154,12 @@ def _candidates(dynamics: str) -> Iterator[str]:
             yield ladder[above]
 
 
-def _memories(data: Dataset, reference: Reference, name: str, rows: Rows) -> Array:
+def _memories(
+    data: Dataset,
+    reference: Reference,
+    name: str,
+    rows: Rows,
+) -> Array:
     """Columns of a stage at some rows, its constants at several places of their usual ranges, shape (n, columns)."""
     (stage,) = slip_stages(name)
     shapes = stage.parameters(reference.period)

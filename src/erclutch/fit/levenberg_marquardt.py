@@ -204,7 +204,12 @@ def _bounded_step(
     return step
 
 
-def _trusted(triangle: Array, vector: Array, scale: Array, radius: float) -> Array:
+def _trusted(
+    triangle: Array,
+    vector: Array,
+    scale: Array,
+    radius: float,
+) -> Array:
     """Min |z - R d|**2 subject to |D d| <= radius, to a tenth of the radius (Moré 1978), by singular values."""
     left, s, right = np.linalg.svd(triangle / scale, full_matrices=False)
     z = left.T @ vector

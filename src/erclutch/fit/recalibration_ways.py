@@ -124,7 +124,12 @@ def _linear(
     return Way(name, numbers, np.column_stack(columns), model, start)
 
 
-def _gains(name: str, law: TorqueModel, data: Dataset, rows: Rows) -> Way:
+def _gains(
+    name: str,
+    law: TorqueModel,
+    data: Dataset,
+    rows: Rows,
+) -> Way:
     """The gains of a law; a constant effort is among them only where the way is free to have one."""
     structure = replace(law.structure, offset=name == _FREE)
     shape = list(law.shape.values())

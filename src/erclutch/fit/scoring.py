@@ -322,7 +322,12 @@ def _figure(
     )
 
 
-def _widened(value: float, end: float, wider: float, limit: float) -> float:
+def _widened(
+    value: float,
+    end: float,
+    wider: float,
+    limit: float,
+) -> float:
     """An end so many times as far from the value; where it would reach the limit, by the logarithm of its distance."""
     moved = value + wider * (end - value) if np.isfinite(end) else end
     if np.sign(moved - limit) == np.sign(value - limit):

@@ -73,7 +73,13 @@ class GainTracking:
         # |a^2 - b^2| for errors a, b clipped at one, which differ by no more than the efforts do.
         return moved, within(less_select(away, 0.0, -away, away), 0.0, 1.0)
 
-    def after(self, state: Tracked, effort: Any, given: Any, measured: Any) -> Tracked:
+    def after(
+        self,
+        state: Tracked,
+        effort: Any,
+        given: Any,
+        measured: Any,
+    ) -> Tracked:
         """The state after a row with the model's effort, what was given out for it, and a finite measured effort."""
         base = self._part(measured - effort)
         own = self._part(measured - given)

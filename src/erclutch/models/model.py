@@ -266,12 +266,7 @@ class Model(Protocol):
         ...
 
     def added(
-        self,
-        elements: Sequence[Element],
-        clock: Clock,
-        extras: Mapping[str, Array],
-        *,
-        exactly: bool = True,
+        self, elements: Sequence[Element], clock: Clock, extras: Mapping[str, Array], *, exactly: bool = True
     ) -> Array:
         """Effort that the correction adds, shape (n,); zeros without a correction."""
         ...
@@ -329,12 +324,7 @@ class Model(Protocol):
         ...
 
     def effort_of_rows(
-        self,
-        elements: Sequence[Element],
-        clock: Clock,
-        extras: Mapping[str, Array],
-        *,
-        exactly: bool,
+        self, elements: Sequence[Element], clock: Clock, extras: Mapping[str, Array], *, exactly: bool
     ) -> Array:
         """Effort by arrays, for any number of rows, shape (n,)."""
         ...

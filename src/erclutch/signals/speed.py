@@ -136,7 +136,12 @@ def differentiate(x: Array, clock: Clock, derivative: Derivative) -> Array:
     return speed
 
 
-def _span(x: Array, t: Array, period: float | None, derivative: Derivative) -> Array:
+def _span(
+    x: Array,
+    t: Array,
+    period: float | None,
+    derivative: Derivative,
+) -> Array:
     if x.size < 2:
         return np.zeros_like(x)
     if derivative.name == "central":

@@ -141,7 +141,13 @@ def fit(
     terminal.say(*terminal.kept_lines(out))
 
 
-def _resumed(out: Path | None, reading: LogOptions, cluster: str | None, workers: int, json: bool) -> None:
+def _resumed(
+    out: Path | None,
+    reading: LogOptions,
+    cluster: str | None,
+    workers: int,
+    json: bool,
+) -> None:
     """Score the rows of a run that an interruption left unscored."""
     figures, run = scored_rows.score_the_rest(out, reading.how(), cluster, workers)
     if json:
@@ -165,7 +171,13 @@ def _times_ago(words: Sequence[str]) -> tuple[int | str, ...]:
     return tuple(int(word) if word.isdecimal() else word for word in words)
 
 
-def _print_all(rows: RowsOfLogs, comparison: Comparison, seconds: float, *, whole: bool) -> None:
+def _print_all(
+    rows: RowsOfLogs,
+    comparison: Comparison,
+    seconds: float,
+    *,
+    whole: bool,
+) -> None:
     """What was read, what came out, and how long it took."""
     lines = terminal.recording_lines(rows.logs)
     terminal.tell(*(line for line in lines if not line.startswith(" ")))
@@ -182,7 +194,12 @@ def _print_all(rows: RowsOfLogs, comparison: Comparison, seconds: float, *, whol
     terminal.tell(f"{models} in {seconds:.1f} s")
 
 
-def _read(logs: Sequence[Path], how: Reading, device: DeviceName | None, memory: float) -> RowsOfLogs:
+def _read(
+    logs: Sequence[Path],
+    how: Reading,
+    device: DeviceName | None,
+    memory: float,
+) -> RowsOfLogs:
     """Read all logs, or of those beyond the memory (in bytes) whole stretches, behind a bar on a terminal."""
     from erclutch.logs.any_size import read_rows
 
@@ -237,7 +254,12 @@ def _held_out(test: tuple[str, ...]) -> float | tuple[str, ...]:
     return number / 100.0 if word.endswith("%") else number
 
 
-def print_comparison(comparison: Comparison, reading: Sequence[str], *, whole: bool = False) -> None:
+def print_comparison(
+    comparison: Comparison,
+    reading: Sequence[str],
+    *,
+    whole: bool = False,
+) -> None:
     """The verdict, findings, ranking, why, how the log was read, and the recommended model's parameters.
 
     Args:

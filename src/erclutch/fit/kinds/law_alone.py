@@ -244,7 +244,11 @@ def _second_time_constant(train: Dataset, laws: Sequence[FitOutcome[TorqueModel]
     return [two] if _called_for(train, one, two) else []
 
 
-def _called_for(train: Dataset, plain: FitOutcome[TorqueModel], richer: FitOutcome[TorqueModel]) -> bool:
+def _called_for(
+    train: Dataset,
+    plain: FitOutcome[TorqueModel],
+    richer: FitOutcome[TorqueModel],
+) -> bool:
     """Whether the training rows give very strong evidence for a law with more numbers."""
     # Rows of one log are alike, so the criterion counts those that are independent, as many for both laws.
     errors = [train.effort - law.model.predict(train) for law in (plain, richer)]
@@ -352,7 +356,11 @@ def _of_another_form(
     return [_of_rung(rungs[best], few[best].notes)]
 
 
-def _that_saturate(train: Dataset, rung: Rung, others: Sequence[LawCandidate]) -> list[LawCandidate]:
+def _that_saturate(
+    train: Dataset,
+    rung: Rung,
+    others: Sequence[LawCandidate],
+) -> list[LawCandidate]:
     """The law of the last rung and the other law, with a yield effort that saturates in the field.
 
     A power that bends as a magnetic fluid does is steepest at zero field, and leaves no friction there. The exponent of

@@ -132,7 +132,12 @@ def networks_for(data: Dataset, settings: Settings) -> list[NetworkStructure]:
     return list(networks)
 
 
-def network_for(data: Dataset, settings: Settings, name: str, stages: str) -> NetworkStructure:
+def network_for(
+    data: Dataset,
+    settings: Settings,
+    name: str,
+    stages: str,
+) -> NetworkStructure:
     """A network by name, with the inputs that the rows and the settings give it."""
     return network_from_name(
         name,

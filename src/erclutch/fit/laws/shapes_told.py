@@ -19,7 +19,11 @@ from erclutch.signals.recording import POSITION
 _TURNED = 0.05
 
 
-def shapes_told(data: Dataset, structure: Structure, reference: Reference) -> tuple[ShapeParameter, ...]:
+def shapes_told(
+    data: Dataset,
+    structure: Structure,
+    reference: Reference,
+) -> tuple[ShapeParameter, ...]:
     """The nonlinear parameters of a structure; those of stages on the position with the range that the rows suggest."""
     shapes = structure.shapes(reference.period)
     stages = position_stages(structure.dynamics)

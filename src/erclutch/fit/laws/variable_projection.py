@@ -266,7 +266,12 @@ def linearised(
     return stacked, slopes, projection
 
 
-def refined(columns: Array, target: Array, projection: Projection, triangle: Array) -> Projection:
+def refined(
+    columns: Array,
+    target: Array,
+    projection: Projection,
+    triangle: Array,
+) -> Projection:
     """The same gains after a step of iterative refinement: what rounding left in the residual is fitted once more.
 
     Ill-conditioned columns have gains that cancel each other, and the rounding of the first solution shows in what they

@@ -210,7 +210,12 @@ def _layer(w: Floats, b: Floats, below: Floats) -> Floats:
     return np.tanh(z, out=z)
 
 
-def _slopes(layers: Layers, active: Sequence[Floats], root: Floats, j: Floats) -> None:
+def _slopes(
+    layers: Layers,
+    active: Sequence[Floats],
+    root: Floats,
+    j: Floats,
+) -> None:
     """Derivatives of the output by all weights, times the rows' root weights, into the rows of j, shape (p, m)."""
     # From the last layer back; of each layer the bias stands behind the weights.
     w_out, _ = layers[-1]

@@ -170,7 +170,11 @@ def spaced_by(structure: NetworkStructure, x: Array, squares: Mapping[int, float
     return spaced
 
 
-def slips_for(structure: NetworkStructure, scaling: Scaling, squares: Mapping[int, float]) -> Slips:
+def slips_for(
+    structure: NetworkStructure,
+    scaling: Scaling,
+    squares: Mapping[int, float],
+) -> Slips:
     """The slips over their root mean square as linear functions of a network's normalised inputs."""
     slope = np.zeros((len(squares), len(structure.inputs)))
     first = 1 if structure.field else 0
@@ -248,7 +252,12 @@ def _weights_of(structure: NetworkStructure) -> int:
     return sum(int(np.prod(shape)) for shape in shapes)
 
 
-def _require_usable(x: Array, y: Array, structure: NetworkStructure, where: str) -> None:
+def _require_usable(
+    x: Array,
+    y: Array,
+    structure: NetworkStructure,
+    where: str,
+) -> None:
     """Raise a CheckError for fewer rows than weights, or an input or effort that is not finite or does not vary."""
     if not supports(y.size, structure):
         raise CheckError(

@@ -62,7 +62,11 @@ def _model(entry: Mapping[str, Any], units: Units) -> dict[str, Any]:
     return {"title": entry["title"], "stages": stages}
 
 
-def _constants(entry: Mapping[str, Any], stage: Stage, units: Units) -> Iterator[Mapping[str, Any]]:
+def _constants(
+    entry: Mapping[str, Any],
+    stage: Stage,
+    units: Units,
+) -> Iterator[Mapping[str, Any]]:
     """The constants of a stage and its gains, in the units of the log, as run.json has them."""
     constants = stage.parameters(1.0)
     known = {p["name"]: p for p in entry["fit"]["parameters"]}

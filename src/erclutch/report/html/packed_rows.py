@@ -118,7 +118,13 @@ class Packer:
         self.channels: dict[str, Channel] = {}
         self._rounded: dict[str, NDArray[np.int64]] = {}
 
-    def add(self, name: str, values: Array, resolution: float, buckets: int) -> None:
+    def add(
+        self,
+        name: str,
+        values: Array,
+        resolution: float,
+        buckets: int,
+    ) -> None:
         """A channel with its coarse layer over all rows: whole rows where there are few."""
         made = channel(values, resolution)
         integers = rounded(values, made)

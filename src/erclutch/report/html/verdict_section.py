@@ -67,7 +67,12 @@ def _fill(material: Material) -> dict[str, Any]:
 VERDICT = Section("verdict", "Verdict", "Verdict", _fill)
 
 
-def _facts(material: Material, rest: _Rest, *, matters: bool) -> Iterator[tuple[str, str, str]]:
+def _facts(
+    material: Material,
+    rest: _Rest,
+    *,
+    matters: bool,
+) -> Iterator[tuple[str, str, str]]:
     """Figures of the recommended model on the rows held out: what, how much, and a word on it."""
     effort = material.effort
     test = material.run.entry(material.recommended)["test"]

@@ -130,7 +130,12 @@ def spectrum(rows: RunRows, models: Sequence[str]) -> Spectrum | None:
     return Spectrum(middles, density)
 
 
-def _welch(values: Array, spans: Sequence[Span], width: int, period: float) -> Array:
+def _welch(
+    values: Array,
+    spans: Sequence[Span],
+    width: int,
+    period: float,
+) -> Array:
     """Power spectral density, shape (width / 2 + 1,): the mean over windows that overlap by half."""
     taper = np.hanning(width)
     total = np.zeros(width // 2 + 1)

@@ -175,7 +175,12 @@ def _windows(rows: RunRows, element: int, periods: int) -> _Periods:
     return _Periods(first[keep], last[keep], np.concatenate(held)[keep])
 
 
-def _chosen(rows: RunRows, element: int, windows: _Periods, largest: float) -> list[int]:
+def _chosen(
+    rows: RunRows,
+    element: int,
+    windows: _Periods,
+    largest: float,
+) -> list[int]:
     """For each of a few fields the window with the steadiest field near it and at least the usual motion."""
     if not windows.starts.size:
         return []

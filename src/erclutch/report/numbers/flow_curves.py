@@ -176,7 +176,12 @@ def waited(rows: RunRows, model: Model, element: int = 0) -> int:
     return wait
 
 
-def field_curves(rows: RunRows, model: Model, element: int, wait: int) -> FieldCurves:
+def field_curves(
+    rows: RunRows,
+    model: Model,
+    element: int,
+    wait: int,
+) -> FieldCurves:
     """Curves of a model over the field of one element, and rows near their slips whose field has stayed for a wait."""
     own = rows.data.elements[element]
     strength = np.abs(own.field)
@@ -267,7 +272,12 @@ def grouped(curves: Sequence[Sequence[FlowCurves]], apart: float) -> tuple[tuple
     return tuple(of_elements)
 
 
-def _alone(model: Model, element: int, field: Array, slip: Array) -> Array:
+def _alone(
+    model: Model,
+    element: int,
+    field: Array,
+    slip: Array,
+) -> Array:
     """Effort of the device with one element moving under field and the others at rest without."""
     nothing = np.zeros(slip.size)
     count = 1 if model.structure.device == "single" else 2
@@ -276,7 +286,12 @@ def _alone(model: Model, element: int, field: Array, slip: Array) -> Array:
     return _steady(model, fields, slips)
 
 
-def _others(rows: RunRows, model: Model, element: int, at: Rows) -> Array:
+def _others(
+    rows: RunRows,
+    model: Model,
+    element: int,
+    at: Rows,
+) -> Array:
     """Effort that the law gives the other elements, without field, at the slips that they had in some rows."""
     nothing = np.zeros(at.size)
     if model.structure.device == "single" or not at.size:

@@ -24,7 +24,12 @@ _INPUTS = {
 }
 
 
-def describe_section(recording: Recording, *, start: float | None = None, seconds: float = 1.0) -> Plot:
+def describe_section(
+    recording: Recording,
+    *,
+    start: float | None = None,
+    seconds: float = 1.0,
+) -> Plot:
     """A panel for the fields, the motor torque or the speeds, and the effort.
 
     Args:
@@ -72,7 +77,12 @@ def titled(recording: Recording) -> str:
     return printable(recording.name + label)
 
 
-def _section(recording: Recording, effort: Array, start: float | None, seconds: float) -> slice:
+def _section(
+    recording: Recording,
+    effort: Array,
+    start: float | None,
+    seconds: float,
+) -> slice:
     """Rows of a section; without a start the section with the median spread of the effort."""
     width = min(max(2, round(seconds / recording.period)), recording.rows)
     if start is not None:

@@ -52,7 +52,12 @@ def describe_loops(material: Material) -> Plot:
     )
 
 
-def _panel(material: Material, loop: EffortLoop, x: Axis, values: Array) -> Panel:
+def _panel(
+    material: Material,
+    loop: EffortLoop,
+    x: Axis,
+    values: Array,
+) -> Panel:
     """A loop over one axis, measured and modelled."""
     factor = material.effort.factor
     lines = [Line(values, loop.measured * factor, "measured", "measured")]

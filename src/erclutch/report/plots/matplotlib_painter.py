@@ -298,7 +298,12 @@ def _wrapped(title: str, letters: int) -> str:
     return textwrap.fill(text, max(6, letters), break_long_words=False, break_on_hyphens=False)
 
 
-def _legends(figure: Any, axes: Any, plot: Plot, letters: int) -> None:
+def _legends(
+    figure: Any,
+    axes: Any,
+    plot: Plot,
+    letters: int,
+) -> None:
     """Names of the marks; a panel with one name has no legend."""
     for panel, axis in zip(plot.panels, axes.flat, strict=False):
         drawn, _ = axis.get_legend_handles_labels()

@@ -58,7 +58,12 @@ def describe_model(material: Material) -> Plot:
     )
 
 
-def _effort_axis(material: Material, own: FlowCurves, over_field: FieldCurves, rivals: Sequence[FlowCurves]) -> Axis:
+def _effort_axis(
+    material: Material,
+    own: FlowCurves,
+    over_field: FieldCurves,
+    rivals: Sequence[FlowCurves],
+) -> Axis:
     """One axis for all panels of an element, so that they can be compared.
 
     It reaches around the recommended model's curves and all dots. A rival that leaves it is cut off.
@@ -73,7 +78,12 @@ def _effort_axis(material: Material, own: FlowCurves, over_field: FieldCurves, r
     return Axis(material.word, material.effort.unit, low - slack, high + slack)
 
 
-def _over_slip(material: Material, curves: FlowCurves, y: Axis, title: str) -> Panel:
+def _over_slip(
+    material: Material,
+    curves: FlowCurves,
+    y: Axis,
+    title: str,
+) -> Panel:
     slip = curves.slip * material.slip.factor
     labels = [material.field.of(float(level), 2) for level in curves.fields]
     if material.without_field:
@@ -89,7 +99,12 @@ def _over_slip(material: Material, curves: FlowCurves, y: Axis, title: str) -> P
     )
 
 
-def _over_field(material: Material, curves: FieldCurves, y: Axis, title: str) -> Panel:
+def _over_field(
+    material: Material,
+    curves: FieldCurves,
+    y: Axis,
+    title: str,
+) -> Panel:
     field = curves.field * material.field.factor
     labels = [material.slip.of(float(level), 2) for level in curves.slips]
     dots = [near * [material.field.factor, 1.0] for near in curves.dots]
@@ -131,5 +146,10 @@ def _marks(
     return marks
 
 
-def _sentence(material: Material, model: str, axis: str, curves: int) -> str:
+def _sentence(
+    material: Material,
+    model: str,
+    axis: str,
+    curves: int,
+) -> str:
     return f"{material.word} of {model} over {axis} in settled fields, {curves} curves, measured rows as dots."

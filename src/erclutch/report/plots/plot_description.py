@@ -40,7 +40,13 @@ class Axis:
     whole: bool = False
 
     @staticmethod
-    def over(label: str, unit: str, values: Array, *, log: bool = False) -> Axis:
+    def over(
+        label: str,
+        unit: str,
+        values: Array,
+        *,
+        log: bool = False,
+    ) -> Axis:
         """An axis from the first of some values, shape (n,), to the last."""
         return Axis(label, unit, float(values[0]), float(values[-1]), log=log)
 

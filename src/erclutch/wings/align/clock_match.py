@@ -79,7 +79,12 @@ def match_clocks(a: Track, b: Track, *, near: float | None = None) -> ClockMatch
     return _matched(a, b, near, 1.0)
 
 
-def _matched(a: Track, b: Track, near: float | None, sign: float) -> ClockMatch:
+def _matched(
+    a: Track,
+    b: Track,
+    near: float | None,
+    sign: float,
+) -> ClockMatch:
     """The match of two logs; the user's offset is the one found here times the sign."""
     line, width, independent = search_of_all(a, b, near, sign)
     period = a.period

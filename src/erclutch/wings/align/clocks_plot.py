@@ -27,7 +27,12 @@ def describe_clocks(
     low, high = _section(a, b, match)
     sign = np.sign(match.gain)  # a signal of the other sign is turned, so that both curves can lie on each other
 
-    def line(time: Array, values: Array, style: str, label: str) -> Line:
+    def line(
+        time: Array,
+        values: Array,
+        style: str,
+        label: str,
+    ) -> Line:
         rows = (time >= low) & (time <= high)
         return Line(time[rows], values[rows], style, label)
 

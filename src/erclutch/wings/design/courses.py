@@ -172,7 +172,12 @@ def _effort_parts(limits: RigLimits, reached: float) -> Ticks:
     return np.clip(np.ceil(_FULL * efforts / limits.effort), 1, _FULL).astype(np.int64)
 
 
-def _reached(what: str, asked: float, allowed: dict[str, float], notes: list[str]) -> float:
+def _reached(
+    what: str,
+    asked: float,
+    allowed: dict[str, float],
+    notes: list[str],
+) -> float:
     """What of a limit the others let the rig reach.
 
     Raises:

@@ -56,7 +56,14 @@ class Worth(Protocol):
 class CellCounts:
     """Rows in the cells of field, slip, and whether each of the two rises, falls or is steady."""
 
-    def __init__(self, bounds: Bounds, rate: float, *, signed: bool, one_way: bool) -> None:
+    def __init__(
+        self,
+        bounds: Bounds,
+        rate: float,
+        *,
+        signed: bool,
+        one_way: bool,
+    ) -> None:
         self._bounds = bounds
         self._signed = signed
         self._one_way = one_way
@@ -91,7 +98,13 @@ class CellCounts:
         speeds_within = speed_ticks[within].astype(np.int64)
         np.add.at(self.counts, self.cells(0, 0, fields_within, speeds_within), 1)
 
-    def cells(self, field: int, speed: int, fields: Ticks, speeds: Ticks) -> Cells:
+    def cells(
+        self,
+        field: int,
+        speed: int,
+        fields: Ticks,
+        speeds: Ticks,
+    ) -> Cells:
         """The cell of each row, with the field and the speed before the first."""
         bounds = self._bounds
         # The fields' levels from the most negative to the most positive, with zero in the middle.

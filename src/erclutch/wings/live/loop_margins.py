@@ -174,7 +174,12 @@ def margins_of(loop: LinearLoop) -> LoopMargins:
     )
 
 
-def torque_loop(path: TorquePath, bandwidth: float, integral_rate: float, torque_lag: float) -> LinearLoop:
+def torque_loop(
+    path: TorquePath,
+    bandwidth: float,
+    integral_rate: float,
+    torque_lag: float,
+) -> LinearLoop:
     """The observer by a sensor with integral action; its step is a torque beyond the model, and what is left of it.
 
     Args:
@@ -205,7 +210,12 @@ def torque_loop(path: TorquePath, bandwidth: float, integral_rate: float, torque
     return LinearLoop(path.period, np.convolve(path.pulse, over), under, under)
 
 
-def motion_loop(path: TorquePath, bandwidth: float, integral: float, speed: LiveDerivative) -> LinearLoop:
+def motion_loop(
+    path: TorquePath,
+    bandwidth: float,
+    integral: float,
+    speed: LiveDerivative,
+) -> LinearLoop:
     """A mass on a critically damped spring, as computed torque and impedance make it; its step is the reference's.
 
     Args:

@@ -122,7 +122,13 @@ def _trackings(rig: RigParameters, motor: float) -> tuple[LoopProgram, ...]:
     lead = rig.value("screw.lead")
     angle = 2.0 * math.pi * _AMPLITUDE / lead  # of the shaft
 
-    def tracking(name: str, shape: Waveform, amplitude: float, frequency: float, meaning: str) -> LoopProgram:
+    def tracking(
+        name: str,
+        shape: Waveform,
+        amplitude: float,
+        frequency: float,
+        meaning: str,
+    ) -> LoopProgram:
         return LoopProgram(
             name,
             Mode.TRACK,
@@ -152,7 +158,12 @@ def _excitations(
     rows = 1000 * _SECONDS
     soft = shaft_angle(rig, SOFT) if device == "coaxial" else 0.0
 
-    def repeated(name: str, table: Array, soft: float, meaning: str) -> LoopProgram:
+    def repeated(
+        name: str,
+        table: Array,
+        soft: float,
+        meaning: str,
+    ) -> LoopProgram:
         return LoopProgram(name, Mode.FIELDS, Waveform.TABLE, table=table, soft=soft, repeat=True, meaning=meaning)
 
     sines = field_table(rig, rows, seed, motor=motor, sines=1.0)
@@ -175,11 +186,21 @@ def _excitations(
     )
 
 
-def _torques(motor: float, sine: float, step: float, middle: float) -> tuple[LoopProgram, ...]:
+def _torques(
+    motor: float,
+    sine: float,
+    step: float,
+    middle: float,
+) -> tuple[LoopProgram, ...]:
     """Torques in N m about a middle: a brake gives no torque of the other sign."""
     about = f" about {middle:g} N m" if middle else ""
 
-    def torque(name: str, shape: Waveform, amplitude: float, meaning: str) -> LoopProgram:
+    def torque(
+        name: str,
+        shape: Waveform,
+        amplitude: float,
+        meaning: str,
+    ) -> LoopProgram:
         return LoopProgram(
             name,
             Mode.TORQUE,

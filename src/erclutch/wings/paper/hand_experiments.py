@@ -187,7 +187,12 @@ def describe_impedance(runs: Sequence[ControlRun]) -> Plot:
     )
 
 
-def _mean(runs: Sequence[ControlRun], model: str, knows: str, figure: str) -> Array:
+def _mean(
+    runs: Sequence[ControlRun],
+    model: str,
+    knows: str,
+    figure: str,
+) -> Array:
     """The mean over the seeds of a figure that has several values, shape (values,)."""
     of_seeds: list[list[float]] = []
     for run in runs:

@@ -259,7 +259,12 @@ def _accelerated(settings: LoopSettings, run: AcceleratedRun, rows: int) -> Iter
         yield program.name, *run.frames(rows), run.warming
 
 
-def _in_real_time(settings: LoopSettings, model: LiveModel, spec: dict[str, Any], rows: int) -> Iterator[_Part]:
+def _in_real_time(
+    settings: LoopSettings,
+    model: LiveModel,
+    spec: dict[str, Any],
+    rows: int,
+) -> Iterator[_Part]:
     """The programs one after another on the loop's own process and the TWIN's, so many rows each."""
     with Session(ServedRig("twin", "TWIN", spec), settings, model, SessionOptions()) as session:
         reader = session.reader()

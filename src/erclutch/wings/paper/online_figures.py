@@ -84,7 +84,12 @@ def describe_online(trace: OnlineTrace, figure: int) -> Plot:
     )
 
 
-def _torque_and_difference(trace: OnlineTrace, section: slice, x: Axis, time: Array) -> list[Panel]:
+def _torque_and_difference(
+    trace: OnlineTrace,
+    section: slice,
+    x: Axis,
+    time: Array,
+) -> list[Panel]:
     """(b) of a model alone: beside the measured torque, or with either of two encoders, and the difference."""
     frames = trace.frames[section]
     ((name, estimates),) = trace.estimates.items()

@@ -96,10 +96,7 @@ class ControlRun:
 
 
 def kept_runs(
-    folder: Path,
-    rig: RigParameters,
-    name: str = "control",
-    asked: Mapping[str, Any] | None = None,
+    folder: Path, rig: RigParameters, name: str = "control", asked: Mapping[str, Any] | None = None
 ) -> Points:
     """Runs that are finished already, of the same TWIN and the same controllers.
 
@@ -131,10 +128,7 @@ def kept_runs(
 
 
 def control_runs(
-    seeds: int,
-    rig: RigParameters,
-    points: Points,
-    report: Callable[[float, float | None, str], None],
+    seeds: int, rig: RigParameters, points: Points, report: Callable[[float, float | None, str], None]
 ) -> list[ControlRun]:
     """Torque control by all models with all controllers; see `seeded_runs`.
 
@@ -326,11 +320,7 @@ def _sine(phase: Array, omega: Array, motor: float) -> Array:
 
 
 def _figures(
-    rig: RigParameters,
-    fitted: tuple[dict[str, LiveModel], dict[str, float]],
-    model: str,
-    knows: str,
-    seed: int,
+    rig: RigParameters, fitted: tuple[dict[str, LiveModel], dict[str, float]], model: str, knows: str, seed: int
 ) -> Figures:
     """The figures of a `ControlRun`."""
     models, drive = fitted

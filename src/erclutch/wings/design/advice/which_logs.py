@@ -98,7 +98,12 @@ def _missing(rows: Dataset) -> list[str]:
     return lines
 
 
-def _gaps(field: Array, slip: Array, units: Units, which: str) -> list[str]:
+def _gaps(
+    field: Array,
+    slip: Array,
+    units: Units,
+    which: str,
+) -> list[str]:
     """Regions of field and slip without a row, neighbours as one; the largest first."""
     if np.ptp(field) == 0.0 or np.ptp(slip) == 0.0:
         return []

@@ -31,7 +31,12 @@ def archive_path(step: ExportedStep, version: int, folder: Path) -> Path:
     return folder / f"{identifier(step, version)}.fmu"
 
 
-def write_fmu(step: ExportedStep, folder: Path, version: int, face: Interface | None = None) -> None:
+def write_fmu(
+    step: ExportedStep,
+    folder: Path,
+    version: int,
+    face: Interface | None = None,
+) -> None:
     """Compile for every machine that there is a compiler for, and pack; by default the model's step alone.
 
     Raises:
@@ -66,7 +71,12 @@ def write_fmu(step: ExportedStep, folder: Path, version: int, face: Interface | 
                 archive.writestr(entry, path.read_bytes())
 
 
-def _sources(step: ExportedStep, face: Interface, version: int, folder: Path) -> None:
+def _sources(
+    step: ExportedStep,
+    face: Interface,
+    version: int,
+    folder: Path,
+) -> None:
     """The C of the model, that of the FMU, and fmu-model.h, which binds the two. A name of C has no hyphen."""
     source, header = face.code
     texts = {f"{step.name}.c": source, f"{step.name}.h": header}

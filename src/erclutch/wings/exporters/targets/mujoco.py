@@ -207,7 +207,12 @@ def _forces(
     return force, flags
 
 
-def _simulated(mujoco: Any, step: ExportedStep, module: ModuleType, model: Any) -> str:
+def _simulated(
+    mujoco: Any,
+    step: ExportedStep,
+    module: ModuleType,
+    model: Any,
+) -> str:
     """A hundred steps of the example at half the field and half the speed; what came of them."""
     data = mujoco.MjData(model)
     steps = 100

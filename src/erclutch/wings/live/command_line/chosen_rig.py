@@ -97,7 +97,11 @@ def model_of(
     return live_model(twin_model(parameters, output, device), device, adapt=adapt)
 
 
-def channels_of_rig(rig: RigChoice, device: DeviceName, model: LiveModel | None) -> tuple[LiveChannel, ...]:
+def channels_of_rig(
+    rig: RigChoice,
+    device: DeviceName,
+    model: LiveModel | None,
+) -> tuple[LiveChannel, ...]:
     """What the numbers of the session are called: units as the rig says, else as the model has them."""
     from erclutch.signals.channels import USUAL, channels_of
     from erclutch.signals.device import Units

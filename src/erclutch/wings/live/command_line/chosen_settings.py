@@ -71,7 +71,12 @@ def settings_of(
     return settings
 
 
-def supported(control: ControlOptions, rig: RigChoice, model: LiveModel | None, adapt: bool) -> ControlOptions:
+def supported(
+    control: ControlOptions,
+    rig: RigChoice,
+    model: LiveModel | None,
+    adapt: bool,
+) -> ControlOptions:
     """The options with an observer that the model allows.
 
     Raises:
@@ -238,7 +243,12 @@ def _sensing(
     return replace(settings, **limits)
 
 
-def _within_supply(settings: LoopSettings, rig: RigChoice, device: DeviceName, asked: float | None) -> LoopSettings:
+def _within_supply(
+    settings: LoopSettings,
+    rig: RigChoice,
+    device: DeviceName,
+    asked: float | None,
+) -> LoopSettings:
     """The settings with a field limit within the rig's supply, and rates in proportion.
 
     The supply of a rig that is not ours, with a single device that names no limit, is the operator's to know.

@@ -308,7 +308,12 @@ def _body(rig: Rig, rounds: LearningRounds, ended: str) -> dict[str, Any]:
     }
 
 
-def _write(folder: Path, rig: Rig, rounds: LearningRounds, ended: str) -> None:
+def _write(
+    folder: Path,
+    rig: Rig,
+    rounds: LearningRounds,
+    ended: str,
+) -> None:
     """The report beside the logs; it is there whole after each round."""
     from erclutch.logs.log_reader import LEARN_REPORT
 

@@ -30,7 +30,12 @@ _NO_SAMPLE = (
 )
 
 
-def introduce(output: Console, session: Session, observers: Observers | None, model: LiveModel | None) -> None:
+def introduce(
+    output: Console,
+    session: Session,
+    observers: Observers | None,
+    model: LiveModel | None,
+) -> None:
     """What is driven and by what, before the first frame."""
     output.print(f"{session.origin}: {session.rig.name}", markup=False)
     reader = session.reader()
@@ -47,7 +52,12 @@ def introduce(output: Console, session: Session, observers: Observers | None, mo
         output.print(f"page: {observers.url}", markup=False, soft_wrap=True)
 
 
-def follow(session: Session, watch: SessionFigures, told: list[int], output: Console) -> None:
+def follow(
+    session: Session,
+    watch: SessionFigures,
+    told: list[int],
+    output: Console,
+) -> None:
     """Read frames until the loop ends, or until somebody says so."""
     from erclutch.wings.live.orders import Order
 
@@ -125,7 +135,12 @@ def _why(trip: str) -> str:
     return f"{trip} ({'; '.join(meanings)})"
 
 
-def _show(session: Session, watch: SessionFigures, notes: Sequence[str], output: Console) -> None:
+def _show(
+    session: Session,
+    watch: SessionFigures,
+    notes: Sequence[str],
+    output: Console,
+) -> None:
     """What was seen, for people."""
     from erclutch.cli import terminal
 

@@ -283,7 +283,12 @@ def output_numbers(run: Run, model: str) -> tuple[float, float] | None:
 # --- loops and gains --------------------------------------------------------------------------------------------------
 
 
-def tuned_loops(path: TorquePath, rig: RigParameters, bandwidth: float, torque_bandwidth: float) -> list[TunedLoop]:
+def tuned_loops(
+    path: TorquePath,
+    rig: RigParameters,
+    bandwidth: float,
+    torque_bandwidth: float,
+) -> list[TunedLoop]:
     """Both loops at their bandwidths.
 
     Raises:

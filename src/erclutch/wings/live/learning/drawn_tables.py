@@ -61,7 +61,12 @@ def drawn_table(
     return table
 
 
-def _block(limits: TableLimits, rows: int, rng: np.random.Generator, level: float) -> Array:
+def _block(
+    limits: TableLimits,
+    rows: int,
+    rng: np.random.Generator,
+    level: float,
+) -> Array:
     """Rows of one character: how much field, how fast, how much drive."""
     fastest = min(100.0, 0.25 * limits.rate)  # Hz
     settings = FieldSettings(

@@ -55,7 +55,12 @@ def structure_after(
 
 
 @compiled
-def strain_after(z: float, shear: float, fluid: Fluid, dt: float) -> float:
+def strain_after(
+    z: float,
+    shear: float,
+    fluid: Fluid,
+    dt: float,
+) -> float:
     """Strain of the chains one step later, under a shear rate at the step's middle."""
     size = abs(shear)
     return toward(z, math.copysign(fluid.yield_strain, shear), size * (1.0 / fluid.yield_strain) * dt)

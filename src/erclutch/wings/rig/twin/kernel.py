@@ -265,7 +265,12 @@ def _speeds_after(
 
 
 @compiled
-def _meter_after(x: Array, torque: float, parts: Parts, dt: float) -> None:
+def _meter_after(
+    x: Array,
+    torque: float,
+    parts: Parts,
+    dt: float,
+) -> None:
     """The torque meter: two first-order stages."""
     share = 1.0 - decay(2.0 * math.pi * parts.sensors.torque_bandwidth * dt)
     x[METER_A] += share * (torque - x[METER_A])

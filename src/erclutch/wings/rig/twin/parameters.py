@@ -155,7 +155,12 @@ def _unknown(path: str, rig: RigParameters) -> SettingError:
     return SettingError(f"the rig has no parameter {path!r}", remedy=hint, where=rig.name)
 
 
-def _checked(path: str, value: Any, unit: str, where: str = "") -> float:
+def _checked(
+    path: str,
+    value: Any,
+    unit: str,
+    where: str = "",
+) -> float:
     is_number = isinstance(value, int | float) and not isinstance(value, bool)
     if not is_number or not math.isfinite(value):
         raise SettingError(f"{path} is {value!r}", remedy=f"Give a finite number in {unit}", where=where)
@@ -169,7 +174,12 @@ def _checked(path: str, value: Any, unit: str, where: str = "") -> float:
     return float(value)
 
 
-def _near(path: str, given: Any, entry: ParameterEntry, where: str) -> float:
+def _near(
+    path: str,
+    given: Any,
+    entry: ParameterEntry,
+    where: str,
+) -> float:
     value = _checked(path, given, entry.unit, where)
     if value and not entry.low / _FAR <= abs(value) <= entry.high * _FAR:
         usual = f"{entry.low:g} to {entry.high:g}"
@@ -256,7 +266,12 @@ def load_rig(path: str | Path | None) -> RigParameters:
     return _consistent(rig)
 
 
-def _given(path: str, given: Any, entry: ParameterEntry, where: str) -> ParameterEntry:
+def _given(
+    path: str,
+    given: Any,
+    entry: ParameterEntry,
+    where: str,
+) -> ParameterEntry:
     """An entry of a user's file: a number, or a table like those of the default file."""
     if not isinstance(given, dict):
         return replace(

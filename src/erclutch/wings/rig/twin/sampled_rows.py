@@ -37,7 +37,12 @@ TRUE = (
 
 
 @compiled
-def sense(x: Array, parts: Parts, noise: float, row: Array) -> None:
+def sense(
+    x: Array,
+    parts: Parts,
+    noise: float,
+    row: Array,
+) -> None:
     """What the sensors read: theta, table position, output shaft's angle, torque; into row[3:7]."""
     sensors = parts.sensors
     turn = 2.0 * math.pi

@@ -257,7 +257,12 @@ def prepare(
 _Stepper = Callable[[Array, slice, Array], None]
 
 
-def _stepper(scenario: Scenario, rig: RigParameters, rows: int, seed: int) -> _Stepper:
+def _stepper(
+    scenario: Scenario,
+    rig: RigParameters,
+    rows: int,
+    seed: int,
+) -> _Stepper:
     """Runs a slice of the rows from a state, and fills what is logged and what is true."""
     # The order of the draws is part of what a seed means: field, motor, noise.
     rng = np.random.default_rng(seed)

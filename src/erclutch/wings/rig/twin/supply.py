@@ -11,7 +11,12 @@ from erclutch.wings.rig.twin.part_parameters import Supply
 
 
 @compiled
-def voltage_after(voltage: float, command: float, supply: Supply, dt: float) -> float:
+def voltage_after(
+    voltage: float,
+    command: float,
+    supply: Supply,
+    dt: float,
+) -> float:
     """Voltage one step later; the command is clipped to its range. Below 1 mV it is off."""
     wanted = min(max(command, 0.0), supply.command_limit) / supply.command_limit * supply.voltage_limit
     change = (wanted - voltage) * (1.0 - decay(dt / supply.time_constant))
