@@ -22,6 +22,7 @@ from erclutch.models.model_titles import title_of
 from erclutch.models.networks.network_model import NetworkModel
 from erclutch.models.shared_answers import ModelBase
 from erclutch.models.stages.stage import Stage
+from erclutch.signals.array import largest_size
 from erclutch.signals.device import DeviceName
 from erclutch.signals.recording import TEMPERATURE
 from erclutch.signals.speed import CAUSAL, Derivative, live
@@ -245,7 +246,7 @@ def described_step(model: Any, options: ExportOptions | None = None) -> Exported
     period = _period(model, options)
     coaxial = model.structure.device == "coaxial"
     elements = 2 if coaxial else 1
-    scale = float(np.max(np.abs(model.trained_on.effort)))
+    scale = largest_size(model.trained_on.effort)
 
     field_unit = model.units.field or "1"
     slip_unit = model.units.slip

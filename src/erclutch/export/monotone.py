@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from erclutch.models.model import Model, margins
-from erclutch.signals.array import Array, Mask
+from erclutch.signals.array import Array, Mask, largest_size
 
 #: Points of the grid along a side of the field, and along the slip of an element.
 _FIELDS = 33
@@ -82,7 +82,7 @@ def _lines(model: Model) -> Iterator[_Lines]:
 
 def monotone_share(model: Model) -> float:
     """Share of lines of growing field, one for each side and pair of speeds, along which effort never turns."""
-    slack = _SLACK * float(np.max(np.abs(model.trained_on.effort)))
+    slack = _SLACK * largest_size(model.trained_on.effort)
     monotone = 0
     total = 0
     for lines in _lines(model):

@@ -13,6 +13,7 @@ from erclutch.errors import ExportError
 from erclutch.export.exported_step import ExportedStep
 from erclutch.export.rounding import NOISE, bound
 from erclutch.export.step_vectors import Vectors
+from erclutch.signals.array import largest_size
 
 
 @dataclass(frozen=True)
@@ -65,7 +66,7 @@ def to_the_bit(
     other = int(np.count_nonzero(other_bits | other_flags))
 
     efforts = held[: len(vectors.effort)].astype(np.float64)
-    largest = float(np.abs(efforts - vectors.numpy).max())
+    largest = largest_size(efforts - vectors.numpy)
     return Check(where, count, other, ulps(step, largest), note=note)
 
 
@@ -112,7 +113,7 @@ def near(
     other_flags = np.asarray(flags, np.uint32) != vectors.flags
     other = int(np.count_nonzero(other_flags))
     off = np.asarray(effort, np.float64) - vectors.numpy
-    difference = float(np.max(np.abs(off)))
+    difference = largest_size(off)
     largest = ulps(step, difference) if np.isfinite(difference) else float("inf")
 
     rounding = bound(step, vectors.rows) + bound(step, vectors.rows, FLOAT64)

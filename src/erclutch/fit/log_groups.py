@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from erclutch.logs.dataset import Dataset
 from erclutch.logs.held_out import constant_stretches
-from erclutch.signals.array import Array
+from erclutch.signals.array import Array, largest_size
 
 #: Two logs have the same motion if slip and its rate differ by less than this factor, root mean square.
 ALIKE = 1.25
@@ -75,7 +75,7 @@ def quantile_over_logs(size: Array, log: NDArray[np.intp], share: float) -> floa
 def _fields(data: Dataset, logs: Sequence[tuple[int, int]]) -> list[int]:
     """Number of the field of each log, from the lowest; all 0 where a field changes within a log."""
     fields = [element.field for element in data.elements]
-    largest = max(float(np.abs(field).max()) for field in fields)
+    largest = max(largest_size(field) for field in fields)
     steady = STEADY * largest
     levels: list[tuple[int, ...]] = []  # of each log, the mean field of each element in steps
     for start, stop in logs:

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from erclutch.fit.intervals import bandwidth_of, correlated_rows
-from erclutch.signals.array import Array, rms
+from erclutch.signals.array import Array, largest_size, rms
 
 _RESAMPLES = 1000
 _LONGER = 2  # times the length with the least error of the variance
@@ -133,7 +133,7 @@ def score(
     mean_squares = _resampled(effort_square, length, starts)
     spreads = np.maximum(mean_squares - means * means, np.finfo(float).tiny)
     largest = _block_maxima(np.abs(error), length)[starts].max(axis=1)
-    largest_error = float(np.abs(error).max())
+    largest_error = largest_size(error)
     return _banded(
         rows,
         mse,

@@ -3,10 +3,15 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
+
+
+def largest_size(values: ArrayLike) -> float:
+    """The largest absolute value of an array of any shape."""
+    return float(np.abs(np.asarray(values)).max())
 
 
 def rms(values: Array) -> float:

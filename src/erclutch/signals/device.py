@@ -15,7 +15,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from erclutch.signals.array import Array
+from erclutch.signals.array import Array, largest_size
 
 DeviceName = Literal["single", "coaxial"]
 DEVICES: tuple[DeviceName, ...] = ("single", "coaxial")
@@ -40,7 +40,7 @@ class Element:
 
 def largest_field(elements: Sequence[Element]) -> float:
     """The largest magnitude of the field of any element, in the field's unit."""
-    largest = [float(np.abs(element.field).max()) for element in elements]
+    largest = [largest_size(element.field) for element in elements]
     return max(largest)
 
 

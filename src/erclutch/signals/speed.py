@@ -17,7 +17,7 @@ from typing import Literal
 import numpy as np
 
 from erclutch.errors import SettingError
-from erclutch.signals.array import Array
+from erclutch.signals.array import Array, largest_size
 from erclutch.signals.clock import Clock
 
 DerivativeName = Literal["central", "savgol", "difference", "lowpass", "kalman"]
@@ -109,7 +109,7 @@ def reach(derivative: Derivative, period: float) -> int:
         return derivative.window
     g, h = _gains(derivative, period)
     poles = np.roots([1.0, g + h - 2.0, 1.0 - g])
-    slowest = float(np.max(np.abs(poles)))
+    slowest = largest_size(poles)
     if not slowest > 0:  # it forgets at once
         return 2
     return 1 + int(np.ceil(np.log(1e-15) / np.log(slowest)))

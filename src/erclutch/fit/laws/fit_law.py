@@ -43,7 +43,7 @@ from erclutch.models.laws import ShapeParameter
 from erclutch.models.laws.smooth import TRANSITION_SLIP
 from erclutch.models.model import further_inputs
 from erclutch.models.structure import Reference, Structure
-from erclutch.signals.array import Array, Mask, rms
+from erclutch.signals.array import Array, Mask, largest_size, rms
 from erclutch.signals.device import largest_field
 from erclutch.signals.recording import TEMPERATURE
 
@@ -84,7 +84,7 @@ def _root_mean_square(values: Array) -> float:
         square = float(np.mean(values**2))
     if np.isfinite(square):
         return float(np.sqrt(square))
-    largest = float(np.max(np.abs(values)))
+    largest = largest_size(values)
     return largest * rms(values / largest)
 
 

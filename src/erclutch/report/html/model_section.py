@@ -17,7 +17,7 @@ from erclutch.report.numbers.flow_curves import dwelled_fields
 from erclutch.report.numbers.number_text import Scale, percent
 from erclutch.report.numbers.run_material import Material
 from erclutch.report.plots.model_plot import describe_model
-from erclutch.signals.array import Array
+from erclutch.signals.array import Array, largest_size
 
 #: Numbers that say how the yield effort grows with the field: two fields give one number for any of them.
 _FIELD_NUMBERS = {shape.name for form in YIELD_FORMS.values() for shape in form.shape} | {"n_m"}
@@ -102,7 +102,7 @@ def _curve_words(material: Material) -> Iterator[str]:
         return
     share = monotone_share(model)
     turn = worst_turn(model)
-    measured = float(np.abs(material.rows.data.effort).max())
+    measured = largest_size(material.rows.data.effort)
     follows = 0.0  # how far the effort goes over the field at one slip, at most
     for _, over_field in material.recommended_curves:
         moves = np.ptp(over_field.effort, axis=1)

@@ -15,7 +15,7 @@ from erclutch.report.numbers.number_text import Scale, brief, count, number
 from erclutch.report.numbers.run_material import Material
 from erclutch.report.plots.plot_description import Panel
 from erclutch.report.plots.trace_plot import describe_trace
-from erclutch.signals.array import Array
+from erclutch.signals.array import Array, largest_size
 from erclutch.signals.clock import stretches
 
 _FINE = 1 / 20  # resolution of efforts, as a share of the recommended model's RMSE
@@ -104,7 +104,7 @@ def _packed(material: Material) -> tuple[Packer, list[dict[str, Any]]]:
     fine = _resolution(data.effort, _FINE * size_of_error)
     packer.add("measured", data.effort, fine, buckets)
     inputs = _inputs(material, packer, buckets)
-    limit = 3.0 * float(np.abs(data.effort).max())  # a model that runs away shall not take the resolution
+    limit = 3.0 * largest_size(data.effort)  # a model that runs away shall not take the resolution
     for name in finite:
         estimate = np.clip(rows.predicted[name], -limit, limit)
         packer.add(f"estimate:{name}", estimate, fine, buckets)

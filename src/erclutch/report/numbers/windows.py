@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from erclutch.report.numbers.correlation import held_out_spans
 from erclutch.runs.run_rows import RunRows
-from erclutch.signals.array import Array
+from erclutch.signals.array import Array, largest_size
 
 _PARTS = 50  # of a section, of which means are taken
 _LEAST = 0.05  # share of the range below which a change is noise
@@ -102,7 +102,7 @@ def _events(rows: RunRows, start: int, width: int) -> tuple[float, float]:
         change += float(steps[steps > least_step].sum())
 
         slip = means(element.slip)
-        least_slip = _LEAST * float(np.abs(element.slip).max())
+        least_slip = _LEAST * largest_size(element.slip)
         signs = np.sign(slip[np.abs(slip) > least_slip])
         reversals += float(np.count_nonzero(np.diff(signs)))
     return change, reversals

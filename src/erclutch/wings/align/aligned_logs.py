@@ -23,7 +23,7 @@ from erclutch.logs.planning import plan_of
 from erclutch.logs.seen_columns import seen_columns
 from erclutch.logs.table import Table
 from erclutch.logs.timing import LogClock
-from erclutch.signals.array import Array, Mask
+from erclutch.signals.array import Array, Mask, largest_size
 from erclutch.signals.device import DeviceName
 from erclutch.signals.recording import Recording
 from erclutch.signals.shown import Shown, one_line
@@ -118,7 +118,7 @@ class AlignedLogs(Shown):
         columns = dict(self.joined.columns)
         time = columns[_TIME]
         period = float(np.median(np.diff(time)))  # [s]
-        rounding = float(np.abs(time).max()) * _DIGITS  # [s]
+        rounding = largest_size(time) * _DIGITS  # [s]
         if rounding > _FINE * period:  # seconds since 1970, say
             columns[_TIME] = time - time[0]
 

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from erclutch.logs.dataset import Dataset
-from erclutch.signals.array import Array
+from erclutch.signals.array import Array, largest_size
 from erclutch.signals.device import speeds_of
 from erclutch.wings.design.fill import Cells
 
@@ -38,8 +38,8 @@ class CellGrid:
     def of(cls, *logs: Dataset) -> CellGrid:
         """Cells over all that some logs have."""
         signals = [_signed(rows) for rows in logs]
-        field = max(float(np.abs(fields).max()) for fields, _ in signals)
-        speed = max(float(np.abs(speeds).max()) for _, speeds in signals)
+        field = max(largest_size(fields) for fields, _ in signals)
+        speed = max(largest_size(speeds) for _, speeds in signals)
         return cls(field or 1.0, speed or 1.0)
 
     @property

@@ -26,7 +26,7 @@ from erclutch.fit.laws.law_problem import separable
 from erclutch.fit.laws.variable_projection import Projection, coordinates, linearised
 from erclutch.logs.dataset import Dataset
 from erclutch.models.law_model import TorqueModel
-from erclutch.signals.array import Array, Mask, rms
+from erclutch.signals.array import Array, Mask, largest_size, rms
 from erclutch.signals.clock import Clock, Span
 from erclutch.signals.device import Element, slips_of
 from erclutch.wings.design.courses import Commands, GrowingSequence
@@ -181,7 +181,7 @@ class Knowledge:
         self.weight = 1.0 / (variance * max(alike * rate, 1.0))  # of a new row
         known_weight = 1.0 / (variance * max(alike / known.period, 1.0))
 
-        largest = float(np.abs(known.effort).max())
+        largest = largest_size(known.effort)
         gains = np.array(list(model.gains.values()))
         shapes = derivatives.shape[1] - gains.size
         deviations = np.full(derivatives.shape[1], _PRIOR)

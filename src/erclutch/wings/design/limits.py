@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from erclutch.errors import SettingError
 from erclutch.files import plain_words, small_file, toml_of
-from erclutch.signals.array import Array
+from erclutch.signals.array import Array, largest_size
 
 if TYPE_CHECKING:
     from erclutch.logs.dataset import Dataset
@@ -191,10 +191,10 @@ def limits_of_log(data: Dataset) -> dict[str, float]:
     limits = {
         "field": max(float(field.max()) for field in fields_of),
         "field_rate": max(field_rates),
-        "speed": float(np.abs(slip).max()),
+        "speed": largest_size(slip),
         "acceleration": max(accelerations, default=0.0),
         "heat": float(np.mean(np.abs(data.effort * slip))),
-        "effort": float(np.abs(data.effort).max()),
+        "effort": largest_size(data.effort),
     }
     limits |= _effort_by_field_and_speed(data, limits)
     way_at_speed = float(np.mean(np.abs(slip))) * data.duration

@@ -9,6 +9,7 @@ import numpy as np
 
 from erclutch.report.numbers.number_text import chart_scale
 from erclutch.report.plots.plot_description import Axis, Dots, Line, Panel, ReferenceLine, Shade
+from erclutch.signals.array import largest_size
 from erclutch.wings.fleet.fleet_statistics import RMSE, FleetSeries
 
 _NAMED = 6
@@ -22,7 +23,7 @@ def named(devices: tuple[str, ...]) -> str:
 
 
 def _panel(series: FleetSeries, over: str) -> Panel:
-    largest = float(np.abs(series.value).max())
+    largest = largest_size(series.value)
     scale = chart_scale(series.unit, largest)
     x = series.x
     value = scale.factor * series.value

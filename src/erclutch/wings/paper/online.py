@@ -19,7 +19,7 @@ from erclutch.errors import SettingError, did_you_mean
 from erclutch.export.c.compiled_model import CompiledModel
 from erclutch.export.exported_step import LIMITED, OUTSIDE
 from erclutch.models.model import Model
-from erclutch.signals.array import Array
+from erclutch.signals.array import Array, largest_size
 from erclutch.signals.clock import Clock, Span
 from erclutch.signals.device import elements_of
 from erclutch.signals.speed import Derivative, live
@@ -176,7 +176,7 @@ def lines(trace: OnlineTrace, rows: slice = slice(None)) -> list[ErrorLine]:
             model,
             mse=mse,
             rmse=rmse,
-            largest=float(np.abs(error).max()),
+            largest=largest_size(error),
             share=rmse / spread,
             outside=float(flagged.mean()),
             rows=int(good.sum()),

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from erclutch.logs.dataset import Dataset
-from erclutch.signals.array import Array
+from erclutch.signals.array import Array, largest_size
 from erclutch.signals.device import Units
 from erclutch.signals.percent import percent
 
@@ -74,7 +74,7 @@ def _unswitched(rows: Dataset) -> list[str]:
     if rows.one_field:
         return []
     for element in rows.elements:
-        steady = _STEADY * float(np.abs(element.field).max())
+        steady = _STEADY * largest_size(element.field)
         for start, stop in rows.source_rows:
             if stop > start and np.ptp(element.field[start:stop]) > steady:
                 return []

@@ -21,6 +21,7 @@ from erclutch.export.step_record import has_memory
 from erclutch.export.step_vectors import vectors_of
 from erclutch.export.target_check import Check, ulps
 from erclutch.export.targets import python
+from erclutch.signals.array import largest_size
 
 TITLE = "the compiled step as a user actuator of MuJoCo, with an example model"
 #: MuJoCo takes larger numbers for a failed simulation.
@@ -145,7 +146,7 @@ def verify(step: ExportedStep, folder: Path) -> Iterator[Check]:
         note = _simulated(mujoco, step, module, model)
     other = (forces.astype(step.precision.dtype) != expected) | (flags != expected_flags)
     exact, _ = reference(step, rows)
-    largest = float(np.max(np.abs(forces - exact)))
+    largest = largest_size(forces - exact)
     yield Check(
         f"MuJoCo {mujoco.__version__}",
         len(rows),

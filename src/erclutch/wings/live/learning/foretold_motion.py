@@ -14,7 +14,7 @@ import numpy as np
 
 from erclutch.logs.dataset import Dataset
 from erclutch.models.law_model import TorqueModel
-from erclutch.signals.array import Array
+from erclutch.signals.array import Array, largest_size
 from erclutch.signals.clock import Clock, Span
 from erclutch.signals.device import Element, slips_of, speeds_of
 from erclutch.wings.design.fill import Cells
@@ -196,7 +196,7 @@ def _speeds(rows: Dataset) -> list[Array]:
 
 def _largest(values: Array) -> float:
     """By size."""
-    return float(np.abs(values).max())
+    return largest_size(values)
 
 
 def _place(grid: Array, at: Array) -> tuple[Cells, Array]:

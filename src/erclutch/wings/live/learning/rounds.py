@@ -27,7 +27,7 @@ from erclutch.logs.dataset import Dataset, joined
 from erclutch.models.law_model import TorqueModel
 from erclutch.models.laws import law_from_name, quick_laws
 from erclutch.models.structure import Structure
-from erclutch.signals.array import Array
+from erclutch.signals.array import Array, largest_size
 from erclutch.signals.percent import percent
 from erclutch.wings.design.information import Knowledge
 from erclutch.wings.live.learning.drawn_tables import TableLimits, drawn_table
@@ -173,7 +173,7 @@ class LearningRounds:
         if self._fastest > 0.0:
             speeds: list[float] = []  # the largest of each table
             for rows in foretold:
-                fastest = max(float(np.abs(element.slip).max()) for element in rows.elements)
+                fastest = max(largest_size(element.slip) for element in rows.elements)
                 speeds.append(fastest)
             slow = [number for number, speed in enumerate(speeds) if speed < _FASTEST * self._fastest]
             kept = slow or [int(np.argmin(speeds))]
@@ -244,7 +244,7 @@ class LearningRounds:
             open=open_now,
             open_foretold=math.nan if expected is None else expected.open,
             band=band,
-            largest=float(np.abs(known.effort).max()) or 1.0,
+            largest=largest_size(known.effort) or 1.0,
             half_widths=half_widths,
         )
         self.reports.append(report)
