@@ -68,7 +68,8 @@ def _dates(name: str, clock: Array) -> str:
     steps = np.diff(clock)  # [s]
     pauses = 0
     if steps.size:
-        pauses = int(np.count_nonzero(steps > _PAUSE * np.median(steps)))
+        usual = np.median(steps)
+        pauses = int(np.count_nonzero(steps > _PAUSE * usual))
     many = ""
     if 0 < pauses <= _FEW_PAUSES * steps.size:
         many = f", {pauses} pause{'s' if pauses > 1 else ''}"

@@ -41,7 +41,8 @@ def first_steps(known: Container[str]) -> str:
 
 def overview(commands: Sequence[Command]) -> str:
     """All commands under their headings, as wide as the terminal."""
-    width = min(max(shutil.get_terminal_size().columns, 40), 100)
+    columns = shutil.get_terminal_size().columns
+    width = min(max(columns, 40), 100)
     names = [*_OPTIONS, *(command.name for command in commands)]
     across = max(map(len, names)) + 4
     lines = ["Usage: erclutch COMMAND", "", *textwrap.wrap(TITLE, width)]

@@ -216,7 +216,8 @@ def bands(values: Array, rate: float) -> list[tuple[float, float, float]]:
     """Share of a signal's power in bands of frequency up to 200 Hz: (from, to, share)."""
     import numpy as np
 
-    amplitudes = np.abs(np.fft.rfft(values - np.mean(values)))
+    off_mean = values - np.mean(values)
+    amplitudes = np.abs(np.fft.rfft(off_mean))
     power = amplitudes**2
     frequency = np.fft.rfftfreq(values.size, 1.0 / rate)
     edges = [edge for edge in (0.0, 2.0, 10.0, 50.0, 100.0, 200.0) if edge <= rate / 2]

@@ -67,7 +67,8 @@ def state_bytes(step: ExportedStep) -> int:
     registers = record.registers()
     truths = sum(node.kind == "truth" for node in record.after.values())
     reals = len(record.after) - truths + sum(registers.values())
-    words = truths + len(set(registers.values())) + 1  # the last one says whether the arithmetic is exact
+    lengths = len(set(registers.values()))
+    words = truths + lengths + 1  # the last one says whether the arithmetic is exact
     return reals * step.precision.width // 8 + 4 * words
 
 

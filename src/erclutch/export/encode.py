@@ -63,7 +63,8 @@ def _letter(c: str) -> str:
     if c.isascii() or c in _FONT or with_accent:
         return c
     plain = unicodedata.normalize("NFKC", c)
-    kind, _, letter = unicodedata.name(c, "").replace("LAMDA", "LAMBDA").partition(" LETTER ")
+    spelled = unicodedata.name(c, "").replace("LAMDA", "LAMBDA")
+    kind, _, letter = spelled.partition(" LETTER ")
     if kind.startswith("SUPERSCRIPT") and plain in "−0123456789":
         return f"$^{{{plain.replace('−', '-')}}}$"
     if plain != c:

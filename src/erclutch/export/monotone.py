@@ -127,7 +127,8 @@ def worst_turn(model: Model) -> Turn:
         ahead = lines.effort * way
         reached = np.maximum.accumulate(ahead, axis=0)
         lost = reached - ahead
-        end, line = np.unravel_index(int(np.argmax(lost)), lost.shape)
+        most_lost = int(np.argmax(lost))
+        end, line = np.unravel_index(most_lost, lost.shape)
         begin = int(np.argmax(ahead[: end + 1, line]))
         back = float(lost[end, line])
         if back > worst.back:

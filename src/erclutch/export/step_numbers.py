@@ -58,7 +58,8 @@ def _as_held(step: ExportedStep, values: AnyArray) -> AnyArray:
 
 def named(record: StepRecord, rows: AnyArray) -> dict[str, AnyArray]:
     """Rows as the inputs of a record."""
-    return dict(zip(record.inputs, np.ascontiguousarray(rows.T), strict=True))
+    columns = np.ascontiguousarray(rows.T)
+    return dict(zip(record.inputs, columns, strict=True))
 
 
 def packed(record: StepRecord, truths: Sequence[AnyArray]) -> Flags:
@@ -72,7 +73,8 @@ def packed(record: StepRecord, truths: Sequence[AnyArray]) -> Flags:
 def reference(step: ExportedStep, rows: AnyArray) -> tuple[AnyArray, Flags]:
     """Effort and flags by the model's own NumPy in float64, for rows as the precision holds them."""
     record = step_record(step)
-    inputs = named(record, _as_held(step, rows).astype(np.float64))
+    as_held = _as_held(step, rows).astype(np.float64)
+    inputs = named(record, as_held)
     started, elements, extras = held_signals(step, record, inputs)
     count = int(np.count_nonzero(started))
     value = np.zeros(started.size)  # effort ahead of its limits

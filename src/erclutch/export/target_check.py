@@ -125,4 +125,5 @@ def near(
 
 def ulps(step: ExportedStep, difference: float) -> float:
     """A difference of efforts in units of the last place at the largest training effort."""
-    return difference / float(np.spacing(step.precision.dtype.type(step.scale)))
+    one_ulp = float(np.spacing(step.precision.dtype.type(step.scale)))
+    return difference / one_ulp

@@ -209,12 +209,14 @@ def _drift(data: Dataset) -> Finding | None:
             back = np.mean(slip < 0)
             if min(forth, back) < _TO_AND_FRO:
                 continue
-            turns = np.count_nonzero(np.diff(np.sign(slip)))
+            signs = np.sign(slip)
+            turns = np.count_nonzero(np.diff(signs))
             if turns < _FEWEST_TURNS:
                 continue  # the few rows between two gaps are a straight line, which swings by nothing
             position = np.cumsum(slip * np.gradient(time))
             trend = np.polynomial.Polynomial.fit(time, position, 1)
-            swing = float(np.ptp(position - trend(time)))
+            off_trend = position - trend(time)
+            swing = float(np.ptp(off_trend))
             across = trend(time[-1]) - trend(time[0])
             drift = abs(float(across))
             if drift > _RUNS_AWAY * swing:

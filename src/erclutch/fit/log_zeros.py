@@ -185,7 +185,8 @@ def _listed(
     if len(odd) > _LISTED:
         listed += f" and {len(odd) - _LISTED} more"
     if len(odd) < len(names):
-        listed += f"; the usual log {said(int(np.argmin(away)))}"
+        nearest = int(np.argmin(away))
+        listed += f"; the usual log {said(nearest)}"
     return listed
 
 

@@ -296,7 +296,8 @@ def _narrowest(cells: Sequence[_Cells], errors: _Errors) -> _Cells:
         behind, ahead = _half_widths(errors, cell, empty.shape)
         band = replace(empty, behind=tuple(behind.tolist()), ahead=tuple(ahead.tolist()))
         bands.append((band, cell))
-        widths.append(float(np.mean((behind + ahead)[cell])))
+        whole_width = behind + ahead
+        widths.append(float(np.mean(whole_width[cell])))
     narrow = (1.0 + _AS_NARROW) * min(widths)
     return [band for band, width in zip(bands, widths, strict=True) if width <= narrow][-1]
 
@@ -352,7 +353,8 @@ def _half_widths(
         shape: cells by switching, field and slip.
     """
     cells = int(np.prod(shape))
-    indices = np.array(np.unravel_index(np.arange(cells), shape)).T  # of each cell, shape (cells, 3)
+    places_of_cells = np.unravel_index(np.arange(cells), shape)
+    indices = np.array(places_of_cells).T  # of each cell, shape (cells, 3)
     cell = cell_of_row[errors.place]  # of each error, from the smallest error to the largest
     every = np.argsort(cell.astype(np.uint8), kind="stable")
     first_of_cells = np.searchsorted(cell[every], np.arange(1, cells))

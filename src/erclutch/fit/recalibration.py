@@ -95,7 +95,8 @@ def recalibrate(model: Model, data: Dataset, seen: Mask | None = None) -> Recali
         # The rows count for as many as are independent of each other.
         noise = float(np.mean(error**2)) * correlated_rows(error)
         trial = _Trial(data, rows, error, noise, _blocks(error))
-        return _chosen(model, trial, list(ways_of(model, data, rows, predicted)))
+        ways = list(ways_of(model, data, rows, predicted))
+        return _chosen(model, trial, ways)
 
 
 def _blocks(error: Array) -> list[slice]:

@@ -134,7 +134,8 @@ def _gains(
     structure = replace(law.structure, offset=name == _FREE)
     shape = list(law.shape.values())
     columns = structure.columns(data.elements, data.clock, law.reference, shape, extras=data.extras)
-    least = _SMALL * max(map(abs, law.gains.values()))
+    largest_gain = max(map(abs, law.gains.values()))
+    least = _SMALL * largest_gain
     numbers: list[Number] = []
     for gain in structure.gains():
         start = law.gains.get(gain.name, 0.0)
@@ -144,7 +145,8 @@ def _gains(
     names = [number.name for number in numbers]
 
     def model(c: Array) -> TorqueModel:
-        return law.with_gains(dict(zip(names, c.tolist(), strict=True)))
+        gains = dict(zip(names, c.tolist(), strict=True))
+        return law.with_gains(gains)
 
     return _linear(name, numbers, [column[rows] for column in columns], model)
 

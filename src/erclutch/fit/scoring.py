@@ -76,7 +76,8 @@ def block_rows(residuals: Sequence[Array]) -> int:
     rows = residuals[0].size
     shortest = max(1, -(-rows // _MOST_BLOCKS))  # rounded up
     longest = max(1, rows // 4)
-    return int(np.clip(_LONGER * correlated_over(residuals), shortest, longest))
+    longer = _LONGER * correlated_over(residuals)
+    return int(np.clip(longer, shortest, longest))
 
 
 def correlated_over(residuals: Sequence[Array]) -> int:
@@ -132,7 +133,8 @@ def score(
     means = _resampled(effort, length, starts)
     mean_squares = _resampled(effort_square, length, starts)
     spreads = np.maximum(mean_squares - means * means, np.finfo(float).tiny)
-    largest = _block_maxima(np.abs(error), length)[starts].max(axis=1)
+    maxima = _block_maxima(np.abs(error), length)
+    largest = maxima[starts].max(axis=1)
     largest_error = largest_size(error)
     return _banded(
         rows,

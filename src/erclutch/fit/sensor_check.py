@@ -141,7 +141,8 @@ def _stuck(data: Dataset, name: str, values: Array) -> Finding | None:
     begins[[span.stop for span in data.clock.spans]] = True
     starts = np.flatnonzero(begins)
     lengths = np.diff(starts)
-    long = max(_STUCK_ROWS, _STUCK_RUN * float(np.quantile(lengths, 0.99)))
+    usually = float(np.quantile(lengths, 0.99))
+    long = max(_STUCK_ROWS, _STUCK_RUN * usually)
 
     for run in np.argsort(-lengths)[:3].tolist():  # the longest first
         start = int(starts[run])

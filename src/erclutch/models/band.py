@@ -75,8 +75,10 @@ class Band:
     @cached_property
     def classes(self) -> tuple[tuple[int, ...], ...]:
         """The class of field and slip, the slip fastest, of each cell of the grid over field and slip."""
-        field_class = np.searchsorted(self.field_edges, np.abs(centres(self.field)))
-        slip_class = np.searchsorted(self.slip_edges, np.abs(centres(self.slip)))
+        field_size = np.abs(centres(self.field))
+        field_class = np.searchsorted(self.field_edges, field_size)
+        slip_size = np.abs(centres(self.slip))
+        slip_class = np.searchsorted(self.slip_edges, slip_size)
         of_slip = self.shape[2]
         both = field_class[:, None] * of_slip + slip_class
         return tuple(tuple(row) for row in both.tolist())

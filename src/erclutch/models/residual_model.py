@@ -335,4 +335,5 @@ def _residual_from(body: Mapping[str, Any], where: str) -> ResidualModel:
         raise ValueError("corners of the boxes")
     reach = table_of(covered["reach"], "reach", inputs, positive=True)
     limit = number_of(body["limit"], "limit", positive=True)
-    return ResidualModel(law, BoundedResidual(network, limit, CoveredCells(low, high, reach)))
+    cells = CoveredCells(low, high, reach)
+    return ResidualModel(law, BoundedResidual(network, limit, cells))

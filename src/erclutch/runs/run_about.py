@@ -94,7 +94,8 @@ def read_about(run_folder: Path) -> RunAbout:
     written = run_folder / "run.json"
     if about.date or not written.is_file():
         return about
-    day = datetime.fromtimestamp(written.stat().st_mtime).astimezone().date()
+    written_at = datetime.fromtimestamp(written.stat().st_mtime).astimezone()
+    day = written_at.date()
     return replace(about, date=day.isoformat())
 
 

@@ -115,4 +115,5 @@ def _print(pairing: Pairing) -> None:
     else:
         screen.print("Settings, reading and versions are the same.", markup=False)
     screen.print(plain(what_changed(pairing)), markup=False)
-    screen.print(plain(sentence(pairing, scale)), style="bold", markup=False)
+    in_plain_words = plain(sentence(pairing, scale))
+    screen.print(in_plain_words, style="bold", markup=False)

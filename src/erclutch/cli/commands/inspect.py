@@ -93,7 +93,8 @@ def inspect(
     if write_mapping is not None:
         look.plan.save(write_mapping)
     if json:
-        print(dumps(_as_json(look, courses), indent=1, allow_nan=False))
+        body = _as_json(look, courses)
+        print(dumps(body, indent=1, allow_nan=False))
     else:
         _tell(look, write_mapping)
         for path in drawn:

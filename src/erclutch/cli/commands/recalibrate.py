@@ -64,7 +64,8 @@ def recalibrate(
     if out is not None:
         write_run(out, adapted, recordings, reading=reading.to_dict(), force=force)
     if json:
-        terminal.say_json(run_to_dict(adapted, recordings, reading.to_dict()))
+        body = run_to_dict(adapted, recordings, reading.to_dict())
+        terminal.say_json(body)
         return
     terminal.say(*terminal.kept_lines(out))
 

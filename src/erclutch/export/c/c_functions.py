@@ -62,5 +62,6 @@ def functions(n: str, used: set[str], p: Precision) -> list[str]:
         parts.append(real_of_bits(n, p))
     for name, about in _ABOUT.items():
         if name in used:
-            parts.append(function(n, p, name, traced(name, p), about))
+            record = traced(name, p)
+            parts.append(function(n, p, name, record, about))
     return parts

@@ -53,7 +53,8 @@ def exact_function(n: str, p: Precision) -> str:
     probes = (1.0, tiny, 1.0 + step, 1.0 - step, odd)
     numbers = ", ".join(p.constant(value) for value in probes)
     odd_text = p.constant(odd)
-    bits = int(np.asarray(step, p.dtype).view(p.bits))
+    as_bits = np.asarray(step, p.dtype).view(p.bits)
+    bits = int(as_bits)
     step_bits = f"0x{bits:x}{p.bits_suffix}"
     return f"""/* 1 where the compiler kept the arithmetic of this file, else 0: each operation is rounded to nearest by
    itself, in the order of the brackets. The numbers are read as if they could change: no compiler can know the results

@@ -390,4 +390,5 @@ def _that_saturate(
 
 def _of_rung(rung: Rung, notes: tuple[str, ...]) -> LawCandidate:
     """A law whose fit starts where the search for memory ended."""
-    return LawCandidate(rung.structure, notes, near=tuple(rung.numbers.values()))
+    numbers = tuple(rung.numbers.values())
+    return LawCandidate(rung.structure, notes, near=numbers)

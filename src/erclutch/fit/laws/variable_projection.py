@@ -96,7 +96,8 @@ def parameters(shapes: Sequence[ShapeParameter], u: Sequence[float] | Array) -> 
     q: list[float] = []
     for shape, coordinate in zip(shapes, u, strict=True):
         value = np.exp(coordinate) if shape.scale == "log" else coordinate
-        q.append(min(max(float(value), shape.lower), shape.upper))
+        number = max(float(value), shape.lower)
+        q.append(min(number, shape.upper))
     return q
 
 

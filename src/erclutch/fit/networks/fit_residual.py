@@ -63,7 +63,8 @@ def fit_residual(
     law = law or fit_structure(data, structure.law)
     rows: Mask = np.ones(data.rows, np.bool_) if kept is None else kept
     missed = data.effort - law.model.predict(data)
-    limit = float(np.quantile(np.abs(missed[rows]), _LET_THROUGH))
+    off = np.abs(missed[rows])
+    limit = float(np.quantile(off, _LET_THROUGH))
     if not limit > 0:
         raise CheckError(
             f"{law.model.name} leaves no residual on the training rows for {structure.network.specification}",

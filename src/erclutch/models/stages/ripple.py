@@ -120,7 +120,8 @@ class Ripple:
         at = np.minimum(places, bins - 1)
         rows = np.maximum(np.bincount(at, minlength=bins), 1)
         means = np.bincount(at, weights=effort, minlength=bins) / rows
-        strength = np.abs(np.fft.rfft(means * np.hanning(bins), 4 * bins))
+        windowed = means * np.hanning(bins)
+        strength = np.abs(np.fft.rfft(windowed, 4 * bins))
         periods = np.arange(strength.size) / 4.0  # within the span of the position
         unlikely = (periods < _FEWEST_PERIODS) | (periods > bins / 4.0)
         strength[unlikely] = 0.0

@@ -119,7 +119,8 @@ def _text(x: Any) -> str:
 
 
 def _digest(names: Any, columns: Sequence[str]) -> str:
-    digest = hashlib.sha256(repr((names, columns, version("sympy"))).encode())
+    names_and_columns = repr((names, columns, version("sympy")))
+    digest = hashlib.sha256(names_and_columns.encode())
     for maker in _MAKERS:
         digest.update(files("erclutch").joinpath(maker).read_bytes())
     return digest.hexdigest()

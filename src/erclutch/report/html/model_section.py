@@ -138,7 +138,8 @@ def _network_words(material: Material) -> Iterator[str]:
     data = material.rows.data
 
     def rms(values: Array) -> float:
-        return float(np.sqrt(np.mean(values[material.rows.test] ** 2)))
+        held_out = values[material.rows.test]
+        return float(np.sqrt(np.mean(held_out**2)))
 
     added = model.added(data.elements, data.clock, data.extras, exactly=False)
     residual = data.effort - material.rows.predicted[material.recommended]

@@ -88,7 +88,8 @@ def coarse(
 
 def packed(values: NDArray[np.int64]) -> str:
     """Integers as base64 of deflated bytes."""
-    step = np.diff(values, prepend=0).astype(np.int16).astype(np.int32)
+    short_steps = np.diff(values, prepend=0).astype(np.int16)
+    step = short_steps.astype(np.int32)
     # Zigzag: 0, -1, 1, -2 become 0, 1, 2, 3, so that small steps of both signs have a high byte of zero.
     zigzag = ((step << 1) ^ (step >> 31)).astype("<u2")
     halves = zigzag.view(np.uint8).reshape(-1, 2)

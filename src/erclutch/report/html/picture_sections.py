@@ -78,7 +78,8 @@ def _residual(material: Material) -> dict[str, Any] | None:
     measured = power.density["measured"] ** 2 * width
     total = float(np.sum(residual)) or 1.0
     below = np.cumsum(residual) / total
-    half = float(power.frequency[int(np.searchsorted(below, 0.5))])
+    middle = int(np.searchsorted(below, 0.5))
+    half = float(power.frequency[middle])
 
     # All that lies above a frequency is compared: a single valley of the measured power says nothing.
     residual_above = np.cumsum(residual[::-1])[::-1]

@@ -54,7 +54,8 @@ _OURS = b"/Creator (erclutch)"
 
 def browser() -> str | None:
     """A browser that can print without a window; None where none is found."""
-    by_name = next(filter(None, map(shutil.which, _NAMES)), None)
+    browsers = map(shutil.which, _NAMES)
+    by_name = next(filter(None, browsers), None)
     return by_name or next((place for place in _PLACES if Path(place).is_file()), None)
 
 

@@ -42,7 +42,8 @@ def _is_report(path: Path) -> bool:
     try:
         with path.open("rb") as file:
             head = file.read(_LOOK)
-            file.seek(max(0, path.stat().st_size - 4 * _LOOK))
+            near_the_end = max(0, path.stat().st_size - 4 * _LOOK)
+            file.seek(near_the_end)
             tail = file.read()
             return any(mark in head or mark in tail for mark in _OURS)
     except OSError:

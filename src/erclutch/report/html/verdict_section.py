@@ -239,7 +239,8 @@ def _of_errors(material: Material, entry: Mapping[str, Any]) -> Iterator[str]:
     residual = material.rows.residual(material.recommended)[material.rows.test]
     independent = independent_rows(residual**2) / residual.size  # a share of all rows
     if independent <= _FEW_INDEPENDENT:
-        as_many = count(max(1, round(independent * residual.size)))
+        rows = max(1, round(independent * residual.size))
+        as_many = count(rows)
         yield (
             f"Errors come in bouts: {count(residual.size)} rows tell as much of their size as "
             f"{as_many} independent ones. The bands allow for that."

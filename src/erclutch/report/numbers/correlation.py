@@ -155,7 +155,8 @@ def autocorrelation(rows: RunRows, models: Sequence[str]) -> Autocorrelation | N
     spans, longest, period = _alike(rows)
     if longest < _SHORTEST:
         return None
-    most = min(longest // 3, max(50, round(2.0 / period)))  # rows of lag
+    two_seconds = max(50, round(2.0 / period))
+    most = min(longest // 3, two_seconds)  # rows of lag
     whole: dict[str, Array] = {}
     independent: dict[str, float] = {}
     gone: list[int] = []  # rows of lag at which a correlation has first fallen to a tenth
@@ -164,9 +165,11 @@ def autocorrelation(rows: RunRows, models: Sequence[str]) -> Autocorrelation | N
         values = _correlate(residual, spans, most)
         whole[name] = values
         independent[name] = independent_rows(residual[rows.test] ** 2)
-        gone.append(int(np.argmax(np.append(values, 0.0) < 0.1)))
+        is_gone = np.append(values, 0.0) < 0.1
+        gone.append(int(np.argmax(is_gone)))
     # Up to three times the lag at which the longest memory is gone.
-    last = int(np.clip(3 * max(gone), min(30, most), most))
+    fewest = min(30, most)
+    last = int(np.clip(3 * max(gone), fewest, most))
     count = sum(span.stop - span.start for span in spans)
     return Autocorrelation(
         lag=np.arange(last + 1, dtype=np.float64) * period,

@@ -192,7 +192,9 @@ def _chosen(
     spread = _reach(field, starts, stops) / largest
     mean_square = _mean(own.slip * own.slip, starts, stops)
     lively = mean_square >= np.median(mean_square)
-    targets = np.linspace(float(mean_field.min()), float(mean_field.max()), _LEVELS)
+    weakest = float(mean_field.min())
+    strongest = float(mean_field.max())
+    targets = np.linspace(weakest, strongest, _LEVELS)
     chosen: list[int] = []
     for target in targets:
         # Rows held out first, where they have such a field.

@@ -194,7 +194,8 @@ def field_curves(
     efforts: list[Array] = []
     dots: list[Array] = []
     for slip in slips.tolist():
-        efforts.append(_alone(model, element, field, np.full(field.size, slip)))
+        slips_there = np.full(field.size, slip)
+        efforts.append(_alone(model, element, field, slips_there))
         is_near = np.abs(own.slip - slip) <= reach
         near = _spread(strength, settled & is_near)
         measured = rows.data.effort[near] - _others(rows, model, element, near)
@@ -218,7 +219,8 @@ def dwelled_fields(strength: Array) -> Array:
     bins = np.minimum(places, _BINS - 1)  # of each row
     share = np.bincount(bins, minlength=_BINS) / strength.size
     dwelt = np.flatnonzero(share >= _DWELT)
-    groups = np.split(dwelt, np.flatnonzero(np.diff(dwelt) > 1) + 1)  # bins side by side
+    ends = np.flatnonzero(np.diff(dwelt) > 1) + 1
+    groups = np.split(dwelt, ends)  # bins side by side
     nearly_all = share[dwelt].sum() >= _WHOLE
     narrow = max(map(len, groups)) <= 2  # a field at an edge of two bins has rows in both
     if not dwelt.size or len(groups) > _LEVELS + 2 or not nearly_all or not narrow:
@@ -361,7 +363,8 @@ def _settling(rows: RunRows, model: Model) -> int:
     response = step_response({"name": model.name, "dynamics": model.times})
     if response is None:
         return 1
-    return int(np.clip(response.settled / period_of(rows), 1, rows.data.rows // 4))
+    settled_rows = response.settled / period_of(rows)
+    return int(np.clip(settled_rows, 1, rows.data.rows // 4))
 
 
 def _still(field: Array, back: int, reach: float) -> NDArray[np.bool_]:

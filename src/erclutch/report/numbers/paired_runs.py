@@ -261,7 +261,9 @@ def _same(contenders: Sequence[Contender], block: int, seed: int) -> tuple[SameM
             if not (np.all(np.isfinite(of_first)) and np.all(np.isfinite(of_other))):
                 continue
             share = excess(of_other, of_first, block=block, seed=seed)
-            same.append(SameModel(name, other.label, rms(of_first), rms(of_other), share))
+            rms_of_first = rms(of_first)
+            rms_of_other = rms(of_other)
+            same.append(SameModel(name, other.label, rms_of_first, rms_of_other, share))
     return tuple(same)
 
 

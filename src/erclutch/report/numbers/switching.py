@@ -82,7 +82,8 @@ def after_switch(rows: RunRows, models: Sequence[str]) -> AfterSwitch | None:
     A switch: the command moves by more than a tenth of its range within 2 ms (or from one row to the next).
     """
     period = period_of(rows)
-    since = _time_since(rows, max(1, round(_WITHIN / period)))
+    within = max(1, round(_WITHIN / period))
+    since = _time_since(rows, within)
     test = rows.test & np.isfinite(since)
     switches = int(np.count_nonzero(rows.test & (since == 0.0)))
     if switches < _FEWEST:

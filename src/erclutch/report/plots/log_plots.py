@@ -84,7 +84,8 @@ def _section(
     seconds: float,
 ) -> slice:
     """Rows of a section; without a start the section with the median spread of the effort."""
-    width = min(max(2, round(seconds / recording.period)), recording.rows)
+    window_rows = max(2, round(seconds / recording.period))
+    width = min(window_rows, recording.rows)
     if start is not None:
         before = int(np.count_nonzero(recording.time < start))
         first = min(before, recording.rows - width)

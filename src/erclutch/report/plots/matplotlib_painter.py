@@ -282,7 +282,8 @@ def _titles(axes: Any, plot: Plot, letters: int) -> None:
             axis.tick_params(labelleft=False)
         else:
             inches = plot.height * panel.share / height_shares
-            axis.set_ylabel(_wrapped(capital(panel.y.title), int(inches / _CHARACTER)))
+            characters = int(inches / _CHARACTER)
+            axis.set_ylabel(_wrapped(capital(panel.y.title), characters))
 
 
 def _same(one: Axis, other: Axis) -> bool:

@@ -113,7 +113,8 @@ def settle(figure: Any) -> None:
     parts = list(figure.subfigs)
     for part in parts:
         parts += part.subfigs
-        part.bbox_relative.set_points(np.round(part.bbox_relative.get_points(), 9))
+        points = part.bbox_relative.get_points()
+        part.bbox_relative.set_points(np.round(points, 9))
     for axes in figure.axes:
         at: Array = axes.get_position(original=True).get_points()
         axes.set_position(Bbox(np.round(at, 9)))

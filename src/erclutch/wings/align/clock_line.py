@@ -28,11 +28,13 @@ class ClockLine:
 
     def about(self, time: float) -> ClockLine:
         """The same line with its offset given at another time of A, in s."""
-        offset = float(self(np.array(time))) - time
+        shown = self(np.array(time))
+        offset = float(shown) - time
         return ClockLine(time, offset, self.drift)
 
 
 def overlap_of(a: Track, b: Track, line: ClockLine) -> tuple[float, float]:
     """First and last time on A's clock that both logs have."""
-    low, high = line.back(np.array(b.ends)).tolist()
+    ends_of_b = np.array(b.ends)
+    low, high = line.back(ends_of_b).tolist()
     return max(a.ends[0], low), min(a.ends[1], high)

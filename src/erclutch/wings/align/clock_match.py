@@ -104,7 +104,8 @@ def _matched(
 def _turned(match: ClockMatch) -> ClockMatch:
     """The match of A's clock against B's, of that of B's against A's."""
     rate = 1.0 + match.drift
-    origin, stop = match.on_b(np.array(match.overlap)).tolist()
+    overlap = np.array(match.overlap)
+    origin, stop = match.on_b(overlap).tolist()
     least, most = match.offset_interval
     slowest, fastest = match.drift_interval
     return replace(
@@ -157,7 +158,8 @@ def _described(
     square = total(along**2 * step.slope)
     information_by_place = np.array([[constant, linear], [linear, square]])
     each = information_by_place.transpose(2, 0, 1)  # of each window, shape (windows, 2, 2)
-    inverse = np.asarray(np.linalg.pinv(each.sum(axis=0)), np.float64)
+    of_all_windows = each.sum(axis=0)
+    inverse = np.asarray(np.linalg.pinv(of_all_windows), np.float64)
     of_others = np.eye(2) - each @ inverse  # share of the information that all other windows have
     columns = scores.T[:, :, None]  # shape (windows, 2, 1)
     against = np.asarray(np.linalg.solve(of_others, columns), np.float64)

@@ -139,7 +139,8 @@ def _chosen(
     as_good = peaks[heights[best] - heights[peaks] < _APART * scan.errors[best]]
     rivals = as_good[np.abs(lags[as_good] - lags[best]) > apart]
 
-    needed = -float(ndtri(0.5 * _CHANCE / max(tried, 1.0)))  # standard errors
+    by_chance = 0.5 * _CHANCE / max(tried, 1.0)
+    needed = -float(ndtri(by_chance))  # standard errors
     strong = abs(correlation) > 0.8 or scores[best] >= needed
     if rivals.size and strong and near is not None:
         return _nearest(np.append(rivals, best), lags, near)
@@ -152,7 +153,8 @@ def _chosen(
     if rivals.size and strong and not (short and widths < 2.0 * _FEWEST):
         places = sorted(lags[[best, *rivals]], key=abs)
         listed = ", ".join(f"{1e3 * lag:.6g}" for lag in places[:4])
-        of_rivals = float(np.median(np.abs(scan.correlation[rivals])))
+        sizes = np.abs(scan.correlation[rivals])
+        of_rivals = float(np.median(sizes))
         fits = "about as"
         why = f"the signal changes so slowly that the overlap holds {independent:.0f} independent samples"
         if of_rivals > 0.9 * abs(correlation):
@@ -223,7 +225,8 @@ def _scanned(
     # y as a clock without a drift would have sampled it
     rows = np.arange(y.size)
     rate = 1.0 + drift
-    drifted = np.arange(max(int(y.size / rate), 1)) * rate
+    count = max(int(y.size / rate), 1)
+    drifted = np.arange(count) * rate
     y_there = np.interp(drifted, rows, y_there) > 0.99
     y = np.where(y_there, np.interp(drifted, rows, y), 0.0)
 

@@ -179,8 +179,10 @@ def flat(x: Array, y: Array, there: Mask) -> Array:
 def by_agreement(x: Array, y: Array, there: Mask) -> Array:
     """Square root of the weights of Hannan and Thomson: coherence over what is not coherent, each frequency alike."""
     # Segments of a length that leaves about two dozen of them, as a power of two.
-    wished = np.floor(np.log2(max(there.sum() / 24, 1)))
-    size = int(2 ** np.clip(wished, 5, np.log2(_SEGMENT)))
+    most_rows = max(there.sum() / 24, 1)
+    wished = np.floor(np.log2(most_rows))
+    power_of_two = np.clip(wished, 5, np.log2(_SEGMENT))
+    size = int(2**power_of_two)
     starts = np.arange(0, max(there.size - size, 0) + 1, size // 2)
     so_far = np.concatenate([[0], np.cumsum(there)])
     whole = so_far[starts + size] - so_far[starts] == size

@@ -133,7 +133,8 @@ def track_of(time: Array, values: Array, period: float) -> Track:
     periods = np.maximum(whole, 1.0).astype(np.int64)
     gaps = periods > _BRIDGED
     steps = np.where(gaps, 1, periods)
-    row: NDArray[np.int64] = np.concatenate([[0], np.cumsum(steps)]).astype(np.int64)
+    rows_before = np.concatenate([[0], np.cumsum(steps)])
+    row: NDArray[np.int64] = rows_before.astype(np.int64)
     every: Array = np.arange(int(row[-1]) + 1, dtype=np.float64)
 
     bounds: list[int] = [0, *row[1:][gaps].tolist(), every.size]

@@ -111,7 +111,8 @@ class LogAnswers(Desk):
         except ValueError:
             return JSONResponse({"problem": actions.on_page(last_line(job))})
         refused = [found["problem"] or "", *found["refused"].values()]
-        return JSONResponse({"problem": actions.on_page(next(filter(None, refused), ""))})
+        first_problem = next(filter(None, refused), "")
+        return JSONResponse({"problem": actions.on_page(first_problem)})
 
     def _known(self) -> list[str]:
         return [entry.name for entry in self._space.logs()]

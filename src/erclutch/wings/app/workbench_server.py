@@ -204,7 +204,8 @@ class Workbench(LogAnswers, RunAnswers):
         if name not in _STATIC:
             raise NotThereError("there is no such file", where=name[:80], remedy="Go back to the overview")
         folder, kind = _STATIC[name]
-        return Response((files("erclutch") / folder / name).read_bytes(), media_type=kind)
+        content = (files("erclutch") / folder / name).read_bytes()
+        return Response(content, media_type=kind)
 
     async def _cancel(self, request: Request, form: Form) -> Response:
         job = self._found(request)

@@ -169,7 +169,8 @@ def _effort_parts(limits: RigLimits, reached: float) -> Ticks:
         return np.full((_LEVELS + 1, _LEVELS + 1), _FULL, np.int64)
     levels = np.arange(_LEVELS + 1) / _LEVELS
     efforts = limits.effort_at(levels[:, None], reached * levels)
-    return np.clip(np.ceil(_FULL * efforts / limits.effort), 1, _FULL).astype(np.int64)
+    parts = _FULL * efforts / limits.effort
+    return np.clip(np.ceil(parts), 1, _FULL).astype(np.int64)
 
 
 def _reached(

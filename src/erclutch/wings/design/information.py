@@ -254,7 +254,8 @@ class Knowledge:
 
     def errors(self) -> Array:
         """Standard error of each number: of the coordinates, then of the gains; shape (k + p,)."""
-        return np.sqrt(np.diag(_inverse(self.information)))
+        variances = np.diag(_inverse(self.information))
+        return np.sqrt(variances)
 
     def band(self) -> float:
         """Half width of the effort's 95 % interval over the rows of use: what the numbers leave open, without noise."""

@@ -112,4 +112,5 @@ def lessons_of(model: TorqueModel, rows: Dataset) -> Lessons:
 def _standard_errors(information: Array) -> Array:
     """Standard error of each number, shape (numbers,)."""
     covariance: Any = np.linalg.inv(information)
-    return np.asarray(np.sqrt(np.diag(covariance)), np.float64)
+    variances = np.diag(covariance)
+    return np.asarray(np.sqrt(variances), np.float64)

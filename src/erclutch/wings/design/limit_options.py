@@ -105,5 +105,6 @@ def _read(path: Path, pair: bool) -> dict[str, float]:
     if path.suffix.lower() == ".toml":
         return limits_of_file(path)
     reading = LogOptions(device="coaxial" if pair else None)
-    known = limits_of_log(reading.dataset(reading.read((path,))))
+    recordings = reading.read((path,))
+    known = limits_of_log(reading.dataset(recordings))
     return {name: limit for name, limit in known.items() if not (pair and name == "stroke")}

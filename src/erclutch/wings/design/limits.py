@@ -182,7 +182,8 @@ def limits_of_log(data: Dataset) -> dict[str, float]:
         if in_span.size > over:
             change = np.abs(in_span[over:] - in_span[:-over]) / (over * period)
             accelerations.append(float(np.quantile(change, _SURE)))
-        ways.append(float(np.ptp(np.cumsum(in_span) * period)))
+        way = np.cumsum(in_span) * period
+        ways.append(float(np.ptp(way)))
         for field in fields_of:
             steps = np.abs(np.diff(field[rows]))
             largest_step = float(steps.max(initial=0.0))
@@ -197,7 +198,8 @@ def limits_of_log(data: Dataset) -> dict[str, float]:
         "effort": largest_size(data.effort),
     }
     limits |= _effort_by_field_and_speed(data, limits)
-    way_at_speed = float(np.mean(np.abs(slip))) * data.duration
+    usual_speed = float(np.mean(np.abs(slip)))
+    way_at_speed = usual_speed * data.duration
     if max(ways) < 0.5 * way_at_speed:
         limits["stroke"] = max(ways)
     return {name: limit for name, limit in limits.items() if limit > 0.0}
@@ -216,10 +218,12 @@ def _effort_by_field_and_speed(data: Dataset, limits: Mapping[str, float]) -> di
 
     # Without field: a line through the slowest cell, as steep as the steepest way from there to another one.
     least = 1e-3 * largest
-    slowest = int(np.argmin(np.where(weak, speeds, np.inf)))
+    weak_speeds = np.where(weak, speeds, np.inf)
+    slowest = int(np.argmin(weak_speeds))
     slow = max(float(efforts[slowest]), least)
     slopes = (efforts[weak] - slow) / np.maximum(speeds[weak], _WEAK)
-    idle = min(slow + max(float(slopes.max()), 0.0), largest)
+    steepest = max(float(slopes.max()), 0.0)
+    idle = min(slow + steepest, largest)
     if data.device == "coaxial":
         # Nobody commands the output of a pair: at the whole power of its log it would be driven into its ends.
         return {"idle_effort": idle}

@@ -68,7 +68,8 @@ class StretchMaker:
         self._most = self.bounds.field
         if self.bounds.heat_is_limited and self._rng.random() < _WEAK:
             # A mean power lets the rig turn fast only where the field is weak.
-            self._most = max(1, round(self.bounds.field * _WEAKEST ** self._rng.random()))
+            share_of_field = _WEAKEST ** self._rng.random()
+            self._most = max(1, round(self.bounds.field * share_of_field))
         share = float(self._rng.uniform(0.3, 1.0))
         rows = max(8, round(share * self.rows))
         if kind < 0.45:
@@ -123,7 +124,8 @@ class StretchMaker:
         for _ in range(4):
             rows = max(2, self._dwell())  # from the largest field on one side to that on the other
             step = max(1, 2 * self.bounds.field // rows)
-            pieces.append((self._level(), min(step, self._field_step()), 0))
+            rise = min(step, self._field_step())
+            pieces.append((self._level(), rise, 0))
         return pieces
 
     def _acceleration(self) -> int:

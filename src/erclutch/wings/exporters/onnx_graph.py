@@ -76,7 +76,8 @@ class Emitter:
     ) -> str:
         """One operator with one result; returns the result's name."""
         name = result or f"v{len(self.nodes)}"
-        self.nodes.append(self.helper.make_node(operator, list(arguments), [name], **attributes))
+        node = self.helper.make_node(operator, list(arguments), [name], **attributes)
+        self.nodes.append(node)
         return name
 
     def split(self, tensor: str, names: Sequence[str], lengths: Sequence[int]) -> None:

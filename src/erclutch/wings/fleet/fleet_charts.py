@@ -31,7 +31,8 @@ def _panel(series: FleetSeries, over: str) -> Panel:
     high = scale.factor * series.high
     outlying = np.array([device in series.outliers for device in series.devices], bool)
 
-    whiskers = np.column_stack([low, high, np.full_like(low, np.nan)]).ravel()  # NaN parts one from the next
+    gap = np.full_like(low, np.nan)
+    whiskers = np.column_stack([low, high, gap]).ravel()  # NaN parts one from the next
     marks: list[Any] = [Line(np.repeat(x, 3), whiskers, "whisker")]
     width = high - low
     known = width[np.isfinite(width)]

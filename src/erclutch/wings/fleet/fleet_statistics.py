@@ -94,7 +94,8 @@ def control_chart(values: Array, baseline: int = 0) -> ControlChart | None:
     if first.size < FEWEST:
         return None
     centre = float(first.mean())
-    moving_range = float(np.abs(np.diff(first)).mean())
+    moves = np.abs(np.diff(first))
+    moving_range = float(moves.mean())
     reach = 3.0 * moving_range / _SIGMA_OF_RANGE
     outside = np.abs(values - centre) > reach
     return ControlChart(centre, centre - reach, centre + reach, outside)

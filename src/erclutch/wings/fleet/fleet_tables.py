@@ -90,7 +90,8 @@ def tables_of(devices: Sequence[Mapping[str, Any]], over: str, baseline: int) ->
     recommended = [row["model"] for row in fits if row["recommended"]]
     most_often = max(sorted(set(recommended)), key=recommended.count, default=None)
     lines = sorted(json.dumps(row, sort_keys=True) for row in fits + parameters)
-    digest = hashlib.sha256("\n".join(lines).encode()).hexdigest()
+    text = "\n".join(lines)
+    digest = hashlib.sha256(text.encode()).hexdigest()
     return FleetTables(parameters, fits, series, most_often, digest)
 
 

@@ -119,7 +119,8 @@ def cached(target: Path, make: Callable[[Path], Path]) -> Path:
             made = make(Path(folder))
             target.parent.mkdir(exist_ok=True)
             note = _digest_of(made)
-            note.write_text(hashlib.sha256(made.read_bytes()).hexdigest(), encoding="ascii")
+            digest = hashlib.sha256(made.read_bytes()).hexdigest()
+            note.write_text(digest, encoding="ascii")
             os.replace(made, target)
             os.replace(note, _digest_of(target))
     except OSError as error:

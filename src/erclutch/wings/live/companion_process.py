@@ -57,7 +57,8 @@ class CompanionProcess(subprocess.Popen[bytes]):
         """Write a line to its standard input; nobody may be there to read it."""
         assert self.stdin is not None
         with contextlib.suppress(OSError, ValueError):
-            self.stdin.write(json.dumps(body).encode() + b"\n")
+            line = json.dumps(body).encode() + b"\n"
+            self.stdin.write(line)
             self.stdin.flush()
 
 

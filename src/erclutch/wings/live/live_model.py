@@ -90,5 +90,6 @@ def _compiled(step: object) -> Path:
 
     assert isinstance(step, ExportedStep)
     name = library_name(step)
-    target = cache_folder() / f"model-{hashlib.sha256(name.encode()).hexdigest()[:24]}" / name
+    digest = hashlib.sha256(name.encode()).hexdigest()[:24]
+    target = cache_folder() / f"model-{digest}" / name
     return cached(target, lambda folder: build(step, folder, find_compiler()))

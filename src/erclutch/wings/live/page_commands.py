@@ -83,7 +83,8 @@ def parse(message: str | bytes, limits: CommandLimits) -> PageCommand:
     if set(values) != ({key} if key else set()):
         wanted = f"exactly {key}" if key else "nothing"
         raise CommandError(f"the wrong keys for {kind}", remedy=f"Send {wanted} beside command")
-    return PageCommand(cast("Kind", kind), _value(key, values.get(key), limits))
+    value = _value(key, values.get(key), limits)
+    return PageCommand(cast("Kind", kind), value)
 
 
 def _value(key: str, given: Any, limits: CommandLimits) -> float:

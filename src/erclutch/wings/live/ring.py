@@ -307,7 +307,8 @@ class RingReader:
     def latest(self, count: int) -> NDArray[Any]:
         """The newest frames, at most ``count``, without taking them from `read`."""
         head = self.head
-        return self._copied(max(0, head - min(count, self._safe)), head)
+        most = min(count, self._safe)
+        return self._copied(max(0, head - most), head)
 
     def _copied(self, first: int, stop: int) -> NDArray[Any]:
         """Frames of these numbers, without what the writer may have reached meanwhile."""

@@ -37,7 +37,8 @@ class Histogram:
         if times_ns.size:
             us = np.clip(times_ns // 1000, 0, _BINS - 1).astype(np.int64)
             self.counts += np.bincount(us, minlength=_BINS)
-            self.largest = max(self.largest, float(times_ns.max()) / 1e3)
+            slowest = float(times_ns.max()) / 1e3  # [us]
+            self.largest = max(self.largest, slowest)
 
     def percentiles(self, shares: Sequence[float]) -> list[float]:
         """Upper ends of the bins that hold these shares, in us; nan while it is empty."""

@@ -25,7 +25,8 @@ def describe_loops(loops: Sequence[TunedLoop]) -> Plot:
         if not columns:
             columns.append(frequency)  # the same of every loop
         gain: Array = 20.0 * np.log10(np.abs(response))
-        phase: Array = np.degrees(np.unwrap(np.angle(response)))
+        turned = np.unwrap(np.angle(response))
+        phase: Array = np.degrees(turned)
         phase -= 360.0 * round((float(phase[0]) + 180.0) / 360.0)  # it begins within half a turn of -180 degrees
         sensitivity: Array = 1.0 / np.abs(1.0 + response)
         gains.append(Line(frequency, gain, style, tuned.name))

@@ -249,7 +249,8 @@ def wall_figures(
         wall = float(frames["theta"][0]) + _AHEAD
         deepest = np.max(push["theta"])
         depths.append(float(deepest) - wall)
-        swings.append(float(np.std(push["theta_dot"][half // 2 :])))
+        later = push["theta_dot"][half // 2 :]
+        swings.append(float(np.std(later)))
         if stiffness == _FELT:
             out = pull["theta"] < deepest - _OUT
             first_out = np.argmax(out)

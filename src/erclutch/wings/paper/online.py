@@ -80,7 +80,8 @@ def _zero_field(rig: RigParameters, rows: int, seed: int) -> list[LoopProgram]:
 
 
 def _held(rig: RigParameters, rows: int, seed: int) -> list[LoopProgram]:
-    return _fields("zero-motion", soft=0.0, peakedness=held_peakedness(rig))(rig, rows, seed)
+    peakedness = held_peakedness(rig)
+    return _fields("zero-motion", soft=0.0, peakedness=peakedness)(rig, rows, seed)
 
 
 def _tracked(*frequencies: float) -> _Programs:

@@ -56,7 +56,8 @@ def draw_estimates(
             signal = getattr(element, quantity)[section]
             columns[f"{quantity} {channel}"] = signal
             lines.append(Line(time, signal, style, channel))
-        panels.append(Panel(x, Axis(quantity, unit_text(unit)), lines))
+        axis = Axis(quantity, unit_text(unit))
+        panels.append(Panel(x, axis, lines))
 
     numbers = np.column_stack(list(columns.values()))
     plot = Plot(

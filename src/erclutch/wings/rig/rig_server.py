@@ -112,7 +112,8 @@ class RigServer:
     def _wait(self, due: float) -> CommandPacket | None:
         """The newest command, or None when the time has come to go on without or to look at the watchdog."""
         watchdog = math.inf if self._zeroed else self._heard + WATCHDOG_TIME
-        wait = max(0.0, min(min(due, watchdog) - time.monotonic(), 0.05))
+        until = min(due, watchdog) - time.monotonic()
+        wait = max(0.0, min(until, 0.05))
         newest = self._drain()
         if newest is None and select.select([self._socket], [], [], wait)[0]:
             newest = self._drain()

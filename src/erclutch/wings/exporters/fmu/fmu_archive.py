@@ -55,7 +55,8 @@ def write_fmu(
         pages = root / "documentation"
         pages.mkdir()
         (pages / "index.html").write_text(_page(step, face), encoding="utf-8")
-        _tree(description(step, face, version, name, token(face), files), root / "modelDescription.xml")
+        about = description(step, face, version, name, token(face), files)
+        _tree(about, root / "modelDescription.xml")
         if version == 3:
             _tree(build_description(name, files), code / "buildDescription.xml")
         came_of_it = "".join(f"{line}\n" for line in building.result())

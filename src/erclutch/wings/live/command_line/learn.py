@@ -320,7 +320,8 @@ def _write(
     if not folder.is_dir():
         return
     with whole_file(folder / LEARN_REPORT) as unfinished:
-        unfinished.write_text(json_text.dumps(_body(rig, rounds, ended), indent=1) + "\n", encoding="utf-8")
+        text = json_text.dumps(_body(rig, rounds, ended), indent=1) + "\n"
+        unfinished.write_text(text, encoding="utf-8")
 
 
 def line_of(report: RoundReport, rig: Rig) -> str:

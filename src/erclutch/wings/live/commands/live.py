@@ -153,7 +153,8 @@ def _explained(output: Console) -> int:
         rows_of.setdefault(answer.state, []).append(row)
     headings = ["event", "next state", "field", "events in the frame"]
     for state, rows in rows_of.items():
-        output.print(terminal.table(f"In the state {state.name.lower()}", headings, rows, left=4))
+        states = terminal.table(f"In the state {state.name.lower()}", headings, rows, left=4)
+        output.print(states)
     output.print("Asked of tracking. Torque, impedance and wall are answered alike.")
     return 0
 

@@ -188,7 +188,8 @@ def torque_path(model: Model) -> tuple[TorquePath, float]:
         field[:_SETTLED] = before
         elements = [Element(field, np.full(rows, slip))]
         if model.structure.device == "coaxial":
-            elements.append(Element(np.zeros(rows), np.full(rows, -slip)))
+            other_slip = np.full(rows, -slip)
+            elements.append(Element(np.zeros(rows), other_slip))
         return model.effort(tuple(elements), clock)[_SETTLED - 1 :]
 
     rise = stepped(low, high)
@@ -328,7 +329,8 @@ def tuned_loops(
             problem = f"{option} {wanted:g} Hz: {limit} allows {largest:.3g} Hz"
             raise SettingError(problem, remedy="Give at most that")
         loop = loop_at(wanted)
-        loops.append(lm.TunedLoop(name, wanted, largest, limit, loop, lm.margins_of(loop)))
+        margins = lm.margins_of(loop)
+        loops.append(lm.TunedLoop(name, wanted, largest, limit, loop, margins))
     return loops
 
 

@@ -92,7 +92,8 @@ class FrameFile:
         except OSError as error:
             raise unwritable(self.path, error) from error
         about = kinds.Metadata(OWN, about_session(info))
-        self._append(MAGIC + record_bytes(kinds.Header("ros1", f"erclutch {__version__}"), about))
+        header = record_bytes(kinds.Header("ros1", f"erclutch {__version__}"), about)
+        self._append(MAGIC + header)
 
     def write(self, frames: NDArray[Any]) -> None:
         """Append frames as one chunk. Whole or not at all: after an error the file ends with the chunk before.
@@ -320,7 +321,8 @@ def seal(path: str | Path) -> None:
         with contextlib.closing(mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ)) as data:
             size = len(data)
             found = list(places(data))
-            end = record_bytes(kinds.DataEnd(zlib.crc32(memoryview(data))))
+            checksum = zlib.crc32(memoryview(data))
+            end = record_bytes(kinds.DataEnd(checksum))
             summary = _summary(data, found, size + len(end))
         try:
             file.seek(size)
@@ -408,7 +410,8 @@ def _laid_out(groups: Mapping[Opcode, Mapping[bytes, None]], start: int) -> byte
         group = b"".join(records)
         if group:
             parts.append(group)
-            offsets.append(record_bytes(kinds.SummaryOffset(kind, at, len(group))))
+            offset = kinds.SummaryOffset(kind, at, len(group))
+            offsets.append(record_bytes(offset))
             at += len(group)
     body = b"".join((*parts, *offsets))
     footer = struct.pack("<BQQQ", Opcode.FOOTER, 20, start, at)

@@ -376,6 +376,7 @@ def verify(step: ExportedStep, folder: Path) -> Iterator[Check]:
             expected.append(" ".join(words))
     with tempfile.TemporaryDirectory() as work:
         for compiler in (*natives(), *foreign()):
-            printed = _printed(compiler, folder, Path(work), step, rows).split("\n")[: len(expected)]
+            lines = _printed(compiler, folder, Path(work), step, rows).split("\n")
+            printed = lines[: len(expected)]
             other = sum(line != wanted for line, wanted in zip(printed, expected, strict=True))
             yield Check(f"controller, {compiler.name}", len(expected), other, 0.0)

@@ -117,5 +117,6 @@ def verify(step: ExportedStep, folder: Path) -> Iterator[Check]:
         whole_bits = bits.astype(np.uint64)
         whole_flags = flags.astype(np.uint64)
         simulated_rows = np.column_stack([whole_bits, whole_flags])
-        other = int(np.count_nonzero((simulated_rows != expected).any(axis=1)))
+        differ = (simulated_rows != expected).any(axis=1)
+        other = int(np.count_nonzero(differ))
         yield Check(where, len(rows), other, 0.0)

@@ -197,7 +197,8 @@ def _side_by_side(
     with task_pool("processes" if workers > 1 else None, workers) as pool:
 
         def of_samples(points: Sequence[Array]) -> list[Array]:
-            return list(in_order(pool, partial(space.residuals, target=target), points))
+            of_rig = partial(space.residuals, target=target)
+            return list(in_order(pool, of_rig, points))
 
         def of_figures(points: Sequence[Array]) -> list[Array]:
             keys = [sha256(point.tobytes()).hexdigest()[:16] for point in points]

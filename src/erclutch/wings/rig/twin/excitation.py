@@ -65,7 +65,8 @@ def field_sequence(
     k = 0
     side = 1.0
     while k < rows:
-        end = min(k + int(rng.exponential(settings.stretch) * rate) + 20, rows)
+        length = int(rng.exponential(settings.stretch) * rate)
+        end = min(k + length + 20, rows)
         draw = _sines if rng.random() < settings.sines else _squares
         k, side = draw(out, k, end, side, rng, settings, rate)
     return out
@@ -73,7 +74,8 @@ def field_sequence(
 
 def _half_period(rng: np.random.Generator, settings: FieldSettings, rate: float) -> int:
     """Rows of half a period; periods are drawn evenly."""
-    return max(1, round(rng.uniform(0.5 / settings.highest, 0.5 / settings.lowest) * rate))
+    half_period = rng.uniform(0.5 / settings.highest, 0.5 / settings.lowest)  # [s]
+    return max(1, round(half_period * rate))
 
 
 def _amplitude(rng: np.random.Generator, settings: FieldSettings) -> float:

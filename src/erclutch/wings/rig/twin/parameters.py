@@ -231,7 +231,8 @@ def _entry(table: Mapping[str, Any]) -> ParameterEntry:
 @lru_cache(maxsize=1)
 def default_rig() -> RigParameters:
     """The rig of the paper, as far as it is known; what is not is assumed or calibrated, and says so."""
-    body = toml_of(resources.files("erclutch.wings.rig.twin").joinpath("default.toml").read_bytes())
+    default = resources.files("erclutch.wings.rig.twin").joinpath("default.toml")
+    body = toml_of(default.read_bytes())
     entries: dict[str, dict[str, ParameterEntry]] = {}
     for section in SECTIONS:
         entries[section] = {key: _entry(table) for key, table in body[section].items()}

@@ -251,7 +251,8 @@ def prepare(
         raise SettingError(
             f"{length:g} s with seed {seed}", remedy=f"Give 0.1 to {_LONGEST:g} s and a seed of 0 or more"
         )
-    return TwinRun(scenario, (rig or default_rig()).changed(scenario.changes), seed, round(length / PERIOD))
+    changed = (rig or default_rig()).changed(scenario.changes)
+    return TwinRun(scenario, changed, seed, round(length / PERIOD))
 
 
 _Stepper = Callable[[Array, slice, Array], None]

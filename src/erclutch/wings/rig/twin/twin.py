@@ -107,7 +107,8 @@ class Twin:
 
     def _read(self) -> Measurement:
         row = np.zeros(7)
-        sense(self._state, self._parts, float(self._random.standard_normal()), row)
+        noise = float(self._random.standard_normal())
+        sense(self._state, self._parts, noise, row)
         return Measurement(self._rows * PERIOD, *(float(v) for v in row[3:7]))
 
 
