@@ -1,7 +1,8 @@
 """Fitting a structure to training rows: scan, then variable projection on few rows, then on all rows.
 
 The scan looks at the whole box of the nonlinear parameters on a few thousand rows; the best points are refined on those
-rows and the best of them polished on all rows, so the figures reported are always those of the full data.
+rows and the best of them polished on all rows, so the figures reported are always those of the full data. A lag's time
+constants and delay are nonlinear parameters like those of the law: one search finds them together.
 """
 
 from __future__ import annotations
