@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from erclutch.signals.array import Array
     from erclutch.signals.recording import Recording
 
-_MOST_SEGMENTS = 12
+_MOST_SEGMENTS = 12  # rows of the table
 _LEAST_MEAN = 1e-12  # of the largest value: below it a mean is what is left of a sum
 _PAUSE = 1.5  # medians of a clock's steps
 _FEW_PAUSES = 0.1  # of all steps; more is no pause but the way in which the column counts

@@ -12,7 +12,7 @@ from erclutch.signals.array import Array, Mask, largest_size
 
 #: Points of the grid along a side of the field, and along the slip of an element.
 _FIELDS = 33
-_SLIPS = 11
+_SLIPS = 11  # levels between the ends of the training range
 _SLACK = 1e-9  # of the effort's scale: rounding is no turning point
 
 

@@ -14,7 +14,7 @@ from erclutch.export.step_numbers import band_of, inverse, inverse_now, referenc
 from erclutch.signals.array import Array
 from erclutch.signals.device import speeds_of
 
-STEPS = 256
+STEPS = 256  # rows of test vectors
 FIELDS = 48  # inverses at rest
 AHEAD = 32  # inverses of the next step
 

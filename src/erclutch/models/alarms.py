@@ -32,7 +32,7 @@ LONG = 2
 _WIDE = 0.25
 #: How often the part that blocks of training rows seldom reach a new motion may reach, and the least that is told.
 _BEYOND = 2.0
-_LEAST_PART = 0.02
+_LEAST_PART = 0.02  # of the estimate: errors that follow a smaller part of it are no drift
 #: An estimate counts up to so many half widths: a part of a larger one would be outside the band.
 _MOST_WIDTHS = 100.0
 

@@ -23,7 +23,7 @@ from erclutch.signals.recording import POSITION, TEMPERATURE
 from erclutch.signals.units import UNKNOWN
 
 Pair = tuple[float, float]
-_SAME_PERIOD = 0.01
+_SAME_PERIOD = 0.01  # share by which a log's period may differ from the model's
 
 
 def margins(covered: Pair) -> Pair:

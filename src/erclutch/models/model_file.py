@@ -32,7 +32,7 @@ _REMEDY = "Restore the file, or fit again"
 # Sums, products and squares of numbers within these stay finite.
 _LARGEST = 1e18
 SMALLEST = 1e-18
-_LONGEST_TEXT = 1000
+_LONGEST_TEXT = 1000  # characters
 _SPECIFICATION = re.compile(r"[\w.+/ -]{1,200}", re.ASCII)
 
 #: What an entry of the wrong type, size or name ends in.

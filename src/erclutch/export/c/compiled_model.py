@@ -14,14 +14,7 @@ from pathlib import Path
 from typing import Any, cast
 
 #: Bits of `CompiledModel.flags`.
-OUTSIDE_RANGE = 1
-NON_FINITE = 2
-BOTH_FIELDS = 4
-LIMITED = 8
-OUT_OF_REACH = 16
-WIDE_BAND = 32
-DRIFT = 64
-ADAPTED = 128
+OUTSIDE_RANGE, NON_FINITE, BOTH_FIELDS, LIMITED, OUT_OF_REACH, WIDE_BAND, DRIFT, ADAPTED = 1, 2, 4, 8, 16, 32, 64, 128
 _ABI = 1
 _METH_FASTCALL = 0x80
 
@@ -117,8 +110,7 @@ class CompiledModel:
         function = ctypes.cast(self._glue.erc_python_step, ctypes.c_void_p).value
         self._method = _Method(b"step", function, _METH_FASTCALL, b"One sample: the inputs in, the effort out.")
         make = ctypes.pythonapi.PyCFunction_NewEx
-        make.argtypes = (ctypes.POINTER(_Method), ctypes.py_object, ctypes.c_void_p)
-        make.restype = ctypes.py_object
+        make.argtypes, make.restype = (ctypes.POINTER(_Method), ctypes.py_object, ctypes.c_void_p), ctypes.py_object
         # The function may outlive this object, so it holds on to everything that it points to.
         address = _Address(ctypes.addressof(self._call))
         address.held = (self._call, self._method, self._memory, self._library, self._glue)
@@ -126,8 +118,7 @@ class CompiledModel:
 
     def _slow_step(self, *inputs: float) -> float:
         self._set(inputs)
-        out = ctypes.byref(self._out)
-        self._call.flags = self._library.erc_model_step(self._state, self._in, out)
+        self._call.flags = self._library.erc_model_step(self._state, self._in, ctypes.byref(self._out))
         return self._out.value
 
     def _set(self, inputs: Sequence[float]) -> None:
@@ -175,15 +166,13 @@ class CompiledModel:
     def steady(self, inputs: Sequence[float]) -> float:
         """The effort once the fluid has settled; takes speeds, leaves the state alone."""
         self._set(inputs)
-        out = ctypes.byref(self._out)
-        self._call.flags = self._library.erc_model_steady(self._in, out)
+        self._call.flags = self._library.erc_model_steady(self._in, ctypes.byref(self._out))
         return self._out.value
 
     def inverse(self, inputs: Sequence[float], wanted: float) -> float:
         """The signed field (E1 - E2 of a coaxial pair) for a wanted effort; the fields in the inputs do not matter."""
         self._set(inputs)
-        out = ctypes.byref(self._out)
-        self._call.flags = self._library.erc_model_inverse(self._in, wanted, out)
+        self._call.flags = self._library.erc_model_inverse(self._in, wanted, ctypes.byref(self._out))
         return self._out.value
 
     def inverse_now(self, inputs: Sequence[float], wanted: float) -> float:
@@ -193,8 +182,7 @@ class CompiledModel:
         matter; positions go in where the step takes positions.
         """
         self._set(inputs)
-        out = ctypes.byref(self._out)
-        self._call.flags = self._library.erc_model_inverse_now(self._state, self._in, wanted, out)
+        self._call.flags = self._library.erc_model_inverse_now(self._state, self._in, wanted, ctypes.byref(self._out))
         return self._out.value
 
     def run(self, rows: Any) -> tuple[Any, Any]:
@@ -212,8 +200,7 @@ class CompiledModel:
             raise TypeError(f"{len(view)} numbers are no rows of {self.inputs}")
         count = len(view) // self.inputs
         buffer = array("d", view)
-        effort = array("d", bytes(8 * count))
-        flags = array("I", bytes(4 * count))
+        effort, flags = array("d", bytes(8 * count)), array("I", bytes(4 * count))
         addresses = [a.buffer_info()[0] for a in (buffer, effort, flags)]
         self._library.erc_model_run(self._state, count, *addresses)
         self._call.flags = flags[-1] if count else 0

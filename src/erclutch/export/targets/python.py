@@ -30,8 +30,8 @@ ALARMS = True
 def write(step: ExportedStep, folder: Path) -> None:
     """C files, two shared libraries, the module."""
     build(step, folder)
-    source = resources.files("erclutch.export").joinpath("c/compiled_model.py")
-    text = source.read_text(encoding="utf-8")
+    module_file = resources.files("erclutch.export").joinpath("c/compiled_model.py")
+    text = module_file.read_text(encoding="utf-8")
     tail = f'''
 
 def load() -> CompiledModel:

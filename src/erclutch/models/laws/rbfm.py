@@ -18,7 +18,7 @@ from erclutch.models.laws.yield_stress import YieldForm
 
 # Equations (13), (14): sigma_1 = 0.01 and sigma_2 = 1 over fields up to 0.5, here over normalised fields up to 1.
 _NARROWEST, _WIDEST = 0.01 / 0.5, 1.0 / 0.5
-_LARGEST = 100
+_LARGEST = 100  # kernels
 
 
 def rbfm(yield_form: YieldForm, kernels: int) -> Law:

@@ -20,7 +20,7 @@ Centres = Literal["forward", "kmeans", "refined", "spreads"]
 #: The networks of table II; `models.laws.PAPER` are its laws.
 PAPER_NETWORKS = ("rbfn-10", "rbfn-50", "fnn-6", "fnn-16", "fnn-10-6")
 
-MOST_NEURONS = 500
+MOST_NEURONS = 500  # in a layer
 _FORMS: tuple[Centres, ...] = ("forward", "kmeans", "refined", "spreads")
 
 

@@ -29,7 +29,7 @@ from erclutch.signals.clock import Clock
 
 Rows = NDArray[np.int64]
 
-_MOST_ROWS = 100_000
+_MOST_ROWS = 100_000  # of a delay register in an export
 _TIME = Dimension(time=1)
 
 

@@ -9,7 +9,7 @@ from erclutch.errors import SettingError
 from erclutch.models.stages.stage import Stage, StageFamily
 from erclutch.registry import Plugin, find
 
-MOST_STATES = 8
+MOST_STATES = 8  # of a stage of another package, counted by the number in its name
 
 
 class OutsideStage:

@@ -23,7 +23,7 @@ from erclutch.wings.app.jobs import Job, Jobs
 from erclutch.wings.app.workspace import NotThereError, Workspace, WorkspaceError
 from erclutch.wings.live.page.access import Access
 
-_LONGEST_FORM = 100_000
+_LONGEST_FORM = 100_000  # bytes
 _PATIENCE = 120.0  # s for a report
 _MOST_ASKED = 2  # reports that are written at a time
 #: A file that a command wrote may come from anywhere: it runs without this page's origin, and reaches nothing.

@@ -22,11 +22,11 @@ from typing import IO, Any
 from erclutch.cli.terminal import PROGRESS
 from erclutch.wings.app.workspace import WorkspaceError
 
-_MOST_LINES = 2000
-_MOST_RUNNING = 4
-_MOST_LOOKING = 4
-_MOST_KEPT = 200
-_MOST_LOOKS = 20
+_MOST_LINES = 2000  # of a job's output that are kept, the last ones
+_MOST_RUNNING = 4  # jobs at once
+_MOST_LOOKING = 4  # looks at a log at once
+_MOST_KEPT = 200  # jobs that the page remembers
+_MOST_LOOKS = 20  # looks at logs that are remembered
 _PATIENCE = 10.0  # s that an interrupted command has to end
 
 

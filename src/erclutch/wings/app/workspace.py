@@ -24,7 +24,7 @@ from erclutch.runs.run_about import RunAbout, about_with
 ESTIMATE = re.compile(r"-estimate(-\d+)?\.csv$")
 #: Of an upload, bytes; as large as the largest log that `erclutch.read` takes.
 LARGEST = 4 << 30
-_LONGEST_NAME = 120
+_LONGEST_NAME = 120  # bytes
 _ABOUT = ".erclutch-about.json"  # what was said of the logs
 _MOST_INSIDE = 20_000  # files of a folder
 #: The newest entries of a kind that are shown, and looked into: each run that is costs a millisecond.

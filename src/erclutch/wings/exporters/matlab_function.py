@@ -17,7 +17,7 @@ from erclutch.export.encode import comment
 from erclutch.export.exported_step import ExportedStep
 from erclutch.export.step_recording import StepRecord
 
-_WIDEST = 90
+_WIDEST = 90  # characters of an expression that is used once and gets no name
 #: MATLAB breaks a row of a matrix with dots; a semicolon ends it.
 _SAME_ROW = ", ...\n        "
 _NEXT_ROW = "; ...\n        "

@@ -12,7 +12,7 @@ from erclutch.report.plots.plot_description import Axis, Dots, Line, Panel, Refe
 from erclutch.signals.array import largest_size
 from erclutch.wings.fleet.fleet_statistics import RMSE, FleetSeries
 
-_NAMED = 6
+_NAMED = 6  # devices in a sentence; the others are counted
 _REACH = 20.0  # intervals that an interval is drawn to, so that one that knows nothing leaves the others to be seen
 
 

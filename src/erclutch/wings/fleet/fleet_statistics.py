@@ -14,7 +14,7 @@ RMSE = "rmse"
 FEWEST = 5  # devices for any of these figures
 _SIGMA_OF_MAD = 1.4826
 _SIGMA_OF_RANGE = 1.128  # mean moving range of two, over the standard deviation
-_NORMAL_95 = 1.96
+_NORMAL_95 = 1.96  # standard deviations on either side that hold 95 % of a normal distribution
 
 
 @dataclass(frozen=True)

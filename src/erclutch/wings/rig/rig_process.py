@@ -23,7 +23,7 @@ from erclutch.wings.rig.interface import SteppedRig
 from erclutch.wings.rig.rig_plugins import GROUP
 from erclutch.wings.rig.rig_server import RigServer
 
-_PRIORITY = 70
+_PRIORITY = 70  # in real time, of 1 to 99
 
 
 class RigStartError(ErclutchError):

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from erclutch.signals.device import DeviceName
     from erclutch.wings.rig.twin.parameters import RigParameters
 
-_SECONDS = 60.0
+_SECONDS = 60.0  # [s], of the TWIN's log that its models are fitted to
 #: The brake switches fast against a slip that hardly moves: the lag of its field is most of what a law would miss.
 _LIVE = {"coaxial": "fnn-16", "single": "fnn-16+lag"}
 _MADE_BY = ("wings/rig", "models", "fit")

@@ -29,8 +29,8 @@ from erclutch.wings.rig.twin.part_parameters import parts_of, single_clutch
 from erclutch.wings.rig.twin.sampled_rows import LOGGED, TRUE, run_open, run_tracking
 from erclutch.wings.rig.twin.twin import LABEL, PERIOD, substeps
 
-_CHUNK = 2000
-_LONGEST = 24 * 3600.0
+_CHUNK = 2000  # rows that are simulated at once
+_LONGEST = 24 * 3600.0  # [s]
 _LARGEST = 1e15  # in SI: a log's number beyond comes of steps that are too long for the rig
 
 
