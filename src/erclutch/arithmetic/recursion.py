@@ -315,7 +315,23 @@ class _Loop:
     def compiled(self) -> Callable[..., None]:
         """The loop as machine code, by Numba, without fast-math."""
         if self.made is None:
-            self.made = _compiled_loop(self.advance)
+            import numba
+
+            _teach_numba()
+            step: Any = numba.njit(error_model="numpy")(self.advance)
+
+            def loop(first: Any, starts: Any, given: Any, states: Any) -> None:
+                span = 0
+                for k in range(given.shape[0]):
+                    if span < starts.size and k == starts[span]:
+                        states[k] = first[span]
+                        span += 1
+                    else:
+                        after = step(states[k - 1], given[k])
+                        for j in range(states.shape[1]):
+                            states[k, j] = after[j]
+
+            self.made = numba.njit(nogil=True, error_model="numpy")(loop)
         return self.made
 
 
@@ -323,26 +339,6 @@ class _Loop:
 def _loop_of(advance: Advance) -> _Loop:
     """The step's loop, which is the same at every call, so that its rows add up."""
     return _Loop(advance)
-
-
-def _compiled_loop(advance: Advance) -> Any:
-    import numba
-
-    _teach_numba()
-    step: Any = numba.njit(error_model="numpy")(advance)
-
-    def loop(first: Any, starts: Any, given: Any, states: Any) -> None:
-        span = 0
-        for k in range(given.shape[0]):
-            if span < starts.size and k == starts[span]:
-                states[k] = first[span]
-                span += 1
-            else:
-                after = step(states[k - 1], given[k])
-                for j in range(states.shape[1]):
-                    states[k, j] = after[j]
-
-    return numba.njit(nogil=True, error_model="numpy")(loop)
 
 
 @cache

@@ -30,7 +30,9 @@ _NOTES = {"order", "wrap", "stopping", "rate-limited"}
 
 def level_of(event: str) -> str:
     """Alarm, warning or note."""
-    return "alarm" if event in _ALARMS else "note" if event in _NOTES else "warning"
+    if event in _ALARMS:
+        return "alarm"
+    return "note" if event in _NOTES else "warning"
 
 
 @dataclass

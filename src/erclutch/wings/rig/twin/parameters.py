@@ -91,7 +91,12 @@ class RigParameters:
         """
         section, _, key = path.partition(".")
         if key not in self.entries.get(section, {}):
-            raise _unknown(path, self)
+            import difflib
+
+            known = [f"{section}.{key}" for section, names in self.entries.items() for key in names]
+            near = difflib.get_close_matches(path, known, n=1)
+            hint = f"Did you mean {near[0]}" if near else "default.toml in erclutch.wings.rig.twin lists them"
+            raise SettingError(f"the rig has no parameter {path!r}", remedy=hint, where=self.name)
         return self.entries[section][key]
 
     def changed(self, values: Mapping[str, float], source: str | None = None) -> RigParameters:
@@ -144,15 +149,6 @@ class RigParameters:
     def to_dict(self) -> dict[str, dict[str, float]]:
         """Values as JSON."""
         return {section: self.section(section) for section in self.entries}
-
-
-def _unknown(path: str, rig: RigParameters) -> SettingError:
-    import difflib
-
-    known = [f"{section}.{key}" for section, names in rig.entries.items() for key in names]
-    near = difflib.get_close_matches(path, known, n=1)
-    hint = f"Did you mean {near[0]}" if near else "default.toml in erclutch.wings.rig.twin lists them"
-    return SettingError(f"the rig has no parameter {path!r}", remedy=hint, where=rig.name)
 
 
 def _checked(

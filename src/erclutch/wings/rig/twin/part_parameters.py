@@ -170,19 +170,6 @@ def single_clutch(parts: Parts) -> Parts:
     return parts._replace(clutch_2=without_seal, gaps=alone)
 
 
-def _gaps(arm: Array, weight: Array, viscosity: tuple[float, float]) -> Gaps:
-    """The points of both gaps, which are alike but for the viscosity."""
-    arms = np.tile(arm, 2)
-    weights = np.tile(weight, 2)
-    return Gaps(
-        way=np.repeat([1.0, -1.0], POINTS),
-        arm=arms,
-        weight=weights,
-        volume=weights / arms,
-        thick=weights * arms * np.repeat(viscosity, POINTS),
-    )
-
-
 def parts_of(rig: RigParameters) -> Parts:
     """Parameters as the compiled code takes them."""
     clutch = rig.section("clutch")
@@ -205,12 +192,21 @@ def parts_of(rig: RigParameters) -> Parts:
 
     viscosity = clutch["viscosity_1"], clutch["viscosity_2"]
     idle_breaking = fluid["breaking_rate"] * LEAST_RATIO ** fluid["breaking_exponent"]
+    # The points of both gaps, which are alike but for the viscosity.
+    arms = np.tile(radius / gap, 2)
+    weights = np.tile(weight, 2)
     return Parts(
         supply=Supply(**rig.section("supply")),
         fluid=Fluid(**fluid, idle_breaking=idle_breaking),
         clutch_1=one(1),
         clutch_2=one(2),
-        gaps=_gaps(radius / gap, weight, viscosity),
+        gaps=Gaps(
+            way=np.repeat([1.0, -1.0], POINTS),
+            arm=arms,
+            weight=weights,
+            volume=weights / arms,
+            thick=weights * arms * np.repeat(viscosity, POINTS),
+        ),
         drive=Drive(**rig.section("drive")),
         screw=Screw(**rig.section("screw")),
         sensors=Sensors(**rig.section("sensors")),
