@@ -47,6 +47,9 @@ def test_a_gain_becomes_a_run_that_other_commands_take(base: Path, tmp_path: Pat
     assert values[0]["T_y"]["value"] == pytest.approx(1.15 * values[1]["T_y"]["value"], rel=0.05)
     assert values[0]["T_y"]["low"] < values[0]["T_y"]["value"] < values[0]["T_y"]["high"]
     assert values[0]["tau"] == values[1]["tau"]
+    for name in ("T_y", "eta", "T_0"):  # the gain is known well; what the base did not know of each number stays
+        widths = [each[name]["high"] - each[name]["low"] for each in values]
+        assert 1.1 * widths[1] < widths[0] < 1.6 * widths[1], name
     assert command_of(found.body) == (
         "erclutch recalibrate RUN new.csv --device single --effort torque --model bingham+lag --share 0.7 --stretches 1"
         " --out RUN"

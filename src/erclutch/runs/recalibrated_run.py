@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
@@ -149,9 +150,11 @@ def _moved(
     common, lowest_common, highest_common = numbers.get(GAIN, (0.0, 0.0, 0.0))
     if name in numbers:
         _, low, high = numbers[name]
-    elif name in law.gains and common:  # all gains moved together
-        low = value * lowest_common / common
-        high = value * highest_common / common
+    elif name in law.gains and common:  # all moved together: the base's doubt of each stays, beside that of the gain
+        moved = common * estimate.value
+        low = moved - math.hypot(common * (estimate.value - estimate.low), estimate.value * (common - lowest_common))
+        high = moved + math.hypot(common * (estimate.high - estimate.value), estimate.value * (highest_common - common))
+        return replace(estimate, value=moved, low=low, high=high)
     else:
         return estimate
 
