@@ -9,7 +9,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from erclutch.arithmetic.evaluation import Numbers, evaluate
+from erclutch.arithmetic.elementary import absolute
+from erclutch.arithmetic.evaluation import _NUMPY, _ON_NUMBERS, Numbers, evaluate
 from erclutch.arithmetic.precision import FLOAT32, FLOAT64, Precision
 from erclutch.arithmetic.record import Record
 from tests.support.examples import examples
@@ -121,3 +122,47 @@ def test_a_given_value_stands_in_and_what_only_it_needed_is_not_computed() -> No
     assert found[0].tolist() == [2.0, 4.0, 6.0]
     with pytest.raises(KeyError, match="absent"):
         evaluate(record, {"a": np.zeros(3)}, Numbers(FLOAT64))
+
+
+@pytest.mark.parametrize("precision", [FLOAT32, FLOAT64], ids=lambda p: p.name)
+@pytest.mark.parametrize("operation", _ON_NUMBERS)
+def test_a_number_has_the_bits_of_an_array_of_one(operation: str, precision: Precision) -> None:
+    """Numbers that the C meets: both zeros, infinities, NaN, the smallest and the largest, and what rounds."""
+    largest = np.finfo(precision.dtype).max
+    smallest = np.finfo(precision.dtype).smallest_subnormal
+    numbers = [0.0, -0.0, 1.0, -1.3, 0.1, 1e-20, -np.inf, np.inf, np.nan, largest, -largest, smallest, -smallest]
+    on_arrays = absolute if operation == "absolute" else _NUMPY[operation]
+    truths = np.array([True, False])
+    reals = np.array(numbers, precision.dtype)
+    operands = {"both": [truths, truths], "either": [truths, truths], "opposite": [truths]}.get(operation)
+    operands = operands or {"choose": [truths, reals, reals], "finite": [reals]}.get(operation)
+    operands = operands or [reals] * (1 if operation in ("negate", "absolute") else 2)
+    with np.errstate(all="ignore"):
+        for chosen in np.ndindex(*map(len, operands)):
+            taken = [values[place] for values, place in zip(operands, chosen, strict=True)]
+            of_arrays = on_arrays(*(np.array([x]) for x in taken))
+            of_numbers = np.array([_ON_NUMBERS[operation](*taken)])
+            assert of_numbers.dtype == of_arrays.dtype
+            if not (of_arrays.dtype != np.bool_ and np.isnan(of_arrays[0])):
+                assert of_numbers.tobytes() == of_arrays.tobytes(), (operation, taken)
+            else:
+                assert np.isnan(of_numbers[0])
+
+
+@pytest.mark.parametrize("precision", [FLOAT32, FLOAT64], ids=lambda p: p.name)
+def test_a_lag_runs_in_numbers_with_the_bits_of_arrays(precision: Precision, monkeypatch: pytest.MonkeyPatch) -> None:
+    record = Record()
+    signal, before = record.input("a"), record.state("lag")
+    share = record.choose(record.less(before * signal, 0.0), 0.3, 0.1)
+    after = before + share * (signal - before)
+    record.keep("lag", after)
+    record.give(after)
+    record.give(record.less(after, 0.2))
+    rows = np.random.default_rng(1).normal(size=500).astype(precision.dtype)
+    rows[[70, 300]] = np.inf, np.nan
+    lag, low = evaluate(record, {"a": rows}, Numbers(precision))
+    monkeypatch.setattr(Numbers, "on_numbers", {})
+    lag_in_arrays, low_in_arrays = evaluate(record, {"a": rows}, Numbers(precision))
+    assert (lag.dtype, low.dtype) == (lag_in_arrays.dtype, low_in_arrays.dtype) == (precision.dtype, np.bool_)
+    assert np.array_equal(lag, lag_in_arrays, equal_nan=True)
+    assert np.array_equal(low, low_in_arrays)

@@ -138,6 +138,15 @@ class Errors:
         """A number of the state before the first row."""
         return np.zeros(1, np.bool_) if node.kind == "truth" else np.zeros((2, 1))
 
+    @property
+    def on_numbers(self) -> Mapping[str, Callable[..., Any]]:
+        """None: a value has its error beside it."""
+        return {}
+
+    def function_of(self, node: Node) -> Callable[..., Any]:
+        """What `apply` does for this node."""
+        return _ON_TRUTHS.get(node.operation) or (lambda *arguments: self.apply(node, arguments))
+
     def apply(self, node: Node, arguments: Sequence[Any]) -> Any:
         """The value of a node and its largest error."""
         if node.operation == "network":
