@@ -20,7 +20,7 @@ from erclutch.wings.rheology.flow_curve import FlowCurve, fit_flow_curve
 from erclutch.wings.rheology.flow_curve_file import read_flow_curves
 
 NAMES = ("tau_y", "K", "m")
-ENOUGH = 5  # points for three parameters
+ENOUGH = 5  # rates for three parameters
 NOTHING = 1e-6  # of the smallest stress
 OPEN = 0.2  # relative standard error from which on a parameter is not compared
 
@@ -57,7 +57,8 @@ def main() -> int:
             print(f"{path.name}: {str(error)[:150]}")
             continue
         for curve in file.curves:
-            if curve.rate.size < ENOUGH:
+            rates = np.unique(np.round(np.log10(curve.rate), 2))
+            if rates.size < ENOUGH:  # a course in time at two rates tells no three parameters
                 continue
             curves += 1
             fit = fit_flow_curve(curve, "herschel-bulkley")

@@ -160,6 +160,22 @@ def test_a_rotor_speed_is_asked_about_with_the_factors_of_the_commonest_geometry
     assert_is_the_curve(path, **answers)
 
 
+@pytest.mark.parametrize(
+    "head",
+    [
+        "Sample,R600,R300,R200,R100,R6,R3",
+        "No,600 rpm,300 rpm,200 rpm,100 rpm,6 rpm,3 rpm",
+        "t,Theta 600,Theta 300,Theta 6",
+    ],
+)
+def test_readings_at_one_speed_each_are_no_columns_of_a_curve(tmp_path: Path, head: str) -> None:
+    readings = [row * np.linspace(60.0, 5.0, head.count(",")) for row in (1.0, 1.1, 1.3)]
+    lines = [f"{place},{','.join(f'{value:.1f}' for value in row)}" for place, row in enumerate(readings)]
+    with pytest.raises(MappingError, match="a row is a flow curve") as asked:
+        read_flow_curves(written(tmp_path, "\n".join([head, *lines])))
+    assert "a row for each speed" in asked.value.remedy
+
+
 def test_a_unit_that_nobody_knows_stops_no_column_that_is_not_used(tmp_path: Path) -> None:
     text = f"Shear Rate [1/s],Shear Stress [Pa],Load [PSIg]\n{rows(RATES, STRESSES, np.arange(6.0) // 3)}"
     assert_is_the_curve(written(tmp_path, text))

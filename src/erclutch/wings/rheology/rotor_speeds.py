@@ -11,33 +11,43 @@ import re
 
 from erclutch.errors import MappingError, shell_word
 from erclutch.logs.rheometer_names import plain_name, said_by_name
-from erclutch.logs.table import Table
+from erclutch.logs.table import Table, listed
 
 _SPEED = re.compile(r"\brpm\b|\brotor speed\b|^speed\b|drehzahl|vitesse de rotation|velocidad de giro|转速|回転|ротор")
 _TURNS = ("rpm", "r/min", "rev/min", "1/min", "об/мин", "U/min", "tr/min")
 _READING = re.compile(r"\bdial\b|\breading|deflection|deflex|deflect|\blectura|\bleitura|\btheta\b|θ|读数")
+#: A reading at one speed of a mud's viscometer: ``R600``, ``Theta 300``, ``6 rpm``.
+_AT_A_SPEED = re.compile(r"(?:r|theta|teta|θ|φ|phi|dial|fann|l)? ?(600|300|200|100|60|30|6|3)(?: ?rpm)?")
+_FEWEST_SPEEDS = 3
 _RATE_OF_R1_B1 = 1.7023  # 1/s for 1 rpm
 _STRESS_OF_R1_B1_F1 = 0.511  # Pa for 1 degree
 
 
 def speed_in_place_of_rate(table: Table) -> MappingError | None:
     """The question where a table has a rotor's speed and no shear rate; None where it has no such speed."""
-    speeds = [name for name in table.columns if _is_speed(table, name)]
+    at_speeds = [name for name in table.columns if _AT_A_SPEED.fullmatch(plain_name(name))]
+    if len(at_speeds) >= _FEWEST_SPEEDS:
+        return MappingError(
+            f"each of the columns {listed(at_speeds, 6)} is a dial's reading at one speed: a row is a flow curve",
+            where=table.name,
+            remedy="Write a row for each speed, with a column rpm and a column dial",
+        )
+    speeds: list[str] = []
+    for name in table.columns:
+        is_speed = _SPEED.search(plain_name(name)) is not None or table.units.get(name) in _TURNS
+        if is_speed and said_by_name(name) != "rate":
+            speeds.append(name)
     if not speeds:
         return None
+    problem = f"no column is the shear rate: {speeds[0]!r} is the speed of a rotor, whose shear rate its geometry tells"
     options = f"--shear-rate {shell_word(f'{speeds[0]} [{_RATE_OF_R1_B1} 1/s]')}"
     geometry = "R1 and B1"
     readings = [name for name in table.columns if _READING.search(plain_name(name))]
-    if readings and not any(said_by_name(name) == "stress" for name in table.columns):
+    has_values = any(said_by_name(name) in ("stress", "viscosity") for name in table.columns)
+    if not readings and not has_values:
+        return MappingError(problem, where=table.name, remedy="Give shear rates, and shear stresses or viscosities")
+    if readings and not has_values:
         options += f" --stress {shell_word(f'{readings[0]} [{_STRESS_OF_R1_B1_F1} Pa]')}"
         geometry = "R1, B1 and F1"
-    return MappingError(
-        f"no column is the shear rate: {speeds[0]!r} is the speed of a rotor, whose shear rate its geometry tells",
-        where=table.name,
-        remedy=f"Give the factors of rotor, bob and spring, such as those of a Fann 35 with {geometry}: {options}",
-    )
-
-
-def _is_speed(table: Table, name: str) -> bool:
-    is_named = _SPEED.search(plain_name(name)) is not None
-    return (is_named or table.units.get(name) in _TURNS) and said_by_name(name) != "rate"
+    remedy = f"Give the factors of rotor, bob and spring, such as those of a Fann 35 with {geometry}: {options}"
+    return MappingError(problem, where=table.name, remedy=remedy)
