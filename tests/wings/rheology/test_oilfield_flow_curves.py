@@ -176,6 +176,21 @@ def test_readings_at_one_speed_each_are_no_columns_of_a_curve(tmp_path: Path, he
     assert "a row for each speed" in asked.value.remedy
 
 
+@pytest.mark.parametrize("mark", ["\t", ",", ";"])
+def test_a_hold_and_an_oscillation_of_rheowin_are_parted_from_the_ramp(tmp_path: Path, mark: str) -> None:
+    lines = ["SegIndex,t in s,G' in Pa,\u03c4 in Pa,\u0263\u0307 in 1/s"]
+    lines += [f"1|{k},{k},{100 + k},5,0.1" for k in range(1, 8)]  # an oscillation
+    lines += [f"2|{k},{k},,{40 - k},600" for k in range(1, 30)]  # a hold, in which the structure breaks down
+    lines += [f"3|{k},{k},,{stress:g},{rate:g}" for k, (rate, stress) in POINTS]
+    assert_is_the_curve(written(tmp_path, "\n".join(lines).replace(",", mark)))
+
+
+def test_a_course_without_a_stress_is_said_to_be_no_steady_rotation(tmp_path: Path) -> None:
+    text = f"shear rate [1/s],shear stress [Pa]\n{rows(RATES, -0.5 * STRESSES)}"
+    with pytest.raises(LogError, match="6 of 6 points have no stress along their rate"):
+        read_flow_curves(written(tmp_path, text))
+
+
 def test_a_unit_that_nobody_knows_stops_no_column_that_is_not_used(tmp_path: Path) -> None:
     text = f"Shear Rate [1/s],Shear Stress [Pa],Load [PSIg]\n{rows(RATES, STRESSES, np.arange(6.0) // 3)}"
     assert_is_the_curve(written(tmp_path, text))

@@ -28,6 +28,7 @@ from erclutch.wings.rheology.flow_plan import CurvePlan, FlowPlan, oscillation, 
 #: What instruments write for a point that they could not measure.
 _SENTINELS = (-9999.0, -999.0, -99.0, 9999.0, 99999.0, 999999.0)
 _FEWEST_RATES = 3  # of a sweep
+_FEW_POINTS = 5  # of which one with a wrong sign is an oversight
 _FAINT = 0.02  # of the largest stress: a stress of the wrong sign below it is noise
 _RESTING = 1e-3  # of the largest rate: a rate of the wrong sign below it is noise about a rest
 
@@ -321,6 +322,12 @@ def _points(
     stress = stress[clear]
     places = places[clear]
     against = against[clear]
+    if rate.size > _FEW_POINTS and 2 * int(against.sum()) > rate.size:
+        raise LogError(
+            f"{int(against.sum())} of {rate.size} points have no stress along their rate, as no fluid that flows has",
+            where=f"{table.name}, {label}",
+            remedy="Give a test in steady rotation",
+        )
     if against.any():
         first = int(np.argmax(against))
         raise LogError(

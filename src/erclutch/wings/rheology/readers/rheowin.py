@@ -1,6 +1,7 @@
-"""Text exports of HAAKE RheoWin: names such as "Tau in Pa" or "Tau / Pa" between semicolons, and rows like "3|12;...".
+"""Exports of HAAKE RheoWin: names such as "Tau in Pa" or "Tau / Pa" between semicolons, and rows like "3|12;...".
 
-The number before the bar is the segment of the job, the number behind it the point. Segments are recordings.
+The number before the bar is the segment of the job, the number behind it the point. Segments are recordings: a hold, an
+oscillation and a ramp of the rate stand under each other. In workbooks the first column is called SegIndex.
 """
 
 from __future__ import annotations
@@ -13,10 +14,11 @@ from erclutch.logs.readers import found_recordings
 from erclutch.logs.readers.cells import is_number
 from erclutch.logs.readers.text_bytes import DAMAGE, decode
 from erclutch.logs.table import Table
-from erclutch.wings.rheology.rheometer_blocks import Block, cells, chosen_table
+from erclutch.wings.rheology.rheometer_blocks import Block, cells, chosen_table, delimiter_of
 
 # The column of segments and points has no name, or "Nr-Seg".
 _NAMES = re.compile(r"^(?:N[^;|\n]{0,15})?;.*\b(?:GP|Tau|Eta|Gamma|f|T|t) (?:in|en|/) [^;]+;", re.MULTILINE)
+_SEGMENTS = re.compile(r"^SegIndex[\t,;]", re.MULTILINE)
 _POINT = re.compile(r"(\d+)\|\d+")
 _NAMED = re.compile(r"(.+?) (?:in|en|/) (.+)")
 
@@ -29,8 +31,11 @@ def _blocks(content: str) -> list[Block]:
     segment = ""
     rows: list[list[str]] = []
     start = 0  # number of the segment's first row
+    delimiter = ";"
     for number, line in enumerate([*lines, ""], start=1):
-        row = cells(line, ";")
+        if _SEGMENTS.match(line):
+            delimiter = delimiter_of(line)
+        row = cells(line, delimiter)
         point = _POINT.fullmatch(row[0]) if row else None
         if point is None and names and ("|" in line or _holds_numbers(row)):
             raise LogError(f"line {number} is no row of a segment", remedy="Correct or delete that line")
@@ -43,8 +48,9 @@ def _blocks(content: str) -> list[Block]:
             rows = []
             start = number
         if point is not None:
-            rows.append(row[1:-1] if row[-1] == "" else row[1:])
-        elif _NAMES.match(line):
+            ends_empty = delimiter == ";" and row[-1] == ""
+            rows.append(row[1:-1] if ends_empty else row[1:])
+        elif _NAMES.match(line) or _SEGMENTS.match(line):
             if re.search(r"\d\|\d", line):
                 raise LogError(f"line {number} holds names and a row", remedy="Break the line before the row")
             labels = [_NAMED.fullmatch(cell) for cell in row[1:] if cell]
@@ -71,7 +77,7 @@ def _read(source: LogSource) -> Table:
 
 def _claims(head: bytes) -> bool:
     plain = head.replace(b"\0", b"").decode("latin-1")
-    return "HAAKE RheoWin" in plain or _NAMES.search(plain) is not None
+    return "HAAKE RheoWin" in plain or _NAMES.search(plain) is not None or _SEGMENTS.search(plain) is not None
 
 
 READER = LogReader((), _claims, _read, recordings=found_recordings.names_by(_read), tells_damage=DAMAGE)
