@@ -1,0 +1,62 @@
+"""What a healthy loop shows that a fault of a sensor shows, too: `studies/sensor_bound.py`, a small part of it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from erclutch.wings.live.accelerated import AcceleratedRun
+from erclutch.wings.live.session import LiveModel
+from erclutch.wings.rig.twin.parameters import default_rig
+from tests.support import sensor_bound, sensor_faults
+
+RIG = default_rig()
+BEGINS = 1548  # the row of a fault
+
+
+@pytest.fixture(scope="module")
+def pair() -> LiveModel:
+    """Bingham's law, fitted to the TWIN's pair."""
+    return sensor_faults.model_of(RIG, "bingham", "coaxial")
+
+
+@pytest.fixture(scope="module")
+def healthy(pair: LiveModel) -> Any:
+    """Frames of the loop that the faults disturb."""
+    settings = sensor_faults.settings_of("impedance", pair, RIG)
+    return sensor_faults.frames_of(settings, pair.library, RIG, 0)
+
+
+def likeness(pair: LiveModel, healthy: Any, sensor: str, kind: str) -> sensor_bound.Likeness:
+    """Of a fault to one healthy session of the same loop."""
+    settings = sensor_faults.settings_of("impedance", pair, RIG)
+    faulty = sensor_faults.frames_of(settings, pair.library, RIG, 0, (sensor, kind, BEGINS))
+    rows = sensor_bound.rows_in_time(healthy, faulty, BEGINS, too_high=False)
+    other = AcceleratedRun(settings, pair.library, RIG, seed=1000).frames(sensor_faults.ROWS)[0]
+    looks = sensor_bound.looks_of(faulty, settings)[BEGINS : BEGINS + rows]
+    return sensor_bound.likeness_of(looks, {"healthy": sensor_bound.looks_of(other, settings)})
+
+
+@pytest.mark.parametrize("kind", ["stuck", "late"])
+def test_an_encoder_that_stops_at_rest_looks_as_a_healthy_session_does_elsewhere(
+    kind: str, pair: LiveModel, healthy: Any
+) -> None:
+    found = likeness(pair, healthy, "alpha", kind)
+    assert found.margin >= 1.0, found
+    assert found.session == "healthy"
+
+
+@pytest.mark.parametrize("kind", ["5", "reversed"])
+def test_a_fault_that_a_check_tells_looks_as_no_healthy_session_does(kind: str, pair: LiveModel, healthy: Any) -> None:
+    assert likeness(pair, healthy, "torque", kind).alone < 1.0
+
+
+def test_an_encoder_that_stops_while_its_drive_rests_has_the_bits_of_health() -> None:
+    brake, begin = sensor_faults.model_of(RIG, "bingham", "single"), 1113
+    settings = sensor_faults.settings_of("wall", brake, RIG)
+    well = sensor_faults.frames_of(settings, brake.library, RIG, 0)
+    stuck = sensor_faults.frames_of(settings, brake.library, RIG, 0, ("theta", "stuck", begin))
+    assert sensor_bound.same_bits(well, stuck, begin, sensor_faults.ZERO_WITHIN)
+    late = sensor_faults.frames_of(settings, brake.library, RIG, 0, ("theta", "doubled", begin))
+    assert not sensor_bound.same_bits(well, late, begin, sensor_faults.ZERO_WITHIN)
