@@ -9,9 +9,8 @@ as it is seen. The program ends with 1 if anything failed, or if a row had no tr
 the seconds of processor time of each part, which do not depend on what else the machine does.
 
 - races: two processes write to one place at one moment, for each command that writes, ``--pairs`` each. Of the writers:
-  the command's own result, its rule of what may be replaced, and the code that puts it in place. Of whole commands:
-  forked when all is imported; what the first run reads in a child, draws, or fits for `demo` is kept for the pairs. One
-  pair of each is started as a user does.
+  the command's own result, its rule of what may be replaced, the code that puts it in place. Of whole commands: forked
+  when all is imported; what the first run reads in a child, draws or fits is kept. One pair starts as a user does.
 - room: each command that writes, into a folder that nobody may write to, and onto a disk of 60 kB.
 - bombs: small files that unpack to gigabytes.
 - formats: damaged logs of each format, ``--count`` each: a crash, a hang, more than 1 GB, or other numbers in silence
@@ -44,7 +43,7 @@ from itertools import product
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
-from tests.support.attack_rows import CORES, Row, at_once
+from tests.support.attack_rows import CORES, Row, at_once, joined
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 ROOT = Path(__file__).resolve().parents[1]
@@ -90,6 +89,7 @@ WEIGHTS = {
     "races": 400,
 }
 SHARE_OF_WRITERS = 0.2  # of the time of their races
+DEAR = ("calibrate-twin", "live", "demo")  # a pair takes a second or more: both processors share the pairs
 LEAST_OF_TESTS, MOST_TO_END = 60.0, 60.0  # s for tests, however late it is, and to end in when their time is over
 _COUNTS = re.compile(r"(\d+) (passed|failed|error|errors)")
 
@@ -116,7 +116,10 @@ def races(until: float, count: int) -> Iterator[Row]:
         moved = [task for task in tasks if task[0] not in EACH_ITS_OWN]
         now = time.monotonic()
         yield from at_once(_pairs_of_writers, moved, now + (until - now) * SHARE_OF_WRITERS, _begin())
-        yield from at_once(_pairs_of_commands, tasks, until, _begin())
+        parts = [(*task, part) for task in tasks for part in ((1, 2) if task[0] in DEAR else (0,))]
+        for row in joined(at_once(_pairs_of_commands, parts, until, _begin())):
+            row.was_to_try(PAIRS)
+            yield row
 
 
 @contextmanager
@@ -149,32 +152,39 @@ def _pairs_of_writers(command: str, material: str, *, until: float) -> Row:
     return row
 
 
-def _pairs_of_commands(command: str, material: str, *, until: float) -> Row:
+def _pairs_of_commands(command: str, material: str, part: int, *, until: float) -> Row:
     from tests.support.races import lost_in_pairs
 
     row = Row(f"races of {command}")
     with _folder_of(material) as (folder, _):
-        row.tries, lost = lost_in_pairs(command, PAIRS, folder, lambda: time.monotonic() > until)
-    for each in lost:
-        row.fail(each)
+        pairs = (0, (PAIRS + 1) // 2, PAIRS // 2)[part] or PAIRS
+        row.tries, lost = lost_in_pairs(command, pairs, folder, lambda: time.monotonic() > until)
+    row.fail_each(lost)
     return row
 
 
 def bombs(until: float, count: int) -> Iterator[Row]:
     """Each bomb once: it does not depend on chance."""
+    from tests.support.bombs import BOMBS
+
+    each = list(at_once(_one_bomb, [(name,) for name in BOMBS], until, _begin()))
+    row = Row("bombs", sum(one.tries for one in each), [what for one in each for what in one.failures])
+    most_mib, most_ms = (max(one.counts[unit] for one in each) for unit in ("MiB", "ms"))
+    row.note = f"at most {most_mib} MiB, {1e-3 * most_ms:.1f} s"
+    yield row
+
+
+def _one_bomb(name: str, *, until: float) -> Row:
     from tests.support.bombs import BOMBS, read_alone
 
-    row, most_mib, most_seconds = Row("bombs"), 0.0, 0.0
+    row, (file, make) = Row(name, tries=1), BOMBS[name]
     with tempfile.TemporaryDirectory() as folder:
-        for name, (file, make) in BOMBS.items():
-            make(Path(folder) / file)
-            taken = read_alone(Path(folder) / file)
-            row.tries += 1
-            most_mib, most_seconds = max(most_mib, taken.mib), max(most_seconds, taken.seconds)
-            if not taken.held:
-                row.fail(f"{name}: {taken}")
-    row.note = f"at most {most_mib:.0f} MiB, {most_seconds:.1f} s"
-    yield row
+        make(Path(folder) / file)
+        taken = read_alone(Path(folder) / file)
+    row.counts.update({"MiB": round(taken.mib), "ms": round(1e3 * taken.seconds)})
+    if not taken.held:
+        row.fail(f"{taken}")
+    return row
 
 
 def formats(until: float, count: int) -> Iterator[Row]:
@@ -207,6 +217,7 @@ def _one_format(name: str, count: int, *, until: float) -> Row:
     of_what = "names or units" if name in UNCHECKED_NAMES else "numbers"
     row.note = f"at most {peak} MiB, {seconds:.1f} s"
     row.note += f"; {silent} other {of_what} in silence: the format has no checksum of them" if silent else ""
+    row.was_to_try(count)
     return row
 
 
@@ -228,6 +239,7 @@ def _one_kind_of_settings(kind: str, count: int, *, until: float) -> Row:
             row.tries += 1
             if fault:
                 row.fail(fault)
+    row.was_to_try(count)
     return row
 
 
@@ -313,6 +325,8 @@ def _one_language(place: int, language: str, guarded: bool, *, until: float) -> 
                 row.fail(f"{options}: {said}")
     row.note = f"{answers[RIGHT]} right, {answers[REFUSED]} refused; "
     row.note += ", ".join(f"{times} of {precision}" for precision, times in sorted(by_precision.items()))
+    if language == "C++" and not guarded:
+        row.note += f"; not tried: {', '.join(ALWAYS_TOLD_IN_CPP)}, which each compiler of C++17 tells by a macro"
     return row
 
 
@@ -353,8 +367,7 @@ def _one_case(name: str, *, until: float) -> Row:
     row = Row(name)
     with tempfile.TemporaryDirectory() as folder:
         row.tries, wrong = CASES[name](Path(folder))
-    for what in wrong:
-        row.fail(what)
+    row.fail_each(wrong)
     return row
 
 

@@ -29,6 +29,16 @@ class Row:
         self.failures.append(what)
         print(f"{self.name}: {what}", file=sys.stderr, flush=True)
 
+    def fail_each(self, of_these: Sequence[str]) -> None:
+        """The same for several."""
+        for what in of_these:
+            self.fail(what)
+
+    def was_to_try(self, count: int) -> None:
+        """Note how many tries were asked for, if the time was over before."""
+        if self.tries < count:
+            self.note = f"the time was over after {self.tries} of {count}{'; ' if self.note else ''}{self.note}"
+
 
 def at_once(
     work: Callable[..., Row],
@@ -45,6 +55,22 @@ def at_once(
         shared = [pool.submit(_in_its_time, work, task, until, len(tasks) - place) for place, task in enumerate(tasks)]
         for each in shared:
             yield each.result()
+
+
+def joined(rows: Iterator[Row]) -> Iterator[Row]:
+    """Rows of one name that come one after another as one row: parts of a dear task, so that no processor waits."""
+    whole: Row | None = None
+    for row in rows:
+        if whole is None or whole.name != row.name:
+            if whole is not None:
+                yield whole
+            whole = row
+        else:
+            whole.tries += row.tries
+            whole.failures += row.failures
+            whole.counts += row.counts
+    if whole is not None:
+        yield whole
 
 
 def _in_its_time(work: Callable[..., Row], task: tuple[object, ...], until: float, waiting: int) -> Row:

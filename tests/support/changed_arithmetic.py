@@ -64,7 +64,8 @@ OPTIONS = (
     "-O2 -ffp-eval-method=double",
     "-O2 -fno-honor-nans -fno-honor-infinities",
 )
-#: Options that no compiler of C++17 has without the macro that refuses them (of gcc before 3.3, which has no C++17).
+#: Options that no compiler of C++17 has without the macro that refuses them (of gcc before 3.3, which has no C++17). As
+#: C++ without that macro, gcc 12 gives wrong numbers under it; with it, the file is refused.
 ALWAYS_TOLD_IN_CPP = ("-O2 -mfpmath=both",)
 #: Laws with tanh and power, networks, stages; a compiler that does not know an option refuses, too.
 MODELS = ("bingham, single", "herschel-bulkley, single", "fnn-3+rise-fall, single", "rbfn-13+lag, single")
