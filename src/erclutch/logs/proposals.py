@@ -18,6 +18,7 @@ from erclutch.logs.no_field import is_a_mark, maybe_field
 from erclutch.logs.plan import Question, SignalPlan
 from erclutch.logs.row_order import must_be_said
 from erclutch.logs.seen_columns import SeenColumn, SeenColumns
+from erclutch.logs.stated_field import differ_by_field
 from erclutch.signals.recording import SIGNALS
 
 #: What a number tells one of from another: none of them is switched to a level.
@@ -185,6 +186,8 @@ def _column_option(
     named, _ = candidates(seen, signal, taken)
     lettered = [column for column in fitting if _is_lettered(column, signal)]
     in_one_meaning = [column.name for column in lettered if column.spoken.stem_words[0] not in NEED_UNIT]
+    if signal == "effort" and differ_by_field(named):
+        return "--variable all"  # each is a log at its field
     likely = named or short or within or in_one_meaning or [column.name for column in lettered]
     if not likely:
         hole = f"COLUMN [{usual_unit(signal) or '-'}]"

@@ -198,7 +198,7 @@ def ask_about_order(draft: Draft) -> None:
     steps = np.diff(stamps[np.isfinite(stamps)])  # what is missing has an error of its own
     back = np.count_nonzero(steps < 0.0)
     forward = steps[steps > 0.0]
-    are_few = back > 0 and 0 < forward.size < _FEW_POINTS
+    are_few = back > 0 and 0 < forward.size < _FEW_POINTS and bool(np.isfinite(stamps).all())
     if are_few:  # a steady clock that goes back once is that of a log whose rows were mixed up
         are_few = bool(np.ptp(forward) > _UNSTEADY * np.median(forward))
     is_slight = back <= DISORDER * stamps.size and not are_few

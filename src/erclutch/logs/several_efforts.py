@@ -13,8 +13,10 @@ from erclutch.logs.mapping import ColumnChoice, ColumnMap
 from erclutch.logs.name_pattern import constants_of
 from erclutch.logs.planning import plan_of
 from erclutch.logs.seen_columns import seen_columns
+from erclutch.logs.stated_field import differ_by_field, stated_in
 from erclutch.logs.table import Table
 from erclutch.signals.device import DeviceName
+from erclutch.signals.recording import NO_FIELD
 from erclutch.signals.units import quantity
 
 
@@ -41,7 +43,34 @@ def logs_of(
     numbered: list[tuple[str, Table, ColumnMap]] = []
     for place, (name, table, own) in enumerate(logs):
         numbered.append((name, table, _numbered(own, place, len(logs))))
-    return numbered
+    return _with_fields_in_names(numbered, device)
+
+
+def _with_fields_in_names(
+    logs: list[tuple[str, Table, ColumnMap]],
+    device: DeviceName | None,
+) -> list[tuple[str, Table, ColumnMap]]:
+    """The logs with the fields that their names tell them apart by, such as sheets ``0A`` and ``0.5A``.
+
+    Only where no log has a field of its own: read without one, all would be logs at field 0.
+    """
+    stated = {name: stated_in(name) for name, _, _ in logs}
+    if not differ_by_field([name for name, field in stated.items() if field is not None]):
+        return logs
+    with_fields: list[tuple[str, Table, ColumnMap]] = []
+    for name, table, own in logs:
+        field = stated[name]
+        plan = plan_of(table, own, device=device)
+        taken = plan.signal("field")
+        if plan.is_of_a_log and taken is not None and taken.reason != NO_FIELD:
+            return logs
+        if field is not None:
+            text = f"{field.number!r} {field.unit}"
+            own = replace(own, constants={"field": text, **own.constants})
+        elif plan.is_of_a_log:
+            return logs
+        with_fields.append((name, table, own))
+    return with_fields
 
 
 def _efforts(

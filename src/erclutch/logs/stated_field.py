@@ -1,4 +1,4 @@
-"""A field that no column holds may be stated: in the header of the file, by a number beside its columns, in its name.
+"""A field that no column holds may be stated: in the header, beside the columns, in a name of an effort or a file.
 
 A log at 0.5 A is another log than one at 1 A: read as logs without a field, both would be mixed in a fit.
 """
@@ -6,11 +6,13 @@ A log at 0.5 A is another log than one at 1 A: read as logs without a field, bot
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from typing import NamedTuple
 
 from erclutch.errors import MappingError, UnitError, shell_word
 from erclutch.logs.draft import Draft
 from erclutch.logs.labels import split_label
+from erclutch.logs.name_pattern import NUMBER, number_of
 from erclutch.logs.names import OTHER, TOLD, spoken_name
 from erclutch.logs.plan import SignalPlan
 from erclutch.signals import units
@@ -19,8 +21,8 @@ from erclutch.signals.recording import SIGNALS
 #: Words of a header that may be those of an amplifier or a load cell, whatever their unit.
 _OF_INSTRUMENTS = frozenset({"excitation", "command", "cmd", "duty", "pwm", "field"})
 _CURRENTS = ("A",)
-_IN_A_NAME = re.compile(r"(?<![\d.x])([+-]?\d+(?:[.x]\d+)?)(mA|A|kV|V|mT|T)(?![A-Za-z0-9])")
-_NUMBER = re.compile(r"\d+(?:[.x]\d+)?")
+_IN_A_NAME = re.compile(rf"(?<![\d.])(?<!\d[xp])({NUMBER})( ?)(mA|A|kV|V|mT|T)(?![A-Za-z0-9])")
+_NUMBER = re.compile(NUMBER.removeprefix("[+-]?"))
 
 
 class StatedField(NamedTuple):
@@ -59,12 +61,50 @@ def take_stated_field(draft: Draft) -> bool:
         draft.ask("field", MappingError(problem, remedy=remedy), f"--constant {shell_word(f'field={first}')}")
         return True
     if stated:
-        _take(draft, stated[0])
+        _take(draft, stated[0], "beside its columns")
+        return True
+    of_effort = _in_the_name_of_the_effort(draft)
+    if of_effort is not None:
+        _take(draft, of_effort, "by the name of the effort")
+        return True
+    of_recording = stated_in(draft.told.variable or "")
+    if of_recording is not None:
+        _take(draft, of_recording, "by the name of the recording")
         return True
     return _ask_about_the_name(draft)
 
 
-def _take(draft: Draft, stated: StatedField) -> None:
+def stated_in(name: str) -> StatedField | None:
+    """The field that a name such as ``F_0.5A`` or ``1 A`` holds; None for no or several numbers with such a unit."""
+    numbers = _IN_A_NAME.findall(name)
+    if len(numbers) != 1:
+        return None
+    (number, _, unit), *_ = numbers
+    return StatedField(name, number_of(number), unit)
+
+
+def without_field(name: str) -> str:
+    """A name without the number that may be the field: of logs that differ in the field alone all are the same."""
+    return _IN_A_NAME.sub("", name)
+
+
+def differ_by_field(names: Sequence[str]) -> bool:
+    """Whether names are the same but for the field that each of them holds."""
+    fields = {each.number for each in map(stated_in, names) if each is not None}
+    return 1 < len(fields) == len(names) and len({*map(without_field, names)}) == 1
+
+
+def _in_the_name_of_the_effort(draft: Draft) -> StatedField | None:
+    """The field of an effort beside others whose names differ in that number alone; None for a name on its own."""
+    effort = draft.signals.get("effort")
+    stated = None if effort is None else stated_in(effort.column)
+    if effort is None or stated is None:
+        return None
+    alike = [name for name in draft.table.columns if without_field(name) == without_field(effort.column)]
+    return stated if differ_by_field(alike) else None
+
+
+def _take(draft: Draft, stated: StatedField, where: str) -> None:
     if stated.unit:
         factor, si = units.conversion(stated.unit, SIGNALS["field"], stated.name)
         how = ""
@@ -83,7 +123,7 @@ def _take(draft: Draft, stated: StatedField) -> None:
         sureness="likely",
     )
     draft.constants["field"] = number
-    draft.notes.append(f"field <- {stated}, {reason} beside its columns{how}")
+    draft.notes.append(f"field <- {stated}, {reason} {where}{how}")
 
 
 def _beside_the_columns(draft: Draft) -> list[StatedField]:
@@ -135,6 +175,6 @@ def _ask_about_the_name(draft: Draft) -> bool:
     before = _NUMBER.sub(lambda _: next(counted), stem[: number.start(1)])
     after = _NUMBER.sub(lambda _: next(counted), stem[number.end(1) :])
     option = f"--name-pattern {shell_word(f'{before}{{field}}{after}')}"
-    problem = f"no column for field, and the name of the file says {number.group(1)} {number.group(2)}"
+    problem = f"no column for field, and the name of the file says {number_of(number.group(1)):g} {number.group(3)}"
     draft.ask("field", MappingError(problem, remedy=f"If that is the field, give {option}; else --field none"), option)
     return True

@@ -39,7 +39,7 @@ _CLEAR_UNITS = frozenset(
     )
 )
 #: Clear units as old loggers write them; S and MIN may be names, and MA is no mA for sure.
-_CAPITALS = {unit.upper(): unit for unit in _CLEAR_UNITS - {"s", "min", "us", "ms", "bar", "mA", "mV"}}
+_CAPITALS = {unit.upper(): unit for unit in ("Nm", "kN", "lbf", "rpm", "mm", "cm", "kV", "kPa", "MPa", "deg", "rad")}
 # Units, but no plain factor to the SI; that of a consistency has an exponent n. Russian ones behind.
 _NO_FACTOR = re.compile(
     r"(?:°|deg) ?[CF]|[℃℉]|dB\w*|bits?|counts?|psi[ag]?|[\w.*·/^-]*s(?:ec)?\^n'?[\w.*·/^-]*"
