@@ -6,7 +6,7 @@ of the log; the first that exists is read. Its keys, all optional::
     time = "t [ms]"                  # time column: a label, or its number in the file
     rate = 3004.8                    # sampling rate in Hz instead of a time column
     lead = "10 mm"                   # lead of the screw (alpha_raw); a plain number is in m
-    name_pattern = "{amplitude}mm{frequency}Hz{field}A"   # numbers in the file's name; x or p is the decimal point: 0x25
+    name_pattern = "{amplitude}mm{frequency}Hz{field}A"   # numbers in the file's name; 0x25 and 0p25 are 0.25
     variable = "rec001"              # which recording of a MATLAB file
     inputs = ["D [cm]", "A"]         # further inputs for networks, as logged
     decimal = ","                    # where numbers such as 1.500 may be read in two ways
