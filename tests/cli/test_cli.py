@@ -659,7 +659,7 @@ def test_figure(runs: Path) -> None:
     [
         (("report", "nowhere"), "nowhere: not a run: there is no such folder. Give the --out folder of erclutch fit"),
         (("report", "log.csv"), "log.csv: not a run"),
-        (("report", "."), ".: not a run: it holds no run.json. Give the --out folder of erclutch fit"),
+        (("report", "."), ".: not a run: it holds no run.json. Give one of the runs in it: one, two."),
         (("figure", "trac", "one"), "no figure 'trac'. Did you mean trace?"),
         (("verify", "nowhere"), "nowhere: not an export: there is no such folder"),
         (("report", "one", "--out", "no/x.html"), "no/x.html: its folder does not exist. Make no first."),

@@ -38,6 +38,8 @@ from erclutch.signals.shown import Shown, one_line, presenter
 if TYPE_CHECKING:
     from erclutch.fit.outcome import FitOutcome
 
+_NAMED = 5  # runs in a folder that an error names
+
 
 @dataclass(frozen=True, repr=False)
 class Run(Shown):
@@ -236,9 +238,14 @@ def read_run(folder: str | Path) -> Run:
         json.dumps(body, ensure_ascii=False).encode()  # fails on half a character, which no report can hold
     except (OSError, ValueError, RecursionError) as error:
         what = f"not a run: run.json: {plain_words(error)}"
+        remedy = "Give the --out folder of erclutch fit"
         if isinstance(error, FileNotFoundError):
             what = "not a run: it holds no run.json" if Path(folder).is_dir() else "not a run: there is no such folder"
-        raise RunError(what, where=str(folder), remedy="Give the --out folder of erclutch fit") from error
+            within = sorted(str(place.parent) for place in Path(folder).glob("*/run.json"))
+            if within:
+                more = " ..." if len(within) > _NAMED else ""
+                remedy = f"Give one of the runs in it: {', '.join(within[:_NAMED])}{more}"
+        raise RunError(what, where=str(folder), remedy=remedy) from error
     if not isinstance(body, dict) or cast(dict[str, Any], body).get("kind") != "erclutch run":
         raise RunError("run.json does not describe a run", where=str(folder), remedy="Give the folder of erclutch fit")
     body = cast(dict[str, Any], body)

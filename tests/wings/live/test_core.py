@@ -537,5 +537,7 @@ def test_a_model_that_adapts_leaves_nothing_for_an_observer() -> None:
 
 
 def test_a_model_of_another_unit_than_the_rigs_is_refused() -> None:
-    with pytest.raises(SettingError, match=r"the model's effort is in N\*m, and that of the rig in N\. Give a model"):
+    with pytest.raises(
+        SettingError, match=r"the model's effort is in N\*m, and that of the rig in N\. Give a model.*--rig replay"
+    ):
         live_model(HERE / "model.json", "coaxial", units=Units("N", "", "rad/s"))
