@@ -51,7 +51,7 @@ MOTORS = (0.05, 0.1, 0.3)  # N m
 
 
 def main() -> int:
-    """Print the table; 1 if a check might tell of a session."""
+    """Print the table."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--seeds", type=int, default=2)
     parser.add_argument("--healthy", type=int, default=2, help="sessions of each program and motor torque")
@@ -87,7 +87,7 @@ def main() -> int:
                 name = f"{control} | {sensor} | {kind} | {seed}"
                 counts[_printed(name, well[seed], faulty, begins[seed], too_high, settings, sessions)] += 1
     print(f"{counts['held']} sessions hold; of the others: {dict(counts)}")
-    return 1 if counts["might be told"] else 0
+    return 0
 
 
 def _healthy(
