@@ -581,7 +581,7 @@ def _cli(*words: str, **environment: str) -> subprocess.CompletedProcess[str]:
         (("--rig", "nothing"), "unknown rig 'nothing'"),
         (("--rig", "replay"), "Give --log FILE"),
         (("--rig", "replay", "--log", "any.csv", "--field-limit", "1"), "--field-limit with a replay"),
-        (("--rig", "udp"), "no address"),
+        (("--rig", "udp"), "the address of the rig is missing"),
         (("--seconds", "0"), "--seconds 0"),
         (("--priority", "100"), "--priority 100"),
         (("--no-model", "--program", "torque-sine"), "there is no program 'torque-sine'"),
