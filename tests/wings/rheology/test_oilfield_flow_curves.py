@@ -74,6 +74,7 @@ def test_a_unit_above_the_table_is_of_no_column_that_shares_its_first_letter_alo
     assert not any("[ms]" in note for note in found.notes)
 
 
+CURVE = f"shear rate [1/s],shear stress [Pa]\n{rows(RATES, STRESSES)}"
 CHANDLER = """**********
 Chandler Engineering Model 5550 Rheometer
 Notes:
@@ -183,6 +184,13 @@ def test_a_hold_and_an_oscillation_of_rheowin_are_parted_from_the_ramp(tmp_path:
     lines += [f"2|{k},{k},,{40 - k},600" for k in range(1, 30)]  # a hold, in which the structure breaks down
     lines += [f"3|{k},{k},,{stress:g},{rate:g}" for k, (rate, stress) in POINTS]
     assert_is_the_curve(written(tmp_path, "\n".join(lines).replace(",", mark)))
+
+
+def test_a_course_at_two_rates_is_said_to_tell_two_parameters(tmp_path: Path) -> None:
+    rates = np.repeat([100.0, 511.0], 3)
+    text = f"shear rate [1/s],shear stress [Pa]\n{rows(rates, STRESSES)}"
+    assert any("2 shear rates" in note for note in read_flow_curves(written(tmp_path, text)).notes)
+    assert not any("shear rates, which" in note for note in read_flow_curves(written(tmp_path, CURVE)).notes)
 
 
 def test_a_course_without_a_stress_is_said_to_be_no_steady_rotation(tmp_path: Path) -> None:

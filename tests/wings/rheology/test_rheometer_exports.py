@@ -243,6 +243,13 @@ def test_a_changed_byte_never_moves_a_column(
         assert np.allclose(np.sort(pairs[:, 1]), np.sort(np.tile(STRESSES, whole)), rtol=1e-8)
 
 
+def test_names_without_their_mark_are_not_moved_over_the_rows(tmp_path: Path) -> None:
+    path = tmp_path / "bare.txt"
+    path.write_text(EXPORTS["bare"].replace("Interval data:", "Interval data"), encoding="utf-8")
+    with pytest.raises(ErclutchError, match="where a point has its number"):
+        read_flow_curves(path)
+
+
 def told(file: FlowFile) -> bool:
     """Whether a note says more than which columns were taken."""
     usual = re.compile(r"shear rate: |shear stress: |viscosity: |not used: |recording read|is empty: left|Oscillation")

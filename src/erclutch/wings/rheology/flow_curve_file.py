@@ -336,6 +336,9 @@ def _points(
             where=f"{table.name}, {label}",
             remedy="Remove the point, or give magnitudes",
         )
+    rates = np.unique(np.round(np.log10(rate), 2))
+    if rates.size < _FEWEST_RATES:
+        notes.append(f"the points have {rates.size} shear rates, which tell no more parameters of a law")
     steps = np.diff(rate)
     if np.any(steps > 0) and np.any(steps < 0):
         notes.append("the rate rises and falls: both sweeps are fitted as one curve")

@@ -19,6 +19,7 @@ from erclutch.logs.readers.text_bytes import DAMAGE, decode
 from erclutch.logs.table import Table
 from erclutch.wings.rheology.rheometer_blocks import Block, cells, chosen_table, delimiter_of
 
+_COUNT = re.compile(r"\d+(?:[.,]0*)?|")  # of a point; some copies leave it empty
 _COMPASS = "Interval data:"
 _PLUS = "Meas. Pts."
 #: What stands before the name of a test; the last line before a table names it best.
@@ -107,6 +108,7 @@ def _blocks(content: str) -> list[Block]:
                 at += 1
             if delimiter != "," and any(_COMMA.fullmatch(cell) for row in rows for cell in row):
                 rows = [[_POINT.sub(r"\1,\2", cell) for cell in row] for row in rows]
+            _require_counts(rows if first == _PLUS else (), start + 1)
             if rows:
                 results.append(", ".join(dict.fromkeys(heads.values())))
                 test = next(reversed(heads.values()), "")
@@ -124,6 +126,14 @@ def _blocks(content: str) -> list[Block]:
         of_interval = block.name.rpartition(", interval ")[2]
         told_apart.append(replace(block, name=_called(result, of_interval, 0)))
     return told_apart
+
+
+def _require_counts(rows: Sequence[Sequence[str]], line: int) -> None:
+    """Refuse rows below Rheoplus' names that do not begin with the numbers of their points: names would be moved."""
+    for number, row in enumerate(rows, start=line):
+        if not _COUNT.fullmatch(row[0]):
+            problem = f"line {number} has {row[0]!r} below {_PLUS!r}, where a point has its number"
+            raise LogError(problem, remedy="Correct the line of names above it")
 
 
 def _units_from(
