@@ -543,3 +543,14 @@ def test_semicolons_between_cells_and_decimal_commas_stay(tmp_path: Path) -> Non
     path.write_text("t;F;\n" + "".join(f"0,{k:02d};{k},5;\n" for k in range(40)), encoding="utf-8")
     table = read_table(path)
     assert [table.columns[name][3] for name in ("t", "F")] == [0.03, 3.5]
+
+
+def test_a_line_of_too_few_names_is_told(tmp_path: Path) -> None:
+    rows = "".join(f"{row / 10},{row % 3}.5,{row}.25,0.0,1.5\n" for row in range(30))
+    path = tmp_path / "log.csv"
+    path.write_text("time,hip,knee\n" + rows)
+    table = read_table(path)
+    assert list(table.columns) == ["c1", "c2", "c3", "c4", "c5"]
+    assert (
+        "the line above the rows names 3 columns, the rows have 5 cells: the columns are called c1 .. c5" in table.notes
+    )

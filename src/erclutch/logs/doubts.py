@@ -20,6 +20,11 @@ from erclutch.signals.array import Array
 
 _CROSSINGS = 4  # of the middle of its range, by a motion to and fro
 _COMMANDS = ("command", "cmd")
+#: Names of efforts by the unit of their kind.
+_EFFORTS_BY_NAME = {
+    "N*m": ("torque", "moment", "drehmoment", "coppia"),
+    "N": ("force", "kraft", "fuerza", "forza", "dampingforce"),
+}
 _NO_POWER = (("N", "rad/s"), ("N*m", "m/s"))  # units of effort and slip
 
 
@@ -148,6 +153,18 @@ def doubt_a_shear_rate_beside_a_torque(draft: Draft) -> None:
     if is_rate and effort.si in ("N*m", "N"):
         doubt = f"which is a shear rate, beside a torque or a force in {effort.si}"
         draft.signals["slip"] = replace(slip, sureness="doubtful", doubt=doubt)
+
+
+def doubt_a_torque_in_a_unit_of_force(draft: Draft) -> None:
+    """Doubt a guessed effort whose name is that of a torque and whose unit is one of force, or the other way round."""
+    effort = draft.signals.get("effort")
+    if effort is None or not effort.column or not effort.reason.startswith("guessed"):
+        return
+    form = draft.seen.columns[effort.column].spoken.forms["effort"]
+    for kind, names in _EFFORTS_BY_NAME.items():
+        if form in names and effort.si in _EFFORTS_BY_NAME and effort.si != kind:
+            doubt = f"which is called {form} and is in {effort.unit}, a unit of another kind"
+            draft.signals["effort"] = replace(effort, sureness="doubtful", doubt=doubt)
 
 
 def doubt_effort_without_power(draft: Draft) -> None:

@@ -20,6 +20,7 @@ from erclutch.logs.clock_planning import choose_clock
 from erclutch.logs.doubts import (
     doubt_a_shear_rate_beside_a_torque,
     doubt_a_speed_without_its_sense,
+    doubt_a_torque_in_a_unit_of_force,
     doubt_effort_without_power,
     doubt_the_command_of_a_drive,
     doubt_the_current_of_a_drive,
@@ -123,6 +124,7 @@ def plan_of(
         hold_power(draft)
         refuse_the_effort_twice(draft)
         doubt_effort_without_power(draft)
+        doubt_a_torque_in_a_unit_of_force(draft)
         doubt_a_shear_rate_beside_a_torque(draft)
         examples = proposals(draft) if draft.questions else []
 

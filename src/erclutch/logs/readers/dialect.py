@@ -223,7 +223,12 @@ def _with_header(
         if above:
             _refuse_bad_first_row(above[-1], places[-1], marks, width)
         header = Header([""] * (width - trailing), None, 0)
-        notes.append(f"no header row: the columns are called c1 .. c{len(header.labels)}")
+        called = f"the columns are called c1 .. c{len(header.labels)}"
+        named = _width_of_names(above, marks)
+        if 2 < named < width < 2 * named:
+            notes.append(f"the line above the rows names {named} columns, the rows have {width} cells: {called}")
+        else:
+            notes.append(f"no header row: {called}")
     else:
         count = len(header.labels)
         one_too_many = count > 1 and not header.labels[-1] and (trailing or count > width)
