@@ -1,0 +1,104 @@
+"""The rows of a text are cut out of it: comments among them, remarks and sums below them go, with a word on each."""
+
+from __future__ import annotations
+
+import re
+
+from erclutch.logs.readers.cells import STATISTICS, WORDS, cells_of, is_comment, is_number
+from erclutch.logs.readers.dialect import LINE_END, Dialect
+from erclutch.logs.readers.text_cells import BLANK
+
+_BLANK_LINE = re.compile(r"(?:\r\n|\n|\r)[ \t,;]*(?=\r|\n)")
+_BELOW = 1 << 14  # characters at the end of a text in which a summary of the rows is looked for
+_LEAST_BLOCK = 10  # rows between blank lines that are a stretch of a log
+_MOST_BLOCKS = 100
+
+
+def rows_of_body(text: str, dialect: Dialect) -> tuple[str, list[str]]:
+    """The text from the first row on without comment lines and last lines that are no rows, and notes on these."""
+    start = 0
+    for _ in range(dialect.first):
+        line_end = LINE_END.search(text, start)
+        start = line_end.end() if line_end else start
+    body = text[start:]
+    if any(mark in body for mark in ("#", "%", "//")):  # comments become blank: line numbers stay right
+        body = "\n".join("" if is_comment(line) else line for line in LINE_END.split(body))
+
+    body, notes = _without_remarks_below(body, dialect)
+    without: list[str] = []  # last lines that hold no number, from the last on
+    while last := _last_line(body):
+        cells = [cell for cell in cells_of(body[last:], dialect.delimiter) if cell]
+        is_row = any(is_number(cell, dialect.decimal) or cell.lower() in WORDS for cell in cells)
+        sums_up = any(re.sub(r"[\s.:]", "", cell.lower()) in STATISTICS for cell in cells)
+        if not cells or (is_row and not sums_up):
+            break
+        shown = " ".join(body[last:].split())[:60]
+        if sums_up:
+            notes.append(f"the last line sums up the rows ({shown!r}): left out")
+        else:
+            without.append(shown)
+        body = body[:last]
+    if without:
+        count = len(without)
+        said = "the last line holds" if count == 1 else f"the last {count} lines hold"
+        notes.append(f"{said} no number ({without[-1]!r}): left out")
+
+    # A logger that was stopped leaves half a row, without an end of its line.
+    last = max(body.rfind("\n"), body.rfind("\r")) + 1
+    rest = body[last:]
+    if not last or not rest.strip(BLANK):
+        return body, notes
+    needed = max(
+        (index for index, numeric in enumerate(dialect.numeric[: dialect.usual or None]) if numeric), default=0
+    )
+    if len(cells_of(rest, dialect.delimiter)) > needed:
+        return body, notes
+    return body[:last], [*notes, "the last row was cut off in the middle: left out"]
+
+
+def _without_remarks_below(body: str, dialect: Dialect) -> tuple[str, list[str]]:
+    """The text without what stands below the rows, behind a blank line: a summary, none of whose lines is a row."""
+    below = ""
+    near_the_end = max(len(body) - _BELOW, 0)
+    gaps = [*_BLANK_LINE.finditer(body, near_the_end)]
+    for gap in reversed(gaps):
+        rest = body[gap.end() :]
+        lines = [line for line in LINE_END.split(rest) if line.strip(BLANK)]
+        if any(dialect.is_row(line) for line in lines):
+            break
+        body = body[: gap.start()]
+        below = lines[0] if lines else below
+    if not below:
+        return body, []
+    begin = " ".join(below.split())[:60]
+    return body, [f"text below the table left out: {begin!r}"]
+
+
+def _last_line(body: str) -> int:
+    """Where the last line that is not blank begins."""
+    end = len(body.rstrip(BLANK))
+    return max(body.rfind("\n", 0, end), body.rfind("\r", 0, end)) + 1
+
+
+def blocks_in(body: str) -> tuple[int, ...]:
+    """Rows above which a blank line parts the rows into blocks; none where blocks are short: then lines are spaced."""
+    with_returns = "\r" in body  # a search for one character is fast
+    if "\n\n" not in body and not (with_returns and ("\r\n\r\n" in body or "\r\r" in body)):
+        return ()
+    breaks: list[int] = []
+    rows = 0
+    below_blank = False
+    for line in LINE_END.split(body):
+        if not line.strip(BLANK):
+            below_blank = rows > 0
+            continue
+        if below_blank:
+            block = rows - (breaks[-1] if breaks else 0)
+            if block < _LEAST_BLOCK or len(breaks) == _MOST_BLOCKS:
+                return ()
+            breaks.append(rows)
+        rows += 1
+        below_blank = False
+    if breaks and rows - breaks[-1] < _LEAST_BLOCK:
+        return ()
+    return tuple(breaks)
