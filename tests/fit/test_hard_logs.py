@@ -16,7 +16,7 @@ from erclutch.fit.data_check import SIGN, check
 from erclutch.fit.kinds import network_alone as module
 from erclutch.fit.standing import explains
 from erclutch.logs.dataset import Dataset, build_dataset
-from erclutch.report.html.verdict_section import _next, choice
+from erclutch.report.html.verdict_section import choice, next_steps
 from erclutch.report.numbers.run_material import material_of
 from erclutch.report.printed_table import ranking_table
 from erclutch.runs.run_folder import read_run
@@ -234,7 +234,7 @@ def test_whoever_shows_a_run_says_that_it_recommends_nothing(
     assert f"nearest {result.titles[result.recommended]}" in repr(run)
     assert "no model is recommended, nearest: " in ranking_table(run).caption
     assert choice(material).startswith("No model is recommended.")
-    assert not any("to a controller" in step["text"] for step in _next(material))
+    assert not any("to a controller" in step["text"] for step in next_steps(material))
 
 
 @pytest.mark.slow
