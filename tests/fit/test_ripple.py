@@ -79,6 +79,20 @@ def test_the_period_is_found_wherever_the_search_begins() -> None:
     assert told[1] < 1.1 * told[0]
 
 
+@pytest.mark.parametrize(("stages", "taken"), [("ripple", []), ("ripple+second-ripple", ["ripple"])])
+def test_only_waves_that_hide_others_are_taken_away(
+    monkeypatch: pytest.MonkeyPatch, stages: str, taken: list[str]
+) -> None:
+    """Each time 33 fits of waves are made; those behind the last stage are for nobody."""
+    seen: list[str] = []
+    own = Ripple.without
+    monkeypatch.setattr(Ripple, "without", lambda stage, *given: (seen.append(stage.name), own(stage, *given))[1])
+    data = log(second=1.0)
+    shapes = shapes_told(data, structure(stages), reference_of(data))
+    assert seen == taken
+    assert sum(shape.scanned != (1e-2, 10.0) for shape in shapes if shape.name.startswith("lambda")) == 1 + len(taken)
+
+
 def test_a_position_that_stands_still_tells_no_period() -> None:
     assert Ripple().usual(np.full(50, 0.3), np.sin(np.arange(50.0))) is None
     assert Ripple().usual(np.linspace(0.0, 1.0, 50), np.zeros(50)) is None

@@ -247,10 +247,10 @@ def _rung(folds: Sequence[_Fold], structure: Structure, known: dict[str, float])
     squares = 0.0
     rows = 0
     numbers = known
+    data = folds[0].data  # of all folds
+    reference = reference_of(data, structure.extras)
+    shapes = shapes_told(data, structure, reference)
     for fold in folds:
-        data = fold.data
-        reference = reference_of(data, structure.extras)
-        shapes = shapes_told(data, structure, reference)
         problem = separable(data, structure, reference, shapes, fold.fitted)
         points = [coordinates(shapes, start) for start in _starts(shapes, numbers)]
         ended = [minimise(outer_problem(problem), u, tolerance=1e-4, max_iterations=_STEPS) for u in points]

@@ -43,9 +43,11 @@ def shapes_told(
     ranges: dict[str, tuple[float, float]] = {}
     for stage in stages:
         told = stage.usual(position, left)
-        if told is not None:
+        if told is None:
+            continue
+        ranges |= {shape.name: told for shape in stage.parameters(reference.period)}
+        if stage is not stages[-1]:  # nobody looks at what the last one leaves
             left = stage.without(position, left, *told)
-            ranges |= {shape.name: told for shape in stage.parameters(reference.period)}
     narrowed: list[ShapeParameter] = []
     for shape in shapes:
         usual = ranges.get(shape.name, shape.usual)
