@@ -102,7 +102,8 @@ def test_a_legend_above_the_table_says_what_columns_are(tmp_path: Path) -> None:
     assert "lines above the table say what columns Ch1, Ch2, Ch3 are" in table.notes
 
 
-def test_one_setting_that_is_called_like_a_column_is_no_legend(tmp_path: Path) -> None:
+@pytest.mark.parametrize("above", ["force: sensor 3", "speed: 100 rpm\nforce: 20 N", "speed: -5 m/s\nforce: .5 N"])
+def test_settings_that_are_called_like_columns_are_no_legend(tmp_path: Path, above: str) -> None:
     rows = [f"{0.01 * row},{row % 5},{row % 3}" for row in range(30)]
-    table = table_of(tmp_path, "force: sensor 3\n" + "\n".join(["time,speed,force", *rows]))
-    assert list(table.columns) == ["time", "speed", "force"]
+    table = table_of(tmp_path, f"{above}\n" + "\n".join(["time,speed,force", *rows]))
+    assert table.units == {"time": None, "speed": None, "force": None}

@@ -167,3 +167,13 @@ def test_shafts_that_turn_as_one_are_those_of_a_gear(ratio: float) -> None:
     plan = planned(columns)
     assert " - " not in str(plan)
     assert " - " not in " ".join(plan.examples)
+
+
+@pytest.mark.parametrize("other", ["slip", "omega", "speed_rpm", "Drehzahl"])
+def test_a_slip_that_is_logged_beside_two_shafts_is_taken(other: str) -> None:
+    for pair in (("n_in", "n_out"), ("v1", "v2")):
+        columns = {**columns_of(*pair, TURNS), other: TURNS}
+        plan = planned(columns)
+        slip = plan.signal("slip")
+        assert slip is not None
+        assert slip.column == other

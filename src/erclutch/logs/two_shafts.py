@@ -15,7 +15,7 @@ import numpy as np
 from erclutch.errors import MappingError
 from erclutch.logs.labels import own_unit, split_label
 from erclutch.logs.mapping import ColumnMap
-from erclutch.logs.names import NAMES, plain, spoken_name, words_of
+from erclutch.logs.names import NAMES, NEED_UNIT, plain, spoken_name, words_of
 from erclutch.logs.seen_columns import SeenColumns
 from erclutch.logs.shapes import FEW, go_straight, takes_both_signs
 from erclutch.logs.table import MINUS, Table
@@ -105,12 +105,13 @@ def _ends_of_clutch(table: Table, signal: str) -> tuple[str, str] | None:
     """The speeds, or the positions, of both ends of a clutch or damper; None for no or several pairs.
 
     Their names are the same but for a word for the driving and the driven shaft; or for the numbers 1 and 2, where the
-    file has one effort at most: of two joints each has its own.
+    file has one effort at most: of two joints each has its own. No other column may be called like that motion.
     """
     short_names = NAMES[signal].split()
     driving: dict[tuple[str, str | None], list[str]] = {}  # by what the name says besides, and the unit
     driven: dict[tuple[str, str | None], list[str]] = {}
     numbered: dict[tuple[str, str | None], list[str]] = {}
+    whole: set[str] = set()  # columns whose whole name says that they are such a motion
     efforts = 0
     for name in table.columns:
         said = spoken_name(name)
@@ -120,6 +121,8 @@ def _ends_of_clutch(table: Table, signal: str) -> tuple[str, str] | None:
             rest = _without_shaft(said.stem, place)
             if rest and (is_motion or rest in short_names):
                 shafts.setdefault((rest, unit), []).append(name)
+        if said.forms[signal] and (said.forms[signal] not in NEED_UNIT or unit or said.end):
+            whole.add(name)
         bare = said.plain_stem.rstrip("0123456789")
         if is_motion and bare and bare != said.plain_stem:
             numbered.setdefault((bare, unit), []).append(name)
@@ -134,7 +137,9 @@ def _ends_of_clutch(table: Table, signal: str) -> tuple[str, str] | None:
             first, *others = sorted(family)
             if len(others) == 1 and first.endswith("1") and others[0].endswith("2"):
                 pairs.append((first, others[0]))
-    return pairs[0] if len(pairs) == 1 else None
+    if len(pairs) != 1 or whole - {*pairs[0]}:  # a slip that is logged needs no difference
+        return None
+    return pairs[0]
 
 
 def _fits(name: str, unit: str | None, si_units: tuple[str, ...]) -> bool:

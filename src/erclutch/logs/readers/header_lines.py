@@ -175,15 +175,22 @@ def with_legend(
         own_units: of the columns, by the header.
         said: ``Key: value`` lines above the header.
     """
-    told = {name: said[name] for name in names if said.get(name) and not said[name][0].isdigit()}
+    told: dict[str, tuple[str, str]] = {}  # what a column is, and its unit
+    for name in names:
+        text = said.get(name, "")
+        if re.match(r"[\s+.-]*\d", text):
+            continue  # a setting: Speed: 100 rpm
+        meaning, unit = split_label(text)
+        if unit is None and meaning and units.is_unit(meaning):
+            meaning, unit = "", meaning
+        if unit:
+            told[name] = meaning, unit
     if len(told) < _FEWEST_TOLD:
         return [*names], [*own_units], []
     new_names: list[str] = []
     new_units: list[str | None] = []
     for name, own in zip(names, own_units, strict=True):
-        meaning, unit = split_label(told.get(name, ""))
-        if meaning and unit is None and units.is_unit(meaning):
-            meaning, unit = "", meaning
+        meaning, unit = told.get(name, ("", None))
         is_repeated = meaning.lower() == name.lower()
         new_names.append(f"{name} {meaning}" if meaning and not is_repeated else name)
         new_units.append(own or unit)
