@@ -150,7 +150,9 @@ def test_sheets_whose_names_differ_by_the_field_are_logs_at_these_fields(tmp_pat
             )
     logs = read_all(log, ColumnMap(variable="all"))
     assert [recording.signals["field"][0] for recording in logs] == [0.0, 0.5, 1.0]
-    assert set(read(log, variable="0p5A").signals["field"]) == {0.5}
+    with pytest.raises(MappingError, match=r"the name of the recording says 0.5 A.*--constant \"field=0.5 A\""):
+        read(log, variable="0p5A")
+    assert set(read(log, variable="0p5A", constant=["field=0.5 A"]).signals["field"]) == {0.5}
 
 
 def test_sheets_with_a_current_of_their_own_keep_it(tmp_path: Path) -> None:

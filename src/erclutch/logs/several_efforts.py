@@ -67,6 +67,8 @@ def _with_fields_in_names(
         if field is not None:
             text = f"{field.number!r} {field.unit}"
             own = replace(own, constants={"field": text, **own.constants})
+            note = f"the field is {text} by the name of the recording, which differs from the others in that alone"
+            table = replace(table, notes=(*table.notes, note))
         elif plan.is_of_a_log:
             return logs
         with_fields.append((name, table, own))

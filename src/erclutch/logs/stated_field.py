@@ -68,8 +68,12 @@ def take_stated_field(draft: Draft) -> bool:
         _take(draft, of_effort, "by the name of the effort")
         return True
     of_recording = stated_in(draft.told.variable or "")
-    if of_recording is not None:
-        _take(draft, of_recording, "by the name of the recording")
+    if of_recording is not None:  # 1A may be the first specimen of batch A
+        text = f"{of_recording.number:g} {of_recording.unit}"
+        option = f"--constant {shell_word(f'field={text}')}"
+        problem = f"no column for field, and the name of the recording says {text}"
+        remedy = f"If that is the field, give {option}; else --field none"
+        draft.ask("field", MappingError(problem, remedy=remedy), option)
         return True
     return _ask_about_the_name(draft)
 
