@@ -150,6 +150,8 @@ def test_sheets_whose_names_differ_by_the_field_are_logs_at_these_fields(tmp_pat
             )
     logs = read_all(log, ColumnMap(variable="all"))
     assert [recording.signals["field"][0] for recording in logs] == [0.0, 0.5, 1.0]
+    without = read_all(log, ColumnMap.from_labels({"field": "none"}, variable="all"))
+    assert [recording.signals["field"][0] for recording in without] == [0.0, 0.0, 0.0]
     with pytest.raises(MappingError, match=r"the name of the recording says 0.5 A.*--constant \"field=0.5 A\""):
         read(log, variable="0p5A")
     assert set(read(log, variable="0p5A", constant=["field=0.5 A"]).signals["field"]) == {0.5}

@@ -55,7 +55,8 @@ def _with_fields_in_names(
     Only where no log has a field of its own: read without one, all would be logs at field 0.
     """
     stated = {name: stated_in(name) for name, _, _ in logs}
-    if not differ_by_field([name for name, field in stated.items() if field is not None]):
+    named = [name for name, field in stated.items() if field is not None]
+    if not differ_by_field(named) or any(own.declines("field") for _, _, own in logs):
         return logs
     with_fields: list[tuple[str, Table, ColumnMap]] = []
     for name, table, own in logs:
