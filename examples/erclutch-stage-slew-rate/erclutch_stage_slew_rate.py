@@ -13,7 +13,7 @@ from typing import Any
 
 from erclutch.arithmetic.dual import pick
 from erclutch.arithmetic.elementary import less_select
-from erclutch.arithmetic.recursion import follow, steps_of
+from erclutch.arithmetic.recursion import follow
 from erclutch.models.laws.law import Dimension, ShapeParameter
 from erclutch.models.stages.stage import Memory, Place
 from erclutch.signals.clock import Clock
@@ -56,7 +56,7 @@ class SlewRate:
 
     def respond(self, signal: Any, clock: Clock, q: Sequence[Any], rows: slice) -> Any:
         """All rows at once, with derivatives, for fits."""
-        (x,) = follow(advance, (signal,), (signal, q[0] * steps_of(clock)), clock)
+        (x,) = follow(advance, (signal,), (signal, q[0] * clock.steps), clock)
         return pick(x, rows)
 
 
