@@ -15,7 +15,7 @@ from tests.support.command import good, refused
         (("fti", "log.csv"), "there is no command 'fti'. Did you mean fit?"),
         (("fit", "log.csv", "--modles", "bingham"), "Unknown option: --modles. Did you mean --models?"),
         (("fit", "log.csv", "--device", "coaxal"), 'Did you mean "coaxial"? erclutch fit --help'),
-        (("excite", "--largest", "two"), "--largest: 'two' is no number. erclutch excite --help"),
+        (("fit", "log.csv", "--seed", "two"), "--seed: 'two' is no whole number. erclutch fit --help"),
         (("report",), "RUN is missing. Write: erclutch report RUN [OPTIONS]."),
         (
             ("recalibrate", "log.csv", "--run", "any.run"),

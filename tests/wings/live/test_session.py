@@ -667,6 +667,8 @@ def test_a_single_device_on_the_twin(tmp_path: Path) -> None:
     assert np.min(frames["drive"]) < 0.0 < np.max(frames["drive"])
     off, spread = np.nanstd(frames["effort"] - frames["estimate"]), np.nanstd(frames["effort"])
     assert off < 0.5 * spread, (off, spread)
+    figures = json.loads(done.stdout)
+    assert 0.0 < figures["off_effort_rms"] < figures["effort_rms"]
 
 
 @pytest.mark.slow
@@ -681,7 +683,7 @@ def test_live_on_the_twin(tmp_path: Path) -> None:
     assert figures["frames"] + figures["missed"] >= 2000
     assert 0 <= events.get("overrun", 0) <= figures["missed"] <= 2000 * events.get("overrun", 0)
     assert events["stopping"] == 5
-    assert 0.0 < figures["off_effort_rms"] < figures["effort_rms"]
+    assert figures["off_effort_rms"] is None  # no model estimates the torque
     (file,) = tmp_path.glob("*.mcap")
     assert any(f"recording {file.name} is complete" in note for note in figures["notes"]), figures["notes"]
     frames = read_table(file).columns
