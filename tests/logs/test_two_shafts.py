@@ -83,7 +83,7 @@ def test_a_difference_is_named_with_a_sign_and_a_unit(tmp_path: Path) -> None:
     np.testing.assert_allclose(recording.signals["slip"], -TURNS * np.pi / 30, atol=1e-9)
     with_units = read(log, slip="a [rpm] - b [rpm]", effort="torque", field="current")
     np.testing.assert_allclose(with_units.signals["slip"], TURNS * np.pi / 30, atol=1e-9)
-    with pytest.raises(MappingError, match=r"difference of two units, rpm and rad/s.*one unit"):
+    with pytest.raises(MappingError, match=r"pair.csv: .*difference of two units, rpm and rad/s.*one unit"):
         read(log, slip="a [rpm] - b [rad/s]", effort="torque", field="current")
     with pytest.raises(MappingError, match="there is no column 'a - c' for slip"):
         read(log, slip="a - c", effort="torque", field="current")

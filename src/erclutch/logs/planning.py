@@ -88,7 +88,8 @@ def plan_of(
     if len(table.columns) > max(_WIDEST, table.rows):
         problem = f"{table.rows} rows of {len(table.columns):,} columns: a log has one row a sample"
         raise LogError(problem, remedy="Give a table with a column for each signal", where=table.name)
-    table, told = with_differences(table, told)
+    with placed(table.name):
+        table, told = with_differences(table, told)
     seen = seen_columns(table, whole=whole)
     if numberless := [name for name in seen.empty if name in table.columns]:
         notes.append(f"no number in any row: column {', '.join(numberless)}: left out")
