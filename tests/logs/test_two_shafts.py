@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from erclutch.errors import MappingError
-from erclutch.logs import ColumnMap, Plan, Table, apply, plan_of, read
+from erclutch.logs import ColumnMap, Plan, Table, apply, plan_of, read, read_batches
 from erclutch.signals.array import Array
 
 TIME = np.arange(800) / 100
@@ -177,3 +177,21 @@ def test_a_slip_that_is_logged_beside_two_shafts_is_taken(other: str) -> None:
         slip = plan.signal("slip")
         assert slip is not None
         assert slip.column == other
+
+
+def test_a_log_in_blocks_has_the_difference_of_a_log_read_whole(tmp_path: Path) -> None:
+    rows = 25_000
+    time = np.arange(rows) / 1000
+    slip = 2.0 * np.sin(3.0 * time)
+    driving = 50.0 + 5.0 * np.sin(time)
+    columns = np.column_stack([time, driving, driving - slip, np.tanh(5.0 * slip), time // 5 % 2])
+    log = tmp_path / "long.csv"
+    head = "time [s],n_in [rpm],n_out [rpm],torque [N*m],current [A]"
+    np.savetxt(log, columns, delimiter=",", header=head, comments="")
+    whole = read(log).signals["slip"]
+    blocks: list[Array] = []
+    for batch in read_batches(log, rows=10_000):
+        inside = (batch.rows >= batch.start) & (batch.rows < batch.stop)
+        blocks.append(batch.recording.signals["slip"][inside])
+    assert len(blocks) > 1
+    np.testing.assert_array_equal(np.concatenate(blocks), whole)
