@@ -268,3 +268,10 @@ def test_a_lost_delimiter_is_told(tmp_path: Path) -> None:
     assert any(note.startswith("Flow sweep - 1: no flow curve") and "has 2 cells where 3" in note for note in notes)
     with pytest.raises(ErclutchError, match="line"):
         read_flow_curves(file_of(tmp_path, rheowin().replace("1|3;2,154;", "1|32,154;"), "job.txt"))
+
+
+def test_a_name_of_rheowin_that_fell_apart_moves_no_column(tmp_path: Path) -> None:
+    path = tmp_path / "broken.txt"
+    path.write_text(EXPORTS["rheowin"].replace("Tau in Pa", "T;u in Pa"), encoding="utf-8")
+    with pytest.raises(LogError, match=r"line 4 has 3 values below 4 names"):
+        read_flow_curves(path)

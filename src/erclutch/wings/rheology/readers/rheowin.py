@@ -49,7 +49,11 @@ def _blocks(content: str) -> list[Block]:
             start = number
         if point is not None:
             ends_empty = delimiter == ";" and row[-1] == ""
-            rows.append(row[1:-1] if ends_empty else row[1:])
+            values = row[1:-1] if ends_empty else row[1:]
+            if ends_empty and len(values) < len(names):  # a name that fell apart would move all names behind it
+                problem = f"line {number} has {len(values)} values below {len(names)} names"
+                raise LogError(problem, remedy="Correct that line, or the line of names above it")
+            rows.append(values)
         elif _NAMES.match(line) or _SEGMENTS.match(line):
             if re.search(r"\d\|\d", line):
                 raise LogError(f"line {number} holds names and a row", remedy="Break the line before the row")
