@@ -126,7 +126,7 @@ def test_several_topics_need_a_choice(tmp_path: Path) -> None:
 
 
 def test_what_is_no_number_is_said() -> None:
-    with pytest.raises(LogError, match="no topic of the file holds flat messages of numbers"):
+    with pytest.raises(LogError, match="no topic of the file holds messages of numbers"):
         table_of(written(lambda i: b"x", ("protobuf", "protobuf")))
 
 

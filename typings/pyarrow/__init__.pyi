@@ -3,6 +3,9 @@ from typing import Any, overload
 
 from numpy.typing import ArrayLike, NDArray
 
+from . import compute as compute
+from . import feather as feather
+from . import ipc as ipc
 from . import parquet as parquet
 from . import types as types
 

@@ -34,7 +34,7 @@ COUNTS = frozenset(
     {"count", "counts", "LSB", "lsb", "bit", "bits", "digit", "digits", "tick", "ticks", "step", "steps"}
 )
 # Ends of names that are units (``omega_rad_s``), and how units are written; small letters are taken for large ones.
-_AS_THEY_ARE = "A mA V mV kV N kN krpm gauss Pa kPa MPa s ms us mm cm m rad deg rpm T mT"
+_AS_THEY_ARE = "A mA V mV kV N kN krpm gauss Pa kPa MPa s ms us ns mm cm m rad deg rpm T mT"
 _JOINT_DIGITS = 2  # of a joint's number at most
 _TIMES = ("t", "time", "zeit", "temps")
 _SPEEDS = "rad_s=rad/s rads=rad/s radps=rad/s deg_s=deg/s dps=deg/s m_s=m/s mps=m/s mm_s=mm/s mmps=mm/s"
@@ -56,7 +56,7 @@ _POUNDS = {
 _IN_WORDS = "degrees=deg degree=deg radians=rad radian=rad meters=m metres=m millimeters=mm millimetres=mm newtons=N"
 _TURNS_IN_WORDS = "turns=turn turns_s=turn/s turns_per_second=turn/s"
 _SPEEDS_IN_WORDS = "radians_per_second=rad/s degrees_per_second=deg/s meters_per_second=m/s"
-_TIMES_IN_WORDS = "seconds=s milliseconds=ms microseconds=us msec=ms usec=us"
+_TIMES_IN_WORDS = "seconds=s milliseconds=ms microseconds=us nanoseconds=ns msec=ms usec=us nsec=ns"
 # What only looks like a second or a metre at its end: a shear rate, a viscosity, an acceleration.
 _LONGER = "1_s=1/s per_s=1/s Pa_s=Pa*s mPa_s=mPa*s Pas=Pa*s mPas=mPa*s cP=cP m_s2=m/s^2 rad_s2=rad/s^2"
 _ENDS = {
@@ -86,7 +86,7 @@ _MEASURED = _LENGTHS | _TURNING | _FORCES_AND_SPEEDS
 _BARE = {
     **{unit: unit for unit in ("rpm", "Nm", "kN", "mm", "ms", "us", "mNm", "rad/s", "mm/s", "m/s", "deg/s", "N*m")},
     **{"N·m": "N*m", "N.m": "N*m", "millis": "ms", "micros": "us"},
-    **{"milliseconds": "ms", "microseconds": "us"},
+    **{"milliseconds": "ms", "microseconds": "us", "nanoseconds": "ns"},
     **dict.fromkeys(("RPM", "r/min", "tr/min", "U/min"), "rpm"),
     **dict.fromkeys(("newton", "newtons"), "N"),
     **dict.fromkeys(("ampere", "amperes"), "A"),

@@ -268,7 +268,12 @@ def meant_by(name: str, signals: Iterable[str], *, time: bool) -> str:
 def words_of(name: str) -> list[str]:
     """Words of a name, in small letters: at signs, where a small letter meets a large one, and behind an axis."""
     apart = _BORDER.sub(" ", unicodedata.normalize("NFKD", name))
-    return re.sub(r"[^\w\s]|_", " ", re.sub("[\u0300-\u036f]", "", apart)).lower().split()
+    words = re.sub(r"[^\w\s]|_", " ", re.sub("[\u0300-\u036f]", "", apart)).lower().split()
+    if "des" in words and len(words) > 1:  # short for desired at an end, and an article between two French words
+        letters = [place for place, word in enumerate(words) if not word.isdecimal() and word not in _AXES]
+        for place in (letters[0], letters[-1]) if letters else ():
+            words[place] = "desired" if words[place] == "des" else words[place]
+    return words
 
 
 def _called_as(name: str, stem: str, signal: str) -> str | None:

@@ -26,7 +26,7 @@ _FORMATS = (
     (rb"\x89PNG|\xff\xd8\xff|GIF8|II\*\0|MM\0\*", "a picture", "Give the log that it shows"),
     (rb"\x0e\x03\x13\x01", "HDF4", "Convert it to HDF5 with h4toh5"),
     (rb"CDF[\x01\x02\x05]", "NetCDF 3", "Convert it to NetCDF 4: nccopy -k netCDF-4 FILE NEW.nc"),
-    (rb"ARROW1|FEA1", "Arrow (Feather)", "Save it as Parquet: pandas.read_feather(FILE).to_parquet(NEW)"),
+    (rb"FEA1", "Feather before Arrow 0.17", "Save it as Parquet: pandas.read_feather(FILE).to_parquet(NEW)"),
     (rb"ORC", "Apache ORC", "Save it as Parquet: pandas.read_orc(FILE).to_parquet(NEW)"),
     (
         rb"\x80[\x02-\x05][\x95\]}(c]",

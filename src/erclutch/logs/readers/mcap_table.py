@@ -1,7 +1,7 @@
-"""MCAP logs are recordings of ``erclutch live``, or flat messages of numbers that ROS or Foxglove recorded.
+"""MCAP logs are recordings of ``erclutch live``, or messages of numbers that ROS or Foxglove recorded.
 
-A row a message: ``ros1``, ``cdr`` (ROS 2) and ``json`` messages whose fields are plain numbers. Units come from the
-channel's metadata (``unit.NAME``) or from a label such as ``V [cm/s]``; time is the messages' log time.
+A row a message: ``ros1``, ``cdr`` (ROS 2) and ``json``; `ros_messages` reads lists and messages inside. Units come from
+the channel's metadata (``unit.NAME``) or from a label such as ``V [cm/s]``; time is the messages' log time.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from erclutch.errors import LogError
 from erclutch.logs.labels import name_columns
 from erclutch.logs.log_reader import LogSource
-from erclutch.logs.readers import mcap_records
+from erclutch.logs.readers import mcap_records, ros_messages
 from erclutch.logs.readers.found_recordings import choose
 from erclutch.logs.readers.mcap_records import Contents, DamageError, MessageRun
 from erclutch.logs.table import Table
@@ -29,13 +29,10 @@ MAGIC = mcap_records.MAGIC
 UNIT_KEY = "unit."
 #: Key of a live recording's channel: bits of the column ``events`` that mark a row without a good sample.
 UNSAMPLED_KEY = "unsampled_events"
-_NONE = "no topic of the file holds flat messages of numbers (ros1, ROS 2 or JSON)"
+_NONE = "no topic of the file holds messages of numbers (ros1, ROS 2 or JSON)"
 _COPY = "Copy the file again from where it was recorded"
 
-_TYPES = {
-    "bool": "u1", "byte": "i1", "char": "u1", "float32": "<f4", "float64": "<f8", "float": "<f4", "double": "<f8",
-    **{f"{sign}int{bits}": f"<{sign or 'i'}{bits // 8}" for sign in ("", "u") for bits in (8, 16, 32, 64)},
-}  # fmt: skip
+_TYPES = ros_messages.NUMBERS
 _STAMPS = ("time", "duration")
 _FIELD = re.compile(r"([A-Za-z][\w/]*)\s+([A-Za-z]\w*)")
 _CONSTANT = re.compile(r"[A-Za-z]\w*\s+[A-Za-z]\w*\s*=.*")
@@ -153,7 +150,11 @@ def _columns(
     if schema is None or schema.encoding != schema_wanted:
         raise DamageError(f"its messages are encoded as {channel.message_encoding or 'nothing'}")
     is_ros2 = channel.message_encoding == "cdr"
-    kind = layout(schema.data.decode("utf-8", "replace"), aligned=is_ros2)
+    definition = schema.data.decode("utf-8", "replace")
+    try:
+        kind = layout(definition, aligned=is_ros2)
+    except DamageError:  # texts, lists or messages in it, as in the states of joints
+        return ros_messages.columns_of(definition, [part.data for part in parts], aligned=is_ros2), times
     if any(part.data.shape[1] != kind.itemsize for part in parts):
         raise DamageError(f"its messages are not the {kind.itemsize} bytes that its description says")
     rows = np.concatenate([part.data for part in parts])

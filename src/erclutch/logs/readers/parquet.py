@@ -21,6 +21,7 @@ from erclutch.errors import LogError
 from erclutch.logs.labels import name_columns
 from erclutch.logs.log_reader import LogReader, LogSource
 from erclutch.logs.readers import child_process, found_recordings
+from erclutch.logs.readers.arrow_lists import is_of_number_lists, with_lists_opened
 from erclutch.logs.readers.budget import MEMORY, RAISED, Budget, budget_of
 from erclutch.logs.readers.switches import switched
 from erclutch.logs.row_groups import parting_note, words_of
@@ -72,7 +73,7 @@ def read_parquet(source: LogSource) -> Table:
         read = _numbers_and_times(file)
         pages = io.BytesIO(data)
         unchecked = not all(_has_checksums(pages, metadata, group, read) for group in groups)
-        return _table(read, source.name, source.digest, unchecked)
+        return table_of_arrow(read, source.name, source.digest, unchecked)
 
 
 def _columns_of_words(schema: Any) -> list[str]:
@@ -84,7 +85,7 @@ def _columns_of_words(schema: Any) -> list[str]:
 
 
 def _numbers_and_times(file: Any) -> Any:
-    """All columns, those of bytes, of lists and of plain texts empty: a word of a small file may stand in 10^6 rows."""
+    """All columns, those of bytes and of plain texts empty: a word of a small file may stand in 10^6 rows."""
     import pyarrow
     from pyarrow import types
 
@@ -92,7 +93,7 @@ def _numbers_and_times(file: Any) -> Any:
     kinds = (types.is_nested, types.is_string, types.is_large_string, types.is_binary, types.is_large_binary)
     texts: set[str] = set()
     for field in schema:
-        if any(is_kind(field.type) for is_kind in kinds):
+        if any(is_kind(field.type) for is_kind in kinds) and not is_of_number_lists(field.type):
             texts.add(field.name)
     kept = [field.name for field in schema if field.name not in texts]
     if not texts or len(set(schema.names)) < len(schema.names):
@@ -131,7 +132,7 @@ def _has_checksums(pages: BinaryIO, metadata: Any, group: int, read: Any) -> boo
     names = {field.name for field in read.schema if str(field.type) != "null"}  # a column left out is of nulls
     for column in range(metadata.num_columns):
         path = metadata.schema.column(column).path
-        if not names & {path, path.partition(".")[0]}:
+        if not any(path == name or path.startswith(f"{name}.") for name in names):
             continue
         chunk = metadata.row_group(group).column(column)
         pages.seek(chunk.dictionary_page_offset or chunk.data_page_offset)
@@ -190,7 +191,7 @@ def parquet_windows(
         def window(stop: int) -> Table:
             """The table of the rows up to one of the file, and the margin behind it."""
             part = held.slice(0, stop + margin - held_from)
-            return replace(_table(part, source.name, "", unchecked, origin), first_row=held_from)
+            return replace(table_of_arrow(part, source.name, "", unchecked, origin), first_row=held_from)
 
         for group in wanted:
             for batch in file.iter_batches(batch_size=min(rows, _READ), row_groups=[group]):
@@ -221,7 +222,7 @@ def parquet_extent(path: Path) -> tuple[int, int]:
     return metadata.num_rows, metadata.num_columns
 
 
-def _table(
+def table_of_arrow(
     table: Any,
     name: str,
     digest: str,
@@ -237,6 +238,7 @@ def _table(
         unchecked: whether a column that was read has no checksums.
         origin: tick from which dates count; None: the first row.
     """
+    table = with_lists_opened(table)
     fields = list(table.schema)
     own_units = [_metadata(field).get("unit") for field in fields]
     names, units, renamed = name_columns([str(field.name) for field in fields], own_units)

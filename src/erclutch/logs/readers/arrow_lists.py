@@ -1,0 +1,57 @@
+"""Lists of one length in a column of Arrow, as LeRobot writes the joints of a robot, become a column a place."""
+
+from __future__ import annotations
+
+from typing import Any
+
+_MOST = 500  # numbers of a list: a picture has more
+
+
+def is_of_number_lists(kind: Any) -> bool:
+    """Whether a column of this type holds a list of numbers in each row."""
+    from pyarrow import types
+
+    if not (types.is_list(kind) or types.is_large_list(kind) or types.is_fixed_size_list(kind)):
+        return False
+    return bool(types.is_floating(kind.value_type) or types.is_integer(kind.value_type))
+
+
+def with_lists_opened(table: Any) -> Any:
+    """The table with ``state_1`` .. ``state_6`` in place of a column ``state`` of lists of six numbers.
+
+    A column of lists of one number keeps its name. Lists of several lengths, and those of pictures, stay as they are.
+    """
+    import pyarrow
+
+    if not any(is_of_number_lists(field.type) for field in table.schema):
+        return table
+    fields: list[Any] = []
+    columns: list[Any] = []
+    for field, values in zip(table.schema, table.columns, strict=True):
+        width = _width(values) if is_of_number_lists(field.type) else None
+        if width is None:
+            fields.append(field)
+            columns.append(values)
+            continue
+        for place in range(width):
+            name = field.name if width == 1 else f"{field.name}_{place + 1}"
+            fields.append(pyarrow.field(name, field.type.value_type, metadata=field.metadata))
+            columns.append(_at(values, place))
+    return pyarrow.table(columns, schema=pyarrow.schema(fields, metadata=table.schema.metadata))
+
+
+def _width(values: Any) -> int | None:
+    """How many numbers each row has; None where the rows differ or one has none."""
+    from pyarrow import compute
+
+    lengths: Any = compute.min_max(compute.list_value_length(values)).as_py()
+    if values.null_count or lengths["min"] != lengths["max"] or not 0 < (lengths["min"] or 0) <= _MOST:
+        return None
+    return int(lengths["min"])
+
+
+def _at(values: Any, place: int) -> Any:
+    """The numbers at one place of the lists."""
+    from pyarrow import compute
+
+    return compute.list_element(values, place)

@@ -1,0 +1,43 @@
+"""Feather logs (Arrow's own files) give their columns as Parquet logs do; a child process decodes them."""
+
+from __future__ import annotations
+
+import io
+from pathlib import Path
+from typing import Any
+
+from erclutch.errors import LogError
+from erclutch.logs.log_reader import LogReader
+from erclutch.logs.readers import found_recordings
+from erclutch.logs.readers.budget import budget_of
+from erclutch.logs.readers.parquet import table_of_arrow
+from erclutch.logs.table import Table
+
+_MAGIC = b"ARROW1\0\0"
+
+
+def find(path: str, variable: str | None) -> Table:
+    """The child's work."""
+    from pyarrow import ipc
+
+    file = Path(path)
+    try:
+        table: Any = ipc.open_file(io.BytesIO(file.read_bytes())).read_all()
+        table.validate(full=True)
+    except MemoryError:
+        raise
+    except Exception as error:  # pyarrow raises ArrowInvalid, OSError, ... on damage
+        problem = f"the Feather data is damaged ({type(error).__name__}: {' '.join(str(error).split())[:120]})"
+        raise LogError(problem, remedy="Copy the file again or export it as CSV") from error
+    budget = budget_of(file)
+    budget.take_names(table.num_columns)
+    budget.take_cells(table.num_rows * table.num_columns)
+    return table_of_arrow(table, file.name, "", unchecked=True)
+
+
+READER = LogReader(
+    suffixes=(".feather", ".arrow"),
+    claims=lambda head: head.startswith(_MAGIC),
+    read=found_recordings.in_child("feather")["read"],
+    tells_damage="not seen",
+)

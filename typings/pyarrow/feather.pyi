@@ -1,0 +1,3 @@
+from typing import Any
+
+def write_feather(df: Any, dest: str, compression: str | None = ...) -> None: ...

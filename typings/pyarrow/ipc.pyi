@@ -1,0 +1,3 @@
+from typing import Any, BinaryIO
+
+def open_file(source: BinaryIO) -> Any: ...
