@@ -29,9 +29,9 @@ import numpy as np
 
 from erclutch.errors import ErclutchError
 from erclutch.logs import ColumnMap, Plan, Table, apply, plan_of, read_table, recordings_in, table_of_log
-from erclutch.logs.labels import name_columns
-from erclutch.logs.recording_choice import AlikeRecordingsError
-from erclutch.logs.row_groups import wants_each
+from erclutch.logs.columns.labels import name_columns
+from erclutch.logs.columns.row_groups import wants_each
+from erclutch.logs.planning.recording_choice import AlikeRecordingsError
 from erclutch.wings.rheology.flow_curve_file import read_flow_curves
 
 MANIFEST = Path(__file__).with_name("strangers.toml")

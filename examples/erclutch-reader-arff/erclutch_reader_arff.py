@@ -11,7 +11,7 @@ import numpy as np
 from scipy.io import arff
 
 from erclutch.errors import LogError
-from erclutch.logs.labels import name_columns
+from erclutch.logs.columns.labels import name_columns
 from erclutch.logs.log_reader import LogReader, LogSource
 from erclutch.logs.table import Table
 

@@ -12,9 +12,9 @@ from erclutch.errors import CheckError
 from erclutch.fit.data_check import ONE_FIELD, STEADY_FIELD, check, steady_command
 from erclutch.fit.finding import Finding
 from erclutch.fit.sensor_check import sensor_findings
+from erclutch.logs.clock.resample import RESAMPLED
 from erclutch.logs.dataset import Dataset
 from erclutch.logs.held_out import hold_out
-from erclutch.logs.resample import RESAMPLED
 from erclutch.signals.clock import Clock, Span
 from erclutch.signals.device import Element, Units
 from erclutch.signals.recording import NO_FIELD

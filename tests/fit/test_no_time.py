@@ -12,9 +12,9 @@ from erclutch.fit.comparison import Settings, compare
 from erclutch.fit.history import history
 from erclutch.fit.prediction_bands import pieces
 from erclutch.logs import recording_from_arrays
+from erclutch.logs.clock.timing import of_points
 from erclutch.logs.dataset import Dataset, build_dataset
 from erclutch.logs.held_out import hold_out
-from erclutch.logs.timing import of_points
 
 
 def points(rows: int = 1200) -> Dataset:

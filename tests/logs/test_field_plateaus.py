@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from erclutch.logs.dataset import Dataset
-from erclutch.logs.field_plateaus import plateaus
 from erclutch.logs.held_out import hold_out
+from erclutch.logs.rows.field_plateaus import plateaus
 from erclutch.signals.clock import Clock, Span
 from erclutch.signals.device import Element, Units
 

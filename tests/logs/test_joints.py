@@ -15,8 +15,8 @@ import pytest
 
 from erclutch.errors import LogError
 from erclutch.logs import ColumnMap, plan_of, read, read_table, recording_from_arrays
-from erclutch.logs.labels import split_end
-from erclutch.logs.names import words_of
+from erclutch.logs.columns.labels import split_end
+from erclutch.logs.columns.names import words_of
 from erclutch.logs.plan import Plan
 
 TIME = np.arange(400) / 100

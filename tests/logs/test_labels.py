@@ -6,7 +6,7 @@ import time
 
 import pytest
 
-from erclutch.logs.labels import (
+from erclutch.logs.columns.labels import (
     header_pairs,
     name_columns,
     own_unit,

@@ -11,7 +11,7 @@ import pytest
 
 from erclutch.errors import LogError, MappingError, SettingError, UnitError
 from erclutch.logs import ColumnChoice, ColumnMap, read, recording_from_arrays
-from erclutch.logs.name_pattern import constants_of, proposed
+from erclutch.logs.columns.name_pattern import constants_of, proposed
 from erclutch.signals.recording import NO_FIELD
 
 Rows = dict[str, np.ndarray]

@@ -13,8 +13,8 @@ from scipy.io import savemat
 from erclutch.errors import ErclutchError, LogError
 from erclutch.logs import read_table
 from erclutch.logs.mapping import ColumnMap
+from erclutch.logs.planning.recording_choice import table_of_log
 from erclutch.logs.readers import mat_layout, mat_tree
-from erclutch.logs.recording_choice import table_of_log
 from erclutch.logs.table import Table
 
 TIME = np.arange(200) / 100

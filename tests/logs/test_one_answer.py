@@ -9,7 +9,7 @@ import pytest
 
 from erclutch.errors import UnitError
 from erclutch.logs import ColumnMap, Plan, Table, apply, plan_of, read_table
-from erclutch.logs.labels import split_label
+from erclutch.logs.columns.labels import split_label
 from erclutch.signals import units
 from erclutch.signals.array import Array
 

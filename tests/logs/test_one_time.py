@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from erclutch.logs import read
-from erclutch.logs.one_time import unwoven, with_whole_stamps
+from erclutch.logs.clock.one_time import unwoven, with_whole_stamps
 from erclutch.logs.table import Table
 from erclutch.signals.array import Array
 from tests.support.command import good

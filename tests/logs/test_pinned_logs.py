@@ -15,15 +15,16 @@ import numpy as np
 import pytest
 
 from erclutch.errors import ErclutchError
-from erclutch.logs import ColumnMap, read, read_table, timing
+from erclutch.logs import ColumnMap, read, read_table
 from erclutch.logs.applied import apply
+from erclutch.logs.clock import timing
+from erclutch.logs.clock.resample import resampled
+from erclutch.logs.columns.labels import header_pairs, sample_period, split_label
+from erclutch.logs.columns.sensor_scales import scaled
 from erclutch.logs.dataset import build_dataset
 from erclutch.logs.held_out import hold_out, time_folds
 from erclutch.logs.keywords import rate_of, seconds_of
-from erclutch.logs.labels import header_pairs, sample_period, split_label
-from erclutch.logs.planning import plan_of
-from erclutch.logs.resample import resampled
-from erclutch.logs.sensor_scales import scaled
+from erclutch.logs.planning.whole_plan import plan_of
 from erclutch.logs.table import Table
 from erclutch.logs.time_window import within
 from erclutch.signals.array import Array

@@ -12,10 +12,10 @@ import pytest
 from erclutch.errors import LogError, MappingError, SettingError, UnitError
 from erclutch.logs import read
 from erclutch.logs.applied import apply, apply_rows, runs_of
-from erclutch.logs.clock_planning import clock_plan
+from erclutch.logs.columns.seen_columns import seen_columns
 from erclutch.logs.mapping import ColumnChoice, ColumnMap
-from erclutch.logs.planning import plan_of
-from erclutch.logs.seen_columns import seen_columns
+from erclutch.logs.planning.clock_planning import clock_plan
+from erclutch.logs.planning.whole_plan import plan_of
 from erclutch.logs.table import Table
 from erclutch.signals.recording import Recording
 

@@ -13,10 +13,10 @@ from erclutch.errors import SettingError, ShortLogError
 from erclutch.fit.data_check import check
 from erclutch.fit.past_samples import past_rows
 from erclutch.logs import recording_from_arrays, resample
+from erclutch.logs.clock.resample import PASSED, resampled
 from erclutch.logs.dataset import build_dataset
 from erclutch.logs.held_out import hold_out
 from erclutch.logs.keywords import rate_of
-from erclutch.logs.resample import PASSED, resampled
 from erclutch.signals.array import Array
 from erclutch.signals.recording import Recording
 from tests.support.examples import examples

@@ -9,7 +9,7 @@ import pytest
 
 from erclutch.errors import ErclutchError, MappingError
 from erclutch.logs import ColumnMap, apply, read, read_table
-from erclutch.logs.planning import plan_of
+from erclutch.logs.planning.whole_plan import plan_of
 from tests.support.damaged_text import damaged
 
 HEADER = "t [ms],Y [V],V [cm/s],F [kN],D [cm]"

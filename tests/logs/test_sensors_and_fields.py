@@ -12,9 +12,9 @@ import pytest
 
 from erclutch.fit.data_check import check
 from erclutch.logs import ColumnMap, Plan, Table, plan_of, read, read_table
+from erclutch.logs.columns.labels import split_end, split_label
 from erclutch.logs.dataset import build_dataset
 from erclutch.logs.held_out import hold_out
-from erclutch.logs.labels import split_end, split_label
 
 TIME = np.arange(2000) * 0.005
 ANGLE = np.sin(6.0 * TIME)

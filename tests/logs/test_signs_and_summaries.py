@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from erclutch.logs import read_table
-from erclutch.logs.labels import split_end
+from erclutch.logs.columns.labels import split_end
 from erclutch.logs.readers.numerals import with_plain_minus
 from erclutch.logs.table import Table
 

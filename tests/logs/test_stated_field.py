@@ -12,8 +12,8 @@ from scipy.io import savemat
 from erclutch.errors import MappingError
 from erclutch.logs import read, read_all, read_table
 from erclutch.logs.mapping import ColumnMap
-from erclutch.logs.planning import plan_of
-from erclutch.logs.stated_field import stated_in
+from erclutch.logs.planning.stated_field import stated_in
+from erclutch.logs.planning.whole_plan import plan_of
 from erclutch.logs.table import Table
 from tests.support.command import good
 

@@ -9,7 +9,7 @@ import pytest
 
 from erclutch.errors import MappingError, UnitError
 from erclutch.logs import ColumnMap, Plan, Table, apply, plan_of, read_table
-from erclutch.logs.labels import name_columns
+from erclutch.logs.columns.labels import name_columns
 from erclutch.signals.array import Array
 
 ROWS = np.arange(200.0)

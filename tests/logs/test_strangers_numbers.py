@@ -11,10 +11,10 @@ import pytest
 import erclutch
 from erclutch.errors import ErclutchError, LogError, MappingError, TimingError
 from erclutch.logs import read_table
-from erclutch.logs.labels import split_end
+from erclutch.logs.columns.labels import split_end
 from erclutch.logs.log_writer import write_log
 from erclutch.logs.readers.numerals import is_grouped, ungrouped, weigh
-from erclutch.logs.unmeasured_rows import sentinels
+from erclutch.logs.rows.unmeasured_rows import sentinels
 from erclutch.signals import units
 from erclutch.signals.array import Array
 from erclutch.signals.recording import Recording

@@ -20,7 +20,7 @@ from hypothesis import strategies as st
 from erclutch import registry
 from erclutch.errors import ErclutchError, LogError, MappingError
 from erclutch.logs import Table, read, read_table
-from erclutch.logs.labels import name_columns, split_label
+from erclutch.logs.columns.labels import name_columns, split_label
 from erclutch.logs.log_file import read_by
 from erclutch.logs.log_reader import GROUP, LogSource
 from erclutch.logs.readers.dates import seconds

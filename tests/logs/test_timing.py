@@ -6,8 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from erclutch.errors import TimingError
-from erclutch.logs import regular_grid, timing
-from erclutch.logs.timing import LogClock
+from erclutch.logs.clock import regular_grid, timing
+from erclutch.logs.clock.timing import LogClock
 from tests.support.examples import examples
 
 ROWS = np.arange(2000)

@@ -15,7 +15,7 @@ import numpy as np
 import erclutch
 from erclutch.logs import read_table
 from erclutch.logs.mapping import ColumnMap
-from erclutch.logs.planning import plan_of
+from erclutch.logs.planning.whole_plan import plan_of
 from erclutch.logs.synthetic import write_synthetic_log
 from erclutch.models.load import load_model
 from erclutch.models.model_file import digest_of

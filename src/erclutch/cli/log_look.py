@@ -151,7 +151,7 @@ def table_of_first(log: Path, reading: LogOptions) -> Table:
         LogError: it cannot be read, or an option must say how.
     """
     from erclutch.logs import recordings_in, table_of_log
-    from erclutch.logs.recording_choice import logs_among
+    from erclutch.logs.planning.recording_choice import logs_among
 
     variable = reading.variable
     if reading.each:

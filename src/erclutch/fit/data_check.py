@@ -13,9 +13,9 @@ from erclutch.errors import CheckError, shell_word
 from erclutch.fit.finding import Finding
 from erclutch.fit.sensor_check import sensor_findings
 from erclutch.fit.training_range import range_of
+from erclutch.logs.clock.resample import RESAMPLED
 from erclutch.logs.dataset import Dataset
 from erclutch.logs.plan import THOUGH
-from erclutch.logs.resample import RESAMPLED
 from erclutch.signals.array import Mask, rms
 from erclutch.signals.device import largest_field
 from erclutch.signals.percent import percent

@@ -20,16 +20,16 @@ from erclutch.errors import LogError, keywords_checked, placed
 from erclutch.logs.applied import apply
 from erclutch.logs.arrays import table_of_arrays
 from erclutch.logs.batches import WHOLE_FILE, Batch, RowRange, one_batch, windowed_batches
+from erclutch.logs.clock.resample import resampled
+from erclutch.logs.columns.row_groups import group_of
 from erclutch.logs.data_frame import table_of_frame
 from erclutch.logs.keywords import all_options, new_rate, options_of, window_of
 from erclutch.logs.log_file import read_table, recordings_in, table_of, tables_in
 from erclutch.logs.log_reader import LogReader, LogSource, log_at, readable
 from erclutch.logs.mapping import ColumnChoice, ColumnMap, file_mapping, map_over, told_of
 from erclutch.logs.plan import NEEDS, Invalid, Plan
-from erclutch.logs.planning import plan_of
-from erclutch.logs.recording_choice import table_of_log
-from erclutch.logs.resample import resampled
-from erclutch.logs.row_groups import group_of
+from erclutch.logs.planning.recording_choice import table_of_log
+from erclutch.logs.planning.whole_plan import plan_of
 from erclutch.logs.table import Table
 from erclutch.logs.time_window import within
 from erclutch.signals.device import DeviceName
@@ -129,7 +129,7 @@ def read_all(
     Raises:
         LogError, MappingError: see `read`.
     """
-    from erclutch.logs.several_efforts import logs_of
+    from erclutch.logs.planning.several_efforts import logs_of
 
     file = log_at(path).path
     told = mapping.over(file_mapping(file, mapping_file))

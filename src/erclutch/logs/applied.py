@@ -12,11 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from erclutch.errors import LogError, MappingError, TimingError, placed, shell_word
-from erclutch.logs import timing
-from erclutch.logs.clock_planning import SLOW
+from erclutch.logs.clock import timing
 from erclutch.logs.plan import ClockPlan, Invalid, Plan, SignalPlan
+from erclutch.logs.planning.clock_planning import SLOW
+from erclutch.logs.rows.unmeasured_rows import unmeasured_rows
 from erclutch.logs.table import Table
-from erclutch.logs.unmeasured_rows import unmeasured_rows
 from erclutch.signals import units
 from erclutch.signals.array import Array, Mask
 from erclutch.signals.recording import POSITION, TEMPERATURE, Recording

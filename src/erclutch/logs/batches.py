@@ -15,7 +15,7 @@ from erclutch.logs.log_file import put_right
 from erclutch.logs.log_reader import LogSource, Windows
 from erclutch.logs.mapping import ColumnMap
 from erclutch.logs.plan import Invalid, Plan
-from erclutch.logs.planning import plan_of
+from erclutch.logs.planning.whole_plan import plan_of
 from erclutch.signals.clock import Clock, Span, within
 from erclutch.signals.device import DeviceName
 from erclutch.signals.recording import Recording

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from erclutch.errors import LogError, printable
-from erclutch.logs.labels import name_columns
+from erclutch.logs.columns.labels import name_columns
+from erclutch.logs.columns.row_groups import parting_note, words_of
 from erclutch.logs.readers.switches import switched
-from erclutch.logs.row_groups import parting_note, words_of
 from erclutch.logs.table import Table
 from erclutch.signals.array import Array
 

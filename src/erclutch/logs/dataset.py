@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from erclutch.errors import MappingError, SettingError, keywords_checked
-from erclutch.logs.timing import IN_NO_TIME
+from erclutch.logs.clock.timing import IN_NO_TIME
 from erclutch.signals.array import Array, Mask, rms
 from erclutch.signals.clock import Clock, Span, cut_spans, stretches
 from erclutch.signals.device import DEVICES, EFFORT_OF, SPEED_OF, DeviceName, Element, Units, elements_of

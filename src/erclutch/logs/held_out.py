@@ -14,7 +14,7 @@ import numpy as np
 from erclutch.errors import SettingError
 from erclutch.logs.covering_stretches import STRETCHES, covering, spread_points
 from erclutch.logs.dataset import STEADY, Dataset
-from erclutch.logs.field_plateaus import plateaus
+from erclutch.logs.rows.field_plateaus import plateaus
 from erclutch.signals.array import Mask
 
 

@@ -13,13 +13,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from erclutch.errors import LogError, placed
+from erclutch.logs.clock.one_time import unwoven, with_whole_stamps
+from erclutch.logs.columns.row_groups import group_of, groups_in, rows_of, wants_each
+from erclutch.logs.columns.senses import with_senses
 from erclutch.logs.log_reader import LogReader, LogSource, ReadableLog, log_at, readable
-from erclutch.logs.one_time import unwoven, with_whole_stamps
 from erclutch.logs.readers.budget import Budget, size_of, within
-from erclutch.logs.row_groups import group_of, groups_in, rows_of, wants_each
-from erclutch.logs.senses import with_senses
+from erclutch.logs.rows.tidy_rows import untidied
 from erclutch.logs.table import Table
-from erclutch.logs.tidy_rows import untidied
 from erclutch.registry import Plugin
 
 if TYPE_CHECKING:

@@ -38,7 +38,7 @@ from typing import Any, cast
 
 from erclutch.errors import MappingError, UnitError, placed
 from erclutch.files import plain_words, small_file, toml_of
-from erclutch.logs.name_pattern import FIELD
+from erclutch.logs.columns.name_pattern import FIELD
 from erclutch.signals.recording import NAMED_COLUMNS, SIGNALS
 
 _TEXT_KEYS = ("name_pattern", "variable", "invalid", "decimal", "values")

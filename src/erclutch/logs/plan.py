@@ -1,8 +1,8 @@
 """A plan says how the columns of a table become a recording: every choice, made before any of them is carried out.
 
-A reader gives a `Table`; `erclutch.logs.planning.plan_of` weighs what the user said, what the file says and how the
-columns are called, and makes the plan; `erclutch.logs.applied.apply` carries it out and decides nothing. A plan can be
-printed, saved as a mapping file, loaded with the table that it is for, and compared with another.
+A reader gives a `Table`; `erclutch.logs.planning.whole_plan.plan_of` weighs what the user said, what the file says and
+how the columns are called, and makes the plan; `erclutch.logs.applied.apply` carries it out and decides nothing. A plan
+can be printed, saved as a mapping file, loaded with the table that it is for, and compared with another.
 """
 
 from __future__ import annotations

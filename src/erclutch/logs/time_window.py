@@ -9,7 +9,7 @@ import numpy as np
 
 from erclutch.errors import SettingError
 from erclutch.logs.batches import Batch
-from erclutch.logs.timing import MINIMUM_ROWS
+from erclutch.logs.clock.timing import MINIMUM_ROWS
 from erclutch.signals.clock import stretches
 from erclutch.signals.recording import Recording
 

@@ -18,12 +18,12 @@ from erclutch.fit.scoring import Score
 from erclutch.fit.scoring import score as scored
 from erclutch.logs import map_over, read_all, table_of
 from erclutch.logs.applied import apply_rows
+from erclutch.logs.columns.row_groups import wants_each
 from erclutch.logs.dataset import Dataset, dataset_of, joined
 from erclutch.logs.keywords import new_rate, options_of, window_of
 from erclutch.logs.mapping import ColumnMap, file_mapping
-from erclutch.logs.planning import plan_of
+from erclutch.logs.planning.whole_plan import plan_of
 from erclutch.logs.reading import Reading
-from erclutch.logs.row_groups import wants_each
 from erclutch.models.adaptive_band import adapted
 from erclutch.models.band import leading
 from erclutch.models.load import load_model

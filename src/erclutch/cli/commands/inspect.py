@@ -130,8 +130,8 @@ def _table_or_question(log: Path, reading: LogOptions) -> Table | None:
 
 def _tests_of_a_rheometer(log: Path) -> tuple[bool, list[str]]:
     """Whether a recording of a file has the columns of a flow curve, and the columns that tell of oscillations."""
+    from erclutch.logs.columns.rheometer_names import of_oscillation, tells_a_flow_curve
     from erclutch.logs.log_file import recordings_in, tables_in
-    from erclutch.logs.rheometer_names import of_oscillation, tells_a_flow_curve
 
     recordings = recordings_in(log)
     tables_or_errors = tables_in(log, recordings).values()
@@ -168,7 +168,7 @@ def _draw(
 
 def _held(look: LogLook, reading: LogOptions) -> str:
     """What a creep or a relaxation is; "" for other logs, and where the user said how the log is read."""
-    from erclutch.logs.rheometer_names import held_in_time
+    from erclutch.logs.columns.rheometer_names import held_in_time
 
     return "" if reading.words() else held_in_time(look.raw.columns)
 
@@ -209,7 +209,7 @@ def _tell_what_is_next(look: LogLook, typed: str, reading: LogOptions) -> None:
         typed: the logs or the folder, as the user gave them.
         reading: how the user said that they are read.
     """
-    from erclutch.logs.rheometer_names import of_oscillation, tells_a_flow_curve
+    from erclutch.logs.columns.rheometer_names import of_oscillation, tells_a_flow_curve
 
     if held := _held(look, reading):
         terminal.say(f"Not for erclutch: {look.log.name}: {held}; neither fit nor flowcurve has a law for it")
@@ -275,7 +275,7 @@ def _flow_command(look: LogLook) -> str:
 
     A gamma is a strain or a rate, and a column of words may part the points into curves.
     """
-    from erclutch.logs.row_groups import EACH
+    from erclutch.logs.columns.row_groups import EACH
 
     words = ["erclutch", "flowcurve", look.plan.path]
     gammas = [name for name in look.raw.columns if name.lower() in _GAMMAS]
@@ -296,7 +296,7 @@ def _flow_command(look: LogLook) -> str:
 
 def _is_of_a_rheometer(plan: Plan) -> bool:
     """Whether a table holds a shear rate and a shear stress, by names; or without a time, by names or units."""
-    from erclutch.logs.rheometer_names import tells_a_flow_curve
+    from erclutch.logs.columns.rheometer_names import tells_a_flow_curve
 
     if tells_a_flow_curve(plan.labels):
         return True
@@ -317,7 +317,7 @@ def _is_of_a_rheometer(plan: Plan) -> bool:
 def _as_json(look: LogLook, courses: int) -> dict[str, Any]:
     """All that was seen, with the columns' courses in as many stretches as are asked for."""
     from erclutch.cli.column_courses import courses_of, sketch
-    from erclutch.logs.two_shafts import with_differences
+    from erclutch.logs.columns.two_shafts import with_differences
 
     table, _ = with_differences(look.raw, look.plan.told)  # a page offers what two shafts differ by as a column
     units = table.units

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
 from erclutch.errors import LogError
-from erclutch.logs.labels import header_pairs, name_columns
+from erclutch.logs.columns.labels import header_pairs, name_columns
 from erclutch.logs.readers.cells import WORDS, Marks, cells_of, is_comment, is_number
 from erclutch.logs.readers.header_lines import Header, RowsBelow, header_of, with_headings, with_legend
 

@@ -20,7 +20,7 @@ from typing import Any, TypedDict, TypeVar, cast
 import numpy as np
 
 from erclutch.errors import LogError
-from erclutch.logs.labels import name_columns, split_label
+from erclutch.logs.columns.labels import name_columns, split_label
 from erclutch.logs.log_reader import LogSource
 from erclutch.logs.readers import child_process
 from erclutch.logs.readers.budget import budget_of

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from erclutch.logs.labels import sample_period
+from erclutch.logs.columns.labels import sample_period
 from erclutch.logs.log_reader import LogReader
 from erclutch.logs.readers import found_recordings, mat
 from erclutch.logs.readers.budget import budget_of

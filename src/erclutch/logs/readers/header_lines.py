@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
-from erclutch.logs.labels import EASTERN, split_label
+from erclutch.logs.columns.labels import EASTERN, split_label
 from erclutch.logs.readers.cells import Marks, is_comment
 from erclutch.signals import units
 

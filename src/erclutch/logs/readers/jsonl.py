@@ -18,14 +18,14 @@ from typing import Any, cast
 import numpy as np
 
 from erclutch.errors import LogError, printable
-from erclutch.logs.labels import name_columns
+from erclutch.logs.columns.labels import name_columns
+from erclutch.logs.columns.row_groups import parting_note, words_of
 from erclutch.logs.log_reader import LogReader, LogSource
 from erclutch.logs.readers import dates, json_layout
 from erclutch.logs.readers.budget import Budget
 from erclutch.logs.readers.found_recordings import JOINT, Found, choose, joined_by_time, names_by
 from erclutch.logs.readers.json_layout import flat
 from erclutch.logs.readers.text_bytes import DAMAGE
-from erclutch.logs.row_groups import parting_note, words_of
 from erclutch.logs.table import Table
 from erclutch.signals.array import Array
 

@@ -16,7 +16,7 @@ from mcap import records as kinds
 from numpy.typing import NDArray
 
 from erclutch.errors import LogError
-from erclutch.logs.labels import name_columns
+from erclutch.logs.columns.labels import name_columns
 from erclutch.logs.log_reader import LogSource
 from erclutch.logs.readers import mcap_records, ros_messages
 from erclutch.logs.readers.found_recordings import choose

@@ -18,13 +18,13 @@ from typing import Any, BinaryIO
 import numpy as np
 
 from erclutch.errors import LogError
-from erclutch.logs.labels import name_columns
+from erclutch.logs.columns.labels import name_columns
+from erclutch.logs.columns.row_groups import parting_note, words_of
 from erclutch.logs.log_reader import LogReader, LogSource
 from erclutch.logs.readers import child_process, found_recordings
 from erclutch.logs.readers.arrow_lists import is_of_number_lists, with_lists_opened
 from erclutch.logs.readers.budget import MEMORY, RAISED, Budget, budget_of
 from erclutch.logs.readers.switches import switched
-from erclutch.logs.row_groups import parting_note, words_of
 from erclutch.logs.table import Table, of_arrow
 from erclutch.signals.array import Array
 

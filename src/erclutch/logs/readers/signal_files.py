@@ -16,14 +16,14 @@ from pathlib import Path
 import numpy as np
 
 from erclutch.errors import ErclutchError, LogError, printable
-from erclutch.logs.clock_planning import clock_plan
+from erclutch.logs.columns.seen_columns import seen_columns
 from erclutch.logs.log_file import read_by
 from erclutch.logs.log_reader import HEAD, LogReader, LogSource, claims_nothing, log_suffixes, reader_of
 from erclutch.logs.mapping import ColumnMap
-from erclutch.logs.planning import is_log, signals_of
+from erclutch.logs.planning.clock_planning import clock_plan
+from erclutch.logs.planning.whole_plan import is_log, signals_of
 from erclutch.logs.readers.found_recordings import JOINT, NO_NAME, Found, joined_by_time
 from erclutch.logs.readers.text_tables import is_prose
-from erclutch.logs.seen_columns import seen_columns
 from erclutch.logs.table import Table
 from erclutch.signals.array import Array
 

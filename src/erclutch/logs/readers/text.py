@@ -15,7 +15,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from erclutch.errors import LogError
-from erclutch.logs.labels import sample_period
+from erclutch.logs.columns.labels import sample_period
+from erclutch.logs.columns.row_groups import parting_note, words_of
 from erclutch.logs.log_reader import LogReader, LogSource, claims_nothing
 from erclutch.logs.readers import dates, first_bytes, found_recordings, numerals
 from erclutch.logs.readers.budget import Budget
@@ -41,7 +42,6 @@ from erclutch.logs.readers.text_cells import BLANK, CORRECT, long_rows, read_cel
 from erclutch.logs.readers.text_rows import blocks_in, rows_of_body
 from erclutch.logs.readers.text_tables import read_tables
 from erclutch.logs.readers.unit_cells import without_units_in_cells
-from erclutch.logs.row_groups import parting_note, words_of
 from erclutch.logs.table import Table
 from erclutch.signals.array import Array
 

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from erclutch.errors import LogError, placed
-from erclutch.logs.labels import header_pairs
+from erclutch.logs.columns.labels import header_pairs
 from erclutch.logs.log_reader import LogSource
 from erclutch.logs.readers.cells import cells_of, is_comment, is_number
 from erclutch.logs.readers.dialect import LINE_END

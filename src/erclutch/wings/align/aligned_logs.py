@@ -15,14 +15,14 @@ import numpy as np
 from erclutch.errors import LogError, MappingError, placed
 from erclutch.logs import map_over, table_of
 from erclutch.logs.applied import apply, runs_of
-from erclutch.logs.clock_planning import clock_plan
+from erclutch.logs.clock.timing import LogClock
+from erclutch.logs.columns.seen_columns import seen_columns
 from erclutch.logs.log_writer import write_log
 from erclutch.logs.mapping import ColumnChoice, ColumnMap, file_mapping
-from erclutch.logs.named_columns import locate
-from erclutch.logs.planning import plan_of
-from erclutch.logs.seen_columns import seen_columns
+from erclutch.logs.planning.clock_planning import clock_plan
+from erclutch.logs.planning.named_columns import locate
+from erclutch.logs.planning.whole_plan import plan_of
 from erclutch.logs.table import Table
-from erclutch.logs.timing import LogClock
 from erclutch.signals.array import Array, Mask, largest_size
 from erclutch.signals.device import DeviceName
 from erclutch.signals.recording import Recording

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from erclutch.errors import LogError
-from erclutch.logs.resample import low_pass_taps
+from erclutch.logs.clock.resample import low_pass_taps
 from erclutch.signals.array import Array, Mask
 
 _BRIDGED = 5  # periods of a gap

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from erclutch.logs.labels import own_unit
+from erclutch.logs.columns.labels import own_unit
 from erclutch.report.numbers.number_text import number
 from erclutch.wings.app import actions
 

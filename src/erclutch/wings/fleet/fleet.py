@@ -25,10 +25,10 @@ from erclutch.files import file_digest, may_fill, may_write, small_text, whole_f
 from erclutch.files.places import nothing, release, reserve
 from erclutch.fit.comparison import Settings, compare
 from erclutch.logs import ColumnMap
+from erclutch.logs.columns.name_pattern import constants_of
 from erclutch.logs.dataset import build_dataset
 from erclutch.logs.log_reader import log_suffixes
 from erclutch.logs.mapping import file_beside
-from erclutch.logs.name_pattern import constants_of
 from erclutch.logs.reading import Reading
 from erclutch.runs.cluster import finished, saying_kept, task_pool
 from erclutch.runs.written_run import run_to_dict, unwritable, versions, write_json

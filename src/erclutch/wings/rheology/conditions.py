@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from erclutch.errors import MappingError, UnitError, shell_word
-from erclutch.logs.rheometer_names import plain_name, said_by_name
-from erclutch.logs.row_groups import EACH
+from erclutch.logs.columns.rheometer_names import plain_name, said_by_name
+from erclutch.logs.columns.row_groups import EACH
 from erclutch.logs.table import Table, listed
 from erclutch.signals import units
 from erclutch.signals.array import Array

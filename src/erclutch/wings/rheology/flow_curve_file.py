@@ -15,9 +15,9 @@ import numpy as np
 
 from erclutch.errors import ErclutchError, LogError, MappingError, SettingError, placed, shell_word
 from erclutch.logs import read_table, recordings_in
+from erclutch.logs.columns.rheometer_names import said_by_name
+from erclutch.logs.columns.row_groups import EACH, group_of, rows_of, wants_each
 from erclutch.logs.log_file import tables_in
-from erclutch.logs.rheometer_names import said_by_name
-from erclutch.logs.row_groups import EACH, group_of, rows_of, wants_each
 from erclutch.logs.table import Table, listed
 from erclutch.signals.array import Array
 from erclutch.signals.percent import percent

@@ -14,8 +14,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from erclutch.errors import MappingError, UnitError, shell_word
-from erclutch.logs.labels import split_label
-from erclutch.logs.rheometer_names import Quantity, Role, of_oscillation, plain_name, said_by_name
+from erclutch.logs.columns.labels import split_label
+from erclutch.logs.columns.rheometer_names import Quantity, Role, of_oscillation, plain_name, said_by_name
 from erclutch.logs.table import Table, listed
 from erclutch.signals.array import Mask
 from erclutch.signals.units import parse

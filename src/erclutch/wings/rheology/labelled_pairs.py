@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from erclutch.errors import MappingError, UnitError
-from erclutch.logs.rheometer_names import said_by_name
+from erclutch.logs.columns.rheometer_names import said_by_name
 from erclutch.logs.table import Table
 from erclutch.signals.array import Array
 from erclutch.signals.units import parse

@@ -10,7 +10,7 @@ from __future__ import annotations
 import re
 
 from erclutch.errors import MappingError, shell_word
-from erclutch.logs.rheometer_names import plain_name, said_by_name
+from erclutch.logs.columns.rheometer_names import plain_name, said_by_name
 from erclutch.logs.table import Table, listed
 
 _SPEED = re.compile(r"\brpm\b|\brotor speed\b|^speed\b|drehzahl|vitesse de rotation|velocidad de giro|转速|回転|ротор")

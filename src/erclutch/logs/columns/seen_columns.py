@@ -1,0 +1,255 @@
+"""What the columns of a table are called, what their units are and how their numbers run is gathered once, for a plan.
+
+Here too stands which column is the time, by its name, its unit and its numbers: rates are told by it. Nothing is
+decided for the plan: the steps of `erclutch.logs.planning.whole_plan` read these facts in place of the table's columns.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+
+import numpy as np
+
+from erclutch.errors import UnitError
+from erclutch.logs.columns.labels import own_unit, split_end, without_unit
+from erclutch.logs.columns.names import OTHER, SpokenName, spoken
+from erclutch.logs.columns.shapes import Shape, shape_of, spread_of
+from erclutch.logs.table import Table
+from erclutch.signals import units
+from erclutch.signals.array import Array
+
+#: Units of plain numbers.
+NO_UNITS = ("", "-", "1", "%")
+_SAMPLE_NUMBER = "samplenumber"
+_FEWEST_SHARING = 3
+#: Share of a step by which equal steps may differ.
+EVEN = 1e-3
+_STEADY = 0.05  # share of its level by which a supply varies at most
+_VARIES = 0.5  # and by which a field varies at least
+
+#: Kinds of motion by the SI unit of their effort, in words.
+KINDS = {"Pa": "shear rate", "N*m": "turning motion", "N": "motion along a line"}
+UNITS_OF_KIND = {"Pa": ("Pa", "1/s"), "N*m": ("N*m", "rad/s", "rad"), "N": ("N", "m/s", "m")}
+_WORDS_OF_KIND = {
+    "Pa": ("shearrate", "shearstress", "gammadot"),
+    "N*m": (
+        "torque",
+        "rpm",
+        "omega",
+        "angle",
+        "angular",
+        "theta",
+        "yaw",
+        "drehzahl",
+        "drehmoment",
+        "扭矩",
+        "转速",
+        "角",
+    ),
+    "N": ("force", "loadcell", "lvdt", "displacement", "stroke", "kraft", "weg", "位移"),
+}
+
+
+@dataclass(frozen=True)
+class SeenColumn:
+    """What is seen of one column before it is called a signal.
+
+    Attributes:
+        name: in the table.
+        spoken: what the name says.
+        unit: as written in the file; None where the file has none.
+        values: as logged, shape (n,).
+        shape: how the numbers run.
+    """
+
+    name: str
+    spoken: SpokenName
+    unit: str | None
+    values: Array
+    shape: Shape
+
+    @property
+    def is_steady(self) -> bool:
+        """Whether the column keeps near one level that is not zero, as the voltage of a supply does."""
+        return self._spread <= _STEADY
+
+    @property
+    def varies(self) -> bool:
+        """Whether the column takes quite different values, as a field that is switched or turned up does."""
+        return self._spread >= _VARIES
+
+    @cached_property
+    def _spread(self) -> float:
+        return spread_of(self.values)
+
+    @property
+    def moved(self) -> float:
+        """By how much the numbers differ; 0 where there are none."""
+        known = self.values[np.isfinite(self.values)]
+        return float(np.ptp(known)) if known.size else 0.0
+
+    @property
+    def steps(self) -> Array:
+        """From number to number, shape (n - 1,); what is not finite is passed over."""
+        return np.diff(self.values[np.isfinite(self.values)])
+
+    @property
+    def has_equal_steps(self) -> bool:
+        """Whether the numbers grow by one and the same step, as a time does."""
+        steps = self.steps
+        return steps.size > 0 and bool(np.ptp(steps) <= EVEN * np.median(steps))
+
+    @property
+    def written_unit(self) -> str | None:
+        """The file's unit, or the unit that ends the name, whatever it is of."""
+        return self.unit or self.spoken.end
+
+    def unit_for(self, si_units: tuple[str, ...]) -> str | None:
+        """The unit of the column where it is to be one of some SI units; None where nobody says it."""
+        return own_unit(self.name, self.unit, si_units)
+
+    def fits(self, si_units: tuple[str, ...]) -> bool | None:
+        """Whether the column's unit is one for some SI units; None where it has no unit."""
+        return _fits(self.name, self.unit, si_units)
+
+    @property
+    def kind(self) -> str:
+        """Whether a motion or an effort is that of turning, of a line or of shear, see `KINDS`; "" for untold."""
+        for kind in KINDS:
+            if self.fits(UNITS_OF_KIND[kind]):
+                return kind
+        return "" if self.written_unit else self.kind_by_name
+
+    @property
+    def kind_by_name(self) -> str:
+        """The kind that a word of the name tells, see `KINDS`; "" for untold."""
+        letters = "".join(self.spoken.words)
+        for kind, words in _WORDS_OF_KIND.items():
+            if any(word in letters for word in words):
+                return kind
+        return ""
+
+
+@dataclass(frozen=True)
+class SeenColumns:
+    """A table, and what is seen of its columns.
+
+    Attributes:
+        table: as a reader gave it.
+        columns: in the table's order, by name.
+        shared_words: words in the names of at least half of the columns, and of three: the name of a joint or a topic.
+        counters: names of the columns that count samples.
+        empty: names of the columns that hold no number in any row: they are no signal, whatever they are called.
+    """
+
+    table: Table
+    columns: Mapping[str, SeenColumn]
+    shared_words: frozenset[str]
+    counters: tuple[str, ...]
+    empty: tuple[str, ...]
+
+    def without(self, taken: Iterable[str]) -> list[SeenColumn]:
+        """All columns of the file that hold a number, but some."""
+        left_out = {*taken, *self.empty, *self.table.made}
+        return [column for column in self.columns.values() if column.name not in left_out]
+
+    def time_column(self, taken: Iterable[str] = ()) -> str | None:
+        """The column that is the time by its name, with a unit of time or none; or the only one with a unit of time.
+
+        Where no whole name is, the only column whose name ends in a time and whose numbers rise (``Machine_Time``).
+
+        Args:
+            taken: columns that are something else.
+        """
+        open_ones = [column for column in self.without(taken) if column.fits(("s",)) is not False]
+        for column in open_ones:
+            if column.spoken.is_time:
+                return column.name
+
+        in_seconds: list[SeenColumn] = []
+        for column in open_ones:
+            if column.fits(("s",)) and OTHER.isdisjoint(column.spoken.words):
+                in_seconds.append(column)
+        stated = self.table.clock is not None or self.table.sample_period is not None  # which says more
+        if self.table.clock is not None and len(in_seconds) > 1:
+            # Dates to the second, and beside them the same time in finer steps.
+            in_seconds = [column for column in in_seconds if _is_finer(column, self.table.clock)]
+        if len(in_seconds) > 1 and not stated:
+            # A delay and a state of the bench do not rise in each row, or not by equal steps.
+            in_seconds = [column for column in in_seconds if np.all(column.steps > 0.0)]
+        if len(in_seconds) > 1 and not stated:
+            in_seconds = [column for column in in_seconds if column.has_equal_steps]
+        if len(in_seconds) == 1:
+            return in_seconds[0].name
+        rising = [column for column in open_ones if column.spoken.ends_in_time and column.shape.rises]
+        return rising[0].name if len(rising) == 1 else None
+
+    @cached_property
+    def stamps(self) -> Array | None:
+        """The time in s, or in what the file has, shape (n,); None for a table without a clock."""
+        table = self.table
+        if table.clock is not None:
+            return table.clock
+        if table.sample_period is not None:
+            return np.arange(table.rows, dtype=np.float64) * table.sample_period
+        name = self.time_column()
+        return None if name is None else table.columns[name]
+
+
+def seen_columns(table: Table, *, whole: bool = True) -> SeenColumns:
+    """What is seen of each column of a table, which may be some rows of a log."""
+    columns: dict[str, SeenColumn] = {}
+    for name, values in table.columns.items():
+        unit = table.units.get(name)
+        bare = without_unit(name, unit)
+        stem, end = split_end(bare)
+        columns[name] = SeenColumn(name, spoken(bare, stem, end), unit, values, shape_of(values))
+
+    sharing: Counter[str] = Counter()  # how many columns have a word in their name
+    counters: list[str] = []
+    empty: list[str] = []
+    for name, column in columns.items():
+        sharing.update({*column.spoken.stem_words})
+        if name.replace(" ", "").lower() == _SAMPLE_NUMBER:
+            counters.append(name)
+        if whole and column.values.size and not np.isfinite(column.values).any():
+            empty.append(name)
+    if whole:
+        empty += table.hollow
+    fewest = max(_FEWEST_SHARING, len(columns) / 2)
+    return SeenColumns(
+        table,
+        columns,
+        shared_words=frozenset(word for word, count in sharing.items() if count >= fewest),
+        counters=tuple(counters),
+        empty=tuple(empty),
+    )
+
+
+def _is_finer(column: SeenColumn, dates: Array) -> bool:
+    """Whether a column in a unit of time grows in each row, and goes with dates that repeat as far as these tell."""
+    factor = units.parse(column.written_unit or "s").factor
+    ticks = np.diff(dates)
+    tick = float(np.min(ticks[ticks > 0.0], initial=np.inf))  # s
+    if not np.any(ticks == 0.0) or not np.isfinite(tick):
+        return False
+    apart = dates - column.values * factor
+    return bool(np.all(column.steps > 0.0) and np.ptp(apart) <= tick)
+
+
+@lru_cache(maxsize=4096)
+def _fits(
+    name: str,
+    unit: str | None,
+    si_units: tuple[str, ...],
+) -> bool | None:
+    known = own_unit(name, unit, si_units)
+    if not known:
+        return False if split_end(name)[1] else None
+    try:
+        return units.fits(known, si_units) is not None
+    except UnitError:
+        return False

@@ -1,0 +1,74 @@
+"""A speed without a sign beside a column of words that say the sense takes its sign from these words."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from erclutch.logs.columns.names import spoken_name, words_of
+from erclutch.logs.columns.shapes import takes_both_signs
+from erclutch.logs.table import Table
+from erclutch.signals.array import Array
+
+#: Words of opposite senses: that of the first set is positive.
+_OPPOSITES = (
+    ({"cw", "clockwise"}, {"ccw", "counterclockwise", "anticlockwise"}),
+    ({"forward", "forwards", "fwd"}, {"reverse", "rev", "backward", "backwards", "bwd"}),
+    ({"up", "upward"}, {"down", "downward"}),
+    ({"extension", "extend", "rebound"}, {"compression", "retract", "bump"}),
+    ({"positive", "pos", "plus"}, {"negative", "neg", "minus"}),
+    ({"push"}, {"pull"}),
+    ({"right", "rechts", "droite", "derecha"}, {"left", "links", "gauche", "izquierda"}),
+    ({"vorwarts", "vor", "avant", "adelante"}, {"ruckwarts", "zuruck", "arriere", "atras"}),
+)
+_AGREES = 0.9  # share of the moving rows in which the effort keeps to the senses, or all the other way
+
+
+def with_senses(table: Table) -> Table:
+    """The table with the signs of its only speed, where an effort of both signs keeps to what the words say."""
+    speeds: list[str] = []
+    efforts: list[str] = []
+    for name, values in table.columns.items():
+        may_be = spoken_name(name).may_be
+        if "slip" in may_be:
+            speeds.append(name)
+        elif "effort" in may_be and takes_both_signs(values):
+            efforts.append(name)
+    if len(speeds) != 1 or len(efforts) != 1 or takes_both_signs(table.columns[speeds[0]]):
+        return table
+
+    speed = table.columns[speeds[0]]
+    effort = table.columns[efforts[0]]
+    for name, column in table.words.items():
+        signs = _signs([words_of(word) for word in column.words])
+        if signs is None or not (column.of_row >= 0).all():
+            continue
+        sense = signs[column.of_row]  # +1 or -1, shape (n,)
+        moving = np.isfinite(effort) & (np.abs(speed) > 0.0) & (effort != 0.0)
+        if not moving.any():
+            continue
+        along = int(np.count_nonzero((effort * sense)[moving] > 0.0))
+        agreeing = along / int(np.count_nonzero(moving))
+        if max(agreeing, 1.0 - agreeing) < _AGREES:
+            continue
+        turned = column.words[int(np.argmin(signs))]
+        note = f"column {speeds[0]} has no sign and {efforts[0]} has: it is turned where {name} is {turned}"
+        words = {other: each for other, each in table.words.items() if other != name}
+        notes = [each for each in table.notes if not each.startswith(f"column {name} parts the rows by")]
+        columns = {**table.columns, speeds[0]: speed * sense}
+        return replace(table, columns=columns, words=words, notes=(*notes, note))
+    return table
+
+
+def _signs(words: list[list[str]]) -> Array | None:
+    """The sign of each of two opposite words, shape (2,); None for other words."""
+    if len(words) != 2:
+        return None
+    first, second = ({*each} for each in words)
+    for positive, negative in _OPPOSITES:
+        if first & positive and second & negative:
+            return np.array([1.0, -1.0])
+        if first & negative and second & positive:
+            return np.array([-1.0, 1.0])
+    return None

@@ -1,0 +1,189 @@
+"""A guess is doubted where the log speaks against it, by its numbers or its words: the user is asked to confirm it."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+
+import numpy as np
+
+from erclutch.errors import shell_word
+from erclutch.logs.columns.names import NAMES, SENSES, TOLD, VOLTAGES, words_of
+from erclutch.logs.columns.quotients import rubbing_force
+from erclutch.logs.columns.rheometer_names import said_by_name
+from erclutch.logs.columns.shapes import FEW, LOOKED_AT, go_straight, goes_along, takes_both_signs
+from erclutch.logs.plan import SignalPlan
+from erclutch.logs.planning.draft import Draft
+from erclutch.logs.planning.guesses import OF_A_SUPPLY, faintness
+from erclutch.logs.planning.missing_columns import missing
+from erclutch.signals.array import Array
+
+_CROSSINGS = 4  # of the middle of its range, by a motion to and fro
+_COMMANDS = ("command", "cmd")
+#: Names of efforts by the unit of their kind.
+_EFFORTS_BY_NAME = {
+    "N*m": ("torque", "moment", "drehmoment", "coppia"),
+    "N": ("force", "kraft", "fuerza", "forza", "dampingforce"),
+}
+_NO_POWER = (("N", "rad/s"), ("N*m", "m/s"))  # units of effort and slip
+
+
+def leave_out_the_sensor_of_the_effort(draft: Draft) -> None:
+    """Take a guessed voltage back that is too faint for a coil and goes straight with the effort: its sensor's output.
+
+    A faint current may be what leaks through an electrorheological fluid, and tells the field.
+    """
+    field = draft.signals.get("field")
+    effort = draft.signals.get("effort")
+    if field is None or effort is None or not effort.column or not _is_guessed_voltage(draft, field):
+        return
+    output = draft.table.columns[field.column]
+    strongest = faintness(field, output)
+    if strongest is None or not go_straight(output, draft.table.columns[effort.column]):
+        return
+    del draft.signals["field"]
+    draft.no_signals.append(field.column)
+    draft.notes[:] = [note for note in draft.notes if not note.startswith("field <- ")]
+    course = f"never exceeds {strongest:.3g} and goes straight with {effort.column}"
+    draft.notes.append(f"column {field.column} {course}: taken for the output of its sensor, left out")
+    draft.ask("field", missing(draft.seen, "field", draft.taken))
+    draft.missing.append("field")
+
+
+def doubt_the_current_of_a_drive(draft: Draft) -> None:
+    """Doubt a guessed field with the sign and the course of the effort: the current of the motor that makes it."""
+    field = draft.signals.get("field")
+    effort = draft.signals.get("effort")
+    if field is None or effort is None or field.si not in OF_A_SUPPLY or not field.reason.startswith("guessed"):
+        return
+    current = draft.seen.columns.get(field.column)
+    measured = draft.seen.columns.get(effort.column)
+    if current is None or measured is None or not goes_along(current.values, measured.values):
+        return
+    doubt = f"which takes the sign of {effort.column} and goes along with it, as the current of a motor does"
+    doubt += ": --field none if it drives no coil of a brake or damper"
+    draft.signals["field"] = replace(field, sureness="doubtful", doubt=doubt)
+
+
+def doubt_the_sensor_of_the_motion(draft: Draft) -> None:
+    """Doubt a guessed voltage that goes straight with a motion to and fro: the output of its sensor.
+
+    A field may be raised while a device moves one way, so a motion that never turns back tells nothing.
+    """
+    field = draft.signals.get("field")
+    if field is None or field.sureness == "doubtful" or not _is_guessed_voltage(draft, field):
+        return
+    if draft.seen.columns[field.column].spoken.forms["field"] == "field":
+        return  # its name says it
+    output = draft.table.columns[field.column]
+    for signal in ("position", "slip"):
+        motion = draft.signals.get(signal)
+        if motion is None or not motion.column:
+            continue
+        measured = draft.table.columns[motion.column]
+        if _turns_back(measured) and go_straight(output, measured):
+            doubt = f"which goes straight with {motion.column}, as the output of its sensor does"
+            doubt += ": --field none if it drives no coil"
+            draft.signals["field"] = replace(field, sureness="doubtful", doubt=doubt)
+            return
+
+
+def doubt_the_command_of_a_drive(draft: Draft) -> None:
+    """Doubt a column that is just called a command, beside commands of a motion: a drive's, which drives no coil."""
+    field = draft.signals.get("field")
+    if field is None or not field.reason.startswith("guessed"):
+        return
+    if draft.seen.columns[field.column].spoken.forms["field"] not in _COMMANDS:
+        return
+    motions = {"slip", "position", "effort"}
+    for other in draft.seen.without([field.column]):
+        said = other.spoken
+        letters = {re.sub(r"\d+$", "", word) for word in said.stem_words}
+        told = not TOLD.isdisjoint(letters)
+        if told and any(letters & {*NAMES[signal].split()} for signal in motions):
+            doubt = f"which stands beside {other.name}, as what a drive was told: --field none if it drives no coil"
+            draft.signals["field"] = replace(field, sureness="doubtful", doubt=doubt)
+            return
+
+
+def _is_guessed_voltage(draft: Draft, field: SignalPlan) -> bool:
+    """Whether the field was guessed, and is a voltage by its unit or, without a unit, by its name."""
+    if not field.reason.startswith("guessed"):
+        return False
+    column = draft.seen.columns[field.column]
+    return column.fits(("V",)) is True or (not column.unit and column.spoken.forms["field"] in VOLTAGES)
+
+
+def _turns_back(motion: Array) -> bool:
+    """Whether a motion comes back by half of its range and goes forth again."""
+    known = motion[np.isfinite(motion)][:LOOKED_AT]
+    if known.size < FEW:
+        return False
+    middle = 0.5 * (known.min() + known.max())
+    sides = np.flatnonzero(np.diff(known > middle))
+    return sides.size >= _CROSSINGS
+
+
+def doubt_a_speed_without_its_sense(draft: Draft) -> None:
+    """Doubt a guessed slip that never turns, where a column of words says in which sense the device moves."""
+    slip = draft.signals.get("slip")
+    effort = draft.signals.get("effort")
+    if slip is None or effort is None or not slip.reason.startswith("guessed"):
+        return
+    speed = draft.table.columns.get(slip.column)
+    measured = draft.table.columns.get(effort.column)
+    if speed is None or measured is None or takes_both_signs(speed) or not takes_both_signs(measured):
+        return
+    for name, column in draft.table.words.items():
+        senses = [word for word in column.words if not SENSES.isdisjoint(words_of(word))]
+        if len(senses) < 2:
+            continue
+        doubt = f"which has no sign, while {name} says {' and '.join(senses[:2])}: give a column whose sign turns, or "
+        doubt += f"--variable {shell_word(f'{name}={senses[0]}')} for the rows of one sense"
+        draft.signals["slip"] = replace(slip, sureness="doubtful", doubt=doubt)
+
+
+def doubt_a_shear_rate_beside_a_torque(draft: Draft) -> None:
+    """Doubt a guessed slip that is a shear rate beside a torque or a force, which make no power together."""
+    effort = draft.signals.get("effort")
+    slip = draft.signals.get("slip")
+    if effort is None or slip is None or not slip.column or not slip.reason.startswith("guessed"):
+        return
+    is_rate = said_by_name(slip.column) == "rate" and draft.seen.columns[slip.column].fits(("1/s",))
+    if is_rate and effort.si in ("N*m", "N"):
+        doubt = f"which is a shear rate, beside a torque or a force in {effort.si}"
+        draft.signals["slip"] = replace(slip, sureness="doubtful", doubt=doubt)
+
+
+def doubt_a_torque_in_a_unit_of_force(draft: Draft) -> None:
+    """Doubt a guessed effort whose name is that of a torque and whose unit is one of force, or the other way round."""
+    effort = draft.signals.get("effort")
+    if effort is None or not effort.column or not effort.reason.startswith("guessed"):
+        return
+    form = draft.seen.columns[effort.column].spoken.forms["effort"]
+    for kind, names in _EFFORTS_BY_NAME.items():
+        if form in names and effort.si in _EFFORTS_BY_NAME and effort.si != kind:
+            doubt = f"which is called {form} and is in {effort.unit}, a unit of another kind"
+            draft.signals["effort"] = replace(effort, sureness="doubtful", doubt=doubt)
+
+
+def doubt_effort_without_power(draft: Draft) -> None:
+    """Doubt a guess where effort and slip make no power together: a force beside turns is of some arm or another axis.
+
+    Whoever names both is believed, and so is a whole name: the check before a fit warns of it. A force that a
+    coefficient of friction is made of is the friction of this motion, at an arm that the file need not say.
+    """
+    effort = draft.signals.get("effort")
+    slip = draft.signals.get("slip")
+    if effort is None or slip is None or (effort.si, slip.si) not in _NO_POWER:
+        return
+    if effort.si == "N" and effort.column and effort.column == rubbing_force(draft.seen):
+        return
+    for guessed, other in ((effort, slip), (slip, effort)):
+        if not guessed.column or guessed.sureness not in ("sure", "likely"):
+            continue
+        if draft.seen.columns[guessed.column].spoken.forms[guessed.signal]:
+            continue  # its whole name says it
+        why = f"in {guessed.si}, which makes no power with the {other.signal} in {other.si}"
+        draft.signals[guessed.signal] = replace(guessed, sureness="doubtful", doubt=why)
+        return

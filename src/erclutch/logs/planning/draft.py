@@ -1,0 +1,185 @@
+"""A plan in the making: what is known of a log, and what the steps of `whole_plan` chose so far."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from erclutch.errors import MappingError, UnitError
+from erclutch.logs.columns.labels import own_unit
+from erclutch.logs.columns.seen_columns import SeenColumn, SeenColumns
+from erclutch.logs.columns.sensor_scales import by_sensor
+from erclutch.logs.mapping import ColumnMap
+from erclutch.logs.plan import NEEDS, OPTIONAL, THOUGH, ClockPlan, Question, SignalPlan, Sureness
+from erclutch.logs.table import Table
+from erclutch.signals import units
+from erclutch.signals.array import Array
+from erclutch.signals.device import DeviceName
+from erclutch.signals.recording import NO_FIELD, SIGNALS
+
+_SHARE = 0.5  # up to which a column without a unit is a plain number
+
+
+@dataclass
+class Draft:
+    """A plan in the making; see `erclutch.logs.plan.Plan` for what is not said here.
+
+    Attributes:
+        seen: the table's columns.
+        told: what the user and the mapping file said.
+        device: whose signals are looked for.
+        notes: what was chosen, guessed, converted and assumed, one sentence each.
+        constants: numbers that hold for the whole log.
+        signals: what was chosen, by the signal.
+        inputs: further inputs of networks, as logged.
+        spare: further columns that are worth a look.
+        no_signals: columns that are known to be none.
+        declined: signals that the user said no column is.
+        missing: signals that the device needs and that no column may be.
+        clock: None while no clock was found.
+        questions: what only the user can say, by the signal that it is about.
+    """
+
+    seen: SeenColumns
+    told: ColumnMap
+    device: DeviceName
+    notes: list[str]
+    constants: dict[str, float]
+    signals: dict[str, SignalPlan] = field(default_factory=dict[str, SignalPlan])
+    inputs: list[SignalPlan] = field(default_factory=list[SignalPlan])
+    spare: list[str] = field(default_factory=list[str])
+    no_signals: list[str] = field(default_factory=list[str])
+    declined: list[str] = field(default_factory=list[str])
+    missing: list[str] = field(default_factory=list[str])
+    clock: ClockPlan | None = None
+    questions: dict[str, Question] = field(default_factory=dict[str, Question])
+
+    @property
+    def table(self) -> Table:
+        """The table that the plan is of."""
+        return self.seen.table
+
+    @property
+    def needed(self) -> set[str]:
+        """Signals that the device may need."""
+        return {signal for group in NEEDS[self.device] for option in group for signal in option}
+
+    @property
+    def known_signals(self) -> set[str]:
+        """Signals that the device can have."""
+        return {*self.needed, *OPTIONAL[self.device]}
+
+    @property
+    def taken(self) -> list[str]:
+        """Columns that are signals, inputs, the time or a counter of samples, or that are known to be no signal."""
+        chosen = [each.column for each in (*self.signals.values(), *self.inputs) if each.column]
+        stamps = [self.clock.column] if self.clock is not None and self.clock.kind == "column" else []
+        return [*chosen, *self.no_signals, *self.seen.counters, *stamps]
+
+    def ask(self, signal: str, error: MappingError, option: str = "") -> None:
+        """Keep an error as a question about a signal, with the option that answers it where that is known."""
+        of_unit = isinstance(error, UnitError)
+        self.questions[signal] = Question(signal, error.problem, error.remedy, of_unit, option)
+
+    def take(
+        self,
+        signal: str,
+        name: str,
+        unit: str | None,
+        scale: float,
+        reason: str,
+        sureness: Sureness = "given",
+    ) -> None:
+        """Take a column as a signal; the note says all that is done to it.
+
+        Args:
+            signal: its name.
+            name: of the column.
+            unit: of the column; None where nobody says it.
+            scale: before the unit is converted.
+            reason: who chose it, or what it was guessed from.
+            sureness: how sure the choice is.
+
+        Raises:
+            MappingError: a scale of a sensor that is none. UnitError: a unit that does not fit the signal.
+        """
+        column = self.seen.columns[name]
+        sensor = self.told.scales.get(signal)
+        factor = scale
+        if sensor is None and unit is None:
+            si, how = self.assumed_unit(signal, column.values)
+        elif sensor is not None:
+            by_scale, si, how = by_sensor(signal, name, unit, sensor)
+            factor *= by_scale
+        else:
+            to_si, si = units.conversion(unit or "", SIGNALS[signal], name)
+            factor *= to_si
+            how = "" if to_si == 1.0 else f", converted to {si or 'a plain number'}"
+            how += _other_unit(column, unit or "", SIGNALS[signal].si_units)
+        how += ", sign turned" if factor < 0 else ""
+
+        alternatives: list[str] = []
+        if sureness != "given":
+            others = self.seen.without([*self.taken, name])
+            alternatives = [other.name for other in others if other.fits(SIGNALS[signal].si_units)]
+        self.signals[signal] = SignalPlan(
+            signal,
+            name,
+            unit,
+            scale,
+            factor,
+            si,
+            reason=reason,
+            sureness=sureness,
+            alternatives=tuple(alternatives),
+        )
+        label = f"{name} [{unit}]" if unit else name
+        self.notes.append(f"{signal} <- column {label}{how} ({reason})")
+
+    def assumed_unit(self, signal: str, values: Array) -> tuple[str, str]:
+        """The unit of numbers without a unit, with a note: unknown for a single device, SI for the coaxial pair."""
+        usual = SIGNALS[signal].si_units[0]
+        if self.device == "single":
+            return units.UNKNOWN, ", no unit: taken as logged"
+        if usual:
+            return usual, f", no unit: assumed {usual}"
+        largest = float(np.nanmax(np.abs(values), initial=0.0))
+        if largest > _SHARE:
+            return units.UNKNOWN, f", no unit and up to {largest:g}: taken as logged"
+        return "", ", no unit and within 0.5: taken as a plain number"
+
+    def take_no_field(self, others: Sequence[str] = ()) -> None:
+        """Take the field as 0 in all rows, for a device whose field nobody logged.
+
+        Args:
+            others: why each column is no field.
+        """
+        self.signals["field"] = SignalPlan(
+            "field",
+            numbers=(0.0,),
+            si=units.UNKNOWN,
+            reason=NO_FIELD,
+        )
+        why = f" ({'; '.join(others)})" if others else ""
+        self.notes.append(f"{NO_FIELD}: taken as one constant field, written as 0{why}")
+
+
+def _other_unit(column: SeenColumn, unit: str, si_units: tuple[str, ...]) -> str:
+    """What is said of a unit that was given in place of that of the file; "" where both mean the same.
+
+    Where that of the file would do too, one of the two is wrong: the check before a fit warns of it.
+    """
+    own = column.unit
+    if not own or own == unit:
+        return ""
+    if not column.fits(si_units):
+        return f" (the file says {own})"
+    given = units.parse(unit)
+    of_turns = own_unit(column.name, own, si_units)  # 1/min of a speed is turns a minute, and no other unit
+    for said in (own, of_turns):
+        of_file = units.parse(said or "")
+        if (given.factor, given.dimension) == (of_file.factor, of_file.dimension):
+            return "" if said == own else f" (the file says {own})"
+    return f", {THOUGH} {own}"

@@ -1,0 +1,57 @@
+"""Columns beside those that the device needs are taken: what it may have, what the user wants, what is worth a look."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from erclutch.errors import MappingError, shell_word
+from erclutch.logs.columns.candidates import candidates
+from erclutch.logs.plan import OPTIONAL, SignalPlan
+from erclutch.logs.planning.draft import Draft
+from erclutch.logs.planning.named_columns import locate
+from erclutch.signals import units
+from erclutch.signals.channels import NOT_MEASURED
+from erclutch.signals.recording import SIGNALS
+
+_MOST_SPARE = 8
+#: Columns that say how a row came about, and measure nothing.
+_STATES = ("flags", "events", "status", "state")
+
+
+def take_further_columns(draft: Draft) -> None:
+    """Take optional signals, the user's inputs and spare columns; only a wrong name of an input is a question."""
+    for signal in OPTIONAL[draft.device]:
+        if signal in draft.signals or signal in draft.declined:
+            continue
+        called, _ = candidates(draft.seen, signal, draft.taken)
+        if len(called) != 1:
+            continue
+        column = draft.seen.columns[called[0]]
+        if np.isfinite(column.values).all():
+            unit = column.unit_for(SIGNALS[signal].si_units)
+            draft.take(signal, column.name, unit, 1.0, "guessed from its name", "likely")
+
+    for choice in draft.told.inputs:  # as logged; they travel with the signals under a name of their own
+        try:
+            name, unit, factor = locate(draft.table, choice, "input")
+        except MappingError as error:
+            draft.ask("input", error)
+            continue
+        draft.inputs.append(SignalPlan("input", name, unit, factor, factor, reason=choice.source))
+        draft.notes.append(f"further input <- column {name}, as logged ({choice.source})")
+
+    # Columns of finite numbers that change and that nothing has taken; `fit.ladder` says what they are good for.
+    not_spare = {*draft.taken, *draft.table.truths, *_STATES}
+    if draft.table.device is not None:
+        not_spare |= {*NOT_MEASURED}
+    for column in draft.seen.without(not_spare):
+        name = column.name
+        unit = column.unit
+        if units.is_temperature(unit) and "temperature" not in draft.signals:
+            option = f"--temperature {shell_word(f'{name} [{unit}]')}"
+            draft.notes.append(f"column {name} is a temperature, and no law uses it: {option} lets them")
+        changes = not column.shape.constant and column.values.size > 1
+        if changes and np.isfinite(column.values).all():
+            draft.spare.append(name)
+            if len(draft.spare) == _MOST_SPARE:
+                return

@@ -1,0 +1,89 @@
+"""Numbers that a user, a mapping file or a file's name gives for a whole log are taken, for a signal or not."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from erclutch.errors import MappingError, UnitError
+from erclutch.logs.columns.name_pattern import constants_of
+from erclutch.logs.plan import SignalPlan
+from erclutch.logs.planning.draft import Draft
+from erclutch.signals import units
+from erclutch.signals.recording import SIGNALS
+
+_OF_A_NAME = "from the file's name"
+
+
+def take_given_numbers(draft: Draft) -> None:
+    """Take numbers of the mapping and of the file's name; what is called like a signal becomes a constant signal.
+
+    Raises:
+        MappingError: a number that is none, a name that does not match its pattern, a number for the field where the
+            user said that none was logged. UnitError: a unit that does not fit its signal.
+    """
+    told = draft.told
+    of_mapping: dict[str, tuple[float, str | None, str]] = {}  # number, unit, source
+    for key, text in told.constants.items():
+        if "," in text:
+            _take_steps(draft, key, text)
+        else:
+            of_mapping[key] = (*_quantity(key, text), told.source)
+    of_name: dict[str, tuple[float, str | None, str]] = {}
+    if told.name_pattern:
+        for key, (number, unit) in constants_of(told.name_pattern, draft.table.name).items():
+            of_name[key] = (number, unit, _OF_A_NAME)
+
+    given = {**of_name, **of_mapping}
+    for key, (number, unit, source) in given.items():
+        text = f"{number:g} {unit}" if unit else f"{number:g}"
+        chosen = draft.signals.get(key)
+        if key not in draft.known_signals:
+            draft.constants[key] = number
+            draft.notes.append(f"{key} = {text} ({source})")
+        elif chosen is not None and not chosen.column and source == _OF_A_NAME:
+            problem = f"{key} is {text} {source}, and it was said that none was logged"
+            raise MappingError(problem, remedy="Leave --field none out, or --name-pattern")
+        elif chosen is not None:
+            draft.notes.append(f"{key} = {text} ({source}) not used: column {chosen.column or '?'} was chosen")
+        else:
+            if unit:
+                factor, si = units.conversion(unit, SIGNALS[key], key)
+            else:
+                factor = 1.0
+                si, _ = draft.assumed_unit(key, np.array([number]))
+            draft.signals[key] = SignalPlan(
+                key,
+                unit=unit,
+                si=si,
+                numbers=(number * factor,),
+                reason=source,
+            )
+            draft.constants[key] = number * factor
+            draft.notes.append(f"{key} <- constant {text} ({source})")
+
+
+def _take_steps(draft: Draft, key: str, text: str) -> None:
+    """Take a signal that is constant in each segment: one number after another, a unit behind the last (``0, 1 A``)."""
+    *earlier, last = text.split(",")
+    final, unit = _quantity(key, last)
+    numbers = [*(_quantity(key, number)[0] for number in earlier), final]
+    if key not in SIGNALS:
+        raise MappingError(f"{key} is no signal", remedy="Give one number")
+    factor, si = units.conversion(unit, SIGNALS[key], key) if unit else (1.0, units.UNKNOWN)
+    in_si = tuple(number * factor for number in numbers)
+    source = draft.told.source
+    draft.signals[key] = SignalPlan(
+        key,
+        unit=unit,
+        si=si,
+        numbers=in_si,
+        reason=source,
+    )
+    draft.notes.append(f"{key} <- {text.strip()}, one number a segment ({source})")
+
+
+def _quantity(key: str, text: str) -> tuple[float, str | None]:
+    try:
+        return units.quantity(text)
+    except UnitError as error:
+        raise MappingError(f"the constant {key} is '{text}'", remedy=error.remedy) from error

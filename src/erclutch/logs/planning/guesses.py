@@ -1,0 +1,169 @@
+"""What the device needs and nobody named is guessed; where nothing or too much would do, the user is asked."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from erclutch.errors import MappingError, shell_word
+from erclutch.logs.columns.candidates import Guess, candidates, guess
+from erclutch.logs.columns.names import spoken_name
+from erclutch.logs.columns.rheometer_names import of_oscillation
+from erclutch.logs.columns.sensor_scales import scaled
+from erclutch.logs.columns.shapes import is_rate_of, takes_both_signs
+from erclutch.logs.plan import NEEDS, SignalPlan, Sureness
+from erclutch.logs.planning.draft import Draft
+from erclutch.logs.planning.missing_columns import missing
+from erclutch.signals.array import Array
+from erclutch.signals.recording import SIGNALS
+from erclutch.signals.units import UNKNOWN
+
+#: A coil that makes a field draws more than this, in A, in V or as logged.
+_FAINT_FIELD = 1e-3
+#: Units of a field that is the output of a supply.
+OF_A_SUPPLY = ("A", "V", UNKNOWN)
+
+
+def guess_what_is_needed(draft: Draft) -> None:
+    """Guess each signal that the device needs; ask where nothing or too much would do.
+
+    Raises:
+        MappingError: a scale that is none. UnitError: a unit that does not fit its signal.
+    """
+    named = draft.taken
+    moduli = of_oscillation(draft.table.columns)  # in Pa, and no efforts
+    if moduli:  # nor are the amplitudes of stresses; the stress itself goes to and fro
+        stresses = [column for column in draft.seen.columns.values() if column.fits(("Pa",))]
+        in_pascals = [column.name for column in stresses if not takes_both_signs(column.values)]
+        draft.no_signals += [name for name in dict.fromkeys([*moduli, *in_pascals]) if name not in named]
+    taken = [*draft.taken, *draft.table.truths]
+    for group in NEEDS[draft.device]:
+        settled = False
+        for option in group:
+            is_asked = not draft.questions.keys().isdisjoint(option)
+            if is_asked or all(signal in draft.signals for signal in option):
+                settled = True
+
+        doubts: list[MappingError] = []
+        for option in group:
+            # An alternative to what is there (E beside E1 and E2), not something more (theta).
+            says_the_same = ("E",) in group or (option == ("alpha_raw",) and "alpha" in draft.signals)
+            if settled and says_the_same:
+                continue
+            for signal in option:
+                if signal in draft.signals or signal in draft.questions or signal in draft.declined:
+                    continue
+                units_of_sensor: tuple[str, ...] = ()
+                scale = draft.told.scales.get(signal)
+                if scale:
+                    _, _, sensor = scaled(scale, signal)
+                    units_of_sensor = (sensor,) if sensor else ()
+                motions = [draft.signals[each].column for each in ("slip", "position") if each in draft.signals]
+                motion = motions[0] if motions else ""
+                try:
+                    likely = guess(draft.seen, signal, taken, units_of_sensor, motion)
+                except MappingError as error:
+                    doubts.append(error)
+                    continue
+                if likely is not None and _take_guess(draft, signal, likely, motion):
+                    taken.append(likely.column)
+                    if signal == "field":
+                        _tell_supplies(draft, likely.column, taken)
+            settled = settled or all(signal in draft.signals for signal in option)
+        if settled:
+            _settle_several_speeds(draft, doubts if ("slip",) in group else ())
+            continue
+
+        needed = next(signal for signal in group[0] if signal not in draft.signals)
+        names = " or ".join(" and ".join(option) for option in group)
+        or_a_pair = _pair_remedy(draft)
+        error = doubts[0] if doubts else missing(draft.seen, needed, taken, names)
+        draft.ask(needed, MappingError(error.problem, remedy=error.remedy + or_a_pair))
+        if not doubts:
+            draft.missing.append(needed)
+
+
+def _settle_several_speeds(draft: Draft, doubts: Sequence[MappingError]) -> None:
+    """Take the one of several speeds that is the rate of the guessed position; ask where none of them is, or two are.
+
+    With the position alone the speeds would be passed over, though one of them may be of another motion.
+    """
+    position = draft.signals.get("position")
+    if not doubts or "slip" in draft.signals or position is None or not position.column:
+        return
+    if position.sureness == "given" or draft.seen.stamps is None:
+        return
+    place = draft.table.columns[position.column]
+    names, reason = candidates(draft.seen, "slip", draft.taken)
+    columns = draft.table.columns
+    logged = [name for name in names if name in columns]
+    rates = [name for name in logged if is_rate_of(columns[name], place, draft.seen.stamps)]
+    if len(rates) == 1:
+        found = Guess(rates[0], f"{reason}, and it is the rate of {position.column}")
+        _take_guess(draft, "slip", found, position.column)
+    elif names:
+        draft.ask("slip", doubts[0])
+
+
+def _take_guess(draft: Draft, signal: str, found: Guess, motion: str) -> bool:
+    """Take a column that was guessed, and say how sure that is; False for a position that goes with no slip."""
+    table = draft.table
+    column = draft.seen.columns[found.column]
+    named = found.reason.startswith("name")
+    if signal == "position" and motion and column.shape.constant and not draft.seen.columns[motion].shape.constant:
+        draft.notes.append(f"column {column.name} never changes while {motion} does: left out, it is no position")
+        return False
+    if signal == "position" and motion and not named:
+        # A gap and a travel of something else have the unit of a position too.
+        speed = table.columns[motion]
+        if not is_rate_of(speed, column.values, draft.seen.stamps):
+            option = f"--position {shell_word(table.label(column.name))}"
+            why = f"column {column.name} has the unit of a position, and column {motion} is not its rate"
+            draft.notes.append(f"{why}: left out ({option} takes it)")
+            return False
+
+    si_units = SIGNALS[signal].si_units
+    sureness: Sureness
+    if named:  # name and unit agree, or the name speaks alone
+        sureness = "sure" if column.fits(si_units) else "likely"
+    else:  # a unit alone asks for the shape too
+        sureness = "likely" if column.shape.looks_like(signal) else "doubtful"
+    draft.take(signal, column.name, column.unit_for(si_units), 1.0, f"guessed from its {found.reason}", sureness)
+    taken = draft.signals[signal]
+    strongest = faintness(taken, column.values) if signal == "field" else None
+    if strongest is not None:
+        doubt = f"which never exceeds {strongest:.3g}, as the output of a sensor: --field none if it drives no coil"
+        draft.signals[signal] = replace(taken, sureness="doubtful", doubt=doubt)
+    return True
+
+
+def faintness(field: SignalPlan, values: Array) -> float | None:
+    """The largest field in its unit, where that is too little for a coil; None where it may drive one."""
+    strongest = float(np.nanmax(np.abs(values), initial=0.0)) * abs(field.factor)
+    is_too_little = field.si in OF_A_SUPPLY and 0.0 < strongest < _FAINT_FIELD
+    called_so = spoken_name(field.column).forms["field"] == "field"
+    return strongest if is_too_little and not called_so else None
+
+
+def _tell_supplies(draft: Draft, field: str, taken: Iterable[str]) -> None:
+    """Say which columns could be the field by their names and units, and are that of a supply by their numbers."""
+    if not draft.seen.columns[field].varies:
+        return
+    for column in draft.seen.without(taken):
+        if column.fits(("V", "A")) and "field" in column.spoken.may_be and column.is_steady:
+            low = np.nanmin(column.values)
+            high = np.nanmax(column.values)
+            level = f"{low:.4g} to {high:.4g} {column.unit_for(('V', 'A'))}"
+            course = f"keeps near one level, {level}, while {field} changes"
+            draft.notes.append(f"column {column.name} {course}: taken for a supply, left out")
+
+
+def _pair_remedy(draft: Draft) -> str:
+    """What else would help where the columns of a single device look like those of a coaxial pair; "" elsewhere."""
+    first, _ = candidates(draft.seen, "E1", ())
+    second, _ = candidates(draft.seen, "E2", ())
+    if draft.device != "single" or not first or not second:
+        return ""
+    return f"; if {first[0]} and {second[0]} are the fields of a coaxial pair, --device coaxial"

@@ -1,0 +1,138 @@
+"""What is said of a signal that no column was found for: what is missing, and an option that answers it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from erclutch.errors import MappingError, shell_word
+from erclutch.logs.columns.labels import COUNTS
+from erclutch.logs.columns.names import NAMES, NEED_UNIT, spoken_name
+from erclutch.logs.columns.quotients import pressing_loads
+from erclutch.logs.columns.seen_columns import UNITS_OF_KIND, SeenColumn, SeenColumns
+from erclutch.signals.recording import SIGNALS
+
+#: Words for counts at the end of a name; a step there may be one of a test.
+_COUNTED = ("count", "counts", "tick", "ticks")
+#: Of a scale or load cell that shows a mass: the force that pulls at it. A pound is read as a force already.
+_WEIGHTS = {"g": "gf", "kg": "kgf"}
+#: What a sensor is called whose output is logged as it is.
+_SENSORS = {
+    "position": frozenset({"lvdt", "potentiometer", "poti", "pot", "laser", "linearencoder"}),
+    "slip": frozenset({"tacho", "tachometer", "tachogenerator", "dynamo"}),
+    "effort": frozenset(
+        {"loadcell", "straingauge", "straingage", "dms", "forcesensor", "torquesensor", "kraftmessdose"}
+    ),
+}
+#: How a signal's column may be written, where nothing in the log looks like it.
+EXAMPLES = {"field": "I [A]", "slip": "V [cm/s]", "position": "D [mm]", "effort": "F [N]", "T": "torque [N*m]"}
+
+
+def missing(seen: SeenColumns, signal: str, taken: Iterable[str], alternatives: str = "") -> MappingError:
+    """The error for a signal that no column was found for.
+
+    Args:
+        seen: the columns of the log.
+        signal: its name.
+        taken: columns that are something else.
+        alternatives: how the message calls it, where other signals would do as well.
+    """
+    free = seen.without(taken)
+    si_units = SIGNALS[signal].si_units
+    example = EXAMPLES.get(signal, f"NAME [{si_units[0] or '-'}]")
+    doubt = ""
+
+    short = next((column for column in free if not column.unit and has_short_name(column, signal)), None)
+    if short is not None:
+        meaning = " (voltage or velocity)" if short.spoken.plain == "v" else ""
+        doubt = f"; {short.name} may be it, but its name alone can mean several things{meaning}"
+        if short.spoken.end:
+            example = short.name
+        else:
+            likely = "V" if signal == "field" and short.spoken.plain == "v" else usual_unit(signal) or "-"
+            example = seen.table.label(short.name, likely)
+
+    remedy = f"Give it with its unit, such as --{signal} {shell_word(example)}"
+    if signal == "field":
+        remedy += ", or --constant 'field=0.5 A' if it is the same all through the log, or --field none if not logged"
+    if signal == "slip":
+        in_lengths = (column for column in free if column.fits(SIGNALS["position"].si_units))
+        position = next((column.name for column in in_lengths if not column.shape.constant), "")
+        if position:
+            remedy = f"Give a speed, or the position that it is the rate of: --position {shell_word(position)}"
+        else:
+            counted = sensor_options(free, "position")
+            if counted:
+                remedy = f"Give a speed, or the position that it is the rate of: {counted}"
+    of_a_sensor = sensor_options(free, signal)
+    if of_a_sensor:
+        remedy = f"Give what its sensor means, such as {of_a_sensor}"
+
+    misfits = [column for column in free if column.unit and column.fits(si_units) is False]
+    refused = next((column for column in misfits if _is_called(column, signal)), None)
+    if refused is not None:
+        doubt += f"; column {refused.name} is called so, but its unit {refused.unit} does not fit"
+    presses = pressing_loads(seen, signal)
+    if presses:
+        doubt += (
+            f"; column {presses[0]} is a load beside a coefficient of friction: their product rubs, the load presses"
+        )
+    for name in seen.empty:
+        form = spoken_name(name).forms[signal] or ""
+        if len(form) > 2:
+            doubt += f"; column {name} is called so, but holds no number in any row"
+            break
+    problem = f"no column for {alternatives or signal}{doubt}; the file has: {seen.table.listed}"
+    return MappingError(problem, remedy=remedy)
+
+
+def has_short_name(column: SeenColumn, signal: str) -> bool:
+    """Whether the name is a short one of the signal that can mean several things."""
+    return column.spoken.plain in NEED_UNIT and column.spoken.plain in NAMES[signal].split()
+
+
+def usual_unit(signal: str) -> str:
+    """The unit that a signal is usually logged in."""
+    if signal in EXAMPLES:
+        _, _, unit = EXAMPLES[signal].partition("[")
+        return unit.removesuffix("]")
+    return SIGNALS[signal].si_units[0]
+
+
+def sensor_options(free: Iterable[SeenColumn], signal: str) -> str:
+    """Options for a column that has the signal's name and the unit of a sensor's output; "" where there is none.
+
+    A force in grams is the weight that a load cell shows.
+    """
+    si_units = SIGNALS[signal].si_units
+    for column in free:
+        weight = _WEIGHTS.get(column.unit or "")
+        if signal == "effort" and weight and _is_called(column, signal):
+            return f"--effort {shell_word(f'{column.name} [{weight}]')}"
+        written = column.written_unit
+        from_sensor = written in ("V", "mV", "%") or written in COUNTS
+        if from_sensor and column.fits(si_units) is False and _is_called(column, signal):
+            unit_of_sensor = written
+        else:
+            unit_of_sensor = _counted(column, signal)
+        if unit_of_sensor:
+            measured = next(
+                (unit for unit in UNITS_OF_KIND.get(column.kind_by_name, ()) if unit in si_units), si_units[0]
+            )
+            scale = shell_word(f"{signal}=NUMBER {measured or '1'}/{unit_of_sensor}")
+            return f"--{signal} {shell_word(column.name)} --scale {scale}"
+    return ""
+
+
+def _counted(column: SeenColumn, signal: str) -> str:
+    """The word for counts at the end of a name that speaks for the signal (``pos_counts``); "" for other names."""
+    front, _, last = column.name.rpartition("_")
+    word = last.lower()
+    if not front or column.unit or word not in _COUNTED:
+        return ""
+    form = spoken_name(front).forms[signal] or ""
+    return word if len(form) > 1 else ""
+
+
+def _is_called(column: SeenColumn, signal: str) -> bool:
+    """Whether the whole name speaks for the signal, or is that of a sensor for it."""
+    return len(column.spoken.forms[signal] or "") > 2 or column.spoken.plain_stem in _SENSORS.get(signal, ())

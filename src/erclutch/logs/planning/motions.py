@@ -1,0 +1,128 @@
+"""Signals of a log are held against each other: a slip is the rate of its position, slip times effort is a power."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from erclutch.errors import MappingError, shell_word
+from erclutch.logs.columns.shapes import is_usual_ratio, over_rate
+from erclutch.logs.planning.draft import Draft
+from erclutch.signals import units
+from erclutch.signals.array import Array
+from erclutch.signals.recording import SignalKind
+
+_SAME = 0.5  # of one: a ratio that no mixed units make
+_RATES = (("m/s", "m"), ("rad/s", "rad"))
+_POWERS = (("rad/s", "N*m"), ("m/s", "N"))
+_STEADY = 0.02  # share by which slip times effort over a power varies at most, or it is a power of something else
+_LARGE = 0.1  # share of the largest power from which on its digits tell
+_FEWEST = 20  # rows with such a power
+
+
+def turn_screw(draft: Draft) -> None:
+    """Alpha = alpha_raw 2 pi / lead, equation 4 of Huang and Ishikawa, in place of alpha_raw."""
+    raw = draft.signals.get("alpha_raw")
+    if raw is None:
+        return
+    lead = draft.told.lead
+    if lead is None:
+        problem = "alpha_raw is the position on a screw whose lead is not given"
+        draft.ask("lead", MappingError(problem, remedy='Give the lead, such as --lead "10 mm"'))
+    elif "alpha" in draft.signals:
+        del draft.signals["alpha_raw"]
+        draft.notes.append(f"column {raw.column} (alpha_raw) not used: alpha itself is logged")
+    else:
+        draft.signals["alpha_raw"] = replace(raw, lead=lead)
+        draft.notes.append(f"alpha = alpha_raw * 2 pi / lead with a lead of {lead:g} m")
+
+
+def hold_slip_against_position(draft: Draft) -> None:
+    """Ask about a slip that is some times the rate of its position; where the user gave the slip, only say so."""
+    slip = draft.signals.get("slip")
+    position = draft.signals.get("position")
+    clock = draft.clock
+    if slip is None or position is None or clock is None or not slip.column or not position.column:
+        return
+    stamps = draft.seen.stamps
+    if stamps is None or (slip.si, position.si) not in _RATES:
+        return
+    speed = draft.table.columns[slip.column] * slip.factor
+    place = draft.table.columns[position.column] * position.factor
+    ratio = over_rate(speed, place, stamps * clock.factor if clock.kind == "column" else stamps)
+    if ratio is None or not is_usual_ratio(ratio) or abs(abs(ratio) - 1.0) < _SAME:
+        return
+
+    odd = (
+        f"the slip, column {slip.column}, is {abs(ratio):.3g} times the rate of the position, column "
+        f"{position.column}: the unit of one of them, or of the time, is another"
+    )
+    if slip.sureness == "given":
+        draft.notes.append(odd)
+    else:
+        remedy = f"Say which is right, such as --slip {shell_word(draft.table.label(slip.column))}"
+        draft.ask("slip", MappingError(odd, remedy=remedy))
+
+
+def hold_power(draft: Draft) -> None:
+    """Ask where slip times effort is some times a logged power, all through the log: a unit is another than it says.
+
+    An electric power, or a power behind a gear with losses, has no steady ratio and tells nothing.
+    """
+    slip = draft.signals.get("slip")
+    effort = draft.signals.get("effort")
+    if slip is None or effort is None or not slip.column or not effort.column:
+        return
+    if (slip.si, effort.si) not in _POWERS:
+        return
+    columns = draft.table.columns
+    made = columns[slip.column] * slip.factor * columns[effort.column] * effort.factor  # [W]
+    for column in draft.seen.without(draft.taken):
+        if not column.unit or not units.is_unit(column.unit) or not column.fits(("W",)):
+            continue
+        kind = SignalKind("power", "power of the device", ("W",))
+        to_watt, _ = units.conversion(column.unit, kind, column.name)
+        power = column.values * to_watt
+        ratio = _steady_ratio(made, power)
+        if ratio is None or not is_usual_ratio(ratio) or abs(abs(ratio) - 1.0) < _SAME:
+            continue
+        odd = (
+            f"slip times effort is {abs(ratio):.3g} times the power, column {column.name}: the unit of one of the "
+            f"columns {slip.column}, {effort.column} and {column.name} is another"
+        )
+        if slip.sureness == "given" or "slip" in draft.questions:
+            draft.notes.append(odd)
+        else:
+            remedy = f"Say which is right, such as --slip {shell_word(draft.table.label(slip.column))}"
+            draft.ask("slip", MappingError(odd, remedy=remedy))
+        return
+
+
+def _steady_ratio(made: Array, power: Array) -> float | None:
+    """What one power is of another in nearly all rows where it is large; None where that varies."""
+    known = np.isfinite(made) & np.isfinite(power)
+    size = np.abs(power)
+    largest = size[known].max(initial=0.0)
+    large = known & (size >= _LARGE * largest) & (power != 0.0)
+    if np.count_nonzero(large) < _FEWEST:
+        return None
+    low, ratio, high = np.quantile(made[large] / power[large], (0.1, 0.5, 0.9))
+    return float(ratio) if high - low <= _STEADY * abs(ratio) else None
+
+
+def refuse_the_effort_twice(draft: Draft) -> None:
+    """Refuse a column that is the effort and another signal: a model that is given its effort would find just that.
+
+    Raises:
+        MappingError: there is such a column.
+    """
+    effort = draft.signals.get("T" if draft.device == "coaxial" else "effort")
+    if effort is None or not effort.column:
+        return
+    for other in (*draft.signals.values(), *draft.inputs):
+        if other.column == effort.column and other is not effort:
+            raise MappingError(
+                f"column {effort.column} is both {other.signal} and {effort.signal}",
+                remedy=f"Name another column with --{effort.signal} or --{other.signal}",
+            )

@@ -1,0 +1,150 @@
+"""Columns that a user named are taken first; the error for a name that is not there lists what is there.
+
+A column that nobody named, that is called like a signal and that holds no numbers ends the plan: the log would be read
+without the signal.
+"""
+
+from __future__ import annotations
+
+from difflib import get_close_matches
+
+from erclutch.errors import LogError, MappingError, UnitError, shell_word
+from erclutch.logs.columns.labels import own_unit, split_end, split_label
+from erclutch.logs.columns.names import meant_by
+from erclutch.logs.mapping import NONE, ColumnChoice
+from erclutch.logs.plan import SignalPlan
+from erclutch.logs.planning.draft import Draft
+from erclutch.logs.table import Table
+from erclutch.signals import units
+from erclutch.signals.recording import SIGNALS
+
+_TEMPERATURE = "temperature"
+_LONGEST_NUMBER = 9  # digits of a column's place in the file
+
+
+def refuse_unreadable_signals(draft: Draft) -> None:
+    """Refuse a log in which a column is called like a signal, or like the time, and holds no numbers.
+
+    Only where nothing else was chosen for that signal, and no other column is called so: the log would be read without
+    the signal.
+
+    Raises:
+        LogError: there is such a column.
+    """
+    table = draft.table
+    told = draft.told
+    settled = {*told.columns, *told.constants}
+    if settled & {"slip", "position"}:
+        settled |= {"slip", "position"}
+    wanted = draft.needed - settled
+    if told.name_pattern:
+        wanted = {signal for signal in wanted if f"{{{signal}}}" not in told.name_pattern}
+    timed = told.time is not None or told.rate is not None or table.clock is not None
+
+    for name, problem in table.unreadable.items():
+        meant = meant_by(name, wanted, time=not timed)
+        if not meant or any(meant_by(other, {meant}, time=meant == "time") for other in table.columns):
+            continue
+        remedy = f"Correct its cells, or say what the {meant} is: --{meant} {shell_word('NAME [unit]')}"
+        remedy += ", or --field none if it was not logged" if meant == "field" else ""
+        raise LogError(f"{problem}, and it is called like the {meant}", remedy=remedy)
+
+
+def take_named(draft: Draft) -> None:
+    """Take the columns that the user named; what is wrong with one of them is a question.
+
+    Raises:
+        MappingError: a signal that the device does not have. LogError: a column without numbers.
+    """
+    allowed = {*draft.known_signals, _TEMPERATURE}
+    for signal, choice in draft.told.columns.items():
+        declined = draft.told.declines(signal) and NONE not in draft.table.columns
+        if signal not in allowed and not (signal == "field" and declined):
+            own = ", ".join(sorted(draft.known_signals))
+            problem = f"'{signal}' is no signal of a {draft.device} device (it has: {own})"
+            raise MappingError(problem, remedy="Use one of these, or set --device")
+        if not declined:
+            _take_choice(draft, signal, choice)
+        elif signal == "field":
+            draft.take_no_field()
+        else:
+            draft.declined.append(signal)
+            draft.notes.append(f"{signal}: no column is taken for it ({choice.source})")
+
+
+def _take_choice(draft: Draft, signal: str, choice: ColumnChoice) -> None:
+    try:
+        name, unit, factor = locate(draft.table, choice, signal)
+        if name in draft.seen.empty:
+            raise _without_numbers(draft.table, name, signal)
+        if signal == _TEMPERATURE:  # a further input, in K
+            units.kelvin(draft.table.columns[name] * factor, unit, name)
+            draft.signals[signal] = SignalPlan(signal, name, unit, factor, factor, "K", reason=choice.source)
+            draft.notes.append(f"temperature <- column {name} [{unit}], in K ({choice.source})")
+        else:
+            draft.take(signal, name, unit, factor, choice.source)
+    except MappingError as error:
+        draft.ask(signal, error)
+
+
+def _without_numbers(table: Table, name: str, signal: str) -> MappingError:
+    """The error for a column that was named and has no number."""
+    problem = f"column '{name}' holds no number in any row, so it cannot be the {signal}; the file has: {table.listed}"
+    none = ", or --field none" if signal == "field" else ""
+    return MappingError(problem, remedy=f"Name another column with --{signal}{none}")
+
+
+def locate(
+    table: Table,
+    choice: ColumnChoice,
+    signal: str,
+) -> tuple[str, str | None, float]:
+    """Column name, unit and factor that a choice means; an exact column name wins over its reading as a label.
+
+    Raises:
+        MappingError: no such column; the message lists the columns and a close match. UnitError: a unit of another
+            kind than the unit that ends the column's name.
+        LogError: its cells are no numbers.
+    """
+    text = str(choice.column).strip()
+    positive = text.removeprefix("-").strip()
+    hollow = split_label(positive)[0]
+    if hollow in table.hollow:
+        raise _without_numbers(table, hollow, signal)
+    for name in (text, positive, split_label(text)[0], split_label(positive)[0]):
+        if name not in table.columns and name in table.unreadable:
+            raise LogError(table.unreadable[name], remedy="Correct its cells, or name another column")
+
+    readings = [(text, 1.0)]
+    if text.startswith("-"):
+        readings.append((positive, -1.0))
+    for label, sign in readings:
+        name = label
+        unit = choice.unit
+        if name not in table.columns:
+            name, own = split_label(label)
+            unit = choice.unit or own
+        if name not in table.columns and name.isdecimal() and len(name) <= _LONGEST_NUMBER:
+            name = table.numbered(int(name)) or name
+        if name in table.columns:
+            _, end = split_end(name)
+            both = end and unit and units.is_unit(end) and units.is_unit(unit)
+            if both and units.parse(end or "").dimension != units.parse(unit or "").dimension:  # no volt is an ampere
+                problem = f"column '{name}' ends in a unit, {end}, and {unit} is of another kind"
+                remedy = f"Give it as it is, --{signal} {shell_word(name)}"
+                if signal in SIGNALS:
+                    scale = shell_word(f"{signal}=1 {unit}/{end}")
+                    remedy += f", or what one {end} of it means, such as --scale {scale}"
+                raise UnitError(problem, remedy=remedy)
+            si_units = SIGNALS[signal].si_units if signal in SIGNALS else ("s",) if signal == "time" else ()
+            unit = choice.unit or own_unit(name, unit or table.units.get(name), si_units)
+            return name, unit, sign * choice.scale
+
+    readable = {name.lower(): name for name in table.columns if name not in table.truths}
+    near = get_close_matches(split_label(text)[0].lower(), readable, n=1, cutoff=0.5)
+    close = readable[near[0]] if near else ""
+    hint = f"Did you mean {close}? Give it as" if close else "Give one of them as"
+    remedy = f"{hint} --{signal} {shell_word(close or 'NAME [unit]')}"
+    if "*" in text and signal != "time":
+        remedy += "; for a log of each column of such a name add --variable all"
+    raise MappingError(f"there is no column '{text}' for {signal}; the file has: {table.listed}", remedy=remedy)

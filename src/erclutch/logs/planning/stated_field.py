@@ -1,0 +1,184 @@
+"""A field that no column holds may be stated: in the header, beside the columns, in a name of an effort or a file.
+
+A log at 0.5 A is another log than one at 1 A: read as logs without a field, both would be mixed in a fit.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from erclutch.errors import MappingError, UnitError, shell_word
+from erclutch.logs.columns.labels import split_label
+from erclutch.logs.columns.name_pattern import NUMBER, number_of
+from erclutch.logs.columns.names import OTHER, TOLD, spoken_name
+from erclutch.logs.plan import SignalPlan
+from erclutch.logs.planning.draft import Draft
+from erclutch.signals import units
+from erclutch.signals.recording import SIGNALS
+
+#: Words of a header that may be those of an amplifier or a load cell, whatever their unit.
+_OF_INSTRUMENTS = frozenset({"excitation", "command", "cmd", "duty", "pwm", "field"})
+_CURRENTS = ("A",)
+_IN_A_NAME = re.compile(rf"(?<![\d.])(?<!\d[xp])({NUMBER})( ?)(mA|A|kV|V|mT|T)(?![A-Za-z0-9])")
+_NUMBER = re.compile(NUMBER.removeprefix("[+-]?"))
+
+
+class StatedField(NamedTuple):
+    """A number that may be the field.
+
+    Attributes:
+        name: what it is called.
+        number: as written.
+        unit: as written; None where nobody says it.
+    """
+
+    name: str
+    number: float
+    unit: str | None
+
+    def __str__(self) -> str:
+        number = f"{self.number:g} {self.unit}" if self.unit else f"{self.number:g}"
+        return f"{self.name} = {number}"
+
+
+def take_stated_field(draft: Draft) -> bool:
+    """Take the field from what the file states beside its columns; ask where it states two, or its name one.
+
+    Returns:
+        Whether the field was taken or is asked about.
+    """
+    stated = _beside_the_columns(draft)
+    currents = [each for each in stated if each.unit and units.fits(each.unit, _CURRENTS)]
+    if len(currents) == 1:  # a voltage beside it drives it
+        stated = currents
+    if len(stated) > 1:
+        words = ", ".join(map(str, stated))
+        first = f"{stated[0].number:g} {stated[0].unit or ''}".strip()
+        remedy = f"Say which, such as --constant {shell_word(f'field={first}')}, or --field none"
+        problem = f"field may be any of the numbers that the file states: {words}"
+        draft.ask("field", MappingError(problem, remedy=remedy), f"--constant {shell_word(f'field={first}')}")
+        return True
+    if stated:
+        _take(draft, stated[0], "beside its columns")
+        return True
+    of_effort = _in_the_name_of_the_effort(draft)
+    if of_effort is not None:
+        _take(draft, of_effort, "by the name of the effort")
+        return True
+    of_recording = stated_in(draft.told.variable or "")
+    if of_recording is not None:  # 1A may be the first specimen of batch A
+        text = f"{of_recording.number:g} {of_recording.unit}"
+        option = f"--constant {shell_word(f'field={text}')}"
+        problem = f"no column for field, and the name of the recording says {text}"
+        remedy = f"If that is the field, give {option}; else --field none"
+        draft.ask("field", MappingError(problem, remedy=remedy), option)
+        return True
+    return _ask_about_the_name(draft)
+
+
+def stated_in(name: str) -> StatedField | None:
+    """The field that a name such as ``F_0.5A`` or ``1 A`` holds; None for no or several numbers with such a unit."""
+    numbers = _IN_A_NAME.findall(name)
+    if len(numbers) != 1:
+        return None
+    (number, _, unit), *_ = numbers
+    return StatedField(name, number_of(number), unit)
+
+
+def without_field(name: str) -> str:
+    """A name without the number that may be the field: of logs that differ in the field alone all are the same."""
+    return _IN_A_NAME.sub("", name)
+
+
+def differ_by_field(names: Sequence[str]) -> bool:
+    """Whether names are the same but for the field that each of them holds."""
+    fields = {each.number for each in map(stated_in, names) if each is not None}
+    return 1 < len(fields) == len(names) and len({*map(without_field, names)}) == 1
+
+
+def _in_the_name_of_the_effort(draft: Draft) -> StatedField | None:
+    """The field of an effort beside others whose names differ in that number alone; None for a name on its own."""
+    effort = draft.signals.get("effort")
+    stated = None if effort is None else stated_in(effort.column)
+    if effort is None or stated is None:
+        return None
+    alike = [name for name in draft.table.columns if without_field(name) == without_field(effort.column)]
+    return stated if differ_by_field(alike) else None
+
+
+def _take(draft: Draft, stated: StatedField, where: str) -> None:
+    if stated.unit:
+        factor, si = units.conversion(stated.unit, SIGNALS["field"], stated.name)
+        how = ""
+    else:
+        factor = 1.0
+        si = units.UNKNOWN
+        how = ", no unit: taken as written"
+    number = stated.number * factor
+    reason = "stated in the file"
+    draft.signals["field"] = SignalPlan(
+        "field",
+        unit=stated.unit,
+        si=si,
+        numbers=(number,),
+        reason=reason,
+        sureness="likely",
+    )
+    draft.constants["field"] = number
+    draft.notes.append(f"field <- {stated}, {reason} {where}{how}")
+
+
+def _beside_the_columns(draft: Draft) -> list[StatedField]:
+    """Numbers of the header, and numbers beside vectors, whose name is that of a current or a voltage."""
+    found: list[StatedField] = []
+    for name, number in draft.table.constants.items():
+        if _is_called_so(name):
+            found.append(StatedField(name, number, draft.table.units.get(name) or spoken_name(name).end))
+    for key, text in draft.table.metadata.items():
+        label, unit = split_label(key)
+        if not _is_called_so(label):
+            continue
+        try:
+            number, own = units.quantity(text)
+        except UnitError:
+            continue
+        if own or unit:
+            found.append(StatedField(label, number, own or unit))
+    return [each for each in found if not each.unit or _fits(each.unit)]
+
+
+def _fits(unit: str) -> bool:
+    """Whether a unit is one of a current, a voltage or a magnetic field."""
+    return units.is_unit(unit) and units.fits(unit, SIGNALS["field"].si_units[1:]) is not None
+
+
+def _is_called_so(name: str) -> bool:
+    """Whether a whole name is that of a current or a voltage, not of a limit, a set point or a supply."""
+    spoken = spoken_name(name)
+    form = spoken.forms["field"]
+    if not form or form in _OF_INSTRUMENTS or "field" in spoken.turned or {*spoken.words} & (TOLD | OTHER):
+        return False
+    return len(form) > 2 or name == "I"
+
+
+def _ask_about_the_name(draft: Draft) -> bool:
+    """Ask whether the number in front of an A or a V in the file's name is the field."""
+    name = draft.table.name
+    numbers = list(_IN_A_NAME.finditer(name))
+    if len(numbers) != 1 or draft.told.name_pattern is not None:
+        return False
+    number = numbers[0]
+    stem, _, _ = name.rpartition(".")
+    if number.end() > len(stem):
+        stem = name
+
+    # The other numbers differ from file to file too.
+    counted = (f"{{n{place}}}" for place in range(1, len(stem)))
+    before = _NUMBER.sub(lambda _: next(counted), stem[: number.start(1)])
+    after = _NUMBER.sub(lambda _: next(counted), stem[number.end(1) :])
+    option = f"--name-pattern {shell_word(f'{before}{{field}}{after}')}"
+    problem = f"no column for field, and the name of the file says {number_of(number.group(1)):g} {number.group(3)}"
+    draft.ask("field", MappingError(problem, remedy=f"If that is the field, give {option}; else --field none"), option)
+    return True
