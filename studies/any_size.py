@@ -15,8 +15,8 @@ from time import process_time
 
 from erclutch.fit.candidate import kinds
 from erclutch.fit.fit_settings import Settings
-from erclutch.fit.one_thread import one_thread
-from erclutch.fit.outcome import AnyOutcome
+from erclutch.fit.solver.one_thread import one_thread
+from erclutch.fit.solver.outcome import AnyOutcome
 from erclutch.logs.any_size import read_rows
 from erclutch.logs.dataset import Dataset, build_dataset
 from erclutch.logs.held_out import hold_out

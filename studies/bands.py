@@ -33,8 +33,8 @@ if __name__ == "__main__":
 
 import numpy as np
 
+from erclutch.fit.bands.prediction_bands import HeldBand, calibrated, judged
 from erclutch.fit.comparison import Settings, compare
-from erclutch.fit.prediction_bands import HeldBand, calibrated, judged
 from erclutch.logs import read
 from erclutch.logs.dataset import Dataset, build_dataset, joined
 from erclutch.logs.held_out import hold_out

@@ -29,8 +29,8 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from erclutch.errors import SettingError
 from erclutch.fit.laws.fit_law import fit_structure
-from erclutch.fit.one_thread import one_thread
-from erclutch.fit.outcome import FitOutcome
+from erclutch.fit.solver.one_thread import one_thread
+from erclutch.fit.solver.outcome import FitOutcome
 from erclutch.logs import recording_from_arrays
 from erclutch.logs.dataset import Dataset, build_dataset, joined
 from erclutch.models.law_model import TorqueModel

@@ -17,7 +17,7 @@ from pathlib import Path
 import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
-from erclutch.fit.one_thread import one_thread
+from erclutch.fit.solver.one_thread import one_thread
 from erclutch.logs import recording_from_arrays
 from erclutch.logs.dataset import Dataset, build_dataset, joined
 from erclutch.wings.design.courses import Commands

@@ -30,11 +30,11 @@ if __name__ == "__main__":
 import numpy as np
 
 from erclutch.fit.candidate import Fitted
+from erclutch.fit.choice.validation import LeftOut, _counted, chosen
 from erclutch.fit.fit_settings import Settings
 from erclutch.fit.kinds.law_alone import KIND
 from erclutch.fit.laws.fit_law import fit_structure
-from erclutch.fit.outcome import AnyOutcome
-from erclutch.fit.validation import LeftOut, _counted, chosen
+from erclutch.fit.solver.outcome import AnyOutcome
 from erclutch.logs.dataset import Dataset, joined
 from erclutch.signals.array import Array
 from erclutch.signals.clock import Clock, Span
@@ -117,7 +117,7 @@ def judged(data: Dataset, word: str, rule: str) -> tuple[float, float]:
         errors[model.name] = float(np.sqrt(np.mean(left**2)))
     now = chosen(train, fitted, list(errors), seed=0)
     name, other = BEFORE[rule]
-    with mock.patch(f"erclutch.fit.validation.{name}", other):
+    with mock.patch(f"erclutch.fit.choice.validation.{name}", other):
         before = chosen(train, fitted, list(errors), seed=0)
     assert now is not None
     assert before is not None

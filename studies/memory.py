@@ -27,7 +27,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from erclutch.fit.laws.fit_law import fit_structure
-from erclutch.fit.one_thread import one_thread
+from erclutch.fit.solver.one_thread import one_thread
 from erclutch.logs.dataset import Dataset
 from erclutch.logs.held_out import hold_out
 from erclutch.models.laws import ladder, law_from_name

@@ -3,9 +3,9 @@
     python studies/nist.py [FOLDER]
 
 FOLDER holds the ``.dat`` files of https://www.itl.nist.gov/div898/strd/nls/nls_main.shtml; without it, those beside the
-project. Solver, derivatives and standard errors are the project's own (`erclutch.fit.levenberg_marquardt`,
-`erclutch.arithmetic.dual`, `erclutch.fit.intervals`). Digits are -log10 of the largest relative difference from a
-certified number, at most 11. Exits with 1 where a problem is missed.
+project. Solver, derivatives and standard errors are the project's own (`erclutch.fit.solver.levenberg_marquardt`,
+`erclutch.arithmetic.dual`, `erclutch.fit.solver.intervals`). Digits are -log10 of the largest relative difference from
+a certified number, at most 11. Exits with 1 where a problem is missed.
 """
 
 from __future__ import annotations

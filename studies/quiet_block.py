@@ -25,9 +25,9 @@ if __name__ == "__main__":
 import numpy as np
 
 from erclutch.fit.candidate import Fitted, kinds
+from erclutch.fit.choice.validation import LeftOut, chosen
 from erclutch.fit.fit_settings import Settings
-from erclutch.fit.one_thread import one_thread
-from erclutch.fit.validation import LeftOut, chosen
+from erclutch.fit.solver.one_thread import one_thread
 from erclutch.logs.dataset import Dataset
 from erclutch.signals.array import Array, rms
 from erclutch.signals.clock import Clock, Span

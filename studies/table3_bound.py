@@ -27,7 +27,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from table3_front import IMAGES, anywhere, at_the_ends  # beside this file
 
-from erclutch.fit.one_thread import one_thread
+from erclutch.fit.solver.one_thread import one_thread
 from erclutch.logs.dataset import Dataset
 from erclutch.signals.array import Array
 from erclutch.wings.paper.commands.calibrate_twin import open_parameters

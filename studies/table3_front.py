@@ -23,7 +23,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from scipy.stats import qmc
 
-from erclutch.fit.one_thread import one_thread
+from erclutch.fit.solver.one_thread import one_thread
 from erclutch.models.networks import is_network
 from erclutch.signals.array import Array
 from erclutch.wings.paper.calibration.calibrate import coordinate_of, value_at

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from erclutch.fit.networks.fit_network import fit_network
-from erclutch.fit.one_thread import one_thread
+from erclutch.fit.solver.one_thread import one_thread
 from erclutch.logs.dataset import Dataset
 from erclutch.models.model import Model
 from erclutch.models.networks import is_network, network_from_name

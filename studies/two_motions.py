@@ -23,9 +23,9 @@ if __name__ == "__main__":
 
 import numpy as np
 
-from erclutch.fit.haste_widths import with_haste
+from erclutch.fit.bands.haste_widths import with_haste
+from erclutch.fit.bands.prediction_bands import calibrated, coverage
 from erclutch.fit.laws.fit_law import fit_structure
-from erclutch.fit.prediction_bands import calibrated, coverage
 from erclutch.logs.dataset import Dataset
 from erclutch.models.laws import law_from_name
 from erclutch.models.structure import Structure

@@ -25,10 +25,10 @@ from pathlib import Path
 
 import numpy as np
 
-from erclutch.fit.haste_widths import with_haste
+from erclutch.fit.bands.haste_widths import with_haste
+from erclutch.fit.bands.new_fields import wider_at_new_fields
+from erclutch.fit.bands.prediction_bands import calibrated, coverage
 from erclutch.fit.laws.fit_law import fit_structure
-from erclutch.fit.new_fields import wider_at_new_fields
-from erclutch.fit.prediction_bands import calibrated, coverage
 from erclutch.logs import read
 from erclutch.logs.dataset import Dataset, build_dataset, joined
 from erclutch.models.band import Band

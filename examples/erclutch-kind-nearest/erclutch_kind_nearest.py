@@ -12,7 +12,7 @@ import numpy as np
 from erclutch.errors import SettingError
 from erclutch.fit.candidate import Candidate, Fitted, Kind, asked
 from erclutch.fit.fit_settings import Settings
-from erclutch.fit.outcome import AnyOutcome, FitOutcome
+from erclutch.fit.solver.outcome import AnyOutcome, FitOutcome
 from erclutch.fit.training_range import range_of
 from erclutch.logs.dataset import Dataset
 from erclutch.models.band import Band

@@ -33,7 +33,7 @@ from erclutch.errors import SettingError
 from erclutch.fit.laws.fit_law import fit_structure
 from erclutch.fit.networks.fit_fnn import Training
 from erclutch.fit.networks.fit_network import learn, scaling_of
-from erclutch.fit.one_thread import one_thread
+from erclutch.fit.solver.one_thread import one_thread
 from erclutch.logs.dataset import Dataset
 from erclutch.models.laws import law_from_name
 from erclutch.models.networks import NetworkStructure, network_from_name

@@ -9,9 +9,9 @@ import pytest
 from numpy.typing import NDArray
 
 from erclutch.errors import CheckError
-from erclutch.fit.data_check import ONE_FIELD, STEADY_FIELD, check, steady_command
-from erclutch.fit.finding import Finding
-from erclutch.fit.sensor_check import sensor_findings
+from erclutch.fit.checks.data_check import ONE_FIELD, STEADY_FIELD, check, steady_command
+from erclutch.fit.checks.finding import Finding
+from erclutch.fit.checks.sensor_check import sensor_findings
 from erclutch.logs.clock.resample import RESAMPLED
 from erclutch.logs.dataset import Dataset
 from erclutch.logs.held_out import hold_out

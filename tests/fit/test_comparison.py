@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from erclutch.errors import CheckError, SettingError
+from erclutch.fit.checks.data_check import ONE_FIELD
 from erclutch.fit.comparison import Comparison, FitStep, Settings, compare
-from erclutch.fit.data_check import ONE_FIELD
 from erclutch.fit.kinds.law_alone import structures_for
 from erclutch.fit.kinds.network_alone import networks_for
 from erclutch.fit.laws.fit_law import fit_structure, refit_near

@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from erclutch.fit import ranking as c
 from erclutch.fit.candidate import asked, kinds, names
+from erclutch.fit.choice import ranking as c
 from erclutch.fit.fit_settings import Settings
 from erclutch.fit.kinds.network_alone import constants_for, networks_for, remembered
-from erclutch.fit.outcome import MEANINGLESS, FitOutcome
+from erclutch.fit.solver.outcome import MEANINGLESS, FitOutcome
 from erclutch.logs.dataset import Dataset
 from erclutch.models.laws import PAPER
 from erclutch.models.networks import PAPER_NETWORKS

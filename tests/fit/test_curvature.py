@@ -7,7 +7,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from erclutch.fit.laws.curvature import with_curvature
-from erclutch.fit.levenberg_marquardt import Linearisation, Problem, minimise
+from erclutch.fit.solver.levenberg_marquardt import Linearisation, Problem, minimise
 from erclutch.signals.array import Array
 from tests.support.examples import examples
 

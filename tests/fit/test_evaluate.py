@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.signal import lfilter
 
-from erclutch.fit import scoring
-from erclutch.fit.scoring import (
+from erclutch.fit.choice import scoring
+from erclutch.fit.choice.scoring import (
     BandedFigure,
     Score,
     block_rows,

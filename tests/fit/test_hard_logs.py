@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 import erclutch
 from erclutch.cli.ranking_table import held_out, verdict
 from erclutch.errors import CheckError, RunError
+from erclutch.fit.checks.data_check import SIGN, check
+from erclutch.fit.choice.standing import explains
 from erclutch.fit.comparison import Comparison, Settings, compare
-from erclutch.fit.data_check import SIGN, check
 from erclutch.fit.kinds import network_alone as module
-from erclutch.fit.standing import explains
 from erclutch.logs.dataset import Dataset, build_dataset
 from erclutch.report.html.verdict_section import choice, next_steps
 from erclutch.report.numbers.run_material import material_of

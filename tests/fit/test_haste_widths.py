@@ -7,8 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from erclutch.fit.haste_widths import with_haste
-from erclutch.fit.prediction_bands import calibrated, coverage
+from erclutch.fit.bands.haste_widths import with_haste
+from erclutch.fit.bands.prediction_bands import calibrated, coverage
 from erclutch.logs.dataset import Dataset, joined
 from erclutch.models.band import Band
 from erclutch.signals.array import Array

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.optimize import lsq_linear
 
-from erclutch.fit.laws.bounded_least_squares import solve_bounded
+from erclutch.fit.solver.bounded_least_squares import solve_bounded
 from tests.support.examples import examples
 
 Array = NDArray[np.float64]

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from scipy.signal import lfilter
 from scipy.stats import t as student
 
-from erclutch.fit import intervals
-from erclutch.fit.intervals import as_json, bandwidth_of, correlated_rows, uncertainty
+from erclutch.fit.solver import intervals
+from erclutch.fit.solver.intervals import as_json, bandwidth_of, correlated_rows, uncertainty
 from tests.support.examples import examples
 
 Array = NDArray[np.float64]

@@ -10,11 +10,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from erclutch.fit.intervals import uncertainty
 from erclutch.fit.laws.fit_law import fit_structure
 from erclutch.fit.laws.profile_intervals import Optimum, interval_ends
-from erclutch.fit.laws.variable_projection import Separable, jacobian, outer_problem
-from erclutch.fit.levenberg_marquardt import minimise
+from erclutch.fit.solver.intervals import uncertainty
+from erclutch.fit.solver.levenberg_marquardt import minimise
+from erclutch.fit.solver.variable_projection import Separable, jacobian, outer_problem
 from erclutch.logs import recording_from_arrays
 from erclutch.logs.dataset import build_dataset
 from erclutch.models.laws import Gain, ShapeParameter, law_from_name

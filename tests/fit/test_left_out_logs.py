@@ -7,10 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from erclutch.fit.bands.prediction_bands import LEVEL, calibrated, coverage
 from erclutch.fit.laws.fit_law import fit_structure
 from erclutch.fit.left_out_logs import unseen_errors
 from erclutch.fit.networks.fit_network import fit_network
-from erclutch.fit.prediction_bands import LEVEL, calibrated, coverage
 from erclutch.logs.dataset import Dataset
 from erclutch.models.laws import law_from_name
 from erclutch.models.networks import network_from_name

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.optimize import least_squares, lsq_linear
 
-from erclutch.fit.levenberg_marquardt import Linearisation, Problem, minimise
+from erclutch.fit.solver.levenberg_marquardt import Linearisation, Problem, minimise
 from tests.support.examples import examples
 
 Array = NDArray[np.float64]

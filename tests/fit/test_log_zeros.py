@@ -8,8 +8,8 @@ from collections.abc import Sequence
 import numpy as np
 import pytest
 
+from erclutch.fit.checks.finding import Finding
 from erclutch.fit.comparison import Settings, compare
-from erclutch.fit.finding import Finding
 from erclutch.fit.log_zeros import log_differences, per_log
 from erclutch.logs import recording_from_arrays
 from erclutch.logs.dataset import Dataset, build_dataset

@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 
 from erclutch.errors import RunError
+from erclutch.fit.bands.new_fields import wider_at_new_fields
+from erclutch.fit.bands.prediction_bands import LEVEL, calibrated
 from erclutch.fit.comparison import Settings, compare
-from erclutch.fit.new_fields import wider_at_new_fields
-from erclutch.fit.prediction_bands import LEVEL, calibrated
 from erclutch.logs import recording_from_arrays
 from erclutch.logs.dataset import Dataset, build_dataset, joined
 from erclutch.models.band import MOST_FIELD_EDGES, Band

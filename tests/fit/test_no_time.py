@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from erclutch.errors import SettingError
+from erclutch.fit.bands.prediction_bands import pieces
 from erclutch.fit.comparison import Settings, compare
 from erclutch.fit.history import history
-from erclutch.fit.prediction_bands import pieces
 from erclutch.logs import recording_from_arrays
 from erclutch.logs.clock.timing import of_points
 from erclutch.logs.dataset import Dataset, build_dataset

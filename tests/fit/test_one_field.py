@@ -14,8 +14,8 @@ from numpy.testing import assert_array_equal
 from erclutch.errors import SettingError
 from erclutch.export.step_numbers import run
 from erclutch.export.step_record import step_of
+from erclutch.fit.checks.data_check import STEADY_FIELD
 from erclutch.fit.comparison import Comparison, Settings, compare
-from erclutch.fit.data_check import STEADY_FIELD
 from erclutch.logs import recording_from_arrays
 from erclutch.logs.dataset import Dataset, build_dataset
 from erclutch.models.law_model import TorqueModel

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from erclutch.fit.checks.data_check import check
 from erclutch.fit.comparison import Settings, compare
-from erclutch.fit.data_check import check
 from erclutch.fit.kinds.law_alone import LawCandidate
 from erclutch.logs import recording_from_arrays
 from erclutch.logs.dataset import Dataset, build_dataset

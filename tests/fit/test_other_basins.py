@@ -10,7 +10,7 @@ import pytest
 from erclutch.fit.laws import fit_law
 from erclutch.fit.laws.fit_law import fit_structure, reference_of
 from erclutch.fit.laws.other_basins import best_basin
-from erclutch.fit.laws.variable_projection import Separable, coordinates, jacobian, parameters, project
+from erclutch.fit.solver.variable_projection import Separable, coordinates, jacobian, parameters, project
 from erclutch.logs.dataset import Dataset
 from erclutch.models.laws import law_from_name
 from erclutch.models.structure import Structure

@@ -14,7 +14,7 @@ from mapie.regression import SplitConformalRegressor
 from numpy.typing import NDArray
 from sklearn.dummy import DummyRegressor
 
-from erclutch.fit.prediction_bands import LEVEL, calibrated
+from erclutch.fit.bands.prediction_bands import LEVEL, calibrated
 from erclutch.logs.dataset import Dataset
 from erclutch.models.band import Band
 from erclutch.signals.array import Array

@@ -13,24 +13,24 @@ from typing import Any
 import numpy as np
 import pytest
 
-from erclutch.fit import scoring
+from erclutch.fit.bands.prediction_bands import calibrated, pieces
 from erclutch.fit.candidate import Fitted
-from erclutch.fit.data_check import check, steady_command
+from erclutch.fit.checks.data_check import check, steady_command
+from erclutch.fit.checks.sensor_check import sensor_findings
+from erclutch.fit.choice import scoring
+from erclutch.fit.choice.ladder import _feels, _next, families, with_stage
+from erclutch.fit.choice.ranking import scored, with_bands
+from erclutch.fit.choice.validation import cross_validated
 from erclutch.fit.fit_settings import Settings
 from erclutch.fit.history import effort_finding, history_finding
-from erclutch.fit.intervals import bandwidth_of, correlated_rows, long_run, uncertainty, unknown
 from erclutch.fit.kinds.law_alone import LawCandidate, structures_for
 from erclutch.fit.kinds.law_with_network import residuals_for
 from erclutch.fit.kinds.network_alone import networks_for
-from erclutch.fit.ladder import _feels, _next, families, with_stage
 from erclutch.fit.laws.fit_law import fit_structure
 from erclutch.fit.log_zeros import log_differences, per_log
 from erclutch.fit.past_samples import past_finding, past_rows
-from erclutch.fit.prediction_bands import calibrated, pieces
-from erclutch.fit.ranking import scored, with_bands
 from erclutch.fit.recalibration import recalibrate
-from erclutch.fit.sensor_check import sensor_findings
-from erclutch.fit.validation import cross_validated
+from erclutch.fit.solver.intervals import bandwidth_of, correlated_rows, long_run, uncertainty, unknown
 from erclutch.logs import recording_from_arrays
 from erclutch.logs.dataset import Dataset, build_dataset
 from erclutch.logs.synthetic import synthetic_log

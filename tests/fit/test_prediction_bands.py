@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from erclutch.fit.bands.prediction_bands import LEVEL, calibrated, coverage, judged, pieces
 from erclutch.fit.comparison import Settings, compare
-from erclutch.fit.prediction_bands import LEVEL, calibrated, coverage, judged, pieces
 from erclutch.logs.dataset import Dataset
 from erclutch.models.adaptive_band import SETTLED, Adapted, adapted, after
 from erclutch.models.band import Band

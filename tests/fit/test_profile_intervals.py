@@ -13,11 +13,11 @@ from hypothesis import strategies as st
 from scipy.optimize import lsq_linear
 from scipy.stats import t as student
 
-from erclutch.fit.intervals import uncertainty
 from erclutch.fit.laws import profile_intervals
 from erclutch.fit.laws.profile_intervals import Optimum, interval_ends
-from erclutch.fit.laws.variable_projection import Separable, jacobian, outer_problem
-from erclutch.fit.levenberg_marquardt import minimise
+from erclutch.fit.solver.intervals import uncertainty
+from erclutch.fit.solver.levenberg_marquardt import minimise
+from erclutch.fit.solver.variable_projection import Separable, jacobian, outer_problem
 from erclutch.models.laws import Gain, ShapeParameter
 from erclutch.models.laws.law import EFFORT
 from tests.support.examples import examples

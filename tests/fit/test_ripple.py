@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from erclutch.errors import MappingError
-from erclutch.fit.ladder import grown
+from erclutch.fit.choice.ladder import grown
 from erclutch.fit.laws.fit_law import fit_structure, reference_of
 from erclutch.fit.laws.shapes_told import shapes_told
 from erclutch.logs import read

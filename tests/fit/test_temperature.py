@@ -11,7 +11,7 @@ import pytest
 
 from erclutch.arithmetic.dual import partial_of, seed
 from erclutch.errors import ErclutchError, SettingError, UnitError
-from erclutch.fit.ladder import grown
+from erclutch.fit.choice.ladder import grown
 from erclutch.fit.laws.fit_law import fit_structure, reference_of
 from erclutch.logs import read
 from erclutch.logs.dataset import Dataset

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from erclutch.export import step_of
 from erclutch.export.exported_step import OUTSIDE
 from erclutch.export.step_numbers import run
-from erclutch.fit.data_check import check
+from erclutch.fit.checks.data_check import check
 from erclutch.fit.laws.fit_law import fit_structure
 from erclutch.fit.training_range import range_of
 from erclutch.logs.dataset import Dataset

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 from erclutch.cli.ranking_table import verdict
+from erclutch.fit.choice.ranking import with_reasons
+from erclutch.fit.choice.turned_down import NOT_IDENTIFIED, what_speaks_against
 from erclutch.fit.comparison import Comparison, Settings, compare
-from erclutch.fit.ranking import with_reasons
-from erclutch.fit.turned_down import NOT_IDENTIFIED, what_speaks_against
 from erclutch.logs import recording_from_arrays
 from erclutch.logs.dataset import build_dataset
 from erclutch.report.html.verdict_section import choice

@@ -10,13 +10,9 @@ import numpy as np
 import pytest
 
 from erclutch.fit.candidate import Fitted, kinds
-from erclutch.fit.comparison import Settings, compare
-from erclutch.fit.kinds.law_alone import with_memory
-from erclutch.fit.ladder import _folds, grown
-from erclutch.fit.laws.fit_law import fit_structure, reference_of, refit_near
-from erclutch.fit.log_groups import chessboard, groups_of
-from erclutch.fit.ranking import unknown_start
-from erclutch.fit.validation import (
+from erclutch.fit.choice.ladder import _folds, grown
+from erclutch.fit.choice.ranking import unknown_start
+from erclutch.fit.choice.validation import (
     LeftOut,
     _burdens,
     _in_question,
@@ -24,7 +20,11 @@ from erclutch.fit.validation import (
     part_weights,
     parts_of_training,
 )
-from erclutch.fit.worth import worth_their_freedom
+from erclutch.fit.choice.worth import worth_their_freedom
+from erclutch.fit.comparison import Settings, compare
+from erclutch.fit.kinds.law_alone import with_memory
+from erclutch.fit.laws.fit_law import fit_structure, reference_of, refit_near
+from erclutch.fit.log_groups import chessboard, groups_of
 from erclutch.logs import recording_from_arrays
 from erclutch.logs.dataset import Dataset, build_dataset, joined
 from erclutch.models.laws import law_from_name

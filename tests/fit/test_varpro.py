@@ -12,8 +12,9 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
-from erclutch.fit.laws import variable_projection
-from erclutch.fit.laws.variable_projection import (
+from erclutch.fit.solver import variable_projection
+from erclutch.fit.solver.levenberg_marquardt import minimise
+from erclutch.fit.solver.variable_projection import (
     Separable,
     coordinates,
     jacobian,
@@ -22,7 +23,6 @@ from erclutch.fit.laws.variable_projection import (
     project,
     triangle_of,
 )
-from erclutch.fit.levenberg_marquardt import minimise
 from erclutch.models.laws import Dimension, Gain, ShapeParameter
 from tests.support.examples import examples
 

@@ -10,7 +10,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from erclutch.errors import SettingError, ShortLogError
-from erclutch.fit.data_check import check
+from erclutch.fit.checks.data_check import check
 from erclutch.fit.past_samples import past_rows
 from erclutch.logs import recording_from_arrays, resample
 from erclutch.logs.clock.resample import PASSED, resampled

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from erclutch.fit.data_check import check
+from erclutch.fit.checks.data_check import check
 from erclutch.logs import ColumnMap, Plan, Table, plan_of, read, read_table
 from erclutch.logs.columns.labels import split_end, split_label
 from erclutch.logs.dataset import build_dataset

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from erclutch.errors import ErclutchError
+from erclutch.fit.choice.scoring import difference
 from erclutch.fit.comparison import Settings, compare
-from erclutch.fit.scoring import difference
 from erclutch.logs import read
 from erclutch.logs.dataset import build_dataset
 from erclutch.logs.synthetic import write_synthetic_log

@@ -14,8 +14,8 @@ import pytest
 from scipy.io import savemat
 
 from erclutch.errors import RunError
+from erclutch.fit.choice.scoring import score
 from erclutch.fit.comparison import Comparison, Settings, compare
-from erclutch.fit.scoring import score
 from erclutch.logs import any_size
 from erclutch.logs.any_size import RowsOfLogs, read_rows
 from erclutch.logs.batches import neighbours

@@ -177,7 +177,7 @@ def test_predictions_of_several_logs_name_them(tmp_path: Path, recording: Record
 
 
 def test_figures_that_are_not_finite_are_null(tmp_path: Path, compared: Comparison, recording: Recording) -> None:
-    from erclutch.fit.scoring import score
+    from erclutch.fit.choice.scoring import score
 
     wild = score(compared.data.effort[:100], np.full(100, np.inf))
     entries = (compared.entries[0], replace(compared.entries[1], test=wild))

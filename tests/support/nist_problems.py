@@ -17,8 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from erclutch.arithmetic.dual import partial_of, seed, value_of
-from erclutch.fit.intervals import uncertainty
-from erclutch.fit.levenberg_marquardt import Linearisation, Problem, minimise
+from erclutch.fit.solver.intervals import uncertainty
+from erclutch.fit.solver.levenberg_marquardt import Linearisation, Problem, minimise
 
 Array = NDArray[np.float64]
 

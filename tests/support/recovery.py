@@ -26,7 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from erclutch.fit.laws.fit_law import fit_structure, reference_of
-from erclutch.fit.one_thread import one_thread
+from erclutch.fit.solver.one_thread import one_thread
 from erclutch.logs.dataset import Dataset
 from erclutch.models.law_model import TorqueModel
 from erclutch.models.laws import law_from_name

@@ -146,8 +146,8 @@ def tell_coverage(data: Dataset) -> None:
 
 def findings(data: Dataset) -> list[str]:
     """What is odd in a log, each with its level."""
+    from erclutch.fit.checks.sensor_check import sensor_findings
     from erclutch.fit.history import effort_finding
-    from erclutch.fit.sensor_check import sensor_findings
 
     odd = list(sensor_findings(data))
     memory = effort_finding(data)

@@ -8,7 +8,7 @@ import numpy as np
 from rich.table import Table
 
 from erclutch.cli.terminal import estimates, narrowed, number, with_unit
-from erclutch.fit.scoring import MANY_AT_REST, TOLERATED
+from erclutch.fit.choice.scoring import MANY_AT_REST, TOLERATED
 from erclutch.logs.covering_stretches import STRETCHES
 from erclutch.logs.held_out import constant_stretches, steps_without_a_gap
 from erclutch.signals.array import rms
@@ -19,8 +19,8 @@ from erclutch.signals.percent import percent
 SHOWN = 8
 
 if TYPE_CHECKING:
+    from erclutch.fit.choice.scoring import BandedFigure
     from erclutch.fit.comparison import Comparison, RankedModel
-    from erclutch.fit.scoring import BandedFigure
 
 
 def _band(figure: BandedFigure) -> str:
@@ -222,7 +222,7 @@ def _better_but_turned_down(comparison: Comparison) -> str:
 def worth_its_freedom(comparison: Comparison) -> str:
     """Why a model with a network goes before the best one with more physics; empty where there is none in question.
 
-    `fit.validation` recommends a freer model only where both hold.
+    `fit.choice.validation` recommends a freer model only where both hold.
     """
     chosen = comparison.entry(comparison.recommended)
     bound: dict[str, float] = {}

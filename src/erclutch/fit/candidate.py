@@ -15,11 +15,11 @@ from typing import Any, Protocol
 import numpy as np
 
 from erclutch import registry
-from erclutch.fit.data_check import steady_command
-from erclutch.fit.finding import Finding
+from erclutch.fit.checks.data_check import steady_command
+from erclutch.fit.checks.finding import Finding
+from erclutch.fit.checks.no_time import refuse_memory
 from erclutch.fit.fit_settings import AUTO, Settings
-from erclutch.fit.no_time import refuse_memory
-from erclutch.fit.outcome import AnyOutcome
+from erclutch.fit.solver.outcome import AnyOutcome
 from erclutch.logs.dataset import Dataset
 from erclutch.models.model import Model
 from erclutch.models.stages import canonical

@@ -14,22 +14,22 @@ from numpy.typing import NDArray
 
 from erclutch.errors import CheckError, SettingError, require_known
 from erclutch.fit.candidate import Candidate, Fitted, Kind, kinds
-from erclutch.fit.data_check import ONE_FIELD, SIGN, check, steady_command
-from erclutch.fit.finding import Finding
+from erclutch.fit.checks.data_check import ONE_FIELD, SIGN, check, steady_command
+from erclutch.fit.checks.finding import Finding
+from erclutch.fit.checks.no_time import NO_MEMORY
+from erclutch.fit.choice.ranking import RankedModel, judged_by_training, scored, with_bands, with_reasons, with_sensor
+from erclutch.fit.choice.scoring import recommend
+from erclutch.fit.choice.standing import Standing, standing
+from erclutch.fit.choice.validation import chosen, cross_validated
 from erclutch.fit.fit_progress import Course, FitProgress, FitStep
 from erclutch.fit.fit_settings import AUTO, Settings
 from erclutch.fit.history import history_finding
 from erclutch.fit.log_zeros import log_differences
-from erclutch.fit.no_time import NO_MEMORY
-from erclutch.fit.one_thread import one_thread
-from erclutch.fit.outcome import AnyOutcome
 from erclutch.fit.pace import motion_held_out, two_motions
 from erclutch.fit.past_samples import past_finding
-from erclutch.fit.ranking import RankedModel, judged_by_training, scored, with_bands, with_reasons, with_sensor
-from erclutch.fit.scoring import recommend
-from erclutch.fit.standing import Standing, standing
+from erclutch.fit.solver.one_thread import one_thread
+from erclutch.fit.solver.outcome import AnyOutcome
 from erclutch.fit.turned_sign import with_turned_fit
-from erclutch.fit.validation import chosen, cross_validated
 from erclutch.logs.dataset import Dataset, require_dataset
 from erclutch.logs.held_out import hold_out
 from erclutch.models.model_titles import id_of, title_of, titles_of

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from erclutch.fit.outcome import AnyOutcome
+from erclutch.fit.solver.outcome import AnyOutcome
 from erclutch.logs.dataset import Dataset
 
 

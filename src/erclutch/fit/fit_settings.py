@@ -19,8 +19,8 @@ class Settings:
         models: specifications of laws, or one of them; "all" is the ladder, "paper" the laws of the paper's tables.
         lag: "none"; names of stages, such as "lag" (one time constant), "rise-fall" (two) or "dahl" (memory of the
             slip), joined by "+"; "auto": without and with "lag", with "rise-fall" for the best law if the data ask for
-            it, and with memory as far as `fit.ladder` finds that the data ask for it. A model may name its own stages:
-            "bingham+lag+dahl".
+            it, and with memory as far as `fit.choice.ladder` finds that the data ask for it. A model may name its own
+            stages: "bingham+lag+dahl".
         test: share of each log, its end, that is held out (of each stretch, where a log was taken at one field after
             another); "stretches" all over each log; or patterns of the names of logs that are.
         blocks: blocks in time for cross-validation on the training rows, 2 to 50; 0 for none.

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from erclutch.fit.finding import Finding
-from erclutch.fit.scoring import independent_rows
+from erclutch.fit.checks.finding import Finding
+from erclutch.fit.choice.scoring import independent_rows
 from erclutch.logs.dataset import Dataset
 from erclutch.signals.array import Array
 

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from erclutch.fit.finding import Finding
+from erclutch.fit.checks.finding import Finding
 from erclutch.fit.log_groups import ALIKE, FEWEST_GROUPS, groups_of, motion_of
 from erclutch.logs.dataset import Dataset
 from erclutch.signals.array import Mask, rms

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from erclutch.errors import SettingError, UnitError
-from erclutch.fit.finding import Finding
+from erclutch.fit.checks.finding import Finding
 from erclutch.logs.dataset import Dataset
 from erclutch.signals import units
 

@@ -16,13 +16,13 @@ from typing import Any
 import numpy as np
 
 from erclutch.errors import CheckError, printable
-from erclutch.fit.intervals import correlated_rows, uncertainty
-from erclutch.fit.laws.bounded_least_squares import solve_bounded
-from erclutch.fit.laws.variable_projection import triangle_of
-from erclutch.fit.levenberg_marquardt import Linearisation, Problem, minimise
-from erclutch.fit.one_thread import one_thread
+from erclutch.fit.choice.scoring import correlated_over
 from erclutch.fit.recalibration_ways import GAIN, OFFSET, Rows, Way, ways_of
-from erclutch.fit.scoring import correlated_over
+from erclutch.fit.solver.bounded_least_squares import solve_bounded
+from erclutch.fit.solver.intervals import correlated_rows, uncertainty
+from erclutch.fit.solver.levenberg_marquardt import Linearisation, Problem, minimise
+from erclutch.fit.solver.one_thread import one_thread
+from erclutch.fit.solver.variable_projection import triangle_of
 from erclutch.logs.dataset import Dataset, require_dataset, require_kind
 from erclutch.models.model import Model
 from erclutch.models.shared_answers import ModelBase

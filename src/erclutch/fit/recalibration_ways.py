@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from erclutch.arithmetic.dual import partial_of, value_of
-from erclutch.fit.laws.variable_projection import coordinates, parameters, seeded
+from erclutch.fit.solver.variable_projection import coordinates, parameters, seeded
 from erclutch.logs.dataset import Dataset
 from erclutch.models.law_model import TorqueModel
 from erclutch.models.model import Model

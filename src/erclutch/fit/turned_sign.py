@@ -7,11 +7,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from erclutch.fit.finding import Finding
+from erclutch.fit.checks.finding import Finding
+from erclutch.fit.choice.standing import NEXT_TO_NOTHING
 from erclutch.fit.fit_settings import AUTO, Settings
 from erclutch.fit.kinds.law_alone import LawCandidate, structures_of, with_memory
-from erclutch.fit.outcome import AnyOutcome
-from erclutch.fit.standing import NEXT_TO_NOTHING
+from erclutch.fit.solver.outcome import AnyOutcome
 from erclutch.logs.dataset import Dataset
 from erclutch.signals.array import Array, Mask, rms
 from erclutch.signals.percent import percent

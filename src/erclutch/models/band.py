@@ -9,7 +9,7 @@ The field is that of the largest magnitude over the elements, the slip that of t
 as fine as that which says where training rows were (`Range.near`), says their class, so a step needs no comparison with
 edges. The field is switching while it is further than a threshold from its own first-order lag. Where several logs say
 how errors grow with how quickly the slip changes, half widths grow where it changes more quickly than in all of them
-(`models.haste`). `fit.prediction_bands` finds the numbers.
+(`models.haste`). `fit.bands.prediction_bands` finds the numbers.
 """
 
 from __future__ import annotations

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from pandas import DataFrame
 
     from erclutch.fit.comparison import Comparison, RankedModel
-    from erclutch.fit.outcome import Estimate, FitOutcome
+    from erclutch.fit.solver.outcome import Estimate, FitOutcome
     from erclutch.logs.dataset import Dataset
     from erclutch.models.model import Model
     from erclutch.report.numbers.run_material import Material
@@ -405,7 +405,7 @@ def _judged(
 
 
 def _verdict(material: Material) -> list[str]:
-    from erclutch.fit.standing import standing_of_run
+    from erclutch.fit.choice.standing import standing_of_run
     from erclutch.report.html.verdict_section import choice, worries
 
     word = capital(standing_of_run(material.body).word)

@@ -10,7 +10,7 @@ from typing import Any, TypeAlias
 
 from erclutch.errors import SettingError
 from erclutch.export.encode import latex, markdown, markup
-from erclutch.fit.standing import chosen_name, standing_of_run
+from erclutch.fit.choice.standing import chosen_name, standing_of_run
 from erclutch.report.numbers.number_text import unit_text
 from erclutch.runs.run_folder import Run
 

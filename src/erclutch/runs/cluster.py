@@ -28,7 +28,7 @@ from typing import Any, TypeVar
 from weakref import WeakSet
 
 from erclutch.errors import ErclutchError, SettingError
-from erclutch.fit.one_thread import one_thread
+from erclutch.fit.solver.one_thread import one_thread
 
 T = TypeVar("T")
 R = TypeVar("R")

@@ -18,7 +18,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from erclutch.errors import RunError
-from erclutch.fit.scoring import BinSums, Score, score_of_bins
+from erclutch.fit.choice.scoring import BinSums, Score, score_of_bins
 from erclutch.logs.batches import RowRange, blocks_of, chained, neighbours, one_batch
 from erclutch.logs.dataset import Dataset
 from erclutch.logs.reading import Reading

@@ -11,11 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from erclutch.errors import SettingError
+from erclutch.fit.bands.prediction_bands import Coverage, coverage
+from erclutch.fit.choice.ranking import unknown_start
+from erclutch.fit.choice.scoring import Score
+from erclutch.fit.choice.scoring import score as scored
 from erclutch.fit.pace import told as motion_told
-from erclutch.fit.prediction_bands import Coverage, coverage
-from erclutch.fit.ranking import unknown_start
-from erclutch.fit.scoring import Score
-from erclutch.fit.scoring import score as scored
 from erclutch.logs import map_over, read_all, table_of
 from erclutch.logs.applied import apply_rows
 from erclutch.logs.columns.row_groups import wants_each

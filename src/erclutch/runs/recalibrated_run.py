@@ -10,12 +10,12 @@ from typing import Any
 import numpy as np
 
 from erclutch.errors import require
+from erclutch.fit.choice.ranking import RankedModel, scored, with_bands
 from erclutch.fit.comparison import Comparison, Settings
-from erclutch.fit.intervals import as_json
 from erclutch.fit.laws.describe_law import paper_form
-from erclutch.fit.outcome import Estimate, FitOutcome
-from erclutch.fit.ranking import RankedModel, scored, with_bands
 from erclutch.fit.recalibration import AS_IT_IS, GAIN, OFFSET, Recalibration, recalibrate
+from erclutch.fit.solver.intervals import as_json
+from erclutch.fit.solver.outcome import Estimate, FitOutcome
 from erclutch.logs.dataset import Dataset
 from erclutch.logs.held_out import constant_stretches
 from erclutch.models.law_model import TorqueModel

@@ -26,7 +26,7 @@ import numpy as np
 from erclutch.errors import RunError
 from erclutch.export.c_names import named_after
 from erclutch.files import file_digest, plain_words, small_text
-from erclutch.fit.standing import Standing, standing_of_run
+from erclutch.fit.choice.standing import Standing, standing_of_run
 from erclutch.models.load import load_model
 from erclutch.models.model import Model
 from erclutch.models.model_file import keeps_digest, require_schema
@@ -36,7 +36,7 @@ from erclutch.signals.percent import percent
 from erclutch.signals.shown import Shown, one_line, presenter
 
 if TYPE_CHECKING:
-    from erclutch.fit.outcome import FitOutcome
+    from erclutch.fit.solver.outcome import FitOutcome
 
 _NAMED = 5  # runs in a folder that an error names
 
@@ -195,7 +195,7 @@ def outcome_of(run: Run, name: str | None) -> FitOutcome[Any]:
     Raises:
         RunError: as `Run.model`.
     """
-    from erclutch.fit.outcome import Estimate, FitOutcome
+    from erclutch.fit.solver.outcome import Estimate, FitOutcome
 
     model = run.model(name)
     entry = run.entry(name or run.recommended)

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 from contextlib import suppress
 from typing import Any, cast, get_args
 
-from erclutch.fit.levenberg_marquardt import Stop
+from erclutch.fit.solver.levenberg_marquardt import Stop
 from erclutch.logs.plan import Invalid
 from erclutch.models.model_file import name_of, names_of, number_of, truth_of, whole_number_of
 from erclutch.models.model_titles import id_of

@@ -16,7 +16,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from erclutch.errors import CheckError, ErclutchError, MappingError, RunError, SettingError
-from erclutch.fit.centroids import compress
 from erclutch.fit.comparison import Settings, compare
 from erclutch.fit.networks.backprop import WeightedRows, tables_of, weights_of
 from erclutch.fit.networks.first_weights import first_weights, with_best_output
@@ -24,6 +23,7 @@ from erclutch.fit.networks.fit_fnn import schedule_for, train
 from erclutch.fit.networks.fit_network import fit_network, mean_squares, scaling_of, slips_for, slips_of
 from erclutch.fit.networks.fit_rbfn import by_forward_selection, by_k_means, refined, weights_for
 from erclutch.fit.networks.geodesic import levenberg_marquardt
+from erclutch.fit.solver.centroids import compress
 from erclutch.logs.dataset import Dataset
 from erclutch.models.load import load_model
 from erclutch.models.networks import is_network, network_from_name

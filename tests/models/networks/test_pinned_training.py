@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 
-from erclutch.fit.centroids import compress, grid_of
 from erclutch.fit.networks import fit_rbfn
 from erclutch.fit.networks.backprop import WeightedRows
 from erclutch.fit.networks.exchange import exchanged
@@ -17,6 +16,7 @@ from erclutch.fit.networks.first_weights import Slips, first_weights, new_neuron
 from erclutch.fit.networks.fit_fnn import schedule_for
 from erclutch.fit.networks.geodesic import levenberg_marquardt
 from erclutch.fit.networks.pruning import smaller, without_one
+from erclutch.fit.solver.centroids import compress, grid_of
 from erclutch.signals.array import Array
 from tests.support.pinning import Pinned, summed
 

@@ -12,7 +12,7 @@ import pytest
 
 from erclutch.errors import SettingError
 from erclutch.fit.laws.fit_law import fit_structure
-from erclutch.fit.outcome import Estimate
+from erclutch.fit.solver.outcome import Estimate
 from erclutch.logs.dataset import Dataset
 from erclutch.logs.synthetic import write_synthetic_log
 from erclutch.models.law_model import TorqueModel

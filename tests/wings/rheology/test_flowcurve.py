@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from erclutch.errors import CheckError, SettingError
-from erclutch.fit.outcome import Estimate
+from erclutch.fit.solver.outcome import Estimate
 from erclutch.wings.rheology.flow_curve import (
     FlowCurve,
     FlowFit,

@@ -9,16 +9,16 @@ import numpy as np
 
 from erclutch.errors import shell_word
 from erclutch.fit.candidate import Candidate, Fitted, Grown, Kind, asked
-from erclutch.fit.data_check import steady_command
-from erclutch.fit.finding import Finding
+from erclutch.fit.checks.data_check import steady_command
+from erclutch.fit.checks.finding import Finding
+from erclutch.fit.checks.one_field import refuse_field_terms
+from erclutch.fit.choice.ladder import Rung, grown, helpful, of_law
+from erclutch.fit.choice.scoring import TOLERATED, independent_rows, information_criteria
 from erclutch.fit.fit_settings import AUTO, Settings
-from erclutch.fit.ladder import Rung, grown, helpful, of_law
 from erclutch.fit.laws.fit_law import fit_structure, refit_near
 from erclutch.fit.log_groups import FEWEST_GROUPS, groups_of
-from erclutch.fit.one_field import refuse_field_terms
-from erclutch.fit.one_thread import one_thread
-from erclutch.fit.outcome import AnyOutcome, FitOutcome
-from erclutch.fit.scoring import TOLERATED, independent_rows, information_criteria
+from erclutch.fit.solver.one_thread import one_thread
+from erclutch.fit.solver.outcome import AnyOutcome, FitOutcome
 from erclutch.logs.dataset import Dataset
 from erclutch.models.law_model import TorqueModel
 from erclutch.models.laws import PAPER, at_one_field, ladder, law_from_name

@@ -11,7 +11,7 @@ from erclutch.fit.kinds.law_alone import LawCandidate, structures_of
 from erclutch.fit.kinds.network_alone import fnns_with, network_for, remembering_law
 from erclutch.fit.laws.fit_law import refit_near
 from erclutch.fit.networks.fit_residual import fit_residual
-from erclutch.fit.outcome import AnyOutcome
+from erclutch.fit.solver.outcome import AnyOutcome
 from erclutch.logs.dataset import Dataset
 from erclutch.models.model import full_name
 from erclutch.models.residual_model import ResidualStructure, parts_of

@@ -10,8 +10,8 @@ from erclutch.fit.fit_settings import AUTO, Settings
 from erclutch.fit.kinds.law_alone import laws_among
 from erclutch.fit.laws.fit_law import fit_structure, refit_near
 from erclutch.fit.networks.fit_network import fit_network, supports
-from erclutch.fit.outcome import AnyOutcome, FitOutcome
 from erclutch.fit.past_samples import past_rows
+from erclutch.fit.solver.outcome import AnyOutcome, FitOutcome
 from erclutch.logs.dataset import Dataset
 from erclutch.models.law_model import TorqueModel
 from erclutch.models.laws import at_one_field, law_from_name

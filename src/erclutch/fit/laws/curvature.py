@@ -11,7 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from erclutch.fit.levenberg_marquardt import Linearisation, Problem
+from erclutch.fit.solver.levenberg_marquardt import Linearisation, Problem
 from erclutch.signals.array import Array
 
 

@@ -7,10 +7,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from erclutch.fit.intervals import Uncertainty
-from erclutch.fit.laws.variable_projection import Projection, Separable, parameters
-from erclutch.fit.levenberg_marquardt import Minimum
-from erclutch.fit.outcome import Estimate, FitOutcome
+from erclutch.fit.solver.intervals import Uncertainty
+from erclutch.fit.solver.levenberg_marquardt import Minimum
+from erclutch.fit.solver.outcome import Estimate, FitOutcome
+from erclutch.fit.solver.variable_projection import Projection, Separable, parameters
 from erclutch.models.law_model import TorqueModel
 from erclutch.models.laws import ShapeParameter
 from erclutch.models.model import Range

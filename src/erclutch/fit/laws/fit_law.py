@@ -13,9 +13,6 @@ from dataclasses import replace
 import numpy as np
 
 from erclutch.errors import keywords_checked
-from erclutch.fit.centroids import centroids_of
-from erclutch.fit.intervals import uncertainty, unknown
-from erclutch.fit.kept_heap import keep_heap
 from erclutch.fit.laws.curvature import with_curvature
 from erclutch.fit.laws.describe_law import Seen, described
 from erclutch.fit.laws.law_centroids import on_cells, signed_rows, spaced_rows
@@ -24,7 +21,13 @@ from erclutch.fit.laws.law_starts import scan_points, thinned, windows
 from erclutch.fit.laws.other_basins import best_basin
 from erclutch.fit.laws.profile_intervals import Optimum, interval_ends, no_intervals
 from erclutch.fit.laws.shapes_told import shapes_told
-from erclutch.fit.laws.variable_projection import (
+from erclutch.fit.left_out_logs import unseen_errors
+from erclutch.fit.solver.centroids import centroids_of
+from erclutch.fit.solver.intervals import uncertainty, unknown
+from erclutch.fit.solver.kept_heap import keep_heap
+from erclutch.fit.solver.levenberg_marquardt import Minimum, minimise
+from erclutch.fit.solver.outcome import Estimate, FitOutcome
+from erclutch.fit.solver.variable_projection import (
     Separable,
     coordinates,
     jacobian,
@@ -34,9 +37,6 @@ from erclutch.fit.laws.variable_projection import (
     refined,
     triangle_of,
 )
-from erclutch.fit.left_out_logs import unseen_errors
-from erclutch.fit.levenberg_marquardt import Minimum, minimise
-from erclutch.fit.outcome import Estimate, FitOutcome
 from erclutch.fit.training_range import range_of
 from erclutch.logs.dataset import Dataset
 from erclutch.models.law_model import TorqueModel

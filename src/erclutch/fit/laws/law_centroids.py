@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from erclutch.fit.centroids import Centroids
-from erclutch.fit.laws.variable_projection import Separable
+from erclutch.fit.solver.centroids import Centroids
+from erclutch.fit.solver.variable_projection import Separable
 from erclutch.models.laws import ShapeParameter
 from erclutch.models.structure import Reference, Structure
 from erclutch.signals.array import Array

@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from erclutch.fit.laws.variable_projection import (
+from erclutch.fit.solver.levenberg_marquardt import Minimum
+from erclutch.fit.solver.variable_projection import (
     Projection,
     Separable,
     corrected,
@@ -18,7 +19,6 @@ from erclutch.fit.laws.variable_projection import (
     parameters,
     triangle_over,
 )
-from erclutch.fit.levenberg_marquardt import Minimum
 from erclutch.logs.dataset import Dataset
 from erclutch.models.laws import ShapeParameter
 from erclutch.models.structure import Reference, Structure

@@ -12,8 +12,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from erclutch.fit.laws.curvature import with_curvature
-from erclutch.fit.laws.variable_projection import Separable, outer_problem, parameters, project
-from erclutch.fit.levenberg_marquardt import Minimum, minimise
+from erclutch.fit.solver.levenberg_marquardt import Minimum, minimise
+from erclutch.fit.solver.variable_projection import Separable, outer_problem, parameters, project
 from erclutch.signals.array import Array
 
 _PLACES = 9  # of each parameter

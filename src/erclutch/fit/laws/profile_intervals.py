@@ -16,9 +16,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from erclutch.fit.intervals import Uncertainty, uncertainty
-from erclutch.fit.laws.variable_projection import Separable, jacobian, outer_problem, parameters, triangle_of
-from erclutch.fit.levenberg_marquardt import Linearisation, Problem, minimise
+from erclutch.fit.solver.intervals import Uncertainty, uncertainty
+from erclutch.fit.solver.levenberg_marquardt import Linearisation, Problem, minimise
+from erclutch.fit.solver.variable_projection import Separable, jacobian, outer_problem, parameters, triangle_of
 from erclutch.signals.array import Array, Mask
 
 #: Half a width in the solver's coordinates (logarithms of most parameters) from which on a parabola says too little.

@@ -15,12 +15,12 @@ from functools import partial
 
 import numpy as np
 
-from erclutch.fit.centroids import Centroids, Gridded, centroids_of
 from erclutch.fit.networks.backprop import WeightedRows
 from erclutch.fit.networks.exchange import exchanged
 from erclutch.fit.networks.first_weights import Slips, first_weights, with_best_output
 from erclutch.fit.networks.geodesic import Trained, levenberg_marquardt
 from erclutch.fit.networks.pruning import AFTER_LOSS, smaller, without_least
+from erclutch.fit.solver.centroids import Centroids, Gridded, centroids_of
 
 _HARDER = 3.0  # damping on the next level of compression over that on the last
 _SMALL = 8  # hidden neurons, up to which a network is small

@@ -8,15 +8,15 @@ from dataclasses import replace
 import numpy as np
 
 from erclutch.errors import CheckError, keywords_checked
-from erclutch.fit.centroids import centroids_of
 from erclutch.fit.left_out_logs import unseen_errors
-from erclutch.fit.levenberg_marquardt import Stop
 from erclutch.fit.networks.backprop import slopes_of, tables_of
 from erclutch.fit.networks.first_weights import Slips
 from erclutch.fit.networks.fit_fnn import Training, schedule_for, train
 from erclutch.fit.networks.fit_rbfn import by_forward_selection, by_k_means, refined, weights_for
-from erclutch.fit.one_thread import one_thread
-from erclutch.fit.outcome import FitOutcome
+from erclutch.fit.solver.centroids import centroids_of
+from erclutch.fit.solver.levenberg_marquardt import Stop
+from erclutch.fit.solver.one_thread import one_thread
+from erclutch.fit.solver.outcome import FitOutcome
 from erclutch.fit.training_range import near_cells, range_of
 from erclutch.logs.dataset import Dataset
 from erclutch.models.networks import NetworkKind, NetworkStructure, base_inputs

@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from erclutch.fit.centroids import Centroids
-from erclutch.fit.levenberg_marquardt import Linearisation, Problem, Stop, minimise
+from erclutch.fit.solver.centroids import Centroids
+from erclutch.fit.solver.levenberg_marquardt import Linearisation, Problem, Stop, minimise
 from erclutch.models.networks.forward import gaussians
 from erclutch.signals.array import Array
 

@@ -18,7 +18,7 @@ from erclutch.errors import CheckError
 from erclutch.fit.laws.fit_law import fit_structure
 from erclutch.fit.networks.fit_fnn import Training
 from erclutch.fit.networks.fit_network import fit_rows
-from erclutch.fit.outcome import FitOutcome
+from erclutch.fit.solver.outcome import FitOutcome
 from erclutch.logs.dataset import Dataset
 from erclutch.logs.held_out import time_folds
 from erclutch.models.covered_cells import cells_of

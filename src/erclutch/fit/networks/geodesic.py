@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 from scipy.linalg.lapack import dpotrf, dpotrs
 
-from erclutch.fit.levenberg_marquardt import Stop
 from erclutch.fit.networks.backprop import Point, WeightedRows
+from erclutch.fit.solver.levenberg_marquardt import Stop
 from erclutch.signals.array import Array
 
 FIRST_DAMPING = 1e-3

@@ -40,7 +40,7 @@ def take_further_columns(draft: Draft) -> None:
         draft.inputs.append(SignalPlan("input", name, unit, factor, factor, reason=choice.source))
         draft.notes.append(f"further input <- column {name}, as logged ({choice.source})")
 
-    # Columns of finite numbers that change and that nothing has taken; `fit.ladder` says what they are good for.
+    # Columns of finite numbers that change and that nothing has taken; `fit.choice.ladder` says what they are good for.
     not_spare = {*draft.taken, *draft.table.truths, *_STATES}
     if draft.table.device is not None:
         not_spare |= {*NOT_MEASURED}

@@ -197,8 +197,8 @@ class StageFamily:
         make: the stage for a number and forms.
         count: the number that the name alone stands for; None where there is none to choose.
         forms: words that may follow after slashes.
-        ladder: specifications that `fit.ladder` tries on the best law by itself, from the simplest to the richest; a
-            richer one takes the place of a simpler one of the family.
+        ladder: specifications that `fit.choice.ladder` tries on the best law by itself, from the simplest to the
+            richest; a richer one takes the place of a simpler one of the family.
         beside: the ladder tries it only where there is a stage of the family of this name; "": anywhere.
     """
 

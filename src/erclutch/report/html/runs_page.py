@@ -7,7 +7,7 @@ from functools import cached_property, partial
 from pathlib import Path
 from typing import Any
 
-from erclutch.fit.scoring import BandedFigure
+from erclutch.fit.choice.scoring import BandedFigure
 from erclutch.report.html.dynamics_section import DYNAMICS
 from erclutch.report.html.picture_sections import PARITY, RESIDUAL
 from erclutch.report.html.report_page import headings, page

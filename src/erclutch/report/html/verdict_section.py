@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 
 from erclutch.errors import printable
-from erclutch.fit.scoring import MANY_AT_REST, TOLERATED, independent_rows
-from erclutch.fit.standing import NEXT_TO_NOTHING, standing_of_run
+from erclutch.fit.choice.scoring import MANY_AT_REST, TOLERATED, independent_rows
+from erclutch.fit.choice.standing import NEXT_TO_NOTHING, standing_of_run
 from erclutch.registry import names
 from erclutch.report.html.model_section import why_not_measured
 from erclutch.report.html.parameters_section import negative_gains

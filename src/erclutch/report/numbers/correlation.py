@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from erclutch.fit.scoring import independent_rows
+from erclutch.fit.choice.scoring import independent_rows
 from erclutch.runs.run_rows import RunRows
 from erclutch.signals.array import Array, Mask
 from erclutch.signals.clock import Span, cut_spans, stretches

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from erclutch.errors import RunError, SettingError
-from erclutch.fit.scoring import BandedFigure, Score, block_rows, difference, excess, score
+from erclutch.fit.choice.scoring import BandedFigure, Score, block_rows, difference, excess, score
 from erclutch.models.stages import stages_at
 from erclutch.models.stages.stage import Place
 from erclutch.runs.run_folder import Run

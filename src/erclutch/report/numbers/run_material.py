@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from erclutch.fit.standing import chosen_name
+from erclutch.fit.choice.standing import chosen_name
 from erclutch.models.law_model import TorqueModel
 from erclutch.models.model import Model
 from erclutch.report.numbers.correlation import (

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from erclutch.fit.standing import standing_of_run
+from erclutch.fit.choice.standing import standing_of_run
 from erclutch.report.numbers.flow_curves import FieldCurves, FlowCurves
 from erclutch.report.numbers.run_material import Material
 from erclutch.report.plots.plot_description import PAGE, Axis, Dots, Line, Mark, Panel, Plot, PlotTable, ReferenceLine

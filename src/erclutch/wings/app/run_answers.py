@@ -24,7 +24,7 @@ class RunAnswers(Desk):
     """What is asked about runs."""
 
     async def _run(self, request: Request) -> Response:
-        from erclutch.fit.standing import chosen_name, standing_of_run
+        from erclutch.fit.choice.standing import chosen_name, standing_of_run
         from erclutch.registry import names
         from erclutch.runs.run_folder import read_run
 
@@ -187,7 +187,7 @@ def run_row(entry: Entry, body: Mapping[str, Any] | None) -> dict[str, Any]:
     """A run in the overview: its logs, when it was written, what it recommends, and the error of that."""
     from datetime import datetime
 
-    from erclutch.fit.standing import chosen_name, standing_of_run
+    from erclutch.fit.choice.standing import chosen_name, standing_of_run
 
     row = {
         "name": entry.name,

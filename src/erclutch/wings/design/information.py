@@ -21,9 +21,9 @@ from typing import Any, Literal
 import numpy as np
 
 from erclutch.errors import SettingError
-from erclutch.fit.intervals import correlated_rows
 from erclutch.fit.laws.law_problem import separable
-from erclutch.fit.laws.variable_projection import Projection, coordinates, linearised
+from erclutch.fit.solver.intervals import correlated_rows
+from erclutch.fit.solver.variable_projection import Projection, coordinates, linearised
 from erclutch.logs.dataset import Dataset
 from erclutch.models.law_model import TorqueModel
 from erclutch.signals.array import Array, Mask, largest_size, rms

@@ -11,8 +11,8 @@ from typing import Any, cast
 import numpy as np
 
 from erclutch.errors import SettingError
-from erclutch.fit.intervals import as_json
-from erclutch.fit.outcome import Estimate
+from erclutch.fit.solver.intervals import as_json
+from erclutch.fit.solver.outcome import Estimate
 from erclutch.logs.dataset import Dataset
 from erclutch.models.law_model import TorqueModel
 from erclutch.runs.run_folder import outcome_of, read_run

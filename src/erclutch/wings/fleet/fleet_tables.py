@@ -15,7 +15,7 @@ import numpy as np
 
 from erclutch.errors import SettingError
 from erclutch.files import whole_file
-from erclutch.fit.standing import standing_of_run
+from erclutch.fit.choice.standing import standing_of_run
 from erclutch.runs.written_run import unwritable
 from erclutch.signals.array import Array
 from erclutch.wings.fleet.fleet_statistics import OUTLYING, RMSE, FleetSeries, control_chart, outlier_scores, trend

@@ -7,11 +7,11 @@ from dataclasses import replace
 from functools import partial
 from typing import Any
 
+from erclutch.fit.checks.data_check import steady_command
+from erclutch.fit.choice.ladder import grown
 from erclutch.fit.comparison import Settings, compare
-from erclutch.fit.data_check import steady_command
 from erclutch.fit.kinds.law_alone import structures_for
-from erclutch.fit.ladder import grown
-from erclutch.fit.one_thread import one_thread
+from erclutch.fit.solver.one_thread import one_thread
 from erclutch.logs.dataset import Dataset, joined
 from erclutch.models.laws import PAPER
 from erclutch.models.networks import PAPER_NETWORKS

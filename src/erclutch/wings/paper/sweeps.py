@@ -15,12 +15,12 @@ from typing import Any
 
 import numpy as np
 
-from erclutch.fit.centroids import Centroids, compress
 from erclutch.fit.networks.backprop import WeightedRows, tables_of
 from erclutch.fit.networks.first_weights import first_weights, with_best_output
 from erclutch.fit.networks.fit_network import mean_squares, scaling_of, slips_for, spaced_by
 from erclutch.fit.networks.fit_rbfn import candidates, forward_selection, weights_for
 from erclutch.fit.networks.geodesic import Trained, levenberg_marquardt
+from erclutch.fit.solver.centroids import Centroids, compress
 from erclutch.logs.dataset import Dataset
 from erclutch.models.networks import NetworkStructure, network_from_name
 from erclutch.models.networks.forward import forward_fnn, forward_rbfn

@@ -8,11 +8,11 @@ from time import process_time
 
 import numpy as np
 
+from erclutch.fit.choice.scoring import BandedFigure, block_rows, score
 from erclutch.fit.laws.fit_law import fit_structure
 from erclutch.fit.networks.fit_network import fit_network
-from erclutch.fit.one_thread import one_thread
-from erclutch.fit.outcome import FitOutcome
-from erclutch.fit.scoring import BandedFigure, block_rows, score
+from erclutch.fit.solver.one_thread import one_thread
+from erclutch.fit.solver.outcome import FitOutcome
 from erclutch.logs.dataset import Dataset, build_dataset
 from erclutch.models.law_model import TorqueModel
 from erclutch.models.laws import law_from_name

@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from erclutch.errors import CheckError
-from erclutch.fit.intervals import as_json
-from erclutch.fit.outcome import Estimate
+from erclutch.fit.solver.intervals import as_json
+from erclutch.fit.solver.outcome import Estimate
 from erclutch.signals.array import Array, rms
 from erclutch.signals.shown import Shown, one_line
 from erclutch.wings.rheology.flow_law import Effort, FlowLaw, flow_laws

@@ -16,11 +16,11 @@ import numpy as np
 
 from erclutch.arithmetic.dual import Dual, partial_of, value_of
 from erclutch.errors import SettingError
-from erclutch.fit.intervals import uncertainty
 from erclutch.fit.laws.law_starts import scan_points
-from erclutch.fit.laws.variable_projection import Separable, coordinates, parameters, project, triangle_of
-from erclutch.fit.levenberg_marquardt import Linearisation, Minimum, Problem, minimise
-from erclutch.fit.outcome import Estimate
+from erclutch.fit.solver.intervals import uncertainty
+from erclutch.fit.solver.levenberg_marquardt import Linearisation, Minimum, Problem, minimise
+from erclutch.fit.solver.outcome import Estimate
+from erclutch.fit.solver.variable_projection import Separable, coordinates, parameters, project, triangle_of
 from erclutch.models.laws import Dimension, Gain, Law, ShapeParameter, at_one_field, ladder, law_from_name
 from erclutch.signals.array import Array
 

@@ -33,7 +33,7 @@ def which_logs(rows: Dataset) -> list[str]:
 def _repeated(rows: Dataset) -> list[str]:
     """Which logs repeat what the others show, by Bingham's law."""
     from erclutch.fit.laws.fit_law import fit_structure
-    from erclutch.fit.one_thread import one_thread
+    from erclutch.fit.solver.one_thread import one_thread
     from erclutch.models.laws import law_from_name
     from erclutch.models.structure import Structure
     from erclutch.wings.design.lessons import lessons_of

@@ -18,11 +18,11 @@ from typing import Any
 
 import numpy as np
 
-from erclutch.fit.intervals import as_json
-from erclutch.fit.ladder import grown
+from erclutch.fit.choice.ladder import grown
 from erclutch.fit.laws.fit_law import fit_structure
-from erclutch.fit.one_thread import one_thread
-from erclutch.fit.outcome import FitOutcome
+from erclutch.fit.solver.intervals import as_json
+from erclutch.fit.solver.one_thread import one_thread
+from erclutch.fit.solver.outcome import FitOutcome
 from erclutch.logs.dataset import Dataset, joined
 from erclutch.models.law_model import TorqueModel
 from erclutch.models.laws import law_from_name, quick_laws

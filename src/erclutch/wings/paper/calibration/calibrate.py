@@ -17,7 +17,7 @@ from typing import Any, ClassVar, Protocol
 import numpy as np
 
 from erclutch.errors import SettingError
-from erclutch.fit.intervals import uncertainty
+from erclutch.fit.solver.intervals import uncertainty
 from erclutch.runs.cluster import in_order, task_pool
 from erclutch.signals.array import Array
 from erclutch.wings.paper.calibration.calibration_search import (

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from erclutch.errors import RunError, SettingError
-from erclutch.fit.levenberg_marquardt import Linearisation, Problem, minimise
+from erclutch.fit.solver.levenberg_marquardt import Linearisation, Problem, minimise
 from erclutch.signals.array import Array
 from erclutch.wings.paper.sweep_points import Points
 

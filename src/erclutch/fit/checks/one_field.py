@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from erclutch.errors import SettingError
-from erclutch.fit.data_check import field_text
+from erclutch.fit.checks.data_check import field_text
 from erclutch.logs.dataset import Dataset
 from erclutch.models.laws import at_one_field
 from erclutch.models.networks import is_network

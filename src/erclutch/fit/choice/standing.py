@@ -1,7 +1,7 @@
 """Whether a run recommends a model at all is decided here; terminal, report, tables, app, export and live ask.
 
-The training rows choose a model (`fit.validation`). It is recommended only if it explains rows held out, and if nobody
-has to settle a sign first. Otherwise it is the nearest one, and whoever wants it has to name it.
+The training rows choose a model (`fit.choice.validation`). It is recommended only if it explains rows held out, and if
+nobody has to settle a sign first. Otherwise it is the nearest one, and whoever wants it has to name it.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from erclutch.fit.data_check import SIGN
+from erclutch.fit.checks.data_check import SIGN
 
 #: Error as a share of the standard deviation from which a model explains next to nothing.
 NEXT_TO_NOTHING = 0.95

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from erclutch.errors import SettingError
-from erclutch.fit.finding import Finding
+from erclutch.fit.checks.finding import Finding
 from erclutch.logs.dataset import Dataset
 from erclutch.models.stages import stages_of
 

@@ -14,12 +14,12 @@ import numpy as np
 
 from erclutch.errors import CheckError
 from erclutch.fit.candidate import Fitted
+from erclutch.fit.choice.scoring import BandedFigure, Score, excess, recommend, score
+from erclutch.fit.choice.turned_down import what_speaks_against
+from erclutch.fit.choice.worth import loses, worth_their_freedom
 from erclutch.fit.log_groups import FEWEST_GROUPS, STEADY, groups_of
-from erclutch.fit.one_thread import one_thread
-from erclutch.fit.outcome import AnyOutcome
-from erclutch.fit.scoring import BandedFigure, Score, excess, recommend, score
-from erclutch.fit.turned_down import what_speaks_against
-from erclutch.fit.worth import loses, worth_their_freedom
+from erclutch.fit.solver.one_thread import one_thread
+from erclutch.fit.solver.outcome import AnyOutcome
 from erclutch.logs.dataset import Dataset
 from erclutch.logs.held_out import time_folds
 from erclutch.models.stages import slip_stages

@@ -19,8 +19,8 @@ from typing import Any
 import numpy as np
 
 from erclutch.arithmetic.dual import Dual, partial_of, value_of
-from erclutch.fit.laws.bounded_least_squares import solve_bounded
-from erclutch.fit.levenberg_marquardt import Linearisation, Problem
+from erclutch.fit.solver.bounded_least_squares import solve_bounded
+from erclutch.fit.solver.levenberg_marquardt import Linearisation, Problem
 from erclutch.models.laws import Gain, ShapeParameter
 from erclutch.signals.array import Array, Mask
 

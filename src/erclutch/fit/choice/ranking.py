@@ -9,13 +9,21 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from erclutch.fit.bands.haste_widths import with_haste
+from erclutch.fit.bands.new_fields import wider_at_new_fields
+from erclutch.fit.bands.prediction_bands import HeldBand, calibrated, judged
+from erclutch.fit.choice.scoring import (
+    TOLERATED,
+    BandedFigure,
+    Score,
+    excess,
+    independent_rows,
+    information_criteria,
+    score,
+)
+from erclutch.fit.choice.turned_down import NOT_IDENTIFIED
 from erclutch.fit.fit_settings import Settings
-from erclutch.fit.haste_widths import with_haste
-from erclutch.fit.new_fields import wider_at_new_fields
-from erclutch.fit.outcome import MEANINGLESS, AnyOutcome
-from erclutch.fit.prediction_bands import HeldBand, calibrated, judged
-from erclutch.fit.scoring import TOLERATED, BandedFigure, Score, excess, independent_rows, information_criteria, score
-from erclutch.fit.turned_down import NOT_IDENTIFIED
+from erclutch.fit.solver.outcome import MEANINGLESS, AnyOutcome
 from erclutch.logs.dataset import Dataset
 from erclutch.models.model import Model
 from erclutch.models.stages import slip_stages

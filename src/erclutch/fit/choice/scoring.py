@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from erclutch.fit.intervals import bandwidth_of, correlated_rows
+from erclutch.fit.solver.intervals import bandwidth_of, correlated_rows
 from erclutch.signals.array import Array, largest_size, rms
 
 _RESAMPLES = 1000

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from erclutch.fit.scoring import TOLERATED, excess
+from erclutch.fit.choice.scoring import TOLERATED, excess
 from erclutch.signals.array import Array
 
 #: Squared error of a freer model on each part, over that of the model that more physics binds: fading costs a little.

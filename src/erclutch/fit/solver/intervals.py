@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from erclutch.fit.laws.variable_projection import triangle_of
+from erclutch.fit.solver.variable_projection import triangle_of
 from erclutch.signals.array import Array, Mask
 
 _ORDERS = 6  # of the autoregression that whitens a score, at most

@@ -17,9 +17,9 @@ from erclutch import registry
 from erclutch.fit.laws.fit_law import reference_of
 from erclutch.fit.laws.law_problem import separable
 from erclutch.fit.laws.shapes_told import shapes_told
-from erclutch.fit.laws.variable_projection import coordinates, outer_problem, parameters, project
-from erclutch.fit.levenberg_marquardt import minimise
 from erclutch.fit.log_groups import chessboard, groups_of
+from erclutch.fit.solver.levenberg_marquardt import minimise
+from erclutch.fit.solver.variable_projection import coordinates, outer_problem, parameters, project
 from erclutch.logs.dataset import Dataset
 from erclutch.models.laws import ShapeParameter
 from erclutch.models.stages import GROUP, NONE, stage_named

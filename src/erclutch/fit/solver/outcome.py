@@ -8,8 +8,8 @@ from typing import Any, Generic, Literal, TypeVar
 
 import numpy as np
 
-from erclutch.fit.intervals import as_json
-from erclutch.fit.levenberg_marquardt import Stop
+from erclutch.fit.solver.intervals import as_json
+from erclutch.fit.solver.levenberg_marquardt import Stop
 from erclutch.models.model import Model
 from erclutch.signals.array import Array
 from erclutch.signals.shown import Shown, one_line

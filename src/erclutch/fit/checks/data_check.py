@@ -10,8 +10,8 @@ from re import compile as pattern
 import numpy as np
 
 from erclutch.errors import CheckError, shell_word
-from erclutch.fit.finding import Finding
-from erclutch.fit.sensor_check import sensor_findings
+from erclutch.fit.checks.finding import Finding
+from erclutch.fit.checks.sensor_check import sensor_findings
 from erclutch.fit.training_range import range_of
 from erclutch.logs.clock.resample import RESAMPLED
 from erclutch.logs.dataset import Dataset

@@ -17,7 +17,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from erclutch.fit.intervals import correlated_rows
+from erclutch.fit.solver.intervals import correlated_rows
 from erclutch.logs.dataset import Dataset
 from erclutch.models.adaptive_band import adapted
 from erclutch.models.alarms import LONG, block_rows, in_half_widths, part_of

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
-from erclutch.fit.finding import Finding
+from erclutch.fit.checks.finding import Finding
 from erclutch.logs.dataset import Dataset
 from erclutch.signals.array import Array
 from erclutch.signals.percent import percent

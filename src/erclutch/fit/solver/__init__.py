@@ -1,0 +1,1 @@
+"""Least squares with bounds, variable projection and the intervals of what they find: nothing here knows a law."""
