@@ -12,7 +12,8 @@ from hypothesis import strategies as st
 from erclutch.errors import SettingError, ShortLogError
 from erclutch.fit.checks.data_check import check
 from erclutch.fit.past_samples import past_rows
-from erclutch.logs import recording_from_arrays, resample
+from erclutch.logs import recording_from_arrays
+from erclutch.logs.clock import resample
 from erclutch.logs.clock.resample import PASSED, resampled
 from erclutch.logs.dataset import build_dataset
 from erclutch.logs.held_out import hold_out
