@@ -34,7 +34,8 @@ def test_few_rooms_and_few_modules_on_the_ground_floor(house: Any) -> None:
 
 
 def test_the_layers_are_few_lines(house: Any) -> None:
-    assert 0 < house.contract_lines <= 16
+    # Ten lines of the core, four of the wings, and the inner layers of the two largest rooms: fits and logs.
+    assert 0 < house.contract_lines <= 24
 
 
 @pytest.mark.slow
