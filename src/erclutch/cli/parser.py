@@ -14,7 +14,7 @@ from cyclopts import App, CycloptsError, Group, MissingArgumentError, Parameter
 from erclutch._version import __version__
 from erclutch.cli.command_list import Command, commands
 from erclutch.cli.failed import failed
-from erclutch.cli.folded_help import Flowing
+from erclutch.cli.folded_help import HELP_ALL, Flowing
 from erclutch.cli.overview import TITLE, first_steps
 
 if TYPE_CHECKING:
@@ -167,7 +167,8 @@ def load_command(words: Sequence[str]) -> None:
     if not command.plugin.own:
         del app[command.name]
         _offer(command, command.plugin.guarded(function))
-    app[command.name].usage = _usage(command.name)
+    if not {*app.help_flags, HELP_ALL}.isdisjoint(words):  # it takes as long to make as the words to parse
+        app[command.name].usage = _usage(command.name)
 
 
 def _arguments(name: str) -> ArgumentCollection:

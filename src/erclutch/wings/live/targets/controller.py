@@ -132,11 +132,10 @@ def _loop_code() -> str:
 
 def _with_own_names(code: str) -> str:
     """Functions and constants of the loop's files under the export's name: a build may join two exports in a file."""
-    for name in re.findall(r"^static [\w ]+?(?!erc_)\b(\w+)\(", code, flags=re.MULTILINE):
-        code = re.sub(rf"\b{name}\(", f"NAME_control_{name}(", code)
-    for name in re.findall(r"^#define (\w+)", code, flags=re.MULTILINE):
-        code = re.sub(rf"\b{name}\b", f"NAME_CONTROL_{name}", code)
-    return code
+    functions = "|".join(re.findall(r"^static [\w ]+?(?!erc_)\b(\w+)\(", code, flags=re.MULTILINE))
+    code = re.sub(rf"\b({functions})\(", r"NAME_control_\1(", code)
+    constants = "|".join(re.findall(r"^#define (\w+)", code, flags=re.MULTILINE))
+    return re.sub(rf"\b({constants})\b", r"NAME_CONTROL_\1", code)
 
 
 def _members() -> dict[str, str]:
