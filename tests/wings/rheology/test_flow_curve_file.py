@@ -184,7 +184,7 @@ def test_columns_named_after_the_sample_are_told(written: Written) -> None:
 @pytest.mark.parametrize(
     ("head", "words"),
     [
-        ("shear rate [rpm],stress [Pa]", "no column is surely the shear rate"),
+        ("shear rate [rpm],stress [Pa]", "no column is the shear rate: 'shear rate' is the speed of a rotor"),
         ("shear rate [Pa],shear stress [Pa]", "is a shear rate by its name and a shear stress by its unit"),
         ("frequency [Hz],storage modulus [Pa]", "the test is an oscillation"),
         ("shear rate [1/s],normal stress [Pa]", "no column is surely the shear stress"),

@@ -166,15 +166,22 @@ def test_a_rotor_speed_is_asked_about_with_the_factors_of_the_commonest_geometry
     [
         "Sample,R600,R300,R200,R100,R6,R3",
         "No,600 rpm,300 rpm,200 rpm,100 rpm,6 rpm,3 rpm",
-        "t,Theta 600,Theta 300,Theta 6",
+        "t,Theta 600,Theta 300,Theta 100,Theta 6",
     ],
 )
-def test_readings_at_one_speed_each_are_no_columns_of_a_curve(tmp_path: Path, head: str) -> None:
+def test_readings_at_one_speed_each_are_a_curve_a_row(tmp_path: Path, head: str) -> None:
     readings = [row * np.linspace(60.0, 5.0, head.count(",")) for row in (1.0, 1.1, 1.3)]
     lines = [f"{place},{','.join(f'{value:.1f}' for value in row)}" for place, row in enumerate(readings)]
     with pytest.raises(MappingError, match="a row is a flow curve") as asked:
         read_flow_curves(written(tmp_path, "\n".join([head, *lines])))
-    assert "a row for each speed" in asked.value.remedy
+    rate, stress = "[1.7023 1/s]", "[0.511 Pa]"
+    assert rate in asked.value.remedy
+    assert stress in asked.value.remedy
+    file = read_flow_curves(tmp_path / "flow.csv", shear_rate=rate, stress=[stress])
+    speeds = [float("".join(filter(str.isdigit, name))) for name in head.split(",")[1:]]
+    for curve, row in zip(file.curves, readings, strict=True):
+        assert curve.rate == pytest.approx(1.7023 * np.array(speeds))
+        assert curve.stress == pytest.approx(0.511 * row, rel=1e-3, abs=0.03)
 
 
 @pytest.mark.parametrize("mark", ["\t", ",", ";"])

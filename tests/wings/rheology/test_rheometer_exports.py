@@ -104,6 +104,11 @@ def test_rows_of_rheocompass_with_and_without_their_first_cell(tmp_path: Path, m
     assert holds_the_curve(read_flow_curves(file_of(tmp_path, compass(margin))))
 
 
+def test_a_blank_line_below_the_units_ends_no_table(tmp_path: Path) -> None:
+    text = compass("\t").replace("[Pa·s]\n", "[Pa·s]\n\n")
+    assert holds_the_curve(read_flow_curves(file_of(tmp_path, text)))
+
+
 def test_a_row_with_a_cell_too_many_is_refused(tmp_path: Path) -> None:
     text = compass("\t").replace(f"{STRESSES[2]:.9g}\t", f"{STRESSES[2]:.9g}\t7\t")
     with pytest.raises(LogError, match=r"line 8 has 4 cells where 3 are expected"):

@@ -18,12 +18,15 @@ Role = Literal[Quantity, "other", "unknown"]
 #: Japanese and more behind English. Quantities that share a word or a unit with a flow curve and are none come first.
 _WORDS: dict[Role, tuple[str, ...]] = {
     "other": (
-        *("modul", "normal", "oscill", "complex", "komplex", "kinemat", "frequen", r"\bfreq\b", "yield", "ratio"),
+        *("modul", "normal", "oscill", "complex", "komplex", "kinemat", "frequen", r"\bfreq\b", "yield", r"\bratio\b"),
         *(r"\bstrain\b(?![ -]?rate)", "(?<!taux de )(?<!vitesse de )deformation", "torque", "drehmoment", "couple"),
         *(r"\bpress(?:ure)?\b", r"\bdruck", r"\bpression", r"\bpres[is]on", "pressao", "压力", "圧力"),
         *("speed", "drehzahl", "flow rate", "moment", r"\brpm\b"),
         *("temp", "time", "zeit", "tiempo", "interval", "sampling", r"\bgap\b", "spalt", "angle", "winkel", "status"),
         *(r"\bpoint", r"\bpts?\b", r"\bpkt", r"\bno\b", r"\bnr\b", r"stand\w+ dev", r"\bstd\b", "error"),
+        # What replicates scatter by.
+        *(r"\bs ?d\b", r"\bse\b", r"\bsem\b", r"\bst(?:d|ab)?dev", r"\brsd\b", r"\bcv\b", r"\berr\b", "±", "uncertain"),
+        *("abweichung", "ecart[ -]type", "desviacion", "desvio", "标准偏?差", "標準偏差", "отклонен"),
         *("температур", "врем", "давлен", "скорост. ротора", "об мин", "угол", "крутящ"),
         *("温度", "时间", "時間", "扭矩", "トルク", "序号", "点", "转速", "回転", "频率", "周波数"),
         # The highest stress of a start-up is no steady one; a tensor's component is numbered behind a colon.
@@ -42,7 +45,17 @@ _WORDS: dict[Role, tuple[str, ...]] = {
         *("전단 ?(?:속도|율)", "剪切速[率度]", "剪切率", "せん断速度", "ずり速度", r"\bg ?dot\b"),
     ),
     "stress": (
-        *("shear[ -]?stress", r"\bstress\b", r"\btau\b", "τ", r"\bsigma\b", "σ", "schubspannung", "scherspannung"),
+        *(
+            "shear[ -]?stress",
+            r"\bstress\b",
+            r"\btau\b",
+            "τ",
+            r"\bsigma\b",
+            "σ",
+            "^ss$",
+            "schubspannung",
+            "scherspannung",
+        ),
         *("contrainte", "cission", "esfuerzo", "tension (?:de corte|cort)", "tensao de (?:cisalh|corte)"),
         *("sforzo di taglio", "schuifspanning", "naprezenie scin", "kayma gerilm", r"напряж\w* сдвига"),
         *("전단 ?응력", "剪切应力", "剪切力", "剪應力", "剪应力", "切应力", "せん断応力", "ずり応力"),

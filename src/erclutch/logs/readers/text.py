@@ -41,7 +41,7 @@ from erclutch.logs.readers.text_bytes import (
 from erclutch.logs.readers.text_cells import BLANK, CORRECT, long_rows, read_cells, refuse_ragged
 from erclutch.logs.readers.text_rows import blocks_in, rows_of_body
 from erclutch.logs.readers.text_tables import read_tables
-from erclutch.logs.readers.unit_cells import without_units_in_cells
+from erclutch.logs.readers.unit_cells import units_beside, without_units_in_cells
 from erclutch.logs.table import Table
 from erclutch.signals.array import Array
 
@@ -200,6 +200,9 @@ def _table(
 
     clock_name, clock = dates.clock_of(texts)
     words = words_of(texts)
+    units_behind = units_beside(dialect.names, texts)
+    for label, unit in units_behind.items():
+        notes.append(f"column {label} is in {unit}, as the column behind it says")
     for label, cells in texts.items():
         if label in (clock_name, *clock_name.split(" and ")):
             continue
@@ -225,7 +228,11 @@ def _table(
     table = Table(
         name=source.name,
         columns=columns,
-        units={label: unit for label, unit in zip(dialect.names, dialect.units, strict=True) if label in kept},
+        units={
+            label: unit or units_behind.get(label)
+            for label, unit in zip(dialect.names, dialect.units, strict=True)
+            if label in kept
+        },
         digest=source.digest,
         numbers={label: place for place, label in enumerate(dialect.names, start=1) if label in columns},
         sample_period=period,

@@ -5,18 +5,25 @@ from __future__ import annotations
 import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any
 
 from erclutch.logs.readers.cells import is_comment
 from erclutch.logs.readers.dialect import LINE_END
 from erclutch.signals import units
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 _LOOKED_AT = 1 << 13  # last characters
 _FEWEST = 3  # rows
 _DELIMITERS = ("\t", ";", ",", "|")
 _LONGEST_UNIT = 12  # characters
 _MEASURED = re.compile(
-    rf"\s*([+-]?(?:\d+(?:[.,]\d*)?|[.,]\d+)(?:[eE][+-]?\d+)?)\s*([^\W\d_]|[%°µ])([^\s\d,;]{{0,{_LONGEST_UNIT}}})\s*"
+    r"\s*([+-]?(?:\d+(?:[.,]\d*)?|[.,]\d+)(?:[eE][+-]?\d+)?)\s*([^\W\d_]|[%°µ]|(?<=\s)1/[^\W\d_])"
+    rf"([^\s\d,;]{{0,{_LONGEST_UNIT}}})\s*"
 )
+_CALLED_UNIT = re.compile(r"(?:units?|einheit|unit[eé]s?|unidad(?:es)?|单位|単位|ед)\b.*", re.IGNORECASE)
 
 
 def without_units_in_cells(text: str) -> tuple[str, str]:
@@ -43,6 +50,23 @@ def without_units_in_cells(text: str) -> tuple[str, str]:
     return "\n".join(
         delimiter.join(cells) for cells in rows
     ), f"cells hold their units ({said}): read as numbers in them"
+
+
+def units_beside(names: Sequence[str], texts: Mapping[str, pd.Series[Any]]) -> dict[str, str]:
+    """Units that stand in a column of their own behind the column of their numbers, by the name of the latter.
+
+    Args:
+        names: of all columns, in the order of the file.
+        texts: cells of the columns that hold no numbers, by name.
+    """
+    beside: dict[str, str] = {}
+    for name, behind in pairwise(names):
+        if name in texts or behind not in texts or not _CALLED_UNIT.fullmatch(behind):
+            continue
+        words = [str(word).strip("[]() ") for word in texts[behind].dropna().unique()]
+        if len(words) == 1 and units.is_unit(words[0]):
+            beside[name] = words[0]
+    return beside
 
 
 def unit_in(cell: str) -> str | None:

@@ -23,6 +23,11 @@ from erclutch.signals.array import Array
 from erclutch.wings.rheology.flow_plan import FlowPlan
 
 _TEMPERATURE = re.compile(r"\btemp|温度|온도|температур")
+#: What is set before a flow curve is taken, in units that other columns have too.
+_SET_BY_HAND = re.compile(
+    r"\bgap\b|\bspalt|entrefer|concentrat|konzentration|\bconc\b|fraction|content|dosage"
+    r"|loading|\bwt\b|\bvol ?%|\bphi\b|\bage\b|浓度|濃度|含量|концентрац"
+)
 #: Units of what is set before a flow curve is taken.
 _SET = ("A", "V", "V/m", "T", "A/m")
 _MOST_LEVELS = 50  # that are the same number in all their rows
@@ -117,8 +122,8 @@ def _parting(table: Table, plan: FlowPlan) -> dict[str, NDArray[np.intp]]:
         unit = _unit(table, name)
         is_temperature = meaning == "condition" and unit is not None and units.is_temperature(unit)
         levels = levels_of(values, _STEADY if is_temperature else 0.0)
-        if levels is not None and meaning == "condition" and unit is None and not _is_set(values, levels):
-            continue  # a measured temperature without a unit may wander by any number of kelvins
+        if levels is not None and meaning == "condition" and unit is None and not _are_far_apart(values, levels):
+            continue  # a measured temperature without a unit may wander
         if levels is None or not any(_repeats_the_sweep(levels, rate) for rate in rates):
             continue
         if meaning == "unknown" and all(map(_is_one_sweep, rates)):
@@ -169,9 +174,20 @@ def _is_set(values: Array, levels: NDArray[np.intp]) -> bool:
     return np.unique(values[levels >= 0]).size == levels.max() + 1
 
 
+def _are_far_apart(values: Array, levels: NDArray[np.intp]) -> bool:
+    """Whether levels of a temperature are set numbers, or apart by more than one regulated temperature wanders."""
+    if _is_set(values, levels):
+        return True
+    starts = [float(values[levels == level].min()) for level in range(1, int(levels.max()) + 1)]
+    ends = [float(values[levels == level].max()) for level in range(int(levels.max()))]
+    return all(start - end > _WIDEST_IN_KELVIN for start, end in zip(starts, ends, strict=True))
+
+
 def _meaning(table: Table, name: str) -> str:
     """Whether a column is a ``condition`` by its unit, ``unknown``, or surely ``no condition``: a time, a count."""
     unit = _unit(table, name)
+    if _SET_BY_HAND.search(plain_name(name)):
+        return "unknown"
     try:
         is_set = unit is not None and (units.is_temperature(unit) or units.fits(unit, _SET))
     except UnitError:

@@ -6,6 +6,7 @@ columns of stresses, sheets of a workbook, or tests of a rheometer's export.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
@@ -24,6 +25,7 @@ from erclutch.signals.percent import percent
 from erclutch.wings.rheology.conditions import asked_about, conditions_note, conditions_of
 from erclutch.wings.rheology.flow_curve import FEWEST_POINTS, FlowCurve
 from erclutch.wings.rheology.flow_plan import CurvePlan, FlowPlan, oscillation, plan_of, require_several_rates
+from erclutch.wings.rheology.rotor_speeds import a_row_for_each_speed
 
 #: What instruments write for a point that they could not measure.
 _SENTINELS = (-9999.0, -999.0, -99.0, 9999.0, 99999.0, 999999.0)
@@ -87,7 +89,8 @@ def read_flow_curves(
                         parted[group.recording] = read_table(path, variable=group.recording)
                     table = rows_of(parted[group.recording], group)
                 speaking = sum(said_by_name(column) in ("rate", "stress", "viscosity") for column in table.columns)
-                plan = _plan_of(table, shear_rate, stress, sheet)
+                table, rate_label, stress_labels = _with_a_row_a_speed(table, shear_rate, stress)
+                plan = _plan_of(table, rate_label, stress_labels, sheet)
                 require_several_rates(plan, table)
                 _require_one_sample(plan, table)
                 conditions = conditions_of(table, plan, parted=any(map(group_of, sheet)))
@@ -157,6 +160,22 @@ def _chosen(
             raise SettingError(f"there is no test {test!r}", where="--sheet", remedy=f"Choose from {there}")
         chosen.append(name)
     return chosen
+
+
+def _with_a_row_a_speed(
+    table: Table,
+    shear_rate: str | None,
+    stress: Sequence[str],
+) -> tuple[Table, str | None, Sequence[str]]:
+    """A table of readings at the same speeds turned, if the options give its two factors alone; with their labels."""
+    factors = [shear_rate or "", *stress]
+    if len(factors) != 2 or not all(re.fullmatch(r"\[[^\[\]]+\]", factor) for factor in factors):
+        return table, shear_rate, stress
+    turned = a_row_for_each_speed(table)
+    if turned is None:
+        return table, shear_rate, stress
+    speeds, *rows = turned.columns
+    return turned, f"{speeds} {factors[0]}", [f"{row} {factors[1]}" for row in rows]
 
 
 def _plan_of(

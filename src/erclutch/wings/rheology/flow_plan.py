@@ -19,18 +19,26 @@ from erclutch.logs.columns.rheometer_names import Quantity, Role, of_oscillation
 from erclutch.logs.table import Table, listed
 from erclutch.signals.array import Mask
 from erclutch.signals.units import parse
-from erclutch.wings.rheology.flow_units import SI, in_plain_units, said_by_unit, unit_of
+from erclutch.wings.rheology.flow_units import SI, in_plain_units, said_by_unit, unit_of, units_above
 from erclutch.wings.rheology.labelled_pairs import CurvePlan, FlowColumn, labelled_pairs
 from erclutch.wings.rheology.rotor_speeds import speed_in_place_of_rate
 
 _CALLED: Mapping[Quantity, str] = {"rate": "shear rate", "stress": "shear stress", "viscosity": "viscosity"}
+_WANTED: Mapping[str, Sequence[Role]] = {"shear rate": ("rate",), "shear stress": ("stress", "viscosity")}
 _PASCAL = parse("Pa").factor
 _MEANING = {"rate": "a shear rate", "stress": "a shear stress", "viscosity": "a viscosity", "other": "neither"}
 
 #: A stress and a viscosity of one row that differ by more than this share have a wrong unit.
 _AGREE = 0.2
-#: What was wanted, beside what was measured.
-_WANTED = re.compile(r"\b(?:target|set|setpoint|nominal|command(?:ed)?|requested|soll|consigne)\b|目标|设定|設定|目標")
+#: What was wanted, or what a law gives, beside what was measured.
+_NOT_MEASURED = re.compile(
+    r"\b(?:target|set|setpoint|nominal|command(?:ed)?|requested|soll|consigne)\b|目标|设定|設定|目標"
+    r"|\b(?:fit(?:ted)?|model(?:l?ed)?|predicted|prediction|residuals?|calc(?:ulated)?|theor\w*|regression)\b"
+    r"|\b(?:bingham|casson|herschel|power law|berechnet|ajust\w*|calcul\w*)\b|拟合|计算|計算|理论|理論"
+)
+#: A column of logarithms: its numbers are no rates and no stresses.
+_LOGARITHM = re.compile(r"(?:log|lg|ln)[ _]?(?:10)?[ _(\[]|log10")
+_NUMBER = re.compile(r"\d+(?:[.,]\d+)?")
 _STEADY = 1.002  # times the lowest stress: what stays below was controlled, as no fluid keeps its stress
 _FEWEST_HELD = 5  # points
 _HELD = 1.2  # times the lowest rate: what stays below is measured at one rate
@@ -79,9 +87,9 @@ def plan_of(
             roles[name] = "other" if name in of_a_swing else _role(table, name)
 
     def of_role(wanted_role: Role) -> list[str]:
-        """Columns that nobody asked for and that have the role; a wanted value only where no measured one is."""
+        """Columns that nobody asked for and that have the role; what was not measured only where nothing else is."""
         named = [name for name, role in roles.items() if role == wanted_role]
-        return [name for name in named if not _WANTED.search(plain_name(name))] or named
+        return [name for name in named if not _NOT_MEASURED.search(plain_name(name))] or named
 
     rates = [_column(table, rate)] if rate else of_role("rate")
     stresses = [_column(table, label) for label in stress]
@@ -93,7 +101,7 @@ def plan_of(
     guessed: list[str] = []
     if not stresses and not viscosities and rates:
         # Columns named after the field or the sample alone, beside a column that is surely the rate.
-        guessed = [name for name in of_role("unknown") if _rises(table, rates[0], name)]
+        guessed = _taken_for_stresses(table, rates[0], of_role("unknown"))
         stresses = guessed
     if not rates or not (stresses or viscosities):
         raise _missing(table, roles, rates)
@@ -111,6 +119,7 @@ def plan_of(
                 times_rate=quantity == "viscosity",
             )
         )
+    _require_no_logarithms(table, curves, asked)
     plan = FlowPlan(tuple(curves), _notes(table, curves, guessed, roles))
     if (
         len(curves) == 1
@@ -270,6 +279,39 @@ def _distinct(table: Table, names: Sequence[str]) -> list[str]:
     return distinct
 
 
+def _taken_for_stresses(table: Table, rate: str, unknown: Sequence[str]) -> list[str]:
+    """Columns without a known name that grow with the rate, and those whose names differ from theirs in a number alone.
+
+    In a strong field the stress hardly grows with the rate, and a column of a series is no less a stress for that.
+    """
+    likely: list[str] = []
+    for name in unknown:
+        counts = np.array_equal(np.diff(table.columns[name]), np.ones(table.rows - 1))
+        if not counts and "%" not in table.label(name):
+            likely.append(name)
+    alike = {name: _NUMBER.sub("#", plain_name(name)) for name in likely}
+    rising = {alike[name] for name in likely if _rises(table, rate, name)}
+    return [name for name in likely if alike[name] in rising]
+
+
+def _require_no_logarithms(table: Table, curves: Sequence[CurvePlan], asked: Mapping[str, str]) -> None:
+    """Refuse columns that hold logarithms by their names.
+
+    Raises:
+        MappingError: such a column, which no option names.
+    """
+    for curve in curves:
+        for column, option in ((curve.rate, "--shear-rate"), (curve.stress, "--stress")):
+            if column.name in asked or not _LOGARITHM.match(column.name.lower().lstrip("(")):
+                continue
+            raise MappingError(
+                f"column {column.name!r} holds logarithms, by its name",
+                where=table.name,
+                remedy="Write the numbers themselves, or where they are no logarithms give "
+                f"{option} {shell_word(f'{column.name} [{column.unit}]')}",
+            )
+
+
 def _rises(table: Table, rate: str, name: str) -> bool:
     """Whether a column without a known name grows with the rate, as every stress of a flow curve does."""
     if unit_of(table, name):
@@ -317,6 +359,7 @@ def _flow_column(
     if unit is None and role == "viscosity" and name not in asked:
         raise _of_unknown_unit(table, name)
     if unit is None:
+        _require_no_unit_above(table, name, role)
         return FlowColumn(name, SI[role], 1.0, f"no unit, taken for {SI[role]}")
     if said_by_unit(unit) != role:
         option = "--shear-rate" if role == "rate" else "--stress"
@@ -328,6 +371,24 @@ def _flow_column(
     base = 1.0 if role == "rate" else _PASCAL
     reason = "asked for" if unit_asked else f"named, in {unit}"
     return FlowColumn(name, unit, parse(unit).factor / base, reason)
+
+
+def _require_no_unit_above(table: Table, name: str, role: Quantity) -> None:
+    """Ask about a column without a unit where the lines above the table speak of another unit than Pa or 1/s.
+
+    Raises:
+        UnitError: they do.
+    """
+    spoken = units_above(table, role)
+    if not spoken:
+        return
+    option = "--shear-rate" if role == "rate" else "--stress"
+    either = f"{option} {shell_word(f'{name} [{spoken[0]}]')}, or {option} {shell_word(f'{name} [{SI[role]}]')}"
+    raise UnitError(
+        f"the column {name!r} has no unit, and the lines above the table speak of {spoken[0]}",
+        where=table.name,
+        remedy=f"Say which: {either}",
+    )
 
 
 def _notes(
@@ -421,11 +482,25 @@ def _missing(table: Table, roles: dict[str, Role], rates: Sequence[str]) -> Mapp
         counts = np.array_equal(np.diff(table.columns[name]), np.ones(table.rows - 1))
         if role == "unknown" and "%" not in table.label(name) and not counts:
             candidates.append(name)
+    unreadable = [problem for name, problem in table.unreadable.items() if said_by_name(name) in _WANTED[what]]
+    if unreadable:
+        return MappingError(
+            f"no column is surely the {what}: {unreadable[0]}",
+            where=table.name,
+            remedy="Give a number in each of its cells, with what it scatters by in a column of its own",
+        )
     if not candidates:  # all are of other quantities, such as a time: none of them may be named
         return MappingError(
             f"no flow curve: no column is surely the {what}, and each is of another quantity {there}",
             where=table.name,
             remedy="Give a table with shear rates and shear stresses or viscosities",
+        )
+    if rates and (spoken := [*units_above(table, "stress"), *units_above(table, "viscosity")]):
+        named = " ".join(shell_word(f"{name} [{spoken[0]}]") for name in candidates)
+        return MappingError(
+            f"no column is surely the {what} {there}, and the lines above the table speak of {spoken[0]}",
+            where=table.name,
+            remedy=f"Name such columns with their unit: {option} {named}",
         )
     # A gamma beside a tau is a rate or a strain: only the user knows, and no other column is more likely.
     likely = [name for name in candidates if plain_name(name) in ("gamma", "gamma point", "shear")]

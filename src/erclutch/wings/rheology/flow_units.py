@@ -66,19 +66,38 @@ def said_by_unit(unit: str | None) -> Role:
     return "other"
 
 
+def units_above(table: Table, quantity: Quantity) -> list[str]:
+    """Units of a quantity, other than the SI's, that stand in the lines above a table, beside other words."""
+    lines = [*(f"{key} {text}" for key, text in table.metadata.items())]
+    lines += [note for note in table.notes if note.startswith("text above the table")]
+    spoken: list[str] = []
+    for word in re.split(r"[\s,;:()\[\]'\"]+", " ".join(lines)):
+        plain = in_plain_units(quantity, word)
+        is_spelled = plain in _SPELLED[quantity] and (len(word) > 2 or word == "cP")
+        if is_spelled and plain not in (SI[quantity], *spoken):
+            spoken.append(plain)
+    return spoken
+
+
 def unit_of(table: Table, name: str) -> str | None:
     """The unit of a column in its file, or the end of its name (``Viscosity_cP``) where that measures a flow curve."""
     named = said_by_name(name)
     unit = table.units.get(name)
     if unit:
         return in_plain_units(named, unit)
+    if named == "unknown":  # the whole name may be a unit: cP, D/cm2
+        for quantity in SI:
+            plain = in_plain_units(quantity, name)
+            if plain in _SPELLED[quantity]:
+                return plain
     match = _AT_THE_END.search(name)
     while match and match.end() < len(name):
         match = _AT_THE_END.search(name, match.start() + 1)
     if match:
         end = match["inside"] or match["bare"]
         plain = in_plain_units(named, end)
-        if said_by_unit(plain) == named:
+        measured = said_by_unit(plain)
+        if measured == named or (named == "unknown" and measured == "rate"):  # rate_1/s
             return plain
     _, end = split_end(name)
     return end if end and said_by_unit(end) in SI else None

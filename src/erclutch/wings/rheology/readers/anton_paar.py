@@ -154,6 +154,8 @@ def _units_from(
         at += 1
         units = _behind(margin, below) if bracketed else []
         if units:  # else the line has words, such as "Constant component", and is passed
+            while at < len(lines) and not any(cells(lines[at], delimiter)):
+                at += 1
             return units, at
     return [], at
 
