@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 
 from erclutch.errors import MappingError
-from erclutch.logs.columns.candidates import candidates, guess
+from erclutch.logs.columns.candidates import candidates
 from erclutch.logs.columns.labels import name_columns
 from erclutch.logs.columns.seen_columns import seen_columns
+from erclutch.logs.planning.one_of_several import guess
 from erclutch.logs.table import Table
 
 FILES = tomllib.loads(Path(__file__).with_name("public_headers.toml").read_text(encoding="utf-8"))["file"]

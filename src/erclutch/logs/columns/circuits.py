@@ -37,9 +37,10 @@ def fields_among(
     if {forms.get(name) for name in named} <= VOLTAGES:
         # The current of a coil is its field as much as its voltage is.
         for column in free:
-            is_current = column.fits(("A",)) and not column.shape.constant
-            is_other = "field" in column.spoken.turned or not (TOLD | OTHER).isdisjoint(column.spoken.stem_words)
-            if column.name not in named and is_current and not is_other:
+            if column.name in named or column.shape.constant or not column.fits(("A",)):
+                continue
+            is_told_or_other = not (TOLD | OTHER).isdisjoint(column.spoken.stem_words)
+            if "field" not in column.spoken.turned and not is_told_or_other:
                 fields.append(column.name)
 
     # A column that hardly changes while another one does is that of a supply.
@@ -50,48 +51,37 @@ def fields_among(
 
 def one_of_a_circuit(seen: SeenColumns, fields: Sequence[str], efforts: Sequence[str]) -> list[str]:
     """The fields without what drives them: the voltage or the command of a coil's current, the current of a motor."""
-    fields = _without_driving_voltages(seen, fields)
-    fields = _without_commands(seen, fields)
-    return _without_currents_of_drives(seen, fields, efforts)
-
-
-def _without_driving_voltages(seen: SeenColumns, fields: Sequence[str]) -> list[str]:
-    """The fields without each voltage that drives a current of the same circuit, by the rest of both names."""
     columns = [seen.columns[name] for name in fields]
+
+    # A voltage that drives a current of the same circuit is no field.
     driving: set[str] = set()
     for voltage in columns:
+        circuit = _circuit(voltage, VOLTAGES)
+        if "dc" in circuit:
+            continue  # the supply of an inverter, whose current is that of no coil
         for current in columns:
-            circuit = _circuit(voltage, VOLTAGES)
-            of_an_inverter = "dc" in circuit  # its supply, whose current is that of no coil
-            if circuit == _circuit(current, CURRENTS) and not of_an_inverter and _drives(voltage, current):
+            if circuit == _circuit(current, CURRENTS) and _drives(voltage, current):
                 driving.add(voltage.name)
-    return [name for name in fields if name not in driving]
+    columns = [column for column in columns if column.name not in driving]
 
-
-def _without_commands(seen: SeenColumns, fields: Sequence[str]) -> list[str]:
-    """The fields without each command (a duty, say) that a measured current goes straight with."""
-    columns = [seen.columns[name] for name in fields]
+    # Nor is a command (a duty, say) that a measured current goes straight with.
     currents = [column for column in columns if column.fits(("A",))]
-    kept: list[str] = []
+    without_commands: list[SeenColumn] = []
     for column in columns:
         is_command = column.spoken.forms["field"] in _COMMANDS and not column.unit
-        if not (is_command and any(go_straight(current.values, column.values) for current in currents)):
-            kept.append(column.name)
-    return kept
+        is_followed = is_command and any(go_straight(current.values, column.values) for current in currents)
+        if not is_followed:
+            without_commands.append(column)
 
-
-def _without_currents_of_drives(seen: SeenColumns, fields: Sequence[str], efforts: Sequence[str]) -> list[str]:
-    """The fields without each that takes the sign of the effort and goes along with it: the current of the drive.
-
-    A coil beside it keeps its sign, whichever way the device turns.
-    """
-    kept: list[str] = []
-    for name in fields:
-        values = seen.columns[name].values
-        if not any(goes_along(values, seen.columns[effort].values) for effort in efforts):
-            kept.append(name)
-    keep_their_sign = [name for name in kept if not takes_both_signs(seen.columns[name].values)]
-    return kept if keep_their_sign else [*fields]
+    # What takes the sign of the effort and goes along with it is the current of the drive. A coil beside it keeps its
+    # sign, whichever way the device turns.
+    of_no_drive: list[SeenColumn] = []
+    for column in without_commands:
+        if not any(goes_along(column.values, seen.columns[effort].values) for effort in efforts):
+            of_no_drive.append(column)
+    coil_is_there = any(not takes_both_signs(column.values) for column in of_no_drive)
+    left = of_no_drive if coil_is_there else without_commands
+    return [column.name for column in left]
 
 
 def _circuit(column: SeenColumn, quantity: Collection[str]) -> frozenset[str]:
@@ -99,7 +89,8 @@ def _circuit(column: SeenColumn, quantity: Collection[str]) -> frozenset[str]:
     rest: set[str] = set()
     for word in column.spoken.stem_words:
         letters = word.rstrip("0123456789")
-        rest.add(word.removeprefix(letters) if letters in quantity else word)
+        number = word.removeprefix(letters)
+        rest.add(number if letters in quantity else word)
     return frozenset(rest - {""})
 
 
@@ -118,5 +109,5 @@ def _drives(voltage: SeenColumn, current: SeenColumn) -> bool:
     known = np.isfinite(volts) & np.isfinite(amperes)
     if not known.any():
         return False
-    most = _OHMS_OF_A_COIL * np.max(amperes[known])  # V
-    return bool(np.max(volts[known]) < most)
+    most_volts = _OHMS_OF_A_COIL * np.max(amperes[known])
+    return bool(np.max(volts[known]) < most_volts)

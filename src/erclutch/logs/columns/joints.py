@@ -18,6 +18,9 @@ _SIDES = frozenset(("motor", "rotor", "joint", "link", "load", "output", "input"
 #: The number of a joint in the name of a file.
 _IN_FILE = re.compile(r"(?:joint|axis|achse|gelenk|motor|axe|eje|关节|軸|轴|関節)[ _-]?0*(\d+)", re.IGNORECASE)
 
+#: Columns of one family: number of the joint -> name of its column.
+Family = dict[str, str]
+
 
 def of_joints(seen: SeenColumns, signal: str, fitting: Iterable[SeenColumn]) -> list[str]:
     """Columns of a signal that has one for each joint, the likely joint first; none where no other signal has so many.
@@ -29,51 +32,65 @@ def of_joints(seen: SeenColumns, signal: str, fitting: Iterable[SeenColumn]) -> 
     """
     if signal not in (*_MOTIONS, "effort"):
         return []
-    families = _families(seen, signal, fitting)
     partners = ("effort",) if signal in _MOTIONS else _MOTIONS
-    numbers = {frozenset(family) for other in partners for family in _families(seen, other, seen.columns.values())}
+    joints_of_partners: set[frozenset[str]] = set()
+    for partner in partners:
+        for family in _families(seen, partner, seen.columns.values()):
+            joints_of_partners.add(frozenset(family))
+
+    # The joint in the name of the file is likely, then those that move most.
+    in_file = {*_IN_FILE.findall(seen.table.name)}
+    joint_of_file = in_file.pop() if len(in_file) == 1 else ""
     names: list[str] = []
-    for family in families:
-        if frozenset(family) in numbers:
-            names += [family[number] for number in _likely_first(seen, family)]
+    for family in _families(seen, signal, fitting):
+        if frozenset(family) not in joints_of_partners:
+            continue
+        moved = {joint: seen.columns[name].moved for joint, name in family.items()}
+        likely_first = sorted(family, key=lambda joint: (joint != joint_of_file, -moved[joint]))
+        names += [family[joint] for joint in likely_first]
     return names if len(names) > 1 else []
 
 
-def joint_of_file(seen: SeenColumns) -> str:
-    """The number of a joint in the name of the log's file, "" for none or several."""
-    numbers = {*_IN_FILE.findall(seen.table.name)}
-    return numbers.pop() if len(numbers) == 1 else ""
-
-
-def _families(seen: SeenColumns, signal: str, columns: Iterable[SeenColumn]) -> list[dict[str, str]]:
-    """Names by the number behind them, of each family of two and more that speaks for the signal by its name.
+def _families(seen: SeenColumns, signal: str, columns: Iterable[SeenColumn]) -> list[Family]:
+    """The families of two and more columns whose names speak for a signal.
 
     Of a robot without sensors of torque those are meant that its drives estimate (``tau_est_0``).
     """
-    seen_ones = [*columns]
-    found = _named_families(seen, signal, seen_ones, frozenset())
-    if found or signal != "effort":
-        return found
-    return _named_families(seen, signal, seen_ones, _ESTIMATED)
+    considered = [*columns]
+    families = _named_families(seen, signal, considered, frozenset())
+    if not families and signal == "effort":
+        families = _named_families(seen, signal, considered, _ESTIMATED)
+    return families
 
 
 def _named_families(
-    seen: SeenColumns, signal: str, columns: Iterable[SeenColumn], passed_over: frozenset[str]
-) -> list[dict[str, str]]:
+    seen: SeenColumns,
+    signal: str,
+    columns: Iterable[SeenColumn],
+    passed_over: frozenset[str],
+) -> list[Family]:
     """The families of `_families`; the words that are passed over say nothing against a name."""
-    families: dict[str, dict[str, str]] = {}
+    families: dict[str, Family] = {}  # by the name without a number
     for column in columns:
-        stem = column.spoken.plain_stem
-        bare = stem.rstrip("0123456789")
-        number = stem.removeprefix(bare).lstrip("0") or "0"
-        words = {*column.spoken.stem_words}
-        is_estimated = not words.isdisjoint(passed_over)
-        if bare == stem or not TOLD.isdisjoint(words) or (signal in column.spoken.turned and not is_estimated):
+        spoken = column.spoken
+        bare = spoken.bare_stem
+        if bare == spoken.plain_stem:
             continue
-        name = " ".join(word for word in column.spoken.stem_words if word not in passed_over)
-        own = headed(name if is_estimated else column.spoken.stem, signal, seen.shared_words)
-        if signal in column.spoken.numbered or own or column.spoken.heads.get(signal):
-            families.setdefault(bare, {})[number] = column.name
+        words = {*spoken.stem_words}
+        is_estimated = not words.isdisjoint(passed_over)
+        is_turned = signal in spoken.turned and not is_estimated
+        if is_turned or not TOLD.isdisjoint(words):
+            continue
+
+        stem = spoken.stem
+        if is_estimated:
+            stem = " ".join(word for word in spoken.stem_words if word not in passed_over)
+        head = headed(stem, signal, seen.shared_words) or spoken.heads.get(signal)
+        if signal in spoken.numbered or head:
+            joint = spoken.plain_stem.removeprefix(bare).lstrip("0") or "0"
+            family = families.setdefault(bare, {})
+            family[joint] = column.name
+
     several = [bare for bare, family in families.items() if len(family) > 1]
     # The torques of a compensation that is switched off never change, and are not those that were measured.
     moving: list[str] = []
@@ -82,42 +99,41 @@ def _named_families(
             moving.append(bare)
     several = moving or several
     # A whole name goes before one with further words: qd before ee_qd.
-    whole = [bare for bare in several if bare in NAMES[signal].split()]
+    whole_names = NAMES[signal].split()
+    whole = [bare for bare in several if bare in whole_names]
     return [families[bare] for bare in whole or several]
-
-
-def _likely_first(seen: SeenColumns, family: dict[str, str]) -> Sequence[str]:
-    """The numbers of a family: that of the file's name first, then the joints that move most."""
-    of_file = joint_of_file(seen)
-    moved = {number: seen.columns[name].moved for number, name in family.items()}
-    return sorted(family, key=lambda number: (number != of_file, -moved[number]))
 
 
 def beside_a_gear(signal: str, named: Iterable[SeenColumn], fitting: Iterable[SeenColumn]) -> list[str]:
     """Columns of another side of a gear than those whose names speak: ``joint_vel`` beside ``motor_vel``."""
-    own = {side_of(column) for column in named}
-    if not own or "" in own or signal not in (*_MOTIONS, "effort"):
+    sides_of_named = {_side_of(column) for column in named}
+    if not sides_of_named or "" in sides_of_named or signal not in (*_MOTIONS, "effort"):
         return []
-    others: list[str] = []
+    of_other_sides: list[str] = []
     for column in fitting:
-        side = side_of(column)
+        side = _side_of(column)
         speaks = signal in column.spoken.may_be and TOLD.isdisjoint(column.spoken.stem_words)
-        if speaks and side and side not in own:
-            others.append(column.name)
-    return others
+        if speaks and side and side not in sides_of_named:
+            of_other_sides.append(column.name)
+    return of_other_sides
 
 
 def of_one_side(seen: SeenColumns, names: Sequence[str], partners: Iterable[str]) -> list[str]:
     """The one column on the side of the gear where all of its partners are; all of the columns where it is not one."""
-    sides = {side_of(seen.columns[name]) for name in partners if name in seen.columns}
+    sides = {_side_of(seen.columns[name]) for name in partners if name in seen.columns}
     if len(sides) != 1 or "" in sides:
         return [*names]
-    alike = [name for name in names if name in seen.columns and side_of(seen.columns[name]) in sides]
-    return alike if len(alike) == 1 else [*names]
+    beside_partners: list[str] = []
+    for name in names:
+        if name in seen.columns and _side_of(seen.columns[name]) in sides:
+            beside_partners.append(name)
+    return beside_partners if len(beside_partners) == 1 else [*names]
 
 
-def side_of(column: SeenColumn) -> str:
+def _side_of(column: SeenColumn) -> str:
     """The word in a name for a side of a gear; "" for none and several."""
     words = {*column.spoken.stem_words}
-    sides = words & _SIDES - ({"load"} if "cell" in words else set())
+    sides = words & _SIDES
+    if "cell" in words:
+        sides -= {"load"}  # a load cell is a sensor
     return sides.pop() if len(sides) == 1 else ""

@@ -198,6 +198,11 @@ class SpokenName:
     ends_in_time: bool
     is_accounted: bool
 
+    @property
+    def bare_stem(self) -> str:
+        """The stem in small letters without the number of a joint, a motor or a channel behind it."""
+        return self.plain_stem.rstrip("0123456789")
+
 
 def spoken_name(name: str) -> SpokenName:
     """What a name says."""

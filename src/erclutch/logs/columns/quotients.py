@@ -1,7 +1,5 @@
 """A column may be made of others: a coefficient of friction of two forces, the slip of an electric machine of a speed.
 
-What a model adds up to an effort, such as gravity, friction and damping, is none beside the effort itself.
-
 The coefficient tells which force rubs and which presses. A machine that would turn at n0 and turns at n has the slip
 1 - n / n0: the number of a table, and no speed of a fluid.
 """
@@ -13,7 +11,6 @@ from itertools import permutations
 
 import numpy as np
 
-from erclutch.logs.columns.names import NOT_MEASURED, PARTS_OF_A_MODEL, TOLD
 from erclutch.logs.columns.seen_columns import NO_UNITS, SeenColumn, SeenColumns
 from erclutch.logs.columns.shapes import FEW, LOOKED_AT
 from erclutch.signals.array import Array
@@ -35,18 +32,21 @@ def rubbing_force(seen: SeenColumns) -> str:
     """
     forces = [column for column in seen.columns.values() if column.unit and column.fits(("N",))]
     for column in seen.columns.values():
-        has_its_name = not _FRICTION.isdisjoint(column.spoken.stem_words)
-        if not has_its_name or column.unit not in (None, *NO_UNITS):
+        is_called_so = not _FRICTION.isdisjoint(column.spoken.stem_words)
+        if not is_called_so or column.unit not in (None, *NO_UNITS):
             continue
         parts = quotient_of(seen, column)
         if parts is not None:
-            return parts[0]
+            rubbing, _ = parts
+            return rubbing
         if len(forces) > _MOST_PARTS:
             continue
-        pairs = permutations(forces, 2)
-        alike = [top.name for top, bottom in pairs if _is_as_large(column.values, top.values, bottom.values)]
-        if len(alike) == 1:
-            return alike[0]
+        as_large: list[str] = []
+        for rubbing, pressing in permutations(forces, 2):
+            if _is_as_large(column.values, rubbing.values, pressing.values):
+                as_large.append(rubbing.name)
+        if len(as_large) == 1:
+            return as_large[0]
     return ""
 
 
@@ -54,59 +54,30 @@ def pressing_loads(seen: SeenColumns, signal: str) -> list[str]:
     """Loads that press: beside a coefficient of friction that is made of no force of the file, they are no effort."""
     if signal != "effort":
         return []
-    coefficients = [column for column in seen.columns.values() if _is_a_coefficient(column)]
-    if not coefficients or rubbing_force(seen):
+    has_coefficient = False
+    loads: list[str] = []
+    for column in seen.columns.values():
+        words = column.spoken.stem_words
+        if column.unit in (None, *NO_UNITS) and not _COEFFICIENT.isdisjoint(words):
+            has_coefficient = True
+        if column.unit and column.fits(("N",)) and "load" in words:
+            loads.append(column.name)
+    if not has_coefficient or rubbing_force(seen):
         return []
-    forces = [column for column in seen.columns.values() if column.fits(("N",))]
-    return [column.name for column in forces if column.unit and "load" in column.spoken.stem_words]
-
-
-def parts_of_a_model(efforts: Iterable[SeenColumn]) -> list[str]:
-    """Columns that a model adds up to an effort, where two and more kinds of parts stand beside another effort.
-
-    Args:
-        efforts: columns that may be the effort by their units.
-    """
-    kinds: set[str] = set()
-    parts: list[str] = []
-    others = 0
-    for column in efforts:
-        if "effort" not in column.spoken.may_be:
-            continue
-        words = PARTS_OF_A_MODEL.intersection(column.spoken.stem_words)
-        if words:
-            parts.append(column.name)
-            kinds |= words
-        elif TOLD.isdisjoint(column.spoken.stem_words):
-            others += 1
-    return parts if len(kinds) > 1 and others else []
-
-
-def with_estimates(seen: SeenColumns, names: list[str]) -> list[str]:
-    """A column that was calculated or calibrated and the estimates beside it: ``tau_cal`` and ``tau_est``."""
-    words = {*seen.columns[names[0]].spoken.stem_words} if len(names) == 1 else set[str]()
-    if "cal" not in words:
-        return names
-    estimates: list[str] = []
-    for column in seen.without(names):
-        own = {*column.spoken.stem_words}
-        if own - NOT_MEASURED == words - {"cal"} and own & NOT_MEASURED:
-            estimates.append(column.name)
-    return [*names, *estimates]
-
-
-def _is_a_coefficient(column: SeenColumn) -> bool:
-    """Whether a column is called a coefficient of friction, and has no unit."""
-    return not _COEFFICIENT.isdisjoint(column.spoken.stem_words) and column.unit in (None, *NO_UNITS)
+    return loads
 
 
 def quotient_of(seen: SeenColumns, column: SeenColumn) -> tuple[str, str] | None:
     """The two columns of one kind whose quotient a column is, as a coefficient of friction is; None: it is none."""
-    others = [other for other in seen.without([column.name]) if other.written_unit and not other.shape.constant]
-    if len(others) > _MOST_PARTS:
+    measured: list[SeenColumn] = []
+    for other in seen.without([column.name]):
+        if other.written_unit and not other.shape.constant:
+            measured.append(other)
+    if len(measured) > _MOST_PARTS:
         return None
-    for top, bottom in permutations(others, 2):
-        if top.written_unit == bottom.written_unit and _is_quotient(column.values, top.values, bottom.values):
+    for top, bottom in permutations(measured, 2):
+        are_of_one_kind = top.written_unit == bottom.written_unit
+        if are_of_one_kind and _is_quotient(column.values, top.values, bottom.values):
             return top.name, bottom.name
     return None
 
@@ -122,10 +93,13 @@ def _is_quotient(column: Array, top: Array, bottom: Array) -> bool:
     below = np.abs(bottom[known][:LOOKED_AT])
     if share.size < FEW or np.std(share) == 0.0:
         return False
-    with np.errstate(over="ignore"):
-        off_as_share = float(np.median(np.abs(share - 1.0 * above / below)))
-        off_in_percent = float(np.median(np.abs(share - 100.0 * above / below)))
-    return bool(min(off_as_share, off_in_percent) <= _DIGITS * np.std(share))
+    allowed = _DIGITS * np.std(share)
+    for whole in (1.0, 100.0):  # a share, or percent
+        with np.errstate(over="ignore"):
+            off = np.abs(share - whole * above / below)
+        if np.median(off) <= allowed:
+            return True
+    return False
 
 
 def _is_as_large(column: Array, top: Array, bottom: Array) -> bool:
@@ -134,8 +108,9 @@ def _is_as_large(column: Array, top: Array, bottom: Array) -> bool:
     if np.count_nonzero(known) < FEW:
         return False
     with np.errstate(over="ignore"):
-        share = np.quantile(np.abs(column[known]), _QUARTERS)
-        made = np.quantile(np.abs(top[known] / bottom[known]), _QUARTERS)
+        quotient = np.abs(top[known] / bottom[known])
+    share = np.quantile(np.abs(column[known]), _QUARTERS)
+    made = np.quantile(quotient, _QUARTERS)
     about_alike = np.abs(made - share) <= _ABOUT * share
     return bool(np.all(share > 0.0) and np.all(about_alike))
 
@@ -144,8 +119,12 @@ def speeds_of_machine(slip: SeenColumn, columns: Iterable[SeenColumn]) -> list[s
     """The columns of speeds whose share a column called slip is; none where it is a speed of its own."""
     if slip.unit not in (None, *NO_UNITS):
         return []
-    speeds = (column for column in columns if column is not slip and column.spoken.forms["slip"])
-    return [speed.name for speed in speeds if _is_share_of(slip.values, speed.values)]
+    speeds: list[str] = []
+    for column in columns:
+        is_called_a_speed = column is not slip and column.spoken.forms["slip"]
+        if is_called_a_speed and _is_share_of(slip.values, column.values):
+            speeds.append(column.name)
+    return speeds
 
 
 def _is_share_of(slip: Array, speed: Array) -> bool:
@@ -156,16 +135,17 @@ def _is_share_of(slip: Array, speed: Array) -> bool:
     if share.size < FEW or np.ptp(share) == 0.0:
         return False
     for whole in _WHOLE_SLIPS:
-        left = 1.0 - share / whole
+        left = 1.0 - share / whole  # of the speed without load
         square = float(left @ left)
         if square == 0.0:
             continue
         without_load = float(left @ turns) / square
         if abs(without_load - whole) <= _ABOUT * whole:
             continue  # of a shaft at 100 rad/s a clutch that slips by s turns at 100 - s: share and slip are one number
-        off = float(np.abs(turns - without_load * left).max())
         digits = _DIGITS_OF_SPEED * abs(without_load)
-        # A speed that changes by no more than its digits is any share's.
-        if np.ptp(turns) > 10.0 * digits and off <= digits:
+        if np.ptp(turns) <= 10.0 * digits:
+            continue  # a speed that changes by no more than its digits is any share's
+        off = np.abs(turns - without_load * left)
+        if off.max() <= digits:
             return True
     return False

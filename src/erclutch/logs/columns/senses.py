@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -35,37 +36,42 @@ def with_senses(table: Table) -> Table:
             speeds.append(name)
         elif "effort" in may_be and takes_both_signs(values):
             efforts.append(name)
-    if len(speeds) != 1 or len(efforts) != 1 or takes_both_signs(table.columns[speeds[0]]):
+    if len(speeds) != 1 or len(efforts) != 1:
         return table
-
     speed = table.columns[speeds[0]]
     effort = table.columns[efforts[0]]
-    for name, column in table.words.items():
-        signs = _signs([words_of(word) for word in column.words])
-        if signs is None or not (column.of_row >= 0).all():
+    moving = np.isfinite(effort) & (np.abs(speed) > 0.0) & (effort != 0.0)
+    if takes_both_signs(speed) or not moving.any():
+        return table
+
+    for name, senses in table.words.items():
+        signs = _signs(senses.words)
+        if signs is None or not (senses.of_row >= 0).all():
             continue
-        sense = signs[column.of_row]  # +1 or -1, shape (n,)
-        moving = np.isfinite(effort) & (np.abs(speed) > 0.0) & (effort != 0.0)
-        if not moving.any():
-            continue
+        sense = signs[senses.of_row]  # +1 or -1, shape (n,)
         along = int(np.count_nonzero((effort * sense)[moving] > 0.0))
         agreeing = along / int(np.count_nonzero(moving))
         if max(agreeing, 1.0 - agreeing) < _AGREES:
             continue
-        turned = column.words[int(np.argmin(signs))]
+        turned = senses.words[int(np.argmin(signs))]
         note = f"column {speeds[0]} has no sign and {efforts[0]} has: it is turned where {name} is {turned}"
-        words = {other: each for other, each in table.words.items() if other != name}
+        # The words are used up: they part no rows any more.
+        other_words = {other: column for other, column in table.words.items() if other != name}
         notes = [each for each in table.notes if not each.startswith(f"column {name} parts the rows by")]
-        columns = {**table.columns, speeds[0]: speed * sense}
-        return replace(table, columns=columns, words=words, notes=(*notes, note))
+        return replace(
+            table,
+            columns={**table.columns, speeds[0]: speed * sense},
+            words=other_words,
+            notes=(*notes, note),
+        )
     return table
 
 
-def _signs(words: list[list[str]]) -> Array | None:
-    """The sign of each of two opposite words, shape (2,); None for other words."""
-    if len(words) != 2:
+def _signs(senses: Sequence[str]) -> Array | None:
+    """The sign of each of two opposite senses, shape (2,); None for other words."""
+    if len(senses) != 2:
         return None
-    first, second = ({*each} for each in words)
+    first, second = ({*words_of(sense)} for sense in senses)
     for positive, negative in _OPPOSITES:
         if first & positive and second & negative:
             return np.array([1.0, -1.0])

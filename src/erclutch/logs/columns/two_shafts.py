@@ -64,16 +64,22 @@ def with_differences(table: Table, told: ColumnMap) -> tuple[Table, ColumnMap]:
             ends = _ends_of_clutch(table, signal)
             if ends is None:
                 continue
-            driving, driven = (_speed_of(table.columns[end], signal) for end in ends)
-            if not _turn_as_one(driving, driven):
+            driving, driven = ends
+            speed = _speed_of(table.columns[driving], signal)
+            driven_speed = _speed_of(table.columns[driven], signal)
+            if not _turn_as_one(speed, driven_speed):
                 made[MINUS.join(ends)] = ends
     if not made:
         return table, told
-    values = {name: table.columns[minuend] - table.columns[subtrahend] for name, (minuend, subtrahend) in made.items()}
-    units_of = {name: table.units.get(minuend) for name, (minuend, _) in made.items()}
+
+    differences: dict[str, Array] = {}
+    units_of: dict[str, str | None] = {}
+    for name, (minuend, subtrahend) in made.items():
+        differences[name] = table.columns[minuend] - table.columns[subtrahend]
+        units_of[name] = table.units.get(minuend)
     with_made = replace(
         table,
-        columns={**table.columns, **values},
+        columns={**table.columns, **differences},
         units={**table.units, **units_of},
         made=tuple(made),
     )
@@ -108,26 +114,30 @@ def _ends_of_clutch(table: Table, signal: str) -> tuple[str, str] | None:
     file has one effort at most: of two joints each has its own. No other column may be called like that motion.
     """
     short_names = NAMES[signal].split()
+    si_units = _UNITS_OF_MOTION[signal]
     driving: dict[tuple[str, str | None], list[str]] = {}  # by what the name says besides, and the unit
     driven: dict[tuple[str, str | None], list[str]] = {}
     numbered: dict[tuple[str, str | None], list[str]] = {}
-    whole: set[str] = set()  # columns whose whole name says that they are such a motion
+    called_so: set[str] = set()  # columns whose whole name says that they are such a motion
     efforts = 0
     for name in table.columns:
         said = spoken_name(name)
         unit = table.units.get(name)
-        is_motion = signal in said.may_be | said.within or _fits(name, unit, _UNITS_OF_MOTION[signal])
+        is_motion = signal in said.may_be | said.within or _fits(name, unit, si_units)
         for place, shafts in enumerate((driving, driven)):
-            rest = _without_shaft(said.stem, place)
-            if rest and (is_motion or rest in short_names):
-                shafts.setdefault((rest, unit), []).append(name)
-        if said.forms[signal] and (said.forms[signal] not in NEED_UNIT or unit or said.end):
-            whole.add(name)
-        bare = said.plain_stem.rstrip("0123456789")
+            besides = _without_shaft(said.stem, place)
+            if besides and (is_motion or besides in short_names):
+                shafts.setdefault((besides, unit), []).append(name)
+        bare = said.bare_stem
         if is_motion and bare and bare != said.plain_stem:
             numbered.setdefault((bare, unit), []).append(name)
+
+        form = said.forms[signal]
+        if form and (form not in NEED_UNIT or unit or said.end):
+            called_so.add(name)
         is_effort = "effort" in said.may_be or _fits(name, unit, ("N*m", "N"))
-        efforts += is_effort and not said.is_time
+        if is_effort and not said.is_time:
+            efforts += 1
 
     pairs: list[tuple[str, str]] = []
     for what in driving.keys() & driven.keys():
@@ -137,9 +147,11 @@ def _ends_of_clutch(table: Table, signal: str) -> tuple[str, str] | None:
             first, *others = sorted(family)
             if len(others) == 1 and first.endswith("1") and others[0].endswith("2"):
                 pairs.append((first, others[0]))
-    if len(pairs) != 1 or whole - {*pairs[0]}:  # a slip that is logged needs no difference
+    if len(pairs) != 1:
         return None
-    return pairs[0]
+    ends = pairs[0]
+    slip_is_logged = bool(called_so.difference(ends))  # then it needs no difference
+    return None if slip_is_logged else ends
 
 
 def _fits(name: str, unit: str | None, si_units: tuple[str, ...]) -> bool:
@@ -156,40 +168,49 @@ def _without_shaft(name: str, place: int) -> str:
         place: of the shaft: 0 drives, 1 is driven.
     """
     words = words_of(name)
-    said = [word for word in words if word in _SHAFTS[place]]
-    if len(said) == 1:
-        return " ".join(word for word in words if word not in said)
+    of_shaft = [word for word in words if word in _SHAFTS[place]]
+    if len(of_shaft) == 1:
+        return " ".join(word for word in words if word not in of_shaft)
     letters = plain(name)
     for pair in _EASTERN_SHAFTS:
         if pair[place] in letters:
             return letters.replace(pair[place], "")
-    for word in sorted(_SHAFTS[place], key=len, reverse=True):
-        if len(word) > 4 and letters.startswith(word) and len(letters) > len(word):  # Antriebsdrehzahl
+    longest_first = sorted(_SHAFTS[place], key=len, reverse=True)
+    for word in longest_first:
+        begins_a_compound = len(word) > 4 and letters.startswith(word) and letters != word
+        if begins_a_compound:  # Antriebsdrehzahl
             return letters.removeprefix(word).removeprefix("s")
     return ""
 
 
 def between_shafts(seen: SeenColumns, signal: str) -> list[str]:
     """What may be the slip, or the position, where the file has two shafts: their difference, then each of them."""
-    if not seen.table.made or signal not in _UNITS_OF_MOTION:
+    table = seen.table
+    if not table.made or signal not in _UNITS_OF_MOTION:
         return []
-    ends = _ends_of_clutch(seen.table, signal)
-    made = [name for name in seen.table.made if seen.table.parts_of(name) == ends]
-    return [*made, *ends] if made and ends else []
+    ends = _ends_of_clutch(table, signal)
+    if ends is None:
+        return []
+    differences = [name for name in table.made if table.parts_of(name) == ends]
+    return [*differences, *ends] if differences else []
 
 
 def _turn_as_one(driving: Array, driven: Array) -> bool:
     """Whether two shafts go with each other at all times: a gear is between them, or one is what the other was told."""
-    usual = np.isfinite(driving) & np.isfinite(driven)
-    if not usual.any():
+    known = np.isfinite(driving) & np.isfinite(driven)
+    if not known.any():
         return True
-    bounds = [np.quantile(speed[usual], _USUAL) for speed in (driving, driven)]
-    for speed, (low, high) in zip((driving, driven), bounds, strict=True):  # codes for no measurement go together too
+    usual = known.copy()
+    for speed in (driving, driven):  # codes for no measurement, far from all other numbers, go together too
+        low, high = np.quantile(speed[known], _USUAL)
         usual &= (speed >= low) & (speed <= high)
-    if go_straight(driving[usual], driven[usual]):
+    first = driving[usual]
+    second = driven[usual]
+    if go_straight(first, second):
         return True
-    apart = float(np.abs(driving - driven)[usual].max(initial=0.0))
-    return apart <= _APART * float(np.abs(driving[usual]).max(initial=0.0))
+    apart = float(np.abs(first - second).max(initial=0.0))
+    largest = float(np.abs(first).max(initial=0.0))
+    return apart <= _APART * largest
 
 
 def _speed_of(motion: Array, signal: str) -> Array:
@@ -203,16 +224,17 @@ def is_of_clutch(seen: SeenColumns, signal: str, difference: str, efforts: Itera
     A gear has two shafts too; what its speeds differ by is no slip, and its effort keeps to the sign of each.
     """
     table = seen.table
-    said = " ".join([table.name, *table.columns, *table.metadata, *table.metadata.values()]).lower()
-    if any(word in said for word in _CLUTCH):
+    words_of_file = " ".join([table.name, *table.columns, *table.metadata, *table.metadata.values()]).lower()
+    if any(word in words_of_file for word in _CLUTCH):
         return True
-    motions = [difference, *(table.parts_of(difference) or ())]
-    slip, *shafts = [_speed_of(seen.columns[name].values, signal) for name in motions]
+    slip = _speed_of(seen.columns[difference].values, signal)
     if not takes_both_signs(slip):
         return False
-    for effort in efforts:
-        values = seen.columns[effort].values
-        if _keeps_sign(values, slip) and not any(_keeps_sign(values, speed) for speed in shafts):
+    shafts = table.parts_of(difference) or ()
+    speeds = [_speed_of(seen.columns[shaft].values, signal) for shaft in shafts]
+    for name in efforts:
+        effort = seen.columns[name].values
+        if _keeps_sign(effort, slip) and not any(_keeps_sign(effort, speed) for speed in speeds):
             return True
     return False
 
@@ -224,8 +246,11 @@ def _keeps_sign(effort: Array, speed: Array) -> bool:
     v = speed[known]
     if f.size < FEW:
         return False
-    large = (np.abs(f) > _LARGE * np.abs(f).max()) & (np.abs(v) > _LARGE * np.abs(v).max())
-    if np.count_nonzero(large) < FEW:
+    large_effort = np.abs(f) > _LARGE * np.abs(f).max()
+    large_speed = np.abs(v) > _LARGE * np.abs(v).max()
+    large = large_effort & large_speed
+    rows = np.count_nonzero(large)
+    if rows < FEW:
         return False
-    along = np.count_nonzero(np.sign(f[large]) == np.sign(v[large])) / np.count_nonzero(large)
+    along = np.count_nonzero(np.sign(f[large]) == np.sign(v[large])) / rows
     return max(along, 1.0 - along) >= _TRANSMITS

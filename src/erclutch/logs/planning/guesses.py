@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from erclutch.errors import MappingError, shell_word
-from erclutch.logs.columns.candidates import Guess, candidates, guess
+from erclutch.logs.columns.candidates import candidates
 from erclutch.logs.columns.names import spoken_name
 from erclutch.logs.columns.rheometer_names import of_oscillation
 from erclutch.logs.columns.sensor_scales import scaled
@@ -16,6 +16,7 @@ from erclutch.logs.columns.shapes import is_rate_of, takes_both_signs
 from erclutch.logs.plan import NEEDS, SignalPlan, Sureness
 from erclutch.logs.planning.draft import Draft
 from erclutch.logs.planning.missing_columns import missing
+from erclutch.logs.planning.one_of_several import Guess, guess
 from erclutch.signals.array import Array
 from erclutch.signals.recording import SIGNALS
 from erclutch.signals.units import UNKNOWN
