@@ -8,7 +8,7 @@ import pytest
 from erclutch.logs import ColumnMap, Plan, Table, plan_of
 from erclutch.logs.columns.labels import name_columns, own_unit
 from erclutch.logs.columns.names import spoken_name
-from erclutch.logs.columns.shapes import follows, is_rate_of
+from erclutch.logs.columns.two_courses import follows, is_rate_of
 from erclutch.signals import units
 from erclutch.signals.array import Array
 

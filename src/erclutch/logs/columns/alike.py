@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from erclutch.logs.columns.seen_columns import SeenColumn, SeenColumns
-from erclutch.logs.columns.shapes import go_straight
+from erclutch.logs.columns.two_courses import go_straight
 from erclutch.signals import units
 from erclutch.signals.array import Array
 

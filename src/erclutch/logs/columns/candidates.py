@@ -16,7 +16,8 @@ from erclutch.logs.columns.names import NEED_UNIT, OTHER, SINGLE, TOLD, headed
 from erclutch.logs.columns.of_a_model import parts_of_a_model
 from erclutch.logs.columns.quotients import pressing_loads, speeds_of_machine
 from erclutch.logs.columns.seen_columns import NO_UNITS, SeenColumn, SeenColumns
-from erclutch.logs.columns.shapes import follows, is_rate_of, takes_both_signs
+from erclutch.logs.columns.shapes import takes_both_signs
+from erclutch.logs.columns.two_courses import follows, is_rate_of
 from erclutch.logs.columns.two_shafts import between_shafts
 from erclutch.signals.recording import SIGNALS
 

@@ -12,7 +12,8 @@ import numpy as np
 
 from erclutch.logs.columns.names import CURRENTS, OTHER, TOLD, VOLTAGES
 from erclutch.logs.columns.seen_columns import SeenColumn, SeenColumns
-from erclutch.logs.columns.shapes import go_straight, goes_along, takes_both_signs
+from erclutch.logs.columns.shapes import takes_both_signs
+from erclutch.logs.columns.two_courses import go_straight, goes_along
 from erclutch.signals import units
 
 _OHMS_OF_A_COIL = 1000.0  # at most; an electrorheological fluid has megohms

@@ -1,9 +1,8 @@
-"""What the numbers of a column look like: a slip, a position and its rate, an effort that opposes motion, a counter."""
+"""What the numbers of one column look like: a field that keeps its levels, a slip that turns back, a row counter."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import pi
 
 import numpy as np
 
@@ -19,14 +18,7 @@ LOOKED_AT = 20_000
 FEW = 10
 _LEVELS = 20  # of a switched field at most
 _SELDOM = 0.1  # share of the rows in which it is switched at most
-_ALIKE = 0.98  # correlation of a position with what its speed adds up to
-_BEYOND = 20.0  # upper quartiles: further out are codes for no measurement
-_FOLLOWS = 0.3  # correlation of an effort with a motion
-_STRAIGHT = 0.99  # correlation of the output of a sensor with what it measures
-_GOES_ALONG = 0.9  # correlation of two columns that tell one thing
-#: Of a speed over the rate of its position: units of length and angle that loggers mix.
-_RATIOS = (1.0, 10.0, 100.0, 1000.0, 180 / pi, 30 / pi, 2 * pi, 6.0, 360.0, 60.0)
-_CLOSE = 0.05
+_CROSSINGS = 4  # of the middle of its range, by a motion to and fro
 
 
 @dataclass(frozen=True)
@@ -109,101 +101,16 @@ def spread_of(values: Array) -> float:
     return float((high - low) / abs(middle))
 
 
-def is_rate_of(speed: Array, position: Array, stamps: Array | None) -> bool:
-    """Whether a column is the rate of another one, up to a usual factor between units; see `over_rate`."""
-    if stamps is None:
-        return False
-    ratio = over_rate(speed, position, stamps)
-    return ratio is not None and is_usual_ratio(ratio)
-
-
-def is_usual_ratio(ratio: float) -> bool:
-    """Whether a ratio is one that mixed units make: of millimetres to metres, of degrees to radians."""
-    usual = [*_RATIOS, *(1.0 / each for each in _RATIOS)]
-    return any(abs(ratio * each - 1.0) < _CLOSE for each in usual)
-
-
-def over_rate(speed: Array, position: Array, stamps: Array) -> float | None:
-    """How many times the rate of a position a speed is; None where it does not go with that rate.
-
-    What the speed adds up to is held against the position, since the rate of a noisy position is noise.
-
-    Args:
-        speed: shape (n,).
-        position: shape (n,).
-        stamps: in s, shape (n,).
-    """
-    v = speed[:LOOKED_AT]
-    x = position[:LOOKED_AT]
-    t = stamps[:LOOKED_AT]
-    known = np.isfinite(v) & np.isfinite(x) & np.isfinite(t)
-    v = v[known]
-    x = x[known]
-    t = t[known]
-    if v.size < FEW or np.ptp(v) == 0.0 or np.ptp(x) == 0.0:
-        return None
-    steps = np.diff(t)
-    if np.any(steps < 0) or t[0] == t[-1]:
-        return None
-    trapezoids = 0.5 * (v[1:] + v[:-1]) * steps
-    travel = np.concatenate([[0.0], np.cumsum(trapezoids)])
-
-    # An offset of the speed is none of the motion's: both are compared without a drift.
-    drift = np.column_stack([np.ones_like(t), t - t[0]])
-    drift_of_travel, *_ = np.linalg.lstsq(drift, travel, rcond=None)
-    drift_of_position, *_ = np.linalg.lstsq(drift, x, rcond=None)
-    travel = travel - drift @ drift_of_travel
-    moved = x - drift @ drift_of_position
-    if np.ptp(moved) <= 1e-9 * np.ptp(x) or np.ptp(travel) == 0.0:
-        return None
-    together = float(travel @ moved)
-    square = float(moved @ moved)
-    correlation = together / float(np.sqrt((travel @ travel) * square))
-    return together / square if abs(correlation) > _ALIKE else None
-
-
-def follows(effort: Array, motion: Array) -> bool:
-    """Whether a column takes both signs and goes with a motion or its rate, as the effort of a brake or damper does."""
-    known = np.isfinite(effort) & np.isfinite(motion)
-    if known.any():  # codes for no measurement lie far beyond
-        usual = np.quantile(np.abs(effort[known]), 0.75)
-        known &= np.abs(effort) <= _BEYOND * usual
-    f = effort[known][:LOOKED_AT]
-    v = motion[known][:LOOKED_AT]
-    if f.size < FEW or not (f.min() < 0.0 < f.max()) or np.ptp(v) == 0.0:
-        return False
-    for course in (v, np.gradient(v)):
-        if np.ptp(course) > 0.0:
-            correlation = float(np.corrcoef(f, course)[0, 1])
-            if abs(correlation) > _FOLLOWS:
-                return True
-    return False
-
-
 def takes_both_signs(values: Array) -> bool:
     """Whether some numbers lie above zero and some below."""
     return bool(np.any(values < 0.0) and np.any(values > 0.0))
 
 
-def goes_along(first: Array, second: Array) -> bool:
-    """Whether two columns take both signs, and one is by and large the other one times a number."""
-    known = np.isfinite(first) & np.isfinite(second)
-    a = first[known][:LOOKED_AT]
-    b = second[known][:LOOKED_AT]
-    if a.size < FEW or not takes_both_signs(a) or not takes_both_signs(b):
+def turns_back(motion: Array) -> bool:
+    """Whether a motion comes back by half of its range and goes forth again."""
+    known = motion[np.isfinite(motion)][:LOOKED_AT]
+    if known.size < FEW:
         return False
-    a = a / np.abs(a).max()  # no square of a large number overflows
-    b = b / np.abs(b).max()
-    return bool(abs(np.corrcoef(a, b)[0, 1]) >= _GOES_ALONG)
-
-
-def go_straight(output: Array, measured: Array) -> bool:
-    """Whether one column is the other one times a number plus a number, up to the noise of a sensor."""
-    known = np.isfinite(output) & np.isfinite(measured)
-    a = output[known][:LOOKED_AT]
-    b = measured[known][:LOOKED_AT]
-    if a.size < FEW or np.ptp(a) == 0.0 or np.ptp(b) == 0.0:
-        return False
-    a = a / np.abs(a).max()  # no square of a tiny or a large number is lost
-    b = b / np.abs(b).max()
-    return bool(abs(np.corrcoef(a, b)[0, 1]) >= _STRAIGHT)
+    middle = 0.5 * (known.min() + known.max())
+    crossings = np.flatnonzero(np.diff(known > middle))
+    return crossings.size >= _CROSSINGS

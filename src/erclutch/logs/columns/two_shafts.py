@@ -16,7 +16,8 @@ from erclutch.errors import MappingError
 from erclutch.logs.columns.labels import own_unit, split_label
 from erclutch.logs.columns.names import NAMES, NEED_UNIT, plain, spoken_name, words_of
 from erclutch.logs.columns.seen_columns import SeenColumns
-from erclutch.logs.columns.shapes import FEW, go_straight, takes_both_signs
+from erclutch.logs.columns.shapes import FEW, takes_both_signs
+from erclutch.logs.columns.two_courses import go_straight
 from erclutch.logs.mapping import ColumnMap
 from erclutch.logs.table import MINUS, Table
 from erclutch.signals import units

@@ -3,22 +3,18 @@
 from __future__ import annotations
 
 import re
-from dataclasses import replace
-
-import numpy as np
 
 from erclutch.errors import shell_word
 from erclutch.logs.columns.names import NAMES, SENSES, TOLD, VOLTAGES, words_of
 from erclutch.logs.columns.quotients import rubbing_force
 from erclutch.logs.columns.rheometer_names import said_by_name
-from erclutch.logs.columns.shapes import FEW, LOOKED_AT, go_straight, goes_along, takes_both_signs
+from erclutch.logs.columns.shapes import takes_both_signs, turns_back
+from erclutch.logs.columns.two_courses import go_straight, goes_along
 from erclutch.logs.plan import SignalPlan
 from erclutch.logs.planning.draft import Draft
 from erclutch.logs.planning.guesses import OF_A_SUPPLY, faintness
 from erclutch.logs.planning.missing_columns import missing
-from erclutch.signals.array import Array
 
-_CROSSINGS = 4  # of the middle of its range, by a motion to and fro
 _COMMANDS = ("command", "cmd")
 #: Names of efforts by the unit of their kind.
 _EFFORTS_BY_NAME = {
@@ -38,8 +34,9 @@ def leave_out_the_sensor_of_the_effort(draft: Draft) -> None:
     if field is None or effort is None or not effort.column or not _is_guessed_voltage(draft, field):
         return
     output = draft.table.columns[field.column]
+    measured = draft.table.columns[effort.column]
     strongest = faintness(field, output)
-    if strongest is None or not go_straight(output, draft.table.columns[effort.column]):
+    if strongest is None or not go_straight(output, measured):
         return
     del draft.signals["field"]
     draft.no_signals.append(field.column)
@@ -56,13 +53,13 @@ def doubt_the_current_of_a_drive(draft: Draft) -> None:
     effort = draft.signals.get("effort")
     if field is None or effort is None or field.si not in OF_A_SUPPLY or not field.reason.startswith("guessed"):
         return
-    current = draft.seen.columns.get(field.column)
-    measured = draft.seen.columns.get(effort.column)
-    if current is None or measured is None or not goes_along(current.values, measured.values):
+    current = draft.table.columns.get(field.column)
+    measured = draft.table.columns.get(effort.column)
+    if current is None or measured is None or not goes_along(current, measured):
         return
     doubt = f"which takes the sign of {effort.column} and goes along with it, as the current of a motor does"
     doubt += ": --field none if it drives no coil of a brake or damper"
-    draft.signals["field"] = replace(field, sureness="doubtful", doubt=doubt)
+    draft.doubt("field", doubt)
 
 
 def doubt_the_sensor_of_the_motion(draft: Draft) -> None:
@@ -81,10 +78,10 @@ def doubt_the_sensor_of_the_motion(draft: Draft) -> None:
         if motion is None or not motion.column:
             continue
         measured = draft.table.columns[motion.column]
-        if _turns_back(measured) and go_straight(output, measured):
+        if turns_back(measured) and go_straight(output, measured):
             doubt = f"which goes straight with {motion.column}, as the output of its sensor does"
             doubt += ": --field none if it drives no coil"
-            draft.signals["field"] = replace(field, sureness="doubtful", doubt=doubt)
+            draft.doubt("field", doubt)
             return
 
 
@@ -95,14 +92,13 @@ def doubt_the_command_of_a_drive(draft: Draft) -> None:
         return
     if draft.seen.columns[field.column].spoken.forms["field"] not in _COMMANDS:
         return
-    motions = {"slip", "position", "effort"}
+    names_of_motions = f"{NAMES['slip']} {NAMES['position']} {NAMES['effort']}".split()
     for other in draft.seen.without([field.column]):
-        said = other.spoken
-        letters = {re.sub(r"\d+$", "", word) for word in said.stem_words}
-        told = not TOLD.isdisjoint(letters)
-        if told and any(letters & {*NAMES[signal].split()} for signal in motions):
+        words = {re.sub(r"\d+$", "", word) for word in other.spoken.stem_words}
+        is_told = not TOLD.isdisjoint(words)
+        if is_told and not words.isdisjoint(names_of_motions):
             doubt = f"which stands beside {other.name}, as what a drive was told: --field none if it drives no coil"
-            draft.signals["field"] = replace(field, sureness="doubtful", doubt=doubt)
+            draft.doubt("field", doubt)
             return
 
 
@@ -111,17 +107,9 @@ def _is_guessed_voltage(draft: Draft, field: SignalPlan) -> bool:
     if not field.reason.startswith("guessed"):
         return False
     column = draft.seen.columns[field.column]
-    return column.fits(("V",)) is True or (not column.unit and column.spoken.forms["field"] in VOLTAGES)
-
-
-def _turns_back(motion: Array) -> bool:
-    """Whether a motion comes back by half of its range and goes forth again."""
-    known = motion[np.isfinite(motion)][:LOOKED_AT]
-    if known.size < FEW:
-        return False
-    middle = 0.5 * (known.min() + known.max())
-    sides = np.flatnonzero(np.diff(known > middle))
-    return sides.size >= _CROSSINGS
+    if column.fits(("V",)):
+        return True
+    return not column.unit and column.spoken.forms["field"] in VOLTAGES
 
 
 def doubt_a_speed_without_its_sense(draft: Draft) -> None:
@@ -132,15 +120,19 @@ def doubt_a_speed_without_its_sense(draft: Draft) -> None:
         return
     speed = draft.table.columns.get(slip.column)
     measured = draft.table.columns.get(effort.column)
-    if speed is None or measured is None or takes_both_signs(speed) or not takes_both_signs(measured):
+    if speed is None or measured is None:
+        return
+    if takes_both_signs(speed) or not takes_both_signs(measured):
         return
     for name, column in draft.table.words.items():
         senses = [word for word in column.words if not SENSES.isdisjoint(words_of(word))]
         if len(senses) < 2:
             continue
-        doubt = f"which has no sign, while {name} says {' and '.join(senses[:2])}: give a column whose sign turns, or "
-        doubt += f"--variable {shell_word(f'{name}={senses[0]}')} for the rows of one sense"
-        draft.signals["slip"] = replace(slip, sureness="doubtful", doubt=doubt)
+        first, second, *_ = senses
+        of_one_sense = shell_word(f"{name}={first}")
+        doubt = f"which has no sign, while {name} says {first} and {second}: give a column whose sign turns, or "
+        doubt += f"--variable {of_one_sense} for the rows of one sense"
+        draft.doubt("slip", doubt)
 
 
 def doubt_a_shear_rate_beside_a_torque(draft: Draft) -> None:
@@ -149,10 +141,11 @@ def doubt_a_shear_rate_beside_a_torque(draft: Draft) -> None:
     slip = draft.signals.get("slip")
     if effort is None or slip is None or not slip.column or not slip.reason.startswith("guessed"):
         return
-    is_rate = said_by_name(slip.column) == "rate" and draft.seen.columns[slip.column].fits(("1/s",))
+    is_called_a_rate = said_by_name(slip.column) == "rate"
+    is_rate = is_called_a_rate and draft.seen.columns[slip.column].fits(("1/s",))
     if is_rate and effort.si in ("N*m", "N"):
         doubt = f"which is a shear rate, beside a torque or a force in {effort.si}"
-        draft.signals["slip"] = replace(slip, sureness="doubtful", doubt=doubt)
+        draft.doubt("slip", doubt)
 
 
 def doubt_a_torque_in_a_unit_of_force(draft: Draft) -> None:
@@ -161,10 +154,12 @@ def doubt_a_torque_in_a_unit_of_force(draft: Draft) -> None:
     if effort is None or not effort.column or not effort.reason.startswith("guessed"):
         return
     form = draft.seen.columns[effort.column].spoken.forms["effort"]
+    if effort.si not in _EFFORTS_BY_NAME:
+        return
     for kind, names in _EFFORTS_BY_NAME.items():
-        if form in names and effort.si in _EFFORTS_BY_NAME and effort.si != kind:
+        if form in names and effort.si != kind:
             doubt = f"which is called {form} and is in {effort.unit}, a unit of another kind"
-            draft.signals["effort"] = replace(effort, sureness="doubtful", doubt=doubt)
+            draft.doubt("effort", doubt)
 
 
 def doubt_effort_without_power(draft: Draft) -> None:
@@ -185,5 +180,5 @@ def doubt_effort_without_power(draft: Draft) -> None:
         if draft.seen.columns[guessed.column].spoken.forms[guessed.signal]:
             continue  # its whole name says it
         why = f"in {guessed.si}, which makes no power with the {other.signal} in {other.si}"
-        draft.signals[guessed.signal] = replace(guessed, sureness="doubtful", doubt=why)
+        draft.doubt(guessed.signal, why)
         return

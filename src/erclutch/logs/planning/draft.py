@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -137,6 +137,10 @@ class Draft:
         )
         label = f"{name} [{unit}]" if unit else name
         self.notes.append(f"{signal} <- column {label}{how} ({reason})")
+
+    def doubt(self, signal: str, why: str) -> None:
+        """Say why the choice for a signal is doubtful: the user is asked to confirm it."""
+        self.signals[signal] = replace(self.signals[signal], sureness="doubtful", doubt=why)
 
     def assumed_unit(self, signal: str, values: Array) -> tuple[str, str]:
         """The unit of numbers without a unit, with a note: unknown for a single device, SI for the coaxial pair."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import replace
 
 import numpy as np
 
@@ -12,7 +11,8 @@ from erclutch.logs.columns.candidates import candidates
 from erclutch.logs.columns.names import spoken_name
 from erclutch.logs.columns.rheometer_names import of_oscillation
 from erclutch.logs.columns.sensor_scales import scaled
-from erclutch.logs.columns.shapes import is_rate_of, takes_both_signs
+from erclutch.logs.columns.shapes import takes_both_signs
+from erclutch.logs.columns.two_courses import is_rate_of
 from erclutch.logs.plan import NEEDS, SignalPlan, Sureness
 from erclutch.logs.planning.draft import Draft
 from erclutch.logs.planning.missing_columns import missing
@@ -136,7 +136,7 @@ def _take_guess(draft: Draft, signal: str, found: Guess, motion: str) -> bool:
     strongest = faintness(taken, column.values) if signal == "field" else None
     if strongest is not None:
         doubt = f"which never exceeds {strongest:.3g}, as the output of a sensor: --field none if it drives no coil"
-        draft.signals[signal] = replace(taken, sureness="doubtful", doubt=doubt)
+        draft.doubt(signal, doubt)
     return True
 
 

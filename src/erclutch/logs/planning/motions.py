@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from erclutch.errors import MappingError, shell_word
-from erclutch.logs.columns.shapes import is_usual_ratio, over_rate
+from erclutch.logs.columns.two_courses import is_usual_ratio, over_rate
 from erclutch.logs.planning.draft import Draft
 from erclutch.signals import units
 from erclutch.signals.array import Array
