@@ -236,7 +236,8 @@ class Plan:
         if self.doubts:
             remedy = f"If that is right, say so: {' '.join(self._doubtful_options('s'))}"
             if self.clock is not None and self.clock.doubt:
-                remedy += f", or --time {shell_word(f'{self.clock.column} [ms]')}, or give --rate"
+                small = self.clock.likely if self.clock.likely in ("us", "ns") else "ms"
+                remedy += f", or --time {shell_word(f'{self.clock.column} [{small}]')}, or give --rate"
             raise MappingError("; ".join(self.doubts), remedy=remedy, where=self.log)
 
     def _doubtful_options(self, unit: str = "") -> list[str]:

@@ -146,6 +146,16 @@ def is_same_course(first: Array, second: Array) -> bool:
     return bool(np.ptp(left) <= _SAME_COURSE * np.ptp(a))
 
 
+def is_size_of(column: Array, measured: Array) -> bool:
+    """Whether a column holds the absolute values of a measured one, but for a few digits."""
+    known = np.isfinite(column) & np.isfinite(measured)
+    a = column[known][:LOOKED_AT]
+    b = np.abs(measured[known][:LOOKED_AT])
+    if a.size < FEW or np.ptp(a) == 0.0:
+        return False
+    return bool(np.max(np.abs(a - b)) <= _SAME_COURSE * np.ptp(a))
+
+
 def is_set_point_of(column: Array, measured: Array) -> bool:
     """Whether a column swings between the same two ends as a measured one, which follows it some rows later."""
     known = np.isfinite(column) & np.isfinite(measured)

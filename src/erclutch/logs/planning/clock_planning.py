@@ -91,6 +91,7 @@ def clock_plan(seen: SeenColumns, told: ColumnMap, taken: Sequence[str]) -> Cloc
         factor, zero, how = _as_seconds(name, unit, stamps)
         # A unit that nobody wrote and that nothing tells: the steps must look like seconds.
         taken_for_seconds = told.time is None and not unit and factor == 1.0
+        too_fast = _too_fast(name, unit, stamps, factor) if told.time is None and unit else ""
         return ClockPlan(
             "column",
             name,
@@ -102,8 +103,8 @@ def clock_plan(seen: SeenColumns, told: ColumnMap, taken: Sequence[str]) -> Cloc
             not_signals=(*counters, name),
             reason=choice.source,
             sentence=f"time <- column {name}{how} ({choice.source})",
-            doubt=_doubt(name, stamps) if taken_for_seconds else "",
-            likely=_likely_unit(stamps),
+            doubt=_doubt(name, stamps) if taken_for_seconds else too_fast,
+            likely="s" if too_fast else _likely_unit(stamps),
         )
 
     if table.clock is not None:
@@ -140,6 +141,8 @@ def clock_plan(seen: SeenColumns, told: ColumnMap, taken: Sequence[str]) -> Cloc
 
 _FEWEST_COUNTED = 200  # stamps
 _SLOWEST_IN_MS = 1000.0  # ms a row: above it whole stamps are microseconds
+_FASTEST = 1e-8  # s a row: 100 MHz
+_SLOWEST_IN_US = 1e6  # us a row: from it on they are nanoseconds
 
 
 def points(counters: Sequence[str], sentence: str, reason: str) -> ClockPlan:
@@ -250,7 +253,20 @@ def _doubt(name: str, stamps: Array) -> str:
     step = float(np.median(steps))
     if step < SLOW:
         return ""
-    return f"time is column {name} in s, though it has no unit and grows by {step:.4g} a row, as ms do"
+    counted = _likely_unit(stamps)
+    small = counted if counted in ("us", "ns") else "ms"
+    return f"time is column {name} in s, though it has no unit and grows by {step:.4g} a row, as {small} do"
+
+
+def _too_fast(name: str, unit: str, stamps: Array, factor: float) -> str:
+    """Why stamps may not be in the unit that stands there: no logger takes rows that fast; "" where one may."""
+    steps = np.abs(np.diff(stamps))
+    if steps.size < _FEW_STEPS:
+        return ""
+    step = float(np.median(steps)) * factor  # s
+    if not 0.0 < step < _FASTEST:
+        return ""
+    return f"time is column {name} in {unit}, though it grows by {step:.2g} s a row then, as no logger is fast"
 
 
 def _likely_unit(stamps: Array) -> str:
@@ -265,7 +281,9 @@ def _likely_unit(stamps: Array) -> str:
         return "s"
     if step == 1.0:
         return "" if steps.max() == 1.0 else "s"
-    return "ms" if step <= _SLOWEST_IN_MS else "us"
+    if step <= _SLOWEST_IN_MS:
+        return "ms"
+    return "us" if step < _SLOWEST_IN_US else "ns"
 
 
 def _steady_column(seen: SeenColumns, taken: Sequence[str]) -> str:

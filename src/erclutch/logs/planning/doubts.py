@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-from erclutch.errors import shell_word
+from erclutch.errors import MappingError, shell_word
 from erclutch.logs.columns.names import NAMES, SENSES, TOLD, VOLTAGES, words_of
 from erclutch.logs.columns.quotients import rubbing_force
 from erclutch.logs.columns.rheometer_names import said_by_name
@@ -21,6 +21,8 @@ _EFFORTS_BY_NAME = {
     "N*m": ("torque", "moment", "drehmoment", "coppia"),
     "N": ("force", "kraft", "fuerza", "forza", "dampingforce"),
 }
+#: A unit with a plain number in front of it.
+_RANGE = re.compile(r"\s*(\d{1,6}(?:\.\d+)?)\s*([^\W\d_].*?)\s*")
 _NO_POWER = (("N", "rad/s"), ("N*m", "m/s"))  # units of effort and slip
 
 
@@ -38,9 +40,8 @@ def leave_out_the_sensor_of_the_effort(draft: Draft) -> None:
     strongest = faintness(field, output)
     if strongest is None or not go_straight(output, measured):
         return
-    del draft.signals["field"]
+    _take_back(draft, "field")
     draft.no_signals.append(field.column)
-    draft.notes[:] = [note for note in draft.notes if not note.startswith("field <- ")]
     course = f"never exceeds {strongest:.3g} and goes straight with {effort.column}"
     draft.notes.append(f"column {field.column} {course}: taken for the output of its sensor, left out")
     draft.ask("field", missing(draft.seen, "field", draft.taken))
@@ -57,9 +58,47 @@ def doubt_the_current_of_a_drive(draft: Draft) -> None:
     measured = draft.table.columns.get(effort.column)
     if current is None or measured is None or not goes_along(current, measured):
         return
-    doubt = f"which takes the sign of {effort.column} and goes along with it, as the current of a motor does"
-    doubt += ": --field none if it drives no coil of a brake or damper"
-    draft.doubt("field", doubt)
+    course = f"takes the sign of {effort.column} and goes along with it"
+    spoken = draft.seen.columns[field.column].spoken
+    if spoken.forms["field"] or "field" in spoken.within:
+        doubt = (
+            f"which {course}, as the current of a motor does: --field none if it drives no coil of a brake or damper"
+        )
+        draft.doubt("field", doubt)
+        return
+
+    # A spare input of the bench, whose name says nothing of a coil, is more likely an output of the same sensor.
+    _take_back(draft, "field")
+    label = shell_word(draft.table.label(field.column))
+    problem = f"column {field.column} may be the field by its unit, but {course}, as another output of its sensor does"
+    remedy = f"Say which: --field none, or --field {label}"
+    draft.ask("field", MappingError(problem, remedy=remedy), option="--field none")
+
+
+def ask_about_ranges_of_sensors(draft: Draft) -> None:
+    """Ask about a guessed signal whose unit begins with a number: ``Load [40 N]`` may name the range of its cell.
+
+    A number below 1 is what a count of a converter is worth, and a power in ten is a factor.
+    """
+    for signal, guessed in [*draft.signals.items()]:
+        unit = guessed.unit or ""
+        match = _RANGE.fullmatch(unit)
+        if not guessed.reason.startswith("guessed") or match is None or float(match.group(1)) <= 1.0:
+            continue
+        plain_unit = match.group(2)
+        _take_back(draft, signal)
+        bare = f"--{signal} {shell_word(f'{guessed.column} [{plain_unit}]')}"
+        multiple = f"--{signal} {shell_word(f'{guessed.column} [{unit}]')}"
+        problem = (
+            f"the unit of column {guessed.column} is {unit}: {plain_unit} with the range of its sensor, or steps of it"
+        )
+        draft.ask(signal, MappingError(problem, remedy=f"Say which: {bare}, or {multiple}"), option=bare)
+
+
+def _take_back(draft: Draft, signal: str) -> None:
+    """Take a guess back, and what was noted of it."""
+    del draft.signals[signal]
+    draft.notes[:] = [note for note in draft.notes if not note.startswith(f"{signal} <- ")]
 
 
 def doubt_the_sensor_of_the_motion(draft: Draft) -> None:

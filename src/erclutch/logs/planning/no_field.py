@@ -11,7 +11,14 @@ from erclutch.logs.columns.labels import COUNTS, split_label
 from erclutch.logs.columns.names import TOLD, spoken_name
 from erclutch.logs.columns.quotients import quotient_of
 from erclutch.logs.columns.seen_columns import NO_UNITS, SeenColumn, SeenColumns
-from erclutch.logs.columns.two_courses import are_estimates, go_straight, is_rate_of, is_same_course, is_set_point_of
+from erclutch.logs.columns.two_courses import (
+    are_estimates,
+    go_straight,
+    is_rate_of,
+    is_same_course,
+    is_set_point_of,
+    is_size_of,
+)
 from erclutch.logs.planning.draft import Draft
 from erclutch.logs.planning.stated_field import take_stated_field
 from erclutch.signals import units
@@ -112,6 +119,9 @@ def _why_beside(seen: SeenColumns, column: SeenColumn, taken: Iterable[str]) -> 
     for other in measured:
         if is_same_course(column.values, other.values):
             return f"is {other.name} in other numbers"
+    for other in measured:
+        if is_size_of(column.values, other.values):
+            return f"is {other.name} without its sign" if np.nanmin(other.values) < 0.0 else f"repeats {other.name}"
     for other in measured:
         if is_set_point_of(column.values, other.values):
             return f"is the set point that {other.name} follows"

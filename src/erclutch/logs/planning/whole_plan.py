@@ -22,6 +22,7 @@ from erclutch.logs.mapping import ColumnMap
 from erclutch.logs.plan import NEEDS, OPTIONAL, Invalid, Plan
 from erclutch.logs.planning.clock_planning import choose_clock
 from erclutch.logs.planning.doubts import (
+    ask_about_ranges_of_sensors,
     doubt_a_shear_rate_beside_a_torque,
     doubt_a_speed_without_its_sense,
     doubt_a_torque_in_a_unit_of_force,
@@ -103,6 +104,7 @@ def plan_of(
 
         # What the device needs besides.
         guess_what_is_needed(draft)
+        ask_about_ranges_of_sensors(draft)
         leave_out_the_sensor_of_the_effort(draft)
         doubt_the_current_of_a_drive(draft)
         doubt_the_sensor_of_the_motion(draft)

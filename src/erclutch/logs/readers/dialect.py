@@ -225,8 +225,10 @@ def _with_header(
         header = Header([""] * (width - trailing), None, 0)
         called = f"the columns are called c1 .. c{len(header.labels)}"
         named = _width_of_names(above, marks)
-        if 2 < named < width < 2 * named:
-            notes.append(f"the line above the rows names {named} columns, the rows have {width} cells: {called}")
+        if named > 2 and (named < width < 2 * named or width - trailing < named < 2 * width):
+            notes.append(
+                f"the line above the rows names {named} columns, the rows have {width - trailing} cells: {called}"
+            )
         else:
             notes.append(f"no header row: {called}")
     else:

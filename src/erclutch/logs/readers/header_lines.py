@@ -115,6 +115,8 @@ def header_of(above: Sequence[str], marks: Marks, rows: RowsBelow) -> Header | N
         return Header(last, own_units, 2)
 
     names = _labels(above[-2], marks, rows)
+    if names is None and not last[0]:  # Bluehill writes the number of the specimen over an empty column
+        names = _labels(above[-2], marks, rows, is_numbered=True)
     if names is not None and len(names) == len(last):
         # Names are words: a second line of units, or of what is called like a unit, names nothing.
         if (_are_units(_bare(last)) or _repeat_a_unit(last, names)) and not _are_units(_bare(names)):
@@ -278,8 +280,15 @@ def _is_known(cell: str) -> bool:
     return bool(_NO_FACTOR.fullmatch(cell)) or units.is_unit(cell)
 
 
-def _labels(line: str, marks: Marks, rows: RowsBelow) -> list[str] | None:
-    """Cells of a header line, or None if their number or kind is not that of a header."""
+def _labels(line: str, marks: Marks, rows: RowsBelow, *, is_numbered: bool = False) -> list[str] | None:
+    """Cells of a header line, or None if their number or kind is not that of a header.
+
+    Args:
+        line: as it stands in the file.
+        marks: delimiter and decimal mark.
+        rows: below.
+        is_numbered: whether a whole number may stand in place of the first name, which is left out.
+    """
     was_comment = is_comment(line)
     if was_comment:
         line = line.lstrip("#%/ \t")
@@ -307,6 +316,8 @@ def _labels(line: str, marks: Marks, rows: RowsBelow) -> list[str] | None:
         if lacks_one and marks.delimiter is not None and rows.are_named:
             # R names no column of row names. A line that begins with an empty cell lacks its last cell.
             cells = ["", *cells] if cells[0] else [*cells, ""]
+        if is_numbered and cells[0].isdecimal():
+            cells = ["", *cells[1:]]
         if len(cells) in fitting and any(cells) and not any(marks.is_number(cell) for cell in cells):
             return cells
     return None
