@@ -16,6 +16,7 @@ import tomllib
 from collections import Counter, defaultdict
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from fnmatch import fnmatch
 from functools import cached_property
 from itertools import groupby
 from pathlib import Path, PurePosixPath
@@ -114,16 +115,22 @@ class House:
 
     @cached_property
     def arrows_up(self) -> list[str]:
-        """Imports, those inside of functions and those by a name in a string too, of what stands above or beside."""
+        """Imports, those inside of functions and those by a name in a string too, of what stands above or beside.
+
+        An arrow that a contract names as its exception is none of them.
+        """
         floor: dict[str, int] = {}
         for contract in self.contracts:
             for container in contract.get("containers", [PACKAGE]):
                 for height, layer in enumerate(reversed(contract["layers"])):
                     floor |= dict.fromkeys((f"{container}.{room.strip()}" for room in layer.split("|")), height)
+        allowed = [arrow for contract in self.contracts for arrow in contract.get("ignore_imports", ())]
         names = {module.name for module in self.modules}
         climbs: list[str] = []
         for module in self.modules:
             for target in [*imports(module, names, lazy=True), *imports_by_text(module)]:
+                if any(fnmatch(f"{module.name} -> {target}", arrow) for arrow in allowed):
+                    continue
                 for here, there in zip(_parents(module.name), _parents(target), strict=False):
                     if here != there:
                         if here in floor and floor[here] <= floor.get(there, -1):
