@@ -6,7 +6,7 @@ is no time of a log. A column of words may part the rows: by material, by device
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 
 import numpy as np
 
@@ -15,7 +15,7 @@ from erclutch.logs.clock.regular_grid import DISORDER
 from erclutch.logs.clock.timing import MINIMUM_ROWS
 from erclutch.logs.columns.names import words_of
 from erclutch.logs.columns.row_groups import EACH
-from erclutch.logs.columns.seen_columns import SeenColumn, SeenColumns
+from erclutch.logs.columns.seen_columns import SeenColumns
 from erclutch.logs.planning.clock_planning import points
 from erclutch.logs.planning.draft import Draft
 from erclutch.logs.table import WordColumn, listed
@@ -28,21 +28,29 @@ _MOST_NOISY = 1000  # rows of a table that was swept with noise: more are those 
 _NOISE = 0.01  # of its range, by which a swept speed that was measured goes back at most
 _FEW_POINTS = 100  # rows: of so few, a time that goes back once is the mean time of points
 _NOISE_OF_POINTS = 0.05  # the same, where a column numbers the points: each of them was set, and wanders
+#: What the column is called that numbers the points; a logger counts samples.
 _POINTS_OF = frozenset(
-    {"point", "points", "pt", "pts", "no", "nr", "number", "nummer", "punkt", "messpunkt", "measurement"}
+    ("point", "points", "pt", "pts", "no", "nr", "number", "nummer", "punkt", "messpunkt", "measurement")
 )
 _UNSTEADY = 0.1  # of a step, by which the steps of points differ at least
 _MOST_HOLES = 0.1  # share of the rows that lack a number
 #: Words for the parts of one measurement, whose rows are one log whichever part they are of.
-_PARTS = (
-    "trial test run direction cycle phase state status step rep repetition segment mode sweep load flag valid event "
-    "comment remark note versuch lauf richtung zustand schritt essai sens etat prueba ensayo sentido estado"
+_PARTS = frozenset(
+    (
+        *("trial", "test", "run", "direction", "cycle", "phase", "state", "status", "step", "rep", "repetition"),
+        *("segment", "mode", "sweep", "load", "flag", "valid", "event", "comment", "remark", "note", "versuch"),
+        *("lauf", "richtung", "zustand", "schritt", "essai", "sens", "etat", "prueba", "ensayo", "sentido"),
+        "estado",
+    )
 )
 #: Columns that tell one device or fluid from another; a model is of one of them.
-_KINDS = "material sample specimen fluid oil grease batch company supplier maker motor damper device unit model product"
-
+_KINDS = frozenset(
+    (
+        *("material", "sample", "specimen", "fluid", "oil", "grease", "batch", "company", "supplier", "maker"),
+        *("motor", "damper", "device", "unit", "model", "product"),
+    )
+)
 _SELDOM = 0.01  # of the rows
-_POINTS = "--time none"
 
 
 def take_points(draft: Draft) -> None:
@@ -66,22 +74,55 @@ def take_points(draft: Draft) -> None:
     if draft.seen.columns[slip.column].kind == "Pa":
         return  # points of a rheometer are for `erclutch flowcurve`
 
-    columns = draft.seen.columns.values()
-    speeds = [column for column in columns if "slip" in column.spoken.may_be or column.fits(_SPEEDS)]
-    parted = [*draft.table.words.values(), *_levels(columns)]
-    noise = _NOISE_OF_POINTS if any(_numbers_points(column) for column in columns) else _NOISE
-    swept = [
-        column.name
-        for column in speeds
-        if _goes_one_way(column.values, noise=noise) or any(_sweeps_within(column.values, words) for words in parted)
-    ]
-    if not swept or any(_may_be_time(column) for column in draft.seen.without(draft.taken)):
+    swept = _swept_speed(draft.seen)
+    if not swept:
         return
+    for column in draft.seen.without(draft.taken):
+        is_known = column.unit or column.spoken.is_accounted or column.spoken.may_be - {"position"}
+        if column.shape.rises and not column.shape.counts_rows and not is_known:
+            return  # it may be the time
 
     del draft.questions["time"]
-    sentence = f"no time: column {swept[0]} goes one way through the table, so its rows are points, none after another"
+    sentence = f"no time: column {swept} goes one way through the table, so its rows are points, none after another"
     sentence += ' (--rate "RATE Hz" if they were sampled at a rate)'
-    draft.clock = points(draft.seen.counters, sentence, f"{swept[0]} goes one way")
+    draft.clock = points(draft.seen.counters, sentence, f"{swept} goes one way")
+
+
+def _swept_speed(seen: SeenColumns) -> str:
+    """The first speed that goes one way through the table, or through the rows of each word or level; "" for none."""
+    noise = _NOISE
+    parting = [*seen.table.words.values()]
+    for column in seen.columns.values():
+        if column.shape.counts_rows and not _POINTS_OF.isdisjoint(column.spoken.stem_words):
+            noise = _NOISE_OF_POINTS
+        if column.shape.keeps_levels and np.isfinite(column.values).all():
+            # A few numbers, each for many rows, part the rows as words do.
+            levels, of_row = np.unique(column.values, return_inverse=True)
+            parting.append(WordColumn(tuple(map(str, levels)), of_row.astype(np.int32)))
+
+    for column in seen.columns.values():
+        if "slip" not in column.spoken.may_be and not column.fits(_SPEEDS):
+            continue
+        if _goes_one_way(column.values, noise=noise):
+            return column.name
+        for words in parting:
+            sweeps = [column.values[words.of_row == number] for number in range(len(words.words))]
+            longest = max(sweep.size for sweep in sweeps)
+            if longest >= _FEWEST and all(_goes_one_way(sweep, fewest=3) for sweep in sweeps):
+                return column.name
+    return ""
+
+
+def _goes_one_way(speed: Array, fewest: int = _FEWEST, noise: float = _NOISE) -> bool:
+    """Whether a speed of one sign only grows, or only falls, up to its noise: a share of its range."""
+    if speed.size < fewest or not np.isfinite(speed).all() or speed.min() == speed.max():
+        return False
+    if speed.min() < 0.0 < speed.max():
+        return False
+    back = noise * float(np.ptp(speed)) if _FEWEST <= speed.size <= _MOST_NOISY else 0.0
+    grows = (np.maximum.accumulate(speed) - speed).max() <= back
+    falls = (speed - np.minimum.accumulate(speed)).max() <= back
+    return bool(grows or falls)
 
 
 def _say_what_is_a_map(draft: Draft) -> None:
@@ -94,10 +135,12 @@ def _say_what_is_a_map(draft: Draft) -> None:
         return
     swept = draft.seen.columns[position.column].values
     for column in draft.seen.without([position.column]):
-        if not column.shape.keeps_levels or not np.isfinite(column.values).all():
+        levels = column.values
+        if not column.shape.keeps_levels or not np.isfinite(levels).all():
             continue
-        sweeps = [swept[column.values == level] for level in np.unique(column.values)]
-        if len(sweeps) > 2 and all(sweep.size > 2 and np.all(np.diff(sweep) > 0.0) for sweep in sweeps):
+        sweeps = [swept[levels == level] for level in np.unique(levels)]
+        each_rises = all(sweep.size > 2 and np.all(np.diff(sweep) > 0.0) for sweep in sweeps)
+        if each_rises and len(sweeps) > 2:
             question = draft.questions["time"]
             why = f"{position.column} goes one way anew for each {column.name}, as in a map of efforts at rest"
             problem = f"{question.problem}. {why}: that has no slip, at no rate"
@@ -140,46 +183,11 @@ def _are_few(hole: Mask, *, points: bool) -> bool:
     missing = int(np.count_nonzero(hole))
     if missing > _MOST_HOLES * hole.size:
         return False
-    stretches = int(np.count_nonzero(np.diff(hole.astype(np.int8)) == -1)) + int(not hole[0])
-    return points or hole.size - missing >= MINIMUM_ROWS * stretches
-
-
-def _levels(columns: Iterable[SeenColumn]) -> Iterator[WordColumn]:
-    """Columns that keep a few numbers, each for many rows, as columns of words."""
-    for column in columns:
-        if column.shape.keeps_levels and np.isfinite(column.values).all():
-            levels, of_row = np.unique(column.values, return_inverse=True)
-            yield WordColumn(tuple(map(str, levels)), of_row.astype(np.int32))
-
-
-def _numbers_points(column: SeenColumn) -> bool:
-    """Whether a column counts the rows and is called like the number of a point; a logger counts samples."""
-    return column.shape.counts_rows and not _POINTS_OF.isdisjoint(column.spoken.stem_words)
-
-
-def _goes_one_way(speed: Array, fewest: int = _FEWEST, noise: float = _NOISE) -> bool:
-    """Whether a speed of one sign only grows, or only falls, up to its noise: a share of its range."""
-    if speed.size < fewest or not np.isfinite(speed).all() or speed.min() == speed.max():
-        return False
-    if speed.min() < 0.0 < speed.max():
-        return False
-    back = noise * float(np.ptp(speed)) if _FEWEST <= speed.size <= _MOST_NOISY else 0.0
-    grows = (np.maximum.accumulate(speed) - speed).max() <= back
-    falls = (speed - np.minimum.accumulate(speed)).max() <= back
-    return bool(grows or falls)
-
-
-def _sweeps_within(speed: Array, words: WordColumn) -> bool:
-    """Whether a speed goes one way through the rows of each word."""
-    sweeps = [speed[words.of_row == number] for number in range(len(words.words))]
-    longest = max(sweep.size for sweep in sweeps)
-    return longest >= _FEWEST and all(_goes_one_way(sweep, fewest=3) for sweep in sweeps)
-
-
-def _may_be_time(column: SeenColumn) -> bool:
-    """Whether a column rises as a time does, and neither its name nor its unit says what else it is."""
-    known = column.unit or column.spoken.is_accounted or column.spoken.may_be - {"position"}
-    return column.shape.rises and not column.shape.counts_rows and not known
+    if points:
+        return True
+    ends = np.diff(hole.astype(np.int8)) == -1  # of holes: a stretch begins behind each
+    stretches = int(np.count_nonzero(ends)) + int(not hole[0])
+    return hole.size - missing >= MINIMUM_ROWS * stretches
 
 
 def ask_about_order(draft: Draft) -> None:
@@ -190,19 +198,23 @@ def ask_about_order(draft: Draft) -> None:
     """
     table = draft.table
     clock = draft.clock
-    open_slip = draft.questions.get("slip")
-    has_slip = "slip" in draft.signals or (open_slip is not None and "may be any of" in open_slip.problem)
-    if clock is None or clock.kind != "column" or draft.told.time is not None or not has_slip:
+    if clock is None or clock.kind != "column" or draft.told.time is not None:
         return
+    open_slip = draft.questions.get("slip")
+    is_one_of_several = open_slip is not None and "may be any of" in open_slip.problem
+    if "slip" not in draft.signals and not is_one_of_several:
+        return
+
     stamps = table.columns[clock.column]
     steps = np.diff(stamps[np.isfinite(stamps)])  # what is missing has an error of its own
     back = np.count_nonzero(steps < 0.0)
+    if back == 0 or back == stamps.size - 1:
+        return
     forward = steps[steps > 0.0]
-    are_few = back > 0 and 0 < forward.size < _FEW_POINTS and bool(np.isfinite(stamps).all())
-    if are_few:  # a steady clock that goes back once is that of a log whose rows were mixed up
-        are_few = bool(np.ptp(forward) > _UNSTEADY * np.median(forward))
-    is_slight = back <= DISORDER * stamps.size and not are_few
-    if is_slight or back == stamps.size - 1:
+    are_few_points = 0 < forward.size < _FEW_POINTS and bool(np.isfinite(stamps).all())
+    if are_few_points:  # a steady clock that goes back once is that of a log whose rows were mixed up
+        are_few_points = bool(np.ptp(forward) > _UNSTEADY * np.median(forward))
+    if back <= DISORDER * stamps.size and not are_few_points:
         return
     if any(_begins_anew(stamps, words) for words in table.words.values()):
         return
@@ -210,7 +222,7 @@ def ask_about_order(draft: Draft) -> None:
     times = "1 time" if back == 1 else f"{back} times"
     problem = f"column {clock.column} runs backwards {times} in {stamps.size} rows, as no time of a log does"
     remedy = 'Take the rows as points (--time none), or name the time: --time "NAME [s]"'
-    draft.ask("time", MappingError(problem, remedy=remedy), _POINTS)
+    draft.ask("time", MappingError(problem, remedy=remedy), "--time none")
 
 
 def ask_about_groups(draft: Draft) -> None:
@@ -219,38 +231,45 @@ def ask_about_groups(draft: Draft) -> None:
     Rows of one course of time are one log, whatever is written beside them; so are the trials of one measurement.
     """
     table = draft.table
-    lacks = any(each.problem.startswith("no column") for name, each in draft.questions.items() if name != "field")
-    if not table.words or not table.path or lacks:
+    if not table.words or not table.path:
+        return
+    if any(each.problem.startswith("no column") for name, each in draft.questions.items() if name != "field"):
         return
     clock = draft.clock
-    # Without a time, rows with a speed are taken as points: so the command says that answers the question.
-    are_points = clock.kind == "points" if clock is not None else bool({"slip"} & {*draft.signals, *draft.questions})
-    stamps = None if clock is None else table.columns.get(clock.column)
+    if clock is not None:
+        are_points = clock.kind == "points"
+        stamps = table.columns.get(clock.column)
+    else:
+        # Rows with a speed and no time are taken as points: so the command says that answers the question.
+        are_points = "slip" in draft.signals or "slip" in draft.questions
+        stamps = None
     for name, column in table.words.items():
-        called = {*words_of(name)}
         begins = 0 if are_points or stamps is None else _begins_anew(stamps, column)
         if (not are_points and not begins) or _are_levels(column):
             continue
         # A clock that begins anew now and then is followed without a word of the user.
-        if called & {*_PARTS.split()} and begins <= _SELDOM * column.of_row.size:
+        called = {*words_of(name)}
+        if not called.isdisjoint(_PARTS) and begins <= _SELDOM * column.of_row.size:
             continue
-        shown = listed(column.words, 6)
-        problem = f"column {name} parts the rows into {len(column.words)}: {shown}"
+        problem = f"column {name} parts the rows into {len(column.words)}: {listed(column.words, 6)}"
         first = f"--variable {shell_word(f'{name}={column.words[0]}')}"
         each = f"--variable {shell_word(f'{name}={EACH}')}"
         remedy = f"Take one, such as {first}, or each as a log: {each}"
-        of_kinds = bool(called & {*_KINDS.split()})
-        draft.ask("variable", MappingError(problem, remedy=remedy), first if of_kinds else each)
+        option = each if called.isdisjoint(_KINDS) else first
+        draft.ask("variable", MappingError(problem, remedy=remedy), option)
         return
 
 
 def _are_levels(column: WordColumn) -> bool:
     """Whether the words are quantities, such as 2.5A: levels of something that was set, of one device."""
-    try:
-        found = [units.quantity(word) for word in column.words]
-    except UnitError:
-        return False
-    return all(unit is None or units.is_unit(unit) for _, unit in found)
+    for word in column.words:
+        try:
+            _, unit = units.quantity(word)
+        except UnitError:
+            return False
+        if unit is not None and not units.is_unit(unit):
+            return False
+    return True
 
 
 def _begins_anew(stamps: Array, column: WordColumn) -> int:
