@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 
 import numpy as np
 
@@ -33,12 +33,7 @@ def guess_what_is_needed(draft: Draft) -> None:
     Raises:
         MappingError: a scale that is none. UnitError: a unit that does not fit its signal.
     """
-    named = draft.taken
-    moduli = of_oscillation(draft.table.columns)  # in Pa, and no efforts
-    if moduli:  # nor are the amplitudes of stresses; the stress itself goes to and fro
-        stresses = [column for column in draft.seen.columns.values() if column.fits(("Pa",))]
-        in_pascals = [column.name for column in stresses if not takes_both_signs(column.values)]
-        draft.no_signals += [name for name in dict.fromkeys([*moduli, *in_pascals]) if name not in named]
+    _pass_over_oscillations(draft)
     taken = [*draft.taken, *draft.table.truths]
     for group in NEEDS[draft.device]:
         settled = False
@@ -56,15 +51,11 @@ def guess_what_is_needed(draft: Draft) -> None:
             for signal in option:
                 if signal in draft.signals or signal in draft.questions or signal in draft.declined:
                     continue
-                units_of_sensor: tuple[str, ...] = ()
-                scale = draft.told.scales.get(signal)
-                if scale:
-                    _, _, sensor = scaled(scale, signal)
-                    units_of_sensor = (sensor,) if sensor else ()
                 motions = [draft.signals[each].column for each in ("slip", "position") if each in draft.signals]
                 motion = motions[0] if motions else ""
+                sensor = _unit_of_sensor(draft, signal)
                 try:
-                    likely = guess(draft.seen, signal, taken, units_of_sensor, motion)
+                    likely = guess(draft.seen, signal, taken, sensor, motion)
                 except MappingError as error:
                     doubts.append(error)
                     continue
@@ -72,68 +63,99 @@ def guess_what_is_needed(draft: Draft) -> None:
                     taken.append(likely.column)
                     if signal == "field":
                         _tell_supplies(draft, likely.column, taken)
-            settled = settled or all(signal in draft.signals for signal in option)
+            if all(signal in draft.signals for signal in option):
+                settled = True
         if settled:
-            _settle_several_speeds(draft, doubts if ("slip",) in group else ())
+            if ("slip",) in group and doubts:
+                _settle_several_speeds(draft, doubts[0])
             continue
 
         needed = next(signal for signal in group[0] if signal not in draft.signals)
         names = " or ".join(" and ".join(option) for option in group)
-        or_a_pair = _pair_remedy(draft)
         error = doubts[0] if doubts else missing(draft.seen, needed, taken, names)
-        draft.ask(needed, MappingError(error.problem, remedy=error.remedy + or_a_pair))
+        draft.ask(needed, MappingError(error.problem, remedy=error.remedy + _pair_remedy(draft)))
         if not doubts:
             draft.missing.append(needed)
 
 
-def _settle_several_speeds(draft: Draft, doubts: Sequence[MappingError]) -> None:
+def _pass_over_oscillations(draft: Draft) -> None:
+    """Take what a rheometer's oscillation fills for no signal: moduli, and amplitudes of stresses, in Pa.
+
+    The stress itself goes to and fro.
+    """
+    moduli = of_oscillation(draft.table.columns)
+    if not moduli:
+        return
+    amplitudes: list[str] = []
+    for column in draft.seen.columns.values():
+        if column.fits(("Pa",)) and not takes_both_signs(column.values):
+            amplitudes.append(column.name)
+    named = draft.taken
+    draft.no_signals += [name for name in dict.fromkeys([*moduli, *amplitudes]) if name not in named]
+
+
+def _unit_of_sensor(draft: Draft, signal: str) -> tuple[str, ...]:
+    """The unit of the sensor that a scale makes the signal of, such as V; () for none.
+
+    Raises:
+        MappingError: a scale that is none.
+    """
+    scale = draft.told.scales.get(signal)
+    if not scale:
+        return ()
+    _, _, unit = scaled(scale, signal)
+    return (unit,) if unit else ()
+
+
+def _settle_several_speeds(draft: Draft, doubt: MappingError) -> None:
     """Take the one of several speeds that is the rate of the guessed position; ask where none of them is, or two are.
 
     With the position alone the speeds would be passed over, though one of them may be of another motion.
     """
     position = draft.signals.get("position")
-    if not doubts or "slip" in draft.signals or position is None or not position.column:
+    stamps = draft.seen.stamps
+    if "slip" in draft.signals or position is None or not position.column or position.sureness == "given":
         return
-    if position.sureness == "given" or draft.seen.stamps is None:
+    if stamps is None:
         return
-    place = draft.table.columns[position.column]
-    names, reason = candidates(draft.seen, "slip", draft.taken)
     columns = draft.table.columns
-    logged = [name for name in names if name in columns]
-    rates = [name for name in logged if is_rate_of(columns[name], place, draft.seen.stamps)]
+    names, reason = candidates(draft.seen, "slip", draft.taken)
+    rates: list[str] = []
+    for name in names:
+        if name in columns and is_rate_of(columns[name], columns[position.column], stamps):
+            rates.append(name)
     if len(rates) == 1:
-        found = Guess(rates[0], f"{reason}, and it is the rate of {position.column}")
-        _take_guess(draft, "slip", found, position.column)
+        rate = Guess(rates[0], f"{reason}, and it is the rate of {position.column}")
+        _take_guess(draft, "slip", rate, position.column)
     elif names:
-        draft.ask("slip", doubts[0])
+        draft.ask("slip", doubt)
 
 
-def _take_guess(draft: Draft, signal: str, found: Guess, motion: str) -> bool:
+def _take_guess(draft: Draft, signal: str, likely: Guess, motion: str) -> bool:
     """Take a column that was guessed, and say how sure that is; False for a position that goes with no slip."""
-    table = draft.table
-    column = draft.seen.columns[found.column]
-    named = found.reason.startswith("name")
-    if signal == "position" and motion and column.shape.constant and not draft.seen.columns[motion].shape.constant:
-        draft.notes.append(f"column {column.name} never changes while {motion} does: left out, it is no position")
-        return False
-    if signal == "position" and motion and not named:
+    column = draft.seen.columns[likely.column]
+    is_named = likely.reason.startswith("name")
+    if signal == "position" and motion:
+        speed = draft.seen.columns[motion]
+        if column.shape.constant and not speed.shape.constant:
+            draft.notes.append(f"column {column.name} never changes while {motion} does: left out, it is no position")
+            return False
         # A gap and a travel of something else have the unit of a position too.
-        speed = table.columns[motion]
-        if not is_rate_of(speed, column.values, draft.seen.stamps):
-            option = f"--position {shell_word(table.label(column.name))}"
+        if not is_named and not is_rate_of(speed.values, column.values, draft.seen.stamps):
+            option = f"--position {shell_word(draft.table.label(column.name))}"
             why = f"column {column.name} has the unit of a position, and column {motion} is not its rate"
             draft.notes.append(f"{why}: left out ({option} takes it)")
             return False
 
     si_units = SIGNALS[signal].si_units
     sureness: Sureness
-    if named:  # name and unit agree, or the name speaks alone
+    if is_named:  # name and unit agree, or the name speaks alone
         sureness = "sure" if column.fits(si_units) else "likely"
     else:  # a unit alone asks for the shape too
         sureness = "likely" if column.shape.looks_like(signal) else "doubtful"
-    draft.take(signal, column.name, column.unit_for(si_units), 1.0, f"guessed from its {found.reason}", sureness)
-    taken = draft.signals[signal]
-    strongest = faintness(taken, column.values) if signal == "field" else None
+    reason = f"guessed from its {likely.reason}"
+    draft.take(signal, column.name, column.unit_for(si_units), 1.0, reason, sureness)
+    strongest = faintness(draft.signals[signal], column.values) if signal == "field" else None
     if strongest is not None:
         doubt = f"which never exceeds {strongest:.3g}, as the output of a sensor: --field none if it drives no coil"
         draft.doubt(signal, doubt)
@@ -143,9 +165,10 @@ def _take_guess(draft: Draft, signal: str, found: Guess, motion: str) -> bool:
 def faintness(field: SignalPlan, values: Array) -> float | None:
     """The largest field in its unit, where that is too little for a coil; None where it may drive one."""
     strongest = float(np.nanmax(np.abs(values), initial=0.0)) * abs(field.factor)
-    is_too_little = field.si in OF_A_SUPPLY and 0.0 < strongest < _FAINT_FIELD
-    called_so = spoken_name(field.column).forms["field"] == "field"
-    return strongest if is_too_little and not called_so else None
+    if field.si not in OF_A_SUPPLY or not 0.0 < strongest < _FAINT_FIELD:
+        return None
+    is_called_field = spoken_name(field.column).forms["field"] == "field"
+    return None if is_called_field else strongest
 
 
 def _tell_supplies(draft: Draft, field: str, taken: Iterable[str]) -> None:
@@ -153,12 +176,13 @@ def _tell_supplies(draft: Draft, field: str, taken: Iterable[str]) -> None:
     if not draft.seen.columns[field].varies:
         return
     for column in draft.seen.without(taken):
-        if column.fits(("V", "A")) and "field" in column.spoken.may_be and column.is_steady:
-            low = np.nanmin(column.values)
-            high = np.nanmax(column.values)
-            level = f"{low:.4g} to {high:.4g} {column.unit_for(('V', 'A'))}"
-            course = f"keeps near one level, {level}, while {field} changes"
-            draft.notes.append(f"column {column.name} {course}: taken for a supply, left out")
+        if not column.fits(("V", "A")) or "field" not in column.spoken.may_be or not column.is_steady:
+            continue
+        low = np.nanmin(column.values)
+        high = np.nanmax(column.values)
+        level = f"{low:.4g} to {high:.4g} {column.unit_for(('V', 'A'))}"
+        course = f"keeps near one level, {level}, while {field} changes"
+        draft.notes.append(f"column {column.name} {course}: taken for a supply, left out")
 
 
 def _pair_remedy(draft: Draft) -> str:

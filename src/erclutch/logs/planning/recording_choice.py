@@ -18,7 +18,6 @@ from erclutch.logs.plan import Plan
 from erclutch.logs.planning.whole_plan import is_log, plan_of, signals_of
 from erclutch.logs.readers.found_recordings import JOINT
 from erclutch.logs.table import Table, listed
-from erclutch.signals.array import Array
 from erclutch.signals.device import DeviceName
 
 _MOST = 40  # recordings that are looked into
@@ -58,31 +57,39 @@ def table_of_log(
     tables = tables_of(path, names, told)
     logs = {name: table for name, table in tables.items() if is_log(table, told, device)}
     # Beside a log, a table of fewer rows than a log has is a summary.
-    logs = {name: table for name, table in logs.items() if table.rows >= MINIMUM_ROWS} or logs
+    long_logs = {name: table for name, table in logs.items() if table.rows >= MINIMUM_ROWS}
+    logs = long_logs or logs
     if len(logs) == 1:
         name, table = next(iter(logs.items()))
-        others = ", ".join(other for other in names if other != name)
-        note = f"recording {name}: no other has columns of a motion and an effort ({others})"
+        left_out = ", ".join(other for other in names if other != name)
+        note = f"recording {name}: no other has columns of a motion and an effort ({left_out})"
         return replace(table, notes=(note, *table.notes))
 
     if len(logs) > 1:
         first = shlex.quote(next(iter(logs)))
         plans = [plan_of(table, told, device=device) for table in logs.values()]
         answers = {plan.examples for plan in plans}
-        remedy = f"Choose one, such as --variable {first}"
-        if len(answers) == 1 and not any(plan.doubts for plan in plans):
+        have_one_answer = len(answers) == 1 and not any(plan.doubts for plan in plans)
+        if have_one_answer:
             options = " ".join(["--variable all", *answers.pop()])
             remedy = f"Take each as a log: {options}; or choose one: --variable {first}"
+        else:
+            remedy = f"Choose one, such as --variable {first}"
         problem = f"{len(logs)} of {len(names)} recordings of the file are logs: {listed(logs)}"
-        kind = AlikeRecordingsError if _are_alike(plans, list(logs.values())) else LogError
-        raise kind(problem, remedy=remedy, where=unchosen.where)
+        if _are_alike(plans, list(logs.values())):
+            raise AlikeRecordingsError(problem, remedy=remedy, where=unchosen.where)
+        raise LogError(problem, remedy=remedy, where=unchosen.where)
 
     # No recording is a log alone. Joined by time they may be one; the rows are those of the effort, since no effort is
     # made up between two samples.
     if len(names) > _MOST_JOINED:
         raise unchosen
-    efforts = [name for name in names if name in tables and signals_of(tables[name]) & {"effort", "T"}]
-    together = JOINT.join([*efforts, *(name for name in names if name not in efforts)])
+    with_effort: list[str] = []
+    for name in names:
+        if name in tables and not signals_of(tables[name]).isdisjoint(("effort", "T")):
+            with_effort.append(name)
+    others = [name for name in names if name not in with_effort]
+    together = JOINT.join([*with_effort, *others])
     joined = tables_of(path, [together], told).get(together)
     if joined is None or not is_log(joined, told, device):
         raise unchosen
@@ -99,18 +106,18 @@ def _are_alike(plans: Sequence[Plan], tables: Sequence[Table]) -> bool:
         ways.add(tuple((each.signal, each.column, each.unit) for each in plan.signals))
     if len(ways) > 1:
         return False
-    moving = [each for each in plans[0].signals if each.signal in ("slip", "position")]
-    motion = min((each.column for each in moving if each.column), default=None)
-    if motion is None:
+
+    motions = [each.column for each in plans[0].signals if each.signal in ("slip", "position") and each.column]
+    if not motions:
         return True
+    motion = min(motions)
     courses = [table.columns[motion] for table in tables]
-    return not any(_holds(course, other) for course, other in combinations(courses, 2))
-
-
-def _holds(one: Array, other: Array) -> bool:
-    """Whether two motions run alike as far as the shorter goes, as in a filtered copy beside raw rows."""
-    rows = min(one.size, other.size)
-    return bool(np.array_equal(one[:rows], other[:rows], equal_nan=True))
+    for course, other in combinations(courses, 2):
+        # They run alike as far as the shorter goes, as in a filtered copy beside raw rows.
+        rows = min(course.size, other.size)
+        if np.array_equal(course[:rows], other[:rows], equal_nan=True):
+            return False
+    return True
 
 
 def logs_among(path: str | Path, names: Sequence[str], told: ColumnMap, device: DeviceName | None) -> dict[str, Table]:
@@ -121,5 +128,5 @@ def logs_among(path: str | Path, names: Sequence[str], told: ColumnMap, device: 
 
 def tables_of(path: str | Path, names: Sequence[str], told: ColumnMap) -> dict[str, Table]:
     """The tables of recordings of a file, by name; a recording that is none has no table."""
-    found = tables_in(path, names, told.decimal)
-    return {name: table for name, table in found.items() if not isinstance(table, LogError)}
+    read = tables_in(path, names, told.decimal)
+    return {name: table for name, table in read.items() if not isinstance(table, LogError)}

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from fnmatch import fnmatchcase
 
@@ -19,61 +19,33 @@ from erclutch.signals.device import DeviceName
 from erclutch.signals.recording import NO_FIELD
 from erclutch.signals.units import quantity
 
+#: A log of a file: a name, its table, and what is said of its columns.
+Log = tuple[str, Table, ColumnMap]
 
-def logs_of(
-    tables: Mapping[str, Table], chosen: ColumnMap, device: DeviceName | None
-) -> list[tuple[str, Table, ColumnMap]]:
+
+def logs_of(tables: Mapping[str, Table], chosen: ColumnMap, device: DeviceName | None) -> list[Log]:
     """The logs of a file: a name, a table and a mapping for each effort of each recording.
 
     An effort that was not chosen may be any of several columns, and ``F_*`` stands for all columns called so. The name
     pattern may be that of efforts or recordings in place of files. A constant with as many numbers as there are logs
     gives each of them its own.
     """
-    logs: list[tuple[str, Table, ColumnMap]] = []
+    logs: list[Log] = []
     for name, table in tables.items():
         effort = "T" if (device or table.device) == "coaxial" else "effort"
         efforts = _efforts(table, chosen, device, effort)
         if not efforts:  # the plan finds it, or asks
-            logs.append((name, table, _named(chosen, [name])))
-        for each in efforts:
-            column = str(each.column)
+            logs.append((name, table, _with_numbers_of_names(chosen, [name])))
+        for choice in efforts:
+            column = str(choice.column)
+            own = replace(chosen, columns={**chosen.columns, effort: choice})
+            own = _with_numbers_of_names(own, [column.lstrip("- "), name])
             called = f"{name} {column}".strip() if len(efforts) > 1 else name
-            own = replace(chosen, columns={**chosen.columns, effort: each})
-            logs.append((called, table, _named(own, [column.lstrip("- "), name])))
-    numbered: list[tuple[str, Table, ColumnMap]] = []
+            logs.append((called, table, own))
+    numbered: list[Log] = []
     for place, (name, table, own) in enumerate(logs):
-        numbered.append((name, table, _numbered(own, place, len(logs))))
+        numbered.append((name, table, _with_own_constants(own, place, len(logs))))
     return _with_fields_in_names(numbered, device)
-
-
-def _with_fields_in_names(
-    logs: list[tuple[str, Table, ColumnMap]],
-    device: DeviceName | None,
-) -> list[tuple[str, Table, ColumnMap]]:
-    """The logs with the fields that their names tell them apart by, such as sheets ``0A`` and ``0.5A``.
-
-    Only where no log has a field of its own: read without one, all would be logs at field 0.
-    """
-    stated = {name: stated_in(name) for name, _, _ in logs}
-    named = [name for name, field in stated.items() if field is not None]
-    if not differ_by_field(named) or any(own.declines("field") for _, _, own in logs):
-        return logs
-    with_fields: list[tuple[str, Table, ColumnMap]] = []
-    for name, table, own in logs:
-        field = stated[name]
-        plan = plan_of(table, own, device=device)
-        taken = plan.signal("field")
-        if plan.is_of_a_log and taken is not None and taken.reason != NO_FIELD:
-            return logs
-        if field is not None:
-            text = f"{field.number!r} {field.unit}"
-            own = replace(own, constants={"field": text, **own.constants})
-            note = f"the field is {text} by the name of the recording, which differs from the others in that alone"
-            table = replace(table, notes=(*table.notes, note))
-        elif plan.is_of_a_log:
-            return logs
-        with_fields.append((name, table, own))
-    return with_fields
 
 
 def _efforts(
@@ -89,40 +61,75 @@ def _efforts(
         if not any(question.signal == effort for question in plan.questions):
             return []
         taken = [each.column for each in plan.signals]
-        found, _ = candidates(seen_columns(table), effort, taken)
-        if len(found) > 1:
-            return [ColumnChoice(each, source="each is a log") for each in found]
+        names, _ = candidates(seen_columns(table), effort, taken)
+        if len(names) < 2:
+            return []
+        return [ColumnChoice(name, source="each is a log") for name in names]
+
+    label = str(choice.column)
+    if "*" not in label or label in table.columns:
         return []
+    sign = "-" if label.startswith("-") else ""
+    pattern, unit = split_label(label.removeprefix("-").strip())
+    efforts: list[ColumnChoice] = []
+    for name in table.columns:
+        if fnmatchcase(name, pattern):
+            efforts.append(replace(choice, column=sign + name, unit=choice.unit or unit))
+    return efforts
 
-    text = str(choice.column)
-    if "*" not in text or text in table.columns:
-        return []
-    sign = "-" if text.startswith("-") else ""
-    name, unit = split_label(text.removeprefix("-").strip())
-    found = [each for each in table.columns if fnmatchcase(each, name)]
-    return [replace(choice, column=sign + each, unit=choice.unit or unit) for each in found]
 
-
-def _named(chosen: ColumnMap, names: list[str]) -> ColumnMap:
+def _with_numbers_of_names(chosen: ColumnMap, names: Sequence[str]) -> ColumnMap:
     """The mapping with the numbers that the name of the effort or of the recording holds, where the pattern fits it."""
-    for name in names if chosen.name_pattern else []:
+    pattern = chosen.name_pattern
+    if not pattern:
+        return chosen
+    for name in names:
         try:
-            found = constants_of(chosen.name_pattern or "", name)
+            numbers = constants_of(pattern, name)
         except MappingError:
             continue
         texts: dict[str, str] = {}
-        for key, (number, unit) in found.items():
+        for key, (number, unit) in numbers.items():
             texts[key] = f"{number!r} {unit}" if unit else f"{number!r}"
         return replace(chosen, name_pattern=None, constants={**texts, **chosen.constants})
     return chosen
 
 
-def _numbered(chosen: ColumnMap, at: int, count: int) -> ColumnMap:
+def _with_own_constants(chosen: ColumnMap, place: int, logs: int) -> ColumnMap:
     """The mapping with the number of this log out of a list of as many as there are logs: ``0, 0.5, 1 A``."""
     own: dict[str, str] = {}
     for key, text in chosen.constants.items():
         *numbers, last = text.split(",")
-        if numbers and len(numbers) + 1 == count:
-            unit = quantity(last)[1] or ""
-            own[key] = last if at == count - 1 else f"{numbers[at]} {unit}"
+        if not numbers or len(numbers) + 1 != logs:
+            continue
+        _, unit = quantity(last)
+        own[key] = last if place == logs - 1 else f"{numbers[place]} {unit or ''}"
     return replace(chosen, constants={**chosen.constants, **own})
+
+
+def _with_fields_in_names(logs: list[Log], device: DeviceName | None) -> list[Log]:
+    """The logs with the fields that their names tell them apart by, such as sheets ``0A`` and ``0.5A``.
+
+    Only where no log has a field of its own: read without one, all would be logs at field 0.
+    """
+    stated = {name: stated_in(name) for name, _, _ in logs}
+    named = [name for name, field in stated.items() if field is not None]
+    if not differ_by_field(named) or any(own.declines("field") for _, _, own in logs):
+        return logs
+    with_fields: list[Log] = []
+    for name, table, own in logs:
+        plan = plan_of(table, own, device=device)
+        taken = plan.signal("field")
+        has_own_field = taken is not None and taken.reason != NO_FIELD
+        if plan.is_of_a_log and has_own_field:
+            return logs
+        field = stated[name]
+        if field is not None:
+            text = f"{field.number!r} {field.unit}"
+            own = replace(own, constants={"field": text, **own.constants})
+            note = f"the field is {text} by the name of the recording, which differs from the others in that alone"
+            table = replace(table, notes=(*table.notes, note))
+        elif plan.is_of_a_log:
+            return logs
+        with_fields.append((name, table, own))
+    return with_fields
