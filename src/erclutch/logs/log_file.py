@@ -13,7 +13,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from erclutch.errors import LogError, placed
-from erclutch.logs.clock.one_time import unwoven, with_whole_stamps
+from erclutch.logs.clock.one_time import with_whole_stamps
+from erclutch.logs.clock.woven_channels import unwoven
 from erclutch.logs.columns.row_groups import group_of, groups_in, rows_of, wants_each
 from erclutch.logs.columns.senses import with_senses
 from erclutch.logs.log_reader import LogReader, LogSource, ReadableLog, log_at, readable
@@ -61,14 +62,15 @@ def read_table(
     Raises:
         LogError: no such file, no permission, not a log, damaged, or without a column of numbers.
     """
+    group = group_of(variable)
     log = log_at(path)
     source = replace(_source_of(log), variable=variable, told=told, decimal=decimal)
-    group = group_of(variable)
-    if group is not None and variable not in _names_in(log.plugin, source):
-        with placed(log.path.name):
-            table = rows_of(read_by(log.plugin, replace(source, variable=group.recording)), group)
-    else:
+    if group is None or variable in _names_in(log.plugin, source):
         table = read_by(log.plugin, source)
+    else:
+        with placed(log.path.name):
+            whole = read_by(log.plugin, replace(source, variable=group.recording))
+            table = rows_of(whole, group)
     return _finished(table, log, path)
 
 

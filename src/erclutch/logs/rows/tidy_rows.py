@@ -16,17 +16,7 @@ from erclutch.logs.table import Table
 from erclutch.signals.array import Array
 
 _NAMES = {
-    "name",
-    "signal",
-    "variable",
-    "channel",
-    "sensor",
-    "quantity",
-    "parameter",
-    "metric",
-    "measure",
-    "key",
-    "topic",
+    *("name", "signal", "variable", "channel", "sensor", "quantity", "parameter", "metric", "measure", "key", "topic"),
 }
 _VALUES = {"value", "val", "values", "reading", "data", "measurement", "wert", "valeur", "valor"}
 _UNITS = {"unit", "units", "einheit", "unite", "unidad"}
@@ -50,26 +40,30 @@ def untidied(table: Table) -> Table:
     if not 2 <= len(parts) <= _MOST_SIGNALS or sum(part.size for part in parts) != table.rows:
         return table
     stamps: Array = table.columns[times[0]] if times else np.asarray(table.clock)
-    told: list[str] = []
-    of_name = [table.columns[values[0]][part] for part in parts]
+    all_values = table.columns[values[0]]
+    joined_notes: list[str] = []
+    of_signals = [all_values[part] for part in parts]
     at = stamps[parts[0]]
     if any(not np.array_equal(stamps[part], at) for part in parts):
-        joined = _joined(dict(zip(signals.words, parts, strict=True)), stamps, table.columns[values[0]])
+        joined = _joined(dict(zip(signals.words, parts, strict=True)), stamps, all_values)
         if joined is None:
             return table
-        at, of_name, told = joined
+        at, of_signals, joined_notes = joined
 
+    # A column may hold the unit of each value.
     units: list[str | None] = []
-    said = next((words for name, words in table.words.items() if plain(name) in _UNITS), None)
+    column_of_units = next((words for name, words in table.words.items() if plain(name) in _UNITS), None)
     for part in parts:
         written: set[str] = set()
-        if said is not None:
-            written = {word for number, word in enumerate(said.words) if bool(np.any(said.of_row[part] == number))}
+        if column_of_units is not None:
+            numbers = np.unique(column_of_units.of_row[part]).tolist()
+            written = {column_of_units.words[number] for number in numbers if number >= 0}
         units.append(written.pop() if len(written) == 1 else None)
-    names, own_units, renamed = name_columns(
-        [*times, *signals.words], [*(table.units.get(name) for name in times), *units]
-    )
-    columns = [at] * len(times) + of_name
+
+    labels = [*times, *signals.words]
+    units = [*(table.units.get(name) for name in times), *units]
+    names, own_units, renamed = name_columns(labels, units)
+    columns = [*([at] * len(times)), *of_signals]
     note = f"column {named[0]} names the signal of each value: {len(parts)} signals are taken as columns"
     notes = [each for each in table.notes if "parts the rows by" not in each]
     return replace(
@@ -81,25 +75,34 @@ def untidied(table: Table) -> Table:
         breaks=(),
         words={},
         unreadable={},
-        notes=(*notes, note, *told, *renamed),
+        notes=(*notes, note, *joined_notes, *renamed),
     )
 
 
 def _joined(
-    parts: Mapping[str, NDArray[np.int64]], stamps: Array, values: Array
+    parts: Mapping[str, NDArray[np.int64]],
+    stamps: Array,
+    values: Array,
 ) -> tuple[Array, list[Array], list[str]] | None:
     """Times, the values of each name at these, and what to say; None where no name is an effort, or times fall back."""
-    efforts = [name for name in parts if "effort" in spoken_name(split_label(name)[0]).may_be]
+    efforts: list[str] = []
+    others: list[str] = []
+    for label in parts:
+        name, _ = split_label(label)
+        if "effort" in spoken_name(name).may_be:
+            efforts.append(label)
+        else:
+            others.append(label)
     if len(efforts) != 1:
         return None
-    found: dict[str, Found] = {}
-    for name in [*efforts, *(other for other in parts if other not in efforts)]:
-        clock = stamps[parts[name]]
+    recordings: dict[str, Found] = {}
+    for label in [*efforts, *others]:
+        clock = stamps[parts[label]]
         if clock.size < 2 or not bool(np.all(np.diff(clock) > 0.0)):
             return None
-        found[name] = Found({_CLOCK: clock, name: values[parts[name]]})
+        recordings[label] = Found({_CLOCK: clock, label: values[parts[label]]})
     try:
-        together = joined_by_time(found, "signal")
+        together = joined_by_time(recordings, "signal")
     except LogError:
         return None
     return together.columns[_CLOCK], [together.columns[name] for name in parts], together.notes
