@@ -19,6 +19,9 @@ from erclutch.logs.columns.labels import split_end
 from erclutch.logs.columns.names import words_of
 from erclutch.logs.plan import Plan
 
+# What is read from sound files is asked here, and not the child process that reads them.
+pytestmark = pytest.mark.usefixtures("read_here")
+
 TIME = np.arange(400) / 100
 ANGLE = np.sin(3 * TIME)
 RATE = 3 * np.cos(3 * TIME)

@@ -5,6 +5,7 @@ No object in a file is made, so nothing of it is run.
 
 from __future__ import annotations
 
+from contextlib import nullcontext
 from pathlib import Path
 from typing import Any
 
@@ -35,26 +36,27 @@ def find(path: str, variable: str | None) -> Table:
         raise LogError(f"the file holds no arrays but {_OBJECTS}", remedy=_SAVE_NUMBERS)
     if not is_one:
         take_zip(file, budget)
-    loaded: Any = None if is_one else np.load(file, allow_pickle=False)
     nodes: dict[str, np.ndarray[Any, Any]] = {}
     of_objects: list[str] = []
     of_others: list[str] = []
-    for name in [file.stem] if is_one else loaded.files:
-        try:
-            array: Any = np.load(file, allow_pickle=False) if is_one else loaded[name]
-        except ValueError as error:
-            if "Object arrays" not in str(error):
-                raise
-            of_objects.append(name)
-            continue
-        if isinstance(array, bytes):  # a part of the archive that is no array
-            (of_objects if array.startswith(_PICKLE) else of_others).append(name)
-            continue
-        budget.take_cells(array.size)
-        if array.dtype.names:  # a table with names
-            nodes |= {each: np.asarray(array[each]) for each in array.dtype.names}
-        else:
-            nodes[name] = np.asarray(array)
+    opened: Any = nullcontext() if is_one else np.load(file, allow_pickle=False)
+    with opened as loaded:
+        for name in [file.stem] if is_one else loaded.files:
+            try:
+                array: Any = np.load(file, allow_pickle=False) if is_one else loaded[name]
+            except ValueError as error:
+                if "Object arrays" not in str(error):
+                    raise
+                of_objects.append(name)
+                continue
+            if isinstance(array, bytes):  # a part of the archive that is no array
+                (of_objects if array.startswith(_PICKLE) else of_others).append(name)
+                continue
+            budget.take_cells(array.size)
+            if array.dtype.names:  # a table with names
+                nodes |= {each: np.asarray(array[each]) for each in array.dtype.names}
+            else:
+                nodes[name] = np.asarray(array)
     found = found_recordings.of_vectors(nodes)
     left_out = [f"{listed(of_objects)}: {_OBJECTS}"] if of_objects else []
     left_out += [f"{listed(of_others)}: no array of NumPy"] if of_others else []
