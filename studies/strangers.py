@@ -82,7 +82,7 @@ def _last_command(path: Path) -> list[str]:
     """The words of the command in the last line of `inspect`; none where it prints no command, or one to fill in."""
     done = _run("inspect", str(path))
     last = (done.stdout.strip().splitlines() or [""])[-1]
-    found = re.search(r"(?:settles it|say so): erclutch (.+)", last)
+    found = re.search(r"(?:settles it|say so|flow curve): erclutch (.+)", last)
     return shlex.split(found.group(1)) if found else []
 
 

@@ -147,3 +147,11 @@ def test_positions_swept_anew_for_each_current_are_said_to_be_a_map_at_rest(tmp_
     with pytest.raises(MappingError) as told:
         read(written(tmp_path, header, np.sin(angle), current, current * np.sin(angle)))
     assert "at rest" not in str(told.value)
+
+
+def test_a_time_that_stands_still_is_told_with_the_command_that_takes_the_rows_as_points(tmp_path: Path) -> None:
+    stands = np.full(SPEED.size, 1687087821438.0)
+    written(tmp_path, "TIME,RPM,Torque [N*m]", stands, SPEED % 700, SPEED % 9)
+    said = good("inspect", "points.csv", cwd=tmp_path, code=1).splitlines()
+    assert said[-1] == "What settles it: erclutch inspect points.csv --time none"
+    assert "Understood." in good("inspect", "points.csv", "--time", "none", cwd=tmp_path)

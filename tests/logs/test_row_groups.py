@@ -182,6 +182,15 @@ def test_a_gamma_beside_a_tau_is_for_flowcurve(tmp_path: Path, names: str) -> No
     )
 
 
+@pytest.mark.parametrize("words", [["up", "down"], ["Anfang", "Ende"]])
+def test_words_beside_a_shear_rate_part_the_curves_that_inspect_proposes(tmp_path: Path, words: list[str]) -> None:
+    rates = [*range(1, 21), *range(20, 0, -1)]
+    rows = "".join(f"{k},{x},{20 + x},{words[k // 20]}\n" for k, x in enumerate(rates))
+    written(tmp_path, f"Time [s],Shear Rate [1/s],Shear Stress [Pa],Notes\n{rows}")
+    last = run("inspect", "log.csv", cwd=tmp_path).out.strip().splitlines()[-1]
+    assert last == "Or as a flow curve: erclutch flowcurve log.csv --sheet Notes=all"
+
+
 @pytest.mark.parametrize("words", [["2.5A", "-2.5A", "5A"], ["10 mm", "20 mm"], ["2 V", "4 V"]])
 def test_levels_of_what_was_set_are_no_groups(tmp_path: Path, words: list[str]) -> None:
     plan = plan_of(read_table(written(tmp_path, points_of(words, "peak_value"))), ColumnMap())

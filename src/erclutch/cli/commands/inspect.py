@@ -289,6 +289,8 @@ def _flow_command(look: LogLook) -> str:
             match = _PARTING.match(question.problem)
             if match:
                 parting.append(match.group(1))
+        if not parting and _is_of_a_rheometer(look.plan):
+            parting = [name for name, column in look.raw.words.items() if len(column.words) > 1][:1]
     for name in parting:
         words += ["--sheet", f"{name}={EACH}"]
     return shlex.join(words)

@@ -56,6 +56,7 @@ def refuse_no_clock(stamps: Array, column: str) -> None:
     remedy = "choose the time column (--time) or give a sampling rate (--rate)"
     steps = np.diff(stamps)
     if not np.any(steps):
+        remedy += ", or take the rows as points (--time none)"
         raise TimingError(f"column {column} is {stamps[0]:g} in all {stamps.size} rows", remedy=remedy.capitalize())
     usual = float(np.median(steps[steps != 0]))
     refuse_short(usual, column)
