@@ -150,3 +150,15 @@ def test_conditions_of_too_few_points_are_named(tmp_path: Path) -> None:
     (tmp_path / "f.csv").write_text("\n".join(["I [A],Shear rate [1/s],Shear stress [Pa]", *rows]))
     with pytest.raises(LogError, match="I 0 A: 3 points, at least"):
         read_flow_curves(tmp_path / "f.csv")
+
+
+def test_a_sensor_whose_last_digit_wobbles_parts_nothing(tmp_path: Path) -> None:
+    rows = [f"{1e-4 * (k % 2):g},{rate:.6g},{20 + rate:.6g}" for k, rate in enumerate(RATES)]
+    (tmp_path / "f.csv").write_text("\n".join(["B [T],Shear rate [1/s],Shear stress [Pa]", *rows]))
+    assert len(read_flow_curves(tmp_path / "f.csv").curves) == 1
+
+
+def test_levels_by_turns_at_each_rate_are_conditions(tmp_path: Path) -> None:
+    rows = [f"{level},{rate:.6g},{20 + 4000 * level + rate:.6g}" for rate in RATES for level in (0, 1)]
+    (tmp_path / "f.csv").write_text("\n".join(["B [T],Shear rate [1/s],Shear stress [Pa]", *rows]))
+    assert [curve.rate.size for curve in read_flow_curves(tmp_path / "f.csv").curves] == [RATES.size] * 2

@@ -38,6 +38,7 @@ _WOBBLE = 0.01  # of its level, by which a regulated temperature wanders and is 
 _STEADY = 0.5  # K: a regulated temperature wanders by less
 _WIDEST_IN_KELVIN = 3.0  # which one regulated temperature spans at most
 _FEWEST_RATES = 3  # of a sweep
+_ONE_RATE = 0.02  # ln of the ratio of two rates that are meant to be the same
 _HELD = 1.2  # times the lowest rate: what stays below is measured at one rate
 
 
@@ -126,6 +127,8 @@ def _parting(table: Table, plan: FlowPlan) -> dict[str, NDArray[np.intp]]:
             continue  # a measured temperature without a unit may wander
         if levels is None or not any(_repeats_the_sweep(levels, rate) for rate in rates):
             continue
+        if all(_flickers(levels, rate) for rate in rates):
+            continue  # such as 0 and 0.0001 T by turns, where the last digit of a sensor wobbles
         if meaning == "unknown" and all(map(_is_one_sweep, rates)):
             continue  # such as the number of repetitions of each point
         parting[name] = levels
@@ -218,6 +221,19 @@ def _repeats_the_sweep(levels: NDArray[np.intp], rate: Array) -> bool:
     sweeps.sort()
     overlap = any(low < high_before for (_, high_before), (low, _) in pairwise(sweeps))
     return overlap and 2 * len(sweeps) >= count
+
+
+def _flickers(levels: NDArray[np.intp], rate: Array) -> bool:
+    """Whether the level changes from row to row, and no rate is measured at two levels: a condition would be."""
+    known = (levels >= 0) & np.isfinite(rate) & (rate != 0)
+    level = levels[known]
+    log_rate = np.log(np.abs(rate[known]))
+    if 2 * np.count_nonzero(np.diff(level)) < level.size:
+        return False
+    nearest: list[float] = []  # ln of the ratio to the nearest rate at another level
+    for number, own in zip(level, log_rate, strict=True):
+        nearest.append(float(np.abs(log_rate[level != number] - own).min(initial=np.inf)))
+    return float(np.median(nearest)) > _ONE_RATE
 
 
 def _is_one_sweep(rate: Array) -> bool:

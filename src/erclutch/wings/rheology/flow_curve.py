@@ -37,11 +37,15 @@ class FlowCurve(Shown):
         label: what the file calls it.
         rate: shear rate in 1/s, positive, shape (n,).
         stress: shear stress in Pa, positive, shape (n,).
+        field: at which it was measured, in ``field_unit``; nan where the file tells none.
+        field_unit: as the file writes it.
     """
 
     label: str
     rate: Array
     stress: Array
+    field: float = np.nan
+    field_unit: str = ""
 
     def __repr__(self) -> str:
         rates = f"{self.rate.min():.4g} to {self.rate.max():.4g} 1/s"

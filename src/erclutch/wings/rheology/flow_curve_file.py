@@ -23,6 +23,7 @@ from erclutch.logs.table import Table, listed
 from erclutch.signals.array import Array
 from erclutch.signals.percent import percent
 from erclutch.wings.rheology.conditions import asked_about, conditions_note, conditions_of
+from erclutch.wings.rheology.field_series import Level, levels_in, with_fields
 from erclutch.wings.rheology.flow_curve import FEWEST_POINTS, FlowCurve
 from erclutch.wings.rheology.flow_plan import CurvePlan, FlowPlan, oscillation, plan_of, require_several_rates
 from erclutch.wings.rheology.rotor_speeds import a_row_for_each_speed
@@ -76,7 +77,8 @@ def read_flow_curves(
         parted: dict[str | None, Table] = {}  # read once for all words of a column
         each_named = bool(sheet) and not any(wants_each(test) for test in sheet)
         curves: list[FlowCurve] = []
-        notes: list[str] = []
+        fields: list[dict[str, Level]] = []  # of each curve
+        notes: list[tuple[str, str]] = []  # each with the test that it is of
         refused: list[tuple[int, ErclutchError]] = []  # with the number of columns that speak for a flow curve
         for name in chosen:
             speaking = 0
@@ -99,12 +101,12 @@ def read_flow_curves(
                 if len(chosen) == 1 or each_named:
                     raise
                 refused.append((speaking, error))
-                notes.append(f"{name}: no flow curve ({error.problem})")
+                notes.append((name, f"no flow curve ({error.problem})"))
                 continue
             told = [*table.notes, *plan.notes]
             if len(conditions) > 1:
                 told.append(conditions_note(conditions))
-            notes += [f"{name}: {note}" if name else note for note in told]
+            notes += [(name, note) for note in told if len(chosen) == 1 or not note.startswith("recording read from")]
             for condition in conditions:
                 test = "; ".join(word for word in (name, condition.label) if word)
                 try:
@@ -113,22 +115,36 @@ def read_flow_curves(
                     if each_named or len(chosen) * len(conditions) == 1:
                         raise
                     refused.append((speaking, error))
-                    notes.append(f"{test}: no flow curve ({error.problem})")
+                    notes.append((test, f"no flow curve ({error.problem})"))
                     continue
                 short = [curve for curve in curves_of_condition if curve.rate.size < FEWEST_POINTS]
                 if short and not each_named and len(chosen) * len(conditions) > 1:  # a few points beside curves
-                    problem = f"{test}: {short[0].rate.size} points, at least {FEWEST_POINTS} are needed"
-                    refused.append((speaking, LogError(problem, remedy="Give more points of each curve")))
-                    notes.append(f"{problem}: left out")
+                    problem = f"{short[0].rate.size} points, at least {FEWEST_POINTS} are needed"
+                    refused.append((speaking, LogError(f"{test}: {problem}", remedy="Give more points of each curve")))
+                    notes.append((test, f"{problem}: left out"))
                     continue
                 curves += curves_of_condition
-                notes += [f"{test}: {note}" if test else note for note in left_out]
+                fields += [levels_in(condition.table)] * len(curves_of_condition)
+                notes += [(test, note) for note in left_out]
         if not curves:
             if refused:
                 _, likeliest = max(refused, key=lambda pair: pair[0])
                 raise likeliest
             raise LogError("the file holds no flow curve", remedy="Give shear rates and shear stresses")
-        return FlowFile(tuple(curves), tuple(notes))
+        curves, of_fields = with_fields(curves, fields)
+        return FlowFile(tuple(curves), (*_said_once(notes), *of_fields))
+
+
+def _said_once(notes: Sequence[tuple[str, str]]) -> list[str]:
+    """Notes behind the names of their tests; what is told of several tests is said once."""
+    tests: dict[str, list[str]] = {}
+    for test, note in notes:
+        tests.setdefault(note, []).append(test)
+    said: list[str] = []
+    for note, (first, *others) in tests.items():
+        more = f" and {len(others)} more" if others else ""
+        said.append(f"{first}{more}: {note}" if first else note)
+    return said
 
 
 def _table(found: Table | LogError | None, path: str | Path) -> Table:

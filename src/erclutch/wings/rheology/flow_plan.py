@@ -16,28 +16,29 @@ import numpy as np
 from erclutch.errors import MappingError, UnitError, shell_word
 from erclutch.logs.columns.labels import split_label
 from erclutch.logs.columns.rheometer_names import Quantity, Role, of_oscillation, plain_name, said_by_name
-from erclutch.logs.table import Table, listed
+from erclutch.logs.table import Table
 from erclutch.signals.array import Mask
 from erclutch.signals.units import parse
-from erclutch.wings.rheology.flow_units import SI, in_plain_units, said_by_unit, unit_of, units_above
+from erclutch.wings.rheology.flow_questions import (
+    compare_with_viscosity,
+    missing_column,
+    of_unknown_unit,
+    require_no_logarithms,
+    require_no_unit_above,
+)
+from erclutch.wings.rheology.flow_units import SI, in_plain_units, said_by_unit, unit_of
 from erclutch.wings.rheology.labelled_pairs import CurvePlan, FlowColumn, labelled_pairs
-from erclutch.wings.rheology.rotor_speeds import speed_in_place_of_rate
 
 _CALLED: Mapping[Quantity, str] = {"rate": "shear rate", "stress": "shear stress", "viscosity": "viscosity"}
-_WANTED: Mapping[str, Sequence[Role]] = {"shear rate": ("rate",), "shear stress": ("stress", "viscosity")}
 _PASCAL = parse("Pa").factor
 _MEANING = {"rate": "a shear rate", "stress": "a shear stress", "viscosity": "a viscosity", "other": "neither"}
 
-#: A stress and a viscosity of one row that differ by more than this share have a wrong unit.
-_AGREE = 0.2
 #: What was wanted, or what a law gives, beside what was measured.
 _NOT_MEASURED = re.compile(
     r"\b(?:target|set|setpoint|nominal|command(?:ed)?|requested|soll|consigne)\b|目标|设定|設定|目標"
     r"|\b(?:fit(?:ted)?|model(?:l?ed)?|predicted|prediction|residuals?|calc(?:ulated)?|theor\w*|regression)\b"
     r"|\b(?:bingham|casson|herschel|power law|berechnet|ajust\w*|calcul\w*)\b|拟合|计算|計算|理论|理論"
 )
-#: A column of logarithms: its numbers are no rates and no stresses.
-_LOGARITHM = re.compile(r"(?:log|lg|ln)[ _]?(?:10)?[ _(\[]|log10")
 _NUMBER = re.compile(r"\d+(?:[.,]\d+)?")
 _STEADY = 1.002  # times the lowest stress: what stays below was controlled, as no fluid keeps its stress
 _FEWEST_HELD = 5  # points
@@ -104,7 +105,7 @@ def plan_of(
         guessed = _taken_for_stresses(table, rates[0], of_role("unknown"))
         stresses = guessed
     if not rates or not (stresses or viscosities):
-        raise _missing(table, roles, rates)
+        raise missing_column(table, roles, rates)
 
     curves: list[CurvePlan] = []
     for rate_name, value_name in _grouped(table, rates, stresses or viscosities):
@@ -119,7 +120,7 @@ def plan_of(
                 times_rate=quantity == "viscosity",
             )
         )
-    _require_no_logarithms(table, curves, asked)
+    require_no_logarithms(table, curves, asked)
     plan = FlowPlan(tuple(curves), _notes(table, curves, guessed, roles))
     if (
         len(curves) == 1
@@ -128,7 +129,7 @@ def plan_of(
         and not asked
         and unit_of(table, viscosities[0])
     ):
-        _compare(table, curves[0], _flow_column(table, viscosities[0], "viscosity", asked))
+        compare_with_viscosity(table, curves[0], _flow_column(table, viscosities[0], "viscosity", asked))
     return plan
 
 
@@ -294,24 +295,6 @@ def _taken_for_stresses(table: Table, rate: str, unknown: Sequence[str]) -> list
     return [name for name in likely if alike[name] in rising]
 
 
-def _require_no_logarithms(table: Table, curves: Sequence[CurvePlan], asked: Mapping[str, str]) -> None:
-    """Refuse columns that hold logarithms by their names.
-
-    Raises:
-        MappingError: such a column, which no option names.
-    """
-    for curve in curves:
-        for column, option in ((curve.rate, "--shear-rate"), (curve.stress, "--stress")):
-            if column.name in asked or not _LOGARITHM.match(column.name.lower().lstrip("(")):
-                continue
-            raise MappingError(
-                f"column {column.name!r} holds logarithms, by its name",
-                where=table.name,
-                remedy="Write the numbers themselves, or where they are no logarithms give "
-                f"{option} {shell_word(f'{column.name} [{column.unit}]')}",
-            )
-
-
 def _rises(table: Table, rate: str, name: str) -> bool:
     """Whether a column without a known name grows with the rate, as every stress of a flow curve does."""
     if unit_of(table, name):
@@ -357,9 +340,10 @@ def _flow_column(
     unit_asked = _unit_asked(name, asked)
     unit = unit_asked or unit_of(table, name)
     if unit is None and role == "viscosity" and name not in asked:
-        raise _of_unknown_unit(table, name)
+        unknown = [other for other in table.columns if _role(table, other) == "viscosity" and not unit_of(table, other)]
+        raise of_unknown_unit(table, name, unknown)
     if unit is None:
-        _require_no_unit_above(table, name, role)
+        require_no_unit_above(table, name, role)
         return FlowColumn(name, SI[role], 1.0, f"no unit, taken for {SI[role]}")
     if said_by_unit(unit) != role:
         option = "--shear-rate" if role == "rate" else "--stress"
@@ -371,24 +355,6 @@ def _flow_column(
     base = 1.0 if role == "rate" else _PASCAL
     reason = "asked for" if unit_asked else f"named, in {unit}"
     return FlowColumn(name, unit, parse(unit).factor / base, reason)
-
-
-def _require_no_unit_above(table: Table, name: str, role: Quantity) -> None:
-    """Ask about a column without a unit where the lines above the table speak of another unit than Pa or 1/s.
-
-    Raises:
-        UnitError: they do.
-    """
-    spoken = units_above(table, role)
-    if not spoken:
-        return
-    option = "--shear-rate" if role == "rate" else "--stress"
-    either = f"{option} {shell_word(f'{name} [{spoken[0]}]')}, or {option} {shell_word(f'{name} [{SI[role]}]')}"
-    raise UnitError(
-        f"the column {name!r} has no unit, and the lines above the table speak of {spoken[0]}",
-        where=table.name,
-        remedy=f"Say which: {either}",
-    )
 
 
 def _notes(
@@ -415,98 +381,3 @@ def _notes(
     if unused:
         notes.append(f"not used: {', '.join(unused)}")
     return tuple(notes)
-
-
-def _compare(table: Table, curve: CurvePlan, viscosity: FlowColumn) -> None:
-    """Stress over rate is the viscosity: a wrong unit of either shows.
-
-    Raises:
-        UnitError: they disagree.
-    """
-    rate = table.columns[curve.rate.name] * curve.rate.factor
-    stress = np.abs(table.columns[curve.stress.name] * curve.stress.factor)
-    apparent = np.abs(rate * table.columns[viscosity.name] * viscosity.factor)
-    known = np.isfinite(stress) & np.isfinite(apparent) & (apparent > 0) & (stress > 0)
-    if not known.any():
-        return
-    ratio = float(np.median(stress[known] / apparent[known]))
-    if abs(np.log(ratio)) <= np.log1p(_AGREE):
-        return
-    shear_rate = curve.rate
-    shear_stress = curve.stress
-    product = f"{viscosity.name!r} [{viscosity.unit}] x {shear_rate.name!r} [{shear_rate.unit}]"
-    options = (
-        f"--shear-rate {shell_word(f'{shear_rate.name} [1/s]')} --stress {shell_word(f'{shear_stress.name} [Pa]')}"
-    )
-    raise UnitError(
-        f"{shear_stress.name!r} [{shear_stress.unit}] is {ratio:.4g} times {product}: one of these units is wrong",
-        where=table.name,
-        remedy=f"Name the columns with their units: {options}",
-    )
-
-
-def _of_unknown_unit(table: Table, name: str) -> UnitError:
-    """The error where a viscosity has no unit; the remedy names all such columns, so that one answer is enough."""
-    unknown = [other for other in table.columns if _role(table, other) == "viscosity" and not unit_of(table, other)]
-
-    def named(unit: str) -> str:
-        return "--stress " + " ".join(shell_word(f"{other} [{unit}]") for other in unknown)
-
-    columns = f"the column {name!r} has" if len(unknown) == 1 else f"the columns {listed(unknown, 6)} have"
-    return UnitError(
-        f"{columns} no unit: viscosities are written in Pa s, and as often in mPa s or cP",
-        where=table.name,
-        remedy=f"Say which: {named('mPa*s')}, or {named('Pa*s')}",
-    )
-
-
-def _missing(table: Table, roles: dict[str, Role], rates: Sequence[str]) -> MappingError:
-    """The error where no column is surely the rate, or the stress beside one."""
-    what = "shear rate"
-    option = "--shear-rate"
-    unit = "1/s"
-    if rates:
-        what = "shear stress"
-        option = "--stress"
-        unit = "Pa"
-    there = f"(there are: {', '.join(table.labels)})"
-    if marks := of_oscillation(table.columns):
-        swings = f"the test is an oscillation ({', '.join(marks[:3])}), which has no flow curve"
-        problem = f"no column is surely the {what}: {swings}"
-        remedy = "Give a test in rotation, or name columns: --shear-rate, --stress"
-        return MappingError(problem, where=table.name, remedy=remedy)
-    if not rates and (turning := speed_in_place_of_rate(table)):
-        return turning
-    candidates: list[str] = []
-    for name, role in roles.items():
-        counts = np.array_equal(np.diff(table.columns[name]), np.ones(table.rows - 1))
-        if role == "unknown" and "%" not in table.label(name) and not counts:
-            candidates.append(name)
-    unreadable = [problem for name, problem in table.unreadable.items() if said_by_name(name) in _WANTED[what]]
-    if unreadable:
-        return MappingError(
-            f"no column is surely the {what}: {unreadable[0]}",
-            where=table.name,
-            remedy="Give a number in each of its cells, with what it scatters by in a column of its own",
-        )
-    if not candidates:  # all are of other quantities, such as a time: none of them may be named
-        return MappingError(
-            f"no flow curve: no column is surely the {what}, and each is of another quantity {there}",
-            where=table.name,
-            remedy="Give a table with shear rates and shear stresses or viscosities",
-        )
-    if rates and (spoken := [*units_above(table, "stress"), *units_above(table, "viscosity")]):
-        named = " ".join(shell_word(f"{name} [{spoken[0]}]") for name in candidates)
-        return MappingError(
-            f"no column is surely the {what} {there}, and the lines above the table speak of {spoken[0]}",
-            where=table.name,
-            remedy=f"Name such columns with their unit: {option} {named}",
-        )
-    # A gamma beside a tau is a rate or a strain: only the user knows, and no other column is more likely.
-    likely = [name for name in candidates if plain_name(name) in ("gamma", "gamma point", "shear")]
-    example = [*likely, *candidates][0]
-    return MappingError(
-        f"no column is surely the {what} {there}",
-        where=table.name,
-        remedy=f"Name it with its unit, such as {option} {shell_word(f'{example} [{unit}]')}",
-    )

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from json import dumps
 from math import isfinite
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
 from erclutch.cli import terminal
+
+if TYPE_CHECKING:
+    from erclutch.wings.rheology.field_series import FieldSeries
 
 COMMAND = {
     "help": "Fit laws of shear stress to flow curves.",
@@ -30,6 +34,7 @@ def flowcurve(
     stress: _Names = (),
     sheet: _Names = (),
     parameters: Annotated[bool, Parameter(negative=())] = False,
+    figure: Path | None = None,
     json: Annotated[bool, Parameter(negative=())] = False,
 ) -> None:
     """Fit laws of shear stress to flow curves (shear stress against shear rate) and say which law holds for which.
@@ -47,13 +52,20 @@ def flowcurve(
         sheet: Sheets or tests of the file, by name or number, or the rows that a column of words parts: "material=all"
             for a curve of each word. Default: all that hold a flow curve.
         parameters: Also print the chosen law's parameters with intervals.
+        figure: Draw the curves of one file, and the yield stress against the field: a .pdf, .png or .svg, with the
+            numbers beside it as CSV.
         json: Print everything as JSON.
     """
     from collections import Counter
 
+    from erclutch.report.plots.matplotlib_painter import save_plot
+    from erclutch.wings.rheology.field_series import series_of
     from erclutch.wings.rheology.flow_curve import FlowCurve, FlowFit, ranked, yield_text
     from erclutch.wings.rheology.flow_curve_file import read_flow_curves
+    from erclutch.wings.rheology.flow_picture import picture_of
 
+    if figure is not None:
+        _require_a_name_of_its_own(figure, files)
     notes: list[str] = []
     curves: list[tuple[str, FlowCurve]] = []  # with the name of the file
     for path in files:
@@ -78,6 +90,8 @@ def flowcurve(
                 "file": name,
                 "curve": curve.label,
                 "points": curve.rate.size,
+                "field": curve.field if curve.field_unit else None,
+                "field_unit": curve.field_unit or None,
                 "fits": [fit.to_dict() for fit in fits],
             }
             body.append(entry)
@@ -106,6 +120,47 @@ def flowcurve(
     wins = Counter(fits[0].law for *_, fits in fitted)
     counts = [f"{law} {count} of {len(fitted)}" for law, count in wins.most_common()]
     terminal.tell("Chosen for: " + ", ".join(counts))
+    for path in files:
+        of_file = [(curve, fits) for name, curve, fits in fitted if name == path.name]
+        series = series_of(of_file)
+        if series is not None:
+            _tell_series(series, path.name if len(files) > 1 else "")
+        if figure is not None:
+            drawn = save_plot(picture_of([(curve, fits[0]) for curve, fits in of_file], series), figure)
+            terminal.tell("written: " + ", ".join(map(str, drawn)))
     if parameters:
         for name, curve, (chosen, *_) in fitted:
             terminal.tell(terminal.estimates(f"{name}, {curve.label}: {chosen.law}", chosen.estimates))
+
+
+def _require_a_name_of_its_own(figure: Path, files: Sequence[Path]) -> None:
+    """Refuse a figure of several files, or with numbers beside it that would take the place of a log."""
+    from erclutch.errors import SettingError
+
+    if len(files) > 1:
+        raise SettingError("a figure is of one file", where="--figure", remedy="Give the files one after another")
+    for path in files:
+        if figure.with_suffix(".csv").resolve() == path.resolve():
+            problem = f"its numbers would be written over {path.name}"
+            raise SettingError(problem, where="--figure", remedy="Choose another name for the figure")
+
+
+def _tell_series(series: FieldSeries, name: str) -> None:
+    """The yield stress against the field, and how it grows."""
+    from erclutch.wings.rheology.flow_curve import yield_text
+
+    rows: list[list[str]] = []
+    for curve, fit in series.curves:
+        rows.append([f"{curve.field:.4g}", yield_text(fit), curve.label])
+    title = f"Yield stress against field, by {series.law} for all curves"
+    if name:
+        title = f"{name}: {title[0].lower()}{title[1:]}"
+    shown = terminal.table(title, [f"field [{series.unit}]", "yield stress [Pa]", "curve"], rows, left=0)
+    terminal.tell(shown)
+    if series.growth is not None:
+        growth = series.growth
+        exponent = f"{growth.exponent:.3g} ({growth.low:.3g} - {growth.high:.3g})"
+        terminal.tell(
+            f"Yield stress = {growth.factor:.4g} Pa x (field in {series.unit})^n, with n = {exponent} "
+            f"by {growth.fields} fields"
+        )

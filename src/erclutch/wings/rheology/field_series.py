@@ -1,0 +1,200 @@
+"""Flow curves of one fluid at several fields: which field each curve has, and how the yield stress grows with it."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from erclutch.errors import UnitError
+from erclutch.logs.columns.name_pattern import NUMBER, number_of
+from erclutch.logs.table import Table
+from erclutch.signals import units
+from erclutch.signals.array import Array, rms
+from erclutch.wings.rheology.flow_curve import FlowCurve, FlowFit, yield_stress_of
+
+#: Units of what is set across a fluid: a voltage, its gradient, a current, a flux density, a magnetic field.
+_UNITS = ("V", "V/m", "A", "T", "A/m")
+#: What flows through a fluid in a field, and what a sensor or an amplifier has, is set by nobody.
+_NO_FIELD = re.compile(r"leak|leck|fuite|fuga|density.*\ba\b|sensor|offset|漏", re.IGNORECASE)
+_IN_A_LABEL = re.compile(
+    rf"(?<![A-Za-z\d.])({NUMBER}) ?([kM]?V/mm|kV/cm|[kM]?V/m|k?A/m|m?T|mA|A|kV|V|kOe|Oe|G)(?![A-Za-z0-9/])"
+)
+_STEADY = 0.02  # of its level, by which a measured field wanders
+_FAINT = 0.01  # of the strongest field: what stays below is no field
+_FEWEST_FIELDS = 3  # above 0, that tell an exponent
+_NEAR = 1.5  # of the best error: a law beyond that is no match for the best
+
+
+@dataclass(frozen=True)
+class Level:
+    """A field that rows of a table have.
+
+    Attributes:
+        number: in its unit.
+        unit: as written.
+        is_set: whether all rows have the same number; a measured one scatters.
+    """
+
+    number: float
+    unit: str
+    is_set: bool
+
+
+@dataclass(frozen=True)
+class Growth:
+    """How the yield stress grows with the field: ``factor * field**exponent``.
+
+    Attributes:
+        factor: in Pa, at a field of 1 in the curves' unit.
+        exponent: its value.
+        low, high: the exponent's 95 % interval, by how the yield stresses scatter about the power law.
+        fields: how many fields tell it.
+    """
+
+    factor: float
+    exponent: float
+    low: float
+    high: float
+    fields: int
+
+
+@dataclass(frozen=True)
+class FieldSeries:
+    """Curves of one file at several fields, by one law for all: yield stresses of different laws do not compare.
+
+    Attributes:
+        law: its name.
+        unit: of the fields.
+        curves: with the fit of that law, from the weakest field to the strongest.
+        growth: None where fewer than three fields show a yield stress.
+    """
+
+    law: str
+    unit: str
+    curves: tuple[tuple[FlowCurve, FlowFit], ...]
+    growth: Growth | None
+
+
+def levels_in(table: Table) -> dict[str, Level]:
+    """Columns that hold one field in all rows, by name."""
+    levels: dict[str, Level] = {}
+    for name, values in table.columns.items():
+        unit = table.units.get(name)
+        known = values[np.isfinite(values)]
+        if not unit or not known.size or _NO_FIELD.search(name):
+            continue
+        try:
+            is_field = units.fits(unit, _UNITS)
+        except UnitError:
+            continue
+        middle = float(np.median(known))
+        if is_field and float(np.abs(known - middle).max()) <= _STEADY * abs(middle):
+            levels[name] = Level(middle, unit, is_set=bool(np.ptp(known) == 0.0))
+        elif is_field:
+            levels[name] = Level(middle, unit, is_set=False)
+    return levels
+
+
+def with_fields(
+    curves: Sequence[FlowCurve],
+    levels: Sequence[Mapping[str, Level]],
+) -> tuple[list[FlowCurve], list[str]]:
+    """Curves with the field of each, where a column or the labels tell it and the fields differ, and what told it.
+
+    Args:
+        curves: of a file.
+        levels: of each curve, see `levels_in`.
+    """
+    column, told = _by_columns(levels)
+    source = f"column {column!r}"
+    if not told:
+        told = _by_labels([curve.label for curve in curves])
+        source = "their names"
+    if len({level.number for level in told}) < 2 or len({level.unit for level in told}) > 1:
+        return [*curves], []
+    strongest = max(abs(level.number) for level in told)
+    with_field: list[FlowCurve] = []
+    for curve, level in zip(curves, told, strict=True):
+        field = level.number if level.is_set or abs(level.number) > _FAINT * strongest else 0.0
+        with_field.append(replace(curve, field=field, field_unit=level.unit))
+    return with_field, [f"fields of the curves: by {source} [{told[0].unit}]"]
+
+
+def _by_columns(levels: Sequence[Mapping[str, Level]]) -> tuple[str, list[Level]]:
+    """The name and the levels of the column that tells the curves apart best; a set column before a measured one."""
+    best: tuple[bool, int] = (False, 1)  # is set, and number of different fields
+    chosen: tuple[str, list[Level]] = "", []
+    for name in levels[0] if levels else ():
+        if not all(name in of_curve for of_curve in levels):
+            continue
+        own = [of_curve[name] for of_curve in levels]
+        different = {f"{level.number:.3g}" for level in own}
+        rank = all(level.is_set for level in own), len(different)
+        if len(different) > 1 and rank > best:
+            best = rank
+            chosen = name, own
+    return chosen
+
+
+def _by_labels(labels: Sequence[str]) -> list[Level]:
+    """The fields that labels such as ``tau_1kV`` or ``0.5 A`` hold; none where one of them holds none or several."""
+    told: list[Level] = []
+    for label in labels:
+        numbers = _IN_A_LABEL.findall(label)
+        if len(numbers) != 1:
+            return []
+        ((number, unit),) = numbers
+        told.append(Level(number_of(number), unit, is_set=True))
+    return told
+
+
+def series_of(fitted: Sequence[tuple[FlowCurve, Sequence[FlowFit]]]) -> FieldSeries | None:
+    """The yield stress against the field; None for curves without fields.
+
+    Args:
+        fitted: the curves of a file, each with the fits of the same laws.
+    """
+    if not fitted or not all(curve.field_unit for curve, _ in fitted):
+        return None
+    by_law: dict[str, list[FlowFit]] = {}
+    for _, fits in fitted:
+        for fit in fits:
+            by_law.setdefault(fit.law, []).append(fit)
+    errors: dict[str, float] = {}  # RMS of log10(stress) over all curves
+    for law, fits in by_law.items():
+        held_out = np.array([fit.validated if np.isfinite(fit.validated) else fit.log_rmse for fit in fits])
+        errors[law] = float(rms(held_out))
+    near = [law for law in by_law if errors[law] <= _NEAR * min(errors.values())]
+    law = min(near, key=lambda name: (len(by_law[name][0].estimates), errors[name]))
+
+    curves = [curve for curve, _ in fitted]
+    by_field = sorted(zip(curves, by_law[law], strict=True), key=lambda pair: pair[0].field)
+    return FieldSeries(law, curves[0].field_unit, tuple(by_field), _growth(by_field))
+
+
+def _growth(by_field: Sequence[tuple[FlowCurve, FlowFit]]) -> Growth | None:
+    from scipy.special import stdtrit
+
+    shown = [(curve.field, yield_stress_of(fit).value) for curve, fit in by_field if fit.yield_shown]
+    points: Array = np.array([pair for pair in shown if pair[0] > 0.0]).reshape(-1, 2)
+    if np.unique(points[:, 0]).size < _FEWEST_FIELDS:
+        return None
+    log_field: Array = np.log(points[:, 0])
+    log_stress: Array = np.log(points[:, 1])
+    away = log_field - log_field.mean()
+    exponent = float(away @ log_stress / (away @ away))
+    offset = float(log_stress.mean() - exponent * log_field.mean())
+    residual = log_stress - offset - exponent * log_field
+    spare = residual.size - 2
+    error = float(np.sqrt(residual @ residual / spare / (away @ away)))
+    half_width = float(np.asarray(stdtrit(spare, 0.975))) * error
+    return Growth(
+        factor=float(np.exp(offset)),
+        exponent=exponent,
+        low=exponent - half_width,
+        high=exponent + half_width,
+        fields=int(np.unique(points[:, 0]).size),
+    )

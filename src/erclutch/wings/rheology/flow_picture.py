@@ -1,0 +1,85 @@
+"""The picture of flow curves: points with a law through them, and the yield stress against the field beside them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from erclutch.report.plots.plot_description import COLUMN, PAGE, Axis, Dots, Line, Mark, Panel, Plot, PlotTable, Shade
+from erclutch.signals.array import Array
+from erclutch.wings.rheology.field_series import FieldSeries
+from erclutch.wings.rheology.flow_curve import FlowCurve, FlowFit, yield_stress_of
+
+_SHADES = 6  # the last shade of the ramp of fields
+_SERIES = 8  # colours of curves without a field
+_HEADER = ("curve", "field", "unit of the field", "shear rate [1/s]", "stress [Pa]", "law", "stress by the law [Pa]")
+
+
+def picture_of(fitted: Sequence[tuple[FlowCurve, FlowFit]], series: FieldSeries | None) -> Plot:
+    """Curves on two logarithmic axes, each with a law; of a series one law for all, and a panel of the yield stress.
+
+    Args:
+        fitted: curves with their chosen laws; those of a series stand in it.
+        series: of the same curves.
+    """
+    shown = list(series.curves) if series else list(fitted)
+    last = max(len(shown) - 1, 1)
+    marks: list[Mark] = []
+    rows: list[tuple[object, ...]] = []
+    for place, (curve, fit) in enumerate(shown):
+        style = f"level{round(_SHADES * place / last)}" if series else f"series{place % _SERIES}"
+        label = f"{curve.field:.4g} {curve.field_unit}" if series else curve.label
+        order = np.argsort(curve.rate, kind="stable")
+        marks.append(Dots(curve.rate, curve.stress, style, size=2.0))
+        marks.append(Line(curve.rate[order], fit.predicted[order], style, label))
+        field = curve.field if curve.field_unit else ""
+        for rate, stress, by_law in zip(curve.rate, curve.stress, fit.predicted, strict=True):
+            rows.append(
+                (curve.label, field, curve.field_unit, float(rate), float(stress), fit.law, float(by_law)),
+            )
+
+    law = series.law if series else "the chosen laws"
+    flow = Panel(
+        Axis("shear rate", "1/s", log=True),
+        Axis("shear stress", "Pa", log=True),
+        marks,
+        f"Shear stress over shear rate of {len(shown)} curves, with {law} through the points.",
+        f"points, and {law}",
+    )
+    beside = [] if series is None else _yield_panel(series)
+    panels = [flow, *beside]
+    width = PAGE if beside else COLUMN
+    return Plot(
+        panels, PlotTable(_HEADER, rows), 2.8, width, len(panels), legend="above" if len(shown) > 5 else "inside"
+    )
+
+
+def _yield_panel(series: FieldSeries) -> list[Panel]:
+    """The yield stresses with their intervals, and the power law through them; none for fewer than two."""
+    points: list[tuple[float, float, float, float]] = []  # field, yield stress, its interval
+    for curve, fit in series.curves:
+        stress = yield_stress_of(fit)
+        if fit.yield_shown:
+            points.append((curve.field, stress.value, stress.low, stress.high))
+    if len(points) < 2:
+        return []
+    numbers: Array = np.array(points)
+    field, stress, low, high = (numbers[:, column] for column in range(4))
+    marks: list[Mark] = [
+        Shade(np.where(np.isfinite(low), low, stress), np.where(np.isfinite(high), high, stress), x=field),
+        Dots(field, stress, "measured", f"by {series.law}", 2.4),
+    ]
+    if series.growth is not None:
+        line: Array = np.linspace(0.0, float(field.max()), 60)
+        power_law: Array = series.growth.factor * line**series.growth.exponent
+        marks.append(Line(line, power_law, "recommended", f"field^{series.growth.exponent:.3g}"))
+    return [
+        Panel(
+            Axis("field", series.unit),
+            Axis("yield stress", "Pa"),
+            marks,
+            f"Yield stress over field, by {series.law} for all curves.",
+            "yield stress",
+        )
+    ]

@@ -1,0 +1,151 @@
+"""What is asked where a table leaves open which columns are rates and stresses, or in which units they are."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from erclutch.errors import MappingError, UnitError, shell_word
+from erclutch.logs.columns.rheometer_names import Quantity, Role, of_oscillation, plain_name, said_by_name
+from erclutch.logs.table import Table, listed
+from erclutch.wings.rheology.flow_units import SI, units_above
+from erclutch.wings.rheology.labelled_pairs import CurvePlan, FlowColumn
+from erclutch.wings.rheology.rotor_speeds import speed_in_place_of_rate
+
+_WANTED: Mapping[str, Sequence[Role]] = {"shear rate": ("rate",), "shear stress": ("stress", "viscosity")}
+#: A stress and a viscosity of one row that differ by more than this share have a wrong unit.
+_AGREE = 0.2
+#: A column of logarithms: its numbers are no rates and no stresses.
+_LOGARITHM = re.compile(r"(?:log|lg|ln)[ _]?(?:10)?[ _(\[]|log10")
+
+
+def missing_column(table: Table, roles: dict[str, Role], rates: Sequence[str]) -> MappingError:
+    """The error where no column is surely the rate, or the stress beside one."""
+    what = "shear rate"
+    option = "--shear-rate"
+    unit = "1/s"
+    if rates:
+        what = "shear stress"
+        option = "--stress"
+        unit = "Pa"
+    there = f"(there are: {', '.join(table.labels)})"
+    if marks := of_oscillation(table.columns):
+        swings = f"the test is an oscillation ({', '.join(marks[:3])}), which has no flow curve"
+        problem = f"no column is surely the {what}: {swings}"
+        remedy = "Give a test in rotation, or name columns: --shear-rate, --stress"
+        return MappingError(problem, where=table.name, remedy=remedy)
+    if not rates and (turning := speed_in_place_of_rate(table)):
+        return turning
+    candidates: list[str] = []
+    for name, role in roles.items():
+        counts = np.array_equal(np.diff(table.columns[name]), np.ones(table.rows - 1))
+        if role == "unknown" and "%" not in table.label(name) and not counts:
+            candidates.append(name)
+    unreadable = [problem for name, problem in table.unreadable.items() if said_by_name(name) in _WANTED[what]]
+    if unreadable:
+        return MappingError(
+            f"no column is surely the {what}: {unreadable[0]}",
+            where=table.name,
+            remedy="Give a number in each of its cells, with what it scatters by in a column of its own",
+        )
+    if not candidates:  # all are of other quantities, such as a time: none of them may be named
+        return MappingError(
+            f"no flow curve: no column is surely the {what}, and each is of another quantity {there}",
+            where=table.name,
+            remedy="Give a table with shear rates and shear stresses or viscosities",
+        )
+    if rates and (spoken := [*units_above(table, "stress"), *units_above(table, "viscosity")]):
+        named = " ".join(shell_word(f"{name} [{spoken[0]}]") for name in candidates)
+        return MappingError(
+            f"no column is surely the {what} {there}, and the lines above the table speak of {spoken[0]}",
+            where=table.name,
+            remedy=f"Name such columns with their unit: {option} {named}",
+        )
+    # A gamma beside a tau is a rate or a strain: only the user knows, and no other column is more likely.
+    likely = [name for name in candidates if plain_name(name) in ("gamma", "gamma point", "shear")]
+    example = [*likely, *candidates][0]
+    return MappingError(
+        f"no column is surely the {what} {there}",
+        where=table.name,
+        remedy=f"Name it with its unit, such as {option} {shell_word(f'{example} [{unit}]')}",
+    )
+
+
+def of_unknown_unit(table: Table, name: str, unknown: Sequence[str]) -> UnitError:
+    """The error where a viscosity has no unit; the remedy names all such columns, so that one answer is enough."""
+
+    def named(unit: str) -> str:
+        return "--stress " + " ".join(shell_word(f"{other} [{unit}]") for other in unknown)
+
+    columns = f"the column {name!r} has" if len(unknown) == 1 else f"the columns {listed(unknown, 6)} have"
+    return UnitError(
+        f"{columns} no unit: viscosities are written in Pa s, and as often in mPa s or cP",
+        where=table.name,
+        remedy=f"Say which: {named('mPa*s')}, or {named('Pa*s')}",
+    )
+
+
+def require_no_unit_above(table: Table, name: str, role: Quantity) -> None:
+    """Ask about a column without a unit where the lines above the table speak of another unit than Pa or 1/s.
+
+    Raises:
+        UnitError: they do.
+    """
+    spoken = units_above(table, role)
+    if not spoken:
+        return
+    option = "--shear-rate" if role == "rate" else "--stress"
+    either = f"{option} {shell_word(f'{name} [{spoken[0]}]')}, or {option} {shell_word(f'{name} [{SI[role]}]')}"
+    raise UnitError(
+        f"the column {name!r} has no unit, and the lines above the table speak of {spoken[0]}",
+        where=table.name,
+        remedy=f"Say which: {either}",
+    )
+
+
+def require_no_logarithms(table: Table, curves: Sequence[CurvePlan], asked: Mapping[str, str]) -> None:
+    """Refuse columns that hold logarithms by their names.
+
+    Raises:
+        MappingError: such a column, which no option names.
+    """
+    for curve in curves:
+        for column, option in ((curve.rate, "--shear-rate"), (curve.stress, "--stress")):
+            if column.name in asked or not _LOGARITHM.match(column.name.lower().lstrip("(")):
+                continue
+            raise MappingError(
+                f"column {column.name!r} holds logarithms, by its name",
+                where=table.name,
+                remedy="Write the numbers themselves, or where they are no logarithms give "
+                f"{option} {shell_word(f'{column.name} [{column.unit}]')}",
+            )
+
+
+def compare_with_viscosity(table: Table, curve: CurvePlan, viscosity: FlowColumn) -> None:
+    """Stress over rate is the viscosity: a wrong unit of either shows.
+
+    Raises:
+        UnitError: they disagree.
+    """
+    rate = table.columns[curve.rate.name] * curve.rate.factor
+    stress = np.abs(table.columns[curve.stress.name] * curve.stress.factor)
+    apparent = np.abs(rate * table.columns[viscosity.name] * viscosity.factor)
+    known = np.isfinite(stress) & np.isfinite(apparent) & (apparent > 0) & (stress > 0)
+    if not known.any():
+        return
+    ratio = float(np.median(stress[known] / apparent[known]))
+    if abs(np.log(ratio)) <= np.log1p(_AGREE):
+        return
+    shear_rate = curve.rate
+    shear_stress = curve.stress
+    product = f"{viscosity.name!r} [{viscosity.unit}] x {shear_rate.name!r} [{shear_rate.unit}]"
+    options = (
+        f"--shear-rate {shell_word(f'{shear_rate.name} [1/s]')} --stress {shell_word(f'{shear_stress.name} [Pa]')}"
+    )
+    raise UnitError(
+        f"{shear_stress.name!r} [{shear_stress.unit}] is {ratio:.4g} times {product}: one of these units is wrong",
+        where=table.name,
+        remedy=f"Name the columns with their units: {options}",
+    )
