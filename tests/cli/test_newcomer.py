@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 from pathlib import Path
 
+import numpy as np
 import pytest
 from cyclopts.help import HelpEntry, HelpPanel
 from cyclopts.help.inline_text import InlineText
@@ -98,3 +99,22 @@ def test_an_umlaut_in_a_log_s_name_stays_in_the_names_of_c() -> None:
     assert named_after("Prüfstand 3") == "pruefstand_3_model"
     assert named_after("Frottement à sec") == "frottement_a_model"
     assert named_after("制动器") == "model"
+
+
+@pytest.mark.parametrize("still", ["speed", "torque"])
+def test_inspect_says_that_nothing_can_be_fitted_where_a_signal_stands_still(still: str, tmp_path: Path) -> None:
+    time = np.arange(1000) / 1000.0
+    speed = 20.0 * np.sin(6.0 * time)
+    rows = {"time [s]": time, "speed [rad/s]": speed, "torque [N*m]": 0.02 * speed + 0.1 * np.sign(speed)}
+    name = next(name for name in rows if name.startswith(still))
+    rows[name] = np.full_like(time, 12.5)
+    np.savetxt(
+        tmp_path / "log.csv", np.column_stack(list(rows.values())), "%.6g", ",", header=",".join(rows), comments=""
+    )
+
+    signal = {"speed": "slip", "torque": "effort"}[still]
+    last = good("inspect", "log.csv", cwd=tmp_path, code=1).splitlines()[-1]
+    assert last == (
+        f"Understood, but nothing can be fitted to it: log.csv: the {signal} is constant at 12.5 over 1000 rows. "
+        f"Check that the right column is mapped to {signal}."
+    )

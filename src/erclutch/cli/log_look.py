@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from erclutch.cli import terminal
 from erclutch.cli.log_advice import advice_on
 from erclutch.cli.options import LogOptions
-from erclutch.errors import ErclutchError, SettingError
+from erclutch.errors import CheckError, ErclutchError, SettingError
 
 if TYPE_CHECKING:
     from erclutch.logs import Plan, Table
@@ -33,6 +33,7 @@ class LogLook:
         refused: why a log is not read beside the others, by its name.
         rows: the first recording.
         covered: all recordings, as far as they fit together.
+        unfit: why no model can be fitted to them; "" where nothing stands against it.
         advice: what logs teach nothing new, and what no log has.
     """
 
@@ -46,6 +47,7 @@ class LogLook:
     refused: dict[str, str]
     rows: Dataset | None
     covered: Dataset | None
+    unfit: str
     advice: list[str]
 
     @property
@@ -73,7 +75,7 @@ class LogLook:
     @property
     def doubtful(self) -> bool:
         """Whether anything is missing, in doubt or not understood."""
-        return self.problem is not None or bool(self.refused or self.plan.doubts)
+        return self.problem is not None or bool(self.refused or self.plan.doubts or self.unfit)
 
 
 def look_at(
@@ -125,6 +127,14 @@ def look_at(
             covered = reading.dataset([*read, *further])
         except ErclutchError as error:  # such as logs in different units
             refused[error.where] = str(error)
+    unfit = ""
+    if covered is not None:
+        from erclutch.fit.checks.data_check import require_change
+
+        try:
+            require_change(covered)
+        except CheckError as error:
+            unfit = str(error)
     advice: list[str] = []
     if covered is not None and len(covered.sources) > 1:
         advice = advice_on(covered)
@@ -140,6 +150,7 @@ def look_at(
         refused=refused,
         rows=rows,
         covered=covered,
+        unfit=unfit,
         advice=advice,
     )
 

@@ -247,6 +247,8 @@ def _tell_what_is_next(look: LogLook, typed: str, reading: LogOptions) -> None:
             terminal.say(f"What settles it: {_flow_command(look)}")
             return
         terminal.say(f"In doubt: {doubts}. If that is right, say so: {command}")
+    elif look.unfit:
+        terminal.say(f"Understood, but nothing can be fitted to it: {look.unfit}")
     elif not look.refused:
         words = map(shlex.quote, reading.words())
         command = " ".join(["erclutch fit", typed, *words])

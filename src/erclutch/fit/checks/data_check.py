@@ -62,7 +62,20 @@ def check(data: Dataset, test: Mask) -> tuple[Finding, ...]:
         CheckError: too few rows, slip or effort that do not vary, or a field that varies in the rows held out alone.
     """
     train = data.take(~test)
-    _must_vary(train, data)
+    if train.rows < _FEWEST_ROWS:
+        raise CheckError(
+            f"{train.rows} rows to train on, at least {_FEWEST_ROWS} are needed",
+            where=data.where,
+            remedy="Log for longer, or hold out less with --test",
+        )
+    if train.one_field and not data.one_field:
+        raise CheckError(
+            f"the field is constant at {field_text(train)} over {train.rows} training rows, and only the rows held out "
+            "have others",
+            where=data.where,
+            remedy="Hold out other rows with --test, so that the fit sees several fields",
+        )
+    require_change(train, "training ")
     findings = (
         *_told_otherwise(data),
         _resampled(data),
@@ -104,31 +117,22 @@ def _field_unit(data: Dataset) -> str:
     return f" {data.units.field}" if data.units.field not in ("", "?") else ""
 
 
-def _must_vary(train: Dataset, data: Dataset) -> None:
-    """Stop where no fit can work.
+def require_change(data: Dataset, part: str = "") -> None:
+    """Stop where the slip or the effort does not change: no fit can work then.
+
+    Args:
+        data: the rows that a fit would have.
+        part: what stands in front of "rows" in an error, such as "training ".
 
     Raises:
-        CheckError: as `check` says.
+        CheckError: the slip or the effort is constant.
     """
-    if train.rows < _FEWEST_ROWS:
-        raise CheckError(
-            f"{train.rows} rows to train on, at least {_FEWEST_ROWS} are needed",
-            where=data.where,
-            remedy="Log for longer, or hold out less with --test",
-        )
-    if train.one_field and not data.one_field:
-        raise CheckError(
-            f"the field is constant at {field_text(train)} over {train.rows} training rows, and only the rows held out "
-            "have others",
-            where=data.where,
-            remedy="Hold out other rows with --test, so that the fit sees several fields",
-        )
-    slips = np.concatenate([element.slip for element in train.elements])
-    for name, values in (("slip", slips), ("effort", train.effort)):
+    slips = np.concatenate([element.slip for element in data.elements])
+    for name, values in (("slip", slips), ("effort", data.effort)):
         rounding = 1e-12 * (abs(float(values[0])) + 1e-300)
         if np.ptp(values) <= rounding:
             raise CheckError(
-                f"the {name} is constant at {values[0]:g} over {train.rows} training rows",
+                f"the {name} is constant at {values[0]:g} over {data.rows} {part}rows",
                 where=data.where,
                 remedy=f"Check that the right column is mapped to {name}",
             )
