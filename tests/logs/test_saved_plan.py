@@ -18,7 +18,7 @@ HEADER = "t [ms],Y [V],V [cm/s],F [kN],D [cm]"
 @pytest.fixture
 def log(tmp_path: Path) -> Path:
     t = np.arange(50.0)
-    rows = np.column_stack([t, np.sin(t), np.cos(t), 0.1 * np.sin(t), t])
+    rows = np.column_stack([t, t % 3.0, np.cos(t), 0.1 * np.sin(t), t])
     path = tmp_path / "l3g.csv"
     np.savetxt(path, rows, delimiter=",", header=HEADER, comments="")
     return path

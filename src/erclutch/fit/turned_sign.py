@@ -55,8 +55,8 @@ def with_turned_fit(
         message = f"{finding.message}, but no law explains the training rows with either sign"
         return Finding("warning", "explained", message, "Look at the columns and their units: a wrong one may be noise")
     message = (
-        f"{finding.message}; with the effort turned, {law.model.name} errs by {percent(share, 1)} of the standard "
-        f"deviation on the rows held out, while no law of the log as it is comes below "
-        f"{percent(share_as_it_is)} on the training rows"
+        f"{finding.message}; with the effort turned, {law.model.name} errs by {percent(share_turned)} of the standard "
+        f"deviation on the training rows and by {percent(share, 1)} on the rows held out; no law of the log as it is "
+        f"errs by less than {percent(share_as_it_is)} on the training rows"
     )
     return replace(finding, message=message)
