@@ -40,7 +40,7 @@ def assert_is_the_curve(file: FlowFile) -> None:
         "s.d. (Pa)",
         "Stress stdev (Pa)",
         "Standardabweichung (Pa)",
-        "SEM (Pa)",
+        "Stress min (Pa)",
         "écart-type (Pa)",
     ],
 )
@@ -56,7 +56,14 @@ def test_what_a_law_gives_is_no_measured_stress(tmp_path: Path, beside: str) -> 
     assert_is_the_curve(read_flow_curves(path))
 
 
-@pytest.mark.parametrize("names", ["log shear rate (1/s),log viscosity (Pa.s)", "lg_gamma_dot [1/s],ln_eta [Pa s]"])
+@pytest.mark.parametrize(
+    "names",
+    [
+        "log shear rate (1/s),log viscosity (Pa.s)",
+        "lg_gamma_dot [1/s],ln_eta [Pa s]",
+        "sqrt(shear rate),sqrt(shear stress)",
+    ],
+)
 def test_logarithms_are_asked_about(tmp_path: Path, names: str) -> None:
     path = written(tmp_path, names, np.log10(RATES), np.log10(STRESSES / RATES))
     with pytest.raises(MappingError, match="holds logarithms"):

@@ -70,6 +70,13 @@ def test_numbers_of_an_unknown_meaning_are_asked_about(tmp_path: Path) -> None:
 @pytest.mark.parametrize("name", ["Meas. Pts.", "Interval", "Time [s]", "Torque [mN m]"])
 def test_what_is_no_condition_parts_nothing(tmp_path: Path, name: str) -> None:
     path = table(tmp_path / "f.csv", f"{name},Shear rate [1/s],Shear stress [Pa]", scale=2.0)
+    sweeps = [curve.label.rpartition("; ")[2] for curve in read_flow_curves(path).curves]
+    assert sweeps == ["sweep 1", "sweep 2", "sweep 3"]
+    header, *rows = path.read_text().splitlines()
+    of_one_fluid = [
+        f"{row.split(',')[0]},{rate:.6g},{20 + rate:.6g}" for row, rate in zip(rows, [*RATES] * 3, strict=True)
+    ]
+    path.write_text("\n".join([header, *of_one_fluid]) + "\n")
     assert len(read_flow_curves(path).curves) == 1
 
 
@@ -162,3 +169,21 @@ def test_levels_by_turns_at_each_rate_are_conditions(tmp_path: Path) -> None:
     rows = [f"{level},{rate:.6g},{20 + 4000 * level + rate:.6g}" for rate in RATES for level in (0, 1)]
     (tmp_path / "f.csv").write_text("\n".join(["B [T],Shear rate [1/s],Shear stress [Pa]", *rows]))
     assert [curve.rate.size for curve in read_flow_curves(tmp_path / "f.csv").curves] == [RATES.size] * 2
+
+
+@pytest.mark.parametrize("between", ["\n", ""])
+def test_two_sweeps_of_other_stresses_are_two_curves(tmp_path: Path, between: str) -> None:
+    sweeps = ["\n".join(f"{rate:.6g},{factor * (20 + rate):.6g}" for rate in RATES) for factor in (1.0, 1.6)]
+    (tmp_path / "f.csv").write_text("Shear rate [1/s],Shear stress [Pa]\n" + f"\n{between}".join(sweeps) + "\n")
+    found = read_flow_curves(tmp_path / "f.csv")
+    assert [curve.label for curve in found.curves] == ["sweep 1", "sweep 2"]
+    assert found.curves[1].stress == pytest.approx(1.6 * (20 + RATES), rel=1e-5)
+
+
+@pytest.mark.parametrize("second", [RATES, RATES[::-1]])
+def test_a_run_again_and_a_way_back_are_one_curve(tmp_path: Path, second: np.ndarray) -> None:
+    factors = np.repeat([1.0, 1.05 if second is RATES else 0.7], RATES.size)
+    rates = np.append(RATES, second)
+    rows = [f"{rate:.6g},{factor * (20 + rate):.6g}" for rate, factor in zip(rates, factors, strict=True)]
+    (tmp_path / "f.csv").write_text("\n".join(["Shear rate [1/s],Shear stress [Pa]", *rows]) + "\n")
+    assert [curve.rate.size for curve in read_flow_curves(tmp_path / "f.csv").curves] == [2 * RATES.size]

@@ -30,7 +30,7 @@ _WORDS: dict[Role, tuple[str, ...]] = {
         *("температур", "врем", "давлен", "скорост. ротора", "об мин", "угол", "крутящ"),
         *("温度", "时间", "時間", "扭矩", "トルク", "序号", "点", "转速", "回転", "频率", "周波数"),
         # The highest stress of a start-up is no steady one; a tensor's component is numbered behind a colon.
-        *(r"\bmax(?:imum)?\b", r"\bpeak\b", "overshoot", r":\d$"),
+        *(r"\bmax(?:imum)?\b", r"(?<!\d )\bmin(?:imum)?\b", r"\bci ?\d*\b", r"\bpeak\b", "overshoot", r":\d$"),
     ),
     "viscosity": (
         *("viscosi", "visko[sz]i", r"\bvisc\b", r"\beta\b", "η", "lepkosc", "вязкост", "점도", "粘度", "黏度", "粘性"),

@@ -38,6 +38,8 @@ _WOBBLE = 0.01  # of its level, by which a regulated temperature wanders and is 
 _STEADY = 0.5  # K: a regulated temperature wanders by less
 _WIDEST_IN_KELVIN = 3.0  # which one regulated temperature spans at most
 _FEWEST_RATES = 3  # of a sweep
+_ANEW = 0.5  # of the range of ln(rate): a larger step back begins another sweep
+_ONE_FLUID = 0.15  # ln of the ratio of two stresses at one rate: so far apart two runs of one fluid may be
 _ONE_RATE = 0.02  # ln of the ratio of two rates that are meant to be the same
 _HELD = 1.2  # times the lowest rate: what stays below is measured at one rate
 
@@ -78,7 +80,7 @@ def conditions_of(table: Table, plan: FlowPlan, *, parted: bool = False) -> list
         problem = f"column {name} parts the points into {parting[name].max() + 1} sweeps of the rate"
         raise MappingError(problem, where=table.name, remedy=f"Take each as a curve: {each}; or one: {one}")
     if not parting:
-        return [Condition("", table)]
+        return _sweeps(table, plan)
 
     names = list(parting)
     levels_of_rows = np.column_stack([parting[name] for name in names])  # shape (rows, parting columns)
@@ -91,15 +93,69 @@ def conditions_of(table: Table, plan: FlowPlan, *, parted: bool = False) -> list
             level = float(np.nanmedian(table.columns[name][rows]))
             unit = table.units.get(name) or ""
             words.append(f"{name} {level:.4g} {unit}".rstrip())
-        points = replace(
-            table,
-            columns={name: values[rows] for name, values in table.columns.items()},
-            clock=None if table.clock is None else table.clock[rows],
-            breaks=(),
-            words={},
-        )
-        conditions.append(Condition(", ".join(words), points))
+        conditions.append(Condition(", ".join(words), _rows_of(table, rows)))
     return conditions
+
+
+def _sweeps(table: Table, plan: FlowPlan) -> list[Condition]:
+    """Sweeps of a table whose rate begins anew, if they are of two fluids or states; else the table alone.
+
+    A way up and a way down are one curve. So are two ways up with the same stresses, unless a blank line parts them.
+    """
+    whole = [Condition("", table)]
+    curve = plan.curves[0]
+    rate = np.abs(table.columns[curve.rate.name])
+    rows = np.flatnonzero(np.isfinite(rate) & (rate > 0))
+    log_rate = np.log(rate[rows])
+    steps = np.diff(log_rate)
+    if not steps.size:
+        return whole
+    anew = np.abs(steps) > _ANEW * np.ptp(log_rate)
+    turns = np.flatnonzero(anew & (np.sign(steps) != np.sign(np.median(steps)))) + 1
+    if not turns.size:
+        return whole
+
+    starts = [0, *rows[turns].tolist()]
+    ends = [*starts[1:], table.rows]
+    sweeps = [np.arange(start, end) for start, end in zip(starts, ends, strict=True)]
+    if any(np.unique(rate[sweep][np.isfinite(rate[sweep])]).size <= _FEWEST_RATES for sweep in sweeps):
+        return whole
+    parted = all(any(before < at <= start for at in table.breaks) for before, start in pairwise(starts))
+    if not parted and not any(_differ(table, plan, first, second) for first, second in pairwise(sweeps)):
+        return whole
+    return [Condition(f"sweep {number}", _rows_of(table, sweep)) for number, sweep in enumerate(sweeps, start=1)]
+
+
+def _differ(table: Table, plan: FlowPlan, first: NDArray[np.intp], second: NDArray[np.intp]) -> bool:
+    """Whether the stresses of two sweeps, as rows, are apart by more than one fluid's are at the same rates."""
+    for curve in plan.curves:
+        points: list[tuple[Array, Array]] = []  # ln(rate), ln(stress or viscosity), sorted by the rate
+        for rows in (first, second):
+            rate = np.abs(table.columns[curve.rate.name][rows])
+            value = np.abs(table.columns[curve.stress.name][rows])
+            known = np.isfinite(rate) & np.isfinite(value) & (rate > 0) & (value > 0)
+            order = np.argsort(rate[known], kind="stable")
+            points.append((np.log(rate[known][order]), np.log(value[known][order])))
+        (rate_of_first, first_values), (rate_of_second, second_values) = points
+        if not rate_of_first.size or not rate_of_second.size:
+            continue
+        common = (rate_of_second >= rate_of_first[0]) & (rate_of_second <= rate_of_first[-1])
+        if common.any():
+            at_same_rates = np.interp(rate_of_second[common], rate_of_first, first_values)
+            if float(np.median(np.abs(second_values[common] - at_same_rates))) > _ONE_FLUID:
+                return True
+    return False
+
+
+def _rows_of(table: Table, rows: NDArray[np.intp] | NDArray[np.bool_]) -> Table:
+    """Some rows of a table."""
+    return replace(
+        table,
+        columns={name: values[rows] for name, values in table.columns.items()},
+        clock=None if table.clock is None else table.clock[rows],
+        breaks=(),
+        words={},
+    )
 
 
 def asked_about(table: Table, plan: FlowPlan) -> list[str]:

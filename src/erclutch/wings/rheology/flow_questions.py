@@ -17,8 +17,8 @@ from erclutch.wings.rheology.rotor_speeds import speed_in_place_of_rate
 _WANTED: Mapping[str, Sequence[Role]] = {"shear rate": ("rate",), "shear stress": ("stress", "viscosity")}
 #: A stress and a viscosity of one row that differ by more than this share have a wrong unit.
 _AGREE = 0.2
-#: A column of logarithms: its numbers are no rates and no stresses.
-_LOGARITHM = re.compile(r"(?:log|lg|ln)[ _]?(?:10)?[ _(\[]|log10")
+#: A column of logarithms, or of roots as Casson's plot has them: its numbers are no rates and no stresses.
+_LOGARITHM = re.compile(r"(?:log|lg|ln)[ _]?(?:10)?[ _(\[]|log10|sqrt|root|√")
 
 
 def missing_column(table: Table, roles: dict[str, Role], rates: Sequence[str]) -> MappingError:
@@ -106,7 +106,7 @@ def require_no_unit_above(table: Table, name: str, role: Quantity) -> None:
 
 
 def require_no_logarithms(table: Table, curves: Sequence[CurvePlan], asked: Mapping[str, str]) -> None:
-    """Refuse columns that hold logarithms by their names.
+    """Refuse columns that hold logarithms or roots by their names.
 
     Raises:
         MappingError: such a column, which no option names.
@@ -116,9 +116,9 @@ def require_no_logarithms(table: Table, curves: Sequence[CurvePlan], asked: Mapp
             if column.name in asked or not _LOGARITHM.match(column.name.lower().lstrip("(")):
                 continue
             raise MappingError(
-                f"column {column.name!r} holds logarithms, by its name",
+                f"column {column.name!r} holds logarithms or roots, by its name",
                 where=table.name,
-                remedy="Write the numbers themselves, or where they are no logarithms give "
+                remedy="Write the numbers themselves, or where the column holds them give "
                 f"{option} {shell_word(f'{column.name} [{column.unit}]')}",
             )
 
