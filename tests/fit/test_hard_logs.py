@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -265,3 +266,14 @@ def test_a_network_beside_a_law_is_fitted_to_few_rows() -> None:
     comparison = compare(build_dataset(log), Settings(models=("bingham+fnn-2",), lag="none"))
     (entry,) = comparison.entries
     assert entry.outcome.train_rows == 70
+
+
+def test_a_column_that_helps_is_named_unless_it_was_made_of_the_effort() -> None:
+    pressure = np.sin(2 * np.pi * 0.13 * TIME)  # nothing else tells of it
+    torque = FIELD * np.tanh(SPEED / 0.1) + 0.1 * SPEED + 0.5 * pressure + noise(0.02)
+    data = logged(SPEED, torque, FIELD)
+    made_of_the_effort = {"power": torque * SPEED / 745.7, "gauge": 3.0 - 2.0 * torque}
+    data = replace(data, spare={"pressure": pressure, **made_of_the_effort})
+    result = compare(data, Settings(("bingham",)))
+    (told,) = [finding.message for finding in result.findings if finding.subject == "spare column"]
+    assert told.startswith("the column 'pressure', which no model has as an input, would take ")

@@ -128,6 +128,11 @@ def test_spare_columns_are_finite_change_and_are_eight_at_most() -> None:
     np.testing.assert_array_equal(found.spare["x3"], ROWS + 3)
 
 
+def test_what_other_models_say_of_the_effort_is_no_spare_column() -> None:
+    estimates = {"PINN": 1.1 * PLAIN["effort"], "SVM": 0.9 * PLAIN["effort"]}
+    assert list(made({**PLAIN, **estimates, "x": ROWS}).spare) == ["x"]
+
+
 def test_a_motor_torque_is_taken_where_it_is_there_and_finite() -> None:
     found = made({**COAXIAL, "motor_torque": ROWS})
     np.testing.assert_array_equal(found.signals["motor_torque"], ROWS)

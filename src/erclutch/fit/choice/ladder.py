@@ -25,7 +25,7 @@ from erclutch.models.laws import ShapeParameter
 from erclutch.models.stages import GROUP, NONE, stage_named
 from erclutch.models.stages.stage import StageFamily
 from erclutch.models.structure import Structure
-from erclutch.signals.array import Mask
+from erclutch.signals.array import Array, Mask
 from erclutch.signals.recording import POSITION, TEMPERATURE
 
 #: Share of the error that a stage must take off.
@@ -45,6 +45,8 @@ _MANY_LOGS = 12
 #: Steps of a solver from each start, and where in the usual range of a new constant its searches start.
 _STEPS = 15
 _PLACES = (0.15, 0.5, 0.85)
+#: Correlation from which a column is the effort, or the power that the effort makes, in other numbers.
+_OF_THE_EFFORT = 0.999
 
 
 @dataclass(frozen=True)
@@ -123,16 +125,29 @@ def of_law(train: Dataset, rung: Rung, law: Structure) -> Rung:
 
 
 def helpful(train: Dataset, rung: Rung) -> dict[str, float]:
-    """The spare columns of the log that would lower the error of a rung, as a share of it, most helpful first."""
-    if not train.spare:
+    """The spare columns of the log that would lower the error of a rung, as a share of it, most helpful first.
+
+    Left out is a column that was made of the effort itself, such as a power: no controller has it before the effort.
+    """
+    spare = {name: column for name, column in train.spare.items() if not _holds_the_effort(train, column)}
+    if not spare:
         return {}
-    folds = _folds(replace(train, extras={**train.extras, **train.spare}))
+    folds = _folds(replace(train, extras={**train.extras, **spare}))
     gains: dict[str, float] = {}  # share of the error that each column takes off
-    for name in train.spare:
+    for name in spare:
         wider = _rung(folds, _with(rung.structure, f"={name}"), rung.numbers)
         gains[name] = 1.0 - wider.error / rung.error
     most_helpful_first = sorted(gains.items(), key=lambda item: -item[1])
     return {name: gain for name, gain in most_helpful_first if gain >= WORTH}
+
+
+def _holds_the_effort(train: Dataset, column: Array) -> bool:
+    """Whether a column goes straight with the effort, or with the power that the effort makes with a slip."""
+    powers = [train.effort * element.slip for element in train.elements]
+    for made in (train.effort, *powers):
+        if np.ptp(made) > 0.0 and np.ptp(column) > 0.0 and abs(np.corrcoef(column, made)[0, 1]) > _OF_THE_EFFORT:
+            return True
+    return False
 
 
 def families() -> list[tuple[str, ...]]:

@@ -9,6 +9,7 @@ from erclutch.logs.columns.candidates import candidates
 from erclutch.logs.plan import OPTIONAL, SignalPlan
 from erclutch.logs.planning.draft import Draft
 from erclutch.logs.planning.named_columns import locate
+from erclutch.logs.planning.no_field import is_of_models
 from erclutch.signals import units
 from erclutch.signals.channels import NOT_MEASURED
 from erclutch.signals.recording import SIGNALS
@@ -51,7 +52,9 @@ def take_further_columns(draft: Draft) -> None:
             option = f"--temperature {shell_word(f'{name} [{unit}]')}"
             draft.notes.append(f"column {name} is a temperature, and no law uses it: {option} lets them")
         changes = not column.shape.constant and column.values.size > 1
-        if changes and np.isfinite(column.values).all():
+        measures = changes and np.isfinite(column.values).all()
+        # What another model says of the effort would take off its error, and no controller has it.
+        if measures and not is_of_models(draft.seen, column):
             draft.spare.append(name)
             if len(draft.spare) == _MOST_SPARE:
                 return

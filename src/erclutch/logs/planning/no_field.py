@@ -102,7 +102,7 @@ def _why_by_itself(seen: SeenColumns, column: SeenColumn) -> str:
         return "is another quantity by its name"
     if is_a_mark(column) and not _MARKS.isdisjoint(words):
         return "marks rows by 0 and 1"
-    if _is_of_models(seen, column):
+    if is_of_models(seen, column):
         return "is what a model says of the effort"
     if not _OF_A_SINE.isdisjoint(words[-1:]) and _has_a_told_motion(seen):
         return "is that of the motion that the drive was told"
@@ -152,7 +152,7 @@ def _numbers_parts(column: SeenColumn) -> bool:
     return last in _PARTS and _OF_A_TEST.issuperset(before)
 
 
-def _is_of_models(seen: SeenColumns, column: SeenColumn) -> bool:
+def is_of_models(seen: SeenColumns, column: SeenColumn) -> bool:
     """Whether a column is called like a model, or goes with such columns: a table of models beside a measured effort.
 
     One name alone may be that of a device; two are a comparison of models.
