@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from erclutch.errors import ErclutchError
 from erclutch.logs import read_table
-from erclutch.logs.readers.loose_text import with_a_line_of_names, without_brackets
+from erclutch.logs.readers.loose_text import with_a_line_of_names, without_brackets, without_matrix
 
 ROWS = np.column_stack([np.arange(40) / 100, np.sin(np.arange(40) / 5), np.cos(np.arange(40) / 5) ** 3])
 
@@ -122,3 +122,18 @@ def test_a_table_that_labview_wrote_without_headers_is_a_table(tmp_path: Path) -
     path = tmp_path / "bench.lvm"
     path.write_text("\n".join(lines("\t")))
     assert np.allclose(np.column_stack([*read_table(path).columns.values()]), ROWS, atol=1e-6)
+
+
+@given(st.lists(st.tuples(*[st.floats(-1e6, 1e6)] * 3), min_size=2, max_size=8), st.sampled_from([" ", ", ", "\t"]))
+def test_the_rows_of_a_matrix_keep_their_numbers(rows: list[tuple[float, ...]], between: str) -> None:
+    text = "x = [" + "; ".join(between.join(map(repr, row)) for row in rows) + "];\n"
+    bare, note = without_matrix(text)
+    assert note
+    read = [[float(cell) for cell in line.replace(",", " ").split()] for line in bare.splitlines()]
+    assert np.array_equal(read, rows)
+
+
+@given(st.text(alphabet="[]; =x1,.\n\t", max_size=60))
+def test_no_text_of_brackets_breaks_the_reading_of_matrices(text: str) -> None:
+    bare, note = without_matrix(text)
+    assert note or bare == text

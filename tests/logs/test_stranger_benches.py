@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from erclutch.logs import ColumnMap, Plan, Table, apply, plan_of, read_table
+from erclutch.logs.readers.loose_text import without_matrix
 from erclutch.signals.array import Array
 
 ROWS = np.arange(400.0)
@@ -141,3 +142,44 @@ def test_more_names_than_values_in_a_row_are_told(tmp_path: Path) -> None:
     plan = read(tmp_path / "a.csv", "time, drive_pos, drive_torque, test_pos, test_torque, sensor\n" + rows + "\n")
     assert plan.questions  # a name that fell apart at a comma would move the others
     assert any("names 6 columns, the rows have 3 cells" in note for note in plan.notes)
+
+
+@pytest.mark.parametrize("name", ["Control Effort", "control_effort", "controllerEffort", "pid_effort"])
+def test_the_effort_of_a_control_loop_is_no_effort_of_a_device(name: str) -> None:
+    plan = planned({"Time": ROWS / 100, "Encoder 1 Pos": SLOW, name: DRAG})
+    assert "effort" in {each.signal for each in plan.questions}
+    assert name not in plan.command()
+    effort = planned({"Time": ROWS / 100, "elbow.position": SLOW, "elbow.effort": DRAG}).signal("effort")
+    assert effort is not None
+
+
+NAMES = ("Sample", "Time", "Encoder 1 Pos", "Torque")
+
+
+@pytest.mark.parametrize(
+    ("head", "between", "end"),
+    [
+        (f"{'   '.join(NAMES)}\n\n[    ", "    ", "];\n"),
+        ("\t".join(NAMES) + "\n[", "\t", "]\n"),
+        (f"% {', '.join(NAMES)}\ndata = [\n", ", ", ";\n];\n"),
+    ],
+)
+def test_a_matrix_of_matlab_has_its_first_row_below_its_names(
+    tmp_path: Path, head: str, between: str, end: str
+) -> None:
+    cells = [(str(k), f"{k / 100:.3f}", f"{SLOW[k]:.4f}", f"{DRAG[k]:.4f}") for k in range(60)]
+    path = tmp_path / "a.txt"
+    path.write_text(head + ";\n   ".join(map(between.join, cells)) + end, encoding="utf-8")
+    table = read_table(path)
+    assert tuple(table.columns) == NAMES
+    assert table.rows == 60
+    assert np.allclose(table.columns["Time"], ROWS[:60] / 100)
+    assert np.allclose(table.columns["Torque"], DRAG[:60], atol=1e-4)
+    assert any("a matrix of MATLAB" in note for note in table.notes)
+
+
+@pytest.mark.parametrize(
+    "text", ["a [N];b [m];\n1;2;\n3;4;\n", "x\n[1.5];\n[2.5];\n", "t,v\n0,1\n1,2 ]\n", "[1, 2]\n[3, 4]\n"]
+)
+def test_other_brackets_and_semicolons_are_no_matrix(text: str) -> None:
+    assert without_matrix(text) == (text, "")

@@ -115,6 +115,8 @@ _AGAINST = {
     "position": _set("throttle valve pedal gps cursor mouse time phase attack incidence"),
     "effort": _set("ball clamp gravity preload clamping gewichts"),
 }  # fmt: skip
+#: Whose effort is what a loop tells a drive, often in volts.
+_LOOPS = frozenset({"control", "controller", "ctrl", "pid"})
 #: Short names that mean several things.
 NEED_UNIT = _set(
     "v vs vrel t m d n e u b x tau ff load id te par tension q y s phi qd dq dx dy xd course effet torsion id "
@@ -231,6 +233,8 @@ def spoken(name: str, stem: str, end: str | None) -> SpokenName:
     plainly = (TOLD | OTHER | NOT_MEASURED).isdisjoint(stem_words)
     speaking = {word for word in stem_words if plainly and len(word) > 2}
     against = {signal: NOT_MEASURED | _AGAINST.get(signal, frozenset()) for signal in NAMES}
+    if _is_effort_of_a_loop(stem_words):
+        against["effort"] |= _LOOPS
     return SpokenName(
         stem,
         end,
@@ -319,6 +323,8 @@ def headed(stem: str, signal: str, shared: Collection[str] = ()) -> str | None:
         parts.pop()
     if not parts or {*parts} & (TOLD | OTHER | NOT_MEASURED | _AGAINST[signal]):
         return None
+    if signal == "effort" and _is_effort_of_a_loop(parts):
+        return None
 
     heads = [(parts[:-1], parts[-1])]  # the words beside a head, and the head
     if parts[0] in _ROMANCE:
@@ -330,6 +336,11 @@ def headed(stem: str, signal: str, shared: Collection[str] = ()) -> str | None:
         if len(head) > 1 and known and not any(_speaks(word, signal) for word in rest):
             return head
     return None
+
+
+def _is_effort_of_a_loop(words: Iterable[str]) -> bool:
+    """Whether a name is that of a control effort: what a loop tells a drive, and no torque or force of a device."""
+    return "effort" in words and not _LOOPS.isdisjoint(words)
 
 
 def _is_time(name: str, stem: str) -> bool:

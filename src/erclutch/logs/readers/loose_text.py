@@ -1,4 +1,4 @@
-"""Texts of hasty programs are put right: a header without its line end, numbers in the brackets of a list of one."""
+"""Texts of hasty programs are put right: a header without its line end, brackets of lists of one and of matrices."""
 
 from __future__ import annotations
 
@@ -13,6 +13,12 @@ _ROWS = 3  # below the first line, which tell how many columns there are
 _LISTED = re.compile(
     r"(?m)(^|[,;\t])[ ]*\[\s{0,4}([+-]?\d{0,20}\.\d{0,25}(?:[eE][+-]?\d{1,3})?)\s{0,4}\][ ]*(?=[,;\t\r\n]|\Z)"
 )
+
+#: Where a matrix of MATLAB begins, behind its name or alone, and what stands in it and ends it.
+_MATRIX = re.compile(r"(?m)^[ \t]{0,40}(?:\w{1,40}[ \t]{0,9}=[ \t]{0,9})?\[(?=[ \t]{0,40}(?:[-+.\d]|\r?$))")
+_OF_A_MATRIX = re.compile(r"[-+.,;\deE\sNaInf]*")
+_END_OF_A_MATRIX = re.compile(r"\]\s{0,40};?\s{0,400}\Z")
+_END_OF_A_ROW = re.compile(r"[ \t]*;[ \t]*(?:\r?\n[ \t]*)?")
 
 _BRACKETED = re.compile(r"\[\s{0,4}[+-]?\d{0,20}\.")
 
@@ -53,3 +59,20 @@ def without_brackets(text: str) -> tuple[str, str]:
         plain,
         f"{count} numbers stand in brackets, as a list of one is printed: the brackets are left out" if count else "",
     )
+
+
+def without_matrix(text: str) -> tuple[str, str]:
+    """The text with the rows of a matrix of MATLAB, ``[1 2; 3 4];``, a line each; a note.
+
+    The bracket in front of the first row is a cell elsewhere, which moves its numbers by a column.
+    """
+    begin = _MATRIX.search(text[:_LOOKED_AT])
+    end = _END_OF_A_MATRIX.search(text[-_LOOKED_AT:])
+    if begin is None or end is None:
+        return text, ""
+    stop = max(len(text) - _LOOKED_AT, 0) + end.start()
+    inside = text[begin.end() : stop]
+    if ";" not in inside or not _OF_A_MATRIX.fullmatch(inside):
+        return text, ""
+    rows = _END_OF_A_ROW.sub("\n", inside.strip())
+    return f"{text[: begin.start()]}{rows}\n", "a matrix of MATLAB: its brackets and semicolons are left out"

@@ -22,7 +22,7 @@ from erclutch.logs.readers import dates, first_bytes, found_recordings, numerals
 from erclutch.logs.readers.budget import Budget
 from erclutch.logs.readers.cells import DASHES, NO_NUMBERS, is_comment
 from erclutch.logs.readers.dialect import LINE_END, SAMPLE, Dialect, sniff
-from erclutch.logs.readers.loose_text import with_a_line_of_names, without_brackets
+from erclutch.logs.readers.loose_text import with_a_line_of_names, without_brackets, without_matrix
 from erclutch.logs.readers.lying_tables import upright
 from erclutch.logs.readers.numerals import TwoDecimalMarksError, grouped_by_blanks, ungrouped, with_plain_minus
 from erclutch.logs.readers.serial_monitor import with_stamps_in_cells
@@ -67,6 +67,7 @@ def read_text(source: LogSource) -> Table:
     if " -> " in text:
         text, stamps = with_stamps_in_cells(text)
     text, minus = (text, "") if text.isascii() else with_plain_minus(text)
+    text, matrix = without_matrix(text) if "]" in text else (text, "")
     text = without_row_marks(text) if ";" in text else text
     broken = 0  # cells
     if '"' in text:
@@ -84,7 +85,7 @@ def read_text(source: LogSource) -> Table:
         dialect, notes = _dialect_of(text, source.decimal)
         names = [dialect.names[column - 1] for column in with_commas if column <= len(dialect.names)]
         notes.append(f"numbers have a decimal comma in column {', '.join(names)}, and a decimal point in the others")
-    notes += [said for said in (stamps, minus, listed, glued, units_in_cells, lying) if said]
+    notes += [said for said in (stamps, minus, matrix, listed, glued, units_in_cells, lying) if said]
     if broken:
         notes.append(f"{broken} quoted cells hold a number and a line end: the line end is left out")
 
