@@ -157,6 +157,50 @@ def test_under_impedance_a_meter_whose_sign_turns_is_held(seed: int, pair: LiveM
     assert fault.held, fault
 
 
+@pytest.mark.parametrize(
+    ("control", "kind", "begin"),
+    [("impedance", "doubled", 1548), ("computed torque", "reversed", 1548)],
+    ids=["at rest", "while torque and motion nearly disagree"],
+)
+def test_a_small_torque_that_is_wrong_within_dry_friction_is_held(
+    control: str, kind: str, begin: int, pair: LiveModel
+) -> None:
+    """The first came to zero after 461 ms, the second after 34 ms."""
+    settings = study.settings_of(control, pair, RIG)
+    healthy = study.frames_of(settings, pair.library, RIG, 0)
+    faulty = study.frames_of(settings, pair.library, RIG, 0, ("torque", kind, begin))
+    fault = study.judged(healthy, faulty, begin)
+    assert fault.held, fault
+    assert said(healthy, "torque-doubted").size == 0
+
+
+def held_output(**changes: Any) -> LoopSettings:
+    """A loop whose output rests within its dry friction of 3 mN m, while the field swings about 0.033."""
+    wave = LoopProgram("fields", Mode.FIELDS, Waveform.SINE, amplitude=0.003, frequency=40.0, offset=0.033)
+    load = {"load_inertia": 1.6e-5, "load_friction": 0.003, "load_drag": 1e-5, "load_band": 0.002}
+    return replace(SENSOR, meter_needed=2.0, programs=(wave,), **{**load, **changes})
+
+
+def test_at_rest_the_meter_keeps_its_usual_distance_from_the_model(bingham: Path) -> None:
+    def reads(change: Any, **changes: Any) -> Any:
+        return said(closed(Core(held_output(**changes), bingham), 1200, change), "torque-doubted", "disagrees")
+
+    def more(by: float) -> Any:
+        return lambda k, torque: torque + by if k >= 600 else torque
+
+    assert 603 <= reads(more(1e-3))[0] <= 607
+    assert 603 <= reads(lambda k, torque: torque * 1.5 if k >= 600 else torque)[0] <= 609
+    for change in (
+        None,
+        more(4e-4),  # twice its noise
+        lambda k, torque: torque + (3e-3 if k == 600 else 0.0),  # a spike
+        lambda k, torque: torque + 1e-6 * k,  # warmth
+        lambda k, torque: 1e-3 * round(torque / 1e-3),  # a coarse meter
+    ):
+        assert reads(change).size == 0
+    assert reads(more(1e-3), load_inertia=0.0).size == 0  # a hand that moves may hold the output
+
+
 @pytest.mark.slow
 def test_an_output_that_a_hand_holds_is_no_fault_where_nothing_is_said_of_its_load(pair: LiveModel) -> None:
     settings = replace(study.settings_of("impedance", pair, RIG), load_inertia=0.0)

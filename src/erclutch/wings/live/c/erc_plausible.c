@@ -37,6 +37,8 @@
 #define MOTOR_SHARE 0.3     /* of the motor's torque: a tenth of that may be off */
 #define MOTOR_LAGS 6.0      /* of its change: that may pass before the speed shows it */
 #define SLOW 20.0           /* times the least slip: up to there a drive's viscous drag is less than its dry friction */
+#define NEARLY 0.65         /* of what they may: so far apart they are a second witness of what the meter tells */
+#define NEARLY_FOR 4u       /* periods */
 #define MOMENTUM_SURE 1u    /* periods of doubt after which the field falls whatever follows, twice as fast */
 #define MOMENTUM_LITTLE 16u /* agreements that say little and clear as much doubt as another one */
 
@@ -150,18 +152,6 @@ static uint32_t impossible(const erc_core *core, double torque) {
     return stuck(config, m) ? ERC_STUCK : 0u;
 }
 
-/* By how much the model's torque has moved of late: a rotor rings on its torque meter by no more. Of a step, the meter may
- * read more than the model's torque as late as the meter's shows yet. */
-static double moved(const erc_meter *m, double now) {
-    double low = now, high = now;
-    uint32_t i;
-    for (i = 0u; i < ERC_EARLIER; i++) {
-        low = m->earlier[i] < low ? m->earlier[i] : low;
-        high = m->earlier[i] > high ? m->earlier[i] : high;
-    }
-    return high - low;
-}
-
 /* Whether a reading is further from the model's torque than device and model may differ; or, where an observer follows
  * the sensor, so far from what it has observed: a device drifts, it does not jump. */
 static bool disagrees(const erc_core *core, double torque) {
@@ -171,7 +161,7 @@ static bool disagrees(const erc_core *core, double torque) {
     if (!(band > 0.0) || !isfinite(core->estimate)) {
         return false;
     }
-    const double rings = moved(&core->meter, core->estimate);
+    const double rings = erc_torque_moved(&core->meter, core->estimate);
     const double observed = s->learned[s->side < 0.0].gain * expected + s->rest;
     const bool opposes = torque * expected < 0.0 && fabs(expected) > OPPOSED * band && fabs(torque) > band + rings;
     const bool follows = core->config.observer == ERC_BY_SENSOR && core->step - s->step <= 1u;
@@ -196,10 +186,22 @@ static void clear(erc_core *core) {
     m->little %= SAYS_LITTLE;
 }
 
+/* The side whose momentum is compared: the output of a pair, which the measured torque moves; the drive of a single
+ * device at rest, which the motor moves against the measured torque. */
+static double speed_of_load(const erc_core *core) {
+    return core->config.device == ERC_SINGLE ? core->theta.speed : core->alpha.speed;
+}
+
+/* What dry friction holds of the measured torque: none of it where the load moves or anything else acts on it. */
+static double withstood(const erc_core *core) {
+    const bool rests = core->config.load_inertia > 0.0 && fabs(speed_of_load(core)) <= CREEPS;
+    return rests ? BREAKS_AWAY * core->config.load_friction : 0.0;
+}
+
 uint32_t erc_torque_plausible(erc_core *core, double torque) {
     erc_meter *m = &core->meter;
     uint32_t reason;
-    bool off, turned;
+    bool off, changed;
     m->good = m->wrong = false;
     if (!isfinite(torque) && !(fabs(torque) > HIGHEST_TORQUE)) { /* no reading: the model is in charge */
         m->still = 0u;
@@ -209,12 +211,12 @@ uint32_t erc_torque_plausible(erc_core *core, double torque) {
     watch(m, torque);
     reason = impossible(core, torque);
     const double can_be = reason == 0u ? torque : m->believed; /* whatever follows, nothing beyond the limit is believed */
-    turned = reason == 0u && erc_torque_turned(core, torque);
-    off = turned || (reason == 0u && disagrees(core, torque));
+    changed = reason == 0u && erc_torque_changed(core, torque, withstood(core));
+    off = changed || (reason == 0u && disagrees(core, torque));
     /* At its end stop the output stops what turns with it: the meter reads that, and no model knows it. */
     if (off && core->field != 0.0 && erc_slipping(core) && erc_placed(core)) {
         reason = ERC_DISAGREES;
-        m->doubted = turned && m->doubted < SURE ? SURE : m->doubted; /* several readings have said so */
+        m->doubted = changed && m->doubted < SURE ? SURE : m->doubted; /* several readings have said so */
     }
     m->seen = true;
     if (reason != 0u && reason != ERC_DISAGREES) {
@@ -234,12 +236,6 @@ uint32_t erc_torque_plausible(erc_core *core, double torque) {
     m->since = 0u;
     m->good = !off; /* at one speed a clutch passes on whatever is asked of it: nothing follows from that */
     return 0u;
-}
-
-/* The side whose momentum is compared: the output of a pair, which the measured torque moves; the drive of a single
- * device at rest, which the motor moves against the measured torque. */
-static double speed_of_load(const erc_core *core) {
-    return core->config.device == ERC_SINGLE ? core->theta.speed : core->alpha.speed;
 }
 
 static double torque_on_load(const erc_core *core) {
@@ -394,6 +390,7 @@ uint32_t erc_momentum_plausible(erc_core *core) {
         core->meter.good = false;
         return either;
     }
+    m->nearly -= m->nearly > 0u ? 1u : 0u;
     if (!has_witness(core)) {
         m->begun = false;
         m->doubted = m->apart = 0u; /* a meter that is known to be wrong is who disagreed */
@@ -425,6 +422,7 @@ uint32_t erc_momentum_plausible(erc_core *core) {
         return m->jumped < JUMPED ? 0u : either;
     }
     const double may = most_off(core);
+    m->nearly = off > NEARLY * may ? NEARLY_FOR : m->nearly;
     if (!(off > may)) {
         agree(m, HALF * m->size > may);
         return 0u;

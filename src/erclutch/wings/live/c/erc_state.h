@@ -49,13 +49,17 @@ typedef struct {
     uint64_t step;                  /* the last one */
 } erc_stages;
 
-/* What is known of the sign of the torque sensor, from its last readings. */
+/* What is known of the torque sensor by its last readings together. */
 typedef struct {
     double offset;              /* [N m] by which it reads beyond the model's torque as a rule */
     double usual;               /* [N^2 m^2] the square of its usual distance from both */
     double off[ERC_EARLIER];    /* [N^2 m^2] squares of the last distances from both */
     double turned[ERC_EARLIER]; /* [N^2 m^2] the same from the turned torque */
+    double field;               /* a reading ago */
     uint32_t place, readings;   /* of the next square; how many readings */
+    uint64_t step;              /* of the last one */
+    uint32_t in_time;           /* readings in a row that each came a period after the last, up to ERC_EARLIER */
+    uint32_t rested;            /* readings in a row of a load at rest under one field */
 } erc_turn;
 
 /* What is known of the torque sensor. Torques in N m. */
@@ -98,6 +102,7 @@ typedef struct {
     uint32_t unsure;     /* periods left, after samples that were missing, in which nothing follows */
     uint32_t apart;      /* periods since both were compared, where missing samples were why they were not */
     uint32_t unseen;     /* the same when a doubt began */
+    uint32_t nearly;     /* periods left in which both have nearly disagreed of late */
     bool begun;
 } erc_momentum;
 

@@ -1,5 +1,7 @@
-/* Whether the sign of the torque sensor has turned. Such a torque may be within the band of the model and within dry
- * friction. But the last readings are then near the turned torque of the model, and far from that torque itself. */
+/* What the last readings of the torque sensor tell together, where each by itself can be: within the band of the model and
+ * within dry friction. A sign that has turned brings them near the turned torque of the model, and far from that torque
+ * itself; less of that is enough while torque and motion nearly disagree, which is a second witness. And while the load
+ * rests, another torque than before is further from the model's than it ever was there. */
 #include "erc_turned.h"
 
 #include <math.h>
@@ -10,6 +12,12 @@
 #define WILD 25.0           /* times that square: no single reading counts for more */
 #define FAR_OFF 12.0        /* times that square: so far off the last readings are on average */
 #define NEARER 12.0         /* times as near the turned torque. In health the most was 5 */
+#define WITNESSED 3.5       /* each of both while torque and motion nearly disagree. In health the most was 1.2 */
+#define RESTED 128u         /* readings of a load at rest under one field after which the usual distance is that of the rest */
+#define FAR_AT_REST 7.0     /* times that square: so far off the last readings are on average. In health the most was 5 */
+#define EACH_AT_REST 3.0    /* times that square: so far off is each of */
+#define MOST_OF_REST 4u     /* readings among the last: no spike of a meter lasts so long */
+#define LACKS 0.25          /* of the change of the model's torque: that much of it a device may lack */
 
 static double sum_of(const double *squares) {
     double sum = 0.0;
@@ -20,6 +28,24 @@ static double sum_of(const double *squares) {
     return sum;
 }
 
+static uint32_t beyond(const double *squares, double limit) {
+    uint32_t count = 0u, i;
+    for (i = 0u; i < ERC_EARLIER; i++) {
+        count += squares[i] > limit ? 1u : 0u;
+    }
+    return count;
+}
+
+double erc_torque_moved(const erc_meter *m, double now) {
+    double low = now, high = now;
+    uint32_t i;
+    for (i = 0u; i < ERC_EARLIER; i++) {
+        low = m->earlier[i] < low ? m->earlier[i] : low;
+        high = m->earlier[i] > high ? m->earlier[i] : high;
+    }
+    return high - low;
+}
+
 /* Learns the usual distance from a reading that leaves the last ones: so no fault makes itself usual in time. */
 static void learn_usual(erc_turn *t, double least, double square) {
     const double most = WILD * (t->usual + least);
@@ -28,16 +54,37 @@ static void learn_usual(erc_turn *t, double least, double square) {
     t->usual += (counts - t->usual) / (double)known;
 }
 
-bool erc_torque_turned(erc_core *core, double torque) {
+/* Counts readings in a row of which each came a period after the last. Of others the model's torque is of another time. */
+static void watch_time(erc_turn *t, uint64_t step) {
+    t->in_time = step - t->step == 1u ? t->in_time + (t->in_time < ERC_EARLIER ? 1u : 0u) : 0u;
+    t->step = step;
+}
+
+/* Whether a load rests, and the last readings are further from the model's torque than they ever were there. */
+static bool differs_at_rest(erc_core *core, double usual, double withstands) {
+    erc_turn *t = &core->meter.turn;
+    const bool held = withstands > 0.0 && fabs(core->meter.expected) <= withstands;
+    const bool rests = held && core->field * t->field > 0.0 && t->in_time > 0u;
+    t->field = core->field;
+    t->rested = rests ? t->rested + (t->rested < RESTED ? 1u : 0u) : 0u;
+    if (t->rested < RESTED || beyond(t->off, EACH_AT_REST * usual) < MOST_OF_REST) {
+        return false;
+    }
+    const double lacks = LACKS * erc_torque_moved(&core->meter, core->estimate);
+    return sum_of(t->off) > (double)ERC_EARLIER * (FAR_AT_REST * usual + lacks * lacks);
+}
+
+bool erc_torque_changed(erc_core *core, double torque, double withstands) {
     erc_turn *t = &core->meter.turn;
     const double model = core->meter.expected;
     const double expected = model + t->offset;
     const double least = core->meter.count * core->meter.count; /* a coarse sensor is off by that */
     if (!isfinite(core->estimate) || !(fabs(model) <= LARGEST_TORQUE)) {
-        t->readings = 0u;
+        t->readings = t->rested = t->in_time = 0u;
         t->offset = t->usual = 0.0;
         return false;
     }
+    watch_time(t, core->step);
     if (t->readings >= ERC_EARLIER) {
         learn_usual(t, least, t->off[t->place]);
     }
@@ -49,6 +96,10 @@ bool erc_torque_turned(erc_core *core, double torque) {
     if (t->readings < TURNED_KNOWN) {
         return false;
     }
+    const bool another = differs_at_rest(core, t->usual + least, withstands);
+    const bool witness = core->momentum.nearly > 0u && t->in_time >= ERC_EARLIER;
+    const double far_off = witness ? WITNESSED : FAR_OFF, nearer = witness ? WITNESSED : NEARER;
     const double off = sum_of(t->off);
-    return off > FAR_OFF * (double)ERC_EARLIER * (t->usual + least) && off > NEARER * sum_of(t->turned);
+    const bool far = off > far_off * (double)ERC_EARLIER * (t->usual + least);
+    return another || (far && off > nearer * sum_of(t->turned));
 }
