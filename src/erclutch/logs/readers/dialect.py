@@ -73,41 +73,59 @@ def sniff(text: str, asked: str | None = None) -> Dialect:
     if len(text) > SAMPLE and len(lines) > 1:
         lines.pop()  # the sample ends inside of it
     # A spreadsheet fills one word down below the last row.
-    last = next((place for place in reversed(range(len(lines))) if _BEGINS_A_NUMBER.search(lines[place])), len(lines))
-    full = [line for line in lines[: last + 1] if line.strip() and not is_comment(line)]
+    last = len(lines)
+    for place in reversed(range(len(lines))):
+        if _BEGINS_A_NUMBER.search(lines[place]):
+            last = place
+            break
+    full = _full_lines(lines[: last + 1])
 
     for size in _TAILS:
         tail = full[-size:]
         marks = _marks(tail, asked)
         rows = [marks.cells(line) for line in tail]
-        numeric = _numeric_columns(rows, marks)[: _filled_width(rows)]
+        width = _filled_width(rows)
+        numeric = _numeric_columns(rows, marks)[:width]
         first = _first_row(lines, marks, numeric)
         if first is not None:
-            below = [line for line in lines[first : last + 1] if line.strip() and not is_comment(line)]
-            rows_below = [marks.cells(line) for line in below[-size:]]
-            data = [row for row in rows_below if _is_data(row, marks, numeric)]
+            below = _full_lines(lines[first : last + 1])
+            data: list[list[str]] = []
+            for line in below[-size:]:
+                row = marks.cells(line)
+                if _is_data(row, marks, numeric):
+                    data.append(row)
             return _with_header(lines, first, marks, data, below)
 
-    count = len(lines) - (not lines[-1])  # a line end closes the last line and begins no other
+    count = len(lines)
+    if not lines[-1]:
+        count -= 1  # a line end closes the last line and begins no other
     problem = f"no row of numbers in {count} line{'' if count == 1 else 's'}"
     if full:
         problem += f" (it begins with {full[0].strip()[:60]!r})"
     raise LogError(problem, remedy="Give a table of numbers with one row a sample, or check the file's format")
 
 
+def _full_lines(lines: Sequence[str]) -> list[str]:
+    """Lines that are neither empty nor a comment."""
+    return [line for line in lines if line.strip() and not is_comment(line)]
+
+
 def _marks(tail: Sequence[str], asked: str | None) -> Marks:
     """The delimiter and decimal mark under which most cells are numbers, then the most numbers a row."""
     best = (0.0, 0.0)
     best_marks = Marks(",", asked or ".")
+    decimals = (asked,) if asked else (".", ",")
     for delimiter in ("\t", ";", "|", ",", None):
-        cells = [cell for line in tail for cell in cells_of(line, delimiter)]
+        cells: list[str] = []
+        for line in tail:
+            cells += cells_of(line, delimiter)
         filled = sum(1 for cell in cells if cell)
-        for decimal in (asked,) if asked else (".", ","):
+        for decimal in decimals:
             numbers = sum(1 for cell in cells if is_number(cell, decimal))
             share = round(numbers / max(filled, 1), 2)
-            score = (share, numbers / max(len(tail), 1))
-            if score > best:
-                best = score
+            numbers_a_row = numbers / max(len(tail), 1)
+            if (share, numbers_a_row) > best:
+                best = (share, numbers_a_row)
                 best_marks = Marks(delimiter, decimal)
     return best_marks
 
@@ -119,7 +137,8 @@ def _filled_width(rows: Sequence[Sequence[str]]) -> int:
     """
     width = max((len(row) for row in rows), default=0)
     while width > 1:
-        filled = sum(len(row) >= width and row[width - 1] != "" for row in rows)
+        last = width - 1
+        filled = sum(len(row) > last and row[last] != "" for row in rows)
         if filled >= _FILLED * len(rows):
             break
         width -= 1
@@ -154,7 +173,8 @@ def _first_row(lines: Sequence[str], marks: Marks, numeric: Sequence[bool]) -> i
 
 def _is_data(row: Sequence[str], marks: Marks, numeric: Sequence[bool]) -> bool:
     """Whether most number columns hold a number (or nan) here and at least one a number, or all say nan."""
-    if {cell.lower() for cell in row if cell} == {"nan"}:
+    filled = {cell.lower() for cell in row if cell}
+    if filled == {"nan"}:
         return True  # a logger's first row, before its first sample; no names
     cells = [cell for cell, is_numeric in zip(row, numeric, strict=False) if is_numeric]
     numbers = sum(marks.is_number(cell) for cell in cells)
@@ -180,9 +200,13 @@ def _is_above_names(lines: Sequence[str], marks: Marks, numeric: Sequence[bool],
         if place and _are_names(cells, marks, numeric):
             return True
         number_cells = [cell for cell, is_numeric in zip(cells, numeric, strict=False) if is_numeric]
-        if all(marks.is_filled_in(cell) for cell in number_cells):
-            labels = place == 0 and is_first and "" in number_cells
-            return labels and len(filled) > 1 and _are_names(marks.cells(filled[1]), marks, numeric)
+        if not all(marks.is_filled_in(cell) for cell in number_cells):
+            continue
+        labels_columns = place == 0 and is_first and "" in number_cells
+        if not labels_columns or len(filled) < 2:
+            return False
+        next_cells = marks.cells(filled[1])
+        return _are_names(next_cells, marks, numeric)
     return False
 
 
@@ -210,9 +234,12 @@ def _with_header(
     usual = 0
     named = _width_of_names(lines[:first], marks)
     if named > width + 1 and any(len(marks.cells(line)) == named for line in below):
-        usual, width = width, named  # columns at the end are filled in few rows, and the others are short
-    trailing = marks.delimiter is not None and width > 1
-    trailing = trailing and all(len(row) < width or not row[-1] for row in (first_row, *data))
+        # Columns at the end are filled in few rows, and the other rows are short.
+        usual = width
+        width = named
+    trailing = False
+    if marks.delimiter is not None and width > 1:
+        trailing = all(len(row) < width or not row[-1] for row in (first_row, *data))
     rows = RowsBelow(width, trailing, _name_rows(data, marks))
 
     places = [index for index in range(first) if lines[index].strip("#%/ \t")]  # an empty comment is no line
@@ -244,9 +271,9 @@ def _with_header(
     names, own_units, by_legend = with_legend(names, own_units, metadata)
     prose = [line for line in before_header if not is_comment(line) and not header_pairs([line])]
     if prose:
+        first_words = " ".join(prose[0].split())[:60]
         more = f" and {len(prose) - 1} more" if len(prose) > 1 else ""
-        begin = " ".join(prose[0].split())[:60]
-        notes.append(f"text above the table skipped: {begin!r}{more}")
+        notes.append(f"text above the table skipped: {first_words!r}{more}")
 
     numeric = _numeric_columns(data, marks) + [False] * len(names)  # a name may stand over an empty column
     return Dialect(
@@ -266,9 +293,12 @@ def _with_header(
 def _width_of_names(above: Sequence[str], marks: Marks) -> int:
     """Cells of the line right above the rows, where each is a name but perhaps the last; 0 for another line."""
     line = next((line for line in reversed(above) if line.strip()), "")
-    cells = marks.cells(line) if marks.delimiter is not None and not is_comment(line) else []
-    are_names = len(cells) > 1 and all(cells[:-1]) and not any(map(marks.is_number, cells))
-    return len(cells) if are_names else 0
+    if marks.delimiter is None or is_comment(line):
+        return 0
+    cells = marks.cells(line)
+    if len(cells) < 2 or not all(cells[:-1]):
+        return 0
+    return 0 if any(map(marks.is_number, cells)) else len(cells)
 
 
 def _name_rows(rows: Sequence[Sequence[str]], marks: Marks) -> bool:
@@ -288,17 +318,14 @@ def _refuse_bad_first_row(line: str, index: int, marks: Marks, width: int) -> No
     cells = marks.cells(line)
     counts = f"line {index + 1} names {len(cells)} columns but the rows have {width} cells"
     if marks.delimiter == "," and 2 * len(cells) == width and all(cells):
-        raise LogError(
-            f"{counts} (commas in the numbers?)",
-            remedy="Export it with a decimal point, or with a semicolon between the columns",
-        )
-    words = all(cells) and not any(marks.is_number(cell) for cell in cells)
-    if marks.delimiter is not None and words and len(cells) == width - 1 > 2:
+        remedy = "Export it with a decimal point, or with a semicolon between the columns"
+        raise LogError(f"{counts} (commas in the numbers?)", remedy=remedy)
+    are_words = all(cells) and not any(marks.is_number(cell) for cell in cells)
+    if marks.delimiter is not None and are_words and len(cells) == width - 1 > 2:
         raise LogError(counts, remedy="Name each column in that line")
 
     bad = [place for place, cell in enumerate(cells) if cell and not marks.is_number(cell)]
     if len(cells) == width > 1 and 0 < len(bad) < len(cells):
-        raise LogError(
-            f"line {index + 1}, column {bad[0] + 1} is '{cells[bad[0]]}' where a number is expected",
-            remedy="Correct or delete that line, or put a complete header row above the data",
-        )
+        place = bad[0]
+        problem = f"line {index + 1}, column {place + 1} is '{cells[place]}' where a number is expected"
+        raise LogError(problem, remedy="Correct or delete that line, or put a complete header row above the data")

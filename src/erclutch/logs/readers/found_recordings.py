@@ -37,6 +37,7 @@ _KEEPS = 0.2  # share of the rows from which on a column keeps its levels
 ALL = "*"
 EACH = "**"
 JOINT = " + "  # between names of recordings or files that are joined by time
+_CHILD = "erclutch.logs.readers.found_recordings"  # the module that a child runs
 
 
 class RecordingNames(Exception):  # noqa: N818  # an answer, not an error
@@ -60,27 +61,34 @@ class Found:
 
     def table(self) -> Table:
         """The recording as a table without file name and digest; labels become names and units."""
-        own = [self.units.get(label) for label in self.columns]
-        names, units, renamed = name_columns(list(self.columns), own)
+        own_units = [self.units.get(label) for label in self.columns]
+        names, units, renamed = name_columns(list(self.columns), own_units)
+        clock_name, clock = self.clock or ("", None)
         return Table(
             name="",
             columns=dict(zip(names, self.columns.values(), strict=True)),
             units=dict(zip(names, units, strict=True)),
             digest="",
             sample_period=self.period,
-            clock=self.clock[1] if self.clock else None,
-            clock_name=self.clock[0] if self.clock else "",
+            clock=clock,
+            clock_name=clock_name,
             constants=self.constants,
             metadata=self.metadata,
             notes=(*self.notes, *renamed),
         )
 
 
-def choose(found: Mapping[str, _T], variable: str | None, what: str, none: str, more: str = "") -> tuple[str, _T]:
+def choose(
+    recordings: Mapping[str, _T],
+    variable: str | None,
+    what: str,
+    none: str,
+    more: str = "",
+) -> tuple[str, _T]:
     """The only recording of a file, or the one that ``variable`` names, with its name.
 
     Args:
-        found: the recordings by name.
+        recordings: those of the file, by name.
         variable: what the user chose.
         what: what the format calls a recording, such as "group".
         none: the problem where there is none.
@@ -91,19 +99,19 @@ def choose(found: Mapping[str, _T], variable: str | None, what: str, none: str, 
         RecordingNames: ``variable`` is `ALL`.
     """
     if variable == ALL:
-        raise RecordingNames(found)
-    if variable and variable not in found:
-        problem = f"there is no {what} '{variable}' of numbers (there are: {listed(found)})"
-        raise LogError(problem, remedy="Give one of these as --variable" if found else "Leave --variable out")
-    if not found:
+        raise RecordingNames(recordings)
+    if variable and variable not in recordings:
+        problem = f"there is no {what} '{variable}' of numbers (there are: {listed(recordings)})"
+        raise LogError(problem, remedy="Give one of these as --variable" if recordings else "Leave --variable out")
+    if not recordings:
         raise LogError(none, remedy="Record the signals as numbers of one length, or export them as CSV")
-    first = next(iter(found))
-    if not variable and len(found) > 1:
-        problem = f"the file holds several recordings: {listed(found)}"
+    first = next(iter(recordings))
+    if not variable and len(recordings) > 1:
+        problem = f"the file holds several recordings: {listed(recordings)}"
         remedy = f"Choose one, such as --variable {shlex.quote(first)}, or --variable all{more}"
         raise LogError(problem, remedy=remedy)
     name = variable or first
-    return name, found[name]
+    return name, recordings[name]
 
 
 def names_by(read: Callable[[LogSource], Table]) -> Callable[[LogSource], list[str]]:
@@ -112,27 +120,29 @@ def names_by(read: Callable[[LogSource], Table]) -> Callable[[LogSource], list[s
     def recordings(source: LogSource) -> list[str]:
         try:
             read(replace(source, variable=ALL))
-        except RecordingNames as found:
-            return found.names
+        except RecordingNames as answer:
+            return answer.names
         return []
 
     return recordings
 
 
-def chosen(found: Mapping[str, Found], variable: str | None, what: str, none: str) -> Table:
+def chosen(recordings: Mapping[str, Found], variable: str | None, what: str, none: str) -> Table:
     """The table of the recording that `choose` takes, or of several joined by time; a note names the recording."""
-    names = [each.strip() for each in (variable or "").split(JOINT)]
-    if len(names) > 1 and variable not in found and all(name in found for name in names):
-        return joined_by_time({name: found[name] for name in names}, what).table()
-    name, recording = choose(found, variable, what, none, join_hint(found))
+    names = [name.strip() for name in (variable or "").split(JOINT)]
+    is_joint = len(names) > 1 and variable not in recordings
+    if is_joint and all(name in recordings for name in names):
+        together = {name: recordings[name] for name in names}
+        return joined_by_time(together, what).table()
+    name, recording = choose(recordings, variable, what, none, join_hint(recordings))
     recording.notes.insert(0, f"recording read from {what} {name}")
     return recording.table()
 
 
-def join_hint(found: Mapping[str, Found]) -> str:
+def join_hint(recordings: Mapping[str, Found]) -> str:
     """How to join the recordings that have a time, the longest first, as the end of a remedy."""
     rows: dict[str, int] = {}  # of each recording that has a time
-    for name, recording in found.items():
+    for name, recording in recordings.items():
         if time_of(recording):
             first_column = next(iter(recording.columns.values()))
             rows[name] = first_column.size
@@ -151,21 +161,21 @@ def time_of(recording: Found) -> str | None:
     return None
 
 
-def joined_by_time(found: Mapping[str, Found], what: str) -> Found:
+def joined_by_time(recordings: Mapping[str, Found], what: str) -> Found:
     """Recordings of other rates beside the first, at the first's times, as far as all of them have rows.
 
     A column that keeps its levels (a command) holds each value until the next; any other is joined by straight lines.
 
     Args:
-        found: the recordings by name; the times are those of the first.
+        recordings: by name; the times are those of the first.
         what: what the format calls a recording.
 
     Raises:
         LogError: a recording without times that grow, or no time that all of them have.
     """
-    found = {name: _with_its_name(recording, name) for name, recording in found.items()}
+    recordings = {name: _with_its_name(recording, name) for name, recording in recordings.items()}
     clocks: dict[str, Array] = {}  # s
-    for name, recording in found.items():
+    for name, recording in recordings.items():
         label = time_of(recording)
         times = None if label is None else recording.columns[label]
         if times is None or times.size < 2 or not bool(np.all(np.diff(times) > 0)):
@@ -173,59 +183,63 @@ def joined_by_time(found: Mapping[str, Found], what: str) -> Found:
             raise LogError(problem, remedy="Join others, or choose one")
         clocks[name] = times
 
-    (first, base), *others = found.items()
+    (first, base), *others = recordings.items()
     begin = max(float(times[0]) for times in clocks.values())
     end = min(float(times[-1]) for times in clocks.values())
     inside = (clocks[first] >= begin) & (clocks[first] <= end)
     if not inside.any():
-        raise LogError(f"there is no time that all of {listed(found)} have", remedy="Choose one of them")
+        raise LogError(f"there is no time that all of {listed(recordings)} have", remedy="Choose one of them")
     at = clocks[first][inside]  # s, shape (rows,)
     columns = {label: values[inside] for label, values in base.columns.items()}
     units = dict(base.units)
-    notes = [f"recordings joined at the times of {what} {first}: {', '.join(found)}", *base.notes]
-    left = int(np.count_nonzero(~inside))
-    if left:
-        notes.append(f"{left} rows of {first} before or after the others left out")
+    notes = [f"recordings joined at the times of {what} {first}: {', '.join(recordings)}", *base.notes]
+    outside = int(np.count_nonzero(~inside))
+    if outside:
+        notes.append(f"{outside} rows of {first} before or after the others left out")
 
     for name, recording in others:
         clock = clocks[name]
-        same_times = clock.size == clocks[first].size and bool(np.all(clock == clocks[first]))
+        time = time_of(recording)
+        has_same_times = np.array_equal(clock, clocks[first])
         last_before = np.searchsorted(clock, at, side="right") - 1  # row, shape (rows,)
         for label, values in recording.columns.items():
-            if label == time_of(recording):
+            if label == time:
                 continue
-            keeps_levels = np.count_nonzero(np.diff(values) == 0.0) > _KEEPS * (values.size - 1)
-            if same_times or keeps_levels:
+            repeats = np.count_nonzero(np.diff(values) == 0.0)
+            if has_same_times:
                 joined = values[last_before]
-                how = "at the same times" if same_times else "each value held until the next"
+                how = "at the same times"
+            elif repeats > _KEEPS * (values.size - 1):
+                joined = values[last_before]
+                how = "each value held until the next"
             else:
                 joined = np.asarray(np.interp(at, clock, values), np.float64)
                 how = "joined by straight lines"
-            own = label if label not in columns else f"{label} ({name})"
-            columns[own] = joined
-            units[own] = recording.units.get(label)
-            notes.append(f"column {own} of {name}: {how}")
+            own_label = label if label not in columns else f"{label} ({name})"
+            columns[own_label] = joined
+            units[own_label] = recording.units.get(label)
+            notes.append(f"column {own_label} of {name}: {how}")
     return replace(base, columns=columns, units=units, notes=notes)
 
 
 def _with_its_name(recording: Found, name: str) -> Found:
     """A recording of one signal; its column is called as the recording where its own name says nothing."""
     time = time_of(recording)
-    own = [label for label in recording.columns if label != time]
-    if len(own) != 1 or not NO_NAME.fullmatch(own[0]):
+    signals = [label for label in recording.columns if label != time]
+    if len(signals) != 1 or not NO_NAME.fullmatch(signals[0]):
         return recording
-    new = {own[0]: re.split(r"[./]", name)[-1]}
-    columns = {new.get(label, label): values for label, values in recording.columns.items()}
-    units = {new.get(label, label): unit for label, unit in recording.units.items()}
+    last_part = re.split(r"[./]", name)[-1]
+    renamed = {signals[0]: last_part}
+    columns = {renamed.get(label, label): values for label, values in recording.columns.items()}
+    units = {renamed.get(label, label): unit for label, unit in recording.units.items()}
     return replace(recording, columns=columns, units=units)
 
 
 def listed(names: Iterable[str]) -> str:
     """Names for a message, the first 20 of them."""
-    shown = list(names)
-    if not shown:
-        return "none"
-    return ", ".join(shown[:20]) + (", ..." if len(shown) > 20 else "")
+    every = list(names) or ["none"]
+    more = ", ..." if len(every) > 20 else ""
+    return ", ".join(every[:20]) + more
 
 
 class InChild(TypedDict):
@@ -251,8 +265,8 @@ def in_child(
         if library and find_spec(library) is None:
             problem = f"a file of this format is read by the package {library}, which is not installed"
             raise LogError(problem, remedy='Install it: pip install "erclutch[formats]"')
-        module, path = "erclutch.logs.readers.found_recordings", source.path.resolve()
-        return child_process.run(module, path, reader, variable or "", memory=memory(path))
+        path = source.path.resolve()
+        return child_process.run(_CHILD, path, reader, variable or "", memory=memory(path))
 
     def read(source: LogSource) -> Table:
         return table_of_answer(source, answer(source, source.variable))
@@ -330,11 +344,11 @@ def answer_of(path: str, reader: str, variable: str) -> child_process.Answer:
         if hasattr(module, "find_each"):
             return answer_of_each(module.find_each(path))
         find(path, ALL)
-    except RecordingNames as found:
+    except RecordingNames as answer:
         if variable != EACH:
-            return [], {"recordings": found.names}
+            return [], {"recordings": answer.names}
         tables: dict[str, Table | LogError] = {}
-        for name in found.names:
+        for name in answer.names:
             try:
                 tables[name] = find(path, name)
             except LogError as error:
@@ -353,14 +367,16 @@ def of_vectors(nodes: Mapping[str, Any]) -> Found | None:
     arrays: dict[str, np.ndarray[Any, Any]] = {}
     notes: list[str] = []
     for name, node in nodes.items():
-        array = _flat(node)
         if isinstance(node, str):
             metadata[name] = node
-        elif array is None and _is_left_out(node):
-            notes.append(f"{name} holds no vector of numbers: left out")
-        elif array is not None and array.size == 1:
+            continue
+        array = _flat(node)
+        if array is None:
+            if _is_left_out(node):
+                notes.append(f"{name} holds no vector of numbers: left out")
+        elif array.size == 1:
             constants[name] = float(array.ravel()[0])
-        elif array is not None and array.size > 1:
+        elif array.size > 1:
             arrays[name] = array
     if not arrays:
         return None
@@ -374,13 +390,16 @@ def of_vectors(nodes: Mapping[str, Any]) -> Found | None:
             break
     columns: dict[str, Array] = {}
     for name, array in arrays.items():
-        parts = columns_of(name, array, rows)
-        columns.update(parts)
-        if not parts:
+        own_columns = columns_of(name, array, rows)
+        columns.update(own_columns)
+        if not own_columns:
             notes.append(f"variable {name} has {max(array.shape)} samples, not {rows}: left out")
         elif array.ndim == 2 and array.shape[0] != rows:
-            notes.append(f"matrix {name} is {array.shape[0]} x {array.shape[1]}: its rows are taken as columns")
-    return Found(columns, constants=constants, metadata=metadata, notes=notes) if columns else None
+            height, width = array.shape
+            notes.append(f"matrix {name} is {height} x {width}: its rows are taken as columns")
+    if not columns:
+        return None
+    return Found(columns, constants=constants, metadata=metadata, notes=notes)
 
 
 def _is_left_out(node: Any) -> bool:
@@ -394,13 +413,16 @@ def _flat(node: Any) -> np.ndarray[Any, Any] | None:
     if not isinstance(node, np.ndarray):
         return None
     squeezed = cast("np.ndarray[Any, Any]", node).squeeze()
-    return squeezed if squeezed.dtype.kind in "biuf" and squeezed.ndim <= 2 else None
+    are_numbers = squeezed.dtype.kind in "biuf"
+    return squeezed if are_numbers and squeezed.ndim <= 2 else None
 
 
 def vector(node: Any) -> Array | None:
     """Numbers in one row or column as float64; None for anything else."""
     array = _flat(node)
-    return None if array is None or array.ndim == 2 else np.atleast_1d(array).astype(np.float64)
+    if array is None or array.ndim == 2:
+        return None
+    return np.atleast_1d(array).astype(np.float64)
 
 
 def matrix_of(node: Any) -> np.ndarray[Any, Any] | None:

@@ -8,6 +8,7 @@ from __future__ import annotations
 import csv
 import io
 import re
+from collections.abc import Iterable
 from dataclasses import replace
 
 from erclutch.errors import LogError
@@ -39,8 +40,8 @@ def _pairs(line: str) -> list[tuple[str, str, str]]:
     return []
 
 
-def _names(line: str) -> tuple[str, ...]:
-    return tuple(name for name, _, _ in _pairs(line))
+def _names_of(pairs: Iterable[tuple[str, str, str]]) -> tuple[str, ...]:
+    return tuple(name for name, _, _ in pairs)
 
 
 def _are_some_of(names: tuple[str, ...], every: tuple[str, ...]) -> bool:
@@ -50,8 +51,12 @@ def _are_some_of(names: tuple[str, ...], every: tuple[str, ...]) -> bool:
 
 
 def _claims(head: bytes) -> bool:
-    lines = head.decode("utf-8", errors="replace").splitlines()[:-1]  # the last may be cut
-    named = [names for line in lines if (names := _names(line))]
+    *lines, _ = head.decode("utf-8", errors="replace").splitlines() or [""]  # the last may be cut
+    named: list[tuple[str, ...]] = []
+    for line in lines:
+        pairs = _pairs(line)
+        if pairs:
+            named.append(_names_of(pairs))
     if len(named) < _FEWEST_LINES or len({*named}) > 1:
         return False
     names = named[0]
@@ -60,23 +65,24 @@ def _claims(head: bytes) -> bool:
 
 def _read(source: LogSource) -> Table:
     """The values as the rows of a table; lines without values are counted."""
-    lines = decode(source.data).splitlines()
-    named = [pairs for line in lines if (pairs := _pairs(line))]
+    filled = [line for line in decode(source.data).splitlines() if line.strip()]
+    pairs_of = [_pairs(line) for line in filled]
+    named = [_names_of(pairs) for pairs in pairs_of if pairs]
     if not named:
         raise LogError("no line has values behind their names", remedy="Give a table of numbers with one row a sample")
-    names = max((tuple(name for name, _, _ in pairs) for pairs in named), key=len)
-    first_names = tuple(name for name, _, _ in named[0])
-    if not _are_some_of(first_names, names):
-        names = first_names
+    names = max(named, key=len)
+    if not _are_some_of(named[0], names):
+        names = named[0]
     rows: list[dict[str, str]] = []  # numbers by name
     units: dict[str, str] = {}
-    for pairs in named:
-        if _are_some_of(tuple(name for name, _, _ in pairs), names):
-            rows.append({name: number for name, number, _ in pairs})
-            for name, _, unit in pairs:
-                units.setdefault(name, unit)
-    first = next(place for place, line in enumerate(lines) if (own := _names(line)) and _are_some_of(own, names))
-    left_out = sum(bool(line.strip()) for line in lines[first:]) - len(rows)
+    left_out = 0  # lines behind the first row
+    for pairs in pairs_of:
+        if not pairs or not _are_some_of(_names_of(pairs), names):
+            left_out += bool(rows)
+            continue
+        rows.append({name: number for name, number, _ in pairs})
+        for name, _, unit in pairs:
+            units.setdefault(name, unit)
     if left_out > _LEFT_OUT * len(rows):
         problem = f"{left_out} lines do not hold the values {', '.join(names)}, as {len(rows)} lines do"
         raise LogError(problem, remedy="Save each kind of line in a file of its own")

@@ -18,6 +18,8 @@ from erclutch.signals.array import Array
 
 _END = re.compile(r"^\*\*\*End_of_Header\*\*\*[^\n]*\n?", re.MULTILINE)
 _NEXT = re.compile(r"^Channels\b", re.MULTILINE)
+_COMMAS = re.compile(r"^Separator\W+Comma", re.MULTILINE)
+_SEVERAL_TIMES = re.compile(r"^X_Columns\W+Multi", re.MULTILINE)
 
 
 def _segment(source: LogSource, header: str, body: str, first: str) -> Table:
@@ -30,11 +32,11 @@ def _segment(source: LogSource, header: str, body: str, first: str) -> Table:
         first: the header of the whole file, which says how all tables are written.
     """
     table = text.read_text(replace(source, data=body.encode()))
-    separator = "," if re.search(r"^Separator\W+Comma", first, re.MULTILINE) else "\t"
+    separator = "," if _COMMAS.search(first) else "\t"
     values_of: dict[str, list[str]] = {}  # of a line of the header, by its first cell
     for line in header.splitlines():
-        key, *values = (cell.strip() for cell in line.split(separator))
-        values_of[key] = values
+        key, *values = line.split(separator)
+        values_of[key.strip()] = [value.strip() for value in values]
 
     # The times. Where each channel has a column of them, all must be the same.
     time = table.columns.get("X_Value")
@@ -42,28 +44,31 @@ def _segment(source: LogSource, header: str, body: str, first: str) -> Table:
         start = _number("X0", values_of)
         step = _number("Delta_X", values_of)
         time = start + step * np.arange(table.rows)
-    else:
-        others = [values for name, values in table.columns.items() if name.startswith("X_Value (")]
-        if not all(np.array_equal(other, time, equal_nan=True) for other in others):
+    channels: dict[str, Array] = {}
+    for name, values in table.columns.items():
+        if name.startswith("X_Value (") and not np.array_equal(values, time, equal_nan=True):
             raise LogError("the channels have times of their own", remedy="Export them with one X column")
-    columns = {name: values for name, values in table.columns.items() if not name.startswith("X_Value")}
+        if not name.startswith("X_Value"):
+            channels[name] = values
 
-    # The header has a unit for each channel: of one time for all, the channels follow it; of several, each follows its.
-    several_times = re.search(r"^X_Columns\W+Multi", first, re.MULTILINE)
-    apart = 2 if several_times else 1
-    of_channels = values_of.get("Y_Unit_Label", [])
-    unit_at = dict(enumerate(of_channels, start=1 if several_times else 2))
+    # The header has a unit for each channel. Of one time for all, the channels follow it: the first is the second
+    # column. Of several times, each channel follows its own: the first two columns are the first channel's.
+    has_several_times = _SEVERAL_TIMES.search(first) is not None
+    unit_of_channel = values_of.get("Y_Unit_Label", [])
     units_of: dict[str, str | None] = {"time": "s"}
-    for name in columns:
-        units_of[name] = table.units.get(name) or unit_at.get(table.numbers[name] // apart) or None
+    for name in channels:
+        number = table.numbers[name]  # of the column, from 1
+        channel = number // 2 - 1 if has_several_times else number - 2
+        unit = unit_of_channel[channel] if 0 <= channel < len(unit_of_channel) else ""
+        units_of[name] = table.units.get(name) or unit or None
 
     notes = list(table.notes)
-    count = "".join(values_of.get("Samples", [])[:1])
-    if count.isdecimal() and table.rows < int(count):
-        notes.append(f"a segment has {table.rows} rows of {count}")
+    samples = "".join(values_of.get("Samples", [])[:1])
+    if samples.isdecimal() and table.rows < int(samples):
+        notes.append(f"a segment has {table.rows} rows of {samples}")
     return replace(
         table,
-        columns={"time": time, **columns},
+        columns={"time": time, **channels},
         units=units_of,
         numbers={},
         notes=tuple(notes),
@@ -103,8 +108,9 @@ def _read(source: LogSource) -> Table:
         header = part[end:]
 
     times = np.concatenate([segment.columns["time"] for segment in segments])
-    same_channels = len({tuple(segment.columns) for segment in segments}) == 1
-    if not same_channels or not (np.diff(times) > 0).all():
+    channels = {tuple(segment.columns) for segment in segments}
+    goes_on = bool((np.diff(times) > 0).all())
+    if len(channels) > 1 or not goes_on:
         recordings = {f"segment {number}": segment for number, segment in enumerate(segments, start=1)}
         name, table = found_recordings.choose(recordings, source.variable, "segment", "")
         return replace(table, notes=(*table.notes, f"recording read from {name} of {len(segments)}"))
@@ -112,9 +118,11 @@ def _read(source: LogSource) -> Table:
     columns: dict[str, Array] = {}
     for name in segments[0].columns:
         columns[name] = np.concatenate([segment.columns[name] for segment in segments])
-    notes = list(dict.fromkeys(note for segment in segments for note in segment.notes))
+    notes: dict[str, None] = {}  # each once
+    for segment in segments:
+        notes |= dict.fromkeys(segment.notes)
     if len(segments) > 1:
-        notes.append(f"{len(segments)} segments are joined: their time goes on")
+        notes[f"{len(segments)} segments are joined: their time goes on"] = None
     return replace(segments[0], columns=columns, notes=tuple(notes))
 
 

@@ -31,27 +31,27 @@ def upright(text: str) -> tuple[str, str]:
         width = len(rows[0])
         if width < max(_FEWEST_SAMPLES, 3 * len(rows)) or any(len(row) != width for row in rows):
             continue
+        first_cells = {row[0].lower() for row in rows}
         for decimal in (".", ","):
             if decimal == delimiter:
                 continue
-            heads = [_names_before_numbers(row, decimal) for row in rows]
-            names = [row[0].lower() for row in rows]
-            named = heads[0] in (1, 2) and len({*heads}) == 1 and len({*names}) == len(names)
-            if (named and delimiter != " ") or (width > _WIDEST and _are_numbers(rows, decimal)):
+            heads = {_names_before_numbers(row, decimal) for row in rows}
+            has_names = heads in ({1}, {2}) and len(first_cells) == len(rows)
+            lies = has_names and delimiter != " "
+            if not lies and width > _WIDEST:
+                lies = all(is_number(cell, decimal) for row in rows for cell in row)
+            if lies:
                 columns = zip(*rows, strict=True)
                 return "\n".join(delimiter.join(cells) for cells in columns), LYING
     return text, ""
 
 
-def _are_numbers(rows: list[list[str]], decimal: str) -> bool:
-    return all(is_number(cell, decimal) for row in rows for cell in row)
-
-
 def _names_before_numbers(row: list[str], decimal: str) -> int:
     """How many cells stand before the numbers of a row; 0 where others are no numbers, or none is a name."""
-    for place in (1, 2):
-        words = row[:place]
-        named = all(words) and not any(is_number(word, decimal) for word in words)
-        if named and all(not cell or is_number(cell, decimal) for cell in row[place:]):
-            return place
+    for count in (1, 2):
+        names = row[:count]
+        cells = row[count:]
+        are_names = all(names) and not any(is_number(name, decimal) for name in names)
+        if are_names and all(not cell or is_number(cell, decimal) for cell in cells):
+            return count
     return 0
