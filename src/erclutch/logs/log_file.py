@@ -103,6 +103,12 @@ def tables_in(path: str | Path, names: Sequence[str], decimal: str | None = None
     return tables
 
 
+def readable_tables(path: str | Path, names: Sequence[str], decimal: str | None = None) -> dict[str, Table]:
+    """The tables of recordings of a file, by name; a recording that is none has no table. See `tables_in`."""
+    tables = tables_in(path, names, decimal)
+    return {name: table for name, table in tables.items() if not isinstance(table, LogError)}
+
+
 @lru_cache(maxsize=1)
 def _at_once(file: Path, digest: str) -> Mapping[str, Table | LogError]:
     """The tables of all recordings of a file; of the last file they are kept, since a look at it asks several times."""

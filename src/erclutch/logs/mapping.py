@@ -183,22 +183,22 @@ class ColumnMap:
         Raises:
             MappingError: a constant or a scale of what is no signal; see `from_dict`.
         """
-        names = {name.lower(): name for name in NAMED_COLUMNS}
-        columns = {names[key]: label for key, label in options.items() if key in names}
         given = {key: options[key] for key in ("time", "rate", "lead", *_TEXT_KEYS) if key in options}
         if options.get("keep_values"):
             given["values"] = "keep"
-        given["columns"] = columns
+        signal_of = {name.lower(): name for name in NAMED_COLUMNS}  # the command line has no capitals
+        given["columns"] = {signal_of[key]: label for key, label in options.items() if key in signal_of}
         given["inputs"] = list(options.get("input", ()))
         for option, example in (("constant", "0.5 A"), ("scale", "2.5 A/V")):
             texts: dict[str, str] = {}
             for pair in options.get(option, ()):
                 name, _, text = pair.partition("=")
-                texts[name.strip()] = text
-            unknown = [name for name in texts if name not in SIGNALS]
-            if unknown:
-                remedy = f"Write it like --{option} 'field={example}'; signals are {', '.join(SIGNALS)}"
-                raise MappingError(f"--{option} {unknown[0]!r} is no signal", remedy=remedy)
+                name = name.strip()
+                texts[name] = text
+            for name in texts:
+                if name not in SIGNALS:
+                    remedy = f"Write it like --{option} 'field={example}'; signals are {', '.join(SIGNALS)}"
+                    raise MappingError(f"--{option} {name!r} is no signal", remedy=remedy)
             given[f"{option}s"] = texts
         return cls.from_dict(given, source)
 
@@ -294,14 +294,19 @@ def file_mapping(log: object, named: str | Path | None = None) -> ColumnMap:
 
 def still_needed(pattern: str | None, given: Iterable[str]) -> str | None:
     """A name pattern; None where all the signals that it would give are given already."""
-    signals = {match.group(1) for match in FIELD.finditer(pattern or "")} & SIGNALS.keys()
-    return None if signals and signals <= {*given} else pattern
+    names = {match.group(1) for match in FIELD.finditer(pattern or "")}
+    signals = names & SIGNALS.keys()
+    all_are_given = bool(signals) and signals.issubset(given)
+    return None if all_are_given else pattern
 
 
 def file_beside(log: Path) -> Path | None:
     """The mapping file that belongs to a log."""
-    names = (f"{log.name}.toml", log.with_suffix(".toml").name, "erclutch.toml")
-    return next((path for path in map(log.with_name, names) if path.is_file()), None)
+    for name in (f"{log.name}.toml", log.with_suffix(".toml").name, "erclutch.toml"):
+        beside = log.with_name(name)
+        if beside.is_file():
+            return beside
+    return None
 
 
 def _known(
@@ -309,10 +314,10 @@ def _known(
     allowed: tuple[str, ...],
     what: str,
 ) -> None:
-    unknown = [str(key) for key in values if key not in allowed]
-    if unknown:
-        problem = f"there is no {what} '{unknown[0]}' (allowed: {', '.join(allowed)})"
-        raise MappingError(problem, remedy=f"Use one of these {what}s")
+    for key in values:
+        if key not in allowed:
+            problem = f"there is no {what} '{key}' (allowed: {', '.join(allowed)})"
+            raise MappingError(problem, remedy=f"Use one of these {what}s")
 
 
 def _table_of(values: Mapping[str, Any], key: str) -> dict[str, Any]:
@@ -336,16 +341,17 @@ def _texts(values: Mapping[str, Any]) -> dict[str, Any]:
 def _choice(name: str, value: Any, source: str) -> ColumnChoice:
     if isinstance(value, ColumnChoice):
         return value
-    parts = cast("Mapping[str, Any]", value if isinstance(value, Mapping) else {"column": value})
-    _known(parts, _CHOICE_KEYS, f"key of {name}")
-    column = parts.get("column")
-    unit = parts.get("unit")
-    scale = parts.get("scale", 1.0)
-    named = isinstance(column, str | int) and not isinstance(column, bool) and isinstance(unit, str | None)
-    a_number = isinstance(scale, int | float) and not isinstance(scale, bool)
-    if not named or not a_number or not 0 < abs(scale) < float("inf"):
+    keys = cast("Mapping[str, Any]", value if isinstance(value, Mapping) else {"column": value})
+    _known(keys, _CHOICE_KEYS, f"key of {name}")
+    column = keys.get("column")
+    unit = keys.get("unit")
+    scale = keys.get("scale", 1.0)
+    is_column = isinstance(column, str | int) and not isinstance(column, bool)
+    is_unit = isinstance(unit, str | None)
+    is_scale = isinstance(scale, int | float) and not isinstance(scale, bool)
+    if not is_column or not is_unit or not is_scale or not 0 < abs(scale) < float("inf"):
         raise MappingError(f"the column for {name} is {value!r}", remedy=f'Write it like {name} = "V [cm/s]"')
-    return ColumnChoice(cast("str | int", column), cast("str | None", unit), float(scale), source)
+    return ColumnChoice(cast("str | int", column), unit, float(scale), source)
 
 
 def _number(values: Mapping[str, Any], name: str, unit: str) -> float | None:

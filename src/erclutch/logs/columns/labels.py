@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 
 from erclutch.errors import UnitError, printable
 from erclutch.signals import units
@@ -25,6 +25,7 @@ _NUMBER_AND_UNIT = re.compile(r'([+-]?[\d.]+(?:[eE][+-]?\d+)?)"?\s*[,;\t]\s*"?([
 _DECIMAL_COMMA = re.compile(r'([+-]?\d+),(\d{1,2}|\d{4,})("?\s*[;\t].*)')  # three digits may be thousands
 # A number that a remark gives in the middle of a line.
 _ASSIGNMENT = re.compile(r"(?<=[,;] )[^\W\d_]\w{0,20} ?= ?[+-]?\d[\d.eE+-]*(?: ?[^\W\d_][\w/*^]*)?(?=[,;]|\.?\s*$)")
+_MOST_PAIRS = 200  # of a header block
 _LONGEST_PERIOD = 0.5  # s, of a period without a unit: a larger number may be one of ms
 _PERIOD = re.compile(
     r"(?:sampl\w*|scan)[ _-]*(?:interval|period|time)|dt|delta[ _]?[tx]|tick[ _]?period|time[ _]?step", re.I
@@ -59,16 +60,15 @@ _SPEEDS_IN_WORDS = "radians_per_second=rad/s degrees_per_second=deg/s meters_per
 _TIMES_IN_WORDS = "seconds=s milliseconds=ms microseconds=us nanoseconds=ns msec=ms usec=us nsec=ns"
 # What only looks like a second or a metre at its end: a shear rate, a viscosity, an acceleration.
 _LONGER = "1_s=1/s per_s=1/s Pa_s=Pa*s mPa_s=mPa*s Pas=Pa*s mPas=mPa*s cP=cP m_s2=m/s^2 rad_s2=rad/s^2"
+_WRITTEN = " ".join(
+    (
+        *(_SPEEDS, _OTHER_SPEEDS, _TURNS_A_TIME, _FIELDS, _OTHERS, _TORQUES, _WEIGHTS),
+        *(_IN_WORDS, _TURNS_IN_WORDS, _SPEEDS_IN_WORDS, _TIMES_IN_WORDS, _LONGER),
+    )
+)
 _ENDS = {
     **{end: end for end in _AS_THEY_ARE.split()},
-    **{
-        end: unit
-        for end, _, unit in (
-            pair.partition("=")
-            for pair in f"{_SPEEDS} {_OTHER_SPEEDS} {_TURNS_A_TIME} {_FIELDS} {_OTHERS} {_TORQUES} {_WEIGHTS} "
-            f"{_IN_WORDS} {_TURNS_IN_WORDS} {_SPEEDS_IN_WORDS} {_TIMES_IN_WORDS} {_LONGER}".split()
-        )
-    },
+    **{end: unit for end, _, unit in (pair.partition("=") for pair in _WRITTEN.split())},
     **_POUNDS,
 }
 # A letter behind such a word, or behind a unit, is no unit: it tells one sensor, phase or side from another.
@@ -138,20 +138,32 @@ def split_label(label: str) -> tuple[str, str | None]:
     Underscores are never read as units: ``N_m`` may be a name.
     """
     label = label.strip()
-    if (match := _UNIT_ALONE.fullmatch(label)) and units.is_unit(match.group(1)):
-        return label, match.group(1)
-    if (match := _SQUARE.fullmatch(label)) and not re.fullmatch(r"\s*\d*\s*", match.group(2)):
-        return match.group(1), match.group(2).strip()
+    alone = _UNIT_ALONE.fullmatch(label)
+    if alone and units.is_unit(alone.group(1)):
+        return label, alone.group(1)
+
+    in_brackets = _SQUARE.fullmatch(label)
+    if in_brackets:
+        name, unit = in_brackets.groups()
+        unit = unit.strip()
+        if unit and not unit.isdecimal():  # an index is none
+            return name, unit
     for pattern in (_ROUND, _SLASH):
         match = pattern.fullmatch(label)
-        unit = match.group(2).strip() if match else ""
-        counts = unit in COUNTS and not unit.startswith("step")  # a step there may be one of a test
-        if match and not unit.isdecimal() and (counts or units.is_unit(unit)):
-            return match.group(1).rstrip("/ ") or match.group(1), match.group(2).strip()
-    if match := _EASTERN.fullmatch(label):
+        if match is None:
+            continue
         name, unit = match.groups()
-        spoken = len(unit) > 1 or name.endswith(tuple(_LETTERS.get(unit, "?").split()))
-        if spoken and units.is_unit(unit):
+        unit = unit.strip()
+        counts = unit in COUNTS and not unit.startswith("step")  # a step there may be one of a test
+        if counts or (not unit.isdecimal() and units.is_unit(unit)):
+            return name.rstrip("/ ") or name, unit
+
+    behind_a_word = _EASTERN.fullmatch(label)
+    if behind_a_word:
+        name, unit = behind_a_word.groups()
+        words_of_unit = _LETTERS.get(unit, "?").split()
+        speaks = len(unit) > 1 or name.endswith(tuple(words_of_unit))
+        if speaks and units.is_unit(unit):
             return name, unit
     return label, None
 
@@ -164,30 +176,46 @@ def split_end(name: str) -> tuple[str, str | None]:
     may stand for the ``_`` where the unit is longer than a letter (``speed rpm``): ``coil A`` may be the first of two
     coils.
     """
-    if bare := _BARE.get(name.strip()) or _BARE.get(name.strip().lower()):
+    written = name.strip()
+    bare = _BARE.get(written) or _BARE.get(written.lower())
+    if bare:
         return name, bare
+
     words = name.split()
     for count in (2, 1):  # ``torque N m`` before ``distance m``
-        stem, end = " ".join(words[:-count]), "_".join(words[-count:])
-        unit = _BARE.get(end) or _ENDS.get(end) or (_LOWER_ENDS.get(end) if end.islower() else None)
-        if stem and unit and (len(end) > 1 or (end == "s" and stem.lower() in _TIMES)):
+        stem = " ".join(words[:-count])
+        end = "_".join(words[-count:])
+        unit = _BARE.get(end) or _unit_of_end(end)
+        is_time = end == "s" and stem.lower() in _TIMES
+        if stem and unit and (len(end) > 1 or is_time):
             return stem, unit
-    front, _, last = name.strip().rpartition("_")
+
+    front, _, last = written.rpartition("_")
     shorter, _, before = front.rpartition("_")
     shortest, _, first = shorter.rpartition("_")
-    ends = ((shortest, f"{first}_{before}_{last}"), (shorter, f"{before}_{last}"), (front, last))  # the longest first
-    for stem, end in ends:
-        unit = _ENDS.get(end) or (_LOWER_ENDS.get(end) if end.islower() else None)
-        if unit and stem.lower().endswith("_per"):
-            return name, None  # the last of a quotient that is no unit of ours
-        if unit and (_is_index(stem, end) or (end in _SIDES and split_end(stem)[1])):
+    longest_first = ((shortest, f"{first}_{before}_{last}"), (shorter, f"{before}_{last}"), (front, last))
+    for stem, end in longest_first:
+        unit = _unit_of_end(end)
+        if not unit:
             continue
-        if unit and (len(stem) > 1 or stem == "t" or (len(stem) == 1 and len(end) > 2)):
+        if stem.lower().endswith("_per"):
+            return name, None  # the last of a quotient that is no unit of ours
+        if _is_index(stem, end) or (end in _SIDES and split_end(stem)[1]):
+            continue
+        if len(stem) > 1 or stem == "t" or (len(stem) == 1 and len(end) > 2):
             return stem, unit
-    if front and ((last.isdecimal() and len(last) <= _JOINT_DIGITS) or last in _SIDES):
+
+    is_joint = last.isdecimal() and len(last) <= _JOINT_DIGITS
+    if front and (is_joint or last in _SIDES):
         stem, unit = split_end(front)
-        return (f"{stem}_{last}", unit) if unit and stem != front else (name, None)
+        if unit and stem != front:
+            return f"{stem}_{last}", unit
     return name, None
+
+
+def _unit_of_end(end: str) -> str | None:
+    """The unit that an end of a name is, in small letters too."""
+    return _ENDS.get(end) or (_LOWER_ENDS.get(end) if end.islower() else None)
 
 
 def _is_index(stem: str, end: str) -> bool:
@@ -203,28 +231,23 @@ def units_behind_names(labels: Sequence[str]) -> dict[str, str]:
     presses beside a coefficient of friction, ``motor/A`` beside ``motor/B``. Where each label but the time's ends in a
     unit, a letter behind a blank is one as well (``Force N``).
     """
-    behind: dict[str, str] = {}
-    fronts: Counter[str] = Counter()
-    letters = all(_ends_in_unit(label) for label in labels if label.strip().lower() not in _TIMES)
+    letters = True  # whether a letter behind a blank is a unit: it is where a unit ends each label
     for label in labels:
-        front, unit = _front_and_unit(label, letters=letters)
-        fronts[front] += 1
-        if unit:
-            behind[label] = unit
+        _, behind = _front_and_unit(label, letters=True)
+        _, end = split_end(label)
+        if behind is None and end is None and label.strip().lower() not in _TIMES:
+            letters = False
+
+    split = {label: _front_and_unit(label, letters=letters) for label in labels}
+    fronts = Counter(split[label][0] for label in labels)
     rubs = any(_PRESSED.search(label) for label in labels)
-    for label in list(behind):
-        front, _ = _front_and_unit(label, letters=letters)
-        if fronts[front] > 1 or (label.strip() == "F_N" and rubs):
-            del behind[label]
-    eastern = any(EASTERN.search(label) for label in behind)
-    return behind if eastern or len(behind) >= _FEWEST_ALIKE else {}
-
-
-def _ends_in_unit(label: str) -> bool:
-    """Whether a unit ends the label, a letter behind a blank too."""
-    _, behind = _front_and_unit(label, letters=True)
-    _, end = split_end(label)
-    return behind is not None or end is not None
+    units_of: dict[str, str] = {}
+    for label, (front, unit) in split.items():
+        presses = label.strip() == "F_N" and rubs
+        if unit and fronts[front] == 1 and not presses:
+            units_of[label] = unit
+    is_eastern = any(EASTERN.search(label) for label in units_of)
+    return units_of if is_eastern or len(units_of) >= _FEWEST_ALIKE else {}
 
 
 def without_unit(name: str, unit: str | None) -> str:
@@ -241,29 +264,30 @@ def _front_and_unit(label: str, *, letters: bool) -> tuple[str, str | None]:
         letters: whether a letter behind a blank is a unit too.
     """
     label = label.strip()
-    if letters and (match := _LETTER.fullmatch(label)):
-        return match.group(1), match.group(2)
-    if (match := _COMMA.fullmatch(label)) and units.is_unit(match.group(2)):
-        return match.group(1), match.group(2)
-    if (
-        (match := _QUOTIENT.fullmatch(label))
-        and units.is_unit(match.group(2))
-        and not units.fits(match.group(2), ("",))
-    ):
-        return match.group(1), match.group(2)
-    if (match := _BLANK.fullmatch(label)) and units.is_unit(match.group(2)):
-        return match.group(1), match.group(2)
-    if match := _TIGHT_SLASH.fullmatch(label):
-        front, unit = match.group(1), match.group(2).removeprefix("(").removesuffix(")")
+    patterns = (_LETTER, _COMMA, _QUOTIENT, _BLANK) if letters else (_COMMA, _QUOTIENT, _BLANK)
+    for pattern in patterns:
+        match = pattern.fullmatch(label)
+        if match is None:
+            continue
+        front, unit = match.groups()
+        is_plain_number = pattern is _QUOTIENT and units.is_unit(unit) and units.fits(unit, ("",))
+        if pattern is _LETTER or (units.is_unit(unit) and not is_plain_number):
+            return front, unit
+
+    match = _TIGHT_SLASH.fullmatch(label)
+    if match:
+        front, unit = match.groups()
+        unit = unit.removeprefix("(").removesuffix(")")
         if not units.is_unit(unit):
             return front, None
-        symbol = front in _SYMBOLS and units.fits(unit, (_SYMBOLS[front],))
-        word = not units.is_unit(front) and not units.is_unit(label)
-        return front, unit if symbol or word else None
+        is_symbol = front in _SYMBOLS and units.fits(unit, (_SYMBOLS[front],))
+        is_word = not units.is_unit(front) and not units.is_unit(label)
+        return front, unit if is_symbol or is_word else None
+
     front, _, end = label.partition("_")
     unit = _ENDS.get(end)
-    fits = unit and front in _SYMBOLS and units.fits(unit, (_SYMBOLS[front],))
-    return front, unit if fits else None
+    is_symbol = unit and front in _SYMBOLS and units.fits(unit, (_SYMBOLS[front],))
+    return front, unit if is_symbol else None
 
 
 def own_unit(name: str, unit: str | None, si_units: Iterable[str]) -> str | None:
@@ -272,11 +296,14 @@ def own_unit(name: str, unit: str | None, si_units: Iterable[str]) -> str | None
     The speed of a shaft in 1/min is one of turns; a shear rate in 1/min is none.
     """
     if unit:
-        return "turn/min" if _PER_MINUTE.fullmatch(unit) and _TURNS.search(name) else unit
+        is_of_turns = _PER_MINUTE.fullmatch(unit) and _TURNS.search(name)
+        return "turn/min" if is_of_turns else unit
     _, end = split_end(name)
     if not end and _RPM_WITHIN.search(name):
         end = "rpm"
-    return end if end and (end == "°C" or units.fits(end, si_units)) else None
+    if not end:
+        return None
+    return end if end == "°C" or units.fits(end, si_units) else None
 
 
 def name_columns(
@@ -290,22 +317,25 @@ def name_columns(
     shown = [printable(label.strip()) for label in labels]
     if len(shown) > 1 and all(label.startswith(_OF_A_MESSAGE) for label in shown[1:]):
         shown = [label.removeprefix(_OF_A_MESSAGE) for label in shown]
-    split = [split_label(label) for label in shown]
     notes: list[str] = []
-    if own_units is not None:
-        for (name, unit), own in zip(split, own_units, strict=True):
-            if unit and own and unit != own:
-                notes.append(f"column {name!r} has two units: {unit} in its name is taken, {own} is not")
-        split = [(name, unit or own) for (name, unit), own in zip(split, own_units, strict=True)]
-    behind = units_behind_names([name for name, unit in split if not unit])
+    bare: list[str] = []  # names without their units
+    units_of: list[str | None] = []
+    for label, own in zip(shown, own_units or [None] * len(shown), strict=True):
+        name, unit = split_label(label)
+        if unit and own and unit != own:
+            notes.append(f"column {name!r} has two units: {unit} in its name is taken, {own} is not")
+        bare.append(name)
+        units_of.append(unit or own or None)
+    behind = units_behind_names([name for name, unit in zip(bare, units_of, strict=True) if not unit])
     if behind:
-        split = [(name, unit or behind.get(name)) for name, unit in split]
+        units_of = [unit or behind.get(name) for name, unit in zip(bare, units_of, strict=True)]
         notes.append(f"what stands behind the names {', '.join(behind)} is taken for their units")
-    bare = Counter(name for name, _ in split)
+
+    count = Counter(bare)
     copies: Counter[str] = Counter()
     names: dict[str, None] = {}
-    for number, (label, (name, _)) in enumerate(zip(shown, split, strict=True), start=1):
-        name = (name if bare[name] == 1 else label) or f"c{number}"
+    for number, (label, name) in enumerate(zip(shown, bare, strict=True), start=1):
+        name = (name if count[name] == 1 else label) or f"c{number}"
         unique = name
         while unique in names:
             copies[name] += 1
@@ -313,47 +343,47 @@ def name_columns(
         if unique != name:
             notes.append(f"column {number} has the name '{name}' of an earlier one: renamed '{unique}'")
         names[unique] = None
-    return list(names), [unit or None for _, unit in split], notes
+    return list(names), units_of, notes
 
 
 def header_pairs(lines: Iterable[str]) -> dict[str, str]:
     """``Key: value`` lines of a header block as texts, the first 200; a number and its unit may stand in two cells."""
     pairs: dict[str, str] = {}
-    for line in _with_assignments(lines):
-        match = _QUOTED_KEY.fullmatch(line) or _PAIR.fullmatch(line)
-        if match and len(pairs) < 200:
-            value = match.group(2).strip(" \t,;")
-            comma = _DECIMAL_COMMA.fullmatch(value)
-            in_cells = _NUMBER_AND_UNIT.fullmatch("{}.{}{}".format(*comma.groups()) if comma else value)
-            if in_cells:
-                value = f"{in_cells.group(1)} {in_cells.group(2).strip()}"
-            pairs.setdefault(match.group(1).strip(), value.strip('"'))
-    return pairs
-
-
-def _with_assignments(lines: Iterable[str]) -> Iterator[str]:
-    """Lines, and behind each the parts of a remark that say ``dt = 0.002 s`` among other words."""
     for line in lines:
-        yield line
-        for match in _ASSIGNMENT.finditer(line):
-            yield match.group()
+        # The line, and behind it the parts of a remark that say ``dt = 0.002 s`` among other words.
+        for text in (line, *_ASSIGNMENT.findall(line)):
+            match = _QUOTED_KEY.fullmatch(text) or _PAIR.fullmatch(text)
+            if match is None or len(pairs) == _MOST_PAIRS:
+                continue
+            key, value = match.groups()
+            value = value.strip(" \t,;")
+            cells = value
+            comma = _DECIMAL_COMMA.fullmatch(value)
+            if comma:
+                whole, decimals, rest = comma.groups()
+                cells = f"{whole}.{decimals}{rest}"
+            number_and_unit = _NUMBER_AND_UNIT.fullmatch(cells)
+            if number_and_unit:
+                number, unit = number_and_unit.groups()
+                value = f"{number} {unit.strip()}"
+            pairs.setdefault(key.strip(), value.strip('"'))
+    return pairs
 
 
 def sample_period(pairs: dict[str, str]) -> tuple[float, str] | None:
     """Sampling period in s that a header block states, and the key that states it; an interval wins over a rate."""
-    for pattern, unit, power in ((_PERIOD, "s", 1), (_RATE, "Hz", -1)):
+    for pattern, usual_unit, power in ((_PERIOD, "s", 1), (_RATE, "Hz", -1)):
         for key, value in pairs.items():
-            name, own = split_label(key)
+            name, unit_of_key = split_label(key)
             if not pattern.fullmatch(name.strip()):
                 continue
             try:
-                number, after = units.quantity(value)
-                given = units.parse(after or own or unit)
+                number, unit_of_value = units.quantity(value)
+                written = unit_of_value or unit_of_key
+                unit = units.parse(written or usual_unit)
             except UnitError:
                 continue
-            is_bare = not after and not own
-            if is_bare and power == 1 and number > _LONGEST_PERIOD:
-                continue
-            if number > 0 and given.dimension == (("second", float(power)),):
-                return (number * given.factor) ** power, key
+            may_be_in_ms = not written and power == 1 and number > _LONGEST_PERIOD
+            if number > 0 and unit.dimension == (("second", float(power)),) and not may_be_in_ms:
+                return (number * unit.factor) ** power, key
     return None

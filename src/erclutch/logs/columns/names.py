@@ -225,16 +225,26 @@ def spoken(name: str, stem: str, end: str | None) -> SpokenName:
     stem_words = tuple(words_of(stem))
     forms = {signal: _called_as(name, stem, signal) for signal in NAMES}
     heads = {signal: headed(stem, signal) for signal in SINGLE}
-    bare = plain_stem.rstrip("0123456789")
-    alone = "".join(word for word in stem_words if word not in _BESIDE).rstrip("0123456789")  # of motor_dq_0: dq
-    is_numbered = bare != plain_stem
-    numbered = frozenset(signal for signal in SINGLE if is_numbered and not {bare, alone}.isdisjoint(_NAMES[signal]))
+    may_be = {signal for signal in SINGLE if forms[signal] or heads[signal]}
 
-    plainly = (TOLD | OTHER | NOT_MEASURED).isdisjoint(stem_words)
-    speaking = {word for word in stem_words if plainly and len(word) > 2}
-    against = {signal: NOT_MEASURED | _AGAINST.get(signal, frozenset()) for signal in NAMES}
-    if _is_effort_of_a_loop(stem_words):
-        against["effort"] |= _LOOPS
+    turned: set[str] = set()
+    for signal in NAMES:
+        against = NOT_MEASURED | _AGAINST.get(signal, frozenset())
+        if signal == "effort" and _is_effort_of_a_loop(stem_words):
+            against |= _LOOPS
+        if not against.isdisjoint(stem_words):
+            turned.add(signal)
+
+    numbered: set[str] = set()
+    bare = plain_stem.rstrip("0123456789")
+    if bare != plain_stem:
+        alone = "".join(word for word in stem_words if word not in _BESIDE).rstrip("0123456789")  # of motor_dq_0: dq
+        numbered = {signal for signal in SINGLE if not _NAMES[signal].isdisjoint((bare, alone))}
+
+    within: set[str] = set()
+    if (TOLD | OTHER | NOT_MEASURED).isdisjoint(stem_words):
+        words = {word for word in stem_words if len(word) > 2}
+        within = {signal for signal in SINGLE if signal not in turned and not _NAMES[signal].isdisjoint(words)}
     return SpokenName(
         stem,
         end,
@@ -244,12 +254,10 @@ def spoken(name: str, stem: str, end: str | None) -> SpokenName:
         stem_words,
         forms,
         heads,
-        numbered,
-        may_be=frozenset(signal for signal in SINGLE if forms[signal] or heads[signal]) | numbered,
-        within=frozenset(
-            signal for signal in SINGLE if speaking & _NAMES[signal] and against[signal].isdisjoint(stem_words)
-        ),
-        turned=frozenset(signal for signal in NAMES if not against[signal].isdisjoint(stem_words)),
+        numbered=frozenset(numbered),
+        may_be=frozenset(may_be | numbered),
+        within=frozenset(within),
+        turned=frozenset(turned),
         is_of_a_model=plain(name) in _MODELS or not _MODELS.isdisjoint(stem_words),
         is_primed=_PRIME.search(stem) is not None,
         is_time=_is_time(name, stem),

@@ -14,7 +14,7 @@ import numpy as np
 from erclutch.errors import LogError, printable, shell_word
 from erclutch.logs.columns.labels import split_label
 from erclutch.logs.table import Table, WordColumn, listed
-from erclutch.signals.array import Mask
+from erclutch.signals.array import Array
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -54,16 +54,18 @@ def words_of(texts: dict[str, pd.Series[Any]]) -> dict[str, WordColumn]:
 
     parting: dict[str, WordColumn] = {}
     for column, cells in texts.items():
-        of_row, different = pd.factorize(cells)  # -1 where a cell is empty
-        if not 1 < len(different) <= _MOST_WORDS:
+        text_of_row, texts_once = pd.factorize(cells)  # -1 where a cell is empty
+        if not 1 < len(texts_once) <= _MOST_WORDS:
             continue
-        written = [printable(str(word).strip()) for word in different]
+        # Texts that differ in blanks are one word.
+        written = [printable(str(text).strip()) for text in texts_once]
         words = [*dict.fromkeys(written)]
-        numbers = np.asarray([words.index(word) for word in written], np.int32)
-        filled = of_row >= 0
-        parts = len(words) > 1 and np.count_nonzero(filled) >= _FEWEST_ROWS * len(words)
-        if parts and all(0 < len(word) <= _LONGEST for word in words):
-            word_of_row = np.where(filled, numbers[of_row], -1)
+        if any(not 0 < len(word) <= _LONGEST for word in words):
+            continue
+        filled = text_of_row >= 0
+        if len(words) > 1 and np.count_nonzero(filled) >= _FEWEST_ROWS * len(words):
+            word_of_text = np.asarray([words.index(word) for word in written], np.int32)
+            word_of_row = np.where(filled, word_of_text[text_of_row], -1)
             parting[column] = WordColumn(tuple(words), word_of_row.astype(np.int32))
     return parting
 
@@ -93,11 +95,19 @@ def rows_of(table: Table, group: Group) -> Table:
     if group.word not in words:
         problem = f"no row has {group.column} {group.word!r} (there are: {listed(words)})"
         raise LogError(problem, remedy=f"Choose one, such as --variable {shell_word(f'{group.column}={words[0]}')}")
-    kept = _rows(table, group)
-    columns = {name: values[kept] for name, values in table.columns.items()}
-    empty = [name for name, values in columns.items() if np.isnan(values).all()]
-    for name in empty:
-        del columns[name]
+    name = _name_in(table, group.column)
+    if name in table.words:
+        column = table.words[name]
+        kept = column.of_row == column.words.index(group.word)
+    else:
+        kept = table.columns[name] == float(group.word)
+    columns: dict[str, Array] = {}
+    hollow: list[str] = []  # columns without a number in these rows
+    for name, values in table.columns.items():
+        if np.isnan(values[kept]).all():
+            hollow.append(name)
+        else:
+            columns[name] = values[kept]
     clock = None if table.clock is None else table.clock[kept]
     count = f"{np.count_nonzero(kept):,} of {table.rows:,} rows"
     return replace(
@@ -108,7 +118,7 @@ def rows_of(table: Table, group: Group) -> Table:
         unsampled=None if table.unsampled is None else table.unsampled[kept],
         breaks=(),
         words={},
-        hollow=(*table.hollow, *empty),
+        hollow=(*table.hollow, *hollow),
         notes=(f"rows where {group.column} is {group.word}: {count}", *table.notes),
     )
 
@@ -127,16 +137,9 @@ def _words(table: Table, label: str) -> list[str]:
     name = _name_in(table, label)
     if name in table.words:
         return [*table.words[name].words]
-    numbers = np.unique(table.columns[name][np.isfinite(table.columns[name])])
+    values = table.columns[name]
+    numbers = np.unique(values[np.isfinite(values)])
     if numbers.size > _MOST_WORDS:
         problem = f"column {name} has {numbers.size:,} different numbers, above {_MOST_WORDS}: they part no rows"
         raise LogError(problem, remedy="Name another column")
     return [f"{number:.15g}" for number in numbers]
-
-
-def _rows(table: Table, group: Group) -> Mask:
-    name = _name_in(table, group.column)
-    if name in table.words:
-        column = table.words[name]
-        return column.of_row == column.words.index(group.word)
-    return table.columns[name] == float(group.word)

@@ -51,11 +51,13 @@ def guess_what_is_needed(draft: Draft) -> None:
             for signal in option:
                 if signal in draft.signals or signal in draft.questions or signal in draft.declined:
                     continue
-                motions = [draft.signals[each].column for each in ("slip", "position") if each in draft.signals]
-                motion = motions[0] if motions else ""
-                sensor = _unit_of_sensor(draft, signal)
+                moving = draft.signals.get("slip") or draft.signals.get("position")
+                motion = moving.column if moving else ""
+                scale = draft.told.scales.get(signal)
+                unit_of_sensor = scaled(scale, signal)[2] if scale else None
+                units_of_sensor = (unit_of_sensor,) if unit_of_sensor else ()
                 try:
-                    likely = guess(draft.seen, signal, taken, sensor, motion)
+                    likely = guess(draft.seen, signal, taken, units_of_sensor, motion)
                 except MappingError as error:
                     doubts.append(error)
                     continue
@@ -72,8 +74,9 @@ def guess_what_is_needed(draft: Draft) -> None:
 
         needed = next(signal for signal in group[0] if signal not in draft.signals)
         names = " or ".join(" and ".join(option) for option in group)
+        or_a_pair = _pair_remedy(draft)
         error = doubts[0] if doubts else missing(draft.seen, needed, taken, names)
-        draft.ask(needed, MappingError(error.problem, remedy=error.remedy + _pair_remedy(draft)))
+        draft.ask(needed, MappingError(error.problem, remedy=error.remedy + or_a_pair))
         if not doubts:
             draft.missing.append(needed)
 
@@ -92,19 +95,6 @@ def _pass_over_oscillations(draft: Draft) -> None:
             amplitudes.append(column.name)
     named = draft.taken
     draft.no_signals += [name for name in dict.fromkeys([*moduli, *amplitudes]) if name not in named]
-
-
-def _unit_of_sensor(draft: Draft, signal: str) -> tuple[str, ...]:
-    """The unit of the sensor that a scale makes the signal of, such as V; () for none.
-
-    Raises:
-        MappingError: a scale that is none.
-    """
-    scale = draft.told.scales.get(signal)
-    if not scale:
-        return ()
-    _, _, unit = scaled(scale, signal)
-    return (unit,) if unit else ()
 
 
 def _settle_several_speeds(draft: Draft, doubt: MappingError) -> None:

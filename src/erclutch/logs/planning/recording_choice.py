@@ -12,7 +12,7 @@ import numpy as np
 
 from erclutch.errors import AlikeRecordingsError, LogError
 from erclutch.logs.clock.timing import MINIMUM_ROWS
-from erclutch.logs.log_file import read_table, recordings_in, tables_in
+from erclutch.logs.log_file import read_table, readable_tables, recordings_in
 from erclutch.logs.mapping import ColumnMap
 from erclutch.logs.plan import Plan
 from erclutch.logs.planning.whole_plan import is_log, plan_of, signals_of
@@ -54,7 +54,7 @@ def table_of_log(
             raise
         unchosen = error
 
-    tables = tables_of(path, names, told)
+    tables = readable_tables(path, names, told.decimal)
     logs = {name: table for name, table in tables.items() if is_log(table, told, device)}
     # Beside a log, a table of fewer rows than a log has is a summary.
     long_logs = {name: table for name, table in logs.items() if table.rows >= MINIMUM_ROWS}
@@ -90,7 +90,7 @@ def table_of_log(
             with_effort.append(name)
     others = [name for name in names if name not in with_effort]
     together = JOINT.join([*with_effort, *others])
-    joined = tables_of(path, [together], told).get(together)
+    joined = readable_tables(path, [together], told.decimal).get(together)
     if joined is None or not is_log(joined, told, device):
         raise unchosen
     problem = f"no recording of the file is a log alone, and together they are one: {listed(names)}"
@@ -122,11 +122,5 @@ def _are_alike(plans: Sequence[Plan], tables: Sequence[Table]) -> bool:
 
 def logs_among(path: str | Path, names: Sequence[str], told: ColumnMap, device: DeviceName | None) -> dict[str, Table]:
     """The tables of those recordings of a file that have a motion and an effort, by name."""
-    tables = tables_of(path, names, told)
+    tables = readable_tables(path, names, told.decimal)
     return {name: table for name, table in tables.items() if is_log(table, told, device)}
-
-
-def tables_of(path: str | Path, names: Sequence[str], told: ColumnMap) -> dict[str, Table]:
-    """The tables of recordings of a file, by name; a recording that is none has no table."""
-    read = tables_in(path, names, told.decimal)
-    return {name: table for name, table in read.items() if not isinstance(table, LogError)}
