@@ -18,8 +18,11 @@ from erclutch.signals.array import Array, Mask
 from erclutch.signals.device import Element
 
 #: The word that asks for such stretches, and the share of the rows that they are.
-STRETCHES, SHARE = "stretches", 0.3
-_WINDOWS, _FEWEST_WINDOWS, _FEWEST_ROWS = 20, 7, 50
+STRETCHES = "stretches"
+SHARE = 0.3
+_WINDOWS = 20  # of a long log
+_FEWEST_WINDOWS = 7
+_FEWEST_ROWS = 50  # of a window
 _GOLDEN = (5**0.5 - 1) / 2
 _LEVELS = 4  # of field, slip and its rate, each by its own quantiles
 
@@ -30,15 +33,18 @@ def covering(elements: Sequence[Element], start: int, stop: int) -> Mask:
     Of a log with fewer than 350 rows the end is held out.
     """
     mask = np.zeros(elements[0].field.size, np.bool_)
-    windows = min(_WINDOWS, (stop - start) // _FEWEST_ROWS)
+    rows = stop - start
+    windows = min(_WINDOWS, rows // _FEWEST_ROWS)
     if windows < _FEWEST_WINDOWS:
-        mask[start + round((1 - SHARE) * (stop - start)) : stop] = True
+        trained = round((1 - SHARE) * rows)
+        mask[start + trained : stop] = True
         return mask
-    window = np.arange(stop - start) * windows // (stop - start)  # of each row
-    cell = _cells(elements, start, stop)
+    window = np.arange(rows) * windows // rows  # of each row
+    cell = _cells(elements, start, stop)  # of each row
     cells = int(cell.max()) + 1
     counts = np.bincount(window * cells + cell, minlength=windows * cells)
-    for held in _alike(counts.reshape(windows, cells).astype(np.float64)):
+    rows_in_cells = counts.reshape(windows, cells).astype(np.float64)
+    for held in _alike(rows_in_cells):
         mask[start:stop] |= window == held
     return mask
 
@@ -53,12 +59,13 @@ def spread_points(elements: Sequence[Element], start: int, stop: int, share: flo
     keys: list[Array] = []
     for element in elements:
         keys += [element.field[start:stop], element.slip[start:stop]]
-    ordered = start + np.lexsort(keys)[1:-1]  # by slip, then by field
+    by_slip_then_field = np.lexsort(keys)
+    points = start + by_slip_then_field[1:-1]
     # Steps by the golden ratio never fall in with a period of the table, such as one of three fields.
-    place, _ = np.modf(np.arange(1, ordered.size + 1) * _GOLDEN)
+    place, _ = np.modf(np.arange(1, points.size + 1) * _GOLDEN)
     count = round(share * (stop - start))
-    held_out = ordered[np.argsort(place)[:count]]
-    mask[held_out] = True
+    first_places = np.argsort(place)[:count]
+    mask[points[first_places]] = True
     return mask
 
 
@@ -73,7 +80,8 @@ def _cells(elements: Sequence[Element], start: int, stop: int) -> NDArray[np.int
         for values in (field, slip, rate):
             # Levels of equally many rows each; equal values lie together.
             edges = np.unique(np.quantile(values, shares))
-            code = code * _LEVELS + np.searchsorted(edges, values, side="right")
+            level = np.searchsorted(edges, values, side="right")
+            code = code * _LEVELS + level
     _, cell = np.unique(code, return_inverse=True)
     return cell.astype(np.intp)
 
@@ -96,14 +104,17 @@ def _alike(counts: Array) -> list[int]:
     held: list[int] = even.round().astype(int).tolist()
     best = unlike(held)
     while True:  # one window is exchanged at a time, as long as that helps
-        tried: list[list[int]] = []
-        for k in range(len(held)):
-            others = [*held[:k], *held[k + 1 :]]
+        exchanged: list[list[int]] = []
+        for place in range(len(held)):
+            before = held[:place]
+            after = held[place + 1 :]
             for new in range(1, windows):
-                if all(abs(new - other) > 1 for other in others):
-                    tried.append([*held[:k], new, *held[k + 1 :]])
-        nearest = min(tried, key=unlike)
+                touches = any(abs(new - other) <= 1 for other in (*before, *after))
+                if not touches:
+                    exchanged.append([*before, new, *after])
+        nearest = min(exchanged, key=unlike)
         cost = unlike(nearest)
         if not cost < best:
             return sorted(held)
-        held, best = nearest, cost
+        held = nearest
+        best = cost

@@ -39,18 +39,7 @@ def hold_out(dataset: Dataset, test: float | str | Sequence[str]) -> Mask:
         if not 0 < share < 0.9:
             remedy = "Give a share above 0 and below 0.9, for example 0.3, or a pattern of logs' names: 'run7*'"
             raise SettingError(f"a test share of {share}", where="--test", remedy=remedy)
-        for log in dataset.source_rows:
-            if not dataset.in_no_time and steps_without_a_gap(dataset, *log):
-                for part in _parts_of_levels(constant_stretches(dataset, *log), share):
-                    mask[part] = True
-                continue
-            for start, stop in constant_stretches(dataset, *log) or [log]:
-                trained = round((1 - share) * (stop - start))
-                if dataset.in_no_time:
-                    mask |= spread_points(dataset.elements, start, stop, share)
-                else:
-                    mask[start + trained : stop] = True
-        return mask
+        return _share_of_each_log(dataset, share)
 
     patterns = (test,) if isinstance(test, str) else tuple(cast(Sequence[str], test))
     if patterns == (STRETCHES,):
@@ -59,22 +48,43 @@ def hold_out(dataset: Dataset, test: float | str | Sequence[str]) -> Mask:
                 mask |= covering(dataset.elements, start, stop)
         return mask
     for pattern in patterns:
-        hits = [i for i, name in enumerate(dataset.sources) if fnmatch.fnmatchcase(PurePath(name).name, pattern)]
-        if not hits:
+        matches = False
+        for log, (start, stop) in zip(dataset.sources, dataset.source_rows, strict=True):
+            if fnmatch.fnmatchcase(PurePath(log).name, pattern):
+                matches = True
+                mask[start:stop] = True
+        if not matches:
             problem = f"the test pattern {pattern!r} matches none of {len(dataset.sources)} logs"
             raise SettingError(problem, remedy=f"Logs are called for example {dataset.sources[0]!r}")
-        for i in hits:
-            mask[slice(*dataset.source_rows[i])] = True
     if mask.all():
         raise SettingError("all logs are held out, none is left to train on", remedy="Narrow the test patterns")
     return mask
 
 
+def _share_of_each_log(dataset: Dataset, share: float) -> Mask:
+    """The last rows of each log or of its levels; of levels without a gap a part of each; of points some all over."""
+    mask = np.zeros(dataset.rows, np.bool_)
+    for log in dataset.source_rows:
+        levels = constant_stretches(dataset, *log)
+        if dataset.in_no_time:
+            for start, stop in levels or [log]:
+                mask |= spread_points(dataset.elements, start, stop, share)
+        elif steps_without_a_gap(dataset, *log):
+            for part in _parts_of_levels(levels, share):
+                mask[part] = True
+        else:
+            for start, stop in levels or [log]:
+                trained = round((1 - share) * (stop - start))
+                mask[start + trained : stop] = True
+    return mask
+
+
 def steps_without_a_gap(dataset: Dataset, start: int, stop: int) -> bool:
     """Whether a log was taken at one field after another, and its field steps somewhere without a gap."""
-    levels = constant_stretches(dataset, start, stop)
     begins_anew = {span.start for span in dataset.clock.spans}
-    return any(end == begin and begin not in begins_anew for (_, end), (begin, _) in itertools.pairwise(levels))
+    levels = constant_stretches(dataset, start, stop)
+    steps = [begin for (_, end), (begin, _) in itertools.pairwise(levels) if begin == end]
+    return not begins_anew.issuperset(steps)
 
 
 def _parts_of_levels(levels: Sequence[tuple[int, int]], share: float) -> list[slice]:
@@ -116,11 +126,15 @@ def constant_stretches(dataset: Dataset, start: int, stop: int) -> list[tuple[in
         return spans
 
     # No gap from field to field: plateaus are sought, and cut where the log has a gap.
-    parts: list[tuple[int, int]] = []
+    stretches: list[tuple[int, int]] = []
     levels = plateaus([field[start:stop] for field in fields])
     for first, last in spans:
-        parts += [(max(first, start + begin), min(last, start + end)) for begin, end in levels]
-    return [(begin, end) for begin, end in parts if end > begin]
+        for level_begins, level_ends in levels:
+            begin = max(first, start + level_begins)
+            end = min(last, start + level_ends)
+            if begin < end:
+                stretches.append((begin, end))
+    return stretches
 
 
 def time_folds(dataset: Dataset, count: int) -> list[Mask]:

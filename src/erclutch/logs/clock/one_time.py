@@ -11,6 +11,7 @@ from dataclasses import replace
 import numpy as np
 
 from erclutch.logs.table import Table
+from erclutch.signals.array import Array
 from erclutch.signals.units import is_unit, parse
 
 _SECONDS = re.compile(r"(.*?)[._/ ]?(?:secs?|seconds)", re.IGNORECASE)
@@ -75,29 +76,35 @@ def _with_time_of_day(table: Table) -> Table:
         if name is None:
             continue
         values = table.columns[name]
-        whole = unit == 1.0 or bool(np.all(values == np.round(values)))
-        own = table.units.get(name)
-        other_unit = own is not None and not (is_unit(own) and parse(own).factor == unit)
-        if other_unit or not np.isfinite(values).all() or not whole or values.min() < 0.0 or values.max() >= most:
+        written = table.units.get(name)
+        if written is not None and not (is_unit(written) and parse(written).factor == unit):
             return table
-        begins_anew = begins_anew or (unit <= 1.0 and bool(np.any(np.diff(values) < 0.0)))
+        if not np.isfinite(values).all() or values.min() < 0.0 or values.max() >= most:
+            return table
+        if unit != 1.0 and not np.all(values == np.round(values)):
+            return table
+        if unit <= 1.0 and np.any(np.diff(values) < 0.0):
+            begins_anew = True
         parts[unit] = name
     if not {60.0, 1.0} <= parts.keys() or not (begins_anew or 3600.0 in parts):
         return table
 
-    since_midnight = np.sum([unit * table.columns[name] for unit, name in parts.items()], axis=0)
-    days = np.cumsum(np.diff(since_midnight, prepend=since_midnight[0]) < -_DAY / 2)
+    since_midnight = np.sum([unit * table.columns[name] for unit, name in parts.items()], axis=0)  # s, shape (n,)
+    steps = np.diff(since_midnight, prepend=since_midnight[0])
+    days = np.cumsum(steps < -_DAY / 2)
     time = since_midnight + _DAY * days
     if np.any(np.diff(time) < 0.0) or time[0] == time[-1]:
         return table
-    dates = [name for name in table.columns if name.strip().lower() in _DATES]
-    name = _TIME if _TIME not in table.columns else "time of day"
-    merged = {*parts.values(), *dates}
-    left = {each: values for each, values in table.columns.items() if each not in merged}
-    note = f"columns {', '.join(parts.values())} are one time of day, in s: column {name}"
+    merged = {*parts.values()}
+    other_columns: dict[str, Array] = {}
+    for name, values in table.columns.items():
+        if name not in merged and name.strip().lower() not in _DATES:
+            other_columns[name] = values
+    called = _TIME if _TIME not in table.columns else "time of day"
+    note = f"columns {', '.join(parts.values())} are one time of day, in s: column {called}"
     return replace(
         table,
-        columns={name: time, **left},
-        units={**table.units, name: "s"},
+        columns={called: time, **other_columns},
+        units={**table.units, called: "s"},
         notes=(*table.notes, note),
     )

@@ -49,16 +49,20 @@ def _read(source: LogSource) -> Table:
     except UnicodeDecodeError as error:
         raise LogError(f"the file is no UTF-8 text ({error})", remedy="Save it as UTF-8", where=source.name) from error
 
-    lines = [(number, line) for number, line in enumerate(content.splitlines(), start=1) if line.strip()]
+    lines: dict[str, str] = {}  # by their place
+    for number, line in enumerate(content.splitlines(), start=1):
+        if line.strip():
+            lines[f"line {number}"] = line
     document = _document(content)
     if document is None or (len(lines) == 1 and _is_row(document)):
-        rows = [(f"line {number}", _object(line, f"{source.name}, line {number}")) for number, line in lines]
+        rows = [(place, _object(line, f"{source.name}, {place}")) for place, line in lines.items()]
         return _table_of_rows(source, rows, ())
 
     recordings = dict(json_layout.recordings(document))
-    lists = {name: found for name, found in recordings.items() if isinstance(found, dict)}
+    lists = {name: recording for name, recording in recordings.items() if isinstance(recording, dict)}
     asked = [name.strip() for name in (source.variable or "").split(JOINT)]
-    if len(asked) > 1 and source.variable not in recordings and all(name in lists for name in asked):
+    is_joint = len(asked) > 1 and source.variable not in recordings
+    if is_joint and all(name in lists for name in asked):
         parts: dict[str, Found] = {}
         for name in asked:
             table = _table_of_lists(source, lists[name], ())
@@ -66,13 +70,16 @@ def _read(source: LogSource) -> Table:
         joined = joined_by_time(parts, "list").table()
         return replace(joined, name=source.name, digest=source.digest)
 
-    more = f", or join them by time: --variable {shlex.quote(JOINT.join(lists))}" if len(lists) > 1 else ""
-    name, found = choose(recordings, source.variable, "list", _NONE, more)
+    more = ""
+    if len(lists) > 1:
+        more = f", or join them by time: --variable {shlex.quote(JOINT.join(lists))}"
+    name, recording = choose(recordings, source.variable, "list", _NONE, more)
     notes = (f"recording read from {name}",) if name else ()
-    if isinstance(found, dict):
+    if isinstance(recording, dict):
         others = [place for place in recordings if place != name]
-        return replace(_table_of_lists(source, found, notes), constants=_numbers_beside(document, others))
-    rows = [(f"row {number} of {name or 'the list'}", row) for number, row in enumerate(found, start=1)]
+        table = _table_of_lists(source, recording, notes)
+        return replace(table, constants=_numbers_beside(document, others))
+    rows = [(f"row {number} of {name or 'the list'}", row) for number, row in enumerate(recording, start=1)]
     return _table_of_rows(source, rows, notes)
 
 
@@ -92,7 +99,8 @@ def _numbers_beside(document: Any, others: Iterable[str]) -> dict[str, float]:
         is_number = isinstance(value, int | float) and not isinstance(value, bool)
         if is_number and abs(value) < _LARGEST and not of_another:
             numbers[place] = float(value)
-    return {printable(name): number for name, number in zip(_short_names([*numbers]), numbers.values(), strict=True)}
+    names = map(printable, _short_names([*numbers]))
+    return dict(zip(names, numbers.values(), strict=True))
 
 
 def _document(content: str) -> Any:
