@@ -10,7 +10,10 @@ search asks for it. SYNTHETIC logs of known truths, noise drawn anew for each:
     two fields  friction, yield effort and exponent are three numbers, of which two fields tell two; friction is none
     memory      a Dahl state that the field enters (`dahl/field`), which the search for memory has to find
 
-    python studies/chosen_terms.py [--logs 200] [--cases "one way" memory] [--rows 1500]
+    python studies/chosen_terms.py [--logs 200] [--first 0] [--cases "one way" memory] [--rows 1500] [--noise resonance]
+
+The noise is white; "drift", an autoregression of 0.97; or "resonance", which swings at the pace of the motion (a period
+of 260 rows, and a decay over 50).
 
 Printed for each case: in how many logs the chosen terms were the true ones, the share of true numbers inside their
 intervals over all logs and numbers that the chosen model has, and the number with the smallest share. Exits with 1
@@ -42,6 +45,13 @@ TARGET, TOLERANCE, ENOUGH = 0.95, 0.03, 100
 PERIOD, NOISE = 2e-3, 0.02  # s, N m
 TRUTH = {"T_y": 0.8, "eta": 0.05, "n": 1.5, "w_s": 0.3}
 TRAVEL = 0.02  # rad
+#: Coefficients of the autoregression that makes a noise.
+NOISES = {
+    "white": (),
+    "drift": (0.97,),
+    "resonance": (2.0 * 0.98 * float(np.cos(2.0 * np.pi / 260.0)), -(0.98**2)),
+}
+SETTLED = 1000  # rows of noise that are thrown away
 
 
 @dataclass(frozen=True)
@@ -69,7 +79,20 @@ CASES = {
 }
 
 
-def log_of(case: Case, rows: int, seed: int) -> Dataset:
+def noise_of(kind: str, rows: int, rng: np.random.Generator) -> Array:
+    """Noise of variance one, shape (rows,)."""
+    weights = NOISES[kind]
+    if not weights:
+        return rng.standard_normal(rows)
+    drawn = rng.standard_normal(SETTLED + rows)
+    for k in range(len(weights), drawn.size):
+        drawn[k] += sum(weight * drawn[k - back] for back, weight in enumerate(weights, 1))
+    one, two = (*weights, 0.0)[:2]
+    variance = (1.0 - two) / ((1.0 + two) * ((1.0 - two) ** 2 - one**2))
+    return drawn[SETTLED:] / np.sqrt(variance)
+
+
+def log_of(case: Case, rows: int, seed: int, noise: str = "white") -> Dataset:
     """A log of a case; field and motion are drawn anew too."""
     rng = np.random.default_rng(seed)
     t: Array = PERIOD * np.arange(float(rows))
@@ -84,7 +107,7 @@ def log_of(case: Case, rows: int, seed: int) -> Dataset:
     effort = yielded + case.numbers["eta"] * slip + case.numbers.get("T_0", 0.0)
     effort += case.numbers.get("T_f", 0.0) * np.tanh(slip / TRUTH["w_s"])
     clock = Clock(t, (Span(0, rows, PERIOD),))
-    noisy = effort + NOISE * rng.standard_normal(rows)
+    noisy = effort + NOISE * noise_of(noise, rows, rng)
     return Dataset("single", (Element(field, slip),), noisy, clock, Units("N*m", "A", "rad/s"))
 
 
@@ -118,11 +141,14 @@ def main() -> int:
     parser.add_argument("--logs", type=int, default=200)
     parser.add_argument("--cases", nargs="+", default=list(CASES), choices=list(CASES))
     parser.add_argument("--rows", type=int, default=1500)
+    parser.add_argument("--first", type=int, default=0, help="seed of the first log")
+    parser.add_argument("--noise", default="white", choices=list(NOISES))
     asked = parser.parse_args()
     missed = False
     for name in asked.cases:
         case = CASES[name]
-        found = [held_by(case, log_of(case, asked.rows, seed)) for seed in range(asked.logs)]
+        seeds = range(asked.first, asked.first + asked.logs)
+        found = [held_by(case, log_of(case, asked.rows, seed, asked.noise)) for seed in seeds]
         right = sum(set(each) == set(case.numbers) for each in found)
         told, held = (
             Counter(key for each in found for key in each),

@@ -8,7 +8,8 @@ now, and as before, when two logs were too few to leave one out and two motions 
     python studies/two_motions.py [--devices 6] [--first 20]
 
 Printed for each choice of motions: the share of the rows inside, mean and least; how often that is below 90 %, and how
-often the worst second has 80 %; the half width over what the motion needed.
+often the worst second has 80 %; the half width over what the motion needed, and over the spread of its effort (one
+standard deviation).
 """
 
 from __future__ import annotations
@@ -70,15 +71,16 @@ def rows_of(data: Dataset, motions: tuple[int, ...]) -> np.ndarray:
     return mask
 
 
-def judged(data: Dataset, held: np.ndarray, law: str, stages: str) -> dict[str, tuple[float, float, float]]:
-    """For each rule: share inside, of the worst second, and the half width over the needed."""
+def judged(data: Dataset, held: np.ndarray, law: str, stages: str) -> dict[str, tuple[float, ...]]:
+    """For each rule: share inside, of the worst second, the half width over the needed and over the effort's spread."""
     train = data.take(~held)
     structure = Structure("single", law, law_from_name(law, "single"), stages, False, True)
     outcome = fit_structure(train, structure)
     predicted = outcome.model.predict(data)
     error = data.effort - predicted
     needed = float(np.quantile(np.abs(error[held]), 0.95))
-    figures: dict[str, tuple[float, float, float]] = {}
+    spread = float(np.std(data.effort[held]))
+    figures: dict[str, tuple[float, ...]] = {}
     for rule, unseen in (("before", None), ("now", outcome.unseen)):
         made = calibrated(data, ~held, [error], [outcome.parameters], [unseen])[0]
         assert made is not None
@@ -86,7 +88,8 @@ def judged(data: Dataset, held: np.ndarray, law: str, stages: str) -> dict[str, 
         if unseen is not None:
             band = with_haste(band, train, unseen)
         found = coverage(data, band.around(predicted, data.elements, data.clock), held)
-        figures[rule] = (found.share, found.worst, 0.5 * found.width / needed)
+        half_width = 0.5 * found.width
+        figures[rule] = (found.share, found.worst, half_width / needed, half_width / spread)
     return figures
 
 
@@ -96,7 +99,7 @@ def main() -> None:
     parser.add_argument("--devices", type=int, default=6)
     parser.add_argument("--first", type=int, default=20, help="seed of the first device")
     asked = parser.parse_args()
-    table: dict[tuple[str, str], list[tuple[float, float, float]]] = defaultdict(list)
+    table: dict[tuple[str, str], list[tuple[float, ...]]] = defaultdict(list)
     for seed in range(asked.first, asked.first + asked.devices):
         every = device(seed)
         for name, (fitted, judge) in CHOICES.items():
@@ -106,11 +109,11 @@ def main() -> None:
                     table[name, rule].append(figures)
                     table["all", rule].append(figures)
     for (name, rule), figures in table.items():
-        inside, worst, width = np.array(figures).T
+        inside, worst, width, of_spread = np.array(figures).T
         print(
             f"{name:<13} {rule:<7} inside {inside.mean():6.1%} (least {inside.min():6.1%}), below 90 % in "
             f"{np.mean(inside < 0.9):4.0%}, worst second 80 % in {np.mean(worst >= 0.8):4.0%}; half width "
-            f"{np.median(width):.2f} of the needed ({len(figures)})"
+            f"{np.median(width):.2f} of the needed, {np.median(of_spread):.2f} of the spread ({len(figures)})"
         )
 
 

@@ -75,6 +75,14 @@ def test_logs_of_two_motions_say_how_errors_grow_and_those_of_one_do_not() -> No
     assert with_haste(band, data, error) == band
 
 
+def test_two_motions_whose_errors_are_alike_are_no_sign_that_errors_do_not_grow() -> None:
+    """Each was left out of a fit to the other, so both are as far from what was fitted."""
+    data, error = device((1.0, 2.0))
+    grown = with_haste(calibrated_on(data, error), data, error)
+    assert grown.haste is not None
+    assert grown.haste.growth == 1.0
+
+
 def test_the_band_grows_in_proportion_at_least_where_motions_differ_in_their_errors() -> None:
     """Errors that fall from slow to quick motions, as of a strain ahead of yield, hide one that grows with the rate."""
     data, error = device((0.25, 0.5, 1.0, 2.0))

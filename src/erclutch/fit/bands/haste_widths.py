@@ -5,7 +5,9 @@ motion the band begins as wide as that motion needs. How it grows has two answer
 lets each motion stand for a quicker one that nobody had logged: how much wider would the band of all slower motions
 have had to be, for how much more haste? The second is the exponent by which errors of logs grow with their haste, by
 least squares, and a standard error more, since the logs are few. Where motions differ in their errors, the growth is
-one at least: an error in proportion to the rate, of an inertia say, hides behind the other errors of slow motions.
+one at least: an error in proportion to the rate, of an inertia say, hides behind the other errors of slow motions. So
+it is where motions are few. Each of two is as far from a fit to the other, so their errors are alike whether or not
+errors grow.
 """
 
 from __future__ import annotations
@@ -30,6 +32,8 @@ _MEAN = 3.0
 _APART = 0.25
 #: Motions that tell how errors grow with haste.
 _FEWEST = 2
+#: Motions from which on errors that are alike say that errors do not grow.
+_ENOUGH = 4
 #: Errors of two motions are alike if the larger is less than so many times the other.
 _ALIKE = 1.25
 
@@ -98,7 +102,7 @@ def with_haste(band: Band, data: Dataset, errors: Array) -> Band:
             growths.append(wider / more_haste)
         slower.append(number)
     of_motions = [size_over_logs(motion == number) for number in haste_of]
-    if max(of_motions) > _ALIKE * min(of_motions):
+    if len(of_motions) < _ENOUGH or max(of_motions) > _ALIKE * min(of_motions):
         growths.append(1.0)
 
     known_haste = float(haste.max())

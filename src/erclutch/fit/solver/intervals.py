@@ -2,8 +2,10 @@
 
 The sandwich of R^-1 around the long-run covariance of the scores (Newey and West 1987, doi 10.2307/1913610), Bartlett
 kernel, bandwidth after Andrews (1991, doi 10.2307/2938229), critical values for that bandwidth after Kiefer and
-Vogelsang (2005, doi 10.1017/S0266466605050565). Without an order in time (flow curves) the classical covariance and
-Student's t.
+Vogelsang (2005, doi 10.1017/S0266466605050565). That covariance is too small where the residual resonates at the pace
+of the motion: few scores then stand for all. So a variance is no less than by the spectrum of the residual at the
+frequencies of what tells the parameter. Without an order in time (flow curves) the classical covariance and Student's
+t.
 """
 
 from __future__ import annotations
@@ -87,7 +89,8 @@ def uncertainty(jacobian: Array, residual: Array, *, ordered: bool) -> Uncertain
     share = np.zeros(p)  # of what tells a parameter, within one bandwidth
     if ordered and n > 4 * p + 40:
         # What each row adds to the error of each parameter, scaled to one: sums of scores would cancel each other.
-        added = (q @ inverse.T) * residual[:, None]
+        influence = q @ inverse.T
+        added = influence * residual[:, None]
         scale = np.linalg.norm(added, axis=0)
         scale[scale == 0] = 1.0
         middle, bandwidth = long_run(added / scale)
@@ -97,8 +100,11 @@ def uncertainty(jacobian: Array, residual: Array, *, ordered: bool) -> Uncertain
         independent = np.maximum(n / alike, 2.0 * p)
         freedom = np.maximum(independent - p, 1.0)
         scale *= np.sqrt(independent / freedom)
+        by_scores = np.sqrt(np.diag(middle)) * scale  # standard errors
+        by_spectrum = np.sqrt(_variances_by_spectrum(influence, residual))
+        scale *= np.maximum(by_spectrum / np.where(by_scores > 0, by_scores, 1.0), 1.0)
         covariance = middle * np.outer(scale, scale)
-        share = _told_at_once(q @ inverse.T, bandwidth)
+        share = _told_at_once(influence, bandwidth)
     else:
         covariance = inverse @ inverse.T * float(residual @ residual) / max(n - p, 1.0)
         bandwidth = 1
@@ -165,7 +171,10 @@ def long_run(scores: Array) -> tuple[Array, int]:
     Monahan 1992, doi 10.2307/2951574). Its order is chosen by Schwarz's criterion (den Haan and Levin 1997,
     doi 10.1016/S0169-7161(97)15014-0): a score that swings with its input needs two at least.
     """
-    weights = _autoregressions(scores)  # (order, p)
+    weights, _ = _autoregressions(scores)  # (order, p)
+    whole = weights.sum(axis=0)
+    shrunk = _NEAR_ROOT / np.where(whole > 0, whole, 1.0)
+    weights *= np.where(whole > _NEAR_ROOT, shrunk, 1.0)
     order = weights.shape[0]
     n = scores.shape[0]
     explained: Any = 0  # by the rows before
@@ -178,8 +187,11 @@ def long_run(scores: Array) -> tuple[Array, int]:
     return covariance, bandwidth
 
 
-def _autoregressions(scores: Array) -> Array:
-    """Coefficients of the best autoregression of each column of (n, p), shape (orders, p), by Levinson's recursion."""
+def _autoregressions(scores: Array) -> tuple[Array, Array]:
+    """Coefficients of the best autoregression of each column of (n, p), shape (orders, p), by Levinson's recursion.
+
+    Beside them the share of the power that each leaves unexplained, shape (p,).
+    """
     n, p = scores.shape
     covariances: list[Array] = []  # of each shift, times n
     for shift in range(_ORDERS + 1):
@@ -191,6 +203,7 @@ def _autoregressions(scores: Array) -> Array:
     weights = np.zeros((_ORDERS, p))
     best = np.zeros((_ORDERS, p))
     left = np.ones(p)  # share of the power that the autoregression does not explain
+    unexplained = np.ones(p)  # the same of the best one
     least = np.zeros(p)  # Schwarz's criterion of the best one; that of order zero is zero
     for k in range(_ORDERS):
         of_shorter = weights[:k] * correlation[k:0:-1]
@@ -203,9 +216,32 @@ def _autoregressions(scores: Array) -> Array:
         better = criterion < least
         least = np.where(better, criterion, least)
         best = np.where(better, weights, best)
-    whole = best.sum(axis=0)
-    shrunk = _NEAR_ROOT / np.where(whole > 0, whole, 1.0)
-    return best * np.where(whole > _NEAR_ROOT, shrunk, 1.0)
+        unexplained = np.where(better, left, unexplained)
+    return best, unexplained
+
+
+def _variances_by_spectrum(influence: Array, residual: Array) -> Array:
+    """Variance of each parameter, shape (p,), if the residual is an autoregression.
+
+    That is the spectrum of the residual, weighted by the power of the influence at each frequency. Its peaks are
+    resolved by few coefficients, where sums of scores would need many turns of a slow resonance.
+
+    Args:
+        influence: how much the residual of a row moves each parameter, shape (n, p).
+        residual: shape (n,).
+    """
+    weights, unexplained = _autoregressions(residual[:, None])
+    drive = float(unexplained[0]) * float(np.mean(residual**2))  # variance of what the rows before do not explain
+    points = 1 << (2 * residual.size - 1).bit_length()  # so many that the ends of the log do not meet
+    gain = np.fft.rfft(np.concatenate([[1.0], -weights[:, 0]]), points)
+    spectrum = drive / np.maximum(np.abs(gain) ** 2, np.finfo(float).tiny)
+    spectrum[1:-1] *= 2.0  # frequencies below zero
+
+    variances: list[float] = []
+    for column in influence.T:
+        power = np.abs(np.fft.rfft(column, points)) ** 2
+        variances.append(float(power @ spectrum) / points)
+    return np.array(variances)
 
 
 def _bartlett(scores: Array, bandwidth: int) -> Array:
