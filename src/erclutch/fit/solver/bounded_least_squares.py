@@ -18,7 +18,7 @@ def solve_bounded(triangle: Array, vector: Array, nonnegative: Mask) -> tuple[Ar
     Returns:
         Coefficients (p,), and the mask of those held at zero.
     """
-    scale = np.linalg.norm(triangle, axis=0)
+    scale = np.sqrt(np.add.reduce(triangle * triangle, axis=0))  # as `numpy.linalg.norm`, in a third of the time
     scale[scale == 0] = 1.0
     a = triangle / scale
     held = np.zeros(scale.size, np.bool_)
@@ -32,6 +32,8 @@ def solve_bounded(triangle: Array, vector: Array, nonnegative: Mask) -> tuple[Ar
             held |= negative
             c = _solve(a, vector, ~held)
             continue
+        if not held.any():
+            break
         gradient = a.T @ (vector - a @ c)
         wanting = np.where(held, gradient, -np.inf)
         enter = int(np.argmax(wanting))
@@ -63,7 +65,9 @@ def _enter(
 
 
 def _solve(a: Array, vector: Array, free: Mask) -> Array:
-    c = np.zeros(free.size)
-    if free.any():
+    c: Array = np.zeros(free.size)
+    if free.size and free.all():  # mostly
+        c[:] = np.linalg.lstsq(a, vector, rcond=1e-14)[0]
+    elif free.any():
         c[free] = np.linalg.lstsq(a[:, free], vector, rcond=1e-14)[0]
     return c

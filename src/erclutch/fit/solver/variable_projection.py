@@ -211,16 +211,19 @@ def gains_of(r: Array, nonnegative: Mask) -> Projection:
     p = int(r.shape[1]) - 1
     columns = r[:p, :p]
     target = r[:p, p]
-    squares = np.sum(r[:, :p] ** 2, axis=0)
+    squares = np.add.reduce(r[:, :p] ** 2, axis=0)
     norms = np.sqrt(squares)
     dead: Mask = norms < _UNEXCITED
-    live = ~dead
     gains: Array = np.zeros(p)
     held = dead.copy()
-    gains[live], held[live] = solve_bounded(columns[:, live], target, nonnegative[live])
+    if dead.any():
+        live = ~dead
+        gains[live], held[live] = solve_bounded(columns[:, live], target, nonnegative[live])
+    else:  # in the order that a choice of columns has, which decides about the last bit
+        gains, held = solve_bounded(np.asfortranarray(columns), target, nonnegative)
     # The corner is what no gain can reach.
     left = target - columns @ gains
-    cost = float(r[p, p] ** 2 + np.sum(left**2))
+    cost = float(r[p, p] ** 2 + np.add.reduce(left**2))
     return Projection(gains, held, dead, cost)
 
 
