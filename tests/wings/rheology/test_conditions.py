@@ -187,3 +187,12 @@ def test_a_run_again_and_a_way_back_are_one_curve(tmp_path: Path, second: np.nda
     rows = [f"{rate:.6g},{factor * (20 + rate):.6g}" for rate, factor in zip(rates, factors, strict=True)]
     (tmp_path / "f.csv").write_text("\n".join(["Shear rate [1/s],Shear stress [Pa]", *rows]) + "\n")
     assert [curve.rate.size for curve in read_flow_curves(tmp_path / "f.csv").curves] == [2 * RATES.size]
+
+
+def test_a_course_in_time_with_noise_about_a_rest_is_not_cut_into_sweeps(tmp_path: Path) -> None:
+    noise = np.random.default_rng(6)
+    rest = 1e-6 * np.exp(2.0 * noise.normal(size=40))
+    rates = np.concatenate([rest, RATES, rest, RATES[::-1], rest])
+    rows = [f"{k},{rate:.6g},{(20 + rate) * (1 + k / 50):.6g}" for k, rate in enumerate(rates)]
+    (tmp_path / "f.csv").write_text("\n".join(["Time [s],Shear rate [1/s],Shear stress [Pa]", *rows]) + "\n")
+    assert [curve.label for curve in read_flow_curves(tmp_path / "f.csv").curves] == ["f"]

@@ -39,6 +39,7 @@ _STEADY = 0.5  # K: a regulated temperature wanders by less
 _WIDEST_IN_KELVIN = 3.0  # which one regulated temperature spans at most
 _FEWEST_RATES = 3  # of a sweep
 _ANEW = 0.5  # of the range of ln(rate): a larger step back begins another sweep
+_ONE_WAY = 0.8  # mean sign of the steps of a sweep, at least
 _ONE_FLUID = 0.15  # ln of the ratio of two stresses at one rate: so far apart two runs of one fluid may be
 _ONE_RATE = 0.02  # ln of the ratio of two rates that are meant to be the same
 _HELD = 1.2  # times the lowest rate: what stays below is measured at one rate
@@ -118,12 +119,20 @@ def _sweeps(table: Table, plan: FlowPlan) -> list[Condition]:
     starts = [0, *rows[turns].tolist()]
     ends = [*starts[1:], table.rows]
     sweeps = [np.arange(start, end) for start, end in zip(starts, ends, strict=True)]
-    if any(np.unique(rate[sweep][np.isfinite(rate[sweep])]).size <= _FEWEST_RATES for sweep in sweeps):
-        return whole
+    for sweep in sweeps:
+        own = rate[sweep][np.isfinite(rate[sweep]) & (rate[sweep] > 0)]
+        if np.unique(own).size <= _FEWEST_RATES or not _goes_one_way(own):
+            return whole  # such as a course in time, with noise about a rest
     parted = all(any(before < at <= start for at in table.breaks) for before, start in pairwise(starts))
     if not parted and not any(_differ(table, plan, first, second) for first, second in pairwise(sweeps)):
         return whole
     return [Condition(f"sweep {number}", _rows_of(table, sweep)) for number, sweep in enumerate(sweeps, start=1)]
+
+
+def _goes_one_way(rate: Array) -> bool:
+    """Whether nearly all steps of the rate go up, or down."""
+    steps = np.sign(np.diff(rate))
+    return abs(float(steps.mean())) >= _ONE_WAY
 
 
 def _differ(table: Table, plan: FlowPlan, first: NDArray[np.intp], second: NDArray[np.intp]) -> bool:

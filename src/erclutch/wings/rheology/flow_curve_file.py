@@ -125,7 +125,8 @@ def read_flow_curves(
                     continue
                 curves += curves_of_condition
                 fields += [levels_in(condition.table)] * len(curves_of_condition)
-                notes += [(test, note) for note in left_out]
+                # The label of a test's only curve is the test.
+                notes += [("" if note.startswith(f"{test}: ") else test, note) for note in left_out]
         if not curves:
             if refused:
                 _, likeliest = max(refused, key=lambda pair: pair[0])
