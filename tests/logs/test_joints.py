@@ -106,7 +106,8 @@ def plan_from(columns: dict[str, np.ndarray]) -> Plan:
 def test_a_command_beside_those_of_a_motion_is_doubted_as_the_field(other: str) -> None:
     command = np.sign(np.sin(TIME))
     plan = plan_from({"time": TIME, "velocity": RATE, "torque": np.tanh(RATE), "command": command, other: command})
-    assert any(f"beside {other}" in doubt and "--field none" in doubt for doubt in plan.doubts)
+    assert any(f"beside {other}" in doubt and "no field then" in doubt for doubt in plan.doubts)
+    assert plan.command().endswith("--field none")
 
 
 def test_a_command_alone_is_the_field() -> None:

@@ -386,6 +386,7 @@ def test_dates(pinned: Pinned) -> None:
 
 def test_vectors_in_files(pinned: Pinned) -> None:
     from erclutch.logs.readers import found_recordings as f
+    from erclutch.logs.readers import vectors
 
     long, short = np.arange(9.0), np.arange(4.0)
     nodes: dict[str, dict[str, Any]] = {
@@ -400,7 +401,7 @@ def test_vectors_in_files(pinned: Pinned) -> None:
     }
     found: dict[str, Any] = {}
     for name, given in nodes.items():
-        made = f.of_vectors(given)
+        made = vectors.of_vectors(given)
         found[name] = None if made is None else told(made.table)
     names = {name: f.Found({"a": long}) for name in ("one", "two", "three")}
     for asked, among in (
@@ -413,7 +414,7 @@ def test_vectors_in_files(pinned: Pinned) -> None:
     ):
         found[f"{asked} of {len(among)}"] = told(lambda a=asked, n=among: f.choose(n, a, "group", "no group")[0])
     found["listed"] = [f.listed(map(str, range(n))) for n in (0, 1, 20, 21)]
-    found["turned"] = [[n, summed(v)] for n, v in f.columns_of("m", np.arange(18.0).reshape(2, 9), None)]
+    found["turned"] = [[n, summed(v)] for n, v in vectors.columns_of("m", np.arange(18.0).reshape(2, 9), None)]
     pinned(found)
 
 

@@ -59,6 +59,7 @@ class SignalPlan:
         reason: who chose it, or what it was guessed from.
         sureness: how sure the choice is.
         doubt: why it is doubtful; "" where its unit alone speaks for it, and its numbers do not.
+        answer: what the printed command says of a doubtful signal in place of its column.
         alternatives: other columns that would do.
     """
 
@@ -73,6 +74,7 @@ class SignalPlan:
     reason: str = field(default="given", compare=False)
     sureness: Sureness = field(default="given", compare=False)
     doubt: str = field(default="", compare=False)
+    answer: str = field(default="", compare=False)
     alternatives: tuple[str, ...] = field(default=(), compare=False)
 
 
@@ -208,7 +210,8 @@ class Plan:
             if each.sureness == "doubtful":
                 others = f"; {', '.join(each.alternatives)} may be it too" if each.alternatives else ""
                 why = each.doubt or "by its unit alone, and its numbers do not look like that"
-                doubts.append(f"{each.signal} is column {each.column} {why}{others}")
+                is_it = "may be" if each.answer else "is"
+                doubts.append(f"{each.signal} {is_it} column {each.column} {why}{others}")
         if self.clock is not None and self.clock.doubt:
             doubts.append(self.clock.doubt)
         return tuple(doubts)
@@ -243,7 +246,7 @@ class Plan:
     def _doubtful_options(self, unit: str = "") -> list[str]:
         """Options for what is in doubt; of the time with this unit, or with the likely one."""
         doubtful = [each for each in self.signals if each.sureness == "doubtful"]
-        options = [f"--{each.signal} {shell_word(self.labels[each.column])}" for each in doubtful]
+        options = [f"--{each.signal} {each.answer or shell_word(self.labels[each.column])}" for each in doubtful]
         if self.clock is not None and self.clock.doubt:
             likely = unit or self.clock.likely
             options.append(f"--time {shell_word(f'{self.clock.column} [{likely}]')}" if likely else '--rate "RATE Hz"')

@@ -10,9 +10,9 @@ from collections.abc import Iterable, Mapping, Sequence
 
 from erclutch.logs.columns.alike import distinct
 from erclutch.logs.columns.circuits import fields_among
-from erclutch.logs.columns.joints import beside_a_gear, of_joints
+from erclutch.logs.columns.joints import ESTIMATED, beside_a_gear, of_joints
 from erclutch.logs.columns.labels import split_end
-from erclutch.logs.columns.names import NEED_UNIT, OTHER, SINGLE, TOLD, headed
+from erclutch.logs.columns.names import NEED_UNIT, OTHER, SINGLE, TOLD, headed, spoken_name
 from erclutch.logs.columns.of_a_model import parts_of_a_model
 from erclutch.logs.columns.quotients import pressing_loads, speeds_of_machine
 from erclutch.logs.columns.seen_columns import NO_UNITS, SeenColumn, SeenColumns
@@ -144,7 +144,8 @@ def _without_a_whole_name(
     by_unit = [column.name for column in free if fits[column.name] and _unit_speaks(column, signal, si_units)]
     headed_so = [name for name, head in heads.items() if head and (fits[name] or head not in NEED_UNIT)]
     if not headed_so:
-        return distinct(seen, by_unit), "unit"
+        estimated = [] if by_unit else _estimated(signal, fitting)
+        return distinct(seen, by_unit or estimated), "name, as the drive estimates it" if estimated else "unit"
 
     # A head is no whole name: another column with such a unit may be the signal as well. Where all but the words that
     # most columns share is the head (C_1_Displacement), it is a whole one.
@@ -158,6 +159,18 @@ def _without_a_whole_name(
     if signal == "field":
         names = fields_among(seen, free, names, heads)
     return distinct(seen, names), "name"
+
+
+def _estimated(signal: str, columns: Iterable[SeenColumn]) -> list[str]:
+    """Columns called like a motion that a drive estimates by its encoder, such as ``vel_estimate``."""
+    names: list[str] = []
+    for column in columns:
+        words = column.spoken.stem_words
+        if signal in ("slip", "position") and not ESTIMATED.isdisjoint(words):
+            said = spoken_name(" ".join(word for word in words if word not in ESTIMATED))
+            if signal in said.may_be:
+                names.append(column.name)
+    return names
 
 
 def _shaped(

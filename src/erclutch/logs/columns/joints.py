@@ -8,13 +8,16 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Sequence
 
-from erclutch.logs.columns.names import NAMES, TOLD, headed
+from erclutch.logs.columns.names import NAMES, TOLD, headed, spoken_name, words_of
 from erclutch.logs.columns.seen_columns import SeenColumn, SeenColumns
 
 _MOTIONS = ("slip", "position")
-_ESTIMATED = frozenset(("est", "estimate", "estimated"))
+#: What a drive says of a torque or a motion that it does not measure itself.
+ESTIMATED = frozenset(("est", "estimate", "estimated"))
 #: Words for the sides of a gear or a spring, each of which has a motion and a torque of its own.
 _SIDES = frozenset(("motor", "rotor", "joint", "link", "load", "output", "input", "spring", "arm"))
+#: A joint's number in front of what was measured, as in lists of messages.
+_WITHIN = re.compile(r"(.+?)\[(\d+)\][._/](\D+)")
 #: The number of a joint in the name of a file.
 _IN_FILE = re.compile(r"(?:joint|axis|achse|gelenk|motor|axe|eje|关节|軸|轴|関節)[ _-]?0*(\d+)", re.IGNORECASE)
 
@@ -59,7 +62,7 @@ def _families(seen: SeenColumns, signal: str, columns: Iterable[SeenColumn]) -> 
     considered = [*columns]
     families = _named_families(seen, signal, considered, frozenset())
     if not families and signal == "effort":
-        families = _named_families(seen, signal, considered, _ESTIMATED)
+        families = _named_families(seen, signal, considered, ESTIMATED)
     return families
 
 
@@ -73,6 +76,15 @@ def _named_families(
     families: dict[str, Family] = {}  # by the name without a number
     for column in columns:
         spoken = column.spoken
+        within = _WITHIN.fullmatch(spoken.stem)
+        if within is not None:  # motor_state[0].dq: the number stands before the name
+            before, number, last = within.groups()
+            said = spoken_name(" ".join(word for word in words_of(last) if word not in passed_over))
+            speaks = signal in said.may_be or said.plain_stem in NAMES[signal].split()
+            if speaks and TOLD.isdisjoint(said.stem_words):
+                family = families.setdefault(f"{before}.{last}", {})
+                family[number] = column.name
+            continue
         bare = spoken.bare_stem
         if bare == spoken.plain_stem:
             continue

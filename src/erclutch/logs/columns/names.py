@@ -27,20 +27,20 @@ def plain(name: str) -> str:
 
 # Names in small letters without signs and accents; a column of another unit than the signal's is no candidate.
 NAMES = {
-    "field": "field e i u b v voltage current coilcurrent drivecurrent command cmd excitation pwm duty volt amp amps "
-    "cur curr strom spannung spulenstrom feld courant tension corriente voltaje tensao corrente tensione iq id uq ud "
-    "ia udc fluxdensity magneticfluxdensity magneticflux flux bfield flussdichte induction inducao induccion "
+    "field": "field e i u b v voltage current coilcurrent icoil drivecurrent command cmd excitation pwm duty volt amp "
+    "amps cur curr strom spannung spulenstrom feld courant tension corriente voltaje tensao corrente tensione iq id "
+    "uq ud ia udc fluxdensity magneticfluxdensity magneticflux flux bfield flussdichte induction inducao induccion "
     "磁感应强度 磁通密度 磁束密度 磁场强度 磁場強度 电场强度 電界強度 电流 电压 励磁电流 线圈电流 電流 電圧 "
     "ток напряжение 전류 전압 prad napiecie proud napeti stroom akım gerilim",
     "slip": "slip w v n omega speed velocity vel sliprate slipspeed shearrate gammadot relativespeed rpm anglevelocity "
     "vs vrel drehzahl geschwindigkeit winkelgeschwindigkeit schlupf vitesse velocidad velocidade velocita "
-    "thetadot dtheta thetad xdot dx dxdt xd dq qd qdot ydot dy phidot dphi angvel velo spd rotationspeed "
+    "thetadot dtheta thetad xdot dx dxdt xd dq qd qdot qvel ydot dy phidot dphi angvel velo spd rotationspeed "
     "速度 转速 角速度 滑差 轉速 回転数 回転速度 "
     "скорость обороты частотавращения угловаяскорость 속도 각속도 회전수 회전속도 predkosc predkoscobrotowa "
     "obroty rychlost otacky snelheid toerental varvtal hastighet hız rotacao giri",
     "position": "position pos x d displacement disp stroke travel angle slipangle weg winkel hub verschiebung "
     "deplacement desplazamiento deslocamento spostamento posicion posicao angulo "
-    "theta phi q y s encoder enc extension crosshead drehwinkel auslenkung posizione spostamento carrera course "
+    "theta phi q qpos y s encoder enc extension crosshead drehwinkel auslenkung posizione spostamento carrera course "
     "位移 角度 转角 位置 行程 変位 ストローク "
     "перемещение положение угол ход 변위 위치 각도 przemieszczenie połozenie poloha uhel verplaatsing "
     "positie hoek vinkel konum elongation allongement elongacion alargamiento alongamento allungamento verlangerung "
@@ -152,6 +152,7 @@ _TIME = re.compile(
 _SIDE = re.compile(r"(?<=[^\W\d_]{2})[ _-][A-DLR]$")
 _PRIME = re.compile(r"['\"′″](?!\w)")  # force d'amortissement has none
 _AXES = _set("x y z r")
+_JOINT = re.compile(r"(?:a|j|ax|axis|joint|dof|achse|gelenk)\d{1,2}")  # MeasuredTorque_A1
 _BORDER = re.compile(r"(?<=[a-z])(?=[A-Z])|(?<=(?<![A-Za-z])[XYZ])(?=[A-Z][a-z])")  # angularVelocity, XVelocity
 # The rate of a rate: ddq, qdd, d2x, theta_ddot.
 _SHORT_POSITIONS = r"(?:q|x|y|z|s|theta|phi|alpha|pos|angle)"
@@ -244,6 +245,8 @@ def spoken(name: str, stem: str, end: str | None) -> SpokenName:
     within: set[str] = set()
     if (TOLD | OTHER | NOT_MEASURED).isdisjoint(stem_words):
         words = {word for word in stem_words if len(word) > 2}
+        if any(_NAMES[signal] & (words - {"load"}) for signal in ("slip", "position")):
+            words -= {"load"}  # the side of a spring whose angle is meant
         within = {signal for signal in SINGLE if signal not in turned and not _NAMES[signal].isdisjoint(words)}
     return SpokenName(
         stem,
@@ -323,7 +326,7 @@ def headed(stem: str, signal: str, shared: Collection[str] = ()) -> str | None:
         return None
     if EASTERN.search(stem):
         return _compound(plain(stem), signal)
-    parts = [re.sub(r"\d+$", "", word) for word in words_of(stem) if word not in shared]
+    parts = [re.sub(r"\d+$", "", word) for word in words_of(stem) if word not in shared and not _JOINT.fullmatch(word)]
     parts = [word for word in parts if word]
     if "per" in parts:
         return None  # a torque per rpm is no speed, and no torque
@@ -358,7 +361,7 @@ def _is_time(name: str, stem: str) -> bool:
     return any(_TIME.fullmatch(letters) for letters in (plain(name), plain(stem)))
 
 
-_TIMES = _set("time timestamp timestamps stamp zeit temps tiempo tempo tijd sec seconds")
+_TIMES = _set("time timestamp timestamps stamp zeit temps tiempo tempo tijd sec secs seconds")
 _NO_TIMES = _set(
     "dead rise fall settling response delay cycle start end stop begin step dwell hold rest constant lag reaction mean "
     "exposure run duration"

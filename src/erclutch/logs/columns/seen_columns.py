@@ -6,9 +6,10 @@ decided for the plan: the steps of `erclutch.logs.planning.whole_plan` read thes
 
 from __future__ import annotations
 
+import re
 from collections import Counter
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 
 import numpy as np
@@ -24,6 +25,7 @@ from erclutch.signals.array import Array
 #: Units of plain numbers.
 NO_UNITS = ("", "-", "1", "%")
 _SAMPLE_NUMBER = "samplenumber"
+_RATE = re.compile(r"(?:dq|qd|dtheta|dx)\d*")
 _FEWEST_SHARING = 3
 #: Share of a step by which equal steps may differ.
 EVEN = 1e-3
@@ -208,6 +210,11 @@ def seen_columns(table: Table, *, whole: bool = True) -> SeenColumns:
         stem, end = split_end(bare)
         columns[name] = SeenColumn(name, spoken(bare, stem, end), unit, values, shape_of(values))
 
+    for name in _desired(columns):
+        said = columns[name].spoken
+        stem = f"{said.stem} desired"
+        columns[name] = replace(columns[name], spoken=spoken(stem, stem, said.end))
+
     sharing: Counter[str] = Counter()  # how many columns have a word in their name
     counters: list[str] = []
     empty: list[str] = []
@@ -227,6 +234,26 @@ def seen_columns(table: Table, *, whole: bool = True) -> SeenColumns:
         counters=tuple(counters),
         empty=tuple(empty),
     )
+
+
+def _desired(columns: Mapping[str, SeenColumn]) -> list[str]:
+    """Names that end in a d for desired, each beside the same without it: ``q_d`` and ``tau_J_d`` of a Franka.
+
+    A ``q_d`` beside ``q`` alone is the rate of it; beside a ``dq`` or another effort of two kinds it is not.
+    """
+    by_words = {column.spoken.stem_words: name for name, column in columns.items()}
+    desired: list[str] = []
+    told_so = False
+    for words, name in by_words.items():
+        place = next((place for place in range(len(words) - 1, 0, -1) if not words[place].isdecimal()), 0)
+        base = by_words.get((*words[:place], *words[place + 1 :])) if place and words[place] == "d" else None
+        if base is None:
+            continue
+        desired.append(name)
+        said = columns[base].spoken
+        is_a_rate = "slip" in said.may_be or bool(_RATE.fullmatch(said.plain_stem))
+        told_so = told_so or is_a_rate or "effort" in said.may_be or said.stem_words[:1] == ("tau",)
+    return desired if told_so else []
 
 
 def _is_finer(column: SeenColumn, dates: Array) -> bool:

@@ -4,16 +4,20 @@ from __future__ import annotations
 
 import re
 
+import numpy as np
+
 from erclutch.errors import MappingError, shell_word
 from erclutch.logs.columns.names import NAMES, SENSES, TOLD, VOLTAGES, words_of
 from erclutch.logs.columns.quotients import rubbing_force
 from erclutch.logs.columns.rheometer_names import said_by_name
 from erclutch.logs.columns.shapes import takes_both_signs, turns_back
 from erclutch.logs.columns.two_courses import go_straight, goes_along
+from erclutch.logs.mapping import NONE
 from erclutch.logs.plan import SignalPlan
 from erclutch.logs.planning.draft import Draft
 from erclutch.logs.planning.guesses import OF_A_SUPPLY, faintness
 from erclutch.logs.planning.missing_columns import missing
+from erclutch.logs.planning.no_field import LARGEST_SUPPLY, OF_DRIVES, is_current_of_a_drive
 
 _COMMANDS = ("command", "cmd")
 #: Names of efforts by the unit of their kind.
@@ -40,31 +44,32 @@ def leave_out_the_sensor_of_the_effort(draft: Draft) -> None:
     strongest = faintness(field, output)
     if strongest is None or not go_straight(output, measured):
         return
-    _take_back(draft, "field")
-    draft.no_signals.append(field.column)
     course = f"never exceeds {strongest:.3g} and goes straight with {effort.column}"
-    draft.notes.append(f"column {field.column} {course}: taken for the output of its sensor, left out")
-    draft.ask("field", missing(draft.seen, "field", draft.taken))
-    draft.missing.append("field")
+    _leave_out_field(draft, f"{course}: taken for the output of its sensor, left out")
 
 
 def doubt_the_current_of_a_drive(draft: Draft) -> None:
     """Doubt a guessed field with the sign and the course of the effort: the current of the motor that makes it."""
     field = draft.signals.get("field")
     effort = draft.signals.get("effort")
-    if field is None or effort is None or field.si not in OF_A_SUPPLY or not field.reason.startswith("guessed"):
+    if field is None or field.si not in OF_A_SUPPLY or not field.reason.startswith("guessed"):
+        return
+    if effort is None:
+        _doubt_by_name(draft, field)
         return
     current = draft.table.columns.get(field.column)
     measured = draft.table.columns.get(effort.column)
     if current is None or measured is None or not goes_along(current, measured):
         return
     course = f"takes the sign of {effort.column} and goes along with it"
+    if is_current_of_a_drive(draft.seen.columns[field.column], [measured]):
+        _leave_out_field(draft, f"{course}: taken for the current of the drive, left out")
+        return
     spoken = draft.seen.columns[field.column].spoken
     if spoken.forms["field"] or "field" in spoken.within:
-        doubt = (
-            f"which {course}, as the current of a motor does: --field none if it drives no coil of a brake or damper"
-        )
-        draft.doubt("field", doubt)
+        doubt = f"which {course}, as the current of a motor does: no field then, --field {shell_word(field.column)} if "
+        doubt += "it drives the coil of a brake or damper"
+        draft.doubt("field", doubt, NONE)
         return
 
     # A spare input of the bench, whose name says nothing of a coil, is more likely an output of the same sensor.
@@ -73,6 +78,43 @@ def doubt_the_current_of_a_drive(draft: Draft) -> None:
     problem = f"column {field.column} may be the field by its unit, but {course}, as another output of its sensor does"
     remedy = f"Say which: --field none, or --field {label}"
     draft.ask("field", MappingError(problem, remedy=remedy), option="--field none")
+
+
+def _doubt_by_name(draft: Draft, field: SignalPlan) -> None:
+    """Doubt a guessed field that is called like the current of a drive and turns its sign, where no effort is known."""
+    current = draft.seen.columns[field.column]
+    if not OF_DRIVES.isdisjoint(current.spoken.stem_words) and takes_both_signs(current.values):
+        doubt = "which is called like the current of a drive and takes both signs: no field then, "
+        doubt += f"--field {shell_word(field.column)} if it drives the coil of a brake or damper"
+        draft.doubt("field", doubt, NONE)
+
+
+def leave_out_the_supply_of_a_drive(draft: Draft) -> None:
+    """Take a guessed voltage back that keeps one level, too low for a fluid, beside the current of a drive."""
+    field = draft.signals.get("field")
+    effort = draft.signals.get("effort")
+    if field is None or effort is None or not effort.column or not _is_guessed_voltage(draft, field):
+        return
+    voltage = draft.seen.columns[field.column]
+    largest = float(np.nanmax(np.abs(voltage.values), initial=0.0)) * abs(field.factor)
+    if not voltage.is_steady or largest > LARGEST_SUPPLY:
+        return
+    measured = draft.table.columns[effort.column]
+    for other in draft.seen.without(draft.taken):
+        if is_current_of_a_drive(other, [measured]):
+            why = f"keeps near one level, and {other.name} is the current of a drive: taken for its supply, left out"
+            _leave_out_field(draft, why)
+            return
+
+
+def _leave_out_field(draft: Draft, why: str) -> None:
+    """Take a guessed field back with a word; the question after it stays open for other columns."""
+    column = draft.signals["field"].column
+    _take_back(draft, "field")
+    draft.no_signals.append(column)
+    draft.notes.append(f"column {column} {why}")
+    draft.ask("field", missing(draft.seen, "field", draft.taken))
+    draft.missing.append("field")
 
 
 def ask_about_ranges_of_sensors(draft: Draft) -> None:
@@ -119,8 +161,8 @@ def doubt_the_sensor_of_the_motion(draft: Draft) -> None:
         measured = draft.table.columns[motion.column]
         if turns_back(measured) and go_straight(output, measured):
             doubt = f"which goes straight with {motion.column}, as the output of its sensor does"
-            doubt += ": --field none if it drives no coil"
-            draft.doubt("field", doubt)
+            doubt += f": no field then, --field {shell_word(field.column)} if it drives a coil"
+            draft.doubt("field", doubt, NONE)
             return
 
 
@@ -136,8 +178,9 @@ def doubt_the_command_of_a_drive(draft: Draft) -> None:
         words = {re.sub(r"\d+$", "", word) for word in other.spoken.stem_words}
         is_told = not TOLD.isdisjoint(words)
         if is_told and not words.isdisjoint(names_of_motions):
-            doubt = f"which stands beside {other.name}, as what a drive was told: --field none if it drives no coil"
-            draft.doubt("field", doubt)
+            doubt = f"which stands beside {other.name}, as what a drive was told: no field then, "
+            doubt += f"--field {shell_word(field.column)} if it drives a coil"
+            draft.doubt("field", doubt, NONE)
             return
 
 

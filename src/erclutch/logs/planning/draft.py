@@ -138,9 +138,9 @@ class Draft:
         label = f"{name} [{unit}]" if unit else name
         self.notes.append(f"{signal} <- column {label}{how} ({reason})")
 
-    def doubt(self, signal: str, why: str) -> None:
-        """Say why the choice for a signal is doubtful: the user is asked to confirm it."""
-        self.signals[signal] = replace(self.signals[signal], sureness="doubtful", doubt=why)
+    def doubt(self, signal: str, why: str, answer: str = "") -> None:
+        """Say why the choice for a signal is doubtful: the user is asked to confirm it, or an answer that is likely."""
+        self.signals[signal] = replace(self.signals[signal], sureness="doubtful", doubt=why, answer=answer)
 
     def assumed_unit(self, signal: str, values: Array) -> tuple[str, str]:
         """The unit of numbers without a unit, with a note: unknown for a single device, SI for the coaxial pair."""

@@ -14,6 +14,7 @@ from erclutch.logs.columns.seen_columns import NO_UNITS, SeenColumn, SeenColumns
 from erclutch.logs.columns.two_courses import (
     are_estimates,
     go_straight,
+    goes_along,
     is_rate_of,
     is_same_course,
     is_set_point_of,
@@ -22,8 +23,13 @@ from erclutch.logs.columns.two_courses import (
 from erclutch.logs.planning.draft import Draft
 from erclutch.logs.planning.stated_field import take_stated_field
 from erclutch.signals import units
+from erclutch.signals.array import Array
 from erclutch.signals.recording import SIGNALS
 
+#: Words of a drive in the name of its current (i_q, q_current, motor_current), and of the current beside it.
+OF_DRIVES = frozenset({"motor", "mot", "servo", "drive", "iq", "isq", "q", "motorstrom"})
+_OTHER_AXIS = frozenset({"id", "isd", "d"})
+LARGEST_SUPPLY = 100.0  # V, or as logged, above which a voltage is that across a fluid
 _OWN_SCALE = re.compile(r"(?:°|deg ?)?[CF]|[℃℉]|dB\w*|bits?|counts?|ticks?|lsb", re.I)
 #: The last word of a column that numbers the steps of a test, and words that may stand in front of it.
 _PARTS = frozenset({"step", "segment", "stage", "interval", "block", "schritt", "abschnitt", "etape", "paso", "etapa"})
@@ -81,9 +87,37 @@ def maybe_field(seen: SeenColumns, taken: Iterable[str]) -> list[SeenColumn]:
 
 def _why_no_field(seen: SeenColumns, column: SeenColumn, taken: Iterable[str]) -> str:
     """Why a column is not the field, beside columns that are something else; "" where it may be."""
-    if column.unit not in NO_UNITS and column.fits(SIGNALS["field"].si_units):
-        return ""
+    of_a_drive = _why_of_a_drive(seen, column, taken)
+    if of_a_drive or (column.unit not in NO_UNITS and column.fits(SIGNALS["field"].si_units)):
+        return of_a_drive
     return _why_by_itself(seen, column) or _why_beside(seen, column, taken)
+
+
+def _why_of_a_drive(seen: SeenColumns, column: SeenColumn, taken: Iterable[str]) -> str:
+    """What a column of a drive's telemetry is: its current, the other current of its two axes, or its supply."""
+    efforts: list[Array] = []
+    for name in taken:
+        other = seen.columns.get(name)
+        if other is not None and "effort" in other.spoken.may_be | other.spoken.within:
+            efforts.append(other.values)
+    if is_current_of_a_drive(column, efforts):
+        return "is the current of the drive, which goes along with the effort"
+    beside = [other for other in seen.columns.values() if is_current_of_a_drive(other, efforts)]
+    if not beside:
+        return ""
+    if not _OTHER_AXIS.isdisjoint(column.spoken.stem_words) and column.fits(("A",)) is not False:
+        return f"is the other current of the drive, beside {beside[0].name}"
+    largest = float(np.nanmax(np.abs(column.values), initial=0.0))
+    if column.is_steady and largest < LARGEST_SUPPLY and column.fits(("V",)) is not False:
+        return f"keeps one level, as the supply of the drive with {beside[0].name}"
+    return ""
+
+
+def is_current_of_a_drive(column: SeenColumn, efforts: Iterable[Array]) -> bool:
+    """Whether a column is called like the current of a drive, takes the sign of an effort and goes along with it."""
+    if OF_DRIVES.isdisjoint(column.spoken.stem_words) or column.fits(("A",)) is False:
+        return False
+    return any(goes_along(column.values, effort) for effort in efforts)
 
 
 def _why_by_itself(seen: SeenColumns, column: SeenColumn) -> str:
@@ -94,10 +128,12 @@ def _why_by_itself(seen: SeenColumns, column: SeenColumn) -> str:
         return "never changes"
     if shape.counts_rows:
         return "counts rows"
-    if column.spoken.is_time:
+    if column.spoken.is_time or (column.spoken.ends_in_time and shape.rises):
         return "is a time"
     if shape.rises and _numbers_parts(column):
         return "numbers the parts of the test"
+    if len(words) > 1 and words[-1] == "id" and np.all(column.values == np.round(column.values)):
+        return "tells one device from another"  # a current along an axis is no whole number
     if column.spoken.is_accounted:
         return "is another quantity by its name"
     if is_a_mark(column) and not _MARKS.isdisjoint(words):
@@ -128,6 +164,8 @@ def _why_beside(seen: SeenColumns, column: SeenColumn, taken: Iterable[str]) -> 
     for other in measured:
         if is_rate_of(column.values, other.values, seen.stamps):
             return f"is the rate of {other.name}"
+        if not other.shape.constant and is_rate_of(other.values, column.values, seen.stamps):
+            return f"is what {other.name} is the rate of"
     parts = quotient_of(seen, column)
     if parts is None:
         return ""

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from itertools import combinations
 from pathlib import Path
 
 import numpy as np
 
-from erclutch.errors import AlikeRecordingsError, LogError
+from erclutch.errors import AlikeRecordingsError, ErclutchError, LogError
 from erclutch.logs.clock.timing import MINIMUM_ROWS
 from erclutch.logs.log_file import read_table, readable_tables, recordings_in
 from erclutch.logs.mapping import ColumnMap
@@ -61,6 +61,12 @@ def table_of_log(
     logs = long_logs or logs
     if len(logs) == 1:
         name, table = next(iter(logs.items()))
+        beside = _with_the_field(path, name, tables, told, device)
+        if beside:
+            problem = f"recording {name} is a log without a field, and {listed(beside)} may be the field"
+            together = shlex.quote(JOINT.join([name, *beside]))
+            remedy = f"Join them by time: --variable {together}; or leave the field out: --variable {shlex.quote(name)}"
+            raise LogError(problem, remedy=remedy, where=unchosen.where)
         left_out = ", ".join(other for other in names if other != name)
         note = f"recording {name}: no other has columns of a motion and an effort ({left_out})"
         return replace(table, notes=(note, *table.notes))
@@ -95,6 +101,37 @@ def table_of_log(
         raise unchosen
     problem = f"no recording of the file is a log alone, and together they are one: {listed(names)}"
     raise LogError(problem, remedy=f"Join them by time: --variable {shlex.quote(together)}", where=unchosen.where)
+
+
+def _with_the_field(
+    path: str | Path,
+    name: str,
+    tables: Mapping[str, Table],
+    told: ColumnMap,
+    device: DeviceName | None,
+) -> list[str]:
+    """The recordings beside the only log that hold a field, where the log has none; as a topic of a current may be."""
+    said = told.columns.keys() | told.constants.keys()
+    if not said.isdisjoint({"field", "E", "E1", "E2"}) or _field_of(tables[name], told, device):
+        return []
+    beside: list[str] = []
+    for other in [other for other in tables if other != name][:_MOST_JOINED]:
+        together = JOINT.join([name, other])
+        joined = readable_tables(path, [together], told.decimal).get(together)
+        found = _field_of(joined, told, device) if joined is not None else ""
+        if found and found not in tables[name].columns:
+            beside.append(other)
+    return beside
+
+
+def _field_of(table: Table, told: ColumnMap, device: DeviceName | None) -> str:
+    """The column that is the field of a table without much doubt; "" for none."""
+    try:
+        field = plan_of(table, told, device=device).signal("field")
+    except ErclutchError:
+        return ""
+    is_sure = field is not None and field.column and field.sureness != "doubtful"
+    return field.column if field is not None and is_sure else ""
 
 
 def _are_alike(plans: Sequence[Plan], tables: Sequence[Table]) -> bool:

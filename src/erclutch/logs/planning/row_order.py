@@ -51,6 +51,10 @@ _KINDS = frozenset(
     )
 )
 _SELDOM = 0.01  # of the rows
+_TAKE_TURNS = 0.6  # share of the rows that are of another device than the row before
+_MOST_DEVICES = 64  # on a bus
+#: What the number of a device on a bus is called.
+_OF_A_DEVICE = frozenset({"id", "joint", "motor", "servo", "axis", "node", "device", "actuator", "channel", "address"})
 
 
 def take_points(draft: Draft) -> None:
@@ -231,9 +235,17 @@ def ask_about_groups(draft: Draft) -> None:
     Rows of one course of time are one log, whatever is written beside them; so are the trials of one measurement.
     """
     table = draft.table
-    if not table.words or not table.path:
+    if not table.path:
         return
     if any(each.problem.startswith("no column") for name, each in draft.questions.items() if name != "field"):
+        return
+    woven = _woven_devices(draft)
+    if woven is not None:
+        name, column = woven
+        problem = f"rows of {len(column.words)} take turns, by column {name}: {listed(column.words, 6)}"
+        one = f"--variable {shell_word(f'{name}={_moves_most(draft, column)}')}"
+        remedy = f"Take one, such as {one}, or each as a log: --variable {shell_word(f'{name}={EACH}')}"
+        draft.ask("variable", MappingError(problem, remedy=remedy), one)
         return
     clock = draft.clock
     if clock is not None:
@@ -258,6 +270,48 @@ def ask_about_groups(draft: Draft) -> None:
         option = each if called.isdisjoint(_KINDS) else first
         draft.ask("variable", MappingError(problem, remedy=remedy), option)
         return
+
+
+def _woven_devices(draft: Draft) -> tuple[str, WordColumn] | None:
+    """The column of words or numbers that tells which device a row is of, where rows of several take turns in time.
+
+    So are logs of a bus, and tables of the joints of a robot, a row a joint: a stamp repeats for each of them.
+    """
+    clock = draft.clock
+    stamps = None if clock is None or clock.kind == "points" else draft.seen.stamps
+    if clock is not None and clock.kind == "column":
+        stamps = draft.table.columns.get(clock.column)
+    if stamps is None or not np.isfinite(stamps).all():
+        return None
+    parting = dict(draft.table.words)
+    for column in draft.seen.without(draft.taken):
+        last = "".join(column.spoken.stem_words[-1:])
+        values = column.values
+        if last not in _OF_A_DEVICE or not np.isfinite(values).all() or np.any(values != np.round(values)):
+            continue
+        numbers, of_row = np.unique(values, return_inverse=True)
+        if 1 < numbers.size <= _MOST_DEVICES:
+            words = tuple(f"{number:.15g}" for number in numbers)
+            parting[column.name] = WordColumn(words, of_row.astype(np.int32))
+    for name, column in parting.items():
+        turns = np.count_nonzero(np.diff(column.of_row)) / max(column.of_row.size - 1, 1)
+        shares = np.bincount(column.of_row[column.of_row >= 0], minlength=len(column.words)) / column.of_row.size
+        if turns < _TAKE_TURNS or len(column.words) > _MOST_DEVICES or shares.min() < 0.5 / len(column.words):
+            continue
+        own = [np.diff(stamps[column.of_row == number]) for number in range(len(column.words))]
+        if all(bool(np.all(steps > 0.0)) for steps in own) and bool(np.all(np.diff(stamps) >= 0.0)):
+            return name, column
+    return None
+
+
+def _moves_most(draft: Draft, column: WordColumn) -> str:
+    """The word in whose rows the motion has the largest range."""
+    motion = next((draft.signals[each].column for each in ("slip", "position") if each in draft.signals), "")
+    values = draft.table.columns.get(motion)
+    if values is None:
+        return column.words[0]
+    ranges = [float(np.ptp(values[column.of_row == number])) for number in range(len(column.words))]
+    return column.words[int(np.argmax(ranges))]
 
 
 def _are_levels(column: WordColumn) -> bool:

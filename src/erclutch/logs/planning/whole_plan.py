@@ -31,6 +31,7 @@ from erclutch.logs.planning.doubts import (
     doubt_the_current_of_a_drive,
     doubt_the_sensor_of_the_motion,
     leave_out_the_sensor_of_the_effort,
+    leave_out_the_supply_of_a_drive,
 )
 from erclutch.logs.planning.draft import Draft
 from erclutch.logs.planning.further_columns import take_further_columns
@@ -107,6 +108,7 @@ def plan_of(
         ask_about_ranges_of_sensors(draft)
         leave_out_the_sensor_of_the_effort(draft)
         doubt_the_current_of_a_drive(draft)
+        leave_out_the_supply_of_a_drive(draft)
         doubt_the_sensor_of_the_motion(draft)
         doubt_the_command_of_a_drive(draft)
         doubt_a_speed_without_its_sense(draft)

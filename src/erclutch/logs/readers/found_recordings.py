@@ -15,7 +15,7 @@ from dataclasses import dataclass, field, replace
 from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any, TypedDict, TypeVar, cast
+from typing import Any, TypedDict, TypeVar
 
 import numpy as np
 
@@ -27,7 +27,7 @@ from erclutch.logs.readers.budget import budget_of
 from erclutch.logs.table import Table, WordColumn
 from erclutch.signals.array import Array
 
-_TIME = re.compile(r"t|time|zeit|tout|timestamps?|time_?s", re.I)
+TIME = re.compile(r"t|time|zeit|tout|timestamps?|time_?s", re.I)
 #: Names that say nothing of a signal: its file or its recording says it.
 NO_NAME = re.compile(r"c\d+|y|x|val|values?|data|signal|samples?|reading|measurements?|wert|valeur|valor", re.I)
 _TEXTS = ("units", "numbers", "sample_period", "clock_name", "constants", "metadata", "notes", "first_row")
@@ -36,6 +36,8 @@ _KEEPS = 0.2  # share of the rows from which on a column keeps its levels
 #: In place of a name: the names of all recordings are wanted, or their tables. No recording is called so.
 ALL = "*"
 EACH = "**"
+WORKSPACE = "workspace"  # the vectors that lie beside the structs of a MATLAB file
+_TOP = ("/", WORKSPACE)
 JOINT = " + "  # between names of recordings or files that are joined by time
 _CHILD = "erclutch.logs.readers.found_recordings"  # the module that a child runs
 
@@ -134,6 +136,8 @@ def chosen(recordings: Mapping[str, Found], variable: str | None, what: str, non
     if is_joint and all(name in recordings for name in names):
         together = {name: recordings[name] for name in names}
         return joined_by_time(together, what).table()
+    if variable not in recordings:
+        recordings = gathered(recordings)
     name, recording = choose(recordings, variable, what, none, join_hint(recordings))
     recording.notes.insert(0, f"recording read from {what} {name}")
     return recording.table()
@@ -156,7 +160,7 @@ def time_of(recording: Found) -> str | None:
     """The label of a recording's time, if it has one."""
     for label in recording.columns:
         name, _ = split_label(label)
-        if _TIME.fullmatch(name.strip()):
+        if TIME.fullmatch(name.strip()):
             return label
     return None
 
@@ -220,6 +224,52 @@ def joined_by_time(recordings: Mapping[str, Found], what: str) -> Found:
             units[own_label] = recording.units.get(label)
             notes.append(f"column {own_label} of {name}: {how}")
     return replace(base, columns=columns, units=units, notes=notes)
+
+
+def gathered(found: Mapping[str, Found]) -> dict[str, Found]:
+    """Recordings that are parts of one, as one: a single signal each on equal times, or several below the time of all.
+
+    Runs of one test are no parts: each of them has all signals, and a time of its own.
+    """
+    clocks = {name: time_of(recording) for name, recording in found.items()}
+    timed = [name for name, label in clocks.items() if label is not None]
+    sizes = {next(iter(recording.columns.values())).size for recording in found.values()}
+    if len(found) < 2 or len(sizes) != 1 or len(timed) not in (1, len(found)):
+        return {**found}
+    first = timed[0]
+    base = found[first]
+    if len(timed) > 1:
+        times = [found[name].columns[clocks[name] or ""] for name in timed]
+        single = all(len(recording.columns) == 2 for recording in found.values())
+        named = [_with_its_name(recording, name) for name, recording in found.items()]
+        signals = [label for recording in named for label in recording.columns if label != time_of(recording)]
+        all_differ = len({*signals}) == len(signals)
+        if not single or not all_differ or not all(np.array_equal(time, times[0]) for time in times[1:]):
+            return {**found}
+    else:
+        others = [name for name in found if name != first]
+        is_above = first in _TOP or all(name.startswith((f"{first}.", f"{first}/")) for name in others)
+        if not is_above or any(found[name].period is not None for name in others):
+            return {**found}
+
+    labels = Counter(label for recording in found.values() for label in recording.columns)
+    columns: dict[str, Array] = {}
+    units: dict[str, str | None] = {}
+    constants: dict[str, float] = {}
+    notes = [f"one recording of the parts {listed(found)}, which have one time"]
+    for name, recording in found.items():
+        named = _with_its_name(recording, name) if len(timed) > 1 else recording
+        for label, values in named.columns.items():
+            if label == time_of(named) and name != first:
+                continue
+            own = label if labels[label] < 2 or label == clocks[first] else f"{re.split(r'[./]', name)[-1]}.{label}"
+            if own in columns:
+                return {**found}
+            columns[own] = values
+            units[own] = named.units.get(label)
+        constants |= named.constants
+        notes += named.notes
+    return {JOINT.join(found): replace(base, columns=columns, units=units, constants=constants, notes=notes)}
 
 
 def _with_its_name(recording: Found, name: str) -> Found:
@@ -355,92 +405,6 @@ def answer_of(path: str, reader: str, variable: str) -> child_process.Answer:
                 tables[name] = error
         return answer_of_each(tables)
     return answer_of_each({})
-
-
-def of_vectors(nodes: Mapping[str, Any]) -> Found | None:
-    """Vectors and matrices of one length as a recording; single numbers become constants, other lengths a note.
-
-    Returns None where no node holds two numbers or more. Texts become metadata.
-    """
-    constants: dict[str, float] = {}
-    metadata: dict[str, str] = {}
-    arrays: dict[str, np.ndarray[Any, Any]] = {}
-    notes: list[str] = []
-    for name, node in nodes.items():
-        if isinstance(node, str):
-            metadata[name] = node
-            continue
-        array = _flat(node)
-        if array is None:
-            if _is_left_out(node):
-                notes.append(f"{name} holds no vector of numbers: left out")
-        elif array.size == 1:
-            constants[name] = float(array.ravel()[0])
-        elif array.size > 1:
-            arrays[name] = array
-    if not arrays:
-        return None
-
-    # The rows of a recording: those of its time, else of most vectors.
-    counts = Counter(max(array.shape) for array in arrays.values())
-    rows = max(counts, key=lambda length: (counts[length], length))
-    for name, array in arrays.items():
-        if _TIME.fullmatch(name) and array.ndim == 1:
-            rows = int(array.size)
-            break
-    columns: dict[str, Array] = {}
-    for name, array in arrays.items():
-        own_columns = columns_of(name, array, rows)
-        columns.update(own_columns)
-        if not own_columns:
-            notes.append(f"variable {name} has {max(array.shape)} samples, not {rows}: left out")
-        elif array.ndim == 2 and array.shape[0] != rows:
-            height, width = array.shape
-            notes.append(f"matrix {name} is {height} x {width}: its rows are taken as columns")
-    if not columns:
-        return None
-    return Found(columns, constants=constants, metadata=metadata, notes=notes)
-
-
-def _is_left_out(node: Any) -> bool:
-    """Whether it is an array of something else than numbers and dates."""
-    array = cast("np.ndarray[Any, Any]", node) if isinstance(node, np.ndarray) else None
-    return array is not None and array.size > 1 and array.dtype.kind != "M"
-
-
-def _flat(node: Any) -> np.ndarray[Any, Any] | None:
-    """Numbers as a vector or a matrix; None for anything else, and for arrays of more dimensions."""
-    if not isinstance(node, np.ndarray):
-        return None
-    squeezed = cast("np.ndarray[Any, Any]", node).squeeze()
-    are_numbers = squeezed.dtype.kind in "biuf"
-    return squeezed if are_numbers and squeezed.ndim <= 2 else None
-
-
-def vector(node: Any) -> Array | None:
-    """Numbers in one row or column as float64; None for anything else."""
-    array = _flat(node)
-    if array is None or array.ndim == 2:
-        return None
-    return np.atleast_1d(array).astype(np.float64)
-
-
-def matrix_of(node: Any) -> np.ndarray[Any, Any] | None:
-    """Numbers in several rows and columns; None for anything else."""
-    array = _flat(node)
-    return array if array is not None and array.ndim == 2 else None
-
-
-def columns_of(name: str, node: Any, rows: int | None) -> list[tuple[str, Array]]:
-    """A vector as one column, a matrix as name_1, name_2, ...; nothing where no side has the length ``rows``."""
-    array = _flat(node)
-    if array is None or array.size < 2 or (rows is not None and rows not in array.shape):
-        return []
-    if array.ndim == 1:
-        return [(name, array.astype(np.float64))]
-    is_upright = array.shape[0] == (rows or max(array.shape))
-    columns = array.T if is_upright else array
-    return [(f"{name}_{number}", column.astype(np.float64)) for number, column in enumerate(columns, start=1)]
 
 
 if __name__ == "__main__":

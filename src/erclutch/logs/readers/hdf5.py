@@ -15,6 +15,7 @@ from erclutch.logs.readers import found_recordings, mat
 from erclutch.logs.readers.budget import budget_of
 from erclutch.logs.readers.found_recordings import Found
 from erclutch.logs.readers.mat_tree import stored_values
+from erclutch.logs.readers.vectors import of_vectors
 from erclutch.logs.table import Table
 from erclutch.signals.units import is_unit
 
@@ -108,7 +109,7 @@ def find(path: str, variable: str | None) -> Table:
 
     recordings: dict[str, Found] = {}
     for name, place in places.items():
-        recording = found_recordings.of_vectors(place.nodes)
+        recording = of_vectors(place.nodes)
         if recording is None:
             continue
         period = sample_period(place.texts)

@@ -16,6 +16,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, cast
 
 DEEPEST = 20  # objects inside of objects
+MOST_PLACES = 500  # numbers in a list of a row
 _TIME = re.compile(r"t|time|zeit|timestamps?|time_?s|t \[.*|time \[.*", re.I)
 _NAME = ("name", "label", "signal", "channel", "key", "id")
 _UNIT = ("unit", "units")
@@ -271,3 +272,40 @@ def flat(
             yield from flat(cast("dict[str, Any]", value), name, depth + 1)
         else:
             yield name, value
+
+
+def cells_of(members: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
+    """The values of a row with their names; those of a list as ``q_1``, ``q_2``, of objects in a list ``motors[0].q``.
+
+    Beside a list of different names, as the state of joints has them, a list of its length is ``elbow.effort`` and so
+    on. A list that is too long for the joints of a robot comes out whole.
+    """
+    fields = dict(flat(members, "", 0))
+    for place, value in fields.items():
+        if not isinstance(value, list):
+            yield place, value
+            continue
+        parts = cast("list[Any]", value)
+        owner, _, last = place.rpartition(".")
+        names: Any = fields.get(f"{owner}.name" if owner else "name")
+        if len(parts) > MOST_PLACES:
+            yield place, parts
+        elif last != "name" and _are_names(names, len(parts)):
+            for name, part in zip(names, parts, strict=True):
+                yield f"{owner}.{name}.{last}".removeprefix("."), part
+        elif parts and all(isinstance(part, dict) for part in parts):
+            for number, part in enumerate(parts):
+                yield from flat(cast("dict[str, Any]", part), f"{place}[{number}]", 1)
+        elif last != "name" or not _are_names(parts, len(parts)):
+            for number, part in enumerate(parts, start=1):
+                yield f"{place}_{number}", part
+
+
+def _are_names(value: Any, count: int) -> bool:
+    """Whether a value is a list of so many different names."""
+    if not isinstance(value, list):
+        return False
+    names = cast("list[Any]", value)
+    if len(names) != count or not all(isinstance(name, str) and name for name in names):
+        return False
+    return len({*names}) == count > 0

@@ -31,7 +31,6 @@ from erclutch.signals.array import Array
 
 _BEGINS = re.compile(rb'\s*(?:\{\s*"|\[\s*\{)')
 _LARGEST = 10**300
-_MOST = 500  # numbers in a list of a row
 _NONE = "the file holds no rows of numbers"
 
 #: A row: where it stands, and its values by their names.
@@ -137,16 +136,12 @@ def _table_of_rows(source: LogSource, rows: Iterable[_Row], notes: tuple[str, ..
     for row, (place, members) in enumerate(rows):
         places.append(place)
         names_before = len(cells)
-        for name, value in flat(members, "", 0):
-            if not isinstance(value, list):
-                cells.setdefault(name, {})[row] = value
-                continue
-            parts = cast("list[Any]", value)
-            if len(parts) > _MOST:
-                problem = f"{name} holds {len(parts)} numbers in one row, {_MOST} are the most"
+        for name, value in json_layout.cells_of(members):
+            if isinstance(value, list) and len(cast("list[Any]", value)) > json_layout.MOST_PLACES:
+                count = len(cast("list[Any]", value))
+                problem = f"{name} holds {count} numbers in one row, {json_layout.MOST_PLACES} are the most"
                 raise LogError(problem, remedy="Log one row a sample", where=f"{source.name}, {place}")
-            for number, part in enumerate(parts, start=1):
-                cells.setdefault(f"{name}_{number}", {})[row] = part
+            cells.setdefault(name, {})[row] = value
         budget.take_names(len(cells) - names_before)
     budget.take_cells(len(places) * len(cells))  # a name that one row has is a column of all rows
 

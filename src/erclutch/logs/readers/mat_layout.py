@@ -1,16 +1,8 @@
-"""A MATLAB file holds its recording in dSPACE structures, structs and matrices, or plain vectors of the workspace.
-
-The layout of a ControlDesk recording was learnt from public scripts that read them, not from dSPACE's documents:
-HoriFujimotoLab/AcqTools ``dmat2struct.m`` (``X(1).Data``, ``Y(k).Data``, ``Y(k).Name`` like
-``"Model Root"/"Encoder"/"In1"``); A. Schellenberg's ``plotOutputDSpace.m`` (the period is
-``Capture.SamplingPeriod*Capture.Downsampling``); scripts that cut recordings by ``X(Y(i).XIndex).Data``, so XIndex
-counts from 1 and X may be an array of rasters. No file from a dSPACE machine was at hand: the test files are built so.
-"""
+"""A MATLAB file holds its recording in dSPACE structures, structs and matrices, or plain vectors of the workspace."""
 
 from __future__ import annotations
 
 import json
-import re
 import shlex
 from collections import Counter
 from collections.abc import Container, Sequence
@@ -22,24 +14,21 @@ from erclutch.errors import LogError
 from erclutch.logs.readers.found_recordings import (
     ALL,
     JOINT,
+    TIME,
+    WORKSPACE,
     Found,
     RecordingNames,
-    columns_of,
+    gathered,
     join_hint,
     joined_by_time,
     listed,
-    matrix_of,
-    of_vectors,
     time_of,
-    vector,
 )
+from erclutch.logs.readers.mat_dspace import dspace, structs_of
+from erclutch.logs.readers.vectors import matrix_of, of_vectors, vector
 
 _DEEPEST = 6  # structs inside of structs
-_GENERIC = re.compile(r"(?:In|Out)\d*|Value|Signal", re.I)
 _LAST_RESULT = "ans"  # of MATLAB, which nobody gave a name; Simulink's To File calls its matrix so
-#: In place of a variable's name: the vectors that lie in the workspace beside structs.
-_WORKSPACE = "workspace"
-_SLASH = re.compile(r'/(?=(?:[^"]*"[^"]*")*[^"]*$)')  # between the parts of a path, and not inside of quotes
 
 
 def choose(tree: dict[str, Any], variable: str | None) -> Found:
@@ -74,6 +63,9 @@ def _chosen(tree: dict[str, Any], variable: str | None) -> Found:
 
     recordings = _recordings_in(variables)
     loose = _loose(variables, recordings)
+    of_parts = gathered({**recordings, WORKSPACE: loose} if loose else recordings)
+    if len(of_parts) == 1 < len(recordings) + (loose is not None):
+        recordings, loose = of_parts, None
     for found in (*recordings.values(), *([loose] if loose else [])):
         found.notes += notes
     if loose is not None and not recordings:
@@ -91,7 +83,7 @@ def _chosen(tree: dict[str, Any], variable: str | None) -> Found:
         found.notes.insert(0, f"recording read from variable {name}")
         return found
     if recordings:
-        names = [*recordings, *([_WORKSPACE] if loose else [])]
+        names = [*recordings, *([WORKSPACE] if loose else [])]
         remedy = f"Choose one, such as --variable {shlex.quote(names[0])}, or --variable all{join_hint(recordings)}"
         of_loose = f" (the vectors {listed(loose.columns)})" if loose else ""
         raise LogError(f"the file holds several recordings: {', '.join(names)}{of_loose}", remedy=remedy)
@@ -114,7 +106,7 @@ def _variables(
     asked_within = any(name in within and name not in tree for name in asked)
     if not at_top or asked_within:
         tree = within
-    opened = _opened(tree)
+    opened = _within(_opened(tree))
     # Beside a struct that is a recording, cells and struct arrays are what somebody kept with it.
     if variable not in tree and (variable in opened or not _has_recording(tree)):
         return opened
@@ -160,7 +152,7 @@ def _recordings_in(variables: dict[str, Any]) -> dict[str, Found]:
 def _named(variables: dict[str, Any], variable: str, asked: Sequence[str]) -> Found:
     """The recording that ``variable`` names, or those that it names together, joined by time."""
     if variable not in variables:
-        loose = _loose(variables, _recordings_in(variables)) if variable == _WORKSPACE else None
+        loose = _loose(variables, _recordings_in(variables)) if variable == WORKSPACE else None
         if loose is not None:
             return loose
         recordings = _recordings_in({name: variables[name] for name in asked if name in variables})
@@ -212,7 +204,7 @@ def _opened(nodes: dict[str, Any]) -> dict[str, Any]:
         if _all_of(node, str):
             continue
         if _all_of(node, dict):
-            opened |= _opened_structs(name, cast("list[dict[str, Any]]", node))
+            opened |= _openedstructs_of(name, cast("list[dict[str, Any]]", node))
         elif _all_of(node, np.ndarray) and all(vector(item) is not None for item in cast("list[Any]", node)):
             opened |= _opened_vectors(name, cast("list[Any]", node), headings)
         else:
@@ -220,7 +212,7 @@ def _opened(nodes: dict[str, Any]) -> dict[str, Any]:
     return opened
 
 
-def _opened_structs(name: str, items: list[dict[str, Any]]) -> dict[str, Any]:
+def _openedstructs_of(name: str, items: list[dict[str, Any]]) -> dict[str, Any]:
     signals: dict[str, Any] = {}
     for place, item in enumerate(items, start=1):
         signal = _signal(item, f"{name}_{place}")
@@ -295,11 +287,11 @@ def _structure(name: str, node: Any) -> Found | None:
     if not isinstance(node, dict):
         return None
     fields = cast("dict[str, Any]", node)
-    signals = _structs(fields.get("Y")) if "X" in fields else []
+    signals = structs_of(fields.get("Y")) if "X" in fields else []
     if signals and all({"Name", "Data"} <= signal.keys() for signal in signals):
-        return _dspace(fields, signals)
+        return dspace(fields, signals)
     if isinstance(fields.get("signals"), dict | list):
-        return _simulink(fields)
+        return _simulink(name, fields)
 
     # The fields of a timeseries that was made a struct: its numbers are called as the struct is.
     lower = {key.lower(): value for key, value in fields.items()}
@@ -307,103 +299,44 @@ def _structure(name: str, node: Any) -> Found | None:
     data = lower.get("data")
     if isinstance(time, np.ndarray) and isinstance(data, np.ndarray):
         return _workspace({"time": time, name.rpartition(".")[2]: data})
-    return _workspace(fields)
+    return _workspace(_with_inner(fields))
 
 
-def _structs(node: Any) -> list[dict[str, Any]]:
-    items = cast("list[Any]", node) if isinstance(node, list) else [node]
-    return [cast("dict[str, Any]", item) for item in items if isinstance(item, dict)]
+def _with_inner(fields: dict[str, Any]) -> dict[str, Any]:
+    """The fields of a struct with vectors, and those of the structs beside them that have no time of their own.
 
-
-def _dspace(fields: dict[str, Any], signals: list[dict[str, Any]]) -> Found:
-    """A ControlDesk recording: one time axis (raster) X, signals Y.
-
-    Sure of Name, Data and 1-based XIndex, which public scripts use; less so of Unit, taken where it is a text.
+    What is inside is called by its last word where no other one is: ``dq`` of ``state.dq``, but ``hip.angle``.
     """
-    found = Found({}, notes=["laid out as a dSPACE ControlDesk recording"])
-
-    rasters = [int(_scalar(signal.get("XIndex"), 1.0)) for signal in signals]  # counted from 1
-    raster = Counter(rasters).most_common(1)[0][0]
-    kept = [signal for signal, own in zip(signals, rasters, strict=True) if own == raster]
-    others = len(signals) - len(kept)
-    if others:
-        found.notes.append(f"{others} signals on other time axes than X({raster}) left out")
-
-    axes = _structs(fields["X"])
-    axis = axes[raster - 1] if 0 < raster <= len(axes) else {}
-    time = vector(axis.get("Data"))
-    rows = None
-    if time is not None and time.size > 1:
-        rows = time.size
-        found.columns["time"] = time
-        found.units["time"] = _text(axis.get("Unit")) or "s"
-
-    labels = _short_names([str(signal["Name"]) for signal in kept])
-    for label, signal in zip(labels, kept, strict=True):
-        columns = columns_of(label, signal["Data"], rows)
-        if not columns:
-            found.notes.append(f"signal {label} has no {rows or ''} samples: left out")
-        for name, values in columns:
-            found.columns[name] = values
-            found.units[name] = _text(signal.get("Unit"))
-
-    capture: Any = fields.get("Capture")
-    if isinstance(capture, dict):
-        settings = cast("dict[str, Any]", capture)
-        step = _scalar(settings.get("SamplingPeriod"), 0.0) * _scalar(settings.get("Downsampling"), 1.0)
-        found.period = step if 0.0 < step < float("inf") else None
-    for key in ("Description", "RTProgram", "Comment"):
-        text = _text(fields.get(key))
-        if text:
-            found.metadata[key] = text
-    return found
+    if not any(_is_vectors(node) for node in fields.values()):
+        return fields
+    inner: dict[str, Any] = {}
+    for key, node in fields.items():
+        parts = _with_inner(cast("dict[str, Any]", node)) if isinstance(node, dict) else {}
+        vectors = {each: part for each, part in parts.items() if _is_vectors(part)}
+        if not any(TIME.fullmatch(each) for each in vectors):
+            inner |= {f"{key}.{each}": part for each, part in vectors.items()}
+    ends = Counter([*fields, *(place.rpartition(".")[2] for place in inner)])
+    flat = dict(fields)
+    for place, part in inner.items():
+        end = place.rpartition(".")[2]
+        flat[end if ends[end] == 1 else place] = part
+    return flat
 
 
-def _text(node: Any) -> str | None:
-    return node if isinstance(node, str) and node.strip() else None
+def _is_vectors(node: Any) -> bool:
+    """Whether a node is numbers in rows."""
+    array = cast("np.ndarray[Any, Any]", node) if isinstance(node, np.ndarray) else None
+    return array is not None and array.size > 1 and array.dtype.kind in "biuf"
 
 
-def _scalar(node: Any, default: float) -> float:
-    """The first number of a node; the default where there is none or it is not finite."""
-    numbers = vector(node)
-    if numbers is None or not numbers.size or not np.isfinite(numbers[0]):
-        return default
-    return float(numbers[0])
-
-
-def _short_names(paths: list[str]) -> list[str]:
-    """Shortest ends of paths like ``"Model Root"/"Encoder"/"In1"`` that differ, without the port at the end."""
-    parts_of: list[list[str]] = []
-    lengths: list[int] = []  # how many parts of a path are its name
-    for path in paths:
-        parts = [part.strip().strip('"') for part in _SLASH.split(path) if part.strip()]
-        parts = parts or [path]
-        ends_in_port = len(parts) > 1 and _GENERIC.fullmatch(parts[-1])
-        parts_of.append(parts)
-        lengths.append(2 if ends_in_port else 1)
-
-    # Names that are alike take one part more, until all of them differ or are whole.
-    names: list[str] = []
-    for _ in range(max(map(len, parts_of), default=1) + 1):
-        names = ["/".join(parts[-length:]) for parts, length in zip(parts_of, lengths, strict=True)]
-        for place, name in enumerate(names):
-            if names.count(name) > 1:
-                lengths[place] += 1
-
-    portless: list[str] = []
-    for name in names:
-        block, _, port = name.rpartition("/")
-        portless.append(block if block and _GENERIC.fullmatch(port) else name)
-    return portless if len({*portless}) == len(portless) else names
-
-
-def _simulink(fields: dict[str, Any]) -> Found | None:
-    """A structure with time: ``time`` and ``signals`` with ``values`` and ``label``."""
+def _simulink(name: str, fields: dict[str, Any]) -> Found | None:
+    """A structure with time: ``time`` and ``signals`` with ``values`` and ``label``; one signal is called as it is."""
     nodes: dict[str, Any] = {"time": fields["time"]} if "time" in fields else {}
-    for number, signal in enumerate(_structs(fields["signals"]), start=1):
+    signals = structs_of(fields["signals"])
+    for number, signal in enumerate(signals, start=1):
         label: Any = signal.get("label")
         if not isinstance(label, str) or not label:
-            label = f"signal{number}"
+            label = f"signal{number}" if len(signals) > 1 else name.rpartition(".")[2]
         nodes[label] = signal.get("values")
     return _workspace(nodes)
 

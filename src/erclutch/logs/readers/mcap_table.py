@@ -9,6 +9,7 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any, cast
 
 import numpy as np
@@ -18,8 +19,8 @@ from numpy.typing import NDArray
 from erclutch.errors import LogError
 from erclutch.logs.columns.labels import name_columns
 from erclutch.logs.log_reader import LogSource
-from erclutch.logs.readers import mcap_records, ros_messages
-from erclutch.logs.readers.found_recordings import choose
+from erclutch.logs.readers import json_layout, mcap_records, ros_messages
+from erclutch.logs.readers.found_recordings import JOINT, Found, choose, joined_by_time
 from erclutch.logs.readers.mcap_records import Contents, DamageError, MessageRun
 from erclutch.logs.table import Table
 from erclutch.signals.array import Array, Mask
@@ -55,7 +56,12 @@ def read_mcap(source: LogSource) -> Table:
     if contents.torn is not None and not contents.runs:
         raise LogError("the MCAP file was not closed, and no message in it is whole", remedy="Take another recording")
     notes: list[str] = []
-    channel, columns, times = choose(_tables(contents, notes), source.variable, "topic", _NONE)[1]
+    tables = _tables(contents, notes)
+    together = [name.strip() for name in (source.variable or "").split(JOINT)]
+    if len(together) > 1 and all(name in tables for name in together) and contents.torn is None:
+        joined = _joined({name: tables[name] for name in together}, notes)
+        return replace(joined, name=source.name, digest=source.digest)
+    channel, columns, times = choose(tables, source.variable, "topic", _NONE)[1]
     if contents.torn is not None:
         notes.append(
             f"the recording was not closed: read as far as it is whole, without the last {contents.torn} bytes"
@@ -79,6 +85,19 @@ def read_mcap(source: LogSource) -> Table:
         notes=(f"recording read from topic {channel.topic}", *notes, *renamed),
         unsampled=_unsampled(channel, columns),
     )
+
+
+def _joined(topics: Mapping[str, _Found], notes: list[str]) -> Table:
+    """Topics joined at the log times of the first; the stamps in the messages are left out."""
+    begin = min(times[0] for _, _, times in topics.values())
+    found: dict[str, Found] = {}
+    for topic, (channel, columns, times) in topics.items():
+        own = {label: values for label, values in columns.items() if not label.endswith("stamp [s]")}
+        units = {label: channel.metadata.get(UNIT_KEY + label) for label in own}
+        elapsed = (times - begin).astype(np.float64) * 1e-9
+        found[topic] = Found({"time [s]": elapsed, **own}, units)
+    joined = joined_by_time(found, "topic").table()
+    return replace(joined, notes=(*notes, *joined.notes))
 
 
 def _missing(contents: Contents, channel: kinds.Channel) -> int:
@@ -210,9 +229,7 @@ def _json_columns(parts: list[MessageRun]) -> dict[str, Array]:
                 body: Any = json.loads(message.tobytes())
             except (ValueError, RecursionError) as error:
                 raise DamageError("a message is no JSON") from error
-            row: dict[str, float] = {}
-            _flatten("", body, row, 0)
-            rows.append(row)
+            rows.append(_numbers_in(body))
     names = dict.fromkeys(name for row in rows for name in row)
     if len(names) > 1000:
         raise DamageError("its messages have more than 1000 different fields")
@@ -222,17 +239,15 @@ def _json_columns(parts: list[MessageRun]) -> dict[str, Array]:
     return columns
 
 
-def _flatten(
-    prefix: str,
-    body: Any,
-    row: dict[str, float],
-    depth: int,
-) -> None:
-    if isinstance(body, dict) and depth < 8:
-        for key, value in cast("dict[str, Any]", body).items():
-            _flatten(f"{prefix}.{key}" if prefix else key, value, row, depth + 1)
-    elif prefix and isinstance(body, (int, float)):
-        try:
-            row[prefix] = float(body)
-        except OverflowError:  # an integer with hundreds of digits
-            row[prefix] = float("inf")
+def _numbers_in(body: Any) -> dict[str, float]:
+    """The numbers of an object by their names; texts and long lists are left out."""
+    row: dict[str, float] = {}
+    if not isinstance(body, dict):
+        return row
+    for name, value in json_layout.cells_of(cast("dict[str, Any]", body)):
+        if isinstance(value, (int, float)):
+            try:
+                row[name] = float(value)
+            except OverflowError:  # an integer with hundreds of digits
+                row[name] = float("inf")
+    return row

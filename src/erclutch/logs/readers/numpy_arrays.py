@@ -16,6 +16,7 @@ from erclutch.logs.log_reader import LogReader
 from erclutch.logs.readers import found_recordings
 from erclutch.logs.readers.budget import budget_of, take_zip
 from erclutch.logs.readers.found_recordings import listed
+from erclutch.logs.readers.vectors import of_vectors
 from erclutch.logs.table import Table
 
 _ONE = b"\x93NUMPY"
@@ -57,7 +58,7 @@ def find(path: str, variable: str | None) -> Table:
                 nodes |= {each: np.asarray(array[each]) for each in array.dtype.names}
             else:
                 nodes[name] = np.asarray(array)
-    found = found_recordings.of_vectors(nodes)
+    found = of_vectors(nodes)
     left_out = [f"{listed(of_objects)}: {_OBJECTS}"] if of_objects else []
     left_out += [f"{listed(of_others)}: no array of NumPy"] if of_others else []
     if found is None and left_out:

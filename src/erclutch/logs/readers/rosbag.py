@@ -17,7 +17,7 @@ import numpy as np
 from erclutch.errors import LogError
 from erclutch.logs.log_reader import LogReader
 from erclutch.logs.readers import found_recordings
-from erclutch.logs.readers.found_recordings import Found
+from erclutch.logs.readers.found_recordings import JOINT, Found
 from erclutch.logs.table import Table
 from erclutch.signals.array import Array
 
@@ -138,8 +138,9 @@ def find(path: str, variable: str | None) -> Table:
         topics: dict[str, list[Any]] = {}
         for connection in bag.connections:
             topics.setdefault(connection.topic, []).append(connection)
-        if variable in topics:
-            topics = {variable: topics[variable]}  # the others need not be looked at
+        together = [name.strip() for name in (variable or "").split(JOINT)]
+        if all(name in topics for name in together):
+            topics = {name: topics[name] for name in together}  # the others need not be looked at
 
         of_numbers: dict[str, list[Any]] = {}
         of_lists: dict[str, LogError] = {}
@@ -153,6 +154,8 @@ def find(path: str, variable: str | None) -> Table:
                 of_numbers[topic] = connections
         if of_lists and not of_numbers and variable != found_recordings.ALL:
             raise next(iter(of_lists.values()))
+        if len(together) > 1 and [*of_numbers] == together:
+            return _joined({name: _rows(bag, connections) for name, connections in of_numbers.items()})
         topic, connections = found_recordings.choose(of_numbers, variable, "topic", "no topic of the bag holds numbers")
         rows = _rows(bag, connections)
         counted = sum(connection.msgcount for connection in connections)
@@ -165,12 +168,24 @@ def find(path: str, variable: str | None) -> Table:
         notes.append(f"{counted} messages of several rows each: they share the time of the bag, which is left out")
     elif counted != len(rows):
         notes.append(f"the bag counts {counted} messages, {len(rows)} are there")
-    labels = dict.fromkeys(label for row in rows for label in row)
-    columns: dict[str, Array] = {}
-    for label in labels:
-        columns[label] = np.array([row.get(label, np.nan) for row in rows])
     elapsed = (times - times[0]) * 1e-9  # s
-    return Found(columns, clock=None if in_batches else ("log_time", elapsed), notes=notes).table()
+    return Found(_columns(rows), clock=None if in_batches else ("log_time", elapsed), notes=notes).table()
+
+
+def _columns(rows: Sequence[Mapping[str, float]]) -> dict[str, Array]:
+    labels = dict.fromkeys(label for row in rows for label in row)
+    return {label: np.array([row.get(label, np.nan) for row in rows]) for label in labels}
+
+
+def _joined(topics: Mapping[str, list[dict[str, float]]]) -> Table:
+    """Topics joined at the times of the bag of the first; the stamps in the messages are left out."""
+    begin = min(rows[0][_STAMP] for rows in topics.values())  # ns
+    found: dict[str, Found] = {}
+    for topic, rows in topics.items():
+        elapsed = np.array([row.pop(_STAMP) - begin for row in rows]) * 1e-9  # s
+        columns = {label: values for label, values in _columns(rows).items() if not label.endswith("stamp [s]")}
+        found[topic] = Found({"time [s]": elapsed, **columns})
+    return found_recordings.joined_by_time(found, "topic").table()
 
 
 def _claims(head: bytes) -> bool:

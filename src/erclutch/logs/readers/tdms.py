@@ -13,6 +13,7 @@ from erclutch.logs.log_reader import LogReader
 from erclutch.logs.readers import found_recordings
 from erclutch.logs.readers.budget import budget_of
 from erclutch.logs.readers.found_recordings import Found
+from erclutch.logs.readers.vectors import of_vectors
 from erclutch.logs.table import Table
 
 _CLOCK = ("wf_increment", "wf_start_offset", "wf_start_time")
@@ -33,7 +34,7 @@ def _group(group: Any) -> Found | None:
     hollow = [channel.name for channel in channels if not len(channel)]
     values = {channel.name: np.asarray(channel[:]) for channel in channels}
 
-    found = found_recordings.of_vectors(values)
+    found = of_vectors(values)
     if found is None:
         return None
     for key in _UNITS:  # where a channel has both, the later key counts

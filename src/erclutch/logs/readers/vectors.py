@@ -1,0 +1,98 @@
+"""Vectors and matrices under names, as MATLAB, HDF5 and NumPy keep them, become a recording."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping
+from typing import Any, cast
+
+import numpy as np
+
+from erclutch.logs.readers.found_recordings import TIME, Found
+from erclutch.signals.array import Array
+
+
+def of_vectors(nodes: Mapping[str, Any]) -> Found | None:
+    """Vectors and matrices of one length as a recording; single numbers become constants, other lengths a note.
+
+    Returns None where no node holds two numbers or more. Texts become metadata.
+    """
+    constants: dict[str, float] = {}
+    metadata: dict[str, str] = {}
+    arrays: dict[str, np.ndarray[Any, Any]] = {}
+    notes: list[str] = []
+    for name, node in nodes.items():
+        if isinstance(node, str):
+            metadata[name] = node
+            continue
+        array = _flat(node)
+        if array is None:
+            if _is_left_out(node):
+                notes.append(f"{name} holds no vector of numbers: left out")
+        elif array.size == 1:
+            constants[name] = float(array.ravel()[0])
+        elif array.size > 1:
+            arrays[name] = array
+    if not arrays:
+        return None
+
+    # The rows of a recording: those of its time, else of most vectors.
+    counts = Counter(max(array.shape) for array in arrays.values())
+    rows = max(counts, key=lambda length: (counts[length], length))
+    for name, array in arrays.items():
+        if TIME.fullmatch(name) and array.ndim == 1:
+            rows = int(array.size)
+            break
+    columns: dict[str, Array] = {}
+    for name, array in arrays.items():
+        own_columns = columns_of(name, array, rows)
+        columns.update(own_columns)
+        if not own_columns:
+            notes.append(f"variable {name} has {max(array.shape)} samples, not {rows}: left out")
+        elif array.ndim == 2 and array.shape[0] != rows:
+            height, width = array.shape
+            notes.append(f"matrix {name} is {height} x {width}: its rows are taken as columns")
+    if not columns:
+        return None
+    return Found(columns, constants=constants, metadata=metadata, notes=notes)
+
+
+def _is_left_out(node: Any) -> bool:
+    """Whether it is an array of something else than numbers and dates."""
+    array = cast("np.ndarray[Any, Any]", node) if isinstance(node, np.ndarray) else None
+    return array is not None and array.size > 1 and array.dtype.kind != "M"
+
+
+def _flat(node: Any) -> np.ndarray[Any, Any] | None:
+    """Numbers as a vector or a matrix; None for anything else, and for arrays of more dimensions."""
+    if not isinstance(node, np.ndarray):
+        return None
+    squeezed = cast("np.ndarray[Any, Any]", node).squeeze()
+    are_numbers = squeezed.dtype.kind in "biuf"
+    return squeezed if are_numbers and squeezed.ndim <= 2 else None
+
+
+def vector(node: Any) -> Array | None:
+    """Numbers in one row or column as float64; None for anything else."""
+    array = _flat(node)
+    if array is None or array.ndim == 2:
+        return None
+    return np.atleast_1d(array).astype(np.float64)
+
+
+def matrix_of(node: Any) -> np.ndarray[Any, Any] | None:
+    """Numbers in several rows and columns; None for anything else."""
+    array = _flat(node)
+    return array if array is not None and array.ndim == 2 else None
+
+
+def columns_of(name: str, node: Any, rows: int | None) -> list[tuple[str, Array]]:
+    """A vector as one column, a matrix as name_1, name_2, ...; nothing where no side has the length ``rows``."""
+    array = _flat(node)
+    if array is None or array.size < 2 or (rows is not None and rows not in array.shape):
+        return []
+    if array.ndim == 1:
+        return [(name, array.astype(np.float64))]
+    is_upright = array.shape[0] == (rows or max(array.shape))
+    columns = array.T if is_upright else array
+    return [(f"{name}_{number}", column.astype(np.float64)) for number, column in enumerate(columns, start=1)]
