@@ -160,10 +160,13 @@ class StretchChoice:
 
     def _rows_at_rest(self, data: Dataset) -> int:
         """Rows before a gap ends, as where a log begins, or before all elements move: then a fluid soon forgets."""
+        _, scale_of_slip, _ = self._scales
         ready = np.ones(data.rows, np.bool_)
         for element in data.elements:
-            ready &= np.abs(element.slip) > _AT_REST * self._scales[1]
-        ready[[span.start for span in data.clock.spans if span.start or not data.clock.joins]] = True
+            ready &= np.abs(element.slip) > _AT_REST * scale_of_slip
+        for span in data.clock.spans:
+            if span.start or not data.clock.joins:
+                ready[span.start] = True
         return int(np.argmax(ready)) if ready.any() else data.rows
 
     def _place_in_slot(self) -> int:
@@ -215,8 +218,9 @@ def motion_of(data: Dataset) -> list[list[Array]]:
     """Field, slip and size of the acceleration of each element, of every few rows."""
     step = np.diff(data.clock.time, append=np.nan)
     usable = np.flatnonzero(step > 0.0)[::_EVERY]
-    found: list[list[Array]] = []
+    motions: list[list[Array]] = []
     for element in data.elements:
-        acceleration = np.abs(np.diff(element.slip, append=np.nan)[usable]) / step[usable]
-        found.append([element.field[usable], element.slip[usable], acceleration])
-    return found
+        change = np.diff(element.slip, append=np.nan)
+        acceleration = np.abs(change[usable]) / step[usable]
+        motions.append([element.field[usable], element.slip[usable], acceleration])
+    return motions

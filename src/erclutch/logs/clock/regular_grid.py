@@ -18,7 +18,8 @@ _AROUND = 40  # rows on either side of a long step
 _FAR_APART = 10  # rows over which the period is told
 _LATE = 0.5  # periods by which a clock stays late behind a lost row
 _BUSY = 60  # rows over which late stamps average out
-_WHOLE, _MOSTLY = 0.1, 0.95  # of a period; of the steps
+_WHOLE = 0.1  # of a period, by which a whole number of periods is off at most
+_MOSTLY = 0.95  # of the steps
 _WANDERS = 0.5  # periods that such an average may move
 DISORDER = 0.05  # share of the steps from which on backward ones are no slips of a clock
 PAUSE = 11.0  # long steps between two stretches whose clock began anew
@@ -172,9 +173,9 @@ def _cut(stamps: Array, grain: Array, period: float, column: str) -> tuple[tuple
     if not gaps.size:
         return (0,), ()
 
-    longest = int(gaps[np.argmax(steps[gaps])])
+    longest = int(gaps[np.argmax(steps[gaps])])  # row
     where = f"longest {steps[longest]:.4g} s after {stamps[longest]:.6g} s"
-    count = f"{gaps.size} gap{'s' if gaps.size > 1 else ''}"
+    count = "1 gap" if gaps.size == 1 else f"{gaps.size} gaps"
     note = f"{count} in {column} ({where}): cut into {gaps.size + 1} segments"
     starts = (0, *(gaps + 1).tolist())
     return starts, (note,)
@@ -234,14 +235,16 @@ def _grid(
     allowed = 1.05 * grain + JITTER * period  # stamps may be rounded up or down, not only to the nearest
 
     # A straight line through the stamps of each segment by least squares: its slope is the period.
-    product = square = 0.0
+    product = 0.0
+    square = 0.0
     for rows in segments:
         weight = allowed[rows] ** -2.0 * allowed.min() ** 2
         index = np.arange(weight.size, dtype=np.float64)
         index -= float(weight @ index) / float(weight.sum())
         elapsed = stamps[rows] - stamps[rows.start]
-        product += float((weight * index) @ elapsed)
-        square += float((weight * index) @ index)
+        weighted = weight * index
+        product += float(weighted @ elapsed)
+        square += float(weighted @ index)
     fitted = product / square if square > 0 else period  # [s]
     grid, wander = _line(stamps, allowed, segments, fitted)
     if wander > 1.0:

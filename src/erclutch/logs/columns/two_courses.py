@@ -64,17 +64,20 @@ def over_rate(speed: Array, position: Array, stamps: Array) -> float | None:
     travel = np.concatenate([[0.0], np.cumsum(trapezoids)])
 
     # An offset of the speed is none of the motion's: both are compared without a drift.
-    drift = np.column_stack([np.ones_like(t), t - t[0]])
-    drift_of_travel, *_ = np.linalg.lstsq(drift, travel, rcond=None)
-    drift_of_position, *_ = np.linalg.lstsq(drift, x, rcond=None)
-    travel = travel - drift @ drift_of_travel
-    moved = x - drift @ drift_of_position
+    line = np.column_stack([np.ones_like(t), t - t[0]])
+    drift_of_travel, *_ = np.linalg.lstsq(line, travel, rcond=None)
+    drift_of_position, *_ = np.linalg.lstsq(line, x, rcond=None)
+    travel = travel - line @ drift_of_travel
+    moved = x - line @ drift_of_position
     if np.ptp(moved) <= 1e-9 * np.ptp(x) or np.ptp(travel) == 0.0:
         return None
     together = float(travel @ moved)
     square = float(moved @ moved)
-    correlation = together / float(np.sqrt((travel @ travel) * square))
-    return together / square if abs(correlation) > _ALIKE else None
+    square_of_travel = float(travel @ travel)
+    correlation = together / float(np.sqrt(square_of_travel * square))
+    if abs(correlation) <= _ALIKE:
+        return None
+    return together / square
 
 
 def follows(effort: Array, motion: Array) -> bool:

@@ -247,24 +247,31 @@ def _bare(cells: Sequence[str]) -> list[str]:
 
 
 def _units(cells: Sequence[str]) -> list[str | None]:
-    own = [_CAPITALS.get(unit, unit) for unit in _bare(cells)]
-    return [unit or None for unit in own]
+    units_of = [_CAPITALS.get(unit, unit) for unit in _bare(cells)]
+    return [unit or None for unit in units_of]
 
 
 def _are_translated(cells: Sequence[str]) -> bool:
     """Whether a line under the names says them again in Chinese or Japanese, half of them or more with a unit."""
-    eastern = [cell for cell in cells if EASTERN.search(cell)]
-    with_unit = sum(split_label(cell)[1] is not None for cell in eastern)
-    return len(eastern) == len(cells) and 2 * with_unit >= len(cells)
+    with_unit = 0
+    for cell in cells:
+        if not EASTERN.search(cell):
+            return False
+        _, unit = split_label(cell)
+        if unit is not None:
+            with_unit += 1
+    return 2 * with_unit >= len(cells)
 
 
 def _are_units(cells: Sequence[str]) -> bool:
     """Whether the cells of a line are units: a clear one among them, and at most one in four that is none we know."""
     filled = [_CAPITALS.get(cell, cell) for cell in cells if cell]
     # Names alone are common, and whether a name is a unit takes long to say: no clear unit, no such question.
-    if not any(_is_known(cell) for cell in filled if cell in _CLEAR_UNITS or re.search(r"[/^°%*.]", cell)):
+    clear = [cell for cell in filled if cell in _CLEAR_UNITS or re.search(r"[/^°%*.]", cell)]
+    if not any(map(_is_known, clear)):
         return False
-    return sum(not _is_known(cell) for cell in filled) <= len(filled) / 4
+    unknown = sum(not _is_known(cell) for cell in filled)
+    return unknown <= len(filled) / 4
 
 
 def _repeat_a_unit(cells: Sequence[str], names: Sequence[str]) -> bool:

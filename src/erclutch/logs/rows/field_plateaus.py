@@ -39,11 +39,12 @@ def plateaus(fields: Sequence[Array]) -> list[tuple[int, int]]:
             return []
         changed |= np.diff(level) != 0
         levels.append(level)
-    edges = [0, *(np.flatnonzero(changed) + 1).tolist(), rows]
+    begins = np.flatnonzero(changed) + 1
+    edges = [0, *begins.tolist(), rows]
     runs = list(pairwise(edges))
-    starts = [start for start, _ in runs]
-    distinct = np.unique(np.array(levels)[:, starts], axis=1)  # levels of all elements, shape (elements, k)
-    if not 1 < len(runs) <= _RETURNS * distinct.shape[1]:
+    levels_of_runs = np.array(levels)[:, edges[:-1]]  # shape (elements, runs)
+    _, distinct = np.unique(levels_of_runs, axis=1).shape
+    if not 1 < len(runs) <= _RETURNS * distinct:
         return []
     shortest = min(stop - start for start, stop in runs)
     return runs if shortest >= _FEWEST_ROWS else []
