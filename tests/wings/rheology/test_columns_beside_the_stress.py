@@ -164,3 +164,10 @@ def test_torque_and_speed_need_the_geometry(tmp_path: Path) -> None:
     file = read_flow_curves(path, shear_rate="Speed [1.29 1/s]", stress=["Torque [2 Pa]"])
     assert file.curves[0].stress == pytest.approx(2 * STRESSES, rel=1e-5)
     assert file.curves[0].rate == pytest.approx(1.29 * RATES, rel=1e-5)
+
+
+def test_a_concentration_is_offered_as_no_rate(tmp_path: Path) -> None:
+    path = written(tmp_path, "concentration_pct,viscosity_Pas", RATES, STRESSES)
+    with pytest.raises(MappingError) as refused:
+        read_flow_curves(path)
+    assert "concentration_pct [1/s]" not in refused.value.remedy

@@ -19,6 +19,7 @@ Role = Literal[Quantity, "other", "unknown"]
 _WORDS: dict[Role, tuple[str, ...]] = {
     "other": (
         *("modul", "normal", "oscill", "complex", "komplex", "kinemat", "frequen", r"\bfreq\b", "yield", r"\bratio\b"),
+        *("concentrat", "konzentrat", "концентрац", "浓度", "濃度"),
         *(r"\bstrain\b(?![ -]?rate)", "(?<!taux de )(?<!vitesse de )deformation", "torque", "drehmoment", "couple"),
         *(r"\bpress(?:ure)?\b", r"\bdruck", r"\bpression", r"\bpres[is]on", "pressao", "压力", "圧力"),
         *("speed", "drehzahl", "flow rate", "moment", r"\brpm\b"),
