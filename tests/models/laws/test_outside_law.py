@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
@@ -17,6 +18,7 @@ from erclutch.models.laws.smooth import TRANSITION_SLIP, direction
 from erclutch.registry import Plugin
 
 PLUGIN = Plugin("erclutch.laws", "drag", "erclutch_law_drag:LAW", "erclutch-law-drag", "2.0")
+_COUNT = itertools.count()
 
 
 def law_of(columns: Callable[..., Any], gains: tuple[Gain, ...] = (YIELD, VISCOSITY)) -> Law:
@@ -40,6 +42,10 @@ def test_a_good_law_passes() -> None:
         (replace(law_of(good), name="pull"), "calls itself 'pull'; its Law.name and its entry point must agree"),
         (law_of(lambda field, slip, turn: (field, slip * np.nan)), "returns for the gain eta what is no finite array"),
         (law_of(lambda field, slip, turn: (field, slip[:2])), "returns for the gain eta what is no finite array"),
+        (law_of(lambda field, slip, turn: (1j * field, slip)), "returns for the gain T_y what is no finite array"),
+        (law_of(lambda field, slip, turn: (field, np.multiply(slip, 2.0, out=slip))), "output array is read-only"),
+        (law_of(lambda field, slip, turn: (field, slip + next(_COUNT))), "other numbers for the same rows"),
+        (law_of(lambda field, slip, turn: (np.asarray(good(field, slip, turn)[0]), slip)), "loses the derivatives"),
         (law_of(lambda *_: 1 / 0), r"ZeroDivisionError: division by zero \(test_outside_law\.py, line \d+\)"),
     ],
 )

@@ -7,6 +7,7 @@ from typing import Any, cast
 
 import numpy as np
 
+from erclutch.arithmetic.dual import Dual
 from erclutch.models.laws.law import Law, ShapeParameter
 from erclutch.models.laws.smooth import TRANSITION_SLIP
 from erclutch.registry import Plugin
@@ -14,6 +15,9 @@ from erclutch.registry import Plugin
 #: Where a law is tried: without field, in the middle, at the reference; moving either way and at rest.
 _FIELDS = np.array([0.0, 0.5, 1.0, 1.0])
 _SLIPS = np.array([0.0, -1.0, 1.0, 0.0])
+# A law that changes what it is given changes the log's own rows: here it fails.
+_FIELDS.setflags(write=False)
+_SLIPS.setflags(write=False)
 
 
 def checked(law: Any, plugin: Plugin) -> Law:
@@ -42,7 +46,10 @@ def checked(law: Any, plugin: Plugin) -> Law:
     field = _FIELDS
     if own.stimulus is not None:
         field = own.stimulus(_FIELDS, *map(typical, own.stimulus_shape))
-    columns: Any = own.columns(field, _SLIPS, *map(typical, own.shape))
+        if isinstance(field, np.ndarray):
+            field.setflags(write=False)
+    shape = [typical(number) for number in own.shape]
+    columns: Any = own.columns(field, _SLIPS, *shape)
     given = type(columns).__name__
     if type(columns) is tuple:
         count = len(cast("tuple[Any, ...]", columns))
@@ -51,8 +58,16 @@ def checked(law: Any, plugin: Plugin) -> Law:
         gains = ", ".join(gain.name for gain in own.gains)
         raise plugin.fault(f"must return a tuple with a column for each of its gains ({gains}), it returns {given}")
     for gain, column in zip(own.gains, cast("tuple[Any, ...]", columns), strict=True):
-        if np.shape(column) != _SLIPS.shape or not np.isfinite(column).all():
+        if np.shape(column) != _SLIPS.shape or np.iscomplexobj(column) or not np.isfinite(column).all():
             raise plugin.fault(f"returns for the gain {gain.name} what is no finite array of the rows: {column}")
+    if not np.array_equal(cast("tuple[Any, ...]", columns), own.columns(field, _SLIPS, *shape)):
+        raise plugin.fault("returns other numbers for the same rows when it is asked again")
+    # Derivatives run through the same function.
+    derived = own.columns(field, _SLIPS, *(Dual(x, {place: 1.0}) for place, x in enumerate(shape)))
+    for gain, column in zip(own.gains, derived, strict=True):
+        if np.asarray(getattr(column, "value", column)).dtype.kind not in "fiu":
+            what = f"loses the derivatives for the gain {gain.name}: it may use operators and NumPy's functions alone"
+            raise plugin.fault(f"{what}, and not np.asarray, np.array or float")
     return own
 
 
