@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from erclutch.errors import LogError, placed
+from erclutch.logs.clock.channel_times import with_times_joined
 from erclutch.logs.clock.one_time import with_whole_stamps
 from erclutch.logs.clock.woven_channels import unwoven
 from erclutch.logs.columns.row_groups import group_of, groups_in, rows_of, wants_each
@@ -160,7 +161,7 @@ def _finished(table: Table, log: ReadableLog, path: str | Path) -> Table:
 
 def put_right(table: Table) -> Table:
     """The table with one stamp a row, a column for each signal, woven rows apart, and signs from words."""
-    return with_senses(unwoven(untidied(with_whole_stamps(table))))
+    return with_senses(unwoven(untidied(with_times_joined(with_whole_stamps(table)))))
 
 
 def read_by(plugin: Plugin, source: LogSource) -> Table:

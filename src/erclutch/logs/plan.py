@@ -385,7 +385,9 @@ def _given_options(plan: Plan) -> list[str]:
         if told.lead is not None:
             words.append(f'--lead "{told.lead:g} m"')
         for option, texts in (("constant", told.constants), ("scale", told.scales)):
-            words += [f"--{option} {shell_word(f'{name}={text}')}" for name, text in texts.items()]
+            for name, text in texts.items():
+                if option == "constant" or name not in asked:
+                    words.append(f"--{option} {shell_word(f'{name}={text}')}")
     return words
 
 

@@ -22,13 +22,13 @@ from erclutch.signals.recording import SignalKind
 UNKNOWN = "?"
 _LONGEST = 60
 _NO_DIMENSION = {"", "-", "1", "[-]", "(-)", "none", "dimensionless"}
-# Chinese and Japanese units, the longer before the shorter that it holds.
+# Chinese, Japanese and Korean units, the longer before the shorter that it holds.
 _EASTERN = (
     (r"(?:转|轉|回転|(?<![A-Za-z])r)\s*(?:/|每|毎)\s*(?:分钟|分鐘|分|min)", "rpm"),
-    ("毫秒|ミリ秒", "ms"),
+    ("毫秒|ミリ秒|밀리초", "ms"),
     ("微秒", "us"),
     ("分钟|分鐘|分", "min"),
-    ("秒", "s"),
+    ("秒|초", "s"),
     ("毫米|ミリメートル", "mm"),
     ("厘米", "cm"),
     ("米|メートル", "m"),

@@ -1,6 +1,6 @@
 """A stamp that stands in several columns becomes one time: seconds and the nanoseconds beyond them, as ROS writes it.
 
-So does a time of day in columns of hours, minutes and seconds.
+So does a time of day in columns of hours, minutes and seconds, and a date with milliseconds in a column of their own.
 """
 
 from __future__ import annotations
@@ -45,7 +45,38 @@ def with_whole_stamps(table: Table) -> Table:
             notes.append(f"columns {name} and {other} are one time, in s")
     if notes:
         return replace(table, columns=columns, notes=(*table.notes, *notes))
-    return _with_time_of_day(table)
+    return _with_time_of_day(table) if table.clock is None else _with_milliseconds(table, table.clock)
+
+
+def _with_milliseconds(table: Table, clock: Array) -> Table:
+    """The table with its dates in ms, where a column beside whole seconds has the milliseconds beyond them.
+
+    Args:
+        table: with dates.
+        clock: its dates in s, shape (n,).
+    """
+    *_, (words, unit, most), _ = _OF_A_DAY
+    name = next((name for name in table.columns if name.strip().lower() in words.split()), None)
+    if name is None or not np.all(clock == np.round(clock)):
+        return table
+    beyond = table.columns[name]
+    if (
+        not np.isfinite(beyond).all()
+        or not np.all(beyond == np.round(beyond))
+        or not 0 <= beyond.min() <= beyond.max() < most
+    ):
+        return table
+    time = clock + unit * beyond
+    if np.any(np.diff(time) <= 0.0):
+        return table
+    called = table.clock_name.split(" and ")
+    return replace(
+        table,
+        clock=time - time[0],
+        columns={each: values for each, values in table.columns.items() if each != name},
+        words={each: words for each, words in table.words.items() if each not in called},
+        notes=(*table.notes, f"column {name} has the milliseconds of {table.clock_name}"),
+    )
 
 
 def _beyond(table: Table, stem: str) -> tuple[str, float] | None:

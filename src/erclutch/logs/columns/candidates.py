@@ -10,7 +10,7 @@ from collections.abc import Iterable, Mapping, Sequence
 
 from erclutch.logs.columns.alike import distinct
 from erclutch.logs.columns.circuits import fields_among
-from erclutch.logs.columns.joints import ESTIMATED, beside_a_gear, of_joints
+from erclutch.logs.columns.joints import ESTIMATED, beside_a_drive, beside_a_gear, of_joints
 from erclutch.logs.columns.labels import split_end
 from erclutch.logs.columns.names import NEED_UNIT, OTHER, SINGLE, TOLD, headed, spoken_name
 from erclutch.logs.columns.of_a_model import parts_of_a_model
@@ -100,6 +100,7 @@ def candidates(
         names = fields_among(seen, free, names, forms)
     if not exact:
         names += beside_a_gear(signal, named, fitting)
+    names += [name for name in beside_a_drive(signal, exact or named, fitting) if name not in names]
     return distinct(seen, names), "name"
 
 
@@ -191,7 +192,8 @@ def _shaped(
     stems: set[str] = set()  # of those with the number of a joint or motor behind the name
     for column in fitting:
         spoken = column.spoken
-        is_short = spoken.forms[signal] or signal in spoken.numbered or heads[column.name] in NEED_UNIT
+        of_letters = spoken.numbered | spoken.lettered
+        is_short = spoken.forms[signal] or signal in of_letters or heads[column.name] in NEED_UNIT
         is_told = not _told_of(signal).isdisjoint(spoken.words)
         if is_short and not is_told and _goes_with(seen, column, signal):
             shaped.append(column.name)
@@ -212,8 +214,8 @@ def _goes_with(seen: SeenColumns, column: SeenColumn, signal: str) -> bool:
     if signal not in ("slip", "position", "effort") or column.written_unit:
         return False
     others = seen.without([column.name])
-    positions = [other for other in others if "position" in other.spoken.may_be]
-    speeds = [other for other in others if "slip" in other.spoken.may_be]
+    positions = [other for other in others if "position" in other.spoken.may_be | other.spoken.lettered]
+    speeds = [other for other in others if "slip" in other.spoken.may_be | other.spoken.lettered]
     efforts = [other for other in others if other.spoken.forms["effort"]]
     if signal == "slip":
         if any(is_rate_of(column.values, position.values, seen.stamps) for position in positions):

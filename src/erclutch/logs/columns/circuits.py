@@ -10,7 +10,7 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 
 import numpy as np
 
-from erclutch.logs.columns.names import CURRENTS, OTHER, TOLD, VOLTAGES
+from erclutch.logs.columns.names import CURRENTS, EASTERN_TOLD, OTHER, TOLD, VOLTAGES
 from erclutch.logs.columns.seen_columns import SeenColumn, SeenColumns
 from erclutch.logs.columns.shapes import takes_both_signs
 from erclutch.logs.columns.two_courses import go_straight, goes_along
@@ -52,7 +52,8 @@ def fields_among(
 
 def one_of_a_circuit(seen: SeenColumns, fields: Sequence[str], efforts: Sequence[str]) -> list[str]:
     """The fields without what drives them: the voltage or the command of a coil's current, the current of a motor."""
-    columns = [seen.columns[name] for name in fields]
+    measured = [name for name in fields if not any(word in name for word in EASTERN_TOLD)]
+    columns = [seen.columns[name] for name in measured or fields]
 
     # A voltage that drives a current of the same circuit is no field.
     driving: set[str] = set()

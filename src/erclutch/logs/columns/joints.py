@@ -16,6 +16,9 @@ _MOTIONS = ("slip", "position")
 ESTIMATED = frozenset(("est", "estimate", "estimated"))
 #: Words for the sides of a gear or a spring, each of which has a motion and a torque of its own.
 _SIDES = frozenset(("motor", "rotor", "joint", "link", "load", "output", "input", "spring", "arm"))
+#: A clutch is driven too: its motor's speed is that of one of its sides.
+_DEVICES = frozenset(("brake", "bremse", "frein", "freno", "damper", "dampfer", "daempfer", "amortisseur"))
+_DRIVES = frozenset(("motor", "drive", "servo", "engine", "actuator", "antrieb", "moteur", "shaker"))
 #: A joint's number in front of what was measured, as in lists of messages.
 _WITHIN = re.compile(r"(.+?)\[(\d+)\][._/](\D+)")
 #: The number of a joint in the name of a file.
@@ -130,6 +133,20 @@ def beside_a_gear(signal: str, named: Iterable[SeenColumn], fitting: Iterable[Se
     return of_other_sides
 
 
+def beside_a_drive(signal: str, named: Iterable[SeenColumn], fitting: Iterable[SeenColumn]) -> list[str]:
+    """Columns that may be the device's, where all whole names are those of a drive: its ``flange torque``."""
+    own = [*named]
+    names = {column.name for column in own}
+    if signal not in ("slip", "effort") or not own or any(map(_DRIVES.isdisjoint, (each.spoken.words for each in own))):
+        return []
+    others: list[str] = []
+    for column in fitting:
+        speaks = signal in column.spoken.may_be and signal not in column.spoken.turned
+        if speaks and TOLD.isdisjoint(column.spoken.stem_words) and column.name not in names:
+            others.append(column.name)
+    return others
+
+
 def of_one_side(seen: SeenColumns, names: Sequence[str], partners: Iterable[str]) -> list[str]:
     """The one column on the side of the gear where all of its partners are; all of the columns where it is not one."""
     sides = {_side_of(seen.columns[name]) for name in partners if name in seen.columns}
@@ -140,6 +157,18 @@ def of_one_side(seen: SeenColumns, names: Sequence[str], partners: Iterable[str]
         if name in seen.columns and _side_of(seen.columns[name]) in sides:
             beside_partners.append(name)
     return beside_partners if len(beside_partners) == 1 else [*names]
+
+
+def of_the_device(seen: SeenColumns, names: Sequence[str]) -> list[str]:
+    """The one column that is called like the brake or damper, where all others are called like what drives it."""
+    devices: list[str] = []
+    for name in names:
+        words = {*seen.columns[name].spoken.stem_words} if name in seen.columns else set[str]()
+        if words & _DEVICES:
+            devices.append(name)
+        elif not words & _DRIVES:
+            return [*names]
+    return devices if len(devices) == 1 else [*names]
 
 
 def _side_of(column: SeenColumn) -> str:

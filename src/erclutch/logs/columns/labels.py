@@ -19,6 +19,8 @@ _LETTERS = {"V": "电压 電壓 電圧", "A": "电流 電流", "N": "力 荷重"
 _SLASH = re.compile(r"(.+?)\s+(?:/|in)\s+(\S.*)", re.DOTALL)
 _UNIT_ALONE = re.compile(r"in\s+(\S+)")  # what an oscilloscope writes over its time
 _PAIR = re.compile(r"\W*([^\d\W][^:=,;\t]{0,60}?)\s*[:=,;\t]\s*(\S.*?)[\s,;]*")
+# A quantity that a remark ends in: ``lever arm 0.15 m``.
+_REMARK = re.compile(r"\W*([^\d\W][^\d:=,;\t]{1,40}?)\s+([+-]?\d+(?:\.\d+)?\s?([^\W\d_][\w/*^·]*))\s*")
 # A cell in quotes, with the mark behind it: signs that part keys from values have no meaning in it.
 _QUOTED_KEY = re.compile(r'[\s#%/,;]*"((?:[^"]|"")+)"\s*[:=,;\t]\s*(.*)')
 _NUMBER_AND_UNIT = re.compile(r'([+-]?[\d.]+(?:[eE][+-]?\d+)?)"?\s*[,;\t]\s*"?([^\d\W][^,;\t"]*|[%°][^,;\t"]*)"?')
@@ -28,7 +30,10 @@ _ASSIGNMENT = re.compile(r"(?<=[,;] )[^\W\d_]\w{0,20} ?= ?[+-]?\d[\d.eE+-]*(?: ?
 _MOST_PAIRS = 200  # of a header block
 _LONGEST_PERIOD = 0.5  # s, of a period without a unit: a larger number may be one of ms
 _PERIOD = re.compile(
-    r"(?:sampl\w*|scan)[ _-]*(?:interval|period|time)|dt|delta[ _]?[tx]|tick[ _]?period|time[ _]?step", re.I
+    r"(?:sampl\w*|scan)[ _-]*(?:interval|period|time)|dt|delta[ _]?[tx]|tick[ _]?period|time[ _]?step|"
+    r"abtast(?:zeit|intervall|periode)|p[ée]riode d.[ée]chantillonnage|periodo de muestreo|periodo di campionamento|"
+    r"采样(?:周期|间隔)|サンプリング(?:周期|間隔)|샘플링 ?주기",
+    re.I,
 )
 #: Units that say no more than that a column holds whole numbers of a converter or an encoder.
 COUNTS = frozenset(
@@ -85,7 +90,7 @@ _MEASURED = _LENGTHS | _TURNING | _FORCES_AND_SPEEDS
 #: Names that are a unit and nothing else: the column is told by it.
 _BARE = {
     **{unit: unit for unit in ("rpm", "Nm", "kN", "mm", "ms", "us", "mNm", "rad/s", "mm/s", "m/s", "deg/s", "N*m")},
-    **{"N·m": "N*m", "N.m": "N*m", "millis": "ms", "micros": "us"},
+    **{"N·m": "N*m", "N.m": "N*m", "millis": "ms", "micros": "us", "ms_today": "ms"},
     **{"milliseconds": "ms", "microseconds": "us", "nanoseconds": "ns"},
     **dict.fromkeys(("RPM", "r/min", "tr/min", "U/min"), "rpm"),
     **dict.fromkeys(("newton", "newtons"), "N"),
@@ -98,7 +103,12 @@ _BARE = {
 }
 _LOWER_ENDS = {end.lower(): unit for end, unit in _ENDS.items() if end not in ("mA", "mV", "mT", "MPa", "T", "C")}
 # Names of a speed that is counted in turns: n is its symbol in ISO 80000-3.
-_TURNS = re.compile(r"drehzahl|\brpm\b|umdrehung|rotational|rotation|tours|^n(?:_.*)?$|\bspeed$", re.I)
+_TURNS = re.compile(
+    r"drehzahl|\brpm\b|umdrehung|rotational|rotation|tours|^n(?:_.*)?$|(?<![a-z])(?:speed|spd)|vitesse|velocidad|"
+    r"velocit[aà]|giri|pr[eę]dko[sś][cć]|obrot|ot[aá][cč]k|toerental|varvtal|转速|轉速|回転|회전|вращ|оборот",
+    re.I,
+)
+_SHEARED = re.compile(r"shear|scher|cisail|cizall|taglio|剪切|せん断|전단|сдвиг", re.I)
 # What a single letter in front of a unit is the symbol of (``x_mm``, ``F_N``), as a unit of that quantity.
 _SYMBOLS = {
     **dict.fromkeys("t", "s"),
@@ -113,6 +123,8 @@ _SYMBOLS = {
     "E": "V/m",
     "H": "A/m",
 }
+#: A block of a model with the port behind it, as controllers record it: ``Model Root/Sensors/Torque/Out1``.
+_PATH = re.compile(r'"?(?:[^/]+/)+"?([^/]*[^/"])"?/"?(?:(?:Out|In)\d*|Value)"?(?:\[0\])?', re.IGNORECASE)
 _OF_A_MESSAGE = "field."  # before each name behind the time, as rostopic echo -p writes it: no field of a device
 _FEWEST_ALIKE = 2  # in a file; a single one may be an index (``i_d``)
 # A quotient behind an underscore (``SR_1/s``, ``v_m/s``); a capital letter there is an index (``M_A/Nm``).
@@ -123,10 +135,16 @@ _BLANK = re.compile(r"(.*[^\W\d_]\S*)\s+((?:1|[^\W\d_]{1,4})/[^\s/()]+)")
 _LETTER = re.compile(r"(.*[^\W\d_]\S*)\s+([AVNTms])")
 _COMMA = re.compile(r"(.*[^\W\d_]\S*)\s*,\s*([^\s,]+)")  # as Russian headers have it: ``Сила, Н``
 _TIGHT_SLASH = re.compile(r"([^/]*[^\W\d_][^/]*?)/(\([^()]+\)|[^/()]+(?:/[^/()]+)?)")
+_BY_R = re.compile(r"(\w[\w.]*?)\.\.(\w[\w.]*)\.")
 _PRESSED = re.compile(r"(?<![a-z])(?:mu|cof|friction|normal|reib\w*)(?![a-z])", re.I)
 _RPM_WITHIN = re.compile(r"(?<![a-z/])(?<!per)(?<!per[_ ])rpm(?![a-z/]|.*per)", re.I)  # Status_RPM_2; no torque per rpm
 _PER_MINUTE = re.compile(r"\s*(?:1\s*/\s*min|min\s*(?:\^|\*\*)?\s*-\s*1|min⁻¹)\s*")
-_RATE = re.compile(r"(?:sampl\w*|scan|acquisition|data)?[ _-]*(?:rate|freq\w*)|fs|f_s", re.I)
+_RATE = re.compile(
+    r"(?:sampl\w*|scan|acquisition|data)?[ _-]*(?:rate|freq\w*)|fs|f_s|"
+    r"(?:abtast|mess)(?:rate|frequenz)|fr[ée]quence d.[ée]chantillonnage|frecuencia de muestreo|"
+    r"frequenza di campionamento|采样(?:频率|率)|サンプリング(?:周波数|レート)|샘플링 ?(?:주파수|속도)",
+    re.I,
+)
 
 
 def split_label(label: str) -> tuple[str, str | None]:
@@ -180,7 +198,12 @@ def split_end(name: str) -> tuple[str, str | None]:
     bare = _BARE.get(written) or _BARE.get(written.lower())
     if bare:
         return name, bare
-
+    # Torque (Nm) in names without brackets: Torque..Nm. as R writes it, Torque_Nm_ as MATLAB does.
+    by_r = _BY_R.fullmatch(name.strip())
+    front_and_end = "{}_{}".format(by_r[1], by_r[2].replace(".", "_")) if by_r else name.strip().rstrip("_")
+    if front_and_end and front_and_end != name.strip():
+        stem, unit = split_end(front_and_end)
+        return (stem, unit) if unit else (name, None)
     words = name.split()
     for count in (2, 1):  # ``torque N m`` before ``distance m``
         stem = " ".join(words[:-count])
@@ -296,8 +319,8 @@ def own_unit(name: str, unit: str | None, si_units: Iterable[str]) -> str | None
     The speed of a shaft in 1/min is one of turns; a shear rate in 1/min is none.
     """
     if unit:
-        is_of_turns = _PER_MINUTE.fullmatch(unit) and _TURNS.search(name)
-        return "turn/min" if is_of_turns else unit
+        counts_turns = _TURNS.search(name) and not _SHEARED.search(name)
+        return "turn/min" if _PER_MINUTE.fullmatch(unit) and counts_turns else unit
     _, end = split_end(name)
     if not end and _RPM_WITHIN.search(name):
         end = "rpm"
@@ -318,6 +341,10 @@ def name_columns(
     if len(shown) > 1 and all(label.startswith(_OF_A_MESSAGE) for label in shown[1:]):
         shown = [label.removeprefix(_OF_A_MESSAGE) for label in shown]
     notes: list[str] = []
+    ends = _ends_of_paths(shown)
+    if ends != shown:
+        shown = ends
+        notes.append("names are the last parts of the paths in a model")
     bare: list[str] = []  # names without their units
     units_of: list[str | None] = []
     for label, own in zip(shown, own_units or [None] * len(shown), strict=True):
@@ -346,6 +373,20 @@ def name_columns(
     return list(names), units_of, notes
 
 
+def _ends_of_paths(labels: Sequence[str]) -> list[str]:
+    """Labels without the way through a model and the port behind it: ``Torque`` for ``Model Root/Sensors/Torque/Out1``.
+
+    As they were where that leaves two labels the same, or no two are such paths.
+    """
+    ends: list[str] = []
+    paths = 0
+    for label in labels:
+        match = _PATH.fullmatch(label)
+        paths += match is not None
+        ends.append(match[1] if match else label)
+    return ends if paths > 1 and len({*ends}) == len(labels) else [*labels]
+
+
 def header_pairs(lines: Iterable[str]) -> dict[str, str]:
     """``Key: value`` lines of a header block as texts, the first 200; a number and its unit may stand in two cells."""
     pairs: dict[str, str] = {}
@@ -353,9 +394,12 @@ def header_pairs(lines: Iterable[str]) -> dict[str, str]:
         # The line, and behind it the parts of a remark that say ``dt = 0.002 s`` among other words.
         for text in (line, *_ASSIGNMENT.findall(line)):
             match = _QUOTED_KEY.fullmatch(text) or _PAIR.fullmatch(text)
+            if match is None:
+                remark = _REMARK.fullmatch(text)
+                match = remark if remark and units.is_unit(remark.group(3)) else None
             if match is None or len(pairs) == _MOST_PAIRS:
                 continue
-            key, value = match.groups()
+            key, value, *_ = match.groups()
             value = value.strip(" \t,;")
             cells = value
             comma = _DECIMAL_COMMA.fullmatch(value)

@@ -10,7 +10,7 @@ from erclutch.signals import units
 #: A field of a pattern, with its name and its unit.
 FIELD = re.compile(r"\{([A-Za-z_]\w*)(?:\s*(?::|\[)\s*([^{}\[\]]*?)\s*\]?)?\}")
 #: A number in a name; x and p stand for the decimal point, which some systems allow in no name of a file.
-NUMBER = r"[+-]?\d+(?:[.xp]\d+)?"
+NUMBER = r"[+-]?\d+(?:[.,xp]\d+)?"
 _UNIT_AFTER = re.compile(r"[A-Za-zµ°%][A-Za-zµ°%/]*")
 _NUMBER_WITH_LETTERS = re.compile(rf"{NUMBER}([A-Za-z]*)")
 _UNITS_OF_FIELD = ("A", "mA", "V", "kV", "T", "mT")
@@ -19,7 +19,7 @@ _QUANTITIES = {"mm": "amplitude", "Hz": "frequency", "rpm": "speed", "s": "time"
 
 def number_of(text: str) -> float:
     """A number as a name has it."""
-    return float(re.sub("[xp]", ".", text))
+    return float(re.sub("[xp,]", ".", text))
 
 
 def proposed(name: str) -> str:
@@ -45,7 +45,7 @@ def constants_of(pattern: str, name: str) -> dict[str, tuple[float, str | None]]
     """Numbers and units that a file's name gives under a pattern.
 
     A field is ``{name}``, ``{name:unit}`` or ``{name [unit]}``; without a unit, the letters that follow it are taken as
-    its unit if they read as one. ``x``, ``p`` or a point is the decimal mark. The suffix of the file may be left out.
+    its unit if they read as one. A point, a comma, ``x`` or ``p`` is the decimal mark. The suffix may be left out.
 
     Raises:
         MappingError: the pattern has no field or one twice, or the name does not match.

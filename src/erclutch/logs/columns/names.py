@@ -11,6 +11,7 @@ import unicodedata
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
+from itertools import pairwise
 
 from erclutch.logs.columns.labels import EASTERN, split_end
 
@@ -67,7 +68,7 @@ SINGLE = ("field", "slip", "position", "effort")
 _BESIDE = _set(
     "measured meas msr actual act ist mess gemessen sensor filtered filt motor engine output brake clutch damper shaft "
     "piston angular rotational linear relative total machine cart friction cell du de der des moteur "
-    "mesure mesuree medida compensate compensated corrected raw value j feedback fb fbk fdb "
+    "exp experimental mesure mesuree medida compensate compensated corrected raw value j feedback fb fbk fdb "
     "front rear left right upper lower inner outer fl fr rl rr vorn vorne hinten links rechts avant arriere "
     "gauche droite"
 )
@@ -76,6 +77,8 @@ TOLD = _set(
     "setpoint set target desired demand demanded commanded command cmd ref reference goal soll consigne consigna "
     "setpt sollwert ziel objetivo consegna"
 )
+#: What a Chinese or Japanese compound is called by that was told to a supply or a drive.
+EASTERN_TOLD = ("设定", "設定", "目标", "目標", "指令", "给定", "命令", "설정", "목표", "지령")
 #: Words that say in which sense a device moves, in a column beside a speed without a sign.
 SENSES = _set(
     "cw ccw clockwise counterclockwise anticlockwise forward forwards fwd backward backwards back bwd reverse rev left "
@@ -175,6 +178,7 @@ class SpokenName:
         may_be: signals of a single device for which its form, its head, or a name in front of a number speaks.
         within: signals of a single device that a word anywhere in the name speaks for (``act_torque_abs``), where no
             word says that it is something else: enough to propose a column, not to take it.
+        lettered: signals of a single device that a letter with an index may be (``x_p``, ``i_c``).
         turned: signals of which a word of the name makes another thing: what was computed, a limit, a rolling speed.
         is_of_a_model: whether the column is called like a model of friction or a network: it holds what the model says.
         is_primed: whether the name has a prime, as G' and G" have: the moduli of an oscillation.
@@ -194,6 +198,7 @@ class SpokenName:
     numbered: frozenset[str]
     may_be: frozenset[str]
     within: frozenset[str]
+    lettered: frozenset[str]
     turned: frozenset[str]
     is_of_a_model: bool
     is_primed: bool
@@ -261,12 +266,21 @@ def spoken(name: str, stem: str, end: str | None) -> SpokenName:
         may_be=frozenset(may_be | numbered),
         within=frozenset(within),
         turned=frozenset(turned),
-        is_of_a_model=plain(name) in _MODELS or not _MODELS.isdisjoint(stem_words),
+        lettered=frozenset(signal for signal in SINGLE if _has_index(stem_words) and stem_words[0] in _NAMES[signal]),
+        is_of_a_model=not _MODELS.isdisjoint([plain(name), *stem_words, *map("".join, pairwise(stem_words))]),
         is_primed=_PRIME.search(stem) is not None,
         is_time=_is_time(name, stem),
         ends_in_time=_ends_in_time(stem_words),
         is_accounted=_is_accounted(stem),
     )
+
+
+def _has_index(words: Sequence[str]) -> bool:
+    """Whether a name is a letter with an index of one or two letters."""
+    if len(words) != 2:
+        return False
+    letter, index = words
+    return len(letter) == 1 and len(index) <= 2 and index.isalpha()
 
 
 def meant_by(name: str, signals: Iterable[str], *, time: bool) -> str:

@@ -1,4 +1,4 @@
-"""A speed without a sign beside a column of words that say the sense takes its sign from these words."""
+"""A speed without a sign beside a column that says the sense, in words or by two numbers, takes its sign from there."""
 
 from __future__ import annotations
 
@@ -23,6 +23,11 @@ _OPPOSITES = (
     ({"right", "rechts", "droite", "derecha"}, {"left", "links", "gauche", "izquierda"}),
     ({"vorwarts", "vor", "avant", "adelante"}, {"ruckwarts", "zuruck", "arriere", "atras"}),
 )
+#: Words in the name of a column that says the sense by numbers.
+DIRECTIONS = frozenset(
+    {"direction", "dir", "sense", "sign", "drehrichtung", "richtung", "laufrichtung", "sens", "sentido", "方向", "转向"}
+)
+_LOOKED_AT = 100_000  # rows, for the numbers that a column of a direction has
 _AGREES = 0.9  # share of the moving rows in which the effort keeps to the senses, or all the other way
 
 
@@ -44,14 +49,26 @@ def with_senses(table: Table) -> Table:
     if takes_both_signs(speed) or not moving.any():
         return table
 
+    def keeps_to(sense: Array) -> bool:
+        """Whether the effort has the sign of the sense in nearly all rows that move, or the other sign."""
+        along = int(np.count_nonzero((effort * sense)[moving] > 0.0))
+        agreeing = along / int(np.count_nonzero(moving))
+        return max(agreeing, 1.0 - agreeing) >= _AGREES
+
+    for name, values in table.columns.items():
+        numbered = _numbered_senses(name, values)
+        if numbered is None or not keeps_to(numbered):
+            continue
+        turned_at = values[int(np.argmin(numbered))]
+        note = f"column {speeds[0]} has no sign and {efforts[0]} has: it is turned where {name} is {turned_at:g}"
+        columns = {other: each for other, each in table.columns.items() if other != name}
+        return replace(table, columns={**columns, speeds[0]: speed * numbered}, notes=(*table.notes, note))
     for name, senses in table.words.items():
         signs = _signs(senses.words)
         if signs is None or not (senses.of_row >= 0).all():
             continue
         sense = signs[senses.of_row]  # +1 or -1, shape (n,)
-        along = int(np.count_nonzero((effort * sense)[moving] > 0.0))
-        agreeing = along / int(np.count_nonzero(moving))
-        if max(agreeing, 1.0 - agreeing) < _AGREES:
+        if not keeps_to(sense):
             continue
         turned = senses.words[int(np.argmin(signs))]
         note = f"column {speeds[0]} has no sign and {efforts[0]} has: it is turned where {name} is {turned}"
@@ -65,6 +82,24 @@ def with_senses(table: Table) -> Table:
             notes=(*notes, note),
         )
     return table
+
+
+def _numbered_senses(name: str, values: Array) -> Array | None:
+    """The sign of each row, shape (n,), by a column called like a direction that holds two numbers; None for others.
+
+    At 0 between -1 and 1 a device rests.
+    """
+    words = {word.rstrip("0123456789") for word in words_of(name)}
+    if words.isdisjoint(DIRECTIONS) or not np.isfinite(values).all():
+        return None
+    levels = {*np.unique(values[:_LOOKED_AT]).tolist()}
+    if levels in ({-1.0, 1.0}, {-1.0, 0.0, 1.0}):
+        return values if np.isin(values, (-1.0, 0.0, 1.0)).all() else None
+    if levels == {0.0, 1.0} and np.isin(values, (0.0, 1.0)).all():
+        return 2.0 * values - 1.0
+    if levels == {1.0, 2.0} and np.isin(values, (1.0, 2.0)).all():
+        return 3.0 - 2.0 * values
+    return None
 
 
 def _signs(senses: Sequence[str]) -> Array | None:

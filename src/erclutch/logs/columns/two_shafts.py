@@ -38,6 +38,7 @@ _CLUTCH = (
 _UNITS_OF_MOTION = {"slip": ("rad/s", "m/s"), "position": ("rad", "m")}
 _APART = 0.01  # of the largest speed, by which the shafts of a clutch differ at least
 _USUAL = (0.01, 0.99)  # quantiles
+_IN_PERCENT = 0.02  # of the largest share, by which a share that was written with some digits is off
 _TRANSMITS = 0.95  # share of the rows in which the effort keeps to the sign of the slip
 _LARGE = 0.05  # of the largest slip and effort, from which on their signs tell
 
@@ -122,19 +123,23 @@ def _ends_of_clutch(table: Table, signal: str) -> tuple[str, str] | None:
     called_so: set[str] = set()  # columns whose whole name says that they are such a motion
     efforts = 0
     for name in table.columns:
+        if name in table.made:
+            continue
         said = spoken_name(name)
         unit = table.units.get(name)
         is_motion = signal in said.may_be | said.within or _fits(name, unit, si_units)
         for place, shafts in enumerate((driving, driven)):
             besides = _without_shaft(said.stem, place)
-            if besides and (is_motion or besides in short_names):
+            is_bare = said.plain_stem in _SHAFTS[place] and _fits(name, unit, si_units)
+            if is_bare or (besides and (is_motion or besides in short_names)):
                 shafts.setdefault((besides, unit), []).append(name)
         bare = said.bare_stem
         if is_motion and bare and bare != said.plain_stem:
             numbered.setdefault((bare, unit), []).append(name)
 
         form = said.forms[signal]
-        if form and (form not in NEED_UNIT or unit or said.end):
+        is_share = (unit or said.end) == "%"  # by which the shafts differ
+        if form and (form not in NEED_UNIT or unit or said.end) and not is_share:
             called_so.add(name)
         is_effort = "effort" in said.may_be or _fits(name, unit, ("N*m", "N"))
         if is_effort and not said.is_time:
@@ -185,7 +190,11 @@ def _without_shaft(name: str, place: int) -> str:
 
 
 def between_shafts(seen: SeenColumns, signal: str) -> list[str]:
-    """What may be the slip, or the position, where the file has two shafts: their difference, then each of them."""
+    """What may be the slip, or the position, where the file has two shafts: their difference, then each of them.
+
+    The driven shaft stands first where the effort keeps to its sign and not to that of the difference: what the other
+    one was told may be called an input.
+    """
     table = seen.table
     if not table.made or signal not in _UNITS_OF_MOTION:
         return []
@@ -193,7 +202,16 @@ def between_shafts(seen: SeenColumns, signal: str) -> list[str]:
     if ends is None:
         return []
     differences = [name for name in table.made if table.parts_of(name) == ends]
-    return [*differences, *ends] if differences else []
+    if not differences:
+        return []
+    driving, driven = ends
+    apart = _speed_of(seen.columns[differences[0]].values, signal)
+    speed = _speed_of(seen.columns[driven].values, signal)
+    for column in seen.columns.values():
+        is_effort = "effort" in column.spoken.may_be and takes_both_signs(speed)
+        if is_effort and _keeps_sign(column.values, speed) and not _keeps_sign(column.values, apart):
+            return [driven, *differences, driving]
+    return [*differences, *ends]
 
 
 def _turn_as_one(driving: Array, driven: Array) -> bool:
@@ -228,14 +246,33 @@ def is_of_clutch(seen: SeenColumns, signal: str, difference: str, efforts: Itera
     words_of_file = " ".join([table.name, *table.columns, *table.metadata, *table.metadata.values()]).lower()
     if any(word in words_of_file for word in _CLUTCH):
         return True
+    shafts = table.parts_of(difference) or ()
+    if shafts and _is_told_in_percent(seen, difference, shafts[0]):
+        return True
     slip = _speed_of(seen.columns[difference].values, signal)
     if not takes_both_signs(slip):
         return False
-    shafts = table.parts_of(difference) or ()
     speeds = [_speed_of(seen.columns[shaft].values, signal) for shaft in shafts]
     for name in efforts:
         effort = seen.columns[name].values
         if _keeps_sign(effort, slip) and not any(_keeps_sign(effort, speed) for speed in speeds):
+            return True
+    return False
+
+
+def _is_told_in_percent(seen: SeenColumns, difference: str, driving: str) -> bool:
+    """Whether a column that is called a slip is the difference over the speed of the driving shaft, in percent."""
+    apart = seen.columns[difference].values
+    speed = seen.columns[driving].values
+    for column in seen.columns.values():
+        if "slip" not in column.spoken.words or column.written_unit != "%":
+            continue
+        known = np.isfinite(column.values) & np.isfinite(apart) & np.isfinite(speed) & (speed != 0.0)
+        if np.count_nonzero(known) < FEW:
+            continue
+        share = 100.0 * apart[known] / speed[known]
+        off = np.abs(column.values[known] - share)
+        if np.quantile(off, _USUAL[1]) <= _IN_PERCENT * np.abs(share).max():
             return True
     return False
 

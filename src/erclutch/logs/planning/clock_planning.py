@@ -88,7 +88,10 @@ def clock_plan(seen: SeenColumns, told: ColumnMap, taken: Sequence[str]) -> Cloc
         name, unit, scale = locate(table, choice, "time")
         stamps = table.columns[name]
         stamps = stamps[np.isfinite(stamps)]
+        by_header = _unit_of_header(stamps, header) if told.time is None and not unit and header else None
+        unit = unit or by_header
         factor, zero, how = _as_seconds(name, unit, stamps)
+        how += ", in which it grows by the period of the header" if by_header else ""
         # A unit that nobody wrote and that nothing tells: the steps must look like seconds.
         taken_for_seconds = told.time is None and not unit and factor == 1.0
         too_fast = _too_fast(name, unit, stamps, factor) if told.time is None and unit else ""
@@ -160,6 +163,15 @@ def points(counters: Sequence[str], sentence: str, reason: str) -> ClockPlan:
         reason=reason,
         sentence=sentence,
     )
+
+
+def _unit_of_header(stamps: Array, header: float) -> str | None:
+    """The unit in which stamps of no unit grow by the period that the header gives, where they are no seconds."""
+    step = float(np.median(np.diff(stamps))) if stamps.size > 1 else 0.0
+    for unit, size in (("ms", 1e-3), ("us", 1e-6)):
+        if abs(step * size - header) <= _OTHER_RATE * header:
+            return unit
+    return None
 
 
 def _rate_of_file(seen: SeenColumns, taken: Sequence[str]) -> float | None:

@@ -6,11 +6,13 @@ import re
 
 import numpy as np
 
-from erclutch.errors import MappingError, shell_word
-from erclutch.logs.columns.names import NAMES, SENSES, TOLD, VOLTAGES, words_of
+from erclutch.errors import MappingError, UnitError, shell_word
+from erclutch.logs.columns.names import CURRENTS, NAMES, NOT_MEASURED, SENSES, TOLD, VOLTAGES, words_of
 from erclutch.logs.columns.quotients import rubbing_force
 from erclutch.logs.columns.rheometer_names import said_by_name
-from erclutch.logs.columns.shapes import takes_both_signs, turns_back
+from erclutch.logs.columns.seen_columns import SeenColumn
+from erclutch.logs.columns.senses import DIRECTIONS
+from erclutch.logs.columns.shapes import FEW, LOOKED_AT, takes_both_signs, turns_back
 from erclutch.logs.columns.two_courses import go_straight, goes_along
 from erclutch.logs.mapping import NONE
 from erclutch.logs.plan import SignalPlan
@@ -18,8 +20,17 @@ from erclutch.logs.planning.draft import Draft
 from erclutch.logs.planning.guesses import OF_A_SUPPLY, faintness
 from erclutch.logs.planning.missing_columns import missing
 from erclutch.logs.planning.no_field import LARGEST_SUPPLY, OF_DRIVES, is_current_of_a_drive
+from erclutch.signals import units
+from erclutch.signals.array import Array
 
 _COMMANDS = ("command", "cmd")
+_SI_OF_A_SUPPLY = ("A", "V")
+#: Words in the name of a voltage that an amplifier shows of its output.
+_MONITORS = frozenset({"monitor", "mon", "vmon", "imon", "hv", "highvoltage", "hochspannung", "trek"})
+# Of the largest speed: a device moves, and comes near rest. Of the largest effort, and of the rows that move.
+_FAST, _RESTS, _LARGE, _OFTEN = 0.3, 0.02, 0.2, 0.2
+_OUTPUT = 12.0  # V, of an amplifier's monitor at most
+_ARMS = frozenset({"arm", "arms", "lever", "leverarm", "hebel", "hebelarm", "bras", "levier", "brazo", "braccio"})
 #: Names of efforts by the unit of their kind.
 _EFFORTS_BY_NAME = {
     "N*m": ("torque", "moment", "drehmoment", "coppia"),
@@ -62,6 +73,12 @@ def doubt_the_current_of_a_drive(draft: Draft) -> None:
     if current is None or measured is None or not goes_along(current, measured):
         return
     course = f"takes the sign of {effort.column} and goes along with it"
+    coils = [column for column in draft.seen.without(draft.taken) if _may_drive_a_coil(column)]
+    if len(coils) == 1:
+        _take_back(draft, "field")
+        why = f"guessed from its name, beside {field.column}, which {course} as that of a motor"
+        draft.take("field", coils[0].name, coils[0].unit_for(_SI_OF_A_SUPPLY), 1.0, why, "likely")
+        return
     if is_current_of_a_drive(draft.seen.columns[field.column], [measured]):
         _leave_out_field(draft, f"{course}: taken for the current of the drive, left out")
         return
@@ -115,6 +132,14 @@ def _leave_out_field(draft: Draft, why: str) -> None:
     draft.notes.append(f"column {column} {why}")
     draft.ask("field", missing(draft.seen, "field", draft.taken))
     draft.missing.append("field")
+
+
+def _may_drive_a_coil(column: SeenColumn) -> bool:
+    """Whether a column is called like a field and is that of a supply by its unit, and keeps its sign."""
+    if "field" not in column.spoken.may_be or column.fits(_SI_OF_A_SUPPLY) is False:
+        return False
+    is_told = not (TOLD | NOT_MEASURED).isdisjoint(column.spoken.stem_words)
+    return not (is_told or column.shape.constant or column.is_steady or takes_both_signs(column.values))
 
 
 def ask_about_ranges_of_sensors(draft: Draft) -> None:
@@ -184,6 +209,45 @@ def doubt_the_command_of_a_drive(draft: Draft) -> None:
             return
 
 
+def doubt_the_monitor_of_an_amplifier(draft: Draft) -> None:
+    """Doubt a guessed voltage of some volts that is called a monitor or a high voltage: 1 V of it stands for more."""
+    field = draft.signals.get("field")
+    if field is None or field.sureness == "doubtful" or not _is_guessed_voltage(draft, field):
+        return
+    column = draft.seen.columns[field.column]
+    largest = float(np.nanmax(np.abs(column.values), initial=0.0))
+    words = {*column.spoken.words}
+    if column.written_unit != "V" or largest > _OUTPUT or words.isdisjoint(_MONITORS):
+        return
+    output = "1 A" if words & CURRENTS else "1 kV"
+    label = shell_word(draft.table.label(field.column))
+    doubt = f"which ends at {largest:.3g} V, as the monitor of an amplifier does, of which 1 V may mean {output}"
+    doubt += f": put its number in place of the {output}, or give --field {label} if it is the voltage itself"
+    draft.doubt("field", doubt, f"{label} --scale {shell_word(f'field={output}/V')}")
+
+
+def doubt_a_force_at_a_stated_arm(draft: Draft) -> None:
+    """Doubt a guessed force beside turns where the header states the arm of a lever: their product is the torque."""
+    effort = draft.signals.get("effort")
+    motion = draft.signals.get("slip") or draft.signals.get("position")
+    if effort is None or motion is None or not effort.column or not effort.reason.startswith("guessed"):
+        return
+    if effort.si != "N" or motion.si not in ("rad/s", "rad"):
+        return
+    for key, text in draft.table.metadata.items():
+        if _ARMS.isdisjoint(words_of(key)):
+            continue
+        try:
+            arm = units.in_unit(text, "m")
+        except UnitError:
+            continue
+        label = shell_word(draft.table.label(effort.column))
+        doubt = f"which is a force beside turns, and the file says {key} = {text}"
+        doubt += f": give --effort {label} alone if you want no torque"
+        draft.doubt("effort", doubt, f"{label} --scale {shell_word(f'effort={arm:g} N*m/N')}")
+        return
+
+
 def _is_guessed_voltage(draft: Draft, field: SignalPlan) -> bool:
     """Whether the field was guessed, and is a voltage by its unit or, without a unit, by its name."""
     if not field.reason.startswith("guessed"):
@@ -206,6 +270,11 @@ def doubt_a_speed_without_its_sense(draft: Draft) -> None:
         return
     if takes_both_signs(speed) or not takes_both_signs(measured):
         return
+    for name, values in draft.table.columns.items():
+        if DIRECTIONS.isdisjoint(words_of(name)) or np.unique(values[:LOOKED_AT]).size not in (2, 3):
+            continue
+        draft.doubt("slip", f"which has no sign, while {name} tells the direction: give a column whose sign turns")
+        return
     for name, column in draft.table.words.items():
         senses = [word for word in column.words if not SENSES.isdisjoint(words_of(word))]
         if len(senses) < 2:
@@ -215,6 +284,27 @@ def doubt_a_speed_without_its_sense(draft: Draft) -> None:
         doubt = f"which has no sign, while {name} says {first} and {second}: give a column whose sign turns, or "
         doubt += f"--variable {of_one_sense} for the rows of one sense"
         draft.doubt("slip", doubt)
+        return
+    is_of_one_sense = any(note.startswith("rows where ") for note in draft.table.notes)  # the user chose them by a word
+    if not is_of_one_sense and _resists_both_ways(speed, measured):
+        doubt = (
+            f"which has no sign and comes to rest, while {effort.column} takes both signs: give a column whose sign "
+        )
+        draft.doubt("slip", f"{doubt}turns, or the position")
+
+
+def _resists_both_ways(speed: Array, effort: Array) -> bool:
+    """Whether an effort is large both ways, and a speed without a sign comes near rest, as in a motion to and fro."""
+    known = np.isfinite(speed) & np.isfinite(effort)
+    v = np.abs(speed[known][:LOOKED_AT])
+    f = effort[known][:LOOKED_AT]
+    if f.size < FEW or not np.any(v):
+        return False
+    fast = v > _FAST * v.max()
+    forth = np.count_nonzero(fast & (f > _LARGE * np.abs(f).max()))
+    back = np.count_nonzero(fast & (f < -_LARGE * np.abs(f).max()))
+    rests = bool(v.min() <= _RESTS * v.max())
+    return rests and bool(min(forth, back) >= _OFTEN * np.count_nonzero(fast))
 
 
 def doubt_a_shear_rate_beside_a_torque(draft: Draft) -> None:

@@ -6,13 +6,17 @@ from collections.abc import Iterable
 
 from erclutch.errors import MappingError, shell_word
 from erclutch.logs.columns.labels import COUNTS
-from erclutch.logs.columns.names import NAMES, NEED_UNIT, spoken_name
+from erclutch.logs.columns.names import NAMES, NEED_UNIT, NOT_MEASURED, spoken_name
 from erclutch.logs.columns.quotients import pressing_loads
 from erclutch.logs.columns.seen_columns import UNITS_OF_KIND, SeenColumn, SeenColumns
 from erclutch.signals.recording import SIGNALS
 
 #: Words for counts at the end of a name; a step there may be one of a test.
 _COUNTED = ("count", "counts", "tick", "ticks")
+#: Words for the numbers of a converter or an encoder, which are counts in a scale.
+_RAW = ("raw", "adc", "pulse", "pulses", "impulse", "impulses", "inc", "increments", "inkremente")
+#: The speed of a motor's field, which is that of its shaft times the pairs of poles.
+_ELECTRICAL = ("erpm", "electricalrpm", "rpmelectrical")
 #: Of a scale or load cell that shows a mass: the force that pulls at it. A pound is read as a force already.
 _WEIGHTS = {"g": "gf", "kg": "kgf"}
 #: What a sensor is called whose output is logged as it is.
@@ -20,7 +24,7 @@ _SENSORS = {
     "position": frozenset({"lvdt", "potentiometer", "poti", "pot", "laser", "linearencoder"}),
     "slip": frozenset({"tacho", "tachometer", "tachogenerator", "dynamo"}),
     "effort": frozenset(
-        {"loadcell", "straingauge", "straingage", "dms", "forcesensor", "torquesensor", "kraftmessdose"}
+        {"loadcell", "hx711", "straingauge", "straingage", "dms", "forcesensor", "torquesensor", "kraftmessdose"}
     ),
 }
 #: How a signal's column may be written, where nothing in the log looks like it.
@@ -76,6 +80,10 @@ def missing(seen: SeenColumns, signal: str, taken: Iterable[str], alternatives: 
         doubt += (
             f"; column {presses[0]} is a load beside a coefficient of friction: their product rubs, the load presses"
         )
+    for column in free:
+        speaks = any(spoken_name(word).forms[signal] for word in column.spoken.stem_words if len(word) > 2)
+        if signal == "effort" and speaks and not NOT_MEASURED.isdisjoint(column.spoken.stem_words):
+            doubt += f"; column {column.name} is none that was measured, by its name"
     for name in seen.empty:
         form = spoken_name(name).forms[signal] or ""
         if len(form) > 2:
@@ -108,6 +116,8 @@ def sensor_options(free: Iterable[SeenColumn], signal: str) -> str:
         weight = _WEIGHTS.get(column.unit or "")
         if signal == "effort" and weight and _is_called(column, signal):
             return f"--effort {shell_word(f'{column.name} [{weight}]')}"
+        if signal == "slip" and column.spoken.plain in _ELECTRICAL:
+            return f"--slip {shell_word(column.name)} --scale {shell_word('slip=NUMBER rpm/count')}"
         written = column.written_unit
         from_sensor = written in ("V", "mV", "%") or written in COUNTS
         if from_sensor and column.fits(si_units) is False and _is_called(column, signal):
@@ -124,13 +134,17 @@ def sensor_options(free: Iterable[SeenColumn], signal: str) -> str:
 
 
 def _counted(column: SeenColumn, signal: str) -> str:
-    """The word for counts at the end of a name that speaks for the signal (``pos_counts``); "" for other names."""
+    """The word for counts at the end of a name that speaks for the signal (``pos_counts``); "" for other names.
+
+    In a scale the pulses of an encoder and the numbers of a converter are counts.
+    """
     front, _, last = column.name.rpartition("_")
     word = last.lower()
-    if not front or column.unit or word not in _COUNTED:
+    if not front or column.unit or word not in (*_COUNTED, *_RAW):
         return ""
-    form = spoken_name(front).forms[signal] or ""
-    return word if len(form) > 1 else ""
+    said = spoken_name(front)
+    is_called = len(said.forms[signal] or "") > 1 or said.plain_stem in _SENSORS.get(signal, ())
+    return ("count" if word in _RAW else word) if is_called else ""
 
 
 def _is_called(column: SeenColumn, signal: str) -> bool:

@@ -14,7 +14,7 @@ from erclutch.errors import MappingError, shell_word
 from erclutch.logs.columns.alike import without_other_zeros, without_raw
 from erclutch.logs.columns.candidates import candidates
 from erclutch.logs.columns.circuits import one_of_a_circuit
-from erclutch.logs.columns.joints import of_one_side
+from erclutch.logs.columns.joints import of_one_side, of_the_device
 from erclutch.logs.columns.names import plain
 from erclutch.logs.columns.of_a_model import with_estimates
 from erclutch.logs.columns.quotients import rubbing_force
@@ -63,6 +63,8 @@ def guess(
             return Guess(names[0], "names, as what two shafts or ends differ by")
 
     names = without_raw(seen, names)
+    if signal != "field":
+        names = of_the_device(seen, names)
     why = ""
     if len(names) > 1 and signal == "field":
         efforts, _ = candidates(seen, "effort", [*taken, *names])
@@ -117,7 +119,11 @@ def _one_position(seen: SeenColumns, positions: list[str], taken: Sequence[str])
 
 
 def _one_effort(seen: SeenColumns, efforts: list[str], motion: str) -> tuple[list[str], str]:
-    """The effort of the motion's kind, or that on its side of a gear; or the friction by its coefficient; else all."""
+    """The effort of the motion's kind, or that on its side of a gear; or the friction by its coefficient; else all.
+
+    What a model says of the effort is none of them.
+    """
+    efforts = [name for name in efforts if not seen.columns[name].spoken.is_of_a_model] or efforts
     if motion:
         kind = seen.columns[motion].kind
         kinds = {name: seen.columns[name].kind for name in efforts}

@@ -11,8 +11,9 @@ from erclutch.errors import shell_word
 from erclutch.logs.columns import name_pattern
 from erclutch.logs.columns.candidates import candidates
 from erclutch.logs.columns.labels import split_label
-from erclutch.logs.columns.names import NAMES, NEED_UNIT, spoken_name
+from erclutch.logs.columns.names import NAMES, NEED_UNIT, NOT_MEASURED, TOLD, spoken_name
 from erclutch.logs.columns.seen_columns import SeenColumn, SeenColumns
+from erclutch.logs.columns.two_courses import follows
 from erclutch.logs.plan import Question
 from erclutch.logs.planning.draft import Draft
 from erclutch.logs.planning.missing_columns import has_short_name, sensor_options, usual_unit
@@ -33,6 +34,9 @@ _SWITCHES = frozenset(
 )
 #: What the share is called that a supply, a valve or a brake is told.
 _COMMANDS = frozenset({"cmd", "command", "duty", "pwm", "valve", "brake", "excitation", "control"})
+_ESTIMATED = frozenset({"est", "estimate", "estimated"})
+#: Words of what was told, and of a drive: such a column stands behind others that would do.
+_NOT_FIRST = TOLD | _COMMANDS - {"brake"} | {"motor", "drive", "antrieb", "moteur"}
 _USUAL = {"lead": '--lead "10 mm"', "input": '--input "COLUMN"', "temperature": '--temperature "COLUMN [°C]"'}
 
 
@@ -118,6 +122,7 @@ def _field_option(draft: Draft, question: Question, proposed: Sequence[str], *, 
     commands: list[str] = []
     leveled: list[str] = []
     worded: list[str] = []
+    lettered: list[str] = []
     for column in maybe_field(seen, taken):
         words = column.spoken.stem_words
         if column.written_unit == "%" and not _COMMANDS.isdisjoint(words):
@@ -130,7 +135,9 @@ def _field_option(draft: Draft, question: Question, proposed: Sequence[str], *, 
             leveled.append(column.name)
         if "field" in column.spoken.within:
             worded.append(column.name)
-    likely = commands if len(commands) == 1 else leveled if len(leveled) == 1 else worded
+        if "field" in column.spoken.lettered:
+            lettered.append(column.name)
+    likely = commands if len(commands) == 1 else leveled if len(leveled) == 1 else worded or lettered
     if not likely:
         return "--field none"
     return f"--field {shell_word(seen.table.label(likely[0]))}"
@@ -152,6 +159,8 @@ def _clock_option(draft: Draft, others: Sequence[str]) -> str:
 
     # Cycles and other quantities rise too, and are no time by their name or unit.
     free = seen.without(others)
+    if "slip" in questions and not free:
+        return "--time none"  # nothing that moves: points at rest, whose slip stands elsewhere
     may_rise = False
     for column in free:
         is_open = column.fits(("s",)) is not False and not column.spoken.is_accounted
@@ -188,6 +197,8 @@ def _column_option(
     if signal == "effort" and differ_by_field(named):
         return "--variable all"  # each is a log at its field
     likely = named or _less_likely(free, signal)
+    behind = {name for name in likely if not _NOT_FIRST.isdisjoint(seen.columns[name].spoken.stem_words)}
+    likely = sorted(likely, key=lambda name: name in behind and name not in seen.table.made)
     if not likely:
         hole = f"COLUMN [{usual_unit(signal) or '-'}]"
         return f"--{signal} {shell_word(hole)}"
@@ -202,6 +213,11 @@ def _column_option(
     for name in beside:
         parts_beside |= _parts(spoken_name(name).stem)
     likely = sorted(likely, key=lambda name: -len(parts_beside & _parts(name)))
+    if signal == "effort" and beside and beside[0] in seen.columns:
+        motion = seen.columns[beside[0]]  # of six components that of its kind which goes along with it
+        against = {name for name in likely if seen.columns[name].kind != motion.kind}
+        against |= {name for name in likely if not follows(seen.columns[name].values, motion.values)}
+        likely = sorted(likely, key=lambda name: name in against)
     if partners:
         likely = sorted(likely, key=lambda name: min(_apart(seen, name, partner) for partner in partners))
 
@@ -215,6 +231,7 @@ def _less_likely(free: Iterable[SeenColumn], signal: str) -> list[str]:
     within: list[str] = []
     lettered: list[str] = []
     in_one_meaning: list[str] = []
+    estimated: list[str] = []
     for column in free:
         spoken = column.spoken
         if column.fits(SIGNALS[signal].si_units) is False:
@@ -230,7 +247,12 @@ def _less_likely(free: Iterable[SeenColumn], signal: str) -> list[str]:
             lettered.append(column.name)
             if letter not in NEED_UNIT:
                 in_one_meaning.append(column.name)
-    return short or within or in_one_meaning or lettered
+        # What the observer of a drive makes of its encoder is called an estimate.
+        words = {*spoken.stem_words}
+        is_estimated = bool(words & _ESTIMATED) and not words & (NOT_MEASURED - _ESTIMATED)
+        if signal in ("slip", "position") and is_estimated and not words.isdisjoint(NAMES[signal].split()):
+            estimated.append(column.name)
+    return short or within or in_one_meaning or lettered or estimated
 
 
 def _parts(name: str) -> set[str]:

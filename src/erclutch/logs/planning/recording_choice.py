@@ -15,9 +15,11 @@ from erclutch.logs.clock.timing import MINIMUM_ROWS
 from erclutch.logs.log_file import read_table, readable_tables, recordings_in
 from erclutch.logs.mapping import ColumnMap
 from erclutch.logs.plan import Plan
+from erclutch.logs.planning.stated_field import differ_by_field
 from erclutch.logs.planning.whole_plan import is_log, plan_of, signals_of
 from erclutch.logs.readers.found_recordings import JOINT
 from erclutch.logs.table import Table, listed
+from erclutch.signals.array import Array
 from erclutch.signals.device import DeviceName
 
 _MOST = 40  # recordings that are looked into
@@ -82,7 +84,7 @@ def table_of_log(
         else:
             remedy = f"Choose one, such as --variable {first}"
         problem = f"{len(logs)} of {len(names)} recordings of the file are logs: {listed(logs)}"
-        if _are_alike(plans, list(logs.values())):
+        if _are_alike(plans, logs):
             raise AlikeRecordingsError(problem, remedy=remedy, where=unchosen.where)
         raise LogError(problem, remedy=remedy, where=unchosen.where)
 
@@ -134,8 +136,11 @@ def _field_of(table: Table, told: ColumnMap, device: DeviceName | None) -> str:
     return field.column if field is not None and is_sure else ""
 
 
-def _are_alike(plans: Sequence[Plan], tables: Sequence[Table]) -> bool:
-    """Whether recordings are read in one way without a question, and none holds the rows of another one."""
+def _are_alike(plans: Sequence[Plan], logs: Mapping[str, Table]) -> bool:
+    """Whether recordings are read in one way without a question, and none holds the rows of another one.
+
+    At fields of their own, that columns, settings or names tell, the same motion is no copy.
+    """
     ways: set[tuple[tuple[str, str, str | None], ...]] = set()
     for plan in plans:
         if plan.questions or plan.doubts:
@@ -145,16 +150,26 @@ def _are_alike(plans: Sequence[Plan], tables: Sequence[Table]) -> bool:
         return False
 
     motions = [each.column for each in plans[0].signals if each.signal in ("slip", "position") and each.column]
-    if not motions:
+    if not motions or differ_by_field([*logs]):
         return True
     motion = min(motions)
-    courses = [table.columns[motion] for table in tables]
-    for course, other in combinations(courses, 2):
-        # They run alike as far as the shorter goes, as in a filtered copy beside raw rows.
-        rows = min(course.size, other.size)
-        if np.array_equal(course[:rows], other[:rows], equal_nan=True):
+    courses: list[tuple[Array, Array]] = []  # of the motion and of the field
+    for plan, table in zip(plans, logs.values(), strict=True):
+        field = plan.signal("field")
+        numbers = np.array(field.numbers if field is not None else ())
+        if field is not None and field.column:
+            numbers = table.columns[field.column]
+        courses.append((table.columns[motion], numbers))
+    for (course, field_of_course), (other, field_of_other) in combinations(courses, 2):
+        if _runs_as(course, other) and _runs_as(field_of_course, field_of_other):
             return False
     return True
+
+
+def _runs_as(one: Array, other: Array) -> bool:
+    """Whether two columns run alike as far as the shorter goes, as in a filtered copy beside raw rows."""
+    rows = min(one.size, other.size)
+    return bool(np.array_equal(one[:rows], other[:rows], equal_nan=True))
 
 
 def logs_among(path: str | Path, names: Sequence[str], told: ColumnMap, device: DeviceName | None) -> dict[str, Table]:

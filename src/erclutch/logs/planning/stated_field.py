@@ -21,7 +21,7 @@ from erclutch.signals.recording import SIGNALS
 #: Words of a header that may be those of an amplifier or a load cell, whatever their unit.
 _OF_INSTRUMENTS = frozenset({"excitation", "command", "cmd", "duty", "pwm", "field"})
 _CURRENTS = ("A",)
-_IN_A_NAME = re.compile(rf"(?<![\d.])(?<!\d[xp])({NUMBER})( ?)(mA|A|kV|V|mT|T)(?![A-Za-z0-9])")
+_IN_A_NAME = re.compile(rf"(?<![\d.])(?<!\d[xp,])({NUMBER})( ?)(mA|A|kV|V|mT|T)(?![A-Za-z0-9])")
 _NUMBER = re.compile(NUMBER.removeprefix("[+-]?"))
 
 

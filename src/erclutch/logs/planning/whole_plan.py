@@ -23,12 +23,14 @@ from erclutch.logs.plan import NEEDS, OPTIONAL, Invalid, Plan
 from erclutch.logs.planning.clock_planning import choose_clock
 from erclutch.logs.planning.doubts import (
     ask_about_ranges_of_sensors,
+    doubt_a_force_at_a_stated_arm,
     doubt_a_shear_rate_beside_a_torque,
     doubt_a_speed_without_its_sense,
     doubt_a_torque_in_a_unit_of_force,
     doubt_effort_without_power,
     doubt_the_command_of_a_drive,
     doubt_the_current_of_a_drive,
+    doubt_the_monitor_of_an_amplifier,
     doubt_the_sensor_of_the_motion,
     leave_out_the_sensor_of_the_effort,
     leave_out_the_supply_of_a_drive,
@@ -111,6 +113,7 @@ def plan_of(
         leave_out_the_supply_of_a_drive(draft)
         doubt_the_sensor_of_the_motion(draft)
         doubt_the_command_of_a_drive(draft)
+        doubt_the_monitor_of_an_amplifier(draft)
         doubt_a_speed_without_its_sense(draft)
         settle_the_field(draft)
 
@@ -128,6 +131,7 @@ def plan_of(
         hold_slip_against_position(draft)
         hold_power(draft)
         refuse_the_effort_twice(draft)
+        doubt_a_force_at_a_stated_arm(draft)
         doubt_effort_without_power(draft)
         doubt_a_torque_in_a_unit_of_force(draft)
         doubt_a_shear_rate_beside_a_torque(draft)

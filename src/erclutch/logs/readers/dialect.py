@@ -11,7 +11,14 @@ from itertools import pairwise
 from erclutch.errors import LogError
 from erclutch.logs.columns.labels import header_pairs, name_columns
 from erclutch.logs.readers.cells import WORDS, Marks, cells_of, is_comment, is_number
-from erclutch.logs.readers.header_lines import Header, RowsBelow, header_of, with_headings, with_legend
+from erclutch.logs.readers.header_lines import (
+    Header,
+    RowsBelow,
+    header_of,
+    with_headings,
+    with_legend,
+    with_lines_above,
+)
 
 SAMPLE = 1 << 18  # characters looked at: holds any header block seen so far, costs a few milliseconds
 # Lines at the end of the sample, where data is purest; few, for short tables under long prose.
@@ -263,11 +270,13 @@ def _with_header(
         one_too_many = count > 1 and not header.labels[-1] and (trailing or count > width)
         if one_too_many:
             header = replace(header, labels=header.labels[:-1], units=header.units and header.units[:-1])
-    header = with_headings(header, above, marks)
+    headed = with_headings(header, above, marks)
+    header = with_lines_above(header, above, marks) if headed is header else headed
     names, own_units, renamed = name_columns(header.labels, header.units)
 
     before_header = above[: len(above) - header.lines]
     metadata = header_pairs(line.lstrip("#%/ ") for line in before_header)
+    metadata = {**metadata, **header_pairs(header.pairs)}
     names, own_units, by_legend = with_legend(names, own_units, metadata)
     prose = [line for line in before_header if not is_comment(line) and not header_pairs([line])]
     if prose:

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 from erclutch.logs.columns.labels import EASTERN, split_label
 from erclutch.logs.readers.cells import Marks, is_comment
+from erclutch.logs.readers.channel_lines import keyed_channels, labels_and_units, with_channel_labels, with_groups
 from erclutch.signals import units
 
 #: Units that are no names; t, V, F may be names.
@@ -51,6 +52,7 @@ _UNIT_LINE = frozenset(
     ("unit", "units", "einheit", "einheiten", "unite", "unité", "unités", "unidad", "unidade", "単位", "单位", "單位")
 )
 _COLUMN = r"(?:col(?:umn)?|ch(?:annel)?|field|var(?:iable)?|spalte|colonne|columna)?"
+_TYPE = re.compile(r"[fiu]\d{1,2}|(?:real|u?int|float)\d{1,2}|l?real|d?int|float|double|integer", re.IGNORECASE)
 _FEWEST_TOLD = 2  # columns of a legend
 #: Between the heading of a table and the name of a column, where tables stand side by side.
 HEADED = ": "
@@ -81,11 +83,13 @@ class Header:
         labels: as they stand in a line.
         units: of the labels, where a line of its own gives them.
         lines: how many they are.
+        pairs: ``Key: value`` lines among them, which say the same of all channels.
     """
 
     labels: list[str]
     units: list[str | None] | None
     lines: int
+    pairs: tuple[str, ...] = ()
 
 
 def header_of(above: Sequence[str], marks: Marks, rows: RowsBelow) -> Header | None:
@@ -98,6 +102,13 @@ def header_of(above: Sequence[str], marks: Marks, rows: RowsBelow) -> Header | N
     """
     if numbered := _numbered(above, rows.width):
         return Header(numbered, None, 1)
+    if len(above) > 1 and _are_types(marks.cells(above[-1]), rows.width):
+        typed = header_of(above[:-1], marks, rows)
+        return None if typed is None else replace(typed, lines=typed.lines + 1)
+    said, lines = keyed_channels(above, marks, rows.width)
+    if said:
+        alike = (f"{key}: {cells[0]}" for key, cells in said.items() if len({*cells}) == 1)
+        return Header(*labels_and_units(said), lines, tuple(alike))
     last = _labels(above[-1], marks, rows) if above else None
     if last is None:
         return None
@@ -163,6 +174,17 @@ def with_headings(header: Header, above: Sequence[str], marks: Marks) -> Header:
     return Header(labels, header.units, header.lines + 1)
 
 
+def with_lines_above(header: Header, above: Sequence[str], marks: Marks) -> Header:
+    """The header with what lines above its names call their channels, or the groups that they are of."""
+    before = above[: len(above) - header.lines]
+    if not header.lines or not before:
+        return header
+    labels = with_channel_labels(header.labels, before, marks)
+    if labels == header.labels:
+        labels = with_groups(labels, marks.cells(before[-1]))
+    return replace(header, labels=labels)
+
+
 def with_legend(
     names: Sequence[str],
     own_units: Sequence[str | None],
@@ -197,6 +219,11 @@ def with_legend(
         new_names.append(f"{name} {meaning}" if meaning and not is_repeated else name)
         new_units.append(own or unit)
     return new_names, new_units, [f"lines above the table say what columns {', '.join(told)} are"]
+
+
+def _are_types(cells: Sequence[str], width: int) -> bool:
+    """Whether a line below the units says as what the numbers of each column are kept: ``f8``, ``REAL64``."""
+    return len(cells) == width > 1 and all(_TYPE.fullmatch(cell) for cell in cells)
 
 
 def _numbered(above: Sequence[str], width: int) -> list[str]:

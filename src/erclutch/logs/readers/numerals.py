@@ -8,6 +8,7 @@ doubtful ones do: ``500`` beside ``1.500`` has no decimals, so ``1.500`` has non
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from erclutch.errors import LogError
@@ -176,6 +177,60 @@ def with_decimal_points(text: str, delimiter: str | None) -> tuple[str, list[int
         end = line[len(line.rstrip("\r\n")) :]
         lines[place] = (" " if delimiter is None else delimiter).join(cells) + end
     return "".join(lines), sorted(column + 1 for column in with_commas)
+
+
+def with_points_in_rows(text: str, delimiter: str | None) -> tuple[str, int]:
+    """A text some of whose rows have decimal commas, with points there; and how many rows these are.
+
+    Such a file was written under two languages, one after the other. A row of numbers such as 1,500, that may be read
+    in two ways, has the mark of the rows around it. Where a row has both marks, the text is as it was, and no row is
+    counted.
+
+    Args:
+        text: of the log.
+        delimiter: between the cells; None for white space.
+    """
+    if delimiter == ",":
+        return text, 0
+    lines = text.splitlines(keepends=True)
+    sure: list[set[str]] = []  # the decimal marks that the numbers of each row have
+    unsure: list[set[str]] = []  # and those of the numbers that tell nothing alone
+    decimals = {mark: re.compile(_decimals(mark)) for mark in ".,"}
+    groups = {mark: re.compile(_groups(mark)) for mark in ".,"}
+    for line in lines:
+        numbers = [cell.strip(' "') for cell in line.rstrip("\r\n").split(delimiter)]
+        sure.append({mark for mark in ".," for number in numbers if decimals[mark].fullmatch(number)})
+        unsure.append({mark for mark in ".," for number in numbers if groups[mark].fullmatch(number)})
+        if any({*".,"} <= {*number} and re.fullmatch(rf"{_SIGN}[\d.,]+", number) for number in numbers):
+            return text, 0
+
+    before = _carried(sure)
+    behind = _carried(sure[::-1])[::-1]
+    count = 0
+    for place, line in enumerate(lines):
+        marks = sure[place] | unsure[place]
+        if not marks:
+            continue
+        around = {before[place], behind[place]} - {""}
+        if len(marks) > 1 or not marks <= (sure[place] or around) or (not sure[place] and len(around) > 1):
+            return text, 0
+        if marks == {","}:
+            cells = line.rstrip("\r\n").split(delimiter)
+            end = line[len(line.rstrip("\r\n")) :]
+            points = [cell.replace(",", ".") if _has_a_comma(cell) else cell for cell in cells]
+            lines[place] = (" " if delimiter is None else delimiter).join(points) + end
+            count += 1
+    return "".join(lines), count
+
+
+def _carried(marks: Sequence[set[str]]) -> list[str]:
+    """For each row the mark of the last row before that has one alone; "" where none has."""
+    carried: list[str] = []
+    last = ""
+    for own in marks:
+        last = next(iter(own)) if len(own) == 1 else last
+        carried.append(last)
+    return carried
 
 
 def _has_a_comma(cell: str) -> bool:

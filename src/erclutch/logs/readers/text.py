@@ -79,12 +79,20 @@ def read_text(source: LogSource) -> Table:
     try:
         dialect, notes = _dialect_of(text, source.decimal)
     except TwoDecimalMarksError:
-        text, with_commas = numerals.with_decimal_points(text, sniff(text).delimiter)
+        delimiter = sniff(text).delimiter
+        text, with_commas = numerals.with_decimal_points(text, delimiter)
+        in_rows = 0
         if not with_commas:
-            raise
+            text, in_rows = numerals.with_points_in_rows(text, delimiter)
+            if not in_rows:
+                raise
         dialect, notes = _dialect_of(text, source.decimal)
+        if in_rows:
+            notes.append(f"numbers have a decimal comma in {in_rows} rows, and a decimal point in the others")
         names = [dialect.names[column - 1] for column in with_commas if column <= len(dialect.names)]
-        notes.append(f"numbers have a decimal comma in column {', '.join(names)}, and a decimal point in the others")
+        if names:
+            listed_names = ", ".join(names)
+            notes.append(f"numbers have a decimal comma in column {listed_names}, and a decimal point in the others")
     notes += [said for said in (stamps, minus, matrix, listed, glued, units_in_cells, lying) if said]
     if broken:
         notes.append(f"{broken} quoted cells hold a number and a line end: the line end is left out")

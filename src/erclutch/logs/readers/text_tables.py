@@ -6,17 +6,18 @@ They are looked for only where the text is no single table, so that a long log i
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from itertools import pairwise
+from itertools import pairwise, takewhile
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
 from erclutch.errors import LogError, placed
 from erclutch.logs.columns.labels import header_pairs
 from erclutch.logs.log_reader import LogSource
-from erclutch.logs.readers.cells import cells_of, is_comment, is_number
+from erclutch.logs.readers.cells import STATISTICS, cells_of, is_comment, is_number
 from erclutch.logs.readers.dialect import LINE_END
 from erclutch.logs.readers.found_recordings import ALL, Found, choose, time_of
 from erclutch.logs.readers.stated_units import with_stated_units
@@ -29,6 +30,8 @@ _PROSE = (".txt", ".log")  # suffixes of what may be words about logs
 _LONGEST_PROSE = 1 << 16  # bytes
 _ANY_DELIMITER = re.compile(r"[\s,;|]+")
 _WORD = re.compile(r"[^\W\d_]{3}")
+_LONGEST_SETTING = 3  # cells: a name, a number and its unit
+_BEGINS_WITH_A_NUMBER = re.compile(r"[-+]?[.,]?\d")
 _DELIMITERS = ("\t", ";", ",", "|")
 
 
@@ -42,7 +45,7 @@ def read_tables(source: LogSource, read: Callable[[LogSource], Table]) -> Table:
     Raises:
         LogError: no table, several without a choice, or none of that name.
     """
-    tables: dict[str, tuple[int, str]] | None = None
+    tables: dict[str, _Part] | None = None
     if not source.variable:
         try:
             table = read(source)
@@ -66,12 +69,13 @@ def read_tables(source: LogSource, read: Callable[[LogSource], Table]) -> Table:
             raise LogError(problem, remedy="Leave it out, or give --variable '' where a run or mapping has it")
         tables = {}
 
-    name, (line, text) = choose(tables, source.variable, "table", "the text holds one table")
+    name, (line, settings, text) = choose(tables, source.variable, "table", "the text holds one table")
+    text = "\n".join([*settings.values(), text])
     with placed(f"{source.name}, table from line {line} on"):
         table = read(replace(source, data=text.encode("utf-8"), variable=None))
     if tables:
-        first_line, _ = next(iter(tables.values()))
-        above = LINE_END.split(decode(source.data))[: first_line - 1]
+        first = next(iter(tables.values()))
+        above = LINE_END.split(decode(source.data))[: first.line - 1]
         table = with_stated_units(table, header_pairs(above))
     note = f"recording read from {name}, 1 of {len(tables)} tables of the text"
     return replace(table, notes=(note, *table.notes))
@@ -79,14 +83,16 @@ def read_tables(source: LogSource, read: Callable[[LogSource], Table]) -> Table:
 
 def _under_one_header(
     source: LogSource,
-    tables: Mapping[str, tuple[int, str]],
+    tables: Mapping[str, _Part],
     read: Callable[[LogSource], Table],
 ) -> Table | None:
     """Tables of the same header as one, where the time goes on from one to the next: a logger said its names again."""
     headers: set[tuple[str, ...]] = set()
     rows: list[str] = []
-    for _, text in tables.values():
-        header, own_rows = _header_and_rows(text)
+    if len({tuple(part.settings.values()) for part in tables.values()}) > 1:
+        return None
+    for part in tables.values():
+        header, own_rows = _header_and_rows(part.text)
         headers.add(header)
         rows += own_rows
     if len(headers) > 1:
@@ -115,26 +121,65 @@ def _header_and_rows(text: str) -> tuple[tuple[str, ...], list[str]]:
     return header, [line for line in lines[first:last] if line.strip() not in header]
 
 
-def _tables_in(source: LogSource) -> dict[str, tuple[int, str]]:
-    """Tables by name: the line of their header, counted from 1, and their text."""
+class _Part(NamedTuple):
+    """A table of a text.
+
+    Attributes:
+        line: of its header, counted from 1.
+        settings: lines above it that give it a number, by what they are of; each table has those of the same keys.
+        text: its header and rows.
+    """
+
+    line: int
+    settings: dict[str, str]
+    text: str
+
+
+def _tables_in(source: LogSource) -> dict[str, _Part]:
+    """Tables by name."""
     if len(source.data) > _LARGEST:
         return {}
     lines = LINE_END.split(decode(source.data))
     heads = _headers(lines)
-    tables: dict[str, tuple[int, str]] = {}
-    before = -1  # line of the header before
+    tables: dict[str, _Part] = {}
+    before = rows_before = -1  # lines of the header before, and of its last row
     for number, head in enumerate(heads, start=1):
         title = _title(lines, head, before)
         name = title if title and title not in tables else f"table {number}"
         last = len(lines) - 1
         if number < len(heads):
-            # The title of the next table is no row of this one.
+            # The title and the settings of the next table are no rows of this one.
             last = heads[number] - 1
-            while last > head and len(_filled_cells(lines[last])) < 2:
+            while last > head and (len(_filled_cells(lines[last])) < 2 or _setting(lines[last])):
                 last -= 1
-        tables[name] = head + 1, "\n".join(lines[head : last + 1])
+        settings = _settings(lines[rows_before + 1 : head])
+        tables[name] = _Part(head + 1, settings, "\n".join(lines[head : last + 1]))
         before = head
+        rows_before = last
+    # What stands above the first table alone is no setting of that table.
+    parts = [*tables.values()]
+    for name, part in tables.items():
+        kept = {key: line for key, line in part.settings.items() if all(key in each.settings for each in parts)}
+        tables[name] = part._replace(settings=kept)
     return tables
+
+
+def _settings(lines: Sequence[str]) -> dict[str, str]:
+    """The settings right above a header by what they are of, such as ``Current: 0.5 A``; whole lines."""
+    above = takewhile(lambda line: not _is_row(line), reversed(lines))
+    return {key: line for line in above if (key := _setting(line))}
+
+
+def _setting(line: str) -> str:
+    """What a line gives one number of, with its name in front of the number; "" for other lines."""
+    cells = _filled_cells(line)
+    if not 1 <= len(cells) <= _LONGEST_SETTING or _is_any_number(cells[0]):
+        return ""
+    for key, text in header_pairs([line.lstrip("#%/ ")]).items():
+        is_sum = re.sub(r"[\W_]", "", key).lower() in STATISTICS
+        if not is_sum and _BEGINS_WITH_A_NUMBER.match(text):
+            return key
+    return ""
 
 
 def _headers(lines: list[str]) -> list[int]:
