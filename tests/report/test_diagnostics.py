@@ -18,7 +18,7 @@ from erclutch.report.html.dynamics_section import _model  # pyright: ignore[repo
 from erclutch.report.numbers.correlation import autocorrelation, held_out_spans, noise_of, spectrum
 from erclutch.report.numbers.error_map import error_maps
 from erclutch.report.numbers.flow_curves import FlowCurves, grouped, rare_fields
-from erclutch.report.numbers.number_text import chart_scale, number, percent, scale_for, span
+from erclutch.report.numbers.number_text import chart_scale, number, percent, r2_text, scale_for, span
 from erclutch.report.numbers.parity import distributions, parity
 from erclutch.report.numbers.run_material import shown_models
 from erclutch.report.numbers.switching import after_switch, step_responses
@@ -374,3 +374,11 @@ def test_rise_and_fall_have_labels_and_lines_of_their_own() -> None:
 def test_a_stage_without_numbers_has_no_heading() -> None:
     entry = {"name": "fnn-4+inertia", "title": "Network", "dynamics": {}, "fit": {"parameters": []}}
     assert _model(entry, Units("N", "V", "m/s"))["stages"] == []
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [(0.98765, "0.988"), (-0.00001, "0.000"), (-31.25, "-31.250"), (-6.57e200, "-6.57e+200"), (float("nan"), "nan")],
+)
+def test_the_r2_of_a_fit_that_ran_away_has_three_digits(value: float, text: str) -> None:
+    assert r2_text(value) == text

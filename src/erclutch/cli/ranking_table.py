@@ -11,6 +11,7 @@ from erclutch.cli.terminal import estimates, narrowed, number, with_unit
 from erclutch.fit.choice.scoring import MANY_AT_REST, TOLERATED
 from erclutch.logs.covering_stretches import STRETCHES
 from erclutch.logs.held_out import constant_stretches, steps_without_a_gap
+from erclutch.report.numbers.number_text import r2_text
 from erclutch.signals.array import rms
 from erclutch.signals.clock import stretches
 from erclutch.signals.percent import percent
@@ -58,7 +59,7 @@ def ranking(comparison: Comparison, width: int, *, whole: bool = False) -> Table
         cells["by log"] = [_by_log(e) for e in shown]
     cells["over the best"] = ["" if e.name == comparison.best else _percent(e.excess) for e in shown]
     cells["of std"] = [percent(e.test.share.value, 1) for e in shown]
-    cells["R2"] = [f"{e.test.r2.value:z.3f}" for e in shown]
+    cells["R2"] = [r2_text(e.test.r2.value) for e in shown]
     cells["max error"] = [number(e.test.largest.value, 3) for e in shown]
     cells["train RMSE"] = [number(e.train.rmse.value, zeros=True) for e in shown]
     cells["condition"] = ["" if e.outcome.weights else f"{e.outcome.condition:.0e}" for e in shown]
@@ -155,9 +156,10 @@ def verdict(comparison: Comparison) -> str:
         return f"No model is recommended before the sign is settled: see the warning. The nearest is {called}."
     if not standing.why_none:
         return _recommended(comparison)
+    r2 = chosen.test.r2
     return (
         f"No model is recommended: the nearest, {called}, {standing.why_none} (R2 "
-        f"{chosen.test.r2.value:z.3f}, 95 % band {chosen.test.r2.low:z.3f} to {chosen.test.r2.high:z.3f}; a constant "
+        f"{r2_text(r2.value)}, 95 % band {r2_text(r2.low)} to {r2_text(r2.high)}; a constant "
         f"would err by {percent(1 / chosen.test.share.value)} of that)."
     )
 

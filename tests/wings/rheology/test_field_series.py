@@ -130,8 +130,10 @@ def test_the_command_tells_and_draws_the_yield_stress_against_the_field(tmp_path
     assert (tmp_path / "curves.svg").read_text(encoding="utf-8").startswith("<?xml")
     numbers = (tmp_path / "curves.csv").read_text(encoding="utf-8").splitlines()
     assert len(numbers) == 1 + len(FIELDS) * RATES.size
-    body = json.loads(good("flowcurve", "f.csv", "--laws", "bingham", "--json", cwd=tmp_path))
+    words = ("flowcurve", "f.csv", "--laws", "bingham", "--json", "--figure", "beside.svg")
+    body = json.loads(good(*words, cwd=tmp_path))
     assert [entry["field"] for entry in body] == [*FIELDS]
+    assert (tmp_path / "beside.svg").is_file()
 
 
 def test_the_numbers_of_a_figure_are_not_written_over_the_log(tmp_path: Path) -> None:

@@ -42,6 +42,8 @@ _STRETCHES = 4
 _FITTED_ROWS = 3000
 #: Logs from which on each log is a window.
 _MANY_LOGS = 12
+#: Training rows for each number of a fit, below which no stage is added: a hundred rows would get seven stages.
+_ROWS_A_NUMBER = 10
 #: Steps of a solver from each start, and where in the usual range of a new constant its searches start.
 _STEPS = 15
 _PLACES = (0.15, 0.5, 0.85)
@@ -65,10 +67,8 @@ class Rung:
 
     @property
     def numbers_of_fit(self) -> int:
-        """How many numbers a fit of the structure has, nonlinear ones and gains."""
-        shapes = self.structure.shapes(1.0)
-        gains = self.structure.gains()
-        return len(shapes) + len(gains)
+        """How many numbers a fit of the structure has."""
+        return _numbers_of_fit(self.structure)
 
 
 def grown(
@@ -100,7 +100,10 @@ def grown(
         for name in left:
             if not _next(left, name) or not _has_company(here.structure, name):
                 continue
-            rung = _rung(folds, _with(here.structure, name), here.numbers)
+            richer = _with(here.structure, name)
+            if _numbers_of_fit(richer) * _ROWS_A_NUMBER > train.rows:
+                continue
+            rung = _rung(folds, richer, here.numbers)
             drifts = not name.startswith("=") and getattr(stage_named(name), "from_the_start", False)
             worth = DRIFTING_WORTH if drifts else WORTH
             if rung.error < (1.0 - worth) * here.error:
@@ -116,6 +119,13 @@ def grown(
         rungs.append(worthy[taken])
         left.remove(taken)
     return rungs
+
+
+def _numbers_of_fit(structure: Structure) -> int:
+    """How many numbers a fit has, nonlinear ones and gains."""
+    shapes = structure.shapes(1.0)
+    gains = structure.gains()
+    return len(shapes) + len(gains)
 
 
 def of_law(train: Dataset, rung: Rung, law: Structure) -> Rung:

@@ -92,11 +92,21 @@ def interval_ends(
         if from_end > lower[j] or to_end < upper[j]:
             low[j] = from_end
             high[j] = to_end
+        elif _tells(search.by_scores, j):
+            # The misfit of a law moves as its slip does, and widens the interval; whether the rows tell a number of
+            # one law from those of another is no matter of that.
+            low[j] = lower[j]
+            high[j] = upper[j]
         else:
             # From bound to bound: these rows do not identify the parameter.
             low[j] = -np.inf
             high[j] = np.inf
     return low, high
+
+
+def _tells(search: _Search, j: int) -> bool:
+    """Whether an end of the interval of a parameter lies within its bounds."""
+    return search.end(j, -1.0) > search.lower[j] or search.end(j, 1.0) < search.upper[j]
 
 
 def _bounds(problem: Separable) -> tuple[Array, Array]:
@@ -122,6 +132,7 @@ class _Search:
         first: half widths to try first, shape (p,).
         fitted: what the model predicts on the few rows.
         least: sum of squares at the optimum.
+        widened: by how much the spectrum of the residual has widened each interval, shape (p,).
     """
 
     problem: Separable
@@ -135,6 +146,7 @@ class _Search:
     first: Array
     fitted: Array
     least: float
+    widened: Array
 
     @classmethod
     def at(cls, few: Separable, optimum: Optimum, spread: Uncertainty, ordered: bool) -> _Search:
@@ -178,7 +190,8 @@ class _Search:
 
         # A perfect fit leaves rounding alone, whose square is the least rise that a profile can show.
         rounding = 1e-24 * float(fitted @ fitted) + 1e-200
-        limits = np.maximum(share * _limits(optimum, spread, ordered), rounding)
+        robust = _of_all(optimum, spread, ordered)
+        limits = np.maximum(share * _limits(optimum, robust), rounding)
         return cls(
             problem=replace(few, target=fitted + pull),
             point=optimum.point,
@@ -191,7 +204,13 @@ class _Search:
             first=np.sqrt(limits * variances),
             fitted=fitted,
             least=float(pull @ pull),
+            widened=robust.widened,
         )
+
+    @property
+    def by_scores(self) -> _Search:
+        """The same search with the limits that the scores alone would give."""
+        return replace(self, limits=self.limits / self.widened**2, first=self.first / self.widened)
 
     def coupled(self, doubtful: Mask) -> Mask:
         """Which parameters are among these or trade off with some of them, shape (p,)."""
@@ -289,11 +308,15 @@ def _inverse(triangle: Array) -> Array:
     return half @ half.T
 
 
-def _limits(optimum: Optimum, spread: Uncertainty, ordered: bool) -> Array:
+def _of_all(optimum: Optimum, spread: Uncertainty, ordered: bool) -> Uncertainty:
+    """The uncertainty of all parameters, those on a bound too, where ``spread`` may be of the free ones alone."""
+    if optimum.free.all():
+        return spread
+    return uncertainty(optimum.slopes, optimum.residual, ordered=ordered)
+
+
+def _limits(optimum: Optimum, robust: Uncertainty) -> Array:
     """Rise of the sum of squares over all rows at the ends of the interval of each parameter, shape (p,)."""
-    robust = spread  # of the free parameters, which may be all
-    if not optimum.free.all():
-        robust = uncertainty(optimum.slopes, optimum.residual, ordered=ordered)
     white = uncertainty(optimum.slopes, optimum.residual, ordered=False)
     known = np.isfinite(robust.errors) & (white.errors > 0)
     # Rotnitzky and Jewell's ratio of variances.

@@ -33,6 +33,7 @@ class Uncertainty:
         rank: numerical rank of the Jacobian, columns scaled to one.
         condition: ratio of its largest and smallest singular value.
         bandwidth: of the long-run covariance, in rows, after whitening; 1 where rows have no order.
+        widened: by how much the spectrum of the residual has widened each standard error, shape (p,); 1: not at all.
     """
 
     errors: Array
@@ -41,6 +42,7 @@ class Uncertainty:
     rank: int
     condition: float
     bandwidth: int
+    widened: Array
 
 
 def unknown(jacobian: Array, rows: int | None = None) -> Uncertainty:
@@ -59,6 +61,7 @@ def unknown(jacobian: Array, rows: int | None = None) -> Uncertainty:
         rank=rank,
         condition=_condition(s, rank, p),
         bandwidth=1,
+        widened=np.ones(p),
     )
 
 
@@ -87,6 +90,7 @@ def uncertainty(jacobian: Array, residual: Array, *, ordered: bool) -> Uncertain
 
     freedom = np.full(p, max(n - p, 1.0))  # degrees, of each parameter
     share = np.zeros(p)  # of what tells a parameter, within one bandwidth
+    widened = np.ones(p)
     if ordered and n > 4 * p + 40:
         # What each row adds to the error of each parameter, scaled to one: sums of scores would cancel each other.
         influence = q @ inverse.T
@@ -102,7 +106,8 @@ def uncertainty(jacobian: Array, residual: Array, *, ordered: bool) -> Uncertain
         scale *= np.sqrt(independent / freedom)
         by_scores = np.sqrt(np.diag(middle)) * scale  # standard errors
         by_spectrum = np.sqrt(_variances_by_spectrum(influence, residual))
-        scale *= np.maximum(by_spectrum / np.where(by_scores > 0, by_scores, 1.0), 1.0)
+        widened = np.maximum(by_spectrum / np.where(by_scores > 0, by_scores, 1.0), 1.0)
+        scale *= widened
         covariance = middle * np.outer(scale, scale)
         share = _told_at_once(influence, bandwidth)
     else:
@@ -119,6 +124,7 @@ def uncertainty(jacobian: Array, residual: Array, *, ordered: bool) -> Uncertain
         rank=rank,
         condition=_condition(s, rank, p),
         bandwidth=bandwidth,
+        widened=widened,
     )
 
 

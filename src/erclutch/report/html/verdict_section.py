@@ -20,7 +20,7 @@ from erclutch.report.html.parameters_section import negative_gains
 from erclutch.report.html.provenance_section import command_of
 from erclutch.report.html.section import Section
 from erclutch.report.html.symbols import plain_symbol
-from erclutch.report.numbers.number_text import capital, count, number, percent, span
+from erclutch.report.numbers.number_text import capital, count, number, percent, r2_text, span
 from erclutch.report.numbers.run_material import Material
 from erclutch.runs.every_row_folder import read_every_row
 from erclutch.signals.array import rms
@@ -86,7 +86,7 @@ def _facts(
     yield of_spread, percent(share), f"{span(100 * _or_nan(low), 100 * _or_nan(high))} %"
     if not matters:
         r2, low, high = test["r2"]
-        value, *ends = (f"{_or_nan(figure):.4f}".replace("-", "−") for figure in (r2, low, high))
+        value, *ends = (r2_text(_or_nan(figure), 4).replace("-", "−") for figure in (r2, low, high))
         yield "of the variance explained (R²)", value, " to ".join(ends)
     yield "largest error", effort.of(test["largest"][0]), f"bias {effort.of(test['bias'], 2)}"
 

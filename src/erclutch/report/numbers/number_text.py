@@ -50,6 +50,11 @@ def count(value: int) -> str:
     return f"{value:,}".replace(",", _TIGHT)
 
 
+def r2_text(value: float, places: int = 3) -> str:
+    """R2 with fixed places; a fit that ran away may err by any power of ten, and has three digits then."""
+    return f"{value:z.{places}f}" if abs(value) < 1000.0 else f"{value:.3g}"
+
+
 def percent(value: float | None, digits: int = 3) -> str:
     """A share as per cent."""
     return "–" if value is None else f"{number(100.0 * value, digits)}{_TIGHT}%"

@@ -14,6 +14,7 @@ from erclutch.cli import terminal
 
 if TYPE_CHECKING:
     from erclutch.wings.rheology.field_series import FieldSeries
+    from erclutch.wings.rheology.flow_curve import FlowCurve, FlowFit
 
 COMMAND = {
     "help": "Fit laws of shear stress to flow curves.",
@@ -56,11 +57,9 @@ def flowcurve(
             numbers beside it as CSV.
         json: Print everything as JSON.
     """
-    from collections import Counter
-
     from erclutch.report.plots.matplotlib_painter import save_plot
     from erclutch.wings.rheology.field_series import series_of
-    from erclutch.wings.rheology.flow_curve import FlowCurve, FlowFit, ranked, yield_text
+    from erclutch.wings.rheology.flow_curve import ranked
     from erclutch.wings.rheology.flow_curve_file import read_flow_curves
     from erclutch.wings.rheology.flow_picture import picture_of
 
@@ -83,31 +82,64 @@ def flowcurve(
             fitted.append((name, curve, ranked(curve, laws)))
             bar(done, len(curves), "fitting flow curves")
 
+    drawn: list[Path] = []
+    every_series: list[tuple[str, FieldSeries]] = []  # with the name of the file
+    for path in files:
+        of_file = [(curve, fits) for name, curve, fits in fitted if name == path.name]
+        series = series_of(of_file)
+        if series is not None:
+            every_series.append((path.name, series))
+        if figure is not None:
+            chosen_laws = [(curve, fits[0]) for curve, fits in of_file]
+            drawn += save_plot(picture_of(chosen_laws, series), figure)
+
     if json:
-        body: list[dict[str, Any]] = []
-        for name, curve, fits in fitted:
-            entry = {
-                "file": name,
-                "curve": curve.label,
-                "points": curve.rate.size,
-                "field": curve.field if curve.field_unit else None,
-                "field_unit": curve.field_unit or None,
-                "fits": [fit.to_dict() for fit in fits],
-            }
-            body.append(entry)
-        print(dumps(body, indent=1, allow_nan=False))
+        print(dumps([_as_json(*each) for each in fitted], indent=1, allow_nan=False))
         return
+    several = len(files) > 1
+    terminal.tell(*notes)
+    _tell_curves(fitted, several)
+    for name, series in every_series:
+        _tell_series(series, name if several else "")
+    if drawn:
+        terminal.tell("written: " + ", ".join(map(str, drawn)))
+    if parameters:
+        for name, curve, (chosen, *_) in fitted:
+            terminal.tell(terminal.estimates(f"{name}, {curve.label}: {chosen.law}", chosen.estimates))
+
+
+def _as_json(name: str, curve: FlowCurve, fits: Sequence[FlowFit]) -> dict[str, Any]:
+    """A curve of a file with the laws that were fitted to it."""
+    return {
+        "file": name,
+        "curve": curve.label,
+        "points": curve.rate.size,
+        "field": curve.field if curve.field_unit else None,
+        "field_unit": curve.field_unit or None,
+        "fits": [fit.to_dict() for fit in fits],
+    }
+
+
+def _tell_curves(fitted: Sequence[tuple[str, FlowCurve, list[FlowFit]]], several: bool) -> None:
+    """The chosen law of each curve, and how often each law was chosen.
+
+    Args:
+        fitted: name of the file, curve, and its laws from the chosen one on.
+        several: whether there are several files, so that a curve needs the name of its own.
+    """
+    from collections import Counter
+
+    from erclutch.wings.rheology.flow_curve import yield_text
 
     def missed(fit: FlowFit) -> str:
         if isfinite(fit.validated):
             return f"{fit.law} {fit.validated:.4f}"
         return fit.law
 
-    terminal.tell(*notes)
     rows: list[list[str]] = []
     for name, curve, (chosen, *others) in fitted:
         row = [
-            f"{name}: {curve.label}" if len(files) > 1 else curve.label,
+            f"{name}: {curve.label}" if several else curve.label,
             str(curve.rate.size),
             missed(chosen),
             yield_text(chosen),
@@ -120,17 +152,6 @@ def flowcurve(
     wins = Counter(fits[0].law for *_, fits in fitted)
     counts = [f"{law} {count} of {len(fitted)}" for law, count in wins.most_common()]
     terminal.tell("Chosen for: " + ", ".join(counts))
-    for path in files:
-        of_file = [(curve, fits) for name, curve, fits in fitted if name == path.name]
-        series = series_of(of_file)
-        if series is not None:
-            _tell_series(series, path.name if len(files) > 1 else "")
-        if figure is not None:
-            drawn = save_plot(picture_of([(curve, fits[0]) for curve, fits in of_file], series), figure)
-            terminal.tell("written: " + ", ".join(map(str, drawn)))
-    if parameters:
-        for name, curve, (chosen, *_) in fitted:
-            terminal.tell(terminal.estimates(f"{name}, {curve.label}: {chosen.law}", chosen.estimates))
 
 
 def _require_a_name_of_its_own(figure: Path, files: Sequence[Path]) -> None:
