@@ -75,7 +75,7 @@ class LogLook:
     @property
     def doubtful(self) -> bool:
         """Whether anything is missing, in doubt or not understood."""
-        return self.problem is not None or bool(self.refused or self.plan.doubts or self.unfit)
+        return self.problem is not None or bool(self.refused or self.plan.doubts)
 
 
 def look_at(

@@ -84,6 +84,8 @@ def _saturation(data: Dataset) -> Finding | None:
     """Many rows at one end of the effort's range."""
     largest = float(np.max(data.effort))
     smallest = float(np.min(data.effort))
+    if smallest == largest:
+        return None  # a log of commands alone: a fit refuses it
     for name, end in (("largest", largest), ("smallest", smallest)):
         at_end = np.count_nonzero(data.effort == end)
         share = at_end / data.rows
