@@ -121,11 +121,17 @@ def test_groups_of_hdf5_that_are_a_log_together_are_asked_about_with_the_answer(
     assert {*read_table(path, variable="sensors + drive").columns} == {"time", "speed", "torque", "drive"}
     with h5py.File(path, "w") as file:
         group_of(file, "encoder", TIME, data=(SPEED, "rad/s"))
-        group_of(file, "cell", TIME, data=(TORQUE, "N*m"))
+        group_of(file, "cell", TIME + 1e-4, data=(TORQUE, "N*m"))
     with pytest.raises(ErclutchError, match=r"oin them by time: --variable 'cell \+ encoder'"):
         table_of_log(path, ColumnMap(), None)
-    table = table_of_log(path, ColumnMap(), None, "cell + encoder")
+    assert {*table_of_log(path, ColumnMap(), None, "cell + encoder").columns} == {"time", "cell", "encoder"}
+
+    with h5py.File(path, "w") as file:  # at the same times nothing has to be asked
+        group_of(file, "encoder", TIME, data=(SPEED, "rad/s"))
+        group_of(file, "cell", TIME, data=(TORQUE, "N*m"))
+    table = table_of_log(path, ColumnMap(), None)
     np.testing.assert_array_equal(table.columns["encoder"], SPEED)
+    np.testing.assert_array_equal(table.columns["cell"], TORQUE)
 
 
 @pytest.mark.slow

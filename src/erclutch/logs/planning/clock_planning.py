@@ -81,7 +81,9 @@ def clock_plan(seen: SeenColumns, told: ColumnMap, taken: Sequence[str]) -> Cloc
     choice = told.time
     if choice is not None and choice.is_none and NONE not in table.columns:
         return points(counters, f"no time ({choice.source}): the rows are points, none after another", choice.source)
-    if choice is None:
+    # A recording of ours begins at its log time; the loop's own clock began at any number.
+    has_log_time = table.device is not None and table.clock is not None
+    if choice is None and not has_log_time:
         guessed = seen.time_column(taken)
         choice = None if guessed is None else ColumnChoice(guessed, source="guessed from its name or unit")
     if choice is not None:
