@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import json
 from pathlib import Path
 
 import numpy as np
@@ -118,3 +119,5 @@ def test_inspect_says_that_nothing_can_be_fitted_where_a_signal_stands_still(sti
         f"Understood, but nothing can be fitted to it: log.csv: the {signal} is constant at 12.5 over 1000 rows. "
         f"Check that the right column is mapped to {signal}."
     )
+    findings = json.loads(good("inspect", "log.csv", "--json", cwd=tmp_path))["findings"]
+    assert any(f"nothing can be fitted: log.csv: the {signal} is constant at 12.5" in finding for finding in findings)

@@ -336,12 +336,15 @@ def _as_json(look: LogLook, courses: int) -> dict[str, Any]:
     for name, choice in look.plan.choices.items():
         file_unit = units.get(str(choice.column))
         choices[name] = {**asdict(choice), "file_unit": file_unit}
+    findings = log_tables.findings(look.covered) if look.covered else []
+    if look.unfit:
+        findings.append(f"warning: nothing can be fitted: {look.unfit}")
     body: dict[str, Any] = {
         "columns": columns,
         "damage": look.raw.damage,
         "notes": list(look.raw.notes),
         "problem": str(look.problem) if look.problem else None,
-        "findings": log_tables.findings(look.covered) if look.covered else [],
+        "findings": findings,
         "missing": list(look.missing),
         "doubts": list(look.plan.doubts),
         "refused": look.refused,
