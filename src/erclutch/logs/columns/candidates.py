@@ -8,17 +8,18 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 
-from erclutch.logs.columns.alike import distinct
+import numpy as np
+
 from erclutch.logs.columns.circuits import fields_among
 from erclutch.logs.columns.joints import ESTIMATED, beside_a_drive, beside_a_gear, of_joints
 from erclutch.logs.columns.labels import split_end
-from erclutch.logs.columns.names import NEED_UNIT, OTHER, SINGLE, TOLD, headed, spoken_name
-from erclutch.logs.columns.of_a_model import parts_of_a_model
+from erclutch.logs.columns.names import NEED_UNIT, OTHER, PARTS_OF_A_MODEL, SINGLE, TOLD, headed, spoken_name
 from erclutch.logs.columns.quotients import pressing_loads, speeds_of_machine
 from erclutch.logs.columns.seen_columns import NO_UNITS, SeenColumn, SeenColumns
 from erclutch.logs.columns.shapes import takes_both_signs
 from erclutch.logs.columns.two_courses import follows, is_rate_of
 from erclutch.logs.columns.two_shafts import between_shafts
+from erclutch.signals import units
 from erclutch.signals.recording import SIGNALS
 
 #: Signals that a unit alone may tell.
@@ -35,6 +36,8 @@ _LENGTHS = (
     "desplazamiento",
 )
 _SHEAR_RATES = ("gammadot", "shearrate")
+#: Share of the largest number by which numbers written with some digits may differ.
+DIGITS = 2e-3
 _WATT = "W"  # power is no signal
 
 #: Columns that may be a signal, and what speaks for them.
@@ -65,7 +68,7 @@ def candidates(
     if fits.get(signal, False) is not False:  # a column has the bare name of the signal
         speeds = speeds_of_machine(seen.columns[signal], free) if signal == "slip" else []
         if speeds:
-            return distinct(seen, speeds), "name, and column slip is the share by which a machine lags"
+            return _distinct(seen, speeds), "name, and column slip is the share by which a machine lags"
         # A whole name with a unit speaks as loud as the bare word: a motor's slip is a share, beside its speed.
         louder: list[str] = []
         for column in free:
@@ -75,7 +78,7 @@ def candidates(
 
     free = [column for column in free if fits[column.name] or column.name.strip() != _WATT]
     if signal == "effort":
-        parts = parts_of_a_model(column for column in free if fits[column.name] is not False)
+        parts = _parts_of_a_model(column for column in free if fits[column.name] is not False)
         free = [column for column in free if column.name not in parts]
     fitting = [column for column in free if fits[column.name] is not False]
     forms = {column.name: column.spoken.forms[signal] for column in fitting}
@@ -101,7 +104,7 @@ def candidates(
     if not exact:
         names += beside_a_gear(signal, named, fitting)
     names += [name for name in beside_a_drive(signal, exact or named, fitting) if name not in names]
-    return distinct(seen, names), "name"
+    return _distinct(seen, names), "name"
 
 
 def _told_of(signal: str) -> frozenset[str]:
@@ -140,13 +143,13 @@ def _without_a_whole_name(
 
     shaped = _shaped(seen, signal, fitting, heads)
     if shaped:
-        return distinct(seen, shaped), "name and the shape of its numbers"
+        return _distinct(seen, shaped), "name and the shape of its numbers"
 
     by_unit = [column.name for column in free if fits[column.name] and _unit_speaks(column, signal, si_units)]
     headed_so = [name for name, head in heads.items() if head and (fits[name] or head not in NEED_UNIT)]
     if not headed_so:
         estimated = [] if by_unit else _estimated(signal, fitting)
-        return distinct(seen, by_unit or estimated), "name, as the drive estimates it" if estimated else "unit"
+        return _distinct(seen, by_unit or estimated), "name, as the drive estimates it" if estimated else "unit"
 
     # A head is no whole name: another column with such a unit may be the signal as well. Where all but the words that
     # most columns share is the head (C_1_Displacement), it is a whole one.
@@ -159,7 +162,7 @@ def _without_a_whole_name(
     names = whole or [*headed_so, *(name for name in by_unit if name not in headed_so)]
     if signal == "field":
         names = fields_among(seen, free, names, heads)
-    return distinct(seen, names), "name"
+    return _distinct(seen, names), "name"
 
 
 def _estimated(signal: str, columns: Iterable[SeenColumn]) -> list[str]:
@@ -259,3 +262,58 @@ def _unit_speaks(column: SeenColumn, signal: str, si_units: tuple[str, ...]) -> 
         if other != own and len(form) > 2:
             return False  # a force sensor in volts is no field
     return signal == "field" or not column.shape.constant
+
+
+def _parts_of_a_model(efforts: Iterable[SeenColumn]) -> list[str]:
+    """Columns that a model adds up to an effort, where two and more kinds of parts stand beside another effort.
+
+    Args:
+        efforts: columns that may be the effort by their units.
+    """
+    kinds: set[str] = set()
+    parts: list[str] = []
+    others = 0
+    for column in efforts:
+        if "effort" not in column.spoken.may_be:
+            continue
+        words = PARTS_OF_A_MODEL.intersection(column.spoken.stem_words)
+        if words:
+            parts.append(column.name)
+            kinds |= words
+        elif TOLD.isdisjoint(column.spoken.stem_words):
+            others += 1
+    return parts if len(kinds) > 1 and others else []
+
+
+def _distinct(seen: SeenColumns, names: Iterable[str]) -> list[str]:
+    """Columns without those that never change beside some that do, and without the same numbers in another unit."""
+    columns = [seen.columns[name] for name in names]
+    moving = [column for column in columns if not column.shape.constant]
+    kept: list[SeenColumn] = []
+    for column in moving or columns:
+        if not any(_are_one_quantity(column, other) for other in kept):
+            kept.append(column)
+    return [column.name for column in kept]
+
+
+def _are_one_quantity(column: SeenColumn, other: SeenColumn) -> bool:
+    """Whether two columns with units hold one quantity: degrees beside radians."""
+    unit = column.written_unit
+    other_unit = other.written_unit
+    if not unit or not other_unit:
+        return False
+    if not units.is_unit(unit) or not units.is_unit(other_unit):
+        return False
+    meaning = units.parse(unit)
+    other_meaning = units.parse(other_unit)
+    if meaning.dimension != other_meaning.dimension or meaning.factor == other_meaning.factor:
+        return False
+
+    in_si = column.values * meaning.factor
+    other_in_si = other.values * other_meaning.factor
+    known = np.isfinite(in_si) & np.isfinite(other_in_si)
+    largest = float(np.abs(in_si[known]).max(initial=0.0))
+    if not largest > 0.0:
+        return False
+    off = np.abs(in_si - other_in_si)[known]
+    return bool(off.max() <= DIGITS * largest)

@@ -6,7 +6,7 @@ A device is one of them. Which one, only the user knows; the file's name or the 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 
 from erclutch.logs.columns.names import NAMES, TOLD, headed, spoken_name, words_of
 from erclutch.logs.columns.seen_columns import SeenColumn, SeenColumns
@@ -14,11 +14,8 @@ from erclutch.logs.columns.seen_columns import SeenColumn, SeenColumns
 _MOTIONS = ("slip", "position")
 #: What a drive says of a torque or a motion that it does not measure itself.
 ESTIMATED = frozenset(("est", "estimate", "estimated"))
-#: Words for the sides of a gear or a spring, each of which has a motion and a torque of its own.
-_SIDES = frozenset(("motor", "rotor", "joint", "link", "load", "output", "input", "spring", "arm"))
-#: A clutch is driven too: its motor's speed is that of one of its sides.
-_DEVICES = frozenset(("brake", "bremse", "frein", "freno", "damper", "dampfer", "daempfer", "amortisseur"))
-_DRIVES = frozenset(("motor", "drive", "servo", "engine", "actuator", "antrieb", "moteur", "shaker"))
+#: Words for what drives a device.
+DRIVES = frozenset(("motor", "drive", "servo", "engine", "actuator", "antrieb", "moteur", "shaker"))
 #: A joint's number in front of what was measured, as in lists of messages.
 _WITHIN = re.compile(r"(.+?)\[(\d+)\][._/](\D+)")
 #: The number of a joint in the name of a file.
@@ -121,12 +118,12 @@ def _named_families(
 
 def beside_a_gear(signal: str, named: Iterable[SeenColumn], fitting: Iterable[SeenColumn]) -> list[str]:
     """Columns of another side of a gear than those whose names speak: ``joint_vel`` beside ``motor_vel``."""
-    sides_of_named = {_side_of(column) for column in named}
+    sides_of_named = {column.side for column in named}
     if not sides_of_named or "" in sides_of_named or signal not in (*_MOTIONS, "effort"):
         return []
     of_other_sides: list[str] = []
     for column in fitting:
-        side = _side_of(column)
+        side = column.side
         speaks = signal in column.spoken.may_be and TOLD.isdisjoint(column.spoken.stem_words)
         if speaks and side and side not in sides_of_named:
             of_other_sides.append(column.name)
@@ -137,7 +134,7 @@ def beside_a_drive(signal: str, named: Iterable[SeenColumn], fitting: Iterable[S
     """Columns that may be the device's, where all whole names are those of a drive: its ``flange torque``."""
     own = [*named]
     names = {column.name for column in own}
-    if signal not in ("slip", "effort") or not own or any(map(_DRIVES.isdisjoint, (each.spoken.words for each in own))):
+    if signal not in ("slip", "effort") or not own or any(map(DRIVES.isdisjoint, (each.spoken.words for each in own))):
         return []
     others: list[str] = []
     for column in fitting:
@@ -145,36 +142,3 @@ def beside_a_drive(signal: str, named: Iterable[SeenColumn], fitting: Iterable[S
         if speaks and TOLD.isdisjoint(column.spoken.stem_words) and column.name not in names:
             others.append(column.name)
     return others
-
-
-def of_one_side(seen: SeenColumns, names: Sequence[str], partners: Iterable[str]) -> list[str]:
-    """The one column on the side of the gear where all of its partners are; all of the columns where it is not one."""
-    sides = {_side_of(seen.columns[name]) for name in partners if name in seen.columns}
-    if len(sides) != 1 or "" in sides:
-        return [*names]
-    beside_partners: list[str] = []
-    for name in names:
-        if name in seen.columns and _side_of(seen.columns[name]) in sides:
-            beside_partners.append(name)
-    return beside_partners if len(beside_partners) == 1 else [*names]
-
-
-def of_the_device(seen: SeenColumns, names: Sequence[str]) -> list[str]:
-    """The one column that is called like the brake or damper, where all others are called like what drives it."""
-    devices: list[str] = []
-    for name in names:
-        words = {*seen.columns[name].spoken.stem_words} if name in seen.columns else set[str]()
-        if words & _DEVICES:
-            devices.append(name)
-        elif not words & _DRIVES:
-            return [*names]
-    return devices if len(devices) == 1 else [*names]
-
-
-def _side_of(column: SeenColumn) -> str:
-    """The word in a name for a side of a gear; "" for none and several."""
-    words = {*column.spoken.stem_words}
-    sides = words & _SIDES
-    if "cell" in words:
-        sides -= {"load"}  # a load cell is a sensor
-    return sides.pop() if len(sides) == 1 else ""

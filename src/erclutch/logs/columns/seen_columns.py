@@ -29,6 +29,8 @@ _RATE = re.compile(r"(?:dq|qd|dtheta|dx)\d*")
 _FEWEST_SHARING = 3
 #: Share of a step by which equal steps may differ.
 EVEN = 1e-3
+#: Words for the sides of a gear or a spring, each of which has a motion and a torque of its own.
+_SIDES = frozenset(("motor", "rotor", "joint", "link", "load", "output", "input", "spring", "arm"))
 _STEADY = 0.05  # share of its level by which a supply varies at most
 _VARIES = 0.5  # and by which a field varies at least
 
@@ -116,6 +118,15 @@ class SeenColumn:
     def fits(self, si_units: tuple[str, ...]) -> bool | None:
         """Whether the column's unit is one for some SI units; None where it has no unit."""
         return _fits(self.name, self.unit, si_units)
+
+    @property
+    def side(self) -> str:
+        """The word in the name for a side of a gear; "" for none and several."""
+        words = {*self.spoken.stem_words}
+        sides = words & _SIDES
+        if "cell" in words:
+            sides -= {"load"}  # a load cell is a sensor
+        return sides.pop() if len(sides) == 1 else ""
 
     @property
     def kind(self) -> str:

@@ -1,7 +1,8 @@
 """Of several columns that may be a signal one is chosen, where the other columns settle which it is; else it is asked.
 
 The motion tells a torque from a force, and the effort tells the speed that makes a power with it. A circuit has one
-field, a gear an effort on one side, and a coefficient of friction says which force rubs.
+field, a gear an effort on one side, and a coefficient of friction says which force rubs. Counts beside volts, and a
+travel beside a position, are no second column.
 """
 
 from __future__ import annotations
@@ -10,17 +11,21 @@ import re
 from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
-from erclutch.errors import MappingError, shell_word
-from erclutch.logs.columns.alike import without_other_zeros, without_raw
-from erclutch.logs.columns.candidates import candidates
-from erclutch.logs.columns.circuits import one_of_a_circuit
-from erclutch.logs.columns.joints import of_one_side, of_the_device
-from erclutch.logs.columns.names import plain
-from erclutch.logs.columns.of_a_model import with_estimates
-from erclutch.logs.columns.quotients import rubbing_force
-from erclutch.logs.columns.seen_columns import KINDS, UNITS_OF_KIND, SeenColumns
-from erclutch.logs.columns.two_shafts import is_of_clutch
+import numpy as np
 
+from erclutch.errors import MappingError, shell_word
+from erclutch.logs.columns.candidates import DIGITS, candidates
+from erclutch.logs.columns.circuits import one_of_a_circuit
+from erclutch.logs.columns.joints import DRIVES
+from erclutch.logs.columns.names import NOT_MEASURED, plain
+from erclutch.logs.columns.quotients import rubbing_force
+from erclutch.logs.columns.seen_columns import KINDS, UNITS_OF_KIND, SeenColumn, SeenColumns
+from erclutch.logs.columns.two_courses import go_straight
+from erclutch.logs.columns.two_shafts import is_of_clutch
+from erclutch.signals.array import Array
+
+#: Words for the device itself. A clutch is driven too: its motor's speed is that of one of its sides.
+_DEVICES = frozenset(("brake", "bremse", "frein", "freno", "damper", "dampfer", "daempfer", "amortisseur"))
 #: What the length between the marks of a specimen is called in the headers of testing machines.
 _GAUGE_LENGTH = re.compile(
     r"ga(?:u)?ge length|\bL0\b|messl(?:ä|ae)nge|longueur (?:initiale|utile|entre rep(?:è|e)res)|base de mesure|"
@@ -62,9 +67,9 @@ def guess(
         if is_of_clutch(seen, signal, names[0], efforts):
             return Guess(names[0], "names, as what two shafts or ends differ by")
 
-    names = without_raw(seen, names)
+    names = _without_raw(seen, names)
     if signal != "field":
-        names = of_the_device(seen, names)
+        names = _of_the_device(seen, names)
     why = ""
     if len(names) > 1 and signal == "field":
         efforts, _ = candidates(seen, "effort", [*taken, *names])
@@ -75,7 +80,7 @@ def guess(
         names, why = _one_position(seen, names, taken)
     elif len(names) > 1 and signal == "effort":
         names, why = _one_effort(seen, names, motion)
-    names = with_estimates(seen, names)
+    names = _with_estimates(seen, names)
     if not names:
         return None
     if len(names) == 1:
@@ -89,6 +94,30 @@ def guess(
     raise MappingError(problem, remedy=remedy)
 
 
+def _without_raw(seen: SeenColumns, names: Sequence[str]) -> list[str]:
+    """Columns without each that has no unit and goes straight with one that has: the counts of its converter."""
+    columns = [seen.columns[name] for name in names]
+    with_unit = [column for column in columns if column.written_unit]
+    kept: list[str] = []
+    for column in columns:
+        is_raw = not column.written_unit and any(go_straight(column.values, other.values) for other in with_unit)
+        if not is_raw:
+            kept.append(column.name)
+    return kept
+
+
+def _of_the_device(seen: SeenColumns, names: Sequence[str]) -> list[str]:
+    """The one column that is called like the brake or damper, where all others are called like what drives it."""
+    devices: list[str] = []
+    for name in names:
+        words = {*seen.columns[name].spoken.stem_words} if name in seen.columns else set[str]()
+        if words & _DEVICES:
+            devices.append(name)
+        elif not words & DRIVES:
+            return [*names]
+    return devices if len(devices) == 1 else [*names]
+
+
 def _one_slip(seen: SeenColumns, speeds: list[str], taken: Sequence[str]) -> tuple[list[str], str]:
     """The speed that makes a power with the effort, whatever column that is; else all, or that on the effort's side."""
     efforts, _ = candidates(seen, "effort", [*taken, *speeds])
@@ -99,12 +128,24 @@ def _one_slip(seen: SeenColumns, speeds: list[str], taken: Sequence[str]) -> tup
         of_that_kind = [name for name in speeds if fits[name]]
         if len(of_that_kind) == 1 and None not in fits.values():
             return of_that_kind, f", and the effort is that of a {KINDS[kind]}"
-    return of_one_side(seen, speeds, efforts), ""
+    return _of_one_side(seen, speeds, efforts), ""
+
+
+def _of_one_side(seen: SeenColumns, names: Sequence[str], partners: Iterable[str]) -> list[str]:
+    """The one column on the side of the gear where all of its partners are; all of the columns where it is not one."""
+    sides = {seen.columns[name].side for name in partners if name in seen.columns}
+    if len(sides) != 1 or "" in sides:
+        return [*names]
+    beside_partners: list[str] = []
+    for name in names:
+        if name in seen.columns and seen.columns[name].side in sides:
+            beside_partners.append(name)
+    return beside_partners if len(beside_partners) == 1 else [*names]
 
 
 def _one_position(seen: SeenColumns, positions: list[str], taken: Sequence[str]) -> tuple[list[str], str]:
     """The position whose gauge length the header gives, from which a specimen is stretched; else as for a slip."""
-    positions = without_other_zeros(seen, positions)
+    positions = _without_other_zeros(seen, positions)
     if len(positions) == 1:
         return positions, ""
     keys: list[str] = []
@@ -115,7 +156,28 @@ def _one_position(seen: SeenColumns, positions: list[str], taken: Sequence[str])
     if len(with_a_length) == 1:
         return with_a_length, ", and the header gives the gauge length for it"
     efforts, _ = candidates(seen, "effort", [*taken, *positions])
-    return of_one_side(seen, positions, efforts), ""
+    return _of_one_side(seen, positions, efforts), ""
+
+
+def _without_other_zeros(seen: SeenColumns, positions: Iterable[str]) -> list[str]:
+    """Positions without those that say the same from another zero: a travel beside an absolute one."""
+    kept: list[SeenColumn] = []
+    for name in positions:
+        position = seen.columns[name]
+        in_that_unit = [other for other in kept if other.unit == position.unit]
+        if not any(_move_alike(position.values, other.values) for other in in_that_unit):
+            kept.append(position)
+    return [position.name for position in kept]
+
+
+def _move_alike(position: Array, other: Array) -> bool:
+    """Whether two positions in one unit differ in where they count from, and in nothing else."""
+    known = np.isfinite(position) & np.isfinite(other)
+    if not known.any():
+        return False
+    moved = float(np.ptp(position[known]))
+    apart = (position - other)[known]
+    return bool(moved > 0.0 and np.ptp(apart) <= DIGITS * moved)
 
 
 def _one_effort(seen: SeenColumns, efforts: list[str], motion: str) -> tuple[list[str], str]:
@@ -131,9 +193,26 @@ def _one_effort(seen: SeenColumns, efforts: list[str], motion: str) -> tuple[lis
         # Each of the others must be known to be of another kind.
         if len(of_that_kind) == 1 and all(kinds.values()):
             return of_that_kind, f", and it is that of a {KINDS[kind]}"
-    efforts = of_one_side(seen, efforts, [motion])
+    efforts = _of_one_side(seen, efforts, [motion])
     # A coefficient of friction says by its numbers which force is the friction and which presses.
     rubbing = rubbing_force(seen) if len(efforts) > 1 else ""
     if rubbing in efforts:
         return [rubbing], ", and a coefficient of friction is made of it"
     return efforts, ""
+
+
+def _with_estimates(seen: SeenColumns, names: list[str]) -> list[str]:
+    """A column that was calculated or calibrated and the estimates beside it: ``tau_cal`` and ``tau_est``."""
+    if len(names) != 1:
+        return names
+    words = {*seen.columns[names[0]].spoken.stem_words}
+    if "cal" not in words:
+        return names
+    words_besides = words - {"cal"}
+    estimates: list[str] = []
+    for column in seen.without(names):
+        own_words = {*column.spoken.stem_words}
+        own_besides = own_words - NOT_MEASURED
+        if own_besides == words_besides and own_besides != own_words:
+            estimates.append(column.name)
+    return [*names, *estimates]
