@@ -20,10 +20,10 @@ from erclutch.logs.applied import apply
 from erclutch.logs.clock import timing
 from erclutch.logs.clock.resample import resampled
 from erclutch.logs.columns.labels import header_pairs, sample_period, split_label
-from erclutch.logs.columns.sensor_scales import scaled
 from erclutch.logs.dataset import build_dataset
 from erclutch.logs.held_out import hold_out, time_folds
 from erclutch.logs.keywords import rate_of, seconds_of
+from erclutch.logs.planning.draft import scaled
 from erclutch.logs.planning.whole_plan import plan_of
 from erclutch.logs.table import Table
 from erclutch.logs.time_window import within

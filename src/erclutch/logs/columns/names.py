@@ -283,22 +283,6 @@ def _has_index(words: Sequence[str]) -> bool:
     return len(letter) == 1 and len(index) <= 2 and index.isalpha()
 
 
-def meant_by(name: str, signals: Iterable[str], *, time: bool) -> str:
-    """The signal that a name alone speaks for, ``time`` among them where that is looked for; "" for none.
-
-    Short names that mean several things speak for none.
-    """
-    said = spoken_name(name)
-    if time and said.is_time:
-        return "time"
-    of_something_else = not (TOLD | OTHER).isdisjoint(said.stem_words)
-    for signal in sorted(signals):
-        form = said.forms.get(signal)
-        if form and form not in NEED_UNIT and (signal == "field" or not of_something_else):
-            return signal
-    return ""
-
-
 def words_of(name: str) -> list[str]:
     """Words of a name, in small letters: at signs, where a small letter meets a large one, and behind an axis."""
     apart = _BORDER.sub(" ", unicodedata.normalize("NFKD", name))

@@ -18,7 +18,6 @@ LOOKED_AT = 20_000
 FEW = 10
 _LEVELS = 20  # of a switched field at most
 _SELDOM = 0.1  # share of the rows in which it is switched at most
-_CROSSINGS = 4  # of the middle of its range, by a motion to and fro
 
 
 @dataclass(frozen=True)
@@ -104,13 +103,3 @@ def spread_of(values: Array) -> float:
 def takes_both_signs(values: Array) -> bool:
     """Whether some numbers lie above zero and some below."""
     return bool(np.any(values < 0.0) and np.any(values > 0.0))
-
-
-def turns_back(motion: Array) -> bool:
-    """Whether a motion comes back by half of its range and goes forth again."""
-    known = motion[np.isfinite(motion)][:LOOKED_AT]
-    if known.size < FEW:
-        return False
-    middle = 0.5 * (known.min() + known.max())
-    crossings = np.flatnonzero(np.diff(known > middle))
-    return crossings.size >= _CROSSINGS

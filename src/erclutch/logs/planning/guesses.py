@@ -10,11 +10,10 @@ from erclutch.errors import MappingError, shell_word
 from erclutch.logs.columns.candidates import candidates
 from erclutch.logs.columns.names import spoken_name
 from erclutch.logs.columns.rheometer_names import of_oscillation
-from erclutch.logs.columns.sensor_scales import scaled
 from erclutch.logs.columns.shapes import takes_both_signs
 from erclutch.logs.columns.two_courses import is_rate_of
 from erclutch.logs.plan import NEEDS, SignalPlan, Sureness
-from erclutch.logs.planning.draft import Draft
+from erclutch.logs.planning.draft import Draft, scaled
 from erclutch.logs.planning.missing_columns import missing
 from erclutch.logs.planning.one_of_several import Guess, guess
 from erclutch.signals.array import Array

@@ -6,11 +6,12 @@ without the signal.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from difflib import get_close_matches
 
 from erclutch.errors import LogError, MappingError, UnitError, shell_word
 from erclutch.logs.columns.labels import own_unit, split_end, split_label
-from erclutch.logs.columns.names import meant_by
+from erclutch.logs.columns.names import NEED_UNIT, OTHER, TOLD, spoken_name
 from erclutch.logs.mapping import NONE, ColumnChoice
 from erclutch.logs.plan import SignalPlan
 from erclutch.logs.planning.draft import Draft
@@ -42,12 +43,28 @@ def refuse_unreadable_signals(draft: Draft) -> None:
     timed = told.time is not None or told.rate is not None or table.clock is not None
 
     for name, problem in table.unreadable.items():
-        meant = meant_by(name, wanted, time=not timed)
-        if not meant or any(meant_by(other, {meant}, time=meant == "time") for other in table.columns):
+        meant = _meant_by(name, wanted, time=not timed)
+        if not meant or any(_meant_by(other, {meant}, time=meant == "time") for other in table.columns):
             continue
         remedy = f"Correct its cells, or say what the {meant} is: --{meant} {shell_word('NAME [unit]')}"
         remedy += ", or --field none if it was not logged" if meant == "field" else ""
         raise LogError(f"{problem}, and it is called like the {meant}", remedy=remedy)
+
+
+def _meant_by(name: str, signals: Iterable[str], *, time: bool) -> str:
+    """The signal that a name alone speaks for, ``time`` among them where that is looked for; "" for none.
+
+    Short names that mean several things speak for none.
+    """
+    said = spoken_name(name)
+    if time and said.is_time:
+        return "time"
+    of_something_else = not (TOLD | OTHER).isdisjoint(said.stem_words)
+    for signal in sorted(signals):
+        form = said.forms.get(signal)
+        if form and form not in NEED_UNIT and (signal == "field" or not of_something_else):
+            return signal
+    return ""
 
 
 def take_named(draft: Draft) -> None:

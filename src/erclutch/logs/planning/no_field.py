@@ -11,25 +11,16 @@ from erclutch.logs.columns.labels import COUNTS, split_label
 from erclutch.logs.columns.names import TOLD, spoken_name
 from erclutch.logs.columns.quotients import quotient_of
 from erclutch.logs.columns.seen_columns import NO_UNITS, SeenColumn, SeenColumns
-from erclutch.logs.columns.two_courses import (
-    are_estimates,
-    go_straight,
-    goes_along,
-    is_rate_of,
-    is_same_course,
-    is_set_point_of,
-    is_size_of,
-)
+from erclutch.logs.columns.shapes import FEW, LOOKED_AT
+from erclutch.logs.columns.two_courses import go_straight, is_rate_of
 from erclutch.logs.planning.draft import Draft
+from erclutch.logs.planning.field_doubts import LARGEST_SUPPLY, is_current_of_a_drive
 from erclutch.logs.planning.stated_field import take_stated_field
 from erclutch.signals import units
 from erclutch.signals.array import Array
 from erclutch.signals.recording import SIGNALS
 
-#: Words of a drive in the name of its current (i_q, q_current, motor_current), and of the current beside it.
-OF_DRIVES = frozenset({"motor", "mot", "servo", "drive", "iq", "isq", "q", "motorstrom"})
 _OTHER_AXIS = frozenset({"id", "isd", "d"})
-LARGEST_SUPPLY = 100.0  # V, or as logged, above which a voltage is that across a fluid
 _OWN_SCALE = re.compile(r"(?:°|deg ?)?[CF]|[℃℉]|dB\w*|bits?|counts?|ticks?|lsb", re.I)
 #: The last word of a column that numbers the steps of a test, and words that may stand in front of it.
 _PARTS = frozenset({"step", "segment", "stage", "interval", "block", "schritt", "abschnitt", "etape", "paso", "etapa"})
@@ -42,6 +33,11 @@ _MARKS = frozenset(
         "status",
     }
 )
+_ESTIMATES = 0.7  # correlation of the signs of two estimates of one thing
+_RETURNS = 0.1  # of the range, by which a column comes back that does not only rise or only fall
+_SAME_COURSE = 2e-3  # of the range, within which two columns are one course
+_SET_ENDS = 0.1  # of the range, by which the ends of a set point and of what follows it differ at most
+_FOLLOWS_CLOSELY = 0.996  # correlation of a set point with what follows it some rows later
 #: What a sine that a drive was told is made with; a field that alternates may be described so too.
 _OF_A_SINE = frozenset(
     {"amplitude", "amplitudes", "ampl", "amplitud", "ampiezza", "frequency", "freq", "frequenz", "frequence"}
@@ -113,13 +109,6 @@ def _why_of_a_drive(seen: SeenColumns, column: SeenColumn, taken: Iterable[str])
     return ""
 
 
-def is_current_of_a_drive(column: SeenColumn, efforts: Iterable[Array]) -> bool:
-    """Whether a column is called like the current of a drive, takes the sign of an effort and goes along with it."""
-    if OF_DRIVES.isdisjoint(column.spoken.stem_words) or column.fits(("A",)) is False:
-        return False
-    return any(goes_along(column.values, effort) for effort in efforts)
-
-
 def _why_by_itself(seen: SeenColumns, column: SeenColumn) -> str:
     """What else a column is by its name and its numbers."""
     shape = column.shape
@@ -153,13 +142,13 @@ def _why_beside(seen: SeenColumns, column: SeenColumn, taken: Iterable[str]) -> 
             if go_straight(column.values, other.values):
                 return f"counts what {other.name} measures"
     for other in measured:
-        if is_same_course(column.values, other.values):
+        if _is_same_course(column.values, other.values):
             return f"is {other.name} in other numbers"
     for other in measured:
-        if is_size_of(column.values, other.values):
+        if _is_size_of(column.values, other.values):
             return f"is {other.name} without its sign" if np.nanmin(other.values) < 0.0 else f"repeats {other.name}"
     for other in measured:
-        if is_set_point_of(column.values, other.values):
+        if _is_set_point_of(column.values, other.values):
             return f"is the set point that {other.name} follows"
     for other in measured:
         if is_rate_of(column.values, other.values, seen.stamps):
@@ -171,6 +160,65 @@ def _why_beside(seen: SeenColumns, column: SeenColumn, taken: Iterable[str]) -> 
         return ""
     top, bottom = parts
     return f"is {top} over {bottom}"
+
+
+def _is_same_course(first: Array, second: Array) -> bool:
+    """Whether a column is another one times a number plus a number, and both come back: stress and force, say.
+
+    Two columns that only rise, such as two ramps, may go together by chance.
+    """
+    known = np.isfinite(first) & np.isfinite(second)
+    a = first[known][:LOOKED_AT]
+    b = second[known][:LOOKED_AT]
+    if a.size < FEW or np.ptp(a) == 0.0 or not _comes_back(b):
+        return False
+    from_0_to_1 = (b - b.min()) / np.ptp(b)
+    scaled = np.column_stack([np.ones_like(b), from_0_to_1])
+    line, *_ = np.linalg.lstsq(scaled, a, rcond=None)
+    left = a - scaled @ line
+    return bool(np.ptp(left) <= _SAME_COURSE * np.ptp(a))
+
+
+def _is_size_of(column: Array, measured: Array) -> bool:
+    """Whether a column holds the absolute values of a measured one, but for a few digits."""
+    known = np.isfinite(column) & np.isfinite(measured)
+    a = column[known][:LOOKED_AT]
+    b = np.abs(measured[known][:LOOKED_AT])
+    if a.size < FEW or np.ptp(a) == 0.0:
+        return False
+    return bool(np.max(np.abs(a - b)) <= _SAME_COURSE * np.ptp(a))
+
+
+def _is_set_point_of(column: Array, measured: Array) -> bool:
+    """Whether a column swings between the same two ends as a measured one, which follows it some rows later."""
+    known = np.isfinite(column) & np.isfinite(measured)
+    a = column[known][:LOOKED_AT]
+    b = measured[known][:LOOKED_AT]
+    if a.size < FEW or not _comes_back(a) or not _comes_back(b):
+        return False
+    off_below = abs(a.min() - b.min())
+    off_above = abs(a.max() - b.max())
+    if max(off_below, off_above) > _SET_ENDS * np.ptp(b):
+        return False
+
+    # The lag at which both correlate most, by their spectra; zeros behind the rows keep the ends apart.
+    size = 2 * a.size
+    of_column = np.fft.rfft(a - a.mean(), size)
+    of_measured = np.fft.rfft(b - b.mean(), size)
+    correlations = np.fft.irfft(np.conj(of_column) * of_measured, size)
+    lag = int(correlations[: a.size // 2].argmax())  # rows
+    if lag == 0:
+        return False
+    correlation = np.corrcoef(a[:-lag], b[lag:])[0, 1]
+    return bool(correlation > _FOLLOWS_CLOSELY)
+
+
+def _comes_back(values: Array) -> bool:
+    """Whether a column both falls and rises by a good part of its range."""
+    moved = float(np.ptp(values))
+    falls = float((np.maximum.accumulate(values) - values).max())
+    climbs = float((values - np.minimum.accumulate(values)).max())
+    return moved > 0.0 and min(falls, climbs) > _RETURNS * moved
 
 
 def is_a_mark(column: SeenColumn) -> bool:
@@ -198,7 +246,17 @@ def is_of_models(seen: SeenColumns, column: SeenColumn) -> bool:
     models = [other for other in seen.columns.values() if other.spoken.is_of_a_model]
     if len(models) < 2:
         return False
-    return column.spoken.is_of_a_model or any(are_estimates(column.values, model.values) for model in models)
+    return column.spoken.is_of_a_model or any(_are_estimates(column.values, model.values) for model in models)
+
+
+def _are_estimates(first: Array, second: Array) -> bool:
+    """Whether two columns that take both signs go together as two estimates of one effort do."""
+    known = np.isfinite(first) & np.isfinite(second)
+    a = np.sign(first[known][:LOOKED_AT])
+    b = np.sign(second[known][:LOOKED_AT])
+    if a.size < FEW or min(np.ptp(a), np.ptp(b)) < 2.0:
+        return False
+    return bool(np.corrcoef(a, b)[0, 1] > _ESTIMATES)
 
 
 def _has_a_told_motion(seen: SeenColumns) -> bool:

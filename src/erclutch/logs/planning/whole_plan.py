@@ -5,8 +5,8 @@
    is called like a signal and holds no numbers ends it here.
 3. What is needed besides is guessed (`guesses`): columns that may be a signal are found by `candidates`, `quotients`
    and `circuits`; what two shafts differ by was made in front of all this (`two_shafts`). Where no column is,
-   `missing_columns` says what to do. A guess that the log speaks against is doubted (`doubts`). A log has no field
-   where `no_field` tells of each column what else it is; the file may still state one (`stated_field`).
+   `missing_columns` says what to do. A guess that the log speaks against is doubted (`field_doubts`, `doubts`). A log
+   has no field where `no_field` tells of each column what else it is; the file may still state one (`stated_field`).
 4. What is left is looked at (`row_order`, `further_columns`), and what belongs together is held together (`motions`).
 5. What is open is asked: `proposals` has the options that answer it.
 
@@ -28,6 +28,9 @@ from erclutch.logs.planning.doubts import (
     doubt_a_speed_without_its_sense,
     doubt_a_torque_in_a_unit_of_force,
     doubt_effort_without_power,
+)
+from erclutch.logs.planning.draft import Draft
+from erclutch.logs.planning.field_doubts import (
     doubt_the_command_of_a_drive,
     doubt_the_current_of_a_drive,
     doubt_the_monitor_of_an_amplifier,
@@ -35,7 +38,6 @@ from erclutch.logs.planning.doubts import (
     leave_out_the_sensor_of_the_effort,
     leave_out_the_supply_of_a_drive,
 )
-from erclutch.logs.planning.draft import Draft
 from erclutch.logs.planning.further_columns import take_further_columns
 from erclutch.logs.planning.given_numbers import take_given_numbers
 from erclutch.logs.planning.guesses import guess_what_is_needed

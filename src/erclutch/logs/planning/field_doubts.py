@@ -1,0 +1,220 @@
+"""A guessed field may be something else of the bench: the user is asked, or the column is left out with a word.
+
+It may be the output of a sensor, the current, the supply or the command of a drive, or the monitor of an amplifier: the
+numbers tell, or a word of the name.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+
+import numpy as np
+
+from erclutch.errors import MappingError, shell_word
+from erclutch.logs.columns.names import CURRENTS, NAMES, NOT_MEASURED, TOLD, VOLTAGES
+from erclutch.logs.columns.seen_columns import SeenColumn
+from erclutch.logs.columns.shapes import FEW, LOOKED_AT, takes_both_signs
+from erclutch.logs.columns.two_courses import go_straight, goes_along
+from erclutch.logs.mapping import NONE
+from erclutch.logs.plan import SignalPlan
+from erclutch.logs.planning.draft import Draft
+from erclutch.logs.planning.guesses import OF_A_SUPPLY, faintness
+from erclutch.logs.planning.missing_columns import missing
+from erclutch.signals.array import Array
+
+#: Words of a drive in the name of its current (i_q, q_current, motor_current), and of the current beside it.
+_OF_DRIVES = frozenset({"motor", "mot", "servo", "drive", "iq", "isq", "q", "motorstrom"})
+LARGEST_SUPPLY = 100.0  # V, or as logged, above which a voltage is that across a fluid
+_COMMANDS = ("command", "cmd")
+_SI_OF_A_SUPPLY = ("A", "V")
+#: Words in the name of a voltage that an amplifier shows of its output.
+_MONITORS = frozenset({"monitor", "mon", "vmon", "imon", "hv", "highvoltage", "hochspannung", "trek"})
+_OUTPUT = 12.0  # V, of an amplifier's monitor at most
+_CROSSINGS = 4  # of the middle of its range, by a motion to and fro
+
+
+def leave_out_the_sensor_of_the_effort(draft: Draft) -> None:
+    """Take a guessed voltage back that is too faint for a coil and goes straight with the effort: its sensor's output.
+
+    A faint current may be what leaks through an electrorheological fluid, and tells the field.
+    """
+    field = draft.signals.get("field")
+    effort = draft.signals.get("effort")
+    if field is None or effort is None or not effort.column or not _is_guessed_voltage(draft, field):
+        return
+    output = draft.table.columns[field.column]
+    measured = draft.table.columns[effort.column]
+    strongest = faintness(field, output)
+    if strongest is None or not go_straight(output, measured):
+        return
+    course = f"never exceeds {strongest:.3g} and goes straight with {effort.column}"
+    _leave_out_field(draft, f"{course}: taken for the output of its sensor, left out")
+
+
+def doubt_the_current_of_a_drive(draft: Draft) -> None:
+    """Doubt a guessed field with the sign and the course of the effort: the current of the motor that makes it."""
+    field = draft.signals.get("field")
+    effort = draft.signals.get("effort")
+    if field is None or field.si not in OF_A_SUPPLY or not field.reason.startswith("guessed"):
+        return
+    if effort is None:
+        _doubt_by_name(draft, field)
+        return
+    current = draft.table.columns.get(field.column)
+    measured = draft.table.columns.get(effort.column)
+    if current is None or measured is None or not goes_along(current, measured):
+        return
+    course = f"takes the sign of {effort.column} and goes along with it"
+    coils = [column for column in draft.seen.without(draft.taken) if _may_drive_a_coil(column)]
+    if len(coils) == 1:
+        draft.take_back("field")
+        why = f"guessed from its name, beside {field.column}, which {course} as that of a motor"
+        draft.take("field", coils[0].name, coils[0].unit_for(_SI_OF_A_SUPPLY), 1.0, why, "likely")
+        return
+    if is_current_of_a_drive(draft.seen.columns[field.column], [measured]):
+        _leave_out_field(draft, f"{course}: taken for the current of the drive, left out")
+        return
+    spoken = draft.seen.columns[field.column].spoken
+    if spoken.forms["field"] or "field" in spoken.within:
+        doubt = f"which {course}, as the current of a motor does: no field then, --field {shell_word(field.column)} if "
+        doubt += "it drives the coil of a brake or damper"
+        draft.doubt("field", doubt, NONE)
+        return
+
+    # A spare input of the bench, whose name says nothing of a coil, is more likely an output of the same sensor.
+    draft.take_back("field")
+    label = shell_word(draft.table.label(field.column))
+    problem = f"column {field.column} may be the field by its unit, but {course}, as another output of its sensor does"
+    remedy = f"Say which: --field none, or --field {label}"
+    draft.ask("field", MappingError(problem, remedy=remedy), option="--field none")
+
+
+def _doubt_by_name(draft: Draft, field: SignalPlan) -> None:
+    """Doubt a guessed field that is called like the current of a drive and turns its sign, where no effort is known."""
+    current = draft.seen.columns[field.column]
+    if not _OF_DRIVES.isdisjoint(current.spoken.stem_words) and takes_both_signs(current.values):
+        doubt = "which is called like the current of a drive and takes both signs: no field then, "
+        doubt += f"--field {shell_word(field.column)} if it drives the coil of a brake or damper"
+        draft.doubt("field", doubt, NONE)
+
+
+def _may_drive_a_coil(column: SeenColumn) -> bool:
+    """Whether a column is called like a field and is that of a supply by its unit, and keeps its sign."""
+    if "field" not in column.spoken.may_be or column.fits(_SI_OF_A_SUPPLY) is False:
+        return False
+    is_told = not (TOLD | NOT_MEASURED).isdisjoint(column.spoken.stem_words)
+    return not (is_told or column.shape.constant or column.is_steady or takes_both_signs(column.values))
+
+
+def is_current_of_a_drive(column: SeenColumn, efforts: Iterable[Array]) -> bool:
+    """Whether a column is called like the current of a drive, takes the sign of an effort and goes along with it."""
+    if _OF_DRIVES.isdisjoint(column.spoken.stem_words) or column.fits(("A",)) is False:
+        return False
+    return any(goes_along(column.values, effort) for effort in efforts)
+
+
+def leave_out_the_supply_of_a_drive(draft: Draft) -> None:
+    """Take a guessed voltage back that keeps one level, too low for a fluid, beside the current of a drive."""
+    field = draft.signals.get("field")
+    effort = draft.signals.get("effort")
+    if field is None or effort is None or not effort.column or not _is_guessed_voltage(draft, field):
+        return
+    voltage = draft.seen.columns[field.column]
+    largest = float(np.nanmax(np.abs(voltage.values), initial=0.0)) * abs(field.factor)
+    if not voltage.is_steady or largest > LARGEST_SUPPLY:
+        return
+    measured = draft.table.columns[effort.column]
+    for other in draft.seen.without(draft.taken):
+        if is_current_of_a_drive(other, [measured]):
+            why = f"keeps near one level, and {other.name} is the current of a drive: taken for its supply, left out"
+            _leave_out_field(draft, why)
+            return
+
+
+def _leave_out_field(draft: Draft, why: str) -> None:
+    """Take a guessed field back with a word; the question after it stays open for other columns."""
+    column = draft.signals["field"].column
+    draft.take_back("field")
+    draft.no_signals.append(column)
+    draft.notes.append(f"column {column} {why}")
+    draft.ask("field", missing(draft.seen, "field", draft.taken))
+    draft.missing.append("field")
+
+
+def doubt_the_sensor_of_the_motion(draft: Draft) -> None:
+    """Doubt a guessed voltage that goes straight with a motion to and fro: the output of its sensor.
+
+    A field may be raised while a device moves one way, so a motion that never turns back tells nothing.
+    """
+    field = draft.signals.get("field")
+    if field is None or field.sureness == "doubtful" or not _is_guessed_voltage(draft, field):
+        return
+    if draft.seen.columns[field.column].spoken.forms["field"] == "field":
+        return  # its name says it
+    output = draft.table.columns[field.column]
+    for signal in ("position", "slip"):
+        motion = draft.signals.get(signal)
+        if motion is None or not motion.column:
+            continue
+        measured = draft.table.columns[motion.column]
+        if _turns_back(measured) and go_straight(output, measured):
+            doubt = f"which goes straight with {motion.column}, as the output of its sensor does"
+            doubt += f": no field then, --field {shell_word(field.column)} if it drives a coil"
+            draft.doubt("field", doubt, NONE)
+            return
+
+
+def _turns_back(motion: Array) -> bool:
+    """Whether a motion comes back by half of its range and goes forth again."""
+    known = motion[np.isfinite(motion)][:LOOKED_AT]
+    if known.size < FEW:
+        return False
+    middle = 0.5 * (known.min() + known.max())
+    crossings = np.flatnonzero(np.diff(known > middle))
+    return crossings.size >= _CROSSINGS
+
+
+def doubt_the_command_of_a_drive(draft: Draft) -> None:
+    """Doubt a column that is just called a command, beside commands of a motion: a drive's, which drives no coil."""
+    field = draft.signals.get("field")
+    if field is None or not field.reason.startswith("guessed"):
+        return
+    if draft.seen.columns[field.column].spoken.forms["field"] not in _COMMANDS:
+        return
+    names_of_motions = f"{NAMES['slip']} {NAMES['position']} {NAMES['effort']}".split()
+    for other in draft.seen.without([field.column]):
+        words = {re.sub(r"\d+$", "", word) for word in other.spoken.stem_words}
+        is_told = not TOLD.isdisjoint(words)
+        if is_told and not words.isdisjoint(names_of_motions):
+            doubt = f"which stands beside {other.name}, as what a drive was told: no field then, "
+            doubt += f"--field {shell_word(field.column)} if it drives a coil"
+            draft.doubt("field", doubt, NONE)
+            return
+
+
+def doubt_the_monitor_of_an_amplifier(draft: Draft) -> None:
+    """Doubt a guessed voltage of some volts that is called a monitor or a high voltage: 1 V of it stands for more."""
+    field = draft.signals.get("field")
+    if field is None or field.sureness == "doubtful" or not _is_guessed_voltage(draft, field):
+        return
+    column = draft.seen.columns[field.column]
+    largest = float(np.nanmax(np.abs(column.values), initial=0.0))
+    words = {*column.spoken.words}
+    if column.written_unit != "V" or largest > _OUTPUT or words.isdisjoint(_MONITORS):
+        return
+    output = "1 A" if words & CURRENTS else "1 kV"
+    label = shell_word(draft.table.label(field.column))
+    doubt = f"which ends at {largest:.3g} V, as the monitor of an amplifier does, of which 1 V may mean {output}"
+    doubt += f": put its number in place of the {output}, or give --field {label} if it is the voltage itself"
+    draft.doubt("field", doubt, f"{label} --scale {shell_word(f'field={output}/V')}")
+
+
+def _is_guessed_voltage(draft: Draft, field: SignalPlan) -> bool:
+    """Whether the field was guessed, and is a voltage by its unit or, without a unit, by its name."""
+    if not field.reason.startswith("guessed"):
+        return False
+    column = draft.seen.columns[field.column]
+    if column.fits(("V",)):
+        return True
+    return not column.unit and column.spoken.forms["field"] in VOLTAGES
