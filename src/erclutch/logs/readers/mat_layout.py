@@ -90,8 +90,7 @@ def _chosen(tree: dict[str, Any], variable: str | None) -> Found:
 
     problem = f"no recording in the variables {listed(variables)}"
     if any(node is None for node in variables.values()):
-        problem += " (objects such as tables and timeseries cannot be read: save table2struct(T, ToScalar=true), "
-        problem += "or ts.Time and ts.Data as vectors)"
+        problem += " (objects of these classes cannot be read: save their numbers as vectors, such as obj.Data)"
     raise LogError(problem, remedy="Save a struct of vectors, or vectors of one length")
 
 

@@ -1,11 +1,14 @@
 """MATLAB files become plain Python: dict for a struct, list for a struct array or cell, str, ndarray for numbers.
 
-Runs in the child process only. What cannot be plain (function handles, objects such as timeseries) becomes None.
+Runs in the child process only. Tables, timeseries and the like are made plain by `mat_objects`; what cannot be plain
+(function handles, objects of other classes) becomes None.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from contextlib import suppress
+from io import BytesIO
 from math import prod
 from pathlib import Path
 from typing import Any, cast
@@ -14,44 +17,108 @@ import numpy as np
 
 from erclutch.errors import LogError
 from erclutch.logs.readers.budget import Budget, budget_of
+from erclutch.logs.readers.mat_objects import Objects, is_reference
 
 Node = dict[str, Any] | list[Any] | str | np.ndarray[Any, Any] | None
 _DEEPEST = 12
 _MOST = 200_000  # elements of cells and struct arrays: a log has hundreds
+_HEAD = 128  # bytes in front of the first variable of v5
+_NO_PLACE = (0, int.from_bytes(b" " * 8, "little"))  # of objects, in the head of a file without any
+_WORKSPACE = "__function_workspace__"  # what SciPy calls the variable without a name, which keeps the objects
+_OPAQUE = ("s0", "s1", "s2", "arr")  # SciPy's fields of an object
 
 
 def load_v5(path: str) -> dict[str, Node]:
     """Top-level variables of a v4 or v5 file, read by SciPy."""
-    from scipy.io.matlab import loadmat, whosmat
+    from scipy.io.matlab import loadmat
 
     budget = budget_of(Path(path))
-    # The heads alone are looked at. SciPy's look ends at an object, such as a table or a datetime, whose head has no
-    # shape; then the limits of the child hold alone.
+    with Path(path).open("rb") as file:
+        head = file.read(_HEAD)
+    order = "little" if head[126:128] == b"IM" else "big"
+    place = int.from_bytes(head[116:124], order)  # of the objects
+    has_objects = head[126:128] in (b"IM", b"MI") and place not in _NO_PLACE and place < Path(path).stat().st_size
+    if not has_objects:
+        _take_heads(path, budget)
+        variables = loadmat(path, struct_as_record=False, squeeze_me=False, chars_as_strings=True)
+        return {str(name): _plain(value, 0) for name, value in variables.items() if not name.startswith("__")}
+
+    # Objects have no name in the head that SciPy reads: each variable is read by itself.
+    nodes: dict[str, Node] = {}
+    kinds: dict[str, str] = {}
+    objects: Objects | None = None
+    for start, part in _variables_of(path, order):
+        _take_heads(BytesIO(part), budget)
+        loaded = loadmat(BytesIO(part), struct_as_record=False, squeeze_me=False, chars_as_strings=True)
+        if start == place and _WORKSPACE in loaded:
+            with suppress(IndexError, ValueError, TypeError, KeyError):
+                objects = _objects_in(loaded[_WORKSPACE], head, budget)
+            continue
+        for name, value in loaded.items():
+            if not name.startswith("__"):
+                own, kinds[own] = _own_name(str(name), value)
+                nodes[own] = _plain(value, 0)
+    return _with_objects(nodes, kinds, objects)
+
+
+def _take_heads(file: Any, budget: Budget) -> None:
+    """Count what the heads of the variables say.
+
+    SciPy's look ends at an object, such as a table or a datetime, whose head has no shape; then the limits of the
+    child hold alone.
+    """
+    from scipy.io.matlab import whosmat
+
     with suppress(TypeError):
-        for _, shape, _ in whosmat(path):
+        for _, shape, _ in whosmat(file):
             budget.take_names()
             budget.take_cells(prod(int(length) for length in shape))
-
-    variables = loadmat(
-        path,
-        struct_as_record=False,
-        squeeze_me=False,
-        chars_as_strings=True,
-    )
-    nodes: dict[str, Node] = {}
-    for name, value in variables.items():
-        if not name.startswith("__"):  # SciPy's own remarks on the file
-            nodes[_own_name(str(name), value)] = _plain(value, 0)
-    return nodes
+    if isinstance(file, BytesIO):
+        file.seek(0)
 
 
-def _own_name(name: str, value: Any) -> str:
-    """The name of a variable, with its class where it is an object, which SciPy calls None."""
-    if name != "None" or getattr(getattr(value, "dtype", None), "names", None) != ("s0", "s1", "s2", "arr"):
-        return name
-    own, _, kind, _ = value.ravel()[0].tolist() if value.size else (b"", b"", b"", None)
-    texts = [text.decode("latin-1") for text in (own, kind) if isinstance(text, bytes) and text]
-    return f"{texts[0]} (a {texts[1]})" if len(texts) == 2 else name
+def _variables_of(path: str, order: Any) -> Iterator[tuple[int, bytes]]:
+    """Each variable of a v5 file as a file of its own, with its place."""
+    content = Path(path).read_bytes()
+    head = content[:116] + bytes(8) + content[124:_HEAD]
+    start = _HEAD
+    while start + 8 <= len(content):
+        size = int.from_bytes(content[start + 4 : start + 8], order)
+        yield start, head + content[start : start + 8 + size]
+        start += 8 + size
+
+
+def _objects_in(workspace: Any, head: bytes, budget: Budget) -> Objects:
+    """The objects of a v5 file, which lie in bytes that are laid out as a file with a short head."""
+    from scipy.io.matlab import loadmat
+
+    content = np.asarray(workspace, np.uint8).tobytes()
+    order = "little" if content[2:4] == b"IM" else "big"
+    end = 16 + int.from_bytes(content[12:16], order)  # of the first variable; what follows is none of use
+    file = BytesIO(head[:116] + bytes(8) + content[:4] + content[8:end])
+    loaded = loadmat(file, struct_as_record=False, squeeze_me=False, chars_as_strings=True)
+    held: Any = loaded[_WORKSPACE].ravel()[0]
+    (_, _, _, cells) = held.MCOS.ravel()[0]
+    return Objects(cast("list[Any]", [_plain(cell, 0) for cell in cells.ravel()]), budget)
+
+
+def _with_objects(nodes: dict[str, Node], kinds: dict[str, str], objects: Objects | None) -> dict[str, Node]:
+    """Variables with what their references lead to; what stays an object is called by its class too."""
+    named: dict[str, Node] = {}
+    for name, node in nodes.items():
+        plain = objects.resolved(node) if objects else None if is_reference(node) else node
+        of_kind = f"{name} (a {kinds[name]})" if plain is None and kinds.get(name) else name
+        named[of_kind] = plain
+    return named
+
+
+def _own_name(name: str, value: Any) -> tuple[str, str]:
+    """The name of a variable and its class, where it is an object, which SciPy calls None; else "" for the class."""
+    if getattr(getattr(value, "dtype", None), "names", None) != _OPAQUE or not value.size:
+        return name, ""
+    own, _, kind, _ = value.ravel()[0].tolist()
+    texts = [text.decode("latin-1") if isinstance(text, bytes) else "" for text in (own, kind)]
+    return texts[0] or name, texts[1]
 
 
 def _plain(value: Any, depth: int) -> Node:
@@ -64,6 +131,9 @@ def _plain(value: Any, depth: int) -> Node:
         return None
 
     array = cast("np.ndarray[Any, Any]", value)
+    if array.dtype.names == _OPAQUE and array.size:
+        reference = array.ravel()[0]["arr"]
+        return reference if is_reference(reference) else None
     if array.dtype.kind in "US":
         return "\n".join(str(line).rstrip() for line in array.ravel())
     if array.dtype.kind in "biuf":
@@ -139,7 +209,15 @@ def load_v73(path: str) -> dict[str, Node]:
     with h5py.File(path, "r") as file:
         tree = _Tree(h5py, file, budget_of(Path(path)))
         variables = [name for name in tree.own(file) if not name.startswith("#")]  # "#refs#" holds cells of others
-        return {name: tree.value(file[name], 0) for name in variables}
+        nodes = {name: tree.value(file[name], 0) for name in variables}
+        kinds = {name: _kind_of(file[name]) for name, node in nodes.items() if is_reference(node)}
+        return _with_objects(nodes, kinds, tree.objects() if tree.holds_objects else None)
+
+
+def _kind_of(item: Any) -> str:
+    """The class that MATLAB wrote beside a variable."""
+    kind = item.attrs.get("MATLAB_class", b"")
+    return kind.decode("latin-1") if isinstance(kind, bytes) else str(kind)
 
 
 class _Tree:
@@ -149,6 +227,15 @@ class _Tree:
         self._h5py = h5py
         self._file = file
         self._budget = budget
+        self.holds_objects = False  # whether a variable that was read is one, or has one inside
+
+    def objects(self) -> Objects | None:
+        """The objects of the file; None where they are laid out in an unknown way."""
+        with suppress(KeyError, IndexError, ValueError, TypeError):
+            subsystem = self._file["#subsystem#"]
+            if "MCOS" in self.own(subsystem):
+                return Objects(self._followed(subsystem["MCOS"], 0), self._budget)
+        return None
 
     def own(self, group: Any) -> list[str]:
         """Members that are stored in the file itself: external and soft links could name any file or form a ring."""
@@ -169,10 +256,11 @@ class _Tree:
         if not isinstance(item, self._h5py.Dataset) or item.external or item.is_virtual:
             return None
         if "MATLAB_object_decode" in item.attrs:
-            return None
+            self.holds_objects = True
+            reference = np.asarray(item[()]).T if item.size < _MOST and item.dtype.kind == "u" else None
+            return reference if is_reference(reference) else None
 
-        kind = item.attrs.get("MATLAB_class", b"")
-        kind = kind.decode("latin-1") if isinstance(kind, bytes) else str(kind)
+        kind = _kind_of(item)
         if item.attrs.get("MATLAB_empty"):
             return "" if kind == "char" else np.zeros((0, 0))
         if self._is_references(item):

@@ -1,0 +1,372 @@
+"""Objects in MATLAB files become plain Python: tables, timetables, timeseries and what Simulink logs.
+
+A variable that is an object holds only a reference: the mark, the shape, an object's number for each element, the
+class's number. The properties lie in the file's subsystem (``FileWrapper__``): its first cell numbers names, classes
+and objects, the further cells hold values, the last holds what a class sets by itself. The layout is no public one;
+it was learnt from the documents of foreverallama/matio (BSD-3-Clause) and held against files that MATLAB wrote.
+
+A table becomes a struct of vectors, a timeseries a struct of its time and its numbers, a data set of Simulink a struct
+of signals: one with a single time where all signals share it. Objects of other classes become None.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from itertools import pairwise
+from typing import Any, cast
+
+import numpy as np
+
+from erclutch.logs.readers.budget import Budget
+
+Fields = dict[str, Any]
+_MARK = 0xDD000000  # the first number of a reference
+_VERSIONS = (2, 3, 4)  # of the subsystem
+_CELLS_BEHIND = {2: 1, 3: 2, 4: 3}  # cells behind the values, by version
+_DEEPEST = 12  # objects inside of objects
+#: Seconds in a unit of a timeseries' time.
+_SECONDS = {
+    "nanoseconds": 1e-9,
+    "microseconds": 1e-6,
+    "milliseconds": 1e-3,
+    "seconds": 1.0,
+    "minutes": 60.0,
+    "hours": 3600.0,
+    "days": 86400.0,
+    "weeks": 604800.0,
+}
+_UNNAMED = ("", "unnamed")
+_TIMES = ("time_s", "time")  # what the time of a timeseries is called here
+
+
+def is_reference(node: Any) -> bool:
+    """Whether a node is a reference to one object or several."""
+    if not isinstance(node, np.ndarray):
+        return False
+    array = cast("np.ndarray[Any, Any]", node)
+    return array.dtype == np.uint32 and array.size >= 6 and int(array.ravel()[0]) == _MARK
+
+
+class Objects:
+    """The objects of one file."""
+
+    def __init__(self, cells: Sequence[Any], budget: Budget) -> None:
+        """Objects of a subsystem.
+
+        Args:
+            cells: of the subsystem, as plain Python.
+            budget: of the file; each object counts.
+
+        Raises:
+            ValueError, IndexError: the first cell is none that is known.
+        """
+        self._budget = budget
+        head = np.asarray(cells[0], np.uint8).tobytes()
+        order = "<" if int.from_bytes(head[:4], "little") in _VERSIONS else ">"
+        numbers = np.frombuffer(head[: len(head) // 4 * 4], f"{order}u4")
+        version = int(numbers[0])
+        if version not in _VERSIONS:
+            raise ValueError(f"objects are saved in version {version}, not in one of {_VERSIONS}")
+        starts = [int(start) for start in numbers[2:10]]  # [bytes]: of classes, made properties, objects, properties
+        self._names = [name.decode("latin-1") for name in head[40 : starts[0]].split(b"\0") if name]
+        parts = [numbers[start // 4 : end // 4] for start, end in pairwise(starts[:5])]
+        self._classes, made, self._objects, own = parts
+        self._made = _lists_of(made)
+        self._own = _lists_of(own)
+        self._values = cells[2 : len(cells) - _CELLS_BEHIND[version]]
+        self._defaults: Any = cells[-1]
+        self._open: list[int] = []  # objects that are being read, one inside the other
+        self._read: dict[int, Any] = {}
+
+    def resolved(self, node: Any) -> Any:
+        """A node with what its references lead to."""
+        if is_reference(node):
+            return self._referred(node)
+        if isinstance(node, dict):
+            return {name: self.resolved(field) for name, field in cast("Fields", node).items()}
+        if isinstance(node, list):
+            return [self.resolved(item) for item in cast("list[Any]", node)]
+        return node
+
+    def _referred(self, reference: np.ndarray[Any, Any]) -> Any:
+        """The object that a reference leads to, or a list of several; None where nothing of the kind is there."""
+        found: list[Any] = []
+        for number in _numbers_of(reference):
+            self._budget.take_names()
+            if number not in self._read:
+                if number in self._open or len(self._open) >= _DEEPEST:
+                    return None
+                self._open.append(number)
+                value = None
+                with suppress(IndexError, ValueError, TypeError, KeyError):
+                    value = self._object(number)
+                self._open.pop()
+                self._read[number] = value
+            found.append(self._read[number])
+        return found[0] if len(found) == 1 else found
+
+    def _object(self, number: int) -> Any:
+        """An object of a class that can be plain, else None."""
+        kind = self._kind(number)
+        read = _READERS.get(kind)
+        return read(self, self._properties(number)) if read else None
+
+    def _kind(self, number: int) -> str:
+        """The whole name of an object's class."""
+        class_of = int(self._objects[6 * number])
+        space, own = (int(place) for place in self._classes[4 * class_of : 4 * class_of + 2])
+        return f"{self._names[space - 1]}.{self._names[own - 1]}" if space else self._names[own - 1]
+
+    def _properties(self, number: int) -> Fields:
+        """Properties of an object by name, with references in them as they are."""
+        class_of, _, _, made, own, _ = (int(place) for place in self._objects[6 * number : 6 * number + 6])
+        properties: Fields = {}
+        if isinstance(self._defaults, list):
+            defaults: Any = cast("list[Any]", self._defaults)[class_of]
+            properties |= cast("Fields", defaults) if isinstance(defaults, dict) else {}
+        for name, sort, place in self._made[made] if made else self._own[own]:
+            if sort == 1:
+                properties[self._names[name - 1]] = self._values[place]
+            elif sort == 2:  # the number itself
+                properties[self._names[name - 1]] = np.array([float(place)])
+        return properties
+
+    def fields(self, node: Any) -> Fields:
+        """Fields of a struct, or properties of the object that a node refers to; none for any other node."""
+        if isinstance(node, dict):
+            return cast("Fields", node)
+        return self._properties(_numbers_of(node)[0]) if is_reference(node) else {}
+
+    def text(self, node: Any) -> str:
+        """A text, a string object, or the name of a unit; "" for any other node."""
+        if is_reference(node):
+            node = self._referred(node) or self.fields(node).get("Name")
+        return node.strip() if isinstance(node, str) else ""
+
+
+def _numbers_of(reference: np.ndarray[Any, Any]) -> list[int]:
+    """Numbers of the objects that a reference names: behind the mark, the count of sides and the sides."""
+    numbers = [int(number) for number in reference.ravel()]
+    return numbers[2 + numbers[1] : -1]
+
+
+def _lists_of(numbers: np.ndarray[Any, Any]) -> list[list[tuple[int, int, int]]]:
+    """Lists of properties, one behind the other: a count, then name, sort and place of each, to an even length."""
+    lists: list[list[tuple[int, int, int]]] = []
+    start = 0
+    while start < numbers.size:
+        count = int(numbers[start])
+        end = start + 1 + 3 * count
+        if end > numbers.size:
+            break
+        triples = numbers[start + 1 : end].reshape(-1, 3)
+        lists.append([(int(name), int(sort), int(place)) for name, sort, place in triples])
+        start = end + end % 2
+    return lists
+
+
+def _number(node: Any, default: float = np.nan) -> float:
+    """The first number of a node; the default where there is none."""
+    if not isinstance(node, np.ndarray):
+        return default
+    array = cast("np.ndarray[Any, Any]", node)
+    return float(array.ravel()[0]) if array.size and array.dtype.kind in "biuf" else default
+
+
+def _labelled(name: str, unit: str) -> str:
+    return f"{name} [{unit}]" if unit and "[" not in name else name
+
+
+def _texts(objects: Objects, node: Any) -> list[str]:
+    """Texts of a cell."""
+    return [objects.text(item) for item in cast("list[Any]", node)] if isinstance(node, list) else []
+
+
+def _add_variables(columns: Fields, objects: Objects, data: Any, names: Sequence[str], units: Sequence[str]) -> None:
+    """Variables of a table as columns under their names and units; what holds no numbers is left to be told."""
+    cells = cast("list[Any]", data) if isinstance(data, list) else []
+    for place, (name, cell) in enumerate(zip(names, cells, strict=False)):
+        unit = units[place] if place < len(units) else ""
+        value = objects.resolved(cell)
+        if is_reference(cell) and isinstance(value, np.ndarray):  # a duration or a date, in seconds
+            unit = "s"
+        elif not isinstance(value, np.ndarray):
+            rows = len(cast("list[Any]", value)) if isinstance(value, list) else 2
+            value = np.full(max(rows, 2), None, object)
+        columns[_labelled(name, unit)] = value
+
+
+def _table(objects: Objects, properties: Fields) -> Fields:
+    """A table: its variables."""
+    props = objects.fields(properties.get("props"))
+    names = _texts(objects, properties["varnames"])
+    if _number(props.get("useVariableNamesOriginal"), 0.0):
+        names = _texts(objects, props.get("VariableNamesOriginal")) or names
+    columns: Fields = {}
+    _add_variables(columns, objects, properties["data"], names, _texts(objects, props.get("VariableUnits")))
+    return columns
+
+
+def _timetable(objects: Objects, properties: Fields) -> Fields:
+    """A timetable: its times in s from its first row, then its variables."""
+    held = objects.fields(properties["any"])
+    names = _texts(objects, held["varNames"])
+    if _number(held.get("useVarNamesOrig"), 0.0):
+        names = _texts(objects, held.get("varNamesOrig")) or names
+    rows = int(_number(held["numRows"]))
+    times = held["rowTimes"]
+    if isinstance(times, dict):  # a rate or a step
+        grid = cast("Fields", times)
+        by_rate = bool(_number(grid.get("specifiedAsRate"), 0.0))
+        step = 1.0 / _number(grid["sampleRate"]) if by_rate else _number(objects.resolved(grid["stepSize"]))
+        start = _number(objects.resolved(grid.get("origin")), 0.0)
+        if not step > 0.0:  # a step of the calendar, such as a month
+            raise ValueError("a timetable without a step in seconds")
+        seconds: Any = start + step * np.arange(min(rows, 1 << 28))
+    else:
+        seconds = objects.resolved(times)
+    columns: Fields = {"time_s": seconds}
+    _add_variables(columns, objects, held["data"], names, _texts(objects, held.get("varUnits")))
+    return columns
+
+
+def _duration(objects: Objects, properties: Fields) -> np.ndarray[Any, Any]:
+    """Seconds of a duration."""
+    del objects
+    return np.asarray(properties["millis"], np.float64) / 1000.0
+
+
+def _datetime(objects: Objects, properties: Fields) -> np.ndarray[Any, Any]:
+    """Seconds of dates from the first. The imaginary part is what a double of the milliseconds leaves out."""
+    del objects
+    millis = np.asarray(properties["data"]).ravel()
+    return ((millis.real - millis[0].real) + (millis.imag - millis[0].imag)) / 1000.0
+
+
+def _string(objects: Objects, properties: Fields) -> str | list[str] | None:
+    """Texts of a string: version, count of sides, sides, lengths; then letters of two bytes."""
+    del objects
+    numbers = np.asarray(properties["any"], np.uint64).ravel()
+    sides = int(numbers[1])
+    count = int(np.prod([int(side) for side in numbers[2 : 2 + sides]]))
+    lengths = [int(length) for length in numbers[2 + sides : 2 + sides + count]]
+    letters = numbers[2 + sides + count :].tobytes()
+    texts: list[str] = []
+    start = 0
+    for length in lengths:
+        end = start + 2 * length if length < len(letters) else start  # a missing text has the largest length
+        texts.append(letters[start:end].decode("utf-16-le", "replace"))
+        start = end
+    return texts[0] if len(texts) == 1 else texts
+
+
+def _timeseries(objects: Objects, properties: Fields) -> Fields:
+    """A timeseries: its time, in s where its unit is known, and its numbers under its name."""
+    info = objects.fields(properties.get("TimeInfo"))
+    data = np.asarray(properties["Data_"])
+    time = _time(info, properties)
+    if time is None:
+        raise ValueError("a timeseries without a time")
+    second = _SECONDS.get(objects.text(info.get("Units")))
+    if data.shape[0] != time.size and data.shape[-1] == time.size:  # samples lie along the last side
+        data = data.reshape(-1, time.size).T
+    elif data.ndim > 2:
+        data = data.reshape(data.shape[0], -1)
+    name = objects.text(properties.get("Name"))
+    unit = objects.text(objects.fields(properties.get("DataInfo")).get("Units"))
+    own = "data" if name in _UNNAMED else name
+    return {"time_s" if second else "time": time * (second or 1.0), _labelled(own, unit): data}
+
+
+def _time(info: Fields, properties: Fields) -> np.ndarray[Any, Any] | None:
+    """Times of a timeseries: as stored, or from a start and a step."""
+    for stored in (info.get("Time_"), properties.get("Time_"), properties.get("Time")):
+        if isinstance(stored, np.ndarray) and cast("np.ndarray[Any, Any]", stored).size:
+            return np.asarray(stored, np.float64).ravel()
+    start = _number(info.get("Start_", info.get("Start")), 0.0)
+    step = _number(info.get("Increment_", info.get("Increment")))
+    length = _number(info.get("Length_", info.get("Length")))
+    return start + step * np.arange(int(length)) if step > 0.0 and 0 < length < 1 << 28 else None
+
+
+def _dataset(objects: Objects, properties: Fields) -> Fields:
+    """Logged signals of Simulink."""
+    held = objects.fields(properties.get("any")) or properties
+    storage = objects.fields(held.get("Storage")) or held
+    storage = objects.fields(storage.get("any")) or storage
+    elements = storage["Elements"]
+    signals: Fields = {}
+    for place, element in enumerate(cast("list[Any]", elements), start=1):
+        fields = objects.fields(element)
+        values = objects.resolved(fields.get("Values", element))
+        if not isinstance(values, dict):
+            continue
+        usual = f"signal{place}"
+        values = cast("Fields", values)
+        name = objects.text(fields.get("Name")) or objects.text(fields.get("PropagatedName"))
+        paths = _texts(objects, objects.fields(fields.get("BlockPath")).get("path"))
+        name = name.strip("<>") or _own_name(values) or (paths[-1].rpartition("/")[2] if paths else "") or usual
+        if name in signals:
+            name = f"{name}_{place}"
+        signals[name] = _called(values, name)
+    return _on_one_time(signals)
+
+
+def _own_name(values: Fields) -> str:
+    """The name of a timeseries' numbers, which Simulink sets in <> where a bus named them; "" for any other struct."""
+    labels = [key for key, value in values.items() if isinstance(value, np.ndarray) and key not in _TIMES]
+    name = labels[0].partition(" [")[0].strip("<>") if len(labels) == 1 else ""
+    return "" if name == "data" else name
+
+
+def _called(values: Fields, name: str) -> Fields:
+    """A timeseries under the name of its signal, which may not be that of its numbers; other structs as they are."""
+    labels = [key for key in values if key not in _TIMES]
+    if len(labels) != 1 or not isinstance(values[labels[0]], np.ndarray):
+        return values
+    _, bracket, unit = labels[0].partition(" [")
+    return {name + bracket + unit if key == labels[0] else key: value for key, value in values.items()}
+
+
+def _on_one_time(signals: Fields) -> Fields:
+    """Signals as one struct where all of them have the same time; else as they are."""
+    parts = [cast("Fields", part) for part in signals.values()]
+    times = [part.get("time_s") for part in parts]
+    first = times[0] if times else None
+    if len(parts) < 2 or not isinstance(first, np.ndarray):
+        return parts[0] if len(parts) == 1 else signals
+    if not all(isinstance(time, np.ndarray) and np.array_equal(time, first) for time in times):
+        return signals
+    together: Fields = {"time_s": first}
+    for part in parts:
+        for key, value in part.items():
+            if key != "time_s" and key in together:
+                return signals
+            together[key] = value
+    return together
+
+
+def _output(objects: Objects, properties: Fields) -> Any:
+    """What a simulation put out: its logged signals, which have times of their own, or vectors beside one time."""
+    output = objects.resolved(properties.get("Data"))
+    if not isinstance(output, dict):
+        return output
+    fields = cast("Fields", output)
+    logged = {name: node for name, node in fields.items() if isinstance(node, dict) and node}
+    vectors = [name for name, node in fields.items() if isinstance(node, np.ndarray) and name != "tout"]
+    if not logged or vectors:
+        return fields
+    return next(iter(logged.values())) if len(logged) == 1 else logged
+
+
+_READERS: dict[str, Callable[[Objects, Fields], Any]] = {
+    "table": _table,
+    "timetable": _timetable,
+    "duration": _duration,
+    "datetime": _datetime,
+    "string": _string,
+    "timeseries": _timeseries,
+    "Simulink.SimulationData.Dataset": _dataset,
+    "Simulink.SimulationOutput": _output,
+}
