@@ -67,7 +67,9 @@ def test_numbers_of_an_unknown_meaning_are_asked_about(tmp_path: Path) -> None:
     assert read_flow_curves(path, sheet=["sample=0.5"]).curves[0].rate.size == RATES.size
 
 
-@pytest.mark.parametrize("name", ["Meas. Pts.", "Interval", "Time [s]", "Torque [mN m]"])
+@pytest.mark.parametrize(
+    "name", ["Meas. Pts.", "Interval", "duration", "Step duration [s]", "Time [s]", "Torque [mN m]"]
+)
 def test_what_is_no_condition_parts_nothing(tmp_path: Path, name: str) -> None:
     path = table(tmp_path / "f.csv", f"{name},Shear rate [1/s],Shear stress [Pa]", scale=2.0)
     sweeps = [curve.label.rpartition("; ")[2] for curve in read_flow_curves(path).curves]

@@ -75,7 +75,7 @@ class Objects:
         self._made = _lists_of(made)
         self._own = _lists_of(own)
         self._values = cells[2 : len(cells) - _CELLS_BEHIND[version]]
-        self._defaults: Any = cells[-1]
+        self._defaults: list[Any] = cells[-1] if isinstance(cells[-1], list) else []
         self._open: list[int] = []  # objects that are being read, one inside the other
         self._read: dict[int, Any] = {}
 
@@ -122,8 +122,8 @@ class Objects:
         """Properties of an object by name, with references in them as they are."""
         class_of, _, _, made, own, _ = (int(place) for place in self._objects[6 * number : 6 * number + 6])
         properties: Fields = {}
-        if isinstance(self._defaults, list):
-            defaults: Any = cast("list[Any]", self._defaults)[class_of]
+        if class_of < len(self._defaults):
+            defaults: Any = self._defaults[class_of]
             properties |= cast("Fields", defaults) if isinstance(defaults, dict) else {}
         for name, sort, place in self._made[made] if made else self._own[own]:
             if sort == 1:
@@ -240,8 +240,8 @@ def _duration(objects: Objects, properties: Fields) -> np.ndarray[Any, Any]:
 def _datetime(objects: Objects, properties: Fields) -> np.ndarray[Any, Any]:
     """Seconds of dates from the first. The imaginary part is what a double of the milliseconds leaves out."""
     del objects
-    millis = np.asarray(properties["data"]).ravel()
-    return ((millis.real - millis[0].real) + (millis.imag - millis[0].imag)) / 1000.0
+    millis: np.ndarray[Any, np.dtype[np.complex128]] = np.asarray(properties["data"], np.complex128).ravel()
+    return ((millis.real - millis.real[0]) + (millis.imag - millis.imag[0])) / 1000.0
 
 
 def _string(objects: Objects, properties: Fields) -> str | list[str] | None:
@@ -332,13 +332,12 @@ def _called(values: Fields, name: str) -> Fields:
 def _on_one_time(signals: Fields) -> Fields:
     """Signals as one struct where all of them have the same time; else as they are."""
     parts = [cast("Fields", part) for part in signals.values()]
-    times = [part.get("time_s") for part in parts]
-    first = times[0] if times else None
-    if len(parts) < 2 or not isinstance(first, np.ndarray):
-        return parts[0] if len(parts) == 1 else signals
-    if not all(isinstance(time, np.ndarray) and np.array_equal(time, first) for time in times):
+    if len(parts) == 1:
+        return parts[0]
+    times = [np.asarray(part["time_s"]) for part in parts if "time_s" in part]
+    if len(times) < max(len(parts), 1) or not all(np.array_equal(time, times[0]) for time in times):
         return signals
-    together: Fields = {"time_s": first}
+    together: Fields = {"time_s": times[0]}
     for part in parts:
         for key, value in part.items():
             if key != "time_s" and key in together:
@@ -353,11 +352,11 @@ def _output(objects: Objects, properties: Fields) -> Any:
     if not isinstance(output, dict):
         return output
     fields = cast("Fields", output)
-    logged = {name: node for name, node in fields.items() if isinstance(node, dict) and node}
+    logged: Fields = {name: node for name, node in fields.items() if isinstance(node, dict) and node}
     vectors = [name for name, node in fields.items() if isinstance(node, np.ndarray) and name != "tout"]
     if not logged or vectors:
         return fields
-    return next(iter(logged.values())) if len(logged) == 1 else logged
+    return logged[next(iter(logged))] if len(logged) == 1 else logged
 
 
 _READERS: dict[str, Callable[[Objects, Fields], Any]] = {

@@ -48,8 +48,10 @@ def load_v5(path: str) -> dict[str, Node]:
     kinds: dict[str, str] = {}
     objects: Objects | None = None
     for start, part in _variables_of(path, order):
-        _take_heads(BytesIO(part), budget)
-        loaded = loadmat(BytesIO(part), struct_as_record=False, squeeze_me=False, chars_as_strings=True)
+        file: Any = BytesIO(part)
+        _take_heads(file, budget)
+        file.seek(0)
+        loaded = loadmat(file, struct_as_record=False, squeeze_me=False, chars_as_strings=True)
         if start == place and _WORKSPACE in loaded:
             with suppress(IndexError, ValueError, TypeError, KeyError):
                 objects = _objects_in(loaded[_WORKSPACE], head, budget)
@@ -73,8 +75,6 @@ def _take_heads(file: Any, budget: Budget) -> None:
         for _, shape, _ in whosmat(file):
             budget.take_names()
             budget.take_cells(prod(int(length) for length in shape))
-    if isinstance(file, BytesIO):
-        file.seek(0)
 
 
 def _variables_of(path: str, order: Any) -> Iterator[tuple[int, bytes]]:
@@ -95,7 +95,7 @@ def _objects_in(workspace: Any, head: bytes, budget: Budget) -> Objects:
     content = np.asarray(workspace, np.uint8).tobytes()
     order = "little" if content[2:4] == b"IM" else "big"
     end = 16 + int.from_bytes(content[12:16], order)  # of the first variable; what follows is none of use
-    file = BytesIO(head[:116] + bytes(8) + content[:4] + content[8:end])
+    file: Any = BytesIO(head[:116] + bytes(8) + content[:4] + content[8:end])
     loaded = loadmat(file, struct_as_record=False, squeeze_me=False, chars_as_strings=True)
     held: Any = loaded[_WORKSPACE].ravel()[0]
     (_, _, _, cells) = held.MCOS.ravel()[0]
