@@ -17,7 +17,7 @@ import pytest
 from erclutch.errors import ErclutchError
 from erclutch.logs import ColumnMap, read, read_table
 from erclutch.logs.applied import apply
-from erclutch.logs.clock import timing
+from erclutch.logs.clock import time_stamps
 from erclutch.logs.clock.resample import resampled
 from erclutch.logs.columns.labels import header_pairs, sample_period, split_label
 from erclutch.logs.dataset import build_dataset
@@ -270,7 +270,7 @@ def test_stamps(name: str, pinned: Pinned) -> None:
     stamps = STAMPS[name]
 
     def clock(hint: float | None = None) -> Any:
-        found = timing.from_stamps(stamps, np.arange(stamps.size) % 3 == 0, column="t", hint=hint)
+        found = time_stamps.from_stamps(stamps, np.arange(stamps.size) % 3 == 0, column="t", hint=hint)
         kept = int(found.keep.sum())
         return [summed(found.time - found.time[0]), found.period, found.starts, found.uniform, kept, found.notes]
 

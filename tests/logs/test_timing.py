@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from erclutch.errors import TimingError
-from erclutch.logs.clock import regular_grid, timing
+from erclutch.logs.clock import time_stamps, timing
 from erclutch.logs.clock.timing import LogClock
 from tests.support.examples import examples
 
@@ -18,7 +18,7 @@ BURSTS = np.repeat(np.cumsum(_RANDOM.integers(1, 9, 1000)), _RANDOM.integers(1, 
 def clock_of(stamps: np.ndarray, same: list[int] | None = None, hint: float | None = None) -> LogClock:
     alike = np.zeros(len(stamps), dtype=np.bool_)
     alike[same or []] = True
-    return timing.from_stamps(np.asarray(stamps, dtype=np.float64), alike, column="t", hint=hint)
+    return time_stamps.from_stamps(np.asarray(stamps, dtype=np.float64), alike, column="t", hint=hint)
 
 
 PERIODS = (1e-3, 0.2, 1 / 3, 1 / 1024, 3.328e-4, 5e-3)
@@ -185,7 +185,7 @@ def test_stamps_since_1970_are_as_fine_as_a_double_lets_them_be(start: float) ->
 
 def test_a_clock_that_begins_anew_begins_a_new_stretch() -> None:
     one = np.arange(300, dtype=np.float64) / 1000.0
-    clock = timing.from_stamps(np.concatenate([one + 5, one, one]), np.zeros(900, np.bool_), column="t")
+    clock = time_stamps.from_stamps(np.concatenate([one + 5, one, one]), np.zeros(900, np.bool_), column="t")
     assert clock.starts == (0, 300, 600)
     assert clock.uniform
     assert clock.period == pytest.approx(0.001)
@@ -197,7 +197,7 @@ def test_a_clock_that_falls_back_a_little_is_refused() -> None:
     stamps = np.arange(300, dtype=np.float64) * 0.001
     stamps[150:] -= 0.02
     with pytest.raises(TimingError, match="runs backwards at data row 151"):
-        timing.from_stamps(stamps, np.zeros(300, np.bool_), column="t")
+        time_stamps.from_stamps(stamps, np.zeros(300, np.bool_), column="t")
 
 
 # --- each limit from both sides, and the parts against their definition -----------------------------------------------
@@ -247,15 +247,15 @@ def test_many_long_steps_are_no_gaps_but_pauses_among_them_are() -> None:
     (np.array([1.0, 2.0, 2.0, 2.0, 2.0, 5.0]), [3.0 - 1.0] * 6),
 ])  # fmt: skip
 def test_how_fine_stamps_are(column: np.ndarray, grain: list[float]) -> None:
-    np.testing.assert_allclose(regular_grid.resolution_of(column), grain, rtol=1e-9)
+    np.testing.assert_allclose(time_stamps._resolution_of(column), grain, rtol=1e-9)
 
 
 def test_a_double_and_a_float32_are_as_fine_as_their_spacing() -> None:
     stamps = 1000.0 + ROWS / 7.0
-    np.testing.assert_allclose(regular_grid.resolution_of(stamps), 4 * np.spacing(stamps.max()))
+    np.testing.assert_allclose(time_stamps._resolution_of(stamps), 4 * np.spacing(stamps.max()))
     single = stamps.astype(np.float32).astype(np.float64)
     np.testing.assert_allclose(
-        regular_grid.resolution_of(single), np.spacing(single.astype(np.float32)).astype(np.float64)
+        time_stamps._resolution_of(single), np.spacing(single.astype(np.float32)).astype(np.float64)
     )
 
 
@@ -264,7 +264,7 @@ def test_the_line_is_as_near_to_all_stamps_as_can_be() -> None:
     stamps = np.arange(40) + rng.uniform(-0.3, 0.3, 40)
     allowed = rng.uniform(0.2, 0.4, 40)
     spans = [slice(0, 25), slice(25, 40)]
-    grid, wander = regular_grid._line(stamps, allowed, spans, 1.0)
+    grid, wander = time_stamps._line(stamps, allowed, spans, 1.0)
     away = []
     for span in spans:
         rest = stamps[span] - np.arange(span.stop - span.start)
@@ -281,7 +281,7 @@ def test_the_period_is_that_of_a_weighted_straight_line() -> None:
     stamps = 1.003 * np.arange(60) + rng.uniform(-0.4, 0.4, 60)
     stamps[30:] += 7.0
     grain = rng.uniform(0.01, 0.1, 60)
-    _, period, wander = regular_grid._grid(stamps, grain, (0, 30), 1.0, None)
+    _, period, wander = time_stamps._grid(stamps, grain, (0, 30), 1.0, None)
     weight = 1.0 / (1.05 * grain + 1e-3)
     second = np.arange(60) >= 30
     design = np.column_stack([np.arange(60) - 30 * second, ~second, second]) * weight[:, None]
@@ -291,8 +291,8 @@ def test_the_period_is_that_of_a_weighted_straight_line() -> None:
 
 def test_the_mean_step_leaves_gaps_out() -> None:
     stamps = np.cumsum([0.0, 1.0, 1.2, 0.8, 1.4, 9.0, 1.0])
-    assert regular_grid._period(stamps, np.zeros(7)) == pytest.approx((1.0 + 1.2 + 0.8 + 1.4 + 1.0) / 5)
-    assert regular_grid._period(stamps, np.full(7, 9.0)) == pytest.approx(stamps[-1] / 6)
+    assert time_stamps._period(stamps, np.zeros(7)) == pytest.approx((1.0 + 1.2 + 0.8 + 1.4 + 1.0) / 5)
+    assert time_stamps._period(stamps, np.full(7, 9.0)) == pytest.approx(stamps[-1] / 6)
 
 
 @pytest.mark.parametrize(
@@ -302,11 +302,11 @@ def test_the_mean_step_leaves_gaps_out() -> None:
 def test_repeats_at_equal_distances_are_no_strays(rows: list[int], stray: bool) -> None:
     repeats = np.zeros(100, np.bool_)
     repeats[rows] = True
-    assert timing._stray(repeats) == stray
+    assert time_stamps._stray(repeats) == stray
     few = np.zeros(10, np.bool_)
     few[[1, 2, 8]] = True
-    assert not timing._stray(few)
-    assert timing._stray(np.concatenate([few, np.zeros(5, np.bool_)]))
+    assert not time_stamps._stray(few)
+    assert time_stamps._stray(np.concatenate([few, np.zeros(5, np.bool_)]))
 
 
 def restarted(at: int, to: float, step: float = 1.0, rows: int = 400) -> bool:
@@ -314,7 +314,7 @@ def restarted(at: int, to: float, step: float = 1.0, rows: int = 400) -> bool:
     stamps = np.arange(float(rows))
     stamps[at:] += to - stamps[at]
     stamps[at + 1 :] += step - 1.0
-    return len(regular_grid.restarted(stamps, "t")[1]) == 1
+    return len(time_stamps._restarted(stamps, "t")[1]) == 1
 
 
 def test_when_a_clock_has_begun_anew() -> None:
@@ -328,11 +328,11 @@ def test_when_a_clock_has_begun_anew() -> None:
     assert restarted(200, 0.0, step=11.0)
     assert not restarted(200, 0.0, step=12.0)  # the clock goes on as before it
     five = np.concatenate([np.arange(100.0)] * 5)
-    assert len(regular_grid.restarted(five, "t")[1]) == 1
+    assert len(time_stamps._restarted(five, "t")[1]) == 1
     many = np.concatenate([np.arange(80.0)] * 5)  # 4 of 400 rows are 1 %
-    assert len(regular_grid.restarted(many, "t")[1]) == 1
-    assert not regular_grid.restarted(np.concatenate([np.arange(78.0)] * 5), "t")[1]
-    joined, (note,) = regular_grid.restarted(np.concatenate([np.arange(150.0)] * 7), "t")
+    assert len(time_stamps._restarted(many, "t")[1]) == 1
+    assert not time_stamps._restarted(np.concatenate([np.arange(78.0)] * 5), "t")[1]
+    joined, (note,) = time_stamps._restarted(np.concatenate([np.arange(150.0)] * 7), "t")
     assert np.all(np.diff(joined)[149::150] == pytest.approx(11.0))
     assert (
         note == "t begins anew in data row 151, 301, 451, 601, 751, ...: a new stretch each time, 11 s after the last"

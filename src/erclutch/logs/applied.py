@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from erclutch.errors import LogError, MappingError, TimingError, placed, shell_word
 from erclutch.logs.clock import timing
+from erclutch.logs.clock.time_stamps import from_stamps
 from erclutch.logs.plan import ClockPlan, Invalid, Plan, SignalPlan
 from erclutch.logs.planning.clock_planning import SLOW
 from erclutch.logs.rows.unmeasured_rows import unmeasured_rows
@@ -182,7 +183,7 @@ def clock_of(
             before = taken[:-1]
             both_empty = np.isnan(now) & np.isnan(before)
             same[1:] &= (now == before) | both_empty
-    clock = timing.from_stamps(stamps, same, column=plan.column, hint=period)
+    clock = from_stamps(stamps, same, column=plan.column, hint=period)
     if plan.kind == "column" and not plan.unit and clock.period >= SLOW:
         remedy = f"if it counts milliseconds, give --time {shell_word(f'{plan.column} [ms]')}"
         notes.append(f"{plan.column} has no unit, and in s its rows are {clock.period:.4g} s apart: {remedy}")

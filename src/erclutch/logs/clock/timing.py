@@ -1,7 +1,6 @@
-"""Time stamps, or a sampling rate, become a clock: time, period, segments without gaps, uniform or not.
+"""The clock of a log: time, period, segments without gaps, uniform or not; here of rows that have no time stamps.
 
-A stamp is only as fine as it was printed. So the resolution of the stamps (their decimals, or float32) is measured
-first, and only what differs by more than that resolution counts as a gap, a repeat or jitter.
+That of rows with stamps is made in `erclutch.logs.clock.time_stamps`.
 """
 
 from __future__ import annotations
@@ -12,22 +11,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from erclutch.errors import ShortLogError, TimingError
-from erclutch.logs.clock.regular_grid import (
-    COARSE,
-    JITTER,
-    PAUSE,
-    first_few,
-    is_steady,
-    refuse_no_clock,
-    refuse_short,
-    regular_grid,
-    resolution_of,
-    restarted,
-)
 from erclutch.signals.array import Array, Mask
-from erclutch.signals.percent import percent
 
 MINIMUM_ROWS = 10
+PAUSE = 11.0  # long steps between two stretches whose clock began anew
 #: How the note of rows begins that are points of a table: none comes after another in time.
 IN_NO_TIME = "the rows are written"
 
@@ -107,80 +94,6 @@ def of_points(rows: int, period: float) -> LogClock:
     )
 
 
-def from_stamps(stamps: Array, same: Mask, *, column: str, hint: float | None = None) -> LogClock:
-    """A clock from time stamps.
-
-    Args:
-        stamps: s, shape (n,), finite.
-        same: whether a row equals the row before in all columns but the time, shape (n,).
-        column: name of the time column, for messages.
-        hint: period in s from a header; taken where the stamps agree with it within their resolution.
-
-    Raises:
-        TimingError: fewer than 10 rows, constant time, time that runs backwards, stamps that repeat without a pattern.
-    """
-    require_rows(stamps.size)
-    grain = resolution_of(stamps) if np.any(np.diff(stamps)) else np.zeros(stamps.size)
-    stamps, restarts = restarted(stamps, column)
-    refuse_no_clock(stamps, column)
-    notes: list[str] = []
-    keep = np.ones(stamps.size, dtype=np.bool_)
-    regular = regular_grid(stamps, grain, column, hint)
-
-    # Rows with the stamp of the row before: written twice, or by a busy logger, or stamped more coarsely than sampled.
-    repeats = np.concatenate(([False], np.diff(stamps) == 0))
-    if repeats.any():
-        written_twice = repeats & same
-        other_values = repeats & ~same
-        wanders = regular.wander > 1.0
-        busy = wanders and other_values.sum() > written_twice.sum() and is_steady(stamps, regular)
-        too_few_for_coarse_stamps = wanders and np.mean(other_values) <= COARSE
-        if not busy and (_stray(repeats) or too_few_for_coarse_stamps):
-            keep = ~repeats
-            notes.append(_dropped(repeats, same, column))
-            stamps = stamps[keep]
-            require_rows(stamps.size)
-            regular = regular_grid(stamps, regular.grain[keep], column, hint)
-
-    period = regular.period
-    uniform = regular.wander <= 1.0
-    refuse_short(period, column)
-    gaps = [start - 1 for start in regular.starts[1:]]
-    steps = np.delete(np.diff(stamps), gaps)
-    away = np.abs(stamps - regular.grid)  # s, shape (n,)
-    if not uniform and is_steady(stamps, regular):
-        late = float(np.percentile(away, 99))
-        notes.append(
-            f"stamps of {column} come up to {late:.2g} s early or late about a steady {period:.6g} s, and no row is "
-            "missing: put on the regular grid"
-        )
-        stamps = regular.grid
-        uniform = True
-    elif uniform:
-        even = steps.size == 0 or np.abs(steps - period).max() <= 1e-6 * period
-        moves = float(away.max()) > 1e-9 * period
-        if moves and not even:
-            notes.append(_restored(stamps, regular.grain, period, column))
-            stamps = regular.grid
-    elif not np.all(steps > 0):
-        raise TimingError(
-            f"column {column} repeats its stamps without a pattern",
-            remedy="Give the sampling rate instead (--rate 1000), or log finer stamps",
-        )
-    else:
-        shortest, longest = np.percentile(steps, (1, 99)).tolist()
-        about = f"steps of {column} spread by {longest - shortest:.3g} s about {period:.4g} s"
-        notes.append(f"the sampling is not uniform ({about}): the stamps are kept")
-    return LogClock(
-        time=stamps,
-        period=period,
-        starts=regular.starts,
-        uniform=uniform,
-        keep=keep,
-        notes=(*restarts, *notes, *regular.gaps),
-    )
-
-
 def require_rows(rows: int) -> None:
     """Raise a TimingError for fewer rows than anything can be said of."""
     if rows < MINIMUM_ROWS:
@@ -188,31 +101,7 @@ def require_rows(rows: int) -> None:
         raise ShortLogError(problem, remedy="Give a longer log")
 
 
-def _stray(repeats: Mask) -> bool:
-    """Whether repeated stamps are stray rows: few, and not at the equal distances that a coarse stamp makes."""
-    if np.mean(repeats) > COARSE:
-        return False
-    distances = np.diff(np.flatnonzero(repeats))
-    return distances.size < 2 or bool(np.ptp(distances) > 2)
-
-
-def _dropped(repeats: Mask, same: Mask, column: str) -> str:
-    alike = int((repeats & same).sum())
-    different = int((repeats & ~same).sum())
-    parts: list[str] = []
-    if alike:
-        parts.append(f"{alike} rows that repeat the row before were dropped")
-    if different:
-        which = f"{different} rows with the {column} of the row before but other values"
-        parts.append(f"{which} were dropped, the first kept")
-    return "; ".join(parts)
-
-
-def _restored(stamps: Array, grain: Array, period: float, column: str) -> str:
-    if np.any(np.diff(stamps) == 0):
-        how = "is coarser than the sampling (stamps repeat)"
-    elif float(grain.max()) > 0.75 * JITTER * period:
-        how = f"is rounded to {grain.max():.2g} s"
-    else:
-        how = f"wanders by less than {percent(JITTER, 1)} of a period"
-    return f"{column} {how}: put on the regular grid of {period:.10g} s"
+def first_few(rows: Sequence[int]) -> str:
+    """Numbers of data rows for a note, from 1; the first five of them."""
+    numbers = ", ".join(f"{row + 1:,}" for row in rows[:5])
+    return f"{numbers}, ..." if len(rows) > 5 else numbers

@@ -11,7 +11,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from erclutch.errors import MappingError, UnitError, shell_word
-from erclutch.logs.clock.regular_grid import DISORDER
+from erclutch.logs.clock.time_stamps import DISORDER
 from erclutch.logs.clock.timing import MINIMUM_ROWS
 from erclutch.logs.columns.names import words_of
 from erclutch.logs.columns.row_groups import EACH

@@ -1,4 +1,8 @@
-"""A regular grid through time stamps: how fine they are, where they begin anew, their period, the gaps between them."""
+"""Time stamps become a clock: a regular grid through them where they allow it, cut where rows are missing.
+
+A stamp is only as fine as it was printed. So the resolution of the stamps (their decimals, or float32) is measured
+first, and only what differs by more than that resolution counts as a gap, a repeat or jitter.
+"""
 
 from __future__ import annotations
 
@@ -10,10 +14,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from erclutch.errors import TimingError
-from erclutch.signals.array import Array
+from erclutch.logs.clock.timing import PAUSE, LogClock, first_few, require_rows
+from erclutch.signals.array import Array, Mask
+from erclutch.signals.percent import percent
 
 _GAP = 1.5  # periods
-JITTER = 1e-3  # share of the period that stamps may wander and still be called uniform
+_JITTER = 1e-3  # share of the period that stamps may wander and still be called uniform
 _AROUND = 40  # rows on either side of a long step
 _FAR_APART = 10  # rows over which the period is told
 _LATE = 0.5  # periods by which a clock stays late behind a lost row
@@ -22,12 +28,85 @@ _WHOLE = 0.1  # of a period, by which a whole number of periods is off at most
 _MOSTLY = 0.95  # of the steps
 _WANDERS = 0.5  # periods that such an average may move
 DISORDER = 0.05  # share of the steps from which on backward ones are no slips of a clock
-PAUSE = 11.0  # long steps between two stretches whose clock began anew
 _SHORTEST = 1e-12  # s: no logger samples at a THz
-COARSE = 0.2  # share of repeated stamps above which they are coarser than the sampling
+_COARSE = 0.2  # share of repeated stamps above which they are coarser than the sampling
 
 
-def restarted(stamps: Array, column: str) -> tuple[Array, tuple[str, ...]]:
+def from_stamps(stamps: Array, same: Mask, *, column: str, hint: float | None = None) -> LogClock:
+    """A clock from time stamps.
+
+    Args:
+        stamps: s, shape (n,), finite.
+        same: whether a row equals the row before in all columns but the time, shape (n,).
+        column: name of the time column, for messages.
+        hint: period in s from a header; taken where the stamps agree with it within their resolution.
+
+    Raises:
+        TimingError: fewer than 10 rows, constant time, time that runs backwards, stamps that repeat without a pattern.
+    """
+    require_rows(stamps.size)
+    grain = _resolution_of(stamps) if np.any(np.diff(stamps)) else np.zeros(stamps.size)
+    stamps, restarts = _restarted(stamps, column)
+    _refuse_no_clock(stamps, column)
+    notes: list[str] = []
+    keep = np.ones(stamps.size, dtype=np.bool_)
+    regular = _regular_grid(stamps, grain, column, hint)
+
+    # Rows with the stamp of the row before: written twice, or by a busy logger, or stamped more coarsely than sampled.
+    repeats = np.concatenate(([False], np.diff(stamps) == 0))
+    if repeats.any():
+        written_twice = repeats & same
+        other_values = repeats & ~same
+        wanders = regular.wander > 1.0
+        busy = wanders and other_values.sum() > written_twice.sum() and _is_steady(stamps, regular)
+        too_few_for_coarse_stamps = wanders and np.mean(other_values) <= _COARSE
+        if not busy and (_stray(repeats) or too_few_for_coarse_stamps):
+            keep = ~repeats
+            notes.append(_dropped(repeats, same, column))
+            stamps = stamps[keep]
+            require_rows(stamps.size)
+            regular = _regular_grid(stamps, regular.grain[keep], column, hint)
+
+    period = regular.period
+    uniform = regular.wander <= 1.0
+    _refuse_short(period, column)
+    gaps = [start - 1 for start in regular.starts[1:]]
+    steps = np.delete(np.diff(stamps), gaps)
+    away = np.abs(stamps - regular.grid)  # s, shape (n,)
+    if not uniform and _is_steady(stamps, regular):
+        late = float(np.percentile(away, 99))
+        notes.append(
+            f"stamps of {column} come up to {late:.2g} s early or late about a steady {period:.6g} s, and no row is "
+            "missing: put on the regular grid"
+        )
+        stamps = regular.grid
+        uniform = True
+    elif uniform:
+        even = steps.size == 0 or np.abs(steps - period).max() <= 1e-6 * period
+        moves = float(away.max()) > 1e-9 * period
+        if moves and not even:
+            notes.append(_restored(stamps, regular.grain, period, column))
+            stamps = regular.grid
+    elif not np.all(steps > 0):
+        raise TimingError(
+            f"column {column} repeats its stamps without a pattern",
+            remedy="Give the sampling rate instead (--rate 1000), or log finer stamps",
+        )
+    else:
+        shortest, longest = np.percentile(steps, (1, 99)).tolist()
+        about = f"steps of {column} spread by {longest - shortest:.3g} s about {period:.4g} s"
+        notes.append(f"the sampling is not uniform ({about}): the stamps are kept")
+    return LogClock(
+        time=stamps,
+        period=period,
+        starts=regular.starts,
+        uniform=uniform,
+        keep=keep,
+        notes=(*restarts, *notes, *regular.gaps),
+    )
+
+
+def _restarted(stamps: Array, column: str) -> tuple[Array, tuple[str, ...]]:
     """Stamps that go on where the clock began anew: long after the last one, which cuts the log there."""
     steps = np.diff(stamps)
     back = np.flatnonzero(steps < 0) + 1
@@ -52,7 +131,7 @@ def restarted(stamps: Array, column: str) -> tuple[Array, tuple[str, ...]]:
     return joined, (note,)
 
 
-def refuse_no_clock(stamps: Array, column: str) -> None:
+def _refuse_no_clock(stamps: Array, column: str) -> None:
     """Refuse stamps that never change, that run backwards, or whose steps are below all that a logger has."""
     remedy = "choose the time column (--time) or give a sampling rate (--rate)"
     steps = np.diff(stamps)
@@ -60,7 +139,7 @@ def refuse_no_clock(stamps: Array, column: str) -> None:
         remedy += ", or take the rows as points (--time none)"
         raise TimingError(f"column {column} is {stamps[0]:g} in all {stamps.size} rows", remedy=remedy.capitalize())
     usual = float(np.median(steps[steps != 0]))
-    refuse_short(usual, column)
+    _refuse_short(usual, column)
     back = np.flatnonzero(steps < 0)
     if not back.size:
         return
@@ -76,7 +155,7 @@ def refuse_no_clock(stamps: Array, column: str) -> None:
     raise TimingError(f"column {column} runs backwards at data row {row + 1}: {order}", remedy=remedy)
 
 
-def refuse_short(step: float, column: str) -> None:
+def _refuse_short(step: float, column: str) -> None:
     """Refuse a step in s that no logger takes."""
     if abs(step) < _SHORTEST:
         problem = f"steps of column {column} are {step:.3g} s, below the shortest of {_SHORTEST:g} s"
@@ -84,7 +163,7 @@ def refuse_short(step: float, column: str) -> None:
         raise TimingError(problem, remedy=remedy)
 
 
-def resolution_of(stamps: Array) -> Array:
+def _resolution_of(stamps: Array) -> Array:
     """How fine each stamp is in s: its last decimal (the finest in its decade), float32, or float64.
 
     "24.6492" among "0.0003328" is the mark of six significant digits, so decimals are counted decade by decade.
@@ -111,12 +190,12 @@ def resolution_of(stamps: Array) -> Array:
         of_float32 = np.spacing(magnitude.astype(np.float32))
         grain = np.maximum(grain, of_float32.astype(np.float64))
     steps = np.diff(stamps)
-    if np.mean(steps == 0) > COARSE:  # a tick that is no power of ten, such as the 15.6 ms of an operating system
+    if np.mean(steps == 0) > _COARSE:  # a tick that is no power of ten, such as the 15.6 ms of an operating system
         grain = np.maximum(grain, float(np.median(steps[steps > 0])))
     return grain
 
 
-class Regular(NamedTuple):
+class _Regular(NamedTuple):
     """A regular grid through n stamps.
 
     Attributes:
@@ -136,12 +215,12 @@ class Regular(NamedTuple):
     gaps: tuple[str, ...]
 
 
-def regular_grid(stamps: Array, grain: Array, column: str, hint: float | None) -> Regular:
-    """The grid through stamps, cut at gaps; see `timing.from_stamps`."""
+def _regular_grid(stamps: Array, grain: Array, column: str, hint: float | None) -> _Regular:
+    """The grid through stamps, cut at gaps; see `from_stamps`."""
     about = _period(stamps, grain)
     starts, gaps = _cut(stamps, grain, about, column)
     grid, period, wander = _grid(stamps, grain, starts, about, hint)
-    return Regular(grid, period, wander, grain, starts, gaps)
+    return _Regular(grid, period, wander, grain, starts, gaps)
 
 
 def _period(stamps: Array, grain: Array) -> float:
@@ -226,13 +305,13 @@ def _segments(starts: Sequence[int], rows: int) -> list[slice]:
 def _grid(
     stamps: Array, grain: Array, starts: tuple[int, ...], period: float, hint: float | None
 ) -> tuple[Array, float, float]:
-    """Regular grid through the stamps, one period for all segments, each with its own start.
+    """_Regular grid through the stamps, one period for all segments, each with its own start.
 
     Returns:
         grid in s, shape (n,); period in s; the largest distance to the stamps as a share of what rounding allows.
     """
     segments = _segments(starts, stamps.size)
-    allowed = 1.05 * grain + JITTER * period  # stamps may be rounded up or down, not only to the nearest
+    allowed = 1.05 * grain + _JITTER * period  # stamps may be rounded up or down, not only to the nearest
 
     # A straight line through the stamps of each segment by least squares: its slope is the period.
     product = 0.0
@@ -283,7 +362,7 @@ def _line(stamps: Array, allowed: Array, segments: Sequence[slice], period: floa
     return grid, wander
 
 
-def is_steady(stamps: Array, regular: Regular) -> bool:
+def _is_steady(stamps: Array, regular: _Regular) -> bool:
     """Whether stamps that wander belong to a steady sampler whose logger was busy.
 
     Their distances to the grid then have no memory: over 60 rows they average out. A clock that drifts, or rows that
@@ -311,7 +390,31 @@ def is_steady(stamps: Array, regular: Regular) -> bool:
     return True
 
 
-def first_few(rows: Sequence[int]) -> str:
-    """Numbers of data rows for a note, from 1; the first five of them."""
-    numbers = ", ".join(f"{row + 1:,}" for row in rows[:5])
-    return f"{numbers}, ..." if len(rows) > 5 else numbers
+def _stray(repeats: Mask) -> bool:
+    """Whether repeated stamps are stray rows: few, and not at the equal distances that a coarse stamp makes."""
+    if np.mean(repeats) > _COARSE:
+        return False
+    distances = np.diff(np.flatnonzero(repeats))
+    return distances.size < 2 or bool(np.ptp(distances) > 2)
+
+
+def _dropped(repeats: Mask, same: Mask, column: str) -> str:
+    alike = int((repeats & same).sum())
+    different = int((repeats & ~same).sum())
+    parts: list[str] = []
+    if alike:
+        parts.append(f"{alike} rows that repeat the row before were dropped")
+    if different:
+        which = f"{different} rows with the {column} of the row before but other values"
+        parts.append(f"{which} were dropped, the first kept")
+    return "; ".join(parts)
+
+
+def _restored(stamps: Array, grain: Array, period: float, column: str) -> str:
+    if np.any(np.diff(stamps) == 0):
+        how = "is coarser than the sampling (stamps repeat)"
+    elif float(grain.max()) > 0.75 * _JITTER * period:
+        how = f"is rounded to {grain.max():.2g} s"
+    else:
+        how = f"wanders by less than {percent(_JITTER, 1)} of a period"
+    return f"{column} {how}: put on the regular grid of {period:.10g} s"
