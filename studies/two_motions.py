@@ -5,7 +5,10 @@ SYNTHETIC devices of `studies/unseen.py` at one field; for every other device ga
 logs. Three laws that are not the truth are fitted to one log each of two motions, a third motion judges the band: as
 now, and as before, when two logs were too few to leave one out and two motions too few for a haste.
 
-    python studies/two_motions.py [--devices 6] [--first 20]
+    python studies/two_motions.py [--devices 6] [--first 20] [--noise 0.05]
+
+Noise is that of the slip, as a share of its root mean square over all logs. By turns of three devices it is white, of a
+speed that was taken from positions, and filtered.
 
 Printed for each choice of motions: the share of the rows inside, mean and least; how often that is below 90 %, and how
 often the worst second has 80 %; the half width over what the motion needed, and over the spread of its effort (one
@@ -23,6 +26,7 @@ if __name__ == "__main__":
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import numpy as np
+from scipy.signal import lfilter
 
 from erclutch.fit.bands.haste_widths import with_haste
 from erclutch.fit.bands.prediction_bands import calibrated, coverage
@@ -30,6 +34,8 @@ from erclutch.fit.laws.fit_law import fit_structure
 from erclutch.logs.dataset import Dataset
 from erclutch.models.laws import law_from_name
 from erclutch.models.structure import Structure
+from erclutch.signals.array import rms
+from erclutch.signals.device import Element
 from studies.unseen import Device
 
 #: Numbers of the motions that are fitted, and of the motion that judges; 0 is the slowest.
@@ -45,10 +51,12 @@ LAWS = (
     ("herschel-bulkley/constant", "lugre/field"),
 )
 MOST_DRIFT = 0.15
+#: Pole of the filter of a filtered noise.
+FILTER = 0.7
 
 
-def device(seed: int) -> Dataset:
-    """Logs of six motions at one field."""
+def device(seed: int, noise: float = 0.0) -> Dataset:
+    """Logs of six motions at one field, with noise of the slip."""
     rng = np.random.default_rng(seed)
     every = Device(rng).logs()
     drift = rng.uniform(0.0, MOST_DRIFT) if seed % 2 else 0.0
@@ -60,7 +68,15 @@ def device(seed: int) -> Dataset:
     kept = np.zeros(every.rows, np.bool_)
     for source, (start, stop) in zip(every.sources, every.source_rows, strict=True):
         kept[start:stop] = str(source).endswith(field)
-    return replace(every, effort=effort).take(kept)
+    data = replace(every, effort=effort).take(kept)
+    if noise == 0.0:
+        return data
+    (element,) = data.elements
+    drawn = rng.standard_normal(data.rows + 1)
+    kinds = (drawn[1:], np.diff(drawn), lfilter([1.0], [1.0, -FILTER], drawn)[1:])
+    of_kind = kinds[seed % len(kinds)]
+    slip = element.slip + noise * rms(element.slip) * of_kind / np.std(of_kind)
+    return replace(data, elements=(Element(element.field, slip),))
 
 
 def rows_of(data: Dataset, motions: tuple[int, ...]) -> np.ndarray:
@@ -98,10 +114,11 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--devices", type=int, default=6)
     parser.add_argument("--first", type=int, default=20, help="seed of the first device")
+    parser.add_argument("--noise", type=float, default=0.0, help="of the slip, as a share of it")
     asked = parser.parse_args()
     table: dict[tuple[str, str], list[tuple[float, ...]]] = defaultdict(list)
     for seed in range(asked.first, asked.first + asked.devices):
-        every = device(seed)
+        every = device(seed, asked.noise)
         for name, (fitted, judge) in CHOICES.items():
             data = every.take(rows_of(every, (*fitted, judge)))
             for law, stages in LAWS:

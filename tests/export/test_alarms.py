@@ -31,7 +31,7 @@ from erclutch.signals.clock import Clock, Span
 from erclutch.signals.device import Element, slips_of
 from tests.support.examples import examples
 from tests.support.slow_params import slow_but
-from tests.support.wide_band import BAND, HASTY
+from tests.support.wide_band import BAND, HASTY, SMOOTH
 
 BLOCK, SHORT = 20, 5
 #: One of each device, with gaps in the grid, with and without a memory.
@@ -72,7 +72,7 @@ def test_the_c_gives_the_bits_of_the_record(
     label: str, precision: str, models: dict[str, Model], need: Callable[..., None]
 ) -> None:
     need("gcc")
-    made = alarmed(models[label], precision, band=HASTY)
+    made = alarmed(models[label], precision, band=SMOOTH)
     rows = motion(made, 3000)
     noise = np.random.default_rng(1).normal(size=len(rows))
     rows = measuring(made, rows, np.where(np.arange(len(rows)) < 1000, 0.5 * noise, 2.0 + noise))
@@ -92,7 +92,7 @@ def test_the_c_gives_the_bits_of_the_record(
         assert device.band == tuple(ends)
 
 
-@pytest.mark.parametrize("band", [BAND, HASTY], ids=["plain", "by haste"])
+@pytest.mark.parametrize("band", [BAND, HASTY, SMOOTH], ids=["plain", "by haste", "by smoothed haste"])
 @pytest.mark.parametrize("label", slow_but(("bingham, single",), LABELS))
 def test_the_band_is_the_models(label: str, band: Band, models: dict[str, Model]) -> None:
     made = alarmed(models[label], band=band)

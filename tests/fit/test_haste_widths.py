@@ -18,8 +18,8 @@ from erclutch.signals.device import Element, Units
 PERIOD, ROWS = 5e-3, 1200
 
 
-def device(hertz: Sequence[float], inertia: float = 0.0) -> tuple[Dataset, Array]:
-    """Two logs for each motion, and the errors of a law that knows nothing of the inertia."""
+def device(hertz: Sequence[float], inertia: float = 0.0, noise: float = 0.0) -> tuple[Dataset, Array]:
+    """Two logs for each motion, with noise of the slip, and the errors of a law that knows nothing of the inertia."""
     logs: list[Dataset] = []
     for k, each in enumerate(np.repeat(hertz, 2).tolist()):
         rng = np.random.default_rng(k)
@@ -28,7 +28,7 @@ def device(hertz: Sequence[float], inertia: float = 0.0) -> tuple[Dataset, Array
         rate = 20.0 * np.pi * each * np.cos(2.0 * np.pi * each * time)
         error = inertia * rate + 0.1 * rng.standard_normal(ROWS)
         clock = Clock(time, (Span(0, ROWS, PERIOD),))
-        element = Element(np.full(ROWS, 1.0), slip)
+        element = Element(np.full(ROWS, 1.0), slip + noise * rng.standard_normal(ROWS))
         log = Dataset("single", (element,), 3.0 + error, clock, Units("N", "A", "mm/s"))
         logs.append(replace(log, sources=(f"{each:g} Hz, {k}",)))
     data = joined(logs)
@@ -90,3 +90,22 @@ def test_the_band_grows_in_proportion_at_least_where_motions_differ_in_their_err
     grown = with_haste(calibrated_on(data, slower), data, slower)
     assert grown.haste is not None
     assert grown.haste.growth == 1.0
+
+
+def test_noise_of_the_slip_hides_no_motion_quicker_than_all_logs() -> None:
+    """Noise of a tenth of the slip changes more from row to row than these motions do."""
+    data, error = device((0.25, 0.5, 1.0), inertia=0.05, noise=0.7)
+    band = calibrated_on(data, error)
+    grown = with_haste(band, data, error)
+    assert grown.haste is not None
+    assert grown.haste.smooth_s == grown.haste.lag_s
+    quick, _ = device((4.0,), inertia=0.05, noise=0.7)
+    assert inside(band, quick) < 0.2
+    assert inside(grown, quick) > 0.8
+
+
+def test_a_slip_without_noise_is_not_smoothed() -> None:
+    data, error = device((0.25, 0.5, 1.0), inertia=0.05)
+    grown = with_haste(calibrated_on(data, error), data, error)
+    assert grown.haste is not None
+    assert grown.haste.smooth_s == 0.0

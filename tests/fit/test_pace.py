@@ -7,9 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from erclutch.fit.log_groups import rate_of
 from erclutch.fit.pace import motion_held_out, other_motion, told, two_motions
 from erclutch.logs.dataset import IN_NO_TIME, Dataset, joined
-from erclutch.signals.array import Array
+from erclutch.signals.array import Array, rms
 from erclutch.signals.clock import Clock, Span
 from erclutch.signals.device import Element, Units
 
@@ -88,3 +89,33 @@ def test_a_fit_says_it_of_logs_that_it_holds_out_whole() -> None:
     (finding,) = motion_held_out(data, test)
     assert (finding.level, finding.subject) == ("note", "motion")
     assert finding.message.startswith("c moves more quickly")
+
+
+def noisy(data: Dataset, share: float, seed: int = 0) -> Dataset:
+    """The same with noise of the slip, a share of its root mean square."""
+    (element,) = data.elements
+    noise = share * rms(element.slip) * np.random.default_rng(seed).standard_normal(data.rows)
+    return replace(data, elements=(Element(element.field, element.slip + noise),))
+
+
+@pytest.mark.parametrize("share", [0.0, 0.05, 0.2])
+@pytest.mark.parametrize("hertz", [0.1, 1.0, 5.0])
+def test_noise_of_a_sensor_sets_no_rate(share: float, hertz: float) -> None:
+    data = noisy(sine(hertz), share)
+    turn = 2.0 * np.pi * hertz / np.sqrt(1.0 + share**2)
+    assert rate_of(data.elements[0].slip, data.clock.time) == pytest.approx(turn * rms(data.elements[0].slip), rel=0.1)
+
+
+def test_a_ramp_has_its_slope_as_rate_and_a_slip_that_stands_still_none() -> None:
+    time: Array = 1e-3 * np.arange(5000.0)
+    assert rate_of(3.0 * time, time) == pytest.approx(3.0, rel=0.1)
+    assert rate_of(np.full(5000, 2.0), time) == 0.0
+    assert rate_of(np.array([2.0]), time[:1]) == 0.0
+
+
+def test_two_motions_are_two_and_their_paces_true_under_noise() -> None:
+    """From row to row such noise changes more than either motion."""
+    slow, quick = noisy(sine(0.1, name="slow"), 0.1, 1), noisy(sine(0.4, name="quick"), 0.1, 2)
+    assert two_motions(joined([slow, quick]))
+    (seen,) = other_motion(joined([slow, quick]), noisy(sine(2.0, name="new"), 0.1, 3))
+    assert "as a sine of 2 Hz does, in the quickest training log as a sine of 0.4 Hz" in seen

@@ -12,6 +12,7 @@ import pytest
 
 from erclutch.models.haste import Haste
 from erclutch.models.load import load_model
+from erclutch.models.model_file import digest_of
 from erclutch.signals.array import Array
 from erclutch.signals.clock import Clock, Span
 from erclutch.signals.device import Element
@@ -63,8 +64,29 @@ def test_a_quick_motion_has_a_wider_band_than_a_slow_one_and_is_told() -> None:
         assert haste.beyond(slip, clock)[3000:].all() == (wider[3000:] > 1.0).all() == (hertz == 20.0)
 
 
-def test_a_model_keeps_the_haste_of_its_band(tmp_path: Path) -> None:
-    model = replace(some_model(), band=replace(SMALL, haste=HASTE))
+def test_noise_is_no_haste_where_the_slip_is_smoothed() -> None:
+    slip, clock = sine(0.5)
+    noisy = slip + 0.5 * np.random.default_rng(0).standard_normal(slip.size)
+    smoothed = replace(HASTE, smooth_s=0.02)
+    plain, of_noise = (np.mean(smoothed.of_rows(each, clock)[3000:]) for each in (slip, noisy))
+    assert of_noise == pytest.approx(plain, rel=0.1)
+    assert np.mean(HASTE.of_rows(noisy, clock)[3000:]) > 1.2 * plain
+
+
+def test_a_model_of_an_earlier_version_smooths_nothing(tmp_path: Path) -> None:
+    body = replace(some_model(), band=replace(SMALL, haste=replace(HASTE, smooth_s=0.02))).to_dict()
+    del body["band"]["haste"]["smooth_s"]
+    body["digest"] = digest_of({key: value for key, value in body.items() if key != "digest"})
+    path = tmp_path / "m.json"
+    path.write_text(json.dumps(body), encoding="utf-8")
+    band = load_model(path).band
+    assert band is not None
+    assert band.haste == HASTE
+
+
+@pytest.mark.parametrize("smooth_s", [0.0, 0.02])
+def test_a_model_keeps_the_haste_of_its_band(smooth_s: float, tmp_path: Path) -> None:
+    model = replace(some_model(), band=replace(SMALL, haste=replace(HASTE, smooth_s=smooth_s)))
     path = tmp_path / "m.json"
     path.write_text(json.dumps(model.to_dict()), encoding="utf-8")
     assert load_model(path).band == model.band
@@ -79,6 +101,7 @@ def test_a_model_keeps_the_haste_of_its_band(tmp_path: Path) -> None:
         ("quickest", 0.9),
         ("growth", -0.1),
         ("growth", "much"),
+        ("smooth_s", -0.1),
     ],
 )
 def test_haste_that_makes_no_sense_is_refused_in_one_line(entry: str, value: Any, tmp_path: Path) -> None:

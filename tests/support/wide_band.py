@@ -21,3 +21,5 @@ BAND = Band(
 )
 #: The same, wider where the slip changes more quickly than in most rows of a test, and with a part that is asked for.
 HASTY = replace(BAND, haste=Haste(0.02, 0.2, 2.0, 1.2, 0.5), part=0.02)
+#: The same, with a slip that is smoothed first.
+SMOOTH = replace(HASTY, haste=Haste(0.02, 0.2, 2.0, 1.2, 0.5, 0.01))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -10,7 +11,7 @@ from numpy.typing import NDArray
 
 from erclutch.logs.dataset import Dataset
 from erclutch.logs.held_out import constant_stretches
-from erclutch.signals.array import Array, largest_size
+from erclutch.signals.array import Array, largest_size, rms
 
 #: Two logs have the same motion if slip and its rate differ by less than this factor, root mean square.
 ALIKE = 1.25
@@ -18,6 +19,12 @@ ALIKE = 1.25
 FEWEST_GROUPS = 3
 #: Of the largest field: a field that moves by less over a log is one field.
 STEADY = 0.01
+#: Mean squared change of a sine while its phase turns by 1 rad, over its variance.
+_ONE_RADIAN = 2.0 * (1.0 - math.cos(1.0))
+#: Of the times over which changes are looked at: each is so many times the one before.
+_LONGER = 1.25
+#: Changes that are enough for a mean square; of more, every so many one is used.
+_MOST_CHANGES = 20_000
 
 
 @dataclass(frozen=True)
@@ -106,14 +113,44 @@ def _motions(data: Dataset, logs: Sequence[tuple[int, int]]) -> list[int]:
 
 def motion_of(data: Dataset, log: slice) -> list[float]:
     """Logarithms of the root mean squares of each slip and of its rate."""
-    steps = np.diff(data.clock.time[log])
     sizes: list[float] = []
     for element in data.elements:
         slip = element.slip[log]
-        later = steps > 0
-        rate = np.diff(slip)[later] / steps[later]
-        for signal in (slip, rate):
-            if signal.size:
-                rms = np.sqrt(np.mean(signal**2))
-                sizes.append(float(np.log(rms + 1e-150)))  # of a signal that is zero throughout
+        if slip.size:
+            for size in (rms(slip), rate_of(slip, data.clock.time[log])):
+                sizes.append(float(np.log(size + 1e-150)))  # of a signal that is zero throughout
     return sizes
+
+
+def rate_of(slip: Array, time: Array) -> float:
+    """Root mean square of the rate of a slip, per second, as a sine has it that turns as quickly.
+
+    From one row to the next a sensor's noise may change more than the slip. So the time is sought over which the slip
+    changes as much as a sine does while its phase turns by 1 rad: by then noise counts no more than in the slip itself.
+
+    Args:
+        slip: of a log, shape (n,).
+        time: of its rows in s, shape (n,).
+    """
+    steps = np.diff(time)
+    later = steps[steps > 0.0]
+    spread = float(np.std(slip))
+    if later.size == 0 or not spread > 0.0:
+        return 0.0
+    wanted = _ONE_RADIAN * spread**2
+    before = changed_before = 0.0
+    behind = 1  # rows
+    while True:
+        every = 1 + (slip.size - behind) // _MOST_CHANGES
+        change = slip[behind::every] - slip[:-behind:every]
+        changed = float(np.mean(change**2))
+        longest = behind >= slip.size // 2
+        if changed >= wanted or longest:
+            break
+        before, changed_before = behind, changed
+        behind = min(max(behind + 1, int(_LONGER * behind)), slip.size // 2)
+
+    # Between two times the mean squared change grows evenly.
+    if changed > wanted:
+        behind = before + (wanted - changed_before) / (changed - changed_before) * (behind - before)
+    return spread / (behind * float(np.median(later)))

@@ -1,10 +1,10 @@
 """Haste: how quickly the slip has changed of late, and how much wider a band is where training rows had less of it.
 
 A first-order lag follows the slip. Haste is the running mean of how far the slip is from its lag: in a quick motion the
-lag stays behind. Rows at the turning points and at the peaks of one motion so have about the same haste. The mean needs
-a time to learn of a motion, as at the start of a log; until then haste is 2 / pi of the distance itself, which is what
-the mean of a sine is of its peak. Where haste is beyond that of all training rows, the half widths of a band are
-multiplied by::
+lag stays behind. Noise of the slip is as far from the lag in any motion, so a first lag may smooth the slip ahead of
+it. Rows at the turning points and at the peaks of one motion so have about the same haste. The mean needs a time to
+learn of a motion, as at the start of a log; until then haste is 2 / pi of the distance itself, which is what the mean
+of a sine is of its peak. Where haste is beyond that of all training rows, the half widths of a band are multiplied by::
 
     quickest * (1 + growth * (haste / known - 1))
 
@@ -40,6 +40,7 @@ class Haste:
         known: largest haste of the training rows, in the slip's unit.
         quickest: how much wider the band is for the quickest motion of training; 1 or more.
         growth: how much wider the band is for each `known` that the haste is beyond it, as a share.
+        smooth_s: time constant in s of the lag that smooths the slip first; 0: none.
     """
 
     lag_s: float
@@ -47,10 +48,13 @@ class Haste:
     known: float
     quickest: float
     growth: float
+    smooth_s: float = 0.0
 
     def of_rows(self, slip: Array, clock: Clock) -> Array:
         """Haste of each row, shape (n,); it begins at zero in each span."""
         every = slice(None)
+        if self.smooth_s > 0.0:
+            slip = FOLLOWER.respond(slip, clock, [self.smooth_s], every)
         followed = FOLLOWER.respond(slip, clock, [self.lag_s], every)
         away = np.abs(slip - followed)
         mean = FOLLOWER.respond(away, clock, [self.mean_s], every)
@@ -71,6 +75,8 @@ class Haste:
             slip: of the row.
             follow: a first-order lag, from its time constant in s, its signal and its name.
         """
+        if self.smooth_s > 0.0:
+            slip = follow(self.smooth_s, slip, "_smooth")
         away = absolute(slip - follow(self.lag_s, slip, "_slip"))
         mean = follow(self.mean_s, away, "_haste")
         return self.factor(_larger(mean, _MEAN_OF_PEAK * away))

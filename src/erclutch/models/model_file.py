@@ -291,9 +291,12 @@ def _haste_of(body: Mapping[str, Any]) -> Haste:
         known=number_of(body["known"], "known", positive=True),
         quickest=number_of(body["quickest"], "quickest"),
         growth=number_of(body["growth"], "growth"),
+        smooth_s=number_of(body.get("smooth_s", 0.0), "smooth_s"),
     )
     if haste.quickest < 1.0 or haste.growth < 0.0:
         raise ValueError(f"a band grows with haste by {haste.quickest:g} and {haste.growth:g}")
+    if haste.smooth_s < 0.0:
+        raise ValueError(f"the slip is smoothed over {haste.smooth_s:g} s")
     return haste
 
 

@@ -30,6 +30,8 @@ _LAG = 0.1
 _MEAN = 3.0
 #: Of a motion's haste over that of the next slower one: where it is less, their errors differ for other reasons too.
 _APART = 0.25
+#: Of the haste of a log over that of its smoothed slip: where it is more, noise is a part of it.
+_NOISY = 1.25
 #: Motions that tell how errors grow with haste.
 _FEWEST = 2
 #: Motions from which on errors that are alike say that errors do not grow.
@@ -73,8 +75,18 @@ def with_haste(band: Band, data: Dataset, errors: Array) -> Band:
     if not haste.max() > 0.0:
         return band
 
-    size = np.abs(errors) / np.maximum(half_width, 1e-3 * widest)
+    # Where the slip changes more quickly than its motion, as noise does, haste is that of a smoothed slip.
     log = logs.log_of_row(data.rows)
+    smooth_s = 0.0
+    smoothed = replace(ungrown, smooth_s=lag_s).of_rows(slip, data.clock)
+    for number in np.unique(log):
+        own = log == number
+        if rms(haste[own]) > _NOISY * rms(smoothed[own]):
+            smooth_s = lag_s
+    if smooth_s > 0.0:
+        haste = smoothed
+
+    size = np.abs(errors) / np.maximum(half_width, 1e-3 * widest)
     motion = np.asarray(logs.motion)[log]
 
     def size_over_logs(rows: Mask) -> float:
@@ -112,6 +124,7 @@ def with_haste(band: Band, data: Dataset, errors: Array) -> Band:
         known=known_haste,
         quickest=quickest,
         growth=max(growths),
+        smooth_s=smooth_s,
     )
     return replace(band, haste=grown)
 
