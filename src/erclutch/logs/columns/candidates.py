@@ -10,10 +10,9 @@ from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 
-from erclutch.logs.columns.circuits import fields_among
 from erclutch.logs.columns.joints import ESTIMATED, beside_a_drive, beside_a_gear, of_joints
 from erclutch.logs.columns.labels import split_end
-from erclutch.logs.columns.names import NEED_UNIT, OTHER, PARTS_OF_A_MODEL, SINGLE, TOLD, headed, spoken_name
+from erclutch.logs.columns.names import NEED_UNIT, OTHER, PARTS_OF_A_MODEL, SINGLE, TOLD, VOLTAGES, headed, spoken_name
 from erclutch.logs.columns.quotients import pressing_loads, speeds_of_machine
 from erclutch.logs.columns.seen_columns import NO_UNITS, SeenColumn, SeenColumns
 from erclutch.logs.columns.shapes import takes_both_signs
@@ -100,7 +99,7 @@ def candidates(
     exact = [column for column in named if column.spoken.plain_stem == forms[column.name]]
     names = [column.name for column in exact or named]
     if signal == "field":
-        names = fields_among(seen, free, names, forms)
+        names = _fields_among(seen, free, names, forms)
     if not exact:
         names += beside_a_gear(signal, named, fitting)
     names += [name for name in beside_a_drive(signal, exact or named, fitting) if name not in names]
@@ -161,7 +160,7 @@ def _without_a_whole_name(
             whole.append(name)
     names = whole or [*headed_so, *(name for name in by_unit if name not in headed_so)]
     if signal == "field":
-        names = fields_among(seen, free, names, heads)
+        names = _fields_among(seen, free, names, heads)
     return _distinct(seen, names), "name"
 
 
@@ -262,6 +261,36 @@ def _unit_speaks(column: SeenColumn, signal: str, si_units: tuple[str, ...]) -> 
         if other != own and len(form) > 2:
             return False  # a force sensor in volts is no field
     return signal == "field" or not column.shape.constant
+
+
+def _fields_among(
+    seen: SeenColumns,
+    free: Iterable[SeenColumn],
+    named: Sequence[str],
+    forms: Mapping[str, str | None],
+) -> list[str]:
+    """Columns that may be the field: beside voltages the currents too, and none that is the voltage of a supply.
+
+    Args:
+        seen: the columns of the log.
+        free: columns that are nothing else.
+        named: those of them that are called like the field.
+        forms: what speaks for the field in their names.
+    """
+    fields = [*named]
+    if {forms.get(name) for name in named} <= VOLTAGES:
+        # The current of a coil is its field as much as its voltage is.
+        for column in free:
+            if column.name in named or column.shape.constant or not column.fits(("A",)):
+                continue
+            is_told_or_other = not (TOLD | OTHER).isdisjoint(column.spoken.stem_words)
+            if "field" not in column.spoken.turned and not is_told_or_other:
+                fields.append(column.name)
+
+    # A column that hardly changes while another one does is that of a supply.
+    if not any(seen.columns[name].varies for name in fields):
+        return fields
+    return [name for name in fields if not seen.columns[name].is_steady]
 
 
 def _parts_of_a_model(efforts: Iterable[SeenColumn]) -> list[str]:

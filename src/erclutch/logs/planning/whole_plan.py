@@ -3,10 +3,11 @@
 1. What is seen of the columns: names, units, how their numbers run, which is the time (`seen_columns`).
 2. What the user said: columns (`named_columns`), the clock (`clock_planning`), numbers (`given_numbers`). A column that
    is called like a signal and holds no numbers ends it here.
-3. What is needed besides is guessed (`guesses`): columns that may be a signal are found by `candidates`, `quotients`
-   and `circuits`; what two shafts differ by was made in front of all this (`two_shafts`). Where no column is,
-   `missing_columns` says what to do. A guess that the log speaks against is doubted (`field_doubts`, `doubts`). A log
-   has no field where `no_field` tells of each column what else it is; the file may still state one (`stated_field`).
+3. What is needed besides is guessed (`guesses`): `candidates` and `quotients` list the columns that may be a signal, of
+   several `one_of_several` takes one. What two shafts differ by was made in front of all this (`two_shafts`). Where no
+   column is, `missing_columns` says what to do. A guess that the log speaks against is doubted (`field_doubts`,
+   `doubts`). A log has no field where `no_field` tells of each column what else it is; the file may still state one
+   (`stated_field`).
 4. What is left is looked at (`row_order`, `further_columns`), and what belongs together is held together (`motions`).
 5. What is open is asked: `proposals` has the options that answer it.
 
