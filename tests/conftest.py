@@ -249,7 +249,7 @@ def as_this_room_reads(request: pytest.FixtureRequest) -> None:
 @pytest.fixture
 def read_here(monkeypatch: pytest.MonkeyPatch) -> None:
     """Files of sound bytes are read in this process: a child costs a start of Python, and has tests of its own."""
-    from erclutch.logs.readers import child_process, found_recordings
+    from erclutch.logs.readers import child_process, reader_in_child
     from erclutch.runs import kept_columns
 
     def run(module: str, path: Path, *arguments: str, memory: int | None = None) -> child_process.Answer:
@@ -257,7 +257,7 @@ def read_here(monkeypatch: pytest.MonkeyPatch) -> None:
             warnings.simplefilter("ignore")
             monkeypatch.setattr(sys, "argv", [module, str(path), folder, "0", "0", *arguments])
             of_run = module == kept_columns.__name__
-            code = child_process.serve(kept_columns._decoded if of_run else found_recordings.answer_of)
+            code = child_process.serve(kept_columns._decoded if of_run else reader_in_child.answer_of)
             return child_process._answer(Path(folder), code, b"", 1 << 30)
 
     def stream(module: str, path: Path, *arguments: str, memory: int | None = None) -> Iterator[child_process.Answer]:

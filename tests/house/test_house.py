@@ -18,7 +18,7 @@ TRICKS = {
     "__init__.py",
     "registry.py",
     "wings/exporters/targets/mujoco.py",
-    "logs/readers/found_recordings.py",
+    "logs/readers/reader_in_child.py",
 }
 
 

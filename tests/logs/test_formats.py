@@ -19,7 +19,7 @@ import pytest
 
 from erclutch.errors import ErclutchError, LogError, MappingError
 from erclutch.logs import ColumnMap, Table, log_reader, read, read_all, read_table, recordings_in
-from erclutch.logs.readers import found_recordings
+from erclutch.logs.readers import reader_in_child
 from tests.support.command import good
 from tests.support.log_formats import FORMATS, choices, mutated, small_log
 
@@ -407,7 +407,7 @@ def test_the_first_bytes_name_a_format(tmp_path: Path, data: bytes, said: str) -
 
 def test_a_missing_library_is_named_with_its_extra(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     nothing: Callable[[str], None] = lambda name: None  # noqa: E731
-    monkeypatch.setattr(found_recordings, "find_spec", nothing)
+    monkeypatch.setattr(reader_in_child, "find_spec", nothing)
     (tmp_path / "a.tdms").write_bytes(b"TDSm" + bytes(100))
     assert refused(tmp_path / "a.tdms").endswith(
         'nptdms, which is not installed. Install it: pip install "erclutch[formats]".'

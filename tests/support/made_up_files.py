@@ -22,7 +22,7 @@ import numpy as np
 
 from erclutch.errors import ErclutchError
 from erclutch.logs import ColumnMap, apply, plan_of, table_of_log
-from erclutch.logs.readers import child_process, found_recordings
+from erclutch.logs.readers import child_process, reader_in_child
 from erclutch.signals.array import Array, Mask
 
 _T = TypeVar("_T")
@@ -294,8 +294,8 @@ def read_in_this_process() -> Generator[None]:
     """Readers that start a process for each file work in this one: the same code, in a tenth of the time."""
 
     def answered(module: str, path: Path, *arguments: str, **limits: float) -> child_process.Answer:
-        assert module == found_recordings.__name__, limits
-        arrays, texts = found_recordings.answer_of(str(path), *arguments)
+        assert module == reader_in_child.__name__, limits
+        arrays, texts = reader_in_child.answer_of(str(path), *arguments)
         sent = json.loads(json.dumps(texts))  # as the texts of a process come
         return [np.ascontiguousarray(values, np.float64) for values in arrays], sent
 

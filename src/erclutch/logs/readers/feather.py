@@ -8,7 +8,7 @@ from typing import Any
 
 from erclutch.errors import LogError
 from erclutch.logs.log_reader import LogReader
-from erclutch.logs.readers import found_recordings
+from erclutch.logs.readers import reader_in_child
 from erclutch.logs.readers.budget import budget_of
 from erclutch.logs.readers.parquet import table_of_arrow
 from erclutch.logs.table import Table
@@ -38,6 +38,6 @@ def find(path: str, variable: str | None) -> Table:
 READER = LogReader(
     suffixes=(".feather", ".arrow"),
     claims=lambda head: head.startswith(_MAGIC),
-    read=found_recordings.in_child("feather")["read"],
+    read=reader_in_child.in_child("feather")["read"],
     tells_damage="not seen",
 )

@@ -11,7 +11,7 @@ import numpy as np
 
 from erclutch.logs.columns.labels import sample_period
 from erclutch.logs.log_reader import LogReader
-from erclutch.logs.readers import found_recordings, mat
+from erclutch.logs.readers import found_recordings, mat, reader_in_child
 from erclutch.logs.readers.budget import budget_of
 from erclutch.logs.readers.found_recordings import Found
 from erclutch.logs.readers.mat_tree import stored_values
@@ -124,6 +124,6 @@ def find(path: str, variable: str | None) -> Table:
 READER = LogReader(
     suffixes=(".h5", ".hdf5"),
     claims=lambda head: head[:8] == mat.HDF5,
-    **found_recordings.in_child("hdf5"),
+    **reader_in_child.in_child("hdf5"),
     tells_damage="seen only in numbers of data sets with checksums (fletcher32), not in names and units",
 )

@@ -8,7 +8,7 @@ from struct import Struct
 
 from erclutch.errors import LogError
 from erclutch.logs.log_reader import LogReader
-from erclutch.logs.readers import found_recordings
+from erclutch.logs.readers import reader_in_child
 from erclutch.logs.table import Table
 
 HDF5 = b"\x89HDF\r\n\x1a\n"
@@ -66,4 +66,4 @@ def _claims(head: bytes) -> bool:
 
 
 _DAMAGE = "seen where variables are compressed (save -v7); save -v6 and -v7.3 write no checksums"
-READER = LogReader((".mat",), _claims, **found_recordings.in_child("mat"), tells_damage=_DAMAGE)
+READER = LogReader((".mat",), _claims, **reader_in_child.in_child("mat"), tells_damage=_DAMAGE)

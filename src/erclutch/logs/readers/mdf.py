@@ -9,7 +9,7 @@ import numpy as np
 
 from erclutch.errors import LogError
 from erclutch.logs.log_reader import LogReader
-from erclutch.logs.readers import found_recordings
+from erclutch.logs.readers import found_recordings, reader_in_child
 from erclutch.logs.readers.budget import budget_of
 from erclutch.logs.readers.found_recordings import Found
 from erclutch.logs.table import Table
@@ -96,6 +96,6 @@ def _take_channels(
 READER = LogReader(
     suffixes=(".mf4", ".mdf"),
     claims=lambda head: head[:8] in (b"MDF     ", b"UnFinMF "),
-    **found_recordings.in_child("mdf", "asammdf"),
+    **reader_in_child.in_child("mdf", "asammdf"),
     tells_damage="not seen: MDF has no checksums; packed blocks (.mf4 with compression) have",
 )

@@ -13,7 +13,7 @@ import numpy as np
 
 from erclutch.errors import LogError
 from erclutch.logs.log_reader import LogReader
-from erclutch.logs.readers import found_recordings
+from erclutch.logs.readers import found_recordings, reader_in_child
 from erclutch.logs.readers.budget import budget_of, take_zip
 from erclutch.logs.readers.found_recordings import listed
 from erclutch.logs.readers.vectors import of_vectors
@@ -76,6 +76,6 @@ def _claims(head: bytes) -> bool:
 READER = LogReader(
     suffixes=(".npz", ".npy"),
     claims=_claims,
-    **found_recordings.in_child("numpy_arrays"),
+    **reader_in_child.in_child("numpy_arrays"),
     tells_damage="seen in .npz, whose parts have checksums; an .npy has none",
 )

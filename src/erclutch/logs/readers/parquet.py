@@ -21,7 +21,7 @@ from erclutch.errors import LogError
 from erclutch.logs.columns.labels import name_columns
 from erclutch.logs.columns.row_groups import parting_note, words_of
 from erclutch.logs.log_reader import LogReader, LogSource
-from erclutch.logs.readers import child_process, found_recordings
+from erclutch.logs.readers import child_process, reader_in_child
 from erclutch.logs.readers.arrow_lists import is_of_number_lists, with_lists_opened
 from erclutch.logs.readers.budget import MEMORY, RAISED, Budget, budget_of
 from erclutch.logs.readers.switches import switched
@@ -387,7 +387,7 @@ def _asked(path: str, *asked: str) -> Iterator[child_process.Answer]:
     rows, margin, first, last = (int(word) if word else None for word in asked)
     source = LogSource(Path(path), b"", "")
     for start, stop, table in parquet_windows(source, rows or 0, margin or 0, first or 0, last):
-        arrays, texts = found_recordings.answer_of_table(table)
+        arrays, texts = reader_in_child.answer_of_table(table)
         yield arrays, {**texts, "rows": [start, stop]}
 
 
@@ -403,7 +403,7 @@ def windows_in_child(
     words.append("" if last is None else str(last))
     for arrays, texts in _pieces(source.path, *words):
         start, stop = texts["rows"]
-        yield start, stop, found_recordings.table_of_answer(source, (arrays, texts))
+        yield start, stop, reader_in_child.table_of_answer(source, (arrays, texts))
 
 
 def _extent(path: Path) -> tuple[int, int]:
@@ -424,7 +424,7 @@ def _memory(path: Path) -> int:
 READER = LogReader(
     suffixes=(".parquet", ".pq"),
     claims=_claims,
-    read=found_recordings.in_child("parquet", memory=_memory)["read"],
+    read=reader_in_child.in_child("parquet", memory=_memory)["read"],
     windows=windows_in_child,
     extent=_extent,
     tells_damage="seen where the writer added checksums to the pages; a note says where not",

@@ -16,7 +16,7 @@ import numpy as np
 
 from erclutch.errors import LogError
 from erclutch.logs.log_reader import LogReader
-from erclutch.logs.readers import found_recordings
+from erclutch.logs.readers import found_recordings, reader_in_child
 from erclutch.logs.readers.found_recordings import JOINT, Found
 from erclutch.logs.table import Table
 from erclutch.signals.array import Array
@@ -195,7 +195,7 @@ def _claims(head: bytes) -> bool:
 READER = LogReader(
     suffixes=(".db3", ".bag"),
     claims=_claims,
-    **found_recordings.in_child("rosbag", "rosbags"),
+    **reader_in_child.in_child("rosbag", "rosbags"),
     tells_damage="not seen in the numbers: bags have no checksums, but damaged structure is",
     folder="metadata.yaml",
 )

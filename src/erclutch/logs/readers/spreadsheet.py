@@ -14,7 +14,7 @@ from typing import Any
 
 from erclutch.errors import LogError
 from erclutch.logs.log_reader import HEAD, LogReader, LogSource, reader_of
-from erclutch.logs.readers import found_recordings
+from erclutch.logs.readers import found_recordings, reader_in_child
 from erclutch.logs.readers.budget import Budget, budget_of, take_zip
 from erclutch.logs.table import Table
 
@@ -186,6 +186,6 @@ def _claims(head: bytes) -> bool:
 READER = LogReader(
     suffixes=(".xlsx", ".xlsm", ".xls", ".ods"),
     claims=_claims,
-    **found_recordings.in_child("spreadsheet", "python_calamine"),
+    **reader_in_child.in_child("spreadsheet", "python_calamine"),
     tells_damage="seen: the parts of the file have checksums; an .xls has none",
 )

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from erclutch.logs.log_reader import LogReader
-from erclutch.logs.readers import found_recordings
+from erclutch.logs.readers import found_recordings, reader_in_child
 from erclutch.logs.readers.budget import budget_of
 from erclutch.logs.readers.found_recordings import Found
 from erclutch.logs.readers.vectors import of_vectors
@@ -112,6 +112,6 @@ def find(path: str, variable: str | None) -> Table:
 READER = LogReader(
     suffixes=(".tdms",),
     claims=lambda head: head[:4] == b"TDSm",
-    **found_recordings.in_child("tdms", "nptdms"),
+    **reader_in_child.in_child("tdms", "nptdms"),
     tells_damage="not seen: TDMS has no checksums; a log that was cut off is seen",
 )
