@@ -97,7 +97,7 @@ def test_a_column_without_its_sign_is_no_field() -> None:
     plan = planned(columns)
     assert not plan.questions
     assert any("ABS LC1 is LoadCell1_N without its sign" in note for note in plan.notes)
-    assert planned({**columns, "ABS LC1": np.abs(SLOW) ** 3}).questions
+    assert planned({**columns, "ABS X1": np.abs(SLOW) ** 3}).questions
 
 
 def test_a_spare_input_that_goes_with_the_force_is_asked_about_as_no_field() -> None:

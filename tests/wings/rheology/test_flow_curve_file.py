@@ -97,16 +97,25 @@ def test_a_slash_behind_an_underscore_is_within_the_unit(written: Written) -> No
 
 
 @pytest.mark.parametrize("column", ["sample", "Probe", "direction"])
-def test_points_of_several_words_are_asked_about_and_each_is_a_curve(written: Written, column: str) -> None:
+def test_points_of_several_words_are_a_curve_each_and_none_is_mixed(written: Written, column: str) -> None:
     lines = [f"{word},{x:.6g},{y:.6g}" for word in ("A", "B 2") for x, y in zip(RATES, STRESSES, strict=True)]
     path = written(f"{column},rate [1/s],stress [Pa]\n" + "\n".join(lines) + "\nC,1,1\nC,1,1\nC,1,1\n")
-    with pytest.raises(MappingError, match=f"column {column} parts the points into 3: A, B 2, C") as caught:
-        read_flow_curves(path)
-    assert f'--sheet "{column}=all"' in caught.value.remedy
-    file = read_flow_curves(path, sheet=[f"{column}=all"])
-    assert holds_the_curve(file, count=2)
+    for file in (read_flow_curves(path), read_flow_curves(path, sheet=[f"{column}=all"])):
+        assert holds_the_curve(file, count=2)
+    said = f'column {column} parts the points into 3: A, B 2, C: each is a curve (--sheet "{column}=A" takes one)'
+    assert read_flow_curves(path).notes[0] == said
     assert [curve.label for curve in file.curves] == [f"{column}=A", f"{column}=B 2"]
     assert holds_the_curve(read_flow_curves(path, sheet=[f"{column}=A"]))
+
+
+def test_points_that_two_columns_of_words_part_are_asked_about(written: Written) -> None:
+    lines: list[str] = []
+    for oil, state in (("A", "new"), ("A", "used"), ("B", "new"), ("B", "used")):
+        lines += [f"{oil},{state},{x:.6g},{y:.6g}" for x, y in zip(RATES, STRESSES, strict=True)]
+    path = written("oil,state,rate [1/s],stress [Pa]\n" + "\n".join(lines) + "\n")
+    with pytest.raises(MappingError, match="column oil parts the points into 2: A, B") as caught:
+        read_flow_curves(path)
+    assert '--sheet "oil=all"' in caught.value.remedy
 
 
 def test_a_gamma_beside_a_tau_of_several_samples_is_settled_by_one_command(written: Written) -> None:

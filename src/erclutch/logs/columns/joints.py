@@ -42,8 +42,7 @@ def of_joints(seen: SeenColumns, signal: str, fitting: Iterable[SeenColumn]) -> 
             joints_of_partners.add(frozenset(family))
 
     # The joint in the name of the file is likely, then those that move most.
-    in_file = {*_IN_FILE.findall(seen.table.name)}
-    joint_of_file = in_file.pop() if len(in_file) == 1 else ""
+    joint_of_file = joint_in_name(seen.table.name)
     names: list[str] = []
     for family in _families(seen, signal, fitting):
         if frozenset(family) not in joints_of_partners:
@@ -52,6 +51,12 @@ def of_joints(seen: SeenColumns, signal: str, fitting: Iterable[SeenColumn]) -> 
         likely_first = sorted(family, key=lambda joint: (joint != joint_of_file, -moved[joint]))
         names += [family[joint] for joint in likely_first]
     return names if len(names) > 1 else []
+
+
+def joint_in_name(name: str) -> str:
+    """The number of the one joint that the name of a file says; "" where it says none, or several."""
+    numbers = {*_IN_FILE.findall(name)}
+    return numbers.pop() if len(numbers) == 1 else ""
 
 
 def _families(seen: SeenColumns, signal: str, columns: Iterable[SeenColumn]) -> list[Family]:

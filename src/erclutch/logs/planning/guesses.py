@@ -60,7 +60,7 @@ def guess_what_is_needed(draft: Draft) -> None:
                 except MappingError as error:
                     doubts.append(error)
                     continue
-                if likely is not None and _take_guess(draft, signal, likely, motion):
+                if likely is not None and take_guess(draft, signal, likely, motion):
                     taken.append(likely.column)
                     if signal == "field":
                         _tell_supplies(draft, likely.column, taken)
@@ -115,12 +115,12 @@ def _settle_several_speeds(draft: Draft, doubt: MappingError) -> None:
             rates.append(name)
     if len(rates) == 1:
         rate = Guess(rates[0], f"{reason}, and it is the rate of {position.column}")
-        _take_guess(draft, "slip", rate, position.column)
+        take_guess(draft, "slip", rate, position.column)
     elif names:
         draft.ask("slip", doubt)
 
 
-def _take_guess(draft: Draft, signal: str, likely: Guess, motion: str) -> bool:
+def take_guess(draft: Draft, signal: str, likely: Guess, motion: str) -> bool:
     """Take a column that was guessed, and say how sure that is; False for a position that goes with no slip."""
     column = draft.seen.columns[likely.column]
     is_named = likely.reason.startswith("name")

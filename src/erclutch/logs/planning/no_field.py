@@ -38,6 +38,7 @@ _RETURNS = 0.1  # of the range, by which a column comes back that does not only 
 _SAME_COURSE = 2e-3  # of the range, within which two columns are one course
 _SET_ENDS = 0.1  # of the range, by which the ends of a set point and of what follows it differ at most
 _FOLLOWS_CLOSELY = 0.996  # correlation of a set point with what follows it some rows later
+_LOAD_CELL = re.compile(r"(?<![^\W_])(?:lc ?\d+|load ?cell\w*)(?![^\W_])", re.IGNORECASE)
 #: What a sine that a drive was told is made with; a field that alternates may be described so too.
 _OF_A_SINE = frozenset(
     {"amplitude", "amplitudes", "ampl", "amplitud", "ampiezza", "frequency", "freq", "frequenz", "frequence"}
@@ -86,7 +87,8 @@ def _why_no_field(seen: SeenColumns, column: SeenColumn, taken: Iterable[str]) -
     of_a_drive = _why_of_a_drive(seen, column, taken)
     if of_a_drive or (column.unit not in NO_UNITS and column.fits(SIGNALS["field"].si_units)):
         return of_a_drive
-    return _why_by_itself(seen, column) or _why_beside(seen, column, taken)
+    why = _why_by_itself(seen, column) or _why_beside(seen, column, taken)
+    return why or ("is a load cell by its name" if _LOAD_CELL.search(column.name) else "")
 
 
 def _why_of_a_drive(seen: SeenColumns, column: SeenColumn, taken: Iterable[str]) -> str:

@@ -39,6 +39,27 @@ _GAUGE_LENGTH = re.compile(
 )
 
 
+_FEW = 3  # speeds: of more, a robot's rest and are asked about with its efforts
+_ALIKE = 0.03  # of the largest speed, by which two sensors of one motion differ at most
+#: What a speed is called by that was measured in one way of several.
+_SENSORS = frozenset(
+    {
+        "electrical",
+        "optical",
+        "encoder",
+        "hall",
+        "laser",
+        "tacho",
+        "magnetic",
+        "resolver",
+        "sensor",
+        "gyro",
+        "esc",
+        "el",
+    }
+)
+
+
 class Guess(NamedTuple):
     """A column that may be a signal, and what speaks for it: ``name``, ``unit``, with what settled it."""
 
@@ -198,7 +219,38 @@ def _one_slip(seen: SeenColumns, speeds: list[str], taken: Sequence[str]) -> tup
         of_that_kind = [name for name in speeds if fits[name]]
         if len(of_that_kind) == 1 and None not in fits.values():
             return of_that_kind, f", and the effort is that of a {KINDS[kind]}"
-    return _of_one_side(seen, speeds, efforts), ""
+    speeds, why = _without_resting(seen, speeds)
+    if len(speeds) > 1:
+        speeds, why = _by_two_sensors(seen, speeds)
+    return _of_one_side(seen, speeds, efforts), why
+
+
+def _without_resting(seen: SeenColumns, speeds: list[str]) -> tuple[list[str], str]:
+    """The one speed that changes, where all others never do: those of axes that were not used; else all."""
+    moving = [name for name in speeds if name not in seen.columns or not seen.columns[name].shape.constant]
+    if len(moving) != 1 or len(speeds) > _FEW:
+        return speeds, ""
+    resting = ", ".join(name for name in speeds if name not in moving)
+    return moving, f", and {resting} never changes"
+
+
+def _by_two_sensors(seen: SeenColumns, speeds: list[str]) -> tuple[list[str], str]:
+    """The first of several speeds that differ by a word for their sensor, where their numbers agree; else all.
+
+    Numbers alone do not suffice: two shafts that are coupled turn alike, and slip by what they differ.
+    """
+    words = {name: {*seen.columns[name].spoken.stem_words} for name in speeds if name in seen.columns}
+    if len(words) < len(speeds):
+        return speeds, ""
+    shared = set[str].intersection(*words.values())
+    if any(not own - shared or not own - shared <= _SENSORS for own in words.values()):
+        return speeds, ""
+    first, *others = (seen.columns[name] for name in speeds)
+    for other in others:
+        gap = np.abs(other.values - first.values)
+        if other.unit != first.unit or not np.nanmax(gap) <= _ALIKE * np.nanmax(np.abs(first.values)):
+            return speeds, ""
+    return [first.name], f", and {', '.join(other.name for other in others)} agrees with it to {_ALIKE:.0%}"
 
 
 def _of_one_side(seen: SeenColumns, names: Sequence[str], partners: Iterable[str]) -> list[str]:

@@ -19,7 +19,7 @@ from erclutch.logs import read_table, recordings_in
 from erclutch.logs.columns.rheometer_names import said_by_name
 from erclutch.logs.columns.row_groups import EACH, group_of, rows_of, wants_each
 from erclutch.logs.log_file import tables_in
-from erclutch.logs.table import Table, listed
+from erclutch.logs.table import Table, WordColumn, listed
 from erclutch.signals.array import Array
 from erclutch.signals.percent import percent
 from erclutch.wings.rheology.conditions import asked_about, conditions_note, conditions_of
@@ -94,7 +94,11 @@ def read_flow_curves(
                 table, rate_label, stress_labels = _with_a_row_a_speed(table, shear_rate, stress)
                 plan = _plan_of(table, rate_label, stress_labels, sheet)
                 require_several_rates(plan, table)
-                _require_one_sample(plan, table)
+                parting = _parting_words(plan, table)
+                if parting and not sheet and len(chosen) == 1 and _parts_whole(table, parting[1]):
+                    return _of_each_word(path, shear_rate, stress, *parting)
+                if parting:
+                    raise _several_samples(table, *parting)
                 conditions = conditions_of(table, plan, parted=any(map(group_of, sheet)))
             except (LogError, MappingError) as error:
                 # A sheet of remarks or an oscillation beside the flow curves ends nothing, a file of them alone does.
@@ -229,13 +233,10 @@ def _asked_about(table: Table, shear_rate: str | None) -> list[str]:
         return []
 
 
-def _require_one_sample(plan: FlowPlan, table: Table) -> None:
-    """Refuse rows that a column of words parts into several sweeps over the same rates: they are several curves.
+def _parting_words(plan: FlowPlan, table: Table) -> tuple[str, WordColumn] | None:
+    """The column of words that parts the rows into several sweeps over the same rates, which are several curves.
 
     What an instrument notes beside single points, such as that a stress is below its range, parts no sweep.
-
-    Raises:
-        MappingError: there is such a column.
     """
     rate = table.columns[plan.curves[0].rate.name]
     for name, column in table.words.items():
@@ -245,15 +246,43 @@ def _require_one_sample(plan: FlowPlan, table: Table) -> None:
             if np.unique(sweep).size >= _FEWEST_RATES:
                 ends.append((float(sweep.min()), float(sweep.max())))
         ends.sort()
-        if not any(low < before for (_, before), (low, _) in pairwise(ends)):
-            continue
-        one = f"--sheet {shell_word(f'{name}={column.words[0]}')}"
-        each = f"--sheet {shell_word(f'{name}={EACH}')}"
-        raise MappingError(
-            f"column {name} parts the points into {len(column.words)}: {listed(column.words, 6)}",
-            where=table.name,
-            remedy=f"Take each as a curve: {each}; or one: {one}",
-        )
+        if any(low < before for (_, before), (low, _) in pairwise(ends)):
+            return name, column
+    return None
+
+
+def _several_samples(table: Table, name: str, column: WordColumn) -> MappingError:
+    """What is said of rows of several samples where one curve is wanted."""
+    one = f"--sheet {shell_word(f'{name}={column.words[0]}')}"
+    each = f"--sheet {shell_word(f'{name}={EACH}')}"
+    return MappingError(
+        f"column {name} parts the points into {len(column.words)}: {listed(column.words, 6)}",
+        where=table.name,
+        remedy=f"Take each as a curve: {each}; or one: {one}",
+    )
+
+
+def _parts_whole(table: Table, column: WordColumn) -> bool:
+    """Whether no other column of words parts the rows of a word again, for these would be mixed."""
+    for other in table.words.values():
+        pairs = {*zip(column.of_row.tolist(), other.of_row.tolist(), strict=True)}
+        if len(pairs) > len(column.words):
+            return False
+    return True
+
+
+def _of_each_word(
+    path: str | Path,
+    shear_rate: str | None,
+    stress: Sequence[str],
+    name: str,
+    column: WordColumn,
+) -> FlowFile:
+    """The curves of a file in which a column of words parts the rows: each word has its own, so none is mixed."""
+    found = read_flow_curves(path, shear_rate=shear_rate, stress=stress, sheet=[f"{name}={EACH}"])
+    one = f"--sheet {shell_word(f'{name}={column.words[0]}')}"
+    parted = f"column {name} parts the points into {len(column.words)}: {listed(column.words, 6)}"
+    return FlowFile(found.curves, (f"{parted}: each is a curve ({one} takes one)", *found.notes))
 
 
 def curves_of(

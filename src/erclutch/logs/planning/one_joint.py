@@ -1,0 +1,150 @@
+"""Of several joints in one log, each with a motion and an effort of its own, the first that moves is taken.
+
+Each of them would be read right, and no sentence of the file says which is meant. Logs of one robot have the same
+columns, so all of them give the same joint, and so does the next log that a model is scored on. Where the first joint
+rests, the user is asked: another log would give another joint.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+
+from erclutch.errors import shell_word
+from erclutch.logs.columns.candidates import candidates
+from erclutch.logs.columns.joints import joint_in_name
+from erclutch.logs.planning.draft import Draft
+from erclutch.logs.planning.guesses import take_guess
+from erclutch.logs.planning.one_of_several import Guess
+
+_TOKEN = re.compile(r"[^\W\d_]+|\d+")
+_FEWEST = 3  # joints: two may be the two sides of one device
+_MOVES = 0.1  # share of what the liveliest joint moves by
+#: Words that say that columns are of joints, so that two suffice.
+_OF_JOINTS = frozenset({"joint", "joints", "axis", "achse", "gelenk", "axe", "eje", "q", "dq", "qd", "qdot"})
+#: Sides of one device and ways to log a signal, and directions in space: none of them is a joint.
+_NO_JOINTS = frozenset(
+    (
+        *(
+            "motor",
+            "rotor",
+            "link",
+            "load",
+            "output",
+            "input",
+            "spring",
+            "drive",
+            "driven",
+            "driver",
+            "engine",
+            "brake",
+        ),
+        *(
+            "clutch",
+            "test",
+            "dut",
+            "shaft",
+            "upper",
+            "lower",
+            "top",
+            "bottom",
+            "inner",
+            "outer",
+            "primary",
+            "secondary",
+        ),
+        *("in", "out", "side", "meas", "measured", "est", "filt", "filtered", "raw", "ref", "cmd", "des", "set"),
+        *("min", "max", "mean", "std"),
+    )
+)
+_ACCELERATIONS = frozenset({"acc", "accel", "acceleration", "qdd", "ddq", "qddot", "ddot", "beschleunigung"})
+_DIRECTIONS = frozenset({"x", "y", "z", "d", "q", "alpha", "beta", "roll", "pitch", "yaw"})
+
+#: What tells a column from those beside it: the number or the word of its joint -> the column's name.
+_Joints = dict[tuple[str, ...], str]
+
+
+def take_one_joint(draft: Draft) -> None:
+    """Take slip and effort of the first joint that moves, where both were asked about and are of the same joints."""
+    asked = [draft.questions.get(signal) for signal in ("slip", "effort")]
+    if any(question is None or "may be any of" not in question.problem for question in asked):
+        return
+    slips = _joints(draft, "slip")
+    efforts = _joints(draft, "effort")
+    joints = [joint for joint in slips if joint in efforts]
+    said = {token for name in slips.values() for token in _tokens(name)}
+    fewest = 2 if not said.isdisjoint(_OF_JOINTS) else _FEWEST
+    if len(joints) < fewest or len(joints) < 0.7 * max(len(slips), len(efforts)):
+        return
+    every = (*slips, *efforts)
+    if any(not _NO_JOINTS.isdisjoint(joint) for joint in every) or any(
+        _DIRECTIONS.issuperset(joint) for joint in every
+    ):
+        return
+
+    in_name = joint_in_name(draft.table.name)
+    named = [joint for joint in joints if joint == (in_name,)]
+    first = (named or joints)[0]
+    columns = draft.seen.columns
+    moved = {joint: columns[slips[joint]].moved for joint in joints}
+    if moved[first] < _MOVES * max(moved.values()) or columns[efforts[first]].shape.constant:
+        return
+
+    why = "its file is called after it" if named else "the first of them"
+    reason = f"name, of {len(joints)} joints {why}"
+    del draft.questions["slip"], draft.questions["effort"]
+    _let_go_of_their_currents(draft, joints)
+    take_guess(draft, "slip", Guess(slips[first], reason), "")
+    take_guess(draft, "effort", Guess(efforts[first], reason), slips[first])
+    draft.no_signals += _motions_of(draft, joints)
+    other = next(joint for joint in joints if joint != first)
+    option = f"--slip {shell_word(slips[other])} --effort {shell_word(efforts[other])}"
+    draft.notes.append(f"{len(joints)} joints, each a device of its own: one is taken, another by {option}")
+
+
+def _joints(draft: Draft, signal: str) -> _Joints:
+    """Columns of a signal by what tells them apart, in the order of the file; none where two are told by the same."""
+    found, _ = candidates(draft.seen, signal, draft.taken)
+    names = [name for name in draft.table.columns if name in found]
+    tokens = {name: _tokens(name) for name in names}
+    shared = set[str].intersection(*map(set, tokens.values())) if tokens else set[str]()
+    joints: _Joints = {}
+    for name in names:
+        own = tuple(token for token in tokens[name] if token not in shared)
+        if own in joints or not own:
+            return {}
+        joints[own] = name
+    return joints
+
+
+def _tokens(name: str) -> list[str]:
+    return [token.lower().lstrip("0") or "0" for token in _TOKEN.findall(name)]
+
+
+def _motions_of(draft: Draft, joints: Sequence[tuple[str, ...]]) -> list[str]:
+    """Further columns of these joints' motions: positions, accelerations, and speeds of the others; no field is one."""
+    motions: list[str] = []
+    for column in draft.seen.without(draft.taken):
+        spoken = column.spoken
+        tokens = {*_tokens(column.name)}
+        speaks = {"slip", "position"} & {*spoken.may_be, *spoken.numbered, *spoken.lettered} or tokens & _ACCELERATIONS
+        is_of_one = any({*joint} <= tokens for joint in joints)
+        if (
+            (speaks or _tokens(column.name)[-2:] == ["dot", "dot"])
+            and is_of_one
+            and column.fits(("A", "V")) is not True
+        ):
+            motions.append(column.name)
+    return motions
+
+
+def _let_go_of_their_currents(draft: Draft, joints: Sequence[tuple[str, ...]]) -> None:
+    """Take no field where the columns that may be it are the currents of the joints' drives, one for each."""
+    question = draft.questions.get("field")
+    if question is None or "may be any of" not in question.problem:
+        return
+    fields = _joints(draft, "field")
+    if fields and all(joint in fields for joint in joints):
+        del draft.questions["field"]
+        draft.no_signals += fields.values()
+        draft.take_no_field([f"{', '.join(fields.values())}: one for each joint, as the currents of its drives"])

@@ -1,0 +1,107 @@
+"""Of several joints in a log the first that moves is taken with its own effort; sides of one device are asked about."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from erclutch.logs import ColumnMap, Plan, Table, plan_of
+
+TIME = 0.01 * np.arange(600)
+RATE = np.sin(3.0 * TIME)
+SIZES = (0.5, 1.0, 0.4, 0.7, 0.3, 0.6)
+
+
+def planned(columns: dict[str, np.ndarray], name: str = "arm.csv") -> Plan:
+    return plan_of(Table(name, columns, dict.fromkeys(columns), "x", path=name), ColumnMap())
+
+
+def robot(speeds: list[str], efforts: list[str], sizes: tuple[float, ...] = SIZES) -> dict[str, np.ndarray]:
+    """A robot whose joints move at the same time, each by its own size and with its own friction."""
+    columns = {"time": TIME}
+    for place, (speed, effort) in enumerate(zip(speeds, efforts, strict=True)):
+        rate = sizes[place] * np.sin((3.0 + 0.4 * place) * TIME)
+        columns |= {speed: rate, effort: (1 + place) * np.tanh(8.0 * rate) + 0.1 * rate}
+    return columns
+
+
+def taken(plan: Plan) -> dict[str, str]:
+    return {each.signal: each.column for each in plan.signals if each.column}
+
+
+@pytest.mark.parametrize(
+    ("speed", "effort", "joints"),
+    [
+        ("joint_{}_vel", "joint_{}_torque", ["1", "2", "3"]),
+        ("qd_{}", "tau_{}", ["0", "1", "2", "3"]),
+        ("vel{}", "torque{}", ["1", "2", "3"]),
+        ("{}_vel", "{}_effort", ["waist", "shoulder", "elbow", "wrist_rotate"]),
+        ("panda_joint{}.velocity", "panda_joint{}.effort", ["1", "2"]),
+        ("q{}_dot", "tau{}", ["1", "2", "3"]),
+    ],
+)
+def test_the_first_joint_is_taken_with_its_own_effort(speed: str, effort: str, joints: list[str]) -> None:
+    columns = robot([speed.format(each) for each in joints], [effort.format(each) for each in joints])
+    plan = planned(columns)
+    assert not plan.questions
+    assert taken(plan) == {"slip": speed.format(joints[0]), "effort": effort.format(joints[0])}
+    other = f"another by --slip {speed.format(joints[1])} --effort {effort.format(joints[1])}"
+    assert any(other in note.replace('"', "") for note in plan.notes)
+
+
+def test_the_joint_that_the_file_is_called_after_is_taken() -> None:
+    columns = robot([f"vel{k}" for k in (1, 2, 3)], [f"torque{k}" for k in (1, 2, 3)])
+    assert taken(planned(columns, "friction_joint_3.csv")) == {"slip": "vel3", "effort": "torque3"}
+
+
+def test_logs_of_one_robot_give_the_same_joint_whichever_moves_most() -> None:
+    names = [f"vel{k}" for k in (1, 2, 3)], [f"torque{k}" for k in (1, 2, 3)]
+    assert taken(planned(robot(*names, (0.5, 1.0, 0.4)))) == taken(planned(robot(*names, (0.5, 0.3, 2.0))))
+
+
+def test_a_first_joint_at_rest_is_asked_about_with_the_liveliest_proposed() -> None:
+    columns = robot([f"vel{k}" for k in (1, 2, 3)], [f"torque{k}" for k in (1, 2, 3)], (0.001, 1.0, 0.4))
+    plan = planned(columns)
+    assert {question.signal for question in plan.questions} == {"slip", "effort"}
+    assert '--slip "vel2" --effort "torque2"' in plan.command()
+
+
+@pytest.mark.parametrize(
+    "parts",
+    [
+        ["motor", "load"],
+        ["input", "output"],
+        ["drive", "test"],
+        ["1", "2"],
+        ["motor", "load", "spring"],
+        ["x", "y", "z"],
+    ],
+)
+def test_sides_of_one_device_and_directions_are_asked_about(parts: list[str]) -> None:
+    plan = planned(robot([f"{part}_speed" for part in parts], [f"{part}_torque" for part in parts]))
+    assert plan.questions or plan.doubts
+    assert not any("each a device of its own" in note for note in plan.notes)
+
+
+def test_joints_of_which_few_have_an_effort_are_asked_about() -> None:
+    columns = robot([f"vel{k}" for k in range(1, 7)], [f"torque{k}" for k in range(1, 7)])
+    for k in (3, 4, 5, 6):
+        del columns[f"torque{k}"]
+    assert planned(columns).questions
+
+
+def test_positions_and_accelerations_of_the_joints_are_no_field() -> None:
+    columns = robot([f"q{k}_dot" for k in (1, 2)], [f"tau{k}" for k in (1, 2)])
+    for k, size in ((1, 2.0), (2, 3.0)):
+        columns |= {f"q{k}": size * np.cos(TIME), f"q{k}_dot_dot": np.sign(np.sin(size * TIME))}
+    plan = planned(columns)
+    assert not plan.questions
+    assert plan.signal("field").numbers == (0.0,)  # type: ignore[union-attr]
+
+
+def test_a_column_of_amperes_beside_joints_is_still_the_field() -> None:
+    columns = robot([f"vel{k}" for k in (1, 2, 3)], [f"torque{k}" for k in (1, 2, 3)])
+    columns["Coil current [A]"] = np.repeat([0.0, 1.0, 2.0], TIME.size // 3)
+    plan = planned({name.replace(" [A]", ""): values for name, values in columns.items()})
+    assert taken(plan)["field"] == "Coil current"
+    assert taken(plan)["slip"] == "vel1"
