@@ -266,7 +266,8 @@ def _settling(look: LogLook, problem: ErclutchError) -> str:
             return f"{command} --time none"
         if "--invalid drop" in problem.remedy:
             return f"{command} --invalid drop"
-        return ""
+        option = _OPTION.search(problem.remedy)
+        return f"{shlex.join(['erclutch', 'inspect', plan.path])} {option.group()}" if option is not None else ""
     if _is_of_a_rheometer(plan):  # its points are for laws at one field
         return _flow_command(look)
     return plan.command()

@@ -88,9 +88,10 @@ def candidates(
         speaks = bool(form and (fits[column.name] or form not in NEED_UNIT))
         is_bare_v = signal == "field" and column.spoken.plain == "v" and not column.unit
         if is_bare_v and column.shape.keeps_levels:
-            # A voltage, where the velocity has a name of its own (xdot, speed).
+            # A voltage, where the velocity has a name of its own (xdot, speed). Beside turns it may be that of a rim.
             others = seen.without([column.name])
-            speaks = speaks or any(len(other.spoken.forms["slip"] or "") > 2 for other in others)
+            named_speeds = [other for other in others if len(other.spoken.forms["slip"] or "") > 2]
+            speaks = speaks or (bool(named_speeds) and all(other.kind != "N*m" for other in named_speeds))
         if speaks and _told_of(signal).isdisjoint(column.spoken.words):
             named.append(column)
     if not named and not units_of_sensor:
@@ -129,7 +130,7 @@ def _without_a_whole_name(
     fitting = [column for column in free if fits[column.name] is not False]
     joints = of_joints(seen, signal, fitting)
     if joints:
-        return joints, "name, of several joints"
+        return joints, "name, of several joints" if len(joints) > 1 else "name, of the only joint whose effort changes"
 
     # The heads of names, without words that most columns share; with them where these are the heads themselves: of
     # first encoder, second encoder and third encoder each is headed by what all share.
@@ -171,7 +172,7 @@ def _estimated(signal: str, columns: Iterable[SeenColumn]) -> list[str]:
         words = column.spoken.stem_words
         if signal in ("slip", "position") and not ESTIMATED.isdisjoint(words):
             said = spoken_name(" ".join(word for word in words if word not in ESTIMATED))
-            if signal in said.may_be:
+            if signal in said.may_be and len(said.plain_stem) > 1:  # y_est may be the output of anything
                 names.append(column.name)
     return names
 

@@ -28,6 +28,8 @@ Family = dict[str, str]
 def of_joints(seen: SeenColumns, signal: str, fitting: Iterable[SeenColumn]) -> list[str]:
     """Columns of a signal that has one for each joint, the likely joint first; none where no other signal has so many.
 
+    Where the effort of one joint alone changes it is that joint: nothing was measured of the others.
+
     Args:
         seen: the columns of the log.
         signal: its name.
@@ -41,6 +43,8 @@ def of_joints(seen: SeenColumns, signal: str, fitting: Iterable[SeenColumn]) -> 
         for family in _families(seen, partner, seen.columns.values()):
             joints_of_partners.add(frozenset(family))
 
+    at_rest = _joints_without_effort(seen)
+
     # The joint in the name of the file is likely, then those that move most.
     joint_of_file = joint_in_name(seen.table.name)
     names: list[str] = []
@@ -49,8 +53,18 @@ def of_joints(seen: SeenColumns, signal: str, fitting: Iterable[SeenColumn]) -> 
             continue
         moved = {joint: seen.columns[name].moved for joint, name in family.items()}
         likely_first = sorted(family, key=lambda joint: (joint != joint_of_file, -moved[joint]))
-        names += [family[joint] for joint in likely_first]
-    return names if len(names) > 1 else []
+        names += [family[joint] for joint in likely_first if joint not in at_rest]
+    return names if len(names) > 1 or at_rest else []
+
+
+def _joints_without_effort(seen: SeenColumns) -> set[str]:
+    """All joints but the one whose effort changes, such as the free joint of an acrobot; none where several do."""
+    moves: dict[str, bool] = {}  # joint -> whether one of its efforts changes
+    for family in _families(seen, "effort", seen.columns.values()):
+        for joint, name in family.items():
+            moves[joint] = moves.get(joint, False) or not seen.columns[name].shape.constant
+    at_rest = {joint for joint, changes in moves.items() if not changes}
+    return at_rest if len(moves) - len(at_rest) == 1 else set()
 
 
 def joint_in_name(name: str) -> str:

@@ -88,6 +88,7 @@ SENSES = _set(
 )
 OTHER = _set(
     "pressure druck pression presion presiones pressione pressao temperature temp esc vibration gap diameter thickness "
+    "separation abstand werkzeugabstand "
     "noise error normal accuracy resolution power viscosity strain crack radius size length width mass weight h fn "
     "horsepower count counts cycle cycles index sample samples no nr number frame packet seq row rows point points "
     "acceleration accelerazione accel acc accx accy accz beschleunigung aceleracion jerk humidity energy efficiency "

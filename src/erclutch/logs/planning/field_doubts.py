@@ -25,6 +25,8 @@ from erclutch.signals.array import Array
 
 #: Words of a drive in the name of its current (i_q, q_current, motor_current), and of the current beside it.
 _OF_DRIVES = frozenset({"motor", "mot", "servo", "drive", "iq", "isq", "q", "motorstrom"})
+#: Words of a machine that loads the device, or is itself under test; an eddy-current brake has a load current too.
+_OF_MACHINES = frozenset({"load", "generator", "gen", "dut", "uut", "armature", "absorber", "alternator", "anker"})
 LARGEST_SUPPLY = 100.0  # V, or as logged, above which a voltage is that across a fluid
 _COMMANDS = ("command", "cmd")
 _SI_OF_A_SUPPLY = ("A", "V")
@@ -63,7 +65,14 @@ def doubt_the_current_of_a_drive(draft: Draft) -> None:
         return
     current = draft.table.columns.get(field.column)
     measured = draft.table.columns.get(effort.column)
-    if current is None or measured is None or not goes_along(current, measured):
+    if current is None or measured is None:
+        return
+    if not _OF_MACHINES.isdisjoint(draft.seen.columns[field.column].spoken.stem_words):
+        doubt = "which is called like the current of a machine that loads or is tested: no field then, "
+        doubt += f"--field {shell_word(field.column)} if it drives the coil of a brake or damper"
+        draft.doubt("field", doubt, NONE if go_straight(current, measured) else "")
+        return
+    if not goes_along(current, measured):
         return
     course = f"takes the sign of {effort.column} and goes along with it"
     coils = [column for column in draft.seen.without(draft.taken) if _may_drive_a_coil(column)]

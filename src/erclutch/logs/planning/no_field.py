@@ -9,6 +9,7 @@ import numpy as np
 
 from erclutch.logs.columns.labels import COUNTS, split_label
 from erclutch.logs.columns.names import TOLD, spoken_name
+from erclutch.logs.columns.phases import is_of_phases
 from erclutch.logs.columns.quotients import quotient_of
 from erclutch.logs.columns.seen_columns import NO_UNITS, SeenColumn, SeenColumns
 from erclutch.logs.columns.shapes import FEW, LOOKED_AT
@@ -33,6 +34,8 @@ _MARKS = frozenset(
         "status",
     }
 )
+_MANY = 4  # columns: more are told together
+_LEVEL = 0.01  # of the range, by which a number lies at neither end
 _ESTIMATES = 0.7  # correlation of the signs of two estimates of one thing
 _RETURNS = 0.1  # of the range, by which a column comes back that does not only rise or only fall
 _SAME_COURSE = 2e-3  # of the range, within which two columns are one course
@@ -60,11 +63,17 @@ def settle_the_field(draft: Draft) -> None:
     del draft.questions["field"]
     if take_stated_field(draft):
         return
-    whys: list[str] = []
+    alike: dict[str, list[str]] = {}  # why -> the columns that are no field for it
     for column in draft.seen.without(taken):
         why = _why_no_field(draft.seen, column, taken)
         if why:
-            whys.append(f"{column.name} {why}")
+            alike.setdefault(why, []).append(column.name)
+    whys: list[str] = []
+    for why, names in alike.items():
+        if len(names) > _MANY:
+            whys.append(f"each of the {len(names)} columns {names[0]} .. {names[-1]} {why}")
+        else:
+            whys += [f"{name} {why}" for name in names]
     draft.take_no_field(whys)
 
 
@@ -93,6 +102,8 @@ def _why_no_field(seen: SeenColumns, column: SeenColumn, taken: Iterable[str]) -
 
 def _why_of_a_drive(seen: SeenColumns, column: SeenColumn, taken: Iterable[str]) -> str:
     """What a column of a drive's telemetry is: its current, the other current of its two axes, or its supply."""
+    if is_of_phases(seen, column):
+        return "is of the phases of a machine"
     efforts: list[Array] = []
     for name in taken:
         other = seen.columns.get(name)
@@ -144,7 +155,8 @@ def _why_beside(seen: SeenColumns, column: SeenColumn, taken: Iterable[str]) -> 
             if go_straight(column.values, other.values):
                 return f"counts what {other.name} measures"
     for other in measured:
-        if _is_same_course(column.values, other.values):
+        is_motion = "effort" not in other.spoken.may_be
+        if _is_same_course(column.values, other.values) or (is_motion and _is_multiple_of(column.values, other.values)):
             return f"is {other.name} in other numbers"
     for other in measured:
         if _is_size_of(column.values, other.values):
@@ -179,6 +191,25 @@ def _is_same_course(first: Array, second: Array) -> bool:
     line, *_ = np.linalg.lstsq(scaled, a, rcond=None)
     left = a - scaled @ line
     return bool(np.ptp(left) <= _SAME_COURSE * np.ptp(a))
+
+
+def _is_multiple_of(column: Array, measured: Array) -> bool:
+    """Whether a column is a measured one times a number, as the speed of a rim beside its turns.
+
+    Two levels, or two ramps from zero, may go together by chance.
+    """
+    known = np.isfinite(column) & np.isfinite(measured)
+    a = column[known][:LOOKED_AT]
+    b = measured[known][:LOOKED_AT]
+    if a.size < FEW or not np.any(b):
+        return False
+    apart = _LEVEL * float(np.ptp(b))
+    if not np.any((b > b.min() + apart) & (b < b.max() - apart)):
+        return False  # two levels
+    if go_straight(b, np.arange(float(b.size))):
+        return False  # a ramp
+    factor = float(a @ b) / float(b @ b)
+    return bool(np.max(np.abs(a - factor * b)) <= _SAME_COURSE * np.max(np.abs(a), initial=0.0))
 
 
 def _is_size_of(column: Array, measured: Array) -> bool:

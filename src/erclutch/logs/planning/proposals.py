@@ -13,7 +13,7 @@ from erclutch.logs.columns.candidates import candidates
 from erclutch.logs.columns.labels import split_label
 from erclutch.logs.columns.names import NAMES, NEED_UNIT, NOT_MEASURED, TOLD, spoken_name
 from erclutch.logs.columns.seen_columns import SeenColumn, SeenColumns
-from erclutch.logs.columns.two_courses import follows
+from erclutch.logs.columns.two_courses import follows, go_straight
 from erclutch.logs.plan import Question
 from erclutch.logs.planning.draft import Draft
 from erclutch.logs.planning.missing_columns import has_short_name, sensor_options, usual_unit
@@ -109,6 +109,13 @@ def _field_option(draft: Draft, question: Question, proposed: Sequence[str], *, 
     joints_of_efforts = {re.sub(r".*?(\d*)$", r"\1", name) for name in efforts}
     if len(joints_of_fields) > 1 and joints_of_fields == joints_of_efforts:
         return "--field none"
+
+    # Each of several currents goes straight with the effort: those of the machines of a bench.
+    effort = draft.signals.get("effort")
+    if len(fields) > 1 and effort is not None and effort.column in seen.columns:
+        measured = seen.columns[effort.column].values
+        if all(go_straight(seen.columns[name].values, measured) for name in fields):
+            return "--field none"
 
     # A column with a name of several meanings may be the field, and is proposed for no other signal.
     _, _, named = question.problem.partition("; ")

@@ -26,6 +26,8 @@ _SPEEDS = ("rad/s", "m/s")
 _FEWEST = 10  # rows: fewer may be in order by chance
 _MOST_NOISY = 1000  # rows of a table that was swept with noise: more are those of a log
 _NOISE = 0.01  # of its range, by which a swept speed that was measured goes back at most
+_FEWEST_MIXED = 200  # rows, for chance to be told from a course
+_SPREAD_OF_CHANCE = 8.0  # times 1 / sqrt(rows): four deviations of that ratio
 _FEW_POINTS = 100  # rows: of so few, a time that goes back once is the mean time of points
 _NOISE_OF_POINTS = 0.05  # the same, where a column numbers the points: each of them was set, and wanders
 #: What the column is called that numbers the points; a logger counts samples.
@@ -79,7 +81,9 @@ def take_points(draft: Draft) -> None:
         return  # points of a rheometer are for `erclutch flowcurve`
 
     swept = _swept_speed(draft.seen)
-    if not swept:
+    columns = draft.table.columns
+    mixed = not swept and all(_is_in_no_order(columns[each.column]) for each in (slip, effort))
+    if not swept and not mixed:
         return
     for column in draft.seen.without(draft.taken):
         is_known = column.unit or column.spoken.is_accounted or column.spoken.may_be - {"position"}
@@ -87,9 +91,25 @@ def take_points(draft: Draft) -> None:
             return  # it may be the time
 
     del draft.questions["time"]
-    sentence = f"no time: column {swept} goes one way through the table, so its rows are points, none after another"
+    why = f"columns {slip.column} and {effort.column} are in no order" if mixed else f"{swept} goes one way"
+    course = why if mixed else f"column {why} through the table"
+    sentence = f"no time: {course}, so its rows are points, none after another"
     sentence += ' (--rate "RATE Hz" if they were sampled at a rate)'
-    draft.clock = points(draft.seen.counters, sentence, f"{swept} goes one way")
+    draft.clock = points(draft.seen.counters, sentence, why)
+
+
+def _is_in_no_order(values: Array) -> bool:
+    """Whether each number differs from the one before as from any other, as in rows that were drawn by chance.
+
+    Of such numbers the mean square of the steps is twice the variance (von Neumann); of a course in time it is less.
+    """
+    known = values[np.isfinite(values)]
+    if known.size < _FEWEST_MIXED or known.min() == known.max():
+        return False
+    scaled: Array = known / np.abs(known).max()  # no square of a large number overflows
+    steps = np.diff(scaled)
+    ratio = float(steps @ steps) / (steps.size * float(np.var(scaled)))
+    return abs(ratio - 2.0) < _SPREAD_OF_CHANCE / np.sqrt(known.size)
 
 
 def _swept_speed(seen: SeenColumns) -> str:

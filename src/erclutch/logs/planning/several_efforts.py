@@ -12,7 +12,7 @@ from erclutch.logs.columns.labels import split_label
 from erclutch.logs.columns.name_pattern import constants_of
 from erclutch.logs.columns.seen_columns import seen_columns
 from erclutch.logs.mapping import ColumnChoice, ColumnMap
-from erclutch.logs.planning.stated_field import differ_by_field, stated_in
+from erclutch.logs.planning.stated_field import ask_about_specimens, differ_by_field, stated_in
 from erclutch.logs.planning.whole_plan import plan_of
 from erclutch.logs.table import Table
 from erclutch.signals.device import DeviceName
@@ -132,4 +132,6 @@ def _with_fields_in_names(logs: list[Log], device: DeviceName | None) -> list[Lo
         elif plan.is_of_a_log:
             return logs
         with_fields.append((name, table, own))
+    for _, _, own in logs[:1]:
+        ask_about_specimens(named, own)
     return with_fields

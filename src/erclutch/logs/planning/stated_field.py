@@ -13,8 +13,10 @@ from erclutch.errors import MappingError, UnitError, shell_word
 from erclutch.logs.columns.labels import split_label
 from erclutch.logs.columns.name_pattern import NUMBER, number_of
 from erclutch.logs.columns.names import OTHER, TOLD, spoken_name
+from erclutch.logs.mapping import ColumnMap
 from erclutch.logs.plan import SignalPlan
 from erclutch.logs.planning.draft import Draft
+from erclutch.logs.table import listed
 from erclutch.signals import units
 from erclutch.signals.recording import SIGNALS
 
@@ -23,6 +25,7 @@ _OF_INSTRUMENTS = frozenset({"excitation", "command", "cmd", "duty", "pwm", "fie
 _CURRENTS = ("A",)
 _IN_A_NAME = re.compile(rf"(?<![\d.])(?<!\d[xp,])({NUMBER})( ?)(mA|A|kV|V|mT|T)(?![A-Za-z0-9])")
 _NUMBER = re.compile(NUMBER.removeprefix("[+-]?"))
+_COUNTED = re.compile(r"([1-9]\d?)([AVT])")  # 1A: the first specimen of batch A, or a log at 1 A
 
 
 class StatedField(NamedTuple):
@@ -96,6 +99,28 @@ def differ_by_field(names: Sequence[str]) -> bool:
     """Whether names are the same but for the field that each of them holds."""
     fields = {each.number for each in map(stated_in, names) if each is not None}
     return 1 < len(fields) == len(names) and len({*map(without_field, names)}) == 1
+
+
+def ask_about_specimens(names: Sequence[str], told: ColumnMap) -> None:
+    """Ask whether names such as ``1A``, ``2A``, ``3A`` number specimens or tell fields; nothing else is in them.
+
+    Raises:
+        MappingError: nobody said it.
+    """
+    matches = [_COUNTED.fullmatch(name) for name in names]
+    counted = [(int(match[1]), match[2]) for match in matches if match is not None]
+    letters = {letter for _, letter in counted}
+    numbers = sorted(number for number, _ in counted)
+    if len(names) < 2 or len(letters) != 1 or numbers != [*range(1, len(names) + 1)]:
+        return
+    is_said = told.name_pattern is not None or "field" in told.columns or "field" in told.constants
+    if is_said or told.declines("field"):
+        return
+    letter = letters.pop()
+    problem = f"the names {listed(names)} may number specimens, or tell the field in {letter}"
+    pattern = shell_word(f"{{field}}{letter}")
+    remedy = f"Say which: --variable all --field none, or --variable all --name-pattern {pattern}"
+    raise MappingError(problem, remedy=remedy)
 
 
 def _in_the_name_of_the_effort(draft: Draft) -> StatedField | None:
