@@ -9,7 +9,8 @@ import shutil
 import subprocess
 import sys
 from collections.abc import Callable, Generator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
+from importlib import import_module
 from pathlib import Path
 from typing import Any, NamedTuple
 from unittest import mock
@@ -51,6 +52,11 @@ _ENDINGS = {"predict": ".csv", "report": ".html", "compare": ".html", "table": "
 _ENDINGS |= {"align": ".csv", "excite": ".csv", "simulate": ".csv", "calibrate-twin": ".toml"}
 #: The second may come when the first has ended; a report is replaced then, a fleet and a figure are made again.
 AGAIN = ("report", "compare", "fit-many", "reproduce", "figure", "experiment", "demo")
+#: What takes most of the time of a command, and has no part in how it writes.
+LONG_WORK = {
+    "demo": "erclutch.fit.comparison.compare",
+    "calibrate-twin": "erclutch.wings.paper.calibration.calibrate.calibrate",
+}
 #: Each of the two makes a recording of its own in one folder.
 EACH_ITS_OWN = ("live",)
 _TOLD = ("is writing it", "already", "exists", "there is such a file", "made it meanwhile")
@@ -163,13 +169,13 @@ def lost_in_pairs(
 
 @contextmanager
 def slow_work_kept(name: str) -> Generator[None]:
-    """What a command's first run reads in a child process, draws and, of `demo`, fits is kept for the runs after it.
+    """What a command's first run reads in a child process and draws is kept for the runs after it.
 
+    So is what `demo` fits and `calibrate-twin` finds.
     The place is looked at, reserved and written anew each time: a pair costs a tenth of what it costs a user.
     """
     from matplotlib.figure import Figure
 
-    from erclutch.fit import comparison
     from erclutch.report.plots import paper_style
 
     save = Figure.savefig
@@ -182,13 +188,16 @@ def slow_work_kept(name: str) -> Generator[None]:
         else:
             file.write(drawings[format])
 
-    fitted = _first_answer(comparison.compare) if name == "demo" else comparison.compare
     with (
         mock.patch.object(child_process, "run", _first_answer(child_process.run)),
         mock.patch.object(Figure, "savefig", saved),
         mock.patch.object(paper_style, "settle", _first_answer(paper_style.settle)),
-        mock.patch.object(comparison, "compare", fitted),
+        ExitStack() as further,
     ):
+        if name in LONG_WORK:
+            module, _, work = LONG_WORK[name].rpartition(".")
+            place: Any = import_module(module)
+            further.enter_context(mock.patch.object(place, work, _first_answer(getattr(place, work))))
         yield
 
 

@@ -258,11 +258,11 @@ def test_the_default_tries_a_network_on_what_the_law_with_memory_misses() -> Non
 
 @pytest.mark.slow
 def test_a_short_log_gets_no_network_with_more_weights_than_rows(data: Dataset) -> None:
-    short = remembering(data).take(np.arange(data.rows) < 600)
-    found = compare(short, Settings(models=("bingham", "fnn-70")))
+    short = remembering(data).take(np.arange(data.rows) < 300)
+    found = compare(short, Settings(models=("bingham", "fnn-50")))
     assert any(remembers(stage) for e in found.entries for stage in stages_of(e.outcome.model.structure.dynamics))
     networks = {entry.name: entry.outcome for entry in found.entries if entry.outcome.weights}
-    assert "fnn-70" in networks
+    assert "fnn-50" in networks
     assert all(outcome.weights < found.data.take(~found.test).rows for outcome in networks.values())
 
 
