@@ -13,7 +13,8 @@ from pathlib import Path
 import pytest
 
 from erclutch.logs.synthetic import write_synthetic_log
-from erclutch.registry import GROUPS
+from erclutch.registry import GROUPS, plugins
+from tests.support.wings_asked import NO_GROUP_OF_A_WING, may_ask
 
 pytestmark = pytest.mark.slow
 ROOT = Path(__file__).parents[2]
@@ -23,12 +24,6 @@ COMMANDS = {
     wing: {path.stem.replace("_", "-") for path in (ROOT / f"src/erclutch/wings/{wing}/commands").glob("[!_]*.py")}
     for wing in WINGS
 }
-
-#: Rooms that import no room with a registry's group of the wings, and look up no such group themselves.
-NO_GROUP_OF_A_WING = ("arithmetic", "fit", "models", "signals")
-#: Words of a test that may ask for a wing all the same: by a room above, a command or a process.
-MAY_ASK = re.compile(r"erclutch\.(?:cli|export|report|runs|wings)|wings|subprocess|\bmain\(|registry|[pP]lugin")
-SUPPORT = re.compile(r"tests\.support(?:\.| import )(\w+)")
 
 #: What a user does with a small log, in one process.
 USE = """
@@ -67,13 +62,6 @@ def without(tmp_path: Path) -> Callable[..., Path]:
     return made
 
 
-def may_ask(test: Path) -> bool:
-    """Whether a file of tests, or what tests share that it imports, has a word that may lead to a wing."""
-    text = test.read_text("utf-8")
-    shared = [ROOT / f"tests/support/{name}.py" for name in SUPPORT.findall(text)]
-    return MAY_ASK.search(text) is not None or any(path.exists() and may_ask(path) for path in shared)
-
-
 def listed(said: str) -> set[str]:
     """First words of the entries of a help page, two spaces from its edge."""
     return {line.split()[0] for line in said.splitlines() if re.match(r"  \S", line)}
@@ -108,13 +96,18 @@ def test_what_needs_a_missing_wing_says_so_in_one_line(
 
 
 def test_these_rooms_look_up_nothing_that_a_wing_brings() -> None:
+    """But for the readers of logs, for which `tests/logs/conftest.py` looks at each test."""
     wings = ROOT / "src/erclutch/wings"
     brought = {group for group in GROUPS for _ in wings.glob(f"*/{group.rpartition('.')[2]}/[!_]*.py")}
-    assert brought >= {"erclutch.commands", "erclutch.targets"}
+    assert brought >= {"erclutch.commands", "erclutch.readers", "erclutch.targets"}
     for room in NO_GROUP_OF_A_WING:
         for path in (ROOT / "src/erclutch" / room).rglob("*.py"):
+            allowed = {"erclutch.readers"} if path.name == "log_reader.py" else set[str]()
             named = set(re.findall(r"erclutch\.\w+", path.read_text("utf-8")))
-            assert not named & {*brought, "erclutch.wings"}, path
+            assert not named & {*brought, "erclutch.wings"} - allowed, path
+    readers = [plugin for plugin in plugins("erclutch.readers") if plugin.source.startswith("erclutch.wings.")]
+    assert readers
+    assert [plugin.name for plugin in readers if plugin.value.suffixes] == []  # or folders would have other logs
 
 
 def test_without_all_wings_the_tests_of_the_core_pass(without: Callable[..., Path]) -> None:

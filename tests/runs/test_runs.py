@@ -68,11 +68,11 @@ def test_the_files_of_a_run(run: Path) -> None:
 def test_the_same_log_and_settings_give_the_same_bytes(tmp_path: Path, recording: Recording) -> None:
     folders = []
     for workers in (1, 2, 2):
-        settings = Settings(models=("quadratic", "bingham", "casson"), workers=workers, blocks=2)
+        settings = Settings(models=("quadratic", "bingham"), workers=workers, blocks=2)
         again = compare(build_dataset(recording), settings)
         folders.append(write_run(tmp_path / f"run{len(folders)}", again, [recording]))
     first = bytes_of(folders[0])
-    assert len(first) >= 9
+    assert len(first) >= 8
     assert all(bytes_of(folder) == first for folder in folders[1:])
 
 
