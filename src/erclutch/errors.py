@@ -99,14 +99,13 @@ def worded(text: str) -> str:
 
 def _as_call(command: re.Match[str]) -> str:
     """``erclutch inspect run.csv --slip "w [rpm]"`` as a call of `erclutch.read`."""
-    options = re.findall(rf"--([\w-]+) ({_VALUE})", command["options"])
-    arguments = [_as_argument_of(name, value) for name, value in options]
-    return f"erclutch.read({', '.join([repr(command['path'].strip(chr(39))), *arguments])})"
-
-
-def _as_argument_of(name: str, value: str) -> str:
-    given = value if value[0] in "'\"" else repr(value)
-    return f"{_IN_PYTHON.get(name, name.replace('-', '_'))}={given}"
+    path = command["path"].strip("'")
+    arguments = [repr(path)]
+    for name, value in re.findall(rf"--([\w-]+) ({_VALUE})", command["options"]):
+        keyword = _IN_PYTHON.get(name, name.replace("-", "_"))
+        given = value if value[0] in "'\"" else repr(value)
+        arguments.append(f"{keyword}={given}")
+    return f"erclutch.read({', '.join(arguments)})"
 
 
 def _as_argument(option: re.Match[str]) -> str:

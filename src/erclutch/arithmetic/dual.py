@@ -117,7 +117,9 @@ def _product(x: Any, y: Any) -> Dual:
         return Dual(x.value * y, _scaled(y, x.partials))
     if not isinstance(x, Dual):
         return Dual(x * y.value, _scaled(x, y.partials))
-    return Dual(x.value * y.value, _joined(_scaled(y.value, x.partials), _scaled(x.value, y.partials)))
+    by_x = _scaled(y.value, x.partials)
+    by_y = _scaled(x.value, y.partials)
+    return Dual(x.value * y.value, _joined(by_x, by_y))
 
 
 def _quotient(x: Any, y: Any) -> Dual:

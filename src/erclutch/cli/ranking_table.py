@@ -46,7 +46,11 @@ def ranking(comparison: Comparison, width: int, *, whole: bool = False) -> Table
         whole: all models; else the first ones, and the recommended one in any case.
     """
     unit = comparison.data.units.effort
-    shown = comparison.entries if whole else _first(comparison)
+    shown = list(comparison.entries)
+    if not whole:
+        shown = shown[:SHOWN]
+        if all(entry.name != comparison.recommended for entry in shown):
+            shown[-1] = comparison.entry(comparison.recommended)  # it stands further down
     cells: dict[str, list[str]] = {
         "": ["*" if e.name == comparison.recommended else "" for e in shown],
         "id": [comparison.id_of(e.name) for e in shown],
@@ -75,14 +79,6 @@ def ranking(comparison: Comparison, width: int, *, whole: bool = False) -> Table
     made = narrowed(title, cells, less_needed, width, left=3)
     made.columns[2].no_wrap = False  # a long title breaks; a number is never cut
     return made
-
-
-def _first(comparison: Comparison) -> list[RankedModel]:
-    """The first entries of the ranking; the recommended one takes the last place where it stands further down."""
-    shown = list(comparison.entries[:SHOWN])
-    if all(entry.name != comparison.recommended for entry in shown):
-        shown[-1] = comparison.entry(comparison.recommended)
-    return shown
 
 
 def left_out(comparison: Comparison) -> str:

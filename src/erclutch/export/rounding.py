@@ -21,10 +21,10 @@ from erclutch.arithmetic.precision import FLOAT32, FLOAT64, Precision
 from erclutch.arithmetic.record import BINARY, Node
 from erclutch.errors import ExportError
 from erclutch.export.exported_step import ExportedStep
-from erclutch.export.stage_memory import suffix_of
+from erclutch.export.recording.stage_memory import suffix_of
+from erclutch.export.recording.step_recording import StepRecord
 from erclutch.export.step_numbers import named, numbers, reference, run
 from erclutch.export.step_record import step_record
-from erclutch.export.step_recording import StepRecord
 from erclutch.export.step_vectors import ordinary
 from erclutch.models.networks.network_model import NetworkModel
 from erclutch.models.stages.oscillator import Oscillator, coefficients

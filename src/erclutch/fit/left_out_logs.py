@@ -43,7 +43,9 @@ def unseen_errors(
         of all, or a fifth where there are two logs.
     """
     logs = [slice(start, stop) for start, stop in data.source_rows if stop > start]
-    if len(logs) < _FEWEST or (len(logs) == 2 and len(set(groups_of(data).field)) == 2):
+    if len(logs) < _FEWEST:
+        return None
+    if len(logs) == 2 and len(set(groups_of(data).field)) == 2:
         return None
     products: list[Array] = []  # of each log, [J e]'[J e]
     for log in logs:

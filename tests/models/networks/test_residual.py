@@ -14,9 +14,9 @@ from hypothesis import strategies as st
 
 from erclutch.errors import CheckError, RunError, SettingError
 from erclutch.export import ExportOptions
+from erclutch.export.recording.step_recording import SWITCHED_OFF
 from erclutch.export.step_numbers import run
 from erclutch.export.step_record import step_of, step_record
-from erclutch.export.step_recording import SWITCHED_OFF
 from erclutch.export.targets.python import compile_model
 from erclutch.fit.comparison import Settings, compare
 from erclutch.fit.kinds.law_alone import structures_for

@@ -14,8 +14,8 @@ from erclutch.export.c.c_printer import Printer, function, functions_used, inden
 from erclutch.export.c.c_self_check import COMPILE_TIME, exact_function
 from erclutch.export.encode import comment
 from erclutch.export.exported_step import LARGEST_ANGLE, ExportedStep
+from erclutch.export.recording.step_recording import SWITCHED_OFF, StepRecord
 from erclutch.export.step_record import feels_state, rest_record, settled_record, step_record
-from erclutch.export.step_recording import SWITCHED_OFF, StepRecord
 
 FLAGS = {
     "OUTSIDE_RANGE": "no training row is near the input, or it lies outside the training range: the effort is a guess",

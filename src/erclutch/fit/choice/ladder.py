@@ -155,7 +155,8 @@ def _holds_the_effort(train: Dataset, column: Array) -> bool:
     """Whether a column goes straight with the effort, or with the power that the effort makes with a slip."""
     powers = [train.effort * element.slip for element in train.elements]
     for made in (train.effort, *powers):
-        if np.ptp(made) > 0.0 and np.ptp(column) > 0.0 and abs(np.corrcoef(column, made)[0, 1]) > _OF_THE_EFFORT:
+        both_change = np.ptp(made) > 0.0 and np.ptp(column) > 0.0
+        if both_change and abs(np.corrcoef(column, made)[0, 1]) > _OF_THE_EFFORT:
             return True
     return False
 

@@ -190,7 +190,9 @@ class _Search:
 
         # A perfect fit leaves rounding alone, whose square is the least rise that a profile can show.
         rounding = 1e-24 * float(fitted @ fitted) + 1e-200
-        robust = _of_all(optimum, spread, ordered)
+        robust = spread
+        if not optimum.free.all():  # the limits are those of all parameters, those on a bound too
+            robust = uncertainty(optimum.slopes, optimum.residual, ordered=ordered)
         limits = np.maximum(share * _limits(optimum, robust), rounding)
         return cls(
             problem=replace(few, target=fitted + pull),
@@ -306,13 +308,6 @@ def _inverse(triangle: Array) -> Array:
     solid = np.maximum(s, 1e-12 * max(s[0], 1e-150))
     half = right.T / solid
     return half @ half.T
-
-
-def _of_all(optimum: Optimum, spread: Uncertainty, ordered: bool) -> Uncertainty:
-    """The uncertainty of all parameters, those on a bound too, where ``spread`` may be of the free ones alone."""
-    if optimum.free.all():
-        return spread
-    return uncertainty(optimum.slopes, optimum.residual, ordered=ordered)
 
 
 def _limits(optimum: Optimum, robust: Uncertainty) -> Array:

@@ -52,16 +52,17 @@ def sentence(pairing: Pairing, scale: Scale) -> str:
 def what_changed(pairing: Pairing) -> str:
     """What the models of the runs differ in, so that a difference is credited to nothing else."""
     first, *others = pairing.contenders
-    return " ".join(_changed(first, other) for other in others)
-
-
-def _changed(first: Contender, other: Contender) -> str:
-    differing = changes(first, other)
-    if not differing:
-        return f"The model of {other.label} is made as that of {first.label}, from the same rows."
-    parts = [f"{change.what} ({_short(change.first)} there, {_short(change.other)} here)" for change in differing]
-    doubt = "" if len(differing) == 1 else " These runs do not tell what each of them does."
-    return f"From {first.label} to {other.label} changed: {'; '.join(parts)}.{doubt}"
+    sentences: list[str] = []
+    for other in others:
+        differing = changes(first, other)
+        if not differing:
+            sentences.append(f"The model of {other.label} is made as that of {first.label}, from the same rows.")
+            continue
+        parts = [f"{change.what} ({_short(change.first)} there, {_short(change.other)} here)" for change in differing]
+        sentences.append(f"From {first.label} to {other.label} changed: {'; '.join(parts)}.")
+        if len(differing) > 1:
+            sentences.append("These runs do not tell what each of them does.")
+    return " ".join(sentences)
 
 
 def _short(text: str) -> str:

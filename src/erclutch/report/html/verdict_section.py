@@ -86,7 +86,8 @@ def _facts(
     yield of_spread, percent(share), f"{span(100 * _or_nan(low), 100 * _or_nan(high))} %"
     if not matters:
         r2, low, high = test["r2"]
-        value, *ends = (r2_text(_or_nan(figure), 4).replace("-", "−") for figure in (r2, low, high))
+        texts = [r2_text(_or_nan(figure), 4) for figure in (r2, low, high)]
+        value, *ends = [text.replace("-", "−") for text in texts]
         yield "of the variance explained (R²)", value, " to ".join(ends)
     yield "largest error", effort.of(test["largest"][0]), f"bias {effort.of(test['bias'], 2)}"
 

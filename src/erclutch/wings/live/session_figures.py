@@ -161,9 +161,13 @@ def _squares_of(wanted: NDArray[Any], got: NDArray[Any]) -> tuple[float, float, 
     """Sums of squares of the difference and of what was wanted, and how many frames have both."""
     finite = np.isfinite(wanted) & np.isfinite(got)
     off = wanted[finite] - got[finite]
-    return float((off**2).sum()), float((wanted[finite] ** 2).sum()), off.size
+    square_off = float((off**2).sum())
+    square = float((wanted[finite] ** 2).sum())
+    return square_off, square, off.size
 
 
 def _rms_of(squares: NDArray[np.float64]) -> tuple[float, float] | None:
     off, whole, count = squares.tolist()
-    return ((off / count) ** 0.5, (whole / count) ** 0.5) if count else None
+    if not count:
+        return None
+    return (off / count) ** 0.5, (whole / count) ** 0.5

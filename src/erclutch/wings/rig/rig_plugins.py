@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import ClassVar
 
 from erclutch import registry
-from erclutch.errors import ErclutchError, SettingError
+from erclutch.errors import SettingError
 from erclutch.signals.channels import NamedChannels, named
 from erclutch.signals.device import DEVICES, DeviceName
 
@@ -107,7 +107,12 @@ def hardware(name: str) -> UdpRig | LibraryRig:
         SettingError: there is none (PluginError: it fails, or it returns something else).
     """
     if name not in registry.names(GROUP):
-        raise _unknown(name)
+        plugins = registry.plugins(GROUP)
+        # Ours are listed first, each at its place.
+        ours = [plugin for plugin in plugins if plugin.own]
+        others = [plugin for plugin in plugins if not plugin.own]
+        ours.sort(key=lambda plugin: getattr(plugin.value, "place", len(plugins)))
+        raise registry.unknown(GROUP, name, [plugin.name for plugin in (*ours, *others)])
     plugin = registry.find(GROUP, name)
     make: Callable[[], object] = plugin.of_type(Callable)  # pyright: ignore[reportArgumentType]
     with plugin.working():
@@ -115,15 +120,6 @@ def hardware(name: str) -> UdpRig | LibraryRig:
     if not isinstance(rig, UdpRig | LibraryRig):
         raise plugin.fault(f"returns a {type(rig).__name__}; it must return a UdpRig or a LibraryRig")
     return rig
-
-
-def _unknown(name: str) -> ErclutchError:
-    """That there is no rig of a name; ours are listed first, each at its place."""
-    plugins = registry.plugins(GROUP)
-    ours = [plugin for plugin in plugins if plugin.own]
-    others = [plugin for plugin in plugins if not plugin.own]
-    ours.sort(key=lambda plugin: getattr(plugin.value, "place", len(plugins)))
-    return registry.unknown(GROUP, name, [plugin.name for plugin in (*ours, *others)])
 
 
 def udp_rig(text: str, session: int = 0, device: DeviceName = "coaxial") -> UdpRig:

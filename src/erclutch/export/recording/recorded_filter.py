@@ -6,7 +6,7 @@ from typing import Any
 
 from erclutch.arithmetic.record import Record
 from erclutch.export.exported_step import Filter
-from erclutch.export.stage_memory import kept
+from erclutch.export.recording.stage_memory import kept
 
 
 def filtered_speed(

@@ -15,8 +15,6 @@ from typing import Any
 from erclutch.arithmetic.elementary import less_select
 from erclutch.arithmetic.record import Node, Record
 from erclutch.errors import ExportError
-from erclutch.export import recorded_limits
-from erclutch.export.drift_recording import drifted
 from erclutch.export.exported_step import (
     ADAPTED,
     BOTH_FIELDS,
@@ -28,10 +26,12 @@ from erclutch.export.exported_step import (
     WIDE_BAND,
     ExportedStep,
 )
-from erclutch.export.giving_way import given_way, named_groups
-from erclutch.export.recorded_filter import filtered_speed
-from erclutch.export.recorded_tracking import tracked
-from erclutch.export.stage_memory import StageMemory, suffix_of
+from erclutch.export.recording import recorded_limits
+from erclutch.export.recording.drift_recording import drifted
+from erclutch.export.recording.giving_way import given_way, named_groups
+from erclutch.export.recording.recorded_filter import filtered_speed
+from erclutch.export.recording.recorded_tracking import tracked
+from erclutch.export.recording.stage_memory import StageMemory, suffix_of
 from erclutch.models.haste import FOLLOWER
 from erclutch.models.model import FluidSignals, present, settled_memory
 from erclutch.models.stages.stage import Place, Stage
