@@ -16,6 +16,9 @@ from tests.support.command import good, refused
         (("fit", "log.csv", "--modles", "bingham"), "Unknown option: --modles. Did you mean --models?"),
         (("fit", "log.csv", "--device", "coaxal"), 'Did you mean "coaxial"? erclutch fit --help'),
         (("fit", "log.csv", "--seed", "two"), "--seed: 'two' is no whole number. erclutch fit --help"),
+        (("fit", "log.csv", "--seed", "1.5"), "--seed: '1.5' is no whole number. erclutch fit --help"),
+        (("fit", "log.csv", "--workers=2.6"), "--workers: '2.6' is no whole number. erclutch fit --help"),
+        (("fit", "log.csv", "--seed", "1.0", "--modles", "x"), "Unknown option: --modles."),
         (("report",), "RUN is missing. Write: erclutch report RUN [OPTIONS]."),
         (
             ("recalibrate", "log.csv", "--run", "any.run"),

@@ -98,9 +98,11 @@ def _run(words: Sequence[str]) -> int:
     from cyclopts import CycloptsError
 
     from erclutch.cli.folded_help import HELP_ALL, whole_help
-    from erclutch.cli.parser import app, load_command, misused
+    from erclutch.cli.parser import app, fraction_given, load_command, misused
 
     load_command(words)
+    if wrong := fraction_given(words):
+        return failed(wrong, 2)
     plain = ["--help" if word == HELP_ALL else word for word in words]
     try:
         with whole_help(whole=HELP_ALL in words):

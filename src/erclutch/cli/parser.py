@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import itertools
+import re
 import shlex
 import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, get_args
 
 from cyclopts import App, CycloptsError, Group, MissingArgumentError, Parameter
 
@@ -52,6 +53,7 @@ def _versions() -> str:
     return "\n".join(lines)
 
 
+_FRACTION = re.compile(r"[-+]?(?:\d+\.\d*|\.\d+)")
 #: What people write to name a mapping file.
 _OF_MAPPINGS = ("--mapping", "--map", "--mapping-file")
 
@@ -83,6 +85,22 @@ def misused(error: CycloptsError) -> str:
         kind = "whole number" if error.target_type is int else "number"
         return shown(f"{error.token.keyword or error.token.value}: {error.token.value!r} is no {kind}. {help_of_it}")
     return shown(f"{str(error).rstrip()} {help_of_it}")
+
+
+def fraction_given(words: Sequence[str]) -> str:
+    """What is wrong with a fraction where an option takes a whole number, which Cyclopts would round; "" for none."""
+    parts = [part for word in words[1:] for part in (word.split("=", 1) if word.startswith("--") else [word])]
+    if words[0] not in _COMMANDS or not any(map(_FRACTION.fullmatch, parts)):
+        return ""
+    wholes: set[str] = set()
+    for argument in _arguments(words[0]):
+        kinds = {argument.hint, *get_args(argument.hint)}
+        if int in kinds and float not in kinds:
+            wholes |= {*argument.names}
+    for option, value in itertools.pairwise(parts):
+        if option in wholes and _FRACTION.fullmatch(value) and not float(value).is_integer():
+            return f"{option}: {value!r} is no whole number. erclutch {words[0]} --help shows what it takes."
+    return ""
 
 
 def _what_is_missing(error: MissingArgumentError) -> str:

@@ -163,6 +163,15 @@ def test_what_is_said_of_a_log_is_kept_beside_it(tmp_path: Path, monkeypatch: py
     assert shown_folder(Path("/elsewhere")) == "/elsewhere"
 
 
+def test_a_sequence_to_log_next_is_a_result_and_no_log(tmp_path: Path) -> None:
+    rows = "time [s],field,slip [rad/s]\n" + "".join(f"{k},0,0\n" for k in range(9))
+    (tmp_path / "commands.csv").write_text('# COMMANDS: {"label": "COMMANDS"}\n' + rows)
+    (tmp_path / "log.csv").write_text('# TWIN: {"label": "TWIN"}\n' + rows)
+    space = Workspace(tmp_path)
+    assert [entry.name for entry in space.logs()] == ["log.csv"]
+    assert [entry.name for entry in space.results()] == ["commands.csv"]
+
+
 def test_a_job_lists_the_models_that_it_has_fitted() -> None:
     job = Job.__new__(Job)
     job.fitted = {}

@@ -29,6 +29,7 @@ _ABOUT = ".erclutch-about.json"  # what was said of the logs
 _MOST_INSIDE = 20_000  # files of a folder
 #: The newest entries of a kind that are shown, and looked into: each run that is costs a millisecond.
 SHOWN = 200
+_COMMANDS = b"# COMMANDS:"
 _WRITTEN = (".html", ".pdf", ".png", ".svg", ".json", ".zip")
 
 
@@ -97,7 +98,20 @@ class Workspace:
                     kind.append(Entry(entry.name, state.st_size, state.st_mtime))
         for kind in (look.logs, look.runs, look.results):
             kind.sort(key=lambda entry: (-entry.changed, entry.name))
+        commands = [entry for entry in look.logs[:SHOWN] if self._holds_commands(entry.name)]
+        for entry in commands:  # of erclutch excite: nothing was measured
+            look.logs.remove(entry)
+            look.results.append(entry)
+        look.results.sort(key=lambda entry: (-entry.changed, entry.name))
         return look
+
+    def _holds_commands(self, name: str) -> bool:
+        """Whether a text says in its first bytes that it is a sequence to log, and no log."""
+        if not name.lower().endswith(".csv"):
+            return False
+        with contextlib.suppress(OSError), (self.folder / name).open("rb") as file:
+            return file.read(len(_COMMANDS)) == _COMMANDS
+        return False
 
     def logs(self) -> list[Entry]:
         """Logs, the newest first: files of a suffix that a reader knows, and folders that are one log."""
