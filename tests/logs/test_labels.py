@@ -122,6 +122,7 @@ def test_names_differ_and_say_so() -> None:
         ("t/s x_mm/s", {"t/s": "s", "x_mm/s": "mm/s"}),
         ("t/s M_A/Nm n_A/rpm", {"t/s": "s", "M_A/Nm": "Nm", "n_A/rpm": "rpm"}),  # the A is an index
         ("t/s F_N/kN", {"t/s": "s", "F_N/kN": "kN"}),
+        ("t_s M_Nm T_C", {"t_s": "s", "M_Nm": "N*m"}),  # a T in degrees is no torque; it ended in an error
         ("Force/N n", {}),
         ("motor/A motor/B", {}),
         ("time rad/s N/m", {}),

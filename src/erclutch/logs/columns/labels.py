@@ -309,7 +309,8 @@ def _front_and_unit(label: str, *, letters: bool) -> tuple[str, str | None]:
 
     front, _, end = label.partition("_")
     unit = _ENDS.get(end)
-    is_symbol = unit and front in _SYMBOLS and units.fits(unit, (_SYMBOLS[front],))
+    is_celsius = unit == "°C"  # a temperature's unit has no factor, so it fits no symbol
+    is_symbol = unit and not is_celsius and front in _SYMBOLS and units.fits(unit, (_SYMBOLS[front],))
     return front, unit if is_symbol else None
 
 

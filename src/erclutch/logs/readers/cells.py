@@ -26,6 +26,7 @@ STATISTICS = frozenset(
     (
         *("mean", "average", "avg", "median", "max", "maximum", "min", "minimum", "sum", "total", "std", "rms"),
         *("stdev", "stddev", "standarddeviation", "variance", "mittelwert", "summe", "standardabweichung"),
+        *("sd", "mittel", "stabw", "média", "desviopadrão", "среднее"),
         *("moyenne", "médiane", "écarttype", "media", "promedio", "desviación", "平均", "平均值", "最大", "最大值"),
         *("最小", "最小值", "标准差", "標準偏差", "合计", "合計"),
     )

@@ -21,6 +21,7 @@ from erclutch.logs.table import Table, listed
 from erclutch.signals import units
 from erclutch.signals.array import Array
 from erclutch.wings.rheology.flow_plan import FlowPlan
+from erclutch.wings.rheology.flow_units import unit_or_end
 
 _TEMPERATURE = re.compile(r"\btemp|温度|온도|температур")
 #: What is set before a flow curve is taken, in units that other columns have too.
@@ -52,10 +53,12 @@ class Condition:
     Attributes:
         label: such as ``Current 0.5 A``; "" where the whole table is one condition.
         table: its points.
+        columns: that part the points.
     """
 
     label: str
     table: Table
+    columns: tuple[str, ...] = ()
 
 
 def conditions_of(table: Table, plan: FlowPlan, *, parted: bool = False) -> list[Condition]:
@@ -94,7 +97,7 @@ def conditions_of(table: Table, plan: FlowPlan, *, parted: bool = False) -> list
             level = float(np.nanmedian(table.columns[name][rows]))
             unit = table.units.get(name) or ""
             words.append(f"{name} {level:.4g} {unit}".rstrip())
-        conditions.append(Condition(", ".join(words), _rows_of(table, rows)))
+        conditions.append(Condition(", ".join(words), _rows_of(table, rows), tuple(names)))
     return conditions
 
 
@@ -185,7 +188,7 @@ def _parting(table: Table, plan: FlowPlan) -> dict[str, NDArray[np.intp]]:
         meaning = _meaning(table, name)
         if name in used or meaning == "no condition":
             continue
-        unit = _unit(table, name)
+        unit = unit_or_end(table, name)
         is_temperature = meaning == "condition" and unit is not None and units.is_temperature(unit)
         levels = levels_of(values, _STEADY if is_temperature else 0.0)
         if levels is not None and meaning == "condition" and unit is None and not _are_far_apart(values, levels):
@@ -196,6 +199,8 @@ def _parting(table: Table, plan: FlowPlan) -> dict[str, NDArray[np.intp]]:
             continue  # such as 0 and 0.0001 T by turns, where the last digit of a sensor wobbles
         if meaning == "unknown" and all(map(_is_one_sweep, rates)):
             continue  # such as the number of repetitions of each point
+        if meaning == "unknown" and not _is_set(values, levels) and _is_counted(values):
+            continue  # such as the first row of each step in another table
         parting[name] = levels
     return parting
 
@@ -242,6 +247,12 @@ def _is_set(values: Array, levels: NDArray[np.intp]) -> bool:
     return np.unique(values[levels >= 0]).size == levels.max() + 1
 
 
+def _is_counted(values: Array) -> bool:
+    """Whether all numbers are whole: what scatters about its levels in whole numbers was counted and not measured."""
+    known = values[np.isfinite(values)]
+    return bool(np.all(known == np.round(known)))
+
+
 def _are_far_apart(values: Array, levels: NDArray[np.intp]) -> bool:
     """Whether levels of a temperature are set numbers, or apart by more than one regulated temperature wanders."""
     if _is_set(values, levels):
@@ -253,7 +264,7 @@ def _are_far_apart(values: Array, levels: NDArray[np.intp]) -> bool:
 
 def _meaning(table: Table, name: str) -> str:
     """Whether a column is a ``condition`` by its unit, ``unknown``, or surely ``no condition``: a time, a count."""
-    unit = _unit(table, name)
+    unit = unit_or_end(table, name)
     if _SET_BY_HAND.search(plain_name(name)):
         return "unknown"
     try:
@@ -267,12 +278,6 @@ def _meaning(table: Table, name: str) -> str:
     if not unit and said_by_name(name) == "unknown":
         return "unknown"
     return "no condition"
-
-
-def _unit(table: Table, name: str) -> str | None:
-    """The unit of a column, or the end of its name."""
-    _, _, end = name.rpartition("_")
-    return table.units.get(name) or (end if end != name and units.is_unit(end) else None)
 
 
 def _repeats_the_sweep(levels: NDArray[np.intp], rate: Array) -> bool:

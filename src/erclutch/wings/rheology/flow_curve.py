@@ -39,6 +39,8 @@ class FlowCurve(Shown):
         stress: shear stress in Pa, positive, shape (n,).
         field: at which it was measured, in ``field_unit``; nan where the file tells none.
         field_unit: as the file writes it.
+        rounding: half a last digit of the file's numbers, in Pa, of the stress at the lowest rate: so far the stress
+            may be beside what was measured; 0 where the file does not tell.
     """
 
     label: str
@@ -46,6 +48,7 @@ class FlowCurve(Shown):
     stress: Array
     field: float = np.nan
     field_unit: str = ""
+    rounding: float = 0.0
 
     def __repr__(self) -> str:
         rates = f"{self.rate.min():.4g} to {self.rate.max():.4g} 1/s"
@@ -201,7 +204,7 @@ def ranked(curve: FlowCurve, laws: Sequence[str] = ()) -> list[FlowFit]:
     names = laws or flow_laws()
     fits = [fit_flow_curve(curve, name) for name in names]
     residuals = [_held_out(curve, name) for name in names]
-    plateau = plateau_of(curve.rate, curve.stress)
+    plateau = plateau_of(curve.rate, curve.stress, curve.rounding)
     judged: list[tuple[FlowFit, Array | None]] = []
     for fit, residual in zip(fits, residuals, strict=True):
         validated = np.inf if residual is None else float(rms(residual) / np.log(10.0))

@@ -25,8 +25,11 @@ from erclutch.signals.percent import percent
 from erclutch.wings.rheology.conditions import asked_about, conditions_note, conditions_of
 from erclutch.wings.rheology.field_series import Level, levels_in, with_fields
 from erclutch.wings.rheology.flow_curve import FEWEST_POINTS, FlowCurve
-from erclutch.wings.rheology.flow_plan import CurvePlan, FlowPlan, oscillation, plan_of, require_several_rates
+from erclutch.wings.rheology.flow_plan import CurvePlan, FlowPlan, oscillation, plan_of
+from erclutch.wings.rheology.flow_plateau import half_last_digit
+from erclutch.wings.rheology.held_rates import require_several_rates
 from erclutch.wings.rheology.rotor_speeds import a_row_for_each_speed
+from erclutch.wings.rheology.summary_rows import without_summary_rows
 
 #: What instruments write for a point that they could not measure.
 _SENTINELS = (-9999.0, -999.0, -99.0, 9999.0, 99999.0, 999999.0)
@@ -108,6 +111,8 @@ def read_flow_curves(
                 notes.append((name, f"no flow curve ({error.problem})"))
                 continue
             told = [*table.notes, *plan.notes]
+            if unused := [column for column in plan.unused if column not in conditions[0].columns]:
+                told.append(f"not used: {', '.join(unused)}")
             if len(conditions) > 1:
                 told.append(conditions_note(conditions))
             notes += [(name, note) for note in told if len(chosen) == 1 or not note.startswith("recording read from")]
@@ -156,7 +161,7 @@ def _table(found: Table | LogError | None, path: str | Path) -> Table:
     """The table of a recording that was read with the others, or of a file that is one recording."""
     if isinstance(found, LogError):
         raise found
-    return read_table(path) if found is None else found
+    return without_summary_rows(read_table(path) if found is None else found)
 
 
 def _chosen(
@@ -305,7 +310,12 @@ def curves_of(
     for curve in plan.curves:
         label = _label(curve, plan, table, test)
         rate, stress, told = _points(curve, table, label)
-        curves.append(FlowCurve(label, rate, stress))
+        lowest = int(np.argmin(rate))
+        of_one = curve.stress.factor * (
+            float(rate[lowest]) if curve.times_rate else 1.0
+        )  # [Pa], that a cell's 1 stands for
+        half_digit = half_last_digit(float(stress[lowest]) / of_one, table.columns[curve.stress.name])
+        curves.append(FlowCurve(label, rate, stress, rounding=half_digit * of_one))
         notes += [f"{label}: {note}" for note in told]
     return curves, notes
 
@@ -374,9 +384,14 @@ def _points(
     faint = against & (size < _FAINT * largest)
     clear = np.ones(rate.size, np.bool_)  # points that are kept
     if resting.any() and not faint[resting].all() and 2 * int(against.sum()) <= rate.size:
-        left_out = f"{int(resting.sum())} points left out: a rate of the other sign than its stress"
-        notes.append(f"{left_out}, below {percent(_RESTING, 1)} of the largest rate, as noise about a rest is")
-        clear &= ~resting
+        # Noise about a rest has both signs, so what has the sign of its stress by chance is noise as well.
+        noise = float(np.abs(rate[resting]).max())  # [1/s]
+        at_rest = np.abs(rate) <= noise
+        left_out = f"{int(at_rest.sum())} points left out: a rate of {noise:.3g} 1/s or less"
+        notes.append(
+            f"{left_out}, where {int(resting.sum())} have the other sign than their stress, as noise about a rest has"
+        )
+        clear &= ~at_rest
     faint &= clear
     if faint.any() and 2 * int((against & clear).sum()) <= int(clear.sum()):
         # At the lowest rates a fluid of low viscosity is below what an instrument resolves: the sign is noise.

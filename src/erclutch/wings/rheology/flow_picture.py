@@ -6,13 +6,16 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from erclutch.report.plots.plot_description import COLUMN, PAGE, Axis, Dots, Line, Mark, Panel, Plot, PlotTable, Shade
+from erclutch.report.plots.plot_description import COLUMN, PAGE, Axis, Dots, Line, Mark, Panel, Plot, PlotTable
 from erclutch.signals.array import Array
 from erclutch.wings.rheology.field_series import FieldSeries
 from erclutch.wings.rheology.flow_curve import FlowCurve, FlowFit, yield_stress_of
 
 _SHADES = 6  # the last shade of the ramp of fields
-_SERIES = 8  # colours of curves without a field
+_SERIES = 8  # colours of curves without a field; the next as many curves are dashed
+_HEIGHT = 2.8  # inches
+_MOST_INSIDE = 5  # names that have room beside the curves
+_NAME_ABOVE = 0.16  # inches, of a name above the curves
 _HEADER = ("curve", "field", "unit of the field", "shear rate [1/s]", "stress [Pa]", "law", "stress by the law [Pa]")
 
 
@@ -32,7 +35,8 @@ def picture_of(fitted: Sequence[tuple[FlowCurve, FlowFit]], series: FieldSeries 
         label = f"{curve.field:.4g} {curve.field_unit}" if series else curve.label
         order = np.argsort(curve.rate, kind="stable")
         marks.append(Dots(curve.rate, curve.stress, style, size=2.0))
-        marks.append(Line(curve.rate[order], fit.predicted[order], style, label))
+        is_repeated = series is None and place // _SERIES % 2 == 1
+        marks.append(Line(curve.rate[order], fit.predicted[order], style, label, dashed=is_repeated))
         field = curve.field if curve.field_unit else ""
         for rate, stress, by_law in zip(curve.rate, curve.stress, fit.predicted, strict=True):
             rows.append(
@@ -49,9 +53,15 @@ def picture_of(fitted: Sequence[tuple[FlowCurve, FlowFit]], series: FieldSeries 
     )
     beside = [] if series is None else _yield_panel(series)
     panels = [flow, *beside]
-    width = PAGE if beside else COLUMN
+    is_crowded = len(shown) > _MOST_INSIDE
+    names_above = 0 if series or not is_crowded else len(shown)  # a line each: a field's are short and share lines
     return Plot(
-        panels, PlotTable(_HEADER, rows), 2.8, width, len(panels), legend="above" if len(shown) > 5 else "inside"
+        panels,
+        PlotTable(_HEADER, rows),
+        _HEIGHT + _NAME_ABOVE * names_above,
+        PAGE if beside else COLUMN,
+        len(panels),
+        legend="above" if is_crowded else "inside",
     )
 
 
@@ -66,10 +76,11 @@ def _yield_panel(series: FieldSeries) -> list[Panel]:
         return []
     numbers: Array = np.array(points)
     field, stress, low, high = (numbers[:, column] for column in range(4))
-    marks: list[Mark] = [
-        Shade(np.where(np.isfinite(low), low, stress), np.where(np.isfinite(high), high, stress), x=field),
-        Dots(field, stress, "measured", f"by {series.law}", 2.4),
-    ]
+    marks: list[Mark] = []
+    for at, lowest, highest in zip(field, low, high, strict=True):
+        if np.isfinite([lowest, highest]).all():  # a band between the fields would tell of fields that nobody measured
+            marks.append(Line(np.array([at, at]), np.array([lowest, highest]), "measured"))
+    marks.append(Dots(field, stress, "measured", f"by {series.law}", 2.4))
     if series.growth is not None:
         line: Array = np.linspace(0.0, float(field.max()), 60)
         power_law: Array = series.growth.factor * line**series.growth.exponent

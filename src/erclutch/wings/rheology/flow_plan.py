@@ -23,6 +23,7 @@ from erclutch.wings.rheology.flow_questions import (
     compare_with_viscosity,
     missing_column,
     of_unknown_unit,
+    require_fitting_units,
     require_no_logarithms,
     require_no_unit_above,
 )
@@ -40,9 +41,6 @@ _NOT_MEASURED = re.compile(
     r"|\b(?:bingham|casson|herschel|power law|berechnet|ajust\w*|calcul\w*)\b|拟合|计算|計算|理论|理論"
 )
 _NUMBER = re.compile(r"\d+(?:[.,]\d+)?")
-_STEADY = 1.002  # times the lowest stress: what stays below was controlled, as no fluid keeps its stress
-_FEWEST_HELD = 5  # points
-_HELD = 1.2  # times the lowest rate: what stays below is measured at one rate
 
 
 @dataclass(frozen=True)
@@ -51,11 +49,13 @@ class FlowPlan:
 
     Attributes:
         curves: one or several.
-        notes: what was chosen and left out, one sentence each.
+        notes: what was chosen, one sentence each.
+        unused: columns that are neither.
     """
 
     curves: tuple[CurvePlan, ...]
     notes: tuple[str, ...]
+    unused: tuple[str, ...] = ()
 
 
 def plan_of(
@@ -97,7 +97,7 @@ def plan_of(
     if not stresses:
         stresses = of_role("stress")
         if len(rates) == 1:
-            stresses = _distinct(table, stresses)
+            stresses = _without_mean(table, _distinct(table, stresses))
     viscosities = of_role("viscosity")
     guessed: list[str] = []
     if not stresses and not viscosities and rates:
@@ -121,16 +121,27 @@ def plan_of(
             )
         )
     require_no_logarithms(table, curves, asked)
-    plan = FlowPlan(tuple(curves), _notes(table, curves, guessed, roles))
-    if (
-        len(curves) == 1
-        and len(viscosities) == 1
-        and not curves[0].times_rate
-        and not asked
-        and unit_of(table, viscosities[0])
-    ):
-        compare_with_viscosity(table, curves[0], _flow_column(table, viscosities[0], "viscosity", asked))
+    used = {column.name for curve in curves for column in (curve.rate, curve.stress)}
+    unused = tuple(name for name in roles if name not in used)
+    plan = FlowPlan(tuple(curves), _notes(curves, guessed), unused)
+    if len(curves) == 1 and not asked:
+        _compare_with_viscosities(table, curves[0], viscosities)
     return plan
+
+
+def _compare_with_viscosities(table: Table, curve: CurvePlan, viscosities: Sequence[str]) -> None:
+    """Hold a stress against the only viscosity beside it: their units tell a wrong one, or their numbers a missing one.
+
+    Raises:
+        UnitError: they disagree.
+    """
+    if curve.times_rate or len(viscosities) != 1:
+        return
+    (viscosity,) = viscosities
+    if unit_of(table, viscosity):
+        compare_with_viscosity(table, curve, _flow_column(table, viscosity, "viscosity", {}))
+    elif curve.stress.reason.startswith("no unit"):
+        require_fitting_units(table, curve, viscosity)
 
 
 def _plan_of_pairs(table: Table, rate: str | None, stress: Sequence[str]) -> FlowPlan | None:
@@ -155,29 +166,6 @@ def _plan_of_pairs(table: Table, rate: str | None, stress: Sequence[str]) -> Flo
         return None
     taken_for = f"in {unit}" if unit else "taken for shear rate [1/s] and shear stress [Pa]"
     return FlowPlan(pairs, (f"{len(pairs)} pairs of columns, {taken_for}",))
-
-
-def require_several_rates(plan: FlowPlan, table: Table) -> None:
-    """Refuse a test at one shear rate or one shear stress: a hold, a ramp of temperature, a creep.
-
-    Raises:
-        MappingError: all its curves have points, and all points one rate or one stress.
-    """
-    rates = [np.abs(table.columns[curve.rate.name]) for curve in plan.curves]
-    turning = [rate[np.isfinite(rate) & (rate > 0)] for rate in rates]
-    if all(rate.size > 1 and rate.max() <= _HELD * rate.min() for rate in turning):
-        ends = f"{turning[0].min():.4g} to {turning[0].max():.4g} {plan.curves[0].rate.unit}"
-        problem = f"all points have the shear rate {ends}, which is no flow curve"
-        raise MappingError(problem, where=table.name, remedy="Give a test with several rates")
-    if any(curve.times_rate for curve in plan.curves):
-        return
-    stresses = [np.abs(table.columns[curve.stress.name]) for curve in plan.curves]
-    held = [stress[np.isfinite(stress) & (stress > 0)] for stress in stresses]
-    if all(stress.size > _FEWEST_HELD and stress.max() <= _STEADY * stress.min() for stress in held):
-        problem = (
-            f"all points have the shear stress {held[0][0]:.4g} {plan.curves[0].stress.unit}, which is no flow curve"
-        )
-        raise MappingError(problem, where=table.name, remedy="Give a test with several stresses; this is a creep")
 
 
 def oscillation(table: Table) -> tuple[Mask, list[str]]:
@@ -280,6 +268,15 @@ def _distinct(table: Table, names: Sequence[str]) -> list[str]:
     return distinct
 
 
+def _without_mean(table: Table, names: Sequence[str]) -> list[str]:
+    """Columns without the mean of all others, which somebody wrote beside the runs: it is no further run."""
+    for name in names:
+        others = [table.columns[other] for other in names if other != name]
+        if len(others) > 1 and np.allclose(table.columns[name], np.mean(others, axis=0), rtol=2e-3, atol=0.0):
+            return [other for other in names if other != name]
+    return list(names)
+
+
 def _taken_for_stresses(table: Table, rate: str, unknown: Sequence[str]) -> list[str]:
     """Columns without a known name that grow with the rate, and those whose names differ from theirs in a number alone.
 
@@ -357,10 +354,8 @@ def _flow_column(
     return FlowColumn(name, unit, parse(unit).factor / base, reason)
 
 
-def _notes(
-    table: Table, curves: Sequence[CurvePlan], guessed: Sequence[str], roles: dict[str, Role]
-) -> tuple[str, ...]:
-    """What each column was taken for, and which columns were not used, one sentence each."""
+def _notes(curves: Sequence[CurvePlan], guessed: Sequence[str]) -> tuple[str, ...]:
+    """What each column was taken for, one sentence each."""
     notes: list[str] = []
     columns: dict[FlowColumn, Quantity] = {curve.rate: "rate" for curve in curves}
     for curve in curves:
@@ -376,8 +371,4 @@ def _notes(
         notes.append(said)
     if any(curve.times_rate for curve in curves):
         notes.append("stress = viscosity x shear rate")
-    used = {column.name for column in columns}
-    unused = [name for name in roles if name not in used]
-    if unused:
-        notes.append(f"not used: {', '.join(unused)}")
     return tuple(notes)

@@ -10,13 +10,17 @@ import numpy as np
 from erclutch.errors import MappingError, UnitError, shell_word
 from erclutch.logs.columns.rheometer_names import Quantity, Role, of_oscillation, plain_name, said_by_name
 from erclutch.logs.table import Table, listed
-from erclutch.wings.rheology.flow_units import SI, units_above
+from erclutch.signals.units import is_temperature, parse
+from erclutch.wings.rheology.flow_units import SI, said_by_unit, unit_or_end, units_above
 from erclutch.wings.rheology.labelled_pairs import CurvePlan, FlowColumn
 from erclutch.wings.rheology.rotor_speeds import speed_in_place_of_rate
 
 _WANTED: Mapping[str, Sequence[Role]] = {"shear rate": ("rate",), "shear stress": ("stress", "viscosity")}
 #: A stress and a viscosity of one row that differ by more than this share have a wrong unit.
 _AGREE = 0.2
+#: Units that a stress without a unit may have in place of Pa, and a viscosity beside it.
+_OTHER_STRESSES = ("dyn/cm^2", "lbf/(100*ft^2)", "mPa", "MPa")
+_VISCOSITIES = ("mPa*s", "Pa*s")
 #: A column of logarithms, or of roots as Casson's plot has them: its numbers are no rates and no stresses.
 _LOGARITHM = re.compile(r"(?:log|lg|ln)[ _]?(?:10)?[ _(\[]|log10|sqrt|root|√")
 
@@ -25,11 +29,11 @@ def missing_column(table: Table, roles: dict[str, Role], rates: Sequence[str]) -
     """The error where no column is surely the rate, or the stress beside one."""
     what = "shear rate"
     option = "--shear-rate"
-    unit = "1/s"
+    asked_in = "1/s"
     if rates:
         what = "shear stress"
         option = "--stress"
-        unit = "Pa"
+        asked_in = "Pa"
     there = f"(there are: {', '.join(table.labels)})"
     if marks := of_oscillation(table.columns):
         swings = f"the test is an oscillation ({', '.join(marks[:3])}), which has no flow curve"
@@ -41,7 +45,9 @@ def missing_column(table: Table, roles: dict[str, Role], rates: Sequence[str]) -
     candidates: list[str] = []
     for name, role in roles.items():
         counts = np.array_equal(np.diff(table.columns[name]), np.ones(table.rows - 1))
-        if role == "unknown" and "%" not in table.label(name) and not counts:
+        unit = unit_or_end(table, name)
+        is_other = is_temperature(unit) or said_by_unit(unit) == "other"
+        if role == "unknown" and "%" not in table.label(name) and not counts and not is_other:
             candidates.append(name)
     unreadable = [problem for name, problem in table.unreadable.items() if said_by_name(name) in _WANTED[what]]
     if unreadable:
@@ -69,7 +75,7 @@ def missing_column(table: Table, roles: dict[str, Role], rates: Sequence[str]) -
     return MappingError(
         f"no column is surely the {what} {there}",
         where=table.name,
-        remedy=f"Name it with its unit, such as {option} {shell_word(f'{example} [{unit}]')}",
+        remedy=f"Name it with its unit, such as {option} {shell_word(f'{example} [{asked_in}]')}",
     )
 
 
@@ -121,6 +127,49 @@ def require_no_logarithms(table: Table, curves: Sequence[CurvePlan], asked: Mapp
                 remedy="Write the numbers themselves, or where the column holds them give "
                 f"{option} {shell_word(f'{column.name} [{column.unit}]')}",
             )
+
+
+def require_fitting_units(table: Table, curve: CurvePlan, viscosity: str) -> None:
+    """Ask about a stress without a unit beside a viscosity without one that neither Pa s nor mPa s fits.
+
+    The stress over the rate is the viscosity, so their numbers tell one unit by the other.
+
+    Raises:
+        UnitError: they fit other units, such as dyn/cm^2 and cP, or none that is known.
+    """
+    rate = np.abs(table.columns[curve.rate.name] * curve.rate.factor)  # [1/s]
+    stress = np.abs(table.columns[curve.stress.name])
+    shown = np.abs(table.columns[viscosity])
+    known = np.isfinite(rate) & np.isfinite(stress) & np.isfinite(shown) & (rate > 0) & (stress > 0) & (shown > 0)
+    if not known.any():
+        return
+    of_one = shown[known] * rate[known] / stress[known]  # viscosity at a stress and a rate of 1, in the file's units
+    if np.median(np.abs(np.log(of_one / np.median(of_one)))) > np.log1p(_AGREE):
+        return  # no viscosity of these points
+
+    def fits(stress_unit: str, viscosity_unit: str) -> bool:
+        expected = parse(stress_unit).factor / parse(viscosity_unit).factor
+        return abs(float(np.log(np.median(of_one) / expected))) <= np.log1p(_AGREE)
+
+    if fits("Pa", "Pa*s") or fits("Pa", "mPa*s"):
+        return
+    fitting = [
+        (stress_unit, each) for stress_unit in _OTHER_STRESSES for each in _VISCOSITIES if fits(stress_unit, each)
+    ]
+    beside = f"{curve.stress.name!r} and {viscosity!r} have no units"
+    option = f"--shear-rate {shell_word(f'{curve.rate.name} [{curve.rate.unit}]')} --stress "
+    if not fitting:
+        raise UnitError(
+            f"{beside}, and their numbers are not of Pa beside Pa s or mPa s",
+            where=table.name,
+            remedy=f"Name the stress with its unit, such as {option}{shell_word(f'{curve.stress.name} [Pa]')}",
+        )
+    stress_unit, viscosity_unit = fitting[0]
+    raise UnitError(
+        f"{beside}, and their numbers are of {stress_unit} beside {viscosity_unit}, not of Pa beside Pa s or mPa s",
+        where=table.name,
+        remedy=f"Name the stress with its unit: {option}{shell_word(f'{curve.stress.name} [{stress_unit}]')}",
+    )
 
 
 def compare_with_viscosity(table: Table, curve: CurvePlan, viscosity: FlowColumn) -> None:

@@ -9,7 +9,7 @@ from erclutch.errors import UnitError
 from erclutch.logs.columns.labels import split_end
 from erclutch.logs.columns.rheometer_names import Quantity, Role, said_by_name
 from erclutch.logs.table import Table
-from erclutch.signals.units import parse
+from erclutch.signals.units import is_temperature, is_unit, parse
 
 SI: Mapping[Quantity, str] = {"rate": "1/s", "stress": "Pa", "viscosity": "Pa*s"}
 
@@ -101,3 +101,15 @@ def unit_of(table: Table, name: str) -> str | None:
             return plain
     _, end = split_end(name)
     return end if end and said_by_unit(end) in SI else None
+
+
+def unit_or_end(table: Table, name: str) -> str | None:
+    """The unit of a column of any quantity: as the file gives it, or the end of its name (``T_K``, ``T (K)``)."""
+    if table.units.get(name):
+        return table.units[name]
+    _, _, end = name.rpartition("_")
+    if end != name and (is_unit(end) or is_temperature(end)):
+        return end
+    in_brackets = _AT_THE_END.search(name)
+    inside = in_brackets["inside"] if in_brackets else None
+    return inside if is_temperature(inside) else None

@@ -1,0 +1,82 @@
+"""Tests that are no flow curve since they hold their rate or their stress: holds, creeps, start-ups, steps."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from erclutch.errors import MappingError
+from erclutch.logs.table import Table
+from erclutch.signals.array import Array
+from erclutch.wings.rheology.flow_plan import FlowPlan
+from erclutch.wings.rheology.flow_units import unit_or_end
+
+_SECONDS = ("s", "ms", "min", "h")
+_ONE_RATE = 1.2  # times the lowest rate: what stays below is measured at one rate
+_ONE_STRESS = 1.002  # times the lowest stress: what stays below was controlled, as no fluid keeps its stress
+_FEWEST_STRESSES = 5  # points
+_RESTING = 1e-3  # of the largest rate: a rate below it is noise about a rest
+_MOST_OF_A_TEST = 0.95  # of its time: a motor reaches its rate within the rest
+
+
+def require_several_rates(plan: FlowPlan, table: Table) -> None:
+    """Refuse a test at one shear rate or one shear stress: a hold, a ramp of temperature, a creep, a start-up.
+
+    Raises:
+        MappingError: all its curves have points, and all points one rate or one stress, or a motor brought them there.
+    """
+    rates = [np.abs(table.columns[curve.rate.name]) for curve in plan.curves]
+    turning = [rate[np.isfinite(rate) & (rate > 0)] for rate in rates]
+    unit = plan.curves[0].rate.unit
+    if all(rate.size > 1 and rate.max() <= _ONE_RATE * rate.min() for rate in turning):
+        ends = f"{turning[0].min():.4g} to {turning[0].max():.4g} {unit}"
+        problem = f"all points have the shear rate {ends}, which is no flow curve"
+        raise MappingError(problem, where=table.name, remedy="Give a test with several rates")
+
+    times = _times(table)
+    on_the_way = [_points_before_the_hold(rate, times) for rate in rates]
+    if all(on_the_way):
+        points = "1 point" if on_the_way[0] == 1 else f"{on_the_way[0]} points"
+        problem = (
+            f"after {points} all others have the shear rate {rates[0][-1]:.4g} {unit}: a start-up or a "
+            "step of the rate, which is no flow curve"
+        )
+        raise MappingError(problem, where=table.name, remedy="Give a test with several rates")
+
+    if any(curve.times_rate for curve in plan.curves):
+        return
+    stresses = [np.abs(table.columns[curve.stress.name]) for curve in plan.curves]
+    held = [stress[np.isfinite(stress) & (stress > 0)] for stress in stresses]
+    if all(stress.size > _FEWEST_STRESSES and stress.max() <= _ONE_STRESS * stress.min() for stress in held):
+        problem = (
+            f"all points have the shear stress {held[0][0]:.4g} {plan.curves[0].stress.unit}, which is no flow curve"
+        )
+        raise MappingError(problem, where=table.name, remedy="Give a test with several stresses; this is a creep")
+
+
+def _times(table: Table) -> Array:
+    """The time of each row, shape (n,), in any unit; the number of the row where no column rises as a time does."""
+    for name, values in table.columns.items():
+        if unit_or_end(table, name) in _SECONDS and np.all(np.diff(values) > 0):
+            return values
+    return np.arange(table.rows, dtype=np.float64)
+
+
+def _points_before_the_hold(rate: Array, times: Array) -> int:
+    """How many points stand before a hold that takes nearly all of a test's time, up to its end; 0 where none does.
+
+    A sweep that ends in a hold takes a good part of its time; a motor that is switched on does not.
+    """
+    known = np.isfinite(rate) & np.isfinite(times)
+    rate = rate[known]
+    times = times[known]
+    if rate.size < 2:
+        return 0
+    held_rate = float(np.median(rate[-(rate.size // 4 + 1) :]))
+    if held_rate <= _RESTING * rate.max():
+        return 0  # a motor that is switched off
+    is_off = np.maximum(rate, held_rate) > _ONE_RATE * np.minimum(rate, held_rate)
+    if not is_off.any() or is_off[-1]:
+        return 0
+    first_held = int(np.flatnonzero(is_off)[-1]) + 1
+    share = (times[-1] - times[first_held]) / (times[-1] - times[0])
+    return first_held if share >= _MOST_OF_A_TEST else 0
