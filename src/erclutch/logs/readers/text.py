@@ -27,6 +27,7 @@ from erclutch.logs.readers.lying_tables import upright
 from erclutch.logs.readers.numerals import TwoDecimalMarksError, grouped_by_blanks, ungrouped, with_plain_minus
 from erclutch.logs.readers.serial_monitor import with_stamps_in_cells
 from erclutch.logs.readers.side_by_side import read_side_by_side
+from erclutch.logs.readers.spread_cells import without_spread_in_cells
 from erclutch.logs.readers.stated_units import with_stated_units
 from erclutch.logs.readers.text_bytes import (
     DAMAGE,
@@ -74,6 +75,7 @@ def read_text(source: LogSource) -> Table:
         text, broken = unbroken(text)
     text, listed = without_brackets(text) if "[" in text else (text, "")
     text, glued = with_a_line_of_names(text)
+    text, spread = without_spread_in_cells(text)
     text, units_in_cells = without_units_in_cells(text)
     text, lying = upright(text)
     try:
@@ -93,7 +95,7 @@ def read_text(source: LogSource) -> Table:
         if names:
             listed_names = ", ".join(names)
             notes.append(f"numbers have a decimal comma in column {listed_names}, and a decimal point in the others")
-    notes += [said for said in (stamps, minus, matrix, listed, glued, units_in_cells, lying) if said]
+    notes += [said for said in (stamps, minus, matrix, listed, glued, spread, units_in_cells, lying) if said]
     if broken:
         notes.append(f"{broken} quoted cells hold a number and a line end: the line end is left out")
 
