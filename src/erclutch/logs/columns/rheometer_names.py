@@ -39,7 +39,7 @@ _WORDS: dict[Role, tuple[str, ...]] = {
         ),
         *(r"\bpoint", r"\bpts?\b", r"\bpkt", r"\bno\b", r"\bnr\b", r"stand\w+ dev", r"\bstd\b", "error"),
         # How long a step took, and which rows of another table it is.
-        *(r"\bduration", r"\bdauer\b", r"\bduree\b", r"\bduracion\b", r"\bdurata\b", r"\bindex\b", r"\bcount\b"),
+        *(r"\bdauer\b", r"\bduree\b", r"\bduracion\b", r"\bdurata\b", r"\bindex\b", r"\bcount\b"),
         # What replicates scatter by.
         *(r"\bs ?d\b", r"\bse\b", r"\bsem\b", r"\bst(?:d|ab)?dev", r"\brsd\b", r"\bcv\b", r"\berr\b", "±", "uncertain"),
         *("abweichung", "ecart[ -]type", "desviacion", "desvio", "标准偏?差", "標準偏差", "отклонен"),
