@@ -22,7 +22,7 @@ from erclutch.logs.log_file import tables_in
 from erclutch.logs.table import Table, WordColumn, listed
 from erclutch.signals.array import Array
 from erclutch.signals.percent import percent
-from erclutch.wings.rheology.conditions import asked_about, conditions_note, conditions_of
+from erclutch.wings.rheology.conditions import Condition, asked_about, conditions_note, conditions_of
 from erclutch.wings.rheology.field_series import Level, levels_in, with_fields
 from erclutch.wings.rheology.flow_curve import FEWEST_POINTS, FlowCurve
 from erclutch.wings.rheology.flow_plan import CurvePlan, FlowPlan, oscillation, plan_of
@@ -110,11 +110,7 @@ def read_flow_curves(
                 refused.append((speaking, error))
                 notes.append((name, f"no flow curve ({error.problem})"))
                 continue
-            told = [*table.notes, *plan.notes]
-            if unused := [column for column in plan.unused if column not in conditions[0].columns]:
-                told.append(f"not used: {', '.join(unused)}")
-            if len(conditions) > 1:
-                told.append(conditions_note(conditions))
+            told = _told(table, plan, conditions)
             notes += [(name, note) for note in told if len(chosen) == 1 or not note.startswith("recording read from")]
             for condition in conditions:
                 test = "; ".join(word for word in (name, condition.label) if word)
@@ -143,6 +139,17 @@ def read_flow_curves(
             raise LogError("the file holds no flow curve", remedy="Give shear rates and shear stresses")
         curves, of_fields = with_fields(curves, fields)
         return FlowFile(tuple(curves), (*_said_once(notes), *of_fields))
+
+
+def _told(table: Table, plan: FlowPlan, conditions: Sequence[Condition]) -> list[str]:
+    """What is said of a table: how it was read, what its columns were taken for, and what parts its points."""
+    told = [*table.notes, *plan.notes]
+    unused = [column for column in plan.unused if column not in conditions[0].columns]
+    if unused:
+        told.append(f"not used: {', '.join(unused)}")
+    if len(conditions) > 1:
+        told.append(conditions_note(conditions))
+    return told
 
 
 def _said_once(notes: Sequence[tuple[str, str]]) -> list[str]:
