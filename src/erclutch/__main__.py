@@ -1,6 +1,10 @@
 """``python -m erclutch`` and the command ``erclutch`` run the command line."""
 
+import os
 import sys
+
+#: Matrices are small here: more threads of BLAS would wait for each other, and take CPU time from all else meanwhile.
+_ONE_THREAD = ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 
 
 def main() -> int:
@@ -9,6 +13,8 @@ def main() -> int:
     Returns:
         The exit code; see `erclutch.cli.main`.
     """
+    for pool in _ONE_THREAD:
+        os.environ.setdefault(pool, "1")  # before NumPy is imported, which makes its threads then
     try:
         from erclutch.cli import main as run
 

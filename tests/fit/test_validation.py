@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from erclutch.arithmetic.dual import partial_of, value_of
 from erclutch.fit.candidate import Fitted, kinds
 from erclutch.fit.choice.ladder import _folds, grown
 from erclutch.fit.choice.ranking import unknown_start
@@ -24,7 +25,9 @@ from erclutch.fit.choice.worth import worth_their_freedom
 from erclutch.fit.comparison import Settings, compare
 from erclutch.fit.kinds.law_alone import with_memory
 from erclutch.fit.laws.fit_law import fit_structure, reference_of, refit_near
+from erclutch.fit.laws.law_problem import separable
 from erclutch.fit.log_groups import chessboard, groups_of
+from erclutch.fit.solver.variable_projection import coordinates, seeded
 from erclutch.logs import recording_from_arrays
 from erclutch.logs.dataset import Dataset, build_dataset, joined
 from erclutch.models.laws import law_from_name
@@ -117,6 +120,34 @@ def test_a_memory_is_found_whatever_the_order_of_the_logs() -> None:
     rungs = grown(bench(), law)
     assert slip_stages(rungs[1].structure.dynamics)
     assert rungs[1].error < 0.5 * rungs[0].error
+
+
+@pytest.mark.parametrize("stages", ["lag", "rise-fall+lugre/field", "two-lags+dahl-2", "lugre+effort-lag"])
+def test_rows_of_some_logs_are_fitted_without_running_over_the_others(stages: str) -> None:
+    """States begin anew in each log; the columns have the bits that they have among those of all rows."""
+    data = bench(rows=200)
+    structure = Structure("single", "casson", law_from_name("casson"), stages, True, True)
+    reference = reference_of(data)
+    shapes = structure.shapes(reference.period)
+    middle = [0.5 * (low + high) for low, high in (shape.scanned for shape in shapes)]
+    q = seeded(shapes, coordinates(shapes, middle))
+    rows = np.concatenate([np.arange(start + 3, stop, 7) for start, stop in data.source_rows[1::2]])
+    whole = structure.columns(data.elements, data.clock, reference, q, extras=data.extras)
+
+    others = np.ones(data.rows, np.bool_)
+    for start, stop in data.source_rows[1::2]:
+        others[start:stop] = False
+    (element,) = data.elements
+    unknown = replace(data, elements=(replace(element, slip=np.where(others, np.nan, element.slip)),))
+    problem = separable(unknown, structure, reference, shapes, rows)
+    for column, of_all in zip(problem.columns(q), whole, strict=True):
+        if problem.behind is not None:
+            column = problem.behind(column, q)
+        assert np.array_equal(value_of(column), value_of(of_all)[rows])
+        for place in range(len(shapes)):
+            expected = partial_of(of_all, place)
+            assert np.array_equal(partial_of(column, place), expected[rows] if np.ndim(expected) else expected)
+    assert np.array_equal(problem.target, data.effort[rows])
 
 
 def test_states_run_through_the_windows_of_a_log() -> None:

@@ -233,25 +233,20 @@ class Structure:
         Stages on the effort are not in the columns of such arrays, nor in those ``ahead`` of them, which come at all
         rows where there are such stages; `behind` has them.
         """
-        # A stage on the effort needs the columns of all rows; stages on the slip need the signals of all rows, and
-        # take a slice as what is wanted of them, but no list of rows.
+        # A stage on the effort needs the columns of all rows; stages on the slip need the signals of all rows.
         wanted = slice(None) if stages_at(self.dynamics, "effort") else rows
         listed = not isinstance(wanted, slice)
-        of_memory = slice(None) if listed else wanted
-        of_signals = slice(None) if slip_stages(self.dynamics) else of_memory
+        remembers_slip = bool(slip_stages(self.dynamics))
+        of_signals = slice(None) if remembers_slip else wanted
         fluids, slips, moved, remembered = self.signals(
-            elements, clock, reference, q, functions, rows=of_signals, wanted=of_memory
+            elements, clock, reference, q, functions, rows=of_signals, wanted=wanted
         )
-        if listed or of_signals != of_memory:
+        if remembers_slip and (listed or of_signals != wanted):
             fluids = [pick(fluid, wanted) for fluid in fluids]
             slips = [slip[wanted] for slip in slips]
             for element, of_all_rows in enumerate(moved):
                 strength = pick(of_all_rows.strength, wanted)
                 moved[element] = SlipAndStrength(of_all_rows.slip[wanted], strength)
-        if listed:
-            for of_element in remembered:
-                for place, outputs in enumerate(of_element):
-                    of_element[place] = [pick(output, wanted) for output in outputs]
         logged = extras or {}
         further = {name: functions(logged[name][wanted]) for name in self.extras}
 
@@ -269,8 +264,8 @@ class Structure:
         q: Sequence[Any],
         functions: Callable[[Any], Any] = as_it_is,
         *,
-        rows: slice = slice(None),
-        wanted: slice = slice(None),
+        rows: slice | NDArray[np.intp] = slice(None),
+        wanted: slice | NDArray[np.intp] = slice(None),
     ) -> tuple[list[Any], list[Any], list[SlipAndStrength], list[list[Sequence[Any]]]]:
         """What a law works on: field in the fluid and slip of each element, what moves its memory, and its memory.
 
@@ -288,7 +283,12 @@ class Structure:
             outputs: list[Sequence[Any]] = []
             for stage in slip_stages(self.dynamics):
                 numbers = self.numbers_of(stage, q)
-                outputs.append(stage.respond(of_one, clock, numbers, wanted))
+                asked: Any = wanted
+                left = slice(None)  # to pick behind the stage
+                if not (isinstance(wanted, slice) or _takes_places(stage)):
+                    asked, left = left, wanted
+                of_stage = stage.respond(of_one, clock, numbers, asked)
+                outputs.append([pick(output, left) for output in of_stage])
             remembered.append(outputs)
         return fluids, slips, moved, remembered
 
@@ -403,15 +403,24 @@ class Structure:
         command: Any,
         clock: Clock,
         q: Sequence[Any],
-        rows: slice,
+        rows: slice | NDArray[np.intp],
     ) -> Any:
         """The field in one element's fluid at some of the rows: the command after the stages on it."""
+        left = rows  # to pick behind the stages
         stages = stages_at(self.dynamics, "command")
         for place, stage in enumerate(stages, start=1):
-            wanted = rows if place == len(stages) else slice(None)  # the next stage remembers all rows
+            wanted: Any = slice(None)  # the next stage remembers all rows
+            if place == len(stages) and (isinstance(rows, slice) or _takes_places(stage)):
+                wanted = rows
+                left = slice(None)
             behind = stage.respond(command, clock, self.numbers_of(stage, q), wanted)
             command = array_as_in_c(behind) if isinstance(command, ArrayAsInC) else behind
-        return command if stages else pick(command, rows)
+        return pick(command, left)
+
+
+def _takes_places(stage: Stage) -> bool:
+    """Whether a stage takes the places of the rows that are wanted, where every stage takes a slice."""
+    return getattr(stage, "takes_places", False)
 
 
 def _structure(device: DeviceName, specification: str, *rest: Any) -> Structure:

@@ -34,7 +34,9 @@ def separable(
     shapes: tuple[ShapeParameter, ...],
     rows: slice | NDArray[np.intp],
 ) -> Separable:
-    """The problem on some rows. The dynamics run over all of them: the fluid feels the whole command."""
+    """The problem on some rows. The dynamics run over all rows of their spans: the fluid feels the whole command."""
+    if not isinstance(rows, slice):
+        data, rows = _spans_of(data, rows)
 
     def columns(q: Sequence[Any]) -> Sequence[Any]:
         return structure.columns(data.elements, data.clock, reference, q, rows, extras=data.extras, ahead=True)
@@ -50,6 +52,21 @@ def separable(
         structure.gains(),
         behind if slow else None,
     )
+
+
+def _spans_of(data: Dataset, rows: NDArray[np.intp]) -> tuple[Dataset, NDArray[np.intp]]:
+    """The spans that have some of the rows, and the places of the rows in them: each span begins anew."""
+    touched = np.zeros(data.rows, np.bool_)
+    wanted = np.zeros(data.rows, np.bool_)
+    wanted[rows] = True
+    for span in data.clock.spans:
+        within = slice(span.start, span.stop)
+        touched[within] = wanted[within].any()
+    kept = data.with_neighbours(touched)
+    if data.in_no_time or kept.all() or not kept[rows].all():
+        return data, rows
+    place = np.cumsum(kept) - 1
+    return data.take(kept), place[rows]
 
 
 def closed_in_slices(

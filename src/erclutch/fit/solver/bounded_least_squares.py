@@ -6,6 +6,10 @@ import numpy as np
 
 from erclutch.signals.array import Array, Mask
 
+#: Columns of length one whose triangle has an inverse with no larger entry can be told apart: a triangular solution is
+#: then as good as one by singular values.
+_TOLD_APART = 1e6
+
 
 def solve_bounded(triangle: Array, vector: Array, nonnegative: Mask) -> tuple[Array, Mask]:
     """Minimise |vector - triangle c| with c >= 0 where asked, by active sets (Lawson and Hanson 1974).
@@ -65,9 +69,21 @@ def _enter(
 
 
 def _solve(a: Array, vector: Array, free: Mask) -> Array:
+    """The free coefficients that fit best, the others zero; the shortest ones where columns say the same."""
+    from scipy.linalg.lapack import dgeqrf, dtrtri, dtrtrs  # without NumPy's ways around, which take 20 times as long
+
     c: Array = np.zeros(free.size)
-    if free.size and free.all():  # mostly
-        c[:] = np.linalg.lstsq(a, vector, rcond=1e-14)[0]
-    elif free.any():
+    count = int(np.count_nonzero(free))
+    if not count:
+        return c
+    r, right = a, vector
+    if count < a.shape[0]:  # some are held, or nothing excites them: what is left is no triangle
+        beside = np.column_stack([a[:, free], vector])
+        packed = dgeqrf(beside)[0]  # R above the diagonal
+        r, right = packed[:count, :count], packed[:count, count]
+    inverse, singular = dtrtri(r)
+    if singular == 0 and float(np.abs(inverse).max()) < _TOLD_APART:
+        c[free] = dtrtrs(r, right)[0]
+    else:
         c[free] = np.linalg.lstsq(a[:, free], vector, rcond=1e-14)[0]
     return c

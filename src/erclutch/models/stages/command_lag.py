@@ -40,6 +40,7 @@ class CommandLag:
     Attributes:
         name, title: for the command line and for people.
         switches: whether the field falls with a time constant of its own.
+        takes_places: `respond` also takes the places of the rows that are wanted, in an array.
     """
 
     name: str
@@ -47,6 +48,7 @@ class CommandLag:
     switches: bool
     source: str = "first-order model of the coil and its fluid; no publication of its own"
     place: Place = "command"
+    takes_places: bool = True
 
     @property
     def equation(self) -> str:
@@ -71,12 +73,11 @@ class CommandLag:
         signal: Any,
         clock: Clock,
         q: Sequence[Any],
-        rows: slice,
+        rows: slice | Rows,
     ) -> Any:
         """The field in the fluid that follows a command; see `Stage`. The lag runs over all rows regardless."""
         delay, rise, *fall = q
         x, tau = _lag(signal, clock, rise, fall[0] if self.switches else None)
-        slope = (signal - x) / tau
         # x(t - delay) by the cubic through values and slopes of the two rows around it.
         before, after, lead, step = _bracket(clock, float(value_of(delay)), rows)
         # Ahead of a span's first row there is no command to look back to: the two rows are the same one and it is held.
@@ -86,8 +87,14 @@ class CommandLag:
         cube = s * s * s
         first = pick(x, before)
         last = pick(x, after)
-        slope_first = pick(slope, before)
-        slope_last = pick(slope, after)
+        if 2 * before.size < clock.time.size:
+            # The slopes of the few rows that are wanted, with the same bits.
+            slope_first = (pick(signal, before) - first) / pick(tau, before)
+            slope_last = (pick(signal, after) - last) / pick(tau, after)
+        else:
+            slope = (signal - x) / tau
+            slope_first = pick(slope, before)
+            slope_last = pick(slope, after)
         bend = slope_first * (cube - 2.0 * square + s) + slope_last * (cube - square)
         return first + (last - first) * (3.0 * square - 2.0 * cube) + bend * reach
 
@@ -141,7 +148,7 @@ class CommandLag:
 def _bracket(
     clock: Clock,
     delay: float,
-    rows: slice,
+    rows: slice | Rows,
 ) -> tuple[Rows, Rows, Array | float, Array | float]:
     """For t - delay at each of the rows: the rows around it, t less the earlier one's time, and their distance in s."""
     chosen = np.arange(clock.time.size)[rows]

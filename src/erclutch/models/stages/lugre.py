@@ -21,6 +21,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from erclutch.arithmetic.dual import pick
 from erclutch.arithmetic.elementary import sign_of
@@ -35,6 +36,8 @@ from erclutch.signals.clock import Clock
 class LuGre(SlipMemory):
     """LuGre friction as a stage."""
 
+    takes_places: bool = True  # see `CommandLag`
+
     def parameters(self, period: float) -> tuple[ShapeParameter, ...]:
         """The travel of the bristles, the static effort, and the slip at which the effort has fallen."""
         return (
@@ -48,13 +51,14 @@ class LuGre(SlipMemory):
         signal: SlipAndStrength,
         clock: Clock,
         q: Sequence[Any],
-        rows: slice,
+        rows: slice | NDArray[np.intp],
     ) -> list[Any]:
         """Deflection and its rate over all rows; see `Stage`."""
         aim, most, gone = self._row(signal, clock.steps, *q)
-        s = recur(1.0 - gone, (aim * most) * gone, aim * most, clock)
-        rate = self._rate(signal, aim, s, most)
-        return [pick(s, rows), pick(rate, rows)]
+        end = aim * most
+        s = pick(recur(1.0 - gone, end * gone, end, clock), rows)
+        moved = SlipAndStrength(pick(signal.slip, rows), signal.strength)
+        return [s, self._rate(moved, pick(aim, rows), s, pick(most, rows))]
 
     def _row(
         self,
