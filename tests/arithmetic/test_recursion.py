@@ -114,6 +114,16 @@ def test_the_loop_in_python_has_the_bits_of_the_compiled_one() -> None:
     assert plain.tobytes() == compiled.tobytes()
 
 
+def test_the_search_for_modes_in_python_has_the_bits_of_the_compiled_one() -> None:
+    drawn = np.random.default_rng(4)
+    command, up, down = drawn.normal(size=3000), *drawn.uniform(0.0, 1.0, (2, 3000))
+    plain, compiled = np.ones((2, 3000), np.bool_)
+    recursion._run_switched_plainly(command, up, down, [0, 1000, 1001], plain)
+    recursion.machine_code(recursion._run_switched)(command, up, down, np.array([0, 1000, 1001]), compiled)
+    assert plain.tobytes() == compiled.tobytes()
+    assert 500 < np.count_nonzero(plain) < 2500
+
+
 def test_a_program_that_runs_through_many_rows_is_worth_a_compiler() -> None:
     allowance = recursion._Allowance(100)
     assert [allowance.take(rows) for rows in (40, 40, 40, 1)] == [True, True, False, False]

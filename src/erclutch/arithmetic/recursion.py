@@ -30,8 +30,6 @@ from erclutch.signals.clock import Clock
 #: The new states from those before and from the inputs of a row.
 Advance = Callable[[tuple[Any, ...], tuple[Any, ...]], tuple[Any, ...]]
 
-#: Rows up to which a loop runs in Python: a prediction of a few rows need not wait for a compiler.
-_FEW_ROWS = 1000
 #: Rows after which Numba, which takes a second to load and to compile, has paid.
 _WORTH_COMPILING = 100_000
 
@@ -115,14 +113,12 @@ def _solved(keep: Array, drives: list[Any], firsts: list[Any], clock: Clock) -> 
     if clock.carry:
         clock.carry.into(x[:, 0])
 
-    if x.size > _FEW_ROWS and _plain.take(x.size):
+    if _plain.take(x.size):
         _run_plainly(keep, x, starts)
     elif len(x) == 1:
-        loop = _quick(_run_one, keep.size)
-        loop(keep, x, np.array(starts))
+        machine_code(_run_one)(keep, x, np.array(starts))
     else:
-        loop = _quick(_run_all, keep.size)
-        loop(keep, x, np.array(starts))
+        machine_code(_run_all)(keep, x, np.array(starts))
     if clock.carry:
         clock.carry.end.append(x[:, clock.carry.at].copy())
     return x
@@ -145,13 +141,6 @@ def machine_code(function: F, inline: bool = False) -> F:
         return cast(F, numba.njit(cache=True, **options)(function))
     except RuntimeError:  # "no locator available": there is no folder for what is compiled
         return cast(F, numba.njit(**options)(function))
-
-
-def _quick(loop: F, rows: int) -> F:
-    """A loop over rows, as machine code where the rows are many."""
-    if rows > _FEW_ROWS:
-        return machine_code(loop)
-    return np.errstate(all="ignore")(loop)
 
 
 def _run_plainly(keep: Array, right: Array, starts: Sequence[int]) -> None:
@@ -407,9 +396,31 @@ def switched(u: Array, up: Array, down: Array, clock: Clock) -> NDArray[np.bool_
         u = u.copy()
         clock.carry.into(u[:1])
     u = np.ascontiguousarray(u, np.float64)
-    loop = _quick(_run_switched, u.size)
-    loop(u, up, down, np.array(starts_of(clock)), rising)
+    if _plain.take(u.size):
+        _run_switched_plainly(u, up, down, starts_of(clock), rising)
+    else:
+        machine_code(_run_switched)(u, up, down, np.array(starts_of(clock)), rising)
     return rising
+
+
+def _run_switched_plainly(
+    u: Array,
+    up: Array,
+    down: Array,
+    starts: Sequence[int],
+    rising: NDArray[np.bool_],
+) -> None:
+    """`_run_switched` in numbers of Python."""
+    followed = u.tolist()
+    shares = down.tolist(), up.tolist()
+    grows = [True] * u.size
+    for start, stop in pairwise([*starts, u.size]):
+        x = followed[start]
+        for i in range(start + 1, stop):
+            grows[i] = (followed[i] - x) * x >= 0.0
+            share = shares[grows[i]][i]
+            x = (1.0 - share) * x + share * followed[i]
+    rising[:] = grows
 
 
 def _run_switched(u: Array, up: Array, down: Array, starts: Array, rising: NDArray[np.bool_]) -> None:
