@@ -20,6 +20,7 @@ from erclutch.signals.array import Array
 
 Stop = Literal["converged", "stalled", "iterations"]
 _ROOT_OF_TINY = float(np.sqrt(np.finfo(float).tiny))
+_EPS = float(np.finfo(float).eps)
 
 
 @dataclass(frozen=True)
@@ -102,7 +103,7 @@ def minimise(
     while tries < max_iterations:
         tries += 1
         step = _bounded_step(model, problem, u, scale, radius)
-        trial: Array = np.clip(u + step, problem.lower, problem.upper)
+        trial = _clipped(u + step, problem)
         step = trial - u
         if not step.any():
             stop = "converged" if _stationary(model, problem, u, floor, tolerance) else "stalled"
@@ -112,9 +113,9 @@ def minimise(
             radius = min(radius, length)
         # How much less the sum of squares is after the step: by the local model, and in fact.
         left = model.vector - model.triangle @ step
-        predicted = float(model.vector @ model.vector - np.sum(left**2))
+        predicted = float(model.vector @ model.vector - np.add.reduce(left**2))
         cost = problem.cost(trial)
-        actual = model.cost - cost if np.isfinite(cost) else -np.inf
+        actual = model.cost - cost if math.isfinite(cost) else -math.inf
         ratio = actual / predicted if predicted > 0 else 0.0
         # A step that the radius cut short says nothing of how near the minimum is.
         whole = length < 0.9 * radius or tries == 1
@@ -152,6 +153,11 @@ def _fresh(model: Linearisation, u: Array, reach: float) -> tuple[Array, float]:
     return scale, reach * (_length(scale * u) or 1.0)
 
 
+def _clipped(point: Array, problem: Problem) -> Array:
+    """A point within the bounds; NumPy's own function takes three times as long for a few numbers."""
+    return np.minimum(np.maximum(point, problem.lower), problem.upper)
+
+
 def _length(vector: Array) -> float:
     """Of a vector; NumPy's own function takes twice as long for a few numbers."""
     return math.sqrt(float(vector @ vector))
@@ -159,7 +165,7 @@ def _length(vector: Array) -> float:
 
 def _norms(matrix: Array) -> Array:
     """Lengths of the columns of a matrix."""
-    return np.sqrt(np.sum(matrix * matrix, axis=0))
+    return np.sqrt(np.add.reduce(matrix * matrix, axis=0))
 
 
 def _next_radius(radius: float, length: float, ratio: float) -> float:
@@ -168,7 +174,7 @@ def _next_radius(radius: float, length: float, ratio: float) -> float:
         return max(radius, 2.0 * length)
     if not ratio < 0.25:
         return radius
-    very_poor = not np.isfinite(ratio) or ratio <= -10.0
+    very_poor = not math.isfinite(ratio) or ratio <= -10.0
     return (0.1 if very_poor else 0.25) * min(radius, 10.0 * length)
 
 
@@ -198,7 +204,7 @@ def _bounded_step(
         out = free & ((trial < problem.lower) | (trial > problem.upper))
         if not out.any():
             break
-        to_bound = np.clip(trial, problem.lower, problem.upper) - u
+        to_bound = _clipped(trial, problem) - u
         step[out] = to_bound[out]
         free &= ~out
     return step
@@ -214,7 +220,7 @@ def _trusted(
     left, s, right = np.linalg.svd(triangle / scale, full_matrices=False)
     z = left.T @ vector
     # A singular value whose square is no normal number tells no direction: it would be divided by below.
-    faintest = max(float(s[0]) * np.finfo(float).eps, _ROOT_OF_TINY)
+    faintest = max(float(s[0]) * _EPS, _ROOT_OF_TINY)
     solid = s > faintest
     # In the coordinates of the singular values, a damping mu gives the step d; the lost directions stay where they are.
     mu = 0.0
@@ -227,7 +233,7 @@ def _trusted(
         if abs(length - radius) <= 0.1 * radius:
             break
         steepness = np.where(solid, d * d / damped, 0.0)
-        slope = -float(np.sum(steepness)) / length
+        slope = -float(np.add.reduce(steepness)) / length
         mu = max(mu - (length - radius) / radius * length / slope, 0.0)
         damped = np.where(solid, s * s + mu, 1.0)
         d = np.where(solid, s * z / damped, 0.0)

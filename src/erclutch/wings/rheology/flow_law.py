@@ -20,7 +20,7 @@ from erclutch.fit.laws.law_starts import scan_points
 from erclutch.fit.solver.intervals import uncertainty
 from erclutch.fit.solver.levenberg_marquardt import Linearisation, Minimum, Problem, minimise
 from erclutch.fit.solver.outcome import Estimate
-from erclutch.fit.solver.variable_projection import Separable, coordinates, parameters, project, triangle_of
+from erclutch.fit.solver.variable_projection import Separable, coordinates, parameters, project, stack, triangle_of
 from erclutch.models.laws import Dimension, Gain, Law, ShapeParameter, at_one_field, ladder, law_from_name
 from erclutch.signals.array import Array
 
@@ -139,8 +139,7 @@ class FlowLaw:
             with np.errstate(all="ignore"):
                 model = np.log(self._stress(x, *self._dual_numbers(point)))
             residual = measured - value_of(model)
-            slopes = [np.broadcast_to(partial_of(model, i), x.shape) for i in range(point.size)]
-            triangle = triangle_of(np.column_stack([*slopes, residual]))
+            triangle = triangle_of(stack([partial_of(model, i) for i in range(point.size)], residual))
             return Linearisation(float(residual @ residual), triangle[:-1, :-1], triangle[:-1, -1])
 
         largest_gain = float(measured.max()) + 3.0
