@@ -144,6 +144,14 @@ def test_the_only_joint_whose_torque_changes_is_taken() -> None:
     assert {question.signal for question in asked.questions} >= {"slip", "effort"}
 
 
+def test_a_motion_is_proposed_with_the_torque_of_its_own_joint() -> None:
+    weights = {f"tau{joint}": 20 + 5 * SLOW**2 + joint for joint in range(4)}
+    motions = {f"dq{joint}": (0.01 + joint) * TURN for joint in range(4)}
+    plan = planned({"time": TIME, **motions, **weights, "tau1": 30 * TURN})  # along with every motion
+    assert {question.signal for question in plan.questions} >= {"slip", "effort"}
+    assert plan.command().endswith('--slip "dq3" --effort "tau3"')
+
+
 def test_rows_that_follow_each_other_by_chance_need_no_time() -> None:
     speed = np.random.default_rng(3).normal(0.0, 10.0, ROWS.size)
     columns = {"velocity": speed, "torque": np.tanh(speed / 3)}
@@ -178,3 +186,13 @@ def test_a_position_that_a_drive_estimates_stays_one() -> None:
     position = planned({"time": TIME, "pos_estimate": SLOW, "torque": DRAG}).signal("position")
     assert position is not None
     assert position.column == "pos_estimate"
+
+
+def test_parts_of_rows_in_no_order_are_points_too(tmp_path: Path) -> None:
+    speed = np.random.default_rng(3).normal(0.0, 10.0, 300)
+    rows = [f"{'MLH'[k % 3]},{v:.4f},{np.tanh(v / 3):.4f}" for k, v in enumerate(speed)]
+    text = "\n".join(["Type,speed [rad/s],torque [N*m]", *rows])
+    (tmp_path / "a.csv").write_text(text + "\n", encoding="utf-8")
+    asked = good("inspect", "a.csv", cwd=tmp_path, code=1).splitlines()[-1]
+    assert asked.endswith('--variable "Type=all" --time none')
+    good("inspect", "a.csv", "--variable", "Type=all", "--time", "none", cwd=tmp_path)

@@ -79,6 +79,8 @@ def proposals(draft: Draft) -> list[str]:
             proposed += [label, name]
 
     examples = [options[signal] for signal in questions]
+    if draft.clock is not None and draft.clock.kind == "points" and any("--variable" in each for each in examples):
+        examples.append("--time none")  # of the fewer rows of a part the numbers may not tell that they are points
     if draft.told.invalid != "drop":
         needed = [*draft.taken, *(name for name in proposed if name in seen.columns)]
         if must_be_said(seen, needed):
@@ -225,6 +227,9 @@ def _column_option(
         against = {name for name in likely if seen.columns[name].kind != motion.kind}
         against |= {name for name in likely if not follows(seen.columns[name].values, motion.values)}
         likely = sorted(likely, key=lambda name: name in against)
+        # The torque of another joint may follow the motion better than its own, under a weight.
+        numbers = {part for part in _parts(motion.name) if part.isdecimal()}
+        likely = sorted(likely, key=lambda name: numbers.isdisjoint(_parts(name)))
     if partners:
         likely = sorted(likely, key=lambda name: min(_apart(seen, name, partner) for partner in partners))
 
