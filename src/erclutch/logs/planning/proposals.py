@@ -18,7 +18,7 @@ from erclutch.logs.plan import Question
 from erclutch.logs.planning.draft import Draft
 from erclutch.logs.planning.missing_columns import has_short_name, sensor_options, usual_unit
 from erclutch.logs.planning.no_field import is_a_mark, maybe_field
-from erclutch.logs.planning.row_order import must_be_said
+from erclutch.logs.planning.row_order import IN_NO_ORDER, must_be_said
 from erclutch.logs.planning.stated_field import differ_by_field
 from erclutch.signals.recording import SIGNALS
 
@@ -79,8 +79,9 @@ def proposals(draft: Draft) -> list[str]:
             proposed += [label, name]
 
     examples = [options[signal] for signal in questions]
-    if draft.clock is not None and draft.clock.kind == "points" and any("--variable" in each for each in examples):
-        examples.append("--time none")  # of the fewer rows of a part the numbers may not tell that they are points
+    in_no_order = draft.clock is not None and draft.clock.reason.endswith(IN_NO_ORDER)
+    if in_no_order and any("--variable" in each for each in examples):
+        examples.append("--time none")  # the rows of one part may be too few to tell it
     if draft.told.invalid != "drop":
         needed = [*draft.taken, *(name for name in proposed if name in seen.columns)]
         if must_be_said(seen, needed):

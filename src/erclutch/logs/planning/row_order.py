@@ -26,6 +26,7 @@ _SPEEDS = ("rad/s", "m/s")
 _FEWEST = 10  # rows: fewer may be in order by chance
 _MOST_NOISY = 1000  # rows of a table that was swept with noise: more are those of a log
 _NOISE = 0.01  # of its range, by which a swept speed that was measured goes back at most
+IN_NO_ORDER = "are in no order"  # ends the reason for points that follow each other by chance
 _FEWEST_MIXED = 200  # rows, for chance to be told from a course
 _SPREAD_OF_CHANCE = 8.0  # times 1 / sqrt(rows): four deviations of that ratio
 _FEW_POINTS = 100  # rows: of so few, a time that goes back once is the mean time of points
@@ -91,7 +92,7 @@ def take_points(draft: Draft) -> None:
             return  # it may be the time
 
     del draft.questions["time"]
-    why = f"columns {slip.column} and {effort.column} are in no order" if mixed else f"{swept} goes one way"
+    why = f"columns {slip.column} and {effort.column} {IN_NO_ORDER}" if mixed else f"{swept} goes one way"
     course = why if mixed else f"column {why} through the table"
     sentence = f"no time: {course}, so its rows are points, none after another"
     sentence += ' (--rate "RATE Hz" if they were sampled at a rate)'
