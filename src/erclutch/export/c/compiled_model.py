@@ -196,13 +196,11 @@ class CompiledModel:
         """
         given = memoryview(rows)
         view = given.cast("B").cast("d")
-        is_of_other_rows = given.ndim > 1 and len(view) != len(given) * self.inputs
-        if len(view) % self.inputs or is_of_other_rows:
+        if len(view) % self.inputs or (given.ndim > 1 and len(view) != len(given) * self.inputs):
             raise TypeError(f"{len(view)} numbers are no rows of {self.inputs}")
         count = len(view) // self.inputs
         buffer = array("d", view)
-        effort = array("d", bytes(8 * count))
-        flags = array("I", bytes(4 * count))
+        effort, flags = array("d", bytes(8 * count)), array("I", bytes(4 * count))
         addresses = [a.buffer_info()[0] for a in (buffer, effort, flags)]
         self._library.erc_model_run(self._state, count, *addresses)
         self._call.flags = flags[-1] if count else 0

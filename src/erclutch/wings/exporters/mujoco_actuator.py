@@ -177,9 +177,8 @@ class Actuator:
         # A millionth of a period is rounding of the time.
         if self._period is None or memory.samples <= (now - memory.start) / self._period + 1e-6:
             source = data.qpos if self._positions else data.qvel
-            fields = [float(data.ctrl[i]) for i in self._fields]
-            motions = [float(source[i]) for i in self._joints]
-            memory.effort = memory.compiled.step(*fields, *motions, *self.further)
+            values = [float(data.ctrl[i]) for i in self._fields] + [float(source[i]) for i in self._joints]
+            memory.effort = memory.compiled.step(*values, *self.further)
             memory.flags = memory.compiled.flags
             memory.samples += 1
         return memory.effort
