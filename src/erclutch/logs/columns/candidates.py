@@ -10,7 +10,7 @@ from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 
-from erclutch.logs.columns.joints import ESTIMATED, beside_a_drive, beside_a_gear, of_joints
+from erclutch.logs.columns.joints import ESTIMATED, of_joints
 from erclutch.logs.columns.labels import split_end
 from erclutch.logs.columns.names import NEED_UNIT, OTHER, PARTS_OF_A_MODEL, SINGLE, TOLD, VOLTAGES, headed, spoken_name
 from erclutch.logs.columns.quotients import pressing_loads, speeds_of_machine
@@ -21,6 +21,8 @@ from erclutch.logs.columns.two_shafts import between_shafts
 from erclutch.signals import units
 from erclutch.signals.recording import SIGNALS
 
+#: Words for what drives a device.
+DRIVES = frozenset(("motor", "drive", "servo", "engine", "actuator", "antrieb", "moteur", "shaker"))
 #: Signals that a unit alone may tell.
 _TOLD_BY_UNIT = ("field", "slip", "position", "effort", "T")
 _LENGTHS = (
@@ -102,8 +104,8 @@ def candidates(
     if signal == "field":
         names = _fields_among(seen, free, names, forms)
     if not exact:
-        names += beside_a_gear(signal, named, fitting)
-    names += [name for name in beside_a_drive(signal, exact or named, fitting) if name not in names]
+        names += _beside_a_gear(signal, named, fitting)
+    names += [name for name in _beside_a_drive(signal, exact or named, fitting) if name not in names]
     return _distinct(seen, names), "name"
 
 
@@ -292,6 +294,34 @@ def _fields_among(
     if not any(seen.columns[name].varies for name in fields):
         return fields
     return [name for name in fields if not seen.columns[name].is_steady]
+
+
+def _beside_a_gear(signal: str, named: Iterable[SeenColumn], fitting: Iterable[SeenColumn]) -> list[str]:
+    """Columns of another side of a gear than those whose names speak: ``joint_vel`` beside ``motor_vel``."""
+    sides_of_named = {column.side for column in named}
+    if not sides_of_named or "" in sides_of_named or signal not in ("slip", "position", "effort"):
+        return []
+    of_other_sides: list[str] = []
+    for column in fitting:
+        side = column.side
+        speaks = signal in column.spoken.may_be and TOLD.isdisjoint(column.spoken.stem_words)
+        if speaks and side and side not in sides_of_named:
+            of_other_sides.append(column.name)
+    return of_other_sides
+
+
+def _beside_a_drive(signal: str, named: Iterable[SeenColumn], fitting: Iterable[SeenColumn]) -> list[str]:
+    """Columns that may be the device's, where all whole names are those of a drive: its ``flange torque``."""
+    own = [*named]
+    names = {column.name for column in own}
+    if signal not in ("slip", "effort") or not own or any(DRIVES.isdisjoint(each.spoken.words) for each in own):
+        return []
+    others: list[str] = []
+    for column in fitting:
+        speaks = signal in column.spoken.may_be and signal not in column.spoken.turned
+        if speaks and TOLD.isdisjoint(column.spoken.stem_words) and column.name not in names:
+            others.append(column.name)
+    return others
 
 
 def _parts_of_a_model(efforts: Iterable[SeenColumn]) -> list[str]:

@@ -14,8 +14,6 @@ from erclutch.logs.columns.seen_columns import SeenColumn, SeenColumns
 _MOTIONS = ("slip", "position")
 #: What a drive says of a torque or a motion that it does not measure itself.
 ESTIMATED = frozenset(("est", "estimate", "estimated"))
-#: Words for what drives a device.
-DRIVES = frozenset(("motor", "drive", "servo", "engine", "actuator", "antrieb", "moteur", "shaker"))
 #: A joint's number in front of what was measured, as in lists of messages.
 _WITHIN = re.compile(r"(.+?)\[(\d+)\][._/](\D+)")
 #: The number of a joint in the name of a file.
@@ -133,31 +131,3 @@ def _named_families(
     whole_names = NAMES[signal].split()
     whole = [bare for bare in several if bare in whole_names]
     return [families[bare] for bare in whole or several]
-
-
-def beside_a_gear(signal: str, named: Iterable[SeenColumn], fitting: Iterable[SeenColumn]) -> list[str]:
-    """Columns of another side of a gear than those whose names speak: ``joint_vel`` beside ``motor_vel``."""
-    sides_of_named = {column.side for column in named}
-    if not sides_of_named or "" in sides_of_named or signal not in (*_MOTIONS, "effort"):
-        return []
-    of_other_sides: list[str] = []
-    for column in fitting:
-        side = column.side
-        speaks = signal in column.spoken.may_be and TOLD.isdisjoint(column.spoken.stem_words)
-        if speaks and side and side not in sides_of_named:
-            of_other_sides.append(column.name)
-    return of_other_sides
-
-
-def beside_a_drive(signal: str, named: Iterable[SeenColumn], fitting: Iterable[SeenColumn]) -> list[str]:
-    """Columns that may be the device's, where all whole names are those of a drive: its ``flange torque``."""
-    own = [*named]
-    names = {column.name for column in own}
-    if signal not in ("slip", "effort") or not own or any(map(DRIVES.isdisjoint, (each.spoken.words for each in own))):
-        return []
-    others: list[str] = []
-    for column in fitting:
-        speaks = signal in column.spoken.may_be and signal not in column.spoken.turned
-        if speaks and TOLD.isdisjoint(column.spoken.stem_words) and column.name not in names:
-            others.append(column.name)
-    return others

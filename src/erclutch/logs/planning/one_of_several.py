@@ -16,8 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from erclutch.errors import MappingError, shell_word
-from erclutch.logs.columns.candidates import DIGITS, candidates
-from erclutch.logs.columns.joints import DRIVES
+from erclutch.logs.columns.candidates import DIGITS, DRIVES, candidates
 from erclutch.logs.columns.names import CURRENTS, EASTERN_TOLD, NOT_MEASURED, VOLTAGES, plain
 from erclutch.logs.columns.quotients import rubbing_force
 from erclutch.logs.columns.seen_columns import KINDS, UNITS_OF_KIND, SeenColumn, SeenColumns
