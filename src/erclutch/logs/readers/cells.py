@@ -28,6 +28,8 @@ STATISTICS = frozenset(
         *("stdev", "stddev", "standarddeviation", "variance", "mittelwert", "summe", "standardabweichung"),
         *("sd", "mittel", "stabw", "média", "desviopadrão", "среднее"),
         *("moyenne", "médiane", "écarttype", "media", "promedio", "desviación", "平均", "平均值", "最大", "最大值"),
+        *("sd", "sem", "cv", "rsd", "var", "mw", "mittel", "stabw", "mean±sd", "standarderror", "stderr", "sigma"),
+        *("moy", "ecarttype", "média", "desvest", "desviaciónestándar", "desviopadrao", "coefficientofvariation"),
         *("最小", "最小值", "标准差", "標準偏差", "合计", "合計"),
     )
 )

@@ -22,6 +22,7 @@ from erclutch.logs.readers import dates, first_bytes, found_recordings, numerals
 from erclutch.logs.readers.budget import Budget
 from erclutch.logs.readers.cells import DASHES, NO_NUMBERS, is_comment
 from erclutch.logs.readers.dialect import LINE_END, SAMPLE, Dialect, sniff
+from erclutch.logs.readers.list_cells import without_lists
 from erclutch.logs.readers.loose_text import with_a_line_of_names, without_brackets, without_matrix
 from erclutch.logs.readers.lying_tables import upright
 from erclutch.logs.readers.numerals import TwoDecimalMarksError, grouped_by_blanks, ungrouped, with_plain_minus
@@ -209,6 +210,9 @@ def _table(
         else:
             columns[label] = values
 
+    of_lists, told_of_lists = without_lists(texts)
+    columns |= {name: values for name, values in of_lists.items() if name not in columns}
+    notes += told_of_lists
     clock_name, clock = dates.clock_of(texts)
     words = words_of(texts)
     units_behind = units_beside(dialect.names, texts)
@@ -226,8 +230,8 @@ def _table(
     notes += [f"column {label} is left out: {problem}" for label, problem in unreadable.items() if label not in texts]
 
     if columns:  # empty cells at the end of a row may be missing values or a row that is too short: the lines tell
-        last = max(columns, key=dialect.names.index)
-        empty = np.flatnonzero(np.isnan(columns[last])).tolist()
+        last = max(set(columns) - set(of_lists) or {dialect.names[0]}, key=dialect.names.index)
+        empty = np.flatnonzero(np.isnan(columns[last])).tolist() if last in columns else []
         needed = dialect.names.index(last) + 1
         refuse_ragged(body, dialect, empty, needed=min(needed, dialect.usual or needed))
     period = None
@@ -243,7 +247,8 @@ def _table(
             label: unit or units_behind.get(label)
             for label, unit in zip(dialect.names, dialect.units, strict=True)
             if label in kept
-        },
+        }
+        | dict.fromkeys(of_lists),
         digest=source.digest,
         numbers={label: place for place, label in enumerate(dialect.names, start=1) if label in columns},
         sample_period=period,

@@ -10,6 +10,7 @@ from erclutch.logs.readers.text_cells import BLANK
 
 _BLANK_LINE = re.compile(r"(?:\r\n|\n|\r)[ \t,;]*(?=\r|\n)")
 _BELOW = 1 << 14  # characters at the end of a text in which a summary of the rows is looked for
+_MOST_SUMS = 6  # lines below the rows
 _LEAST_BLOCK = 10  # rows between blank lines that are a stretch of a log
 _MOST_BLOCKS = 100
 
@@ -26,14 +27,17 @@ def rows_of_body(text: str, dialect: Dialect) -> tuple[str, list[str]]:
 
     body, notes = _without_remarks_below(body, dialect)
     without: list[str] = []  # last lines that hold no number, from the last on
+    sums = 0  # last lines that sum up the rows
     while last := _last_line(body):
         cells = [cell for cell in cells_of(body[last:], dialect.delimiter) if cell]
         is_row = any(is_number(cell, dialect.decimal) or cell.lower() in WORDS for cell in cells)
         sums_up = any(re.sub(r"[\s.:]", "", cell.lower()) in STATISTICS for cell in cells)
+        sums_up = sums_up or (is_row and sums < _MOST_SUMS and _begins_with_a_word(body[last:], dialect))
         if not cells or (is_row and not sums_up):
             break
         shown = " ".join(body[last:].split())[:60]
         if sums_up:
+            sums += 1
             notes.append(f"the last line sums up the rows ({shown!r}): left out")
         else:
             without.append(shown)
@@ -72,6 +76,14 @@ def _without_remarks_below(body: str, dialect: Dialect) -> tuple[str, list[str]]
         return body, []
     begin = " ".join(below.split())[:60]
     return body, [f"text below the table left out: {begin!r}"]
+
+
+def _begins_with_a_word(line: str, dialect: Dialect) -> bool:
+    """Whether a line begins with a word where the rows begin with a number: ``x mean`` below 1, 2, 3."""
+    cells = cells_of(line, dialect.delimiter)
+    if len(cells) < 2 or not dialect.numeric or not dialect.numeric[0]:
+        return False
+    return cells[0].lower() not in WORDS and cells[0][:1].isalpha() and any(map(str.isalpha, cells[0]))
 
 
 def _last_line(body: str) -> int:
