@@ -19,6 +19,7 @@ from tests.support.command import good, refused
         (("fit", "log.csv", "--seed", "1.5"), "--seed: '1.5' is no whole number. erclutch fit --help"),
         (("fit", "log.csv", "--workers=2.6"), "--workers: '2.6' is no whole number. erclutch fit --help"),
         (("fit", "log.csv", "--seed", "1.0", "--modles", "x"), "Unknown option: --modles."),
+        (("export", "run", "--model", "m2", "--target", "c"), "Unknown option: --target."),  # --model is an option
         (("report",), "RUN is missing. Write: erclutch report RUN [OPTIONS]."),
         (
             ("recalibrate", "log.csv", "--run", "any.run"),

@@ -78,7 +78,8 @@ def misused(error: CycloptsError) -> str:
         if not options.isdisjoint(_OF_MAPPINGS):
             return "A mapping file has no option: it is read where it lies beside LOG as LOG.toml."
         files = {argument.name for argument in _arguments(error.command_chain[0]) if argument.index is not None}
-        for option in options & {f"--{file.lower()}" for file in files}:
+        option = (error.token.keyword or error.token.value).partition("=")[0]
+        if option in {f"--{file.lower()}" for file in files}:
             written = _written(error.command_chain[0])
             return f"{option} is no option here: {option[2:].upper()} stands without a name. {written}"
     if isinstance(error, CoercionError) and error.token is not None and error.target_type in (int, float):
