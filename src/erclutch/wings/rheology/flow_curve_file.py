@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import pairwise
 from pathlib import Path
 
@@ -21,22 +21,17 @@ from erclutch.logs.columns.row_groups import EACH, group_of, rows_of, wants_each
 from erclutch.logs.log_file import tables_in
 from erclutch.logs.table import Table, WordColumn, listed
 from erclutch.signals.array import Array
-from erclutch.signals.percent import percent
 from erclutch.wings.rheology.conditions import Condition, asked_about, conditions_note, conditions_of
 from erclutch.wings.rheology.field_series import Level, levels_in, with_fields
 from erclutch.wings.rheology.flow_curve import FEWEST_POINTS, FlowCurve
-from erclutch.wings.rheology.flow_plan import CurvePlan, FlowPlan, oscillation, plan_of
+from erclutch.wings.rheology.flow_plan import CurvePlan, FlowPlan, plan_of
 from erclutch.wings.rheology.flow_plateau import half_last_digit
+from erclutch.wings.rheology.flow_points import points_of
 from erclutch.wings.rheology.held_rates import require_several_rates
 from erclutch.wings.rheology.rotor_speeds import a_row_for_each_speed
 from erclutch.wings.rheology.summary_rows import without_summary_rows
 
-#: What instruments write for a point that they could not measure.
-_SENTINELS = (-9999.0, -999.0, -99.0, 9999.0, 99999.0, 999999.0)
 _FEWEST_RATES = 3  # of a sweep
-_FEW_POINTS = 5  # of which one with a wrong sign is an oversight
-_FAINT = 0.02  # of the largest stress: a stress of the wrong sign below it is noise
-_RESTING = 1e-3  # of the largest rate: a rate of the wrong sign below it is noise about a rest
 
 
 @dataclass(frozen=True)
@@ -79,10 +74,7 @@ def read_flow_curves(
         tables = tables_in(path, [name for name in chosen if name in recordings])
         parted: dict[str | None, Table] = {}  # read once for all words of a column
         each_named = bool(sheet) and not any(wants_each(test) for test in sheet)
-        curves: list[FlowCurve] = []
-        fields: list[dict[str, Level]] = []  # of each curve
-        notes: list[tuple[str, str]] = []  # each with the test that it is of
-        refused: list[tuple[int, ErclutchError]] = []  # with the number of columns that speak for a flow curve
+        gathered = _Gathered()
         for name in chosen:
             speaking = 0
             try:
@@ -107,38 +99,86 @@ def read_flow_curves(
                 # A sheet of remarks or an oscillation beside the flow curves ends nothing, a file of them alone does.
                 if len(chosen) == 1 or each_named:
                     raise
-                refused.append((speaking, error))
-                notes.append((name, f"no flow curve ({error.problem})"))
+                gathered.refuse(name, speaking, error, f"no flow curve ({error.problem})")
                 continue
-            told = _told(table, plan, conditions)
-            notes += [(name, note) for note in told if len(chosen) == 1 or not note.startswith("recording read from")]
+
+            for note in _told(table, plan, conditions):
+                if len(chosen) == 1 or not note.startswith("recording read from"):
+                    gathered.notes.append((name, note))
+            is_one_of_several = not each_named and len(chosen) * len(conditions) > 1
             for condition in conditions:
                 test = "; ".join(word for word in (name, condition.label) if word)
-                try:
-                    curves_of_condition, left_out = curves_of(plan, condition.table, test)
-                except LogError as error:
-                    if each_named or len(chosen) * len(conditions) == 1:
-                        raise
-                    refused.append((speaking, error))
-                    notes.append((test, f"no flow curve ({error.problem})"))
-                    continue
-                short = [curve for curve in curves_of_condition if curve.rate.size < FEWEST_POINTS]
-                if short and not each_named and len(chosen) * len(conditions) > 1:  # a few points beside curves
-                    problem = f"{short[0].rate.size} points, at least {FEWEST_POINTS} are needed"
-                    refused.append((speaking, LogError(f"{test}: {problem}", remedy="Give more points of each curve")))
-                    notes.append((test, f"{problem}: left out"))
-                    continue
-                curves += curves_of_condition
-                fields += [levels_in(condition.table)] * len(curves_of_condition)
-                # The label of a test's only curve is the test.
-                notes += [("" if note.startswith(f"{test}: ") else test, note) for note in left_out]
-        if not curves:
-            if refused:
-                _, likeliest = max(refused, key=lambda pair: pair[0])
+                gathered.take(plan, condition, test, speaking, is_one_of_several=is_one_of_several)
+        return gathered.as_file()
+
+
+@dataclass
+class _Gathered:
+    """What the tests of a file gave, one after another.
+
+    Attributes:
+        curves: of all tests.
+        fields: of each curve.
+        notes: each behind the test that it is of.
+        refused: errors of tests, each behind the number of columns that speak for a flow curve.
+    """
+
+    curves: list[FlowCurve] = field(default_factory=list[FlowCurve])
+    fields: list[dict[str, Level]] = field(default_factory=list[dict[str, Level]])
+    notes: list[tuple[str, str]] = field(default_factory=list[tuple[str, str]])
+    refused: list[tuple[int, ErclutchError]] = field(default_factory=list[tuple[int, ErclutchError]])
+
+    def refuse(self, test: str, speaking: int, error: ErclutchError, note: str) -> None:
+        """Go on without a test, with a note."""
+        self.refused.append((speaking, error))
+        self.notes.append((test, note))
+
+    def take(
+        self,
+        plan: FlowPlan,
+        condition: Condition,
+        test: str,
+        speaking: int,
+        *,
+        is_one_of_several: bool,
+    ) -> None:
+        """Take the curves of a condition; of several conditions or tests one without a curve is left out.
+
+        Raises:
+            LogError: the only one has no curve.
+        """
+        try:
+            curves, left_out = curves_of(plan, condition.table, test)
+        except LogError as error:
+            if not is_one_of_several:
+                raise
+            self.refuse(test, speaking, error, f"no flow curve ({error.problem})")
+            return
+        short = [curve for curve in curves if curve.rate.size < FEWEST_POINTS]
+        if short and is_one_of_several:  # a few points beside curves
+            problem = f"{short[0].rate.size} points, at least {FEWEST_POINTS} are needed"
+            error = LogError(f"{test}: {problem}", remedy="Give more points of each curve")
+            self.refuse(test, speaking, error, f"{problem}: left out")
+            return
+        self.curves += curves
+        self.fields += [levels_in(condition.table)] * len(curves)
+        for note in left_out:
+            is_behind_its_test = note.startswith(f"{test}: ")  # the label of a test's only curve is the test
+            self.notes.append(("" if is_behind_its_test else test, note))
+
+    def as_file(self) -> FlowFile:
+        """The curves with their fields.
+
+        Raises:
+            ErclutchError: no test has a curve; that of the test which most columns speak for.
+        """
+        if not self.curves:
+            if self.refused:
+                _, likeliest = max(self.refused, key=lambda pair: pair[0])
                 raise likeliest
             raise LogError("the file holds no flow curve", remedy="Give shear rates and shear stresses")
-        curves, of_fields = with_fields(curves, fields)
-        return FlowFile(tuple(curves), (*_said_once(notes), *of_fields))
+        curves, of_fields = with_fields(self.curves, self.fields)
+        return FlowFile(tuple(curves), (*_said_once(self.notes), *of_fields))
 
 
 def _told(table: Table, plan: FlowPlan, conditions: Sequence[Condition]) -> list[str]:
@@ -316,15 +356,19 @@ def curves_of(
     notes: list[str] = []
     for curve in plan.curves:
         label = _label(curve, plan, table, test)
-        rate, stress, told = _points(curve, table, label)
-        lowest = int(np.argmin(rate))
-        of_one = curve.stress.factor * (
-            float(rate[lowest]) if curve.times_rate else 1.0
-        )  # [Pa], that a cell's 1 stands for
-        half_digit = half_last_digit(float(stress[lowest]) / of_one, table.columns[curve.stress.name])
-        curves.append(FlowCurve(label, rate, stress, rounding=half_digit * of_one))
+        rate, stress, told = points_of(curve, table, label)
+        curves.append(FlowCurve(label, rate, stress, rounding=_rounding(curve, table, rate, stress)))
         notes += [f"{label}: {note}" for note in told]
     return curves, notes
+
+
+def _rounding(curve: CurvePlan, table: Table, rate: Array, stress: Array) -> float:
+    """Half a last digit, in Pa, of the stress at the lowest rate as the file writes it."""
+    lowest = int(np.argmin(rate))
+    pascals = curve.stress.factor  # that a 1 in the file stands for
+    if curve.times_rate:
+        pascals *= float(rate[lowest])
+    return pascals * half_last_digit(float(stress[lowest]) / pascals, table.columns[curve.stress.name])
 
 
 def _label(curve: CurvePlan, plan: FlowPlan, table: Table, test: str) -> str:
@@ -333,100 +377,3 @@ def _label(curve: CurvePlan, plan: FlowPlan, table: Table, test: str) -> str:
     if test:
         return test if alone else f"{test}: {curve.label}"
     return Path(table.name).stem if alone else curve.label
-
-
-def _points(
-    curve: CurvePlan,
-    table: Table,
-    label: str,
-) -> tuple[Array, Array, list[str]]:
-    """Shear rates in 1/s and stresses in Pa of the points that can be used, each shape (n,), and what was left out."""
-    rate = table.columns[curve.rate.name]
-    stress = table.columns[curve.stress.name]
-    notes: list[str] = []
-    # The labels of pairs that are numbers stand in the first row, without a stress.
-    empty = np.isnan(rate) & np.isnan(stress)
-    half = np.isnan(rate) ^ np.isnan(stress)
-    if half.any() and curve.rate.reason.startswith("a label") and curve.label == f"{rate[0]:g}":
-        half[0] = False
-        empty[0] = True
-    never = np.isin(rate, _SENTINELS) | np.isin(stress, _SENTINELS)
-    at_rest = (rate == 0) & ~never
-    swings, marks = oscillation(table)
-    if swings.all():  # then the marks tell nothing apart
-        swings = np.zeros_like(swings)
-    swings = swings & ~empty & ~half & ~never & ~at_rest
-    for rows, why in (
-        (swings, f"in oscillation ({', '.join(marks[:3])})"),
-        (half, "without a rate or without a stress"),
-        (never, "of a value that instruments write for no measurement"),
-        (at_rest & ~half, "at rest, which a logarithm has no place for"),
-    ):
-        if rows.any():
-            notes.append(f"{int(rows.sum())} of {int((~empty).sum())} points left out: {why}")
-    kept = ~(empty | half | never | at_rest | swings)
-    if not kept.any():
-        problem = "no point has a shear rate and a shear stress"
-        raise LogError(problem, where=f"{table.name}, {label}", remedy="Check the columns")
-    places = np.flatnonzero(kept)  # of the points in the table
-    rate = rate[kept] * curve.rate.factor  # [1/s]
-    stress = stress[kept] * curve.stress.factor  # [Pa], or a viscosity in Pa s
-    if curve.times_rate:
-        # Viscosities that are all positive are magnitudes, so their stresses are magnitudes too.
-        are_magnitudes = (stress > 0).all()
-        stress = stress * (np.abs(rate) if are_magnitudes else rate)  # [Pa]
-    turned = (rate < 0) & (stress < 0)
-    if turned.any():
-        notes.append(f"{int(turned.sum())} points turn the other way: magnitudes are taken")
-        rate = np.where(turned, -rate, rate)
-        stress = np.where(turned, -stress, stress)
-    if curve.times_rate:
-        rate = np.abs(rate)
-
-    against = np.sign(rate) != np.sign(stress)
-    size = np.abs(stress)
-    largest = float(size.max(initial=0.0))
-    turned_back = np.sign(rate) != np.sign(np.sign(rate).sum())
-    resting = against & turned_back & (np.abs(rate) < _RESTING * np.abs(rate).max(initial=0.0))
-    faint = against & (size < _FAINT * largest)
-    clear = np.ones(rate.size, np.bool_)  # points that are kept
-    if resting.any() and not faint[resting].all() and 2 * int(against.sum()) <= rate.size:
-        # Noise about a rest has both signs, so what has the sign of its stress by chance is noise as well.
-        noise = float(np.abs(rate[resting]).max())  # [1/s]
-        at_rest = np.abs(rate) <= noise
-        left_out = f"{int(at_rest.sum())} points left out: a rate of {noise:.3g} 1/s or less"
-        notes.append(
-            f"{left_out}, where {int(resting.sum())} have the other sign than their stress, as noise about a rest has"
-        )
-        clear &= ~at_rest
-    faint &= clear
-    if faint.any() and 2 * int((against & clear).sum()) <= int(clear.sum()):
-        # At the lowest rates a fluid of low viscosity is below what an instrument resolves: the sign is noise.
-        left_out = f"{int(faint.sum())} points left out: a stress of the other sign than its rate"
-        notes.append(f"{left_out}, below {percent(_FAINT)} of the largest stress, as noise is")
-        clear &= ~faint
-    rate = rate[clear]
-    stress = stress[clear]
-    places = places[clear]
-    against = against[clear]
-    if rate.size > _FEW_POINTS and 2 * int(against.sum()) > rate.size:
-        raise LogError(
-            f"{int(against.sum())} of {rate.size} points have no stress along their rate, as no fluid that flows has",
-            where=f"{table.name}, {label}",
-            remedy="Give a test in steady rotation",
-        )
-    if against.any():
-        first = int(np.argmax(against))
-        raise LogError(
-            f"row {int(places[first]) + 1} of the table has the shear rate {rate[first]:g} 1/s and the stress "
-            f"{stress[first]:g} Pa",
-            where=f"{table.name}, {label}",
-            remedy="Remove the point, or give magnitudes",
-        )
-    rates = np.unique(np.round(np.log10(rate), 2))
-    if rates.size < _FEWEST_RATES:
-        notes.append(f"the points have {rates.size} shear rates, which tell no more parameters of a law")
-    steps = np.diff(rate)
-    if np.any(steps > 0) and np.any(steps < 0):
-        notes.append("the rate rises and falls: both sweeps are fitted as one curve")
-    return rate, stress, notes

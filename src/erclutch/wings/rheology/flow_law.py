@@ -231,61 +231,72 @@ class FlowLaw:
             minimum: its solution.
             points: of the curve.
         """
-        about_all = (*self.shapes, *self.law.gains)
         moving = ~(minimum.at_lower | minimum.at_upper)
-
         # The triangle has the Jacobian's column space; a residual of the right length gives the right variance.
         rows = problem.linearise(minimum.point).triangle[:, moving]
         padding = np.zeros((max(points - rows.shape[0], 0), rows.shape[1]))
         jacobian: Array = np.vstack([rows, padding])
         size = int(jacobian.shape[0])
         spread = uncertainty(jacobian, np.full(size, (minimum.cost / size) ** 0.5), ordered=False)
-        half_widths = np.full(len(about_all), np.nan)
+
+        about_all = (*self.shapes, *self.law.gains)
+        half_widths = np.full(len(about_all), np.nan)  # of coordinates; of those at a bound unknown
         half_widths[moving] = spread.quantile * spread.errors
         covariance = np.zeros((len(about_all), len(about_all)))
         covariance[np.ix_(moving, moving)] = spread.covariance
+        quantile = float(spread.quantile.max(initial=0.0))
 
         estimates: list[Estimate] = []
-        for i, about in enumerate(about_all):
-            middle = float(minimum.point[i])
-            half_width = float(half_widths[i])
+        for place, about in enumerate(about_all):
+            middle = float(minimum.point[place])
+            half_width = float(half_widths[place])
             unit = _UNITS[about.dimension.effort, about.dimension.slip]
             meaning = about.meaning.replace("effort", "stress").replace("slip", "rate")
             meaning = meaning.removesuffix(" at the reference field")
             if about.name == "K":
-                # The consistency at 1 1/s in place of the reference rate: ln K_1 = ln K - m ln(reference).
-                index = next(place for place, shape in enumerate(self.shapes) if shape.name == "m")
-                shift = -float(np.log(self.reference))
-                of_index = shift**2 * covariance[index, index]
-                of_both = 2 * shift * covariance[i, index]
-                variance = covariance[i, i] + of_index + of_both
-                middle += float(minimum.point[index]) * shift
-                half_width = float(spread.quantile.max(initial=0.0)) * float(np.sqrt(variance))
+                middle, variance = self._consistency_at_one(place, minimum.point, covariance)
+                half_width = quantile * float(np.sqrt(variance))
                 unit = "Pa*s^m"
                 meaning = "consistency: viscous stress at 1 1/s"
 
             ends = np.array([middle, middle - half_width, middle + half_width])
-            if isinstance(about, Gain) or about.scale == "log":
-                with np.errstate(over="ignore"):
-                    ends = np.exp(ends)
             with np.errstate(over="ignore"):
+                if isinstance(about, Gain) or about.scale == "log":
+                    ends = np.exp(ends)
                 value, low, high = ends * self.reference**about.dimension.slip
             at_bound = None
-            if minimum.at_lower[i]:
+            if minimum.at_lower[place]:
                 at_bound = "lower"
-            elif minimum.at_upper[i]:
+            elif minimum.at_upper[place]:
                 at_bound = "upper"
-            estimate = Estimate(
-                about.name,
-                meaning,
-                unit,
-                value=float(value),
-                low=float(low),
-                high=float(high),
-                at_bound=at_bound,
+            estimates.append(
+                Estimate(
+                    about.name,
+                    meaning,
+                    unit,
+                    value=float(value),
+                    low=float(low),
+                    high=float(high),
+                    at_bound=at_bound,
+                )
             )
-            estimates.append(estimate)
         return tuple(estimates)
+
+    def _consistency_at_one(self, place: int, point: Array, covariance: Array) -> tuple[float, float]:
+        """Logarithm of the consistency at 1 1/s in place of the reference rate, and its variance.
+
+        The stress is the same by both, so ln K_1 = ln K - m ln(reference).
+
+        Args:
+            place: of the consistency among the parameters.
+            point: coordinates of all parameters, shape (k,).
+            covariance: of these, shape (k, k).
+        """
+        index = next(number for number, shape in enumerate(self.shapes) if shape.name == "m")
+        shift = -float(np.log(self.reference))
+        of_index = shift**2 * covariance[index, index]
+        of_both = 2 * shift * covariance[place, index]
+        return float(point[place]) + float(point[index]) * shift, float(covariance[place, place] + of_index + of_both)
 
 
 def _within(law: Law, highest: float) -> tuple[ShapeParameter, ...]:

@@ -1,0 +1,190 @@
+"""The points of a flow curve: which rows of its table hold one, in SI units, and which of these are noise."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from erclutch.errors import LogError
+from erclutch.logs.table import Table
+from erclutch.signals.array import Array, Mask
+from erclutch.signals.percent import percent
+from erclutch.wings.rheology.flow_plan import CurvePlan, oscillation
+
+#: What instruments write for a point that they could not measure.
+_SENTINELS = (-9999.0, -999.0, -99.0, 9999.0, 99999.0, 999999.0)
+_FEWEST_RATES = 3  # that tell three parameters
+_FEW_POINTS = 5  # of which one with a wrong sign is an oversight
+_FAINT = 0.02  # of the largest stress: a stress of the wrong sign below it is noise
+_RESTING = 1e-3  # of the largest rate: a rate of the wrong sign below it is noise about a rest
+
+
+@dataclass
+class _Points:
+    """Points of one curve, and what was left out on the way.
+
+    Attributes:
+        rate: in 1/s, shape (n,).
+        stress: in Pa, shape (n,).
+        rows: of the table, counted from 0, shape (n,).
+        notes: one sentence each.
+    """
+
+    rate: Array
+    stress: Array
+    rows: NDArray[np.intp]
+    notes: list[str]
+
+    @property
+    def against(self) -> Mask:
+        """Points whose stress does not go along with their rate."""
+        return np.sign(self.rate) != np.sign(self.stress)
+
+    def leave_out(self, points: Mask) -> None:
+        """Keep the other points."""
+        self.rate = self.rate[~points]
+        self.stress = self.stress[~points]
+        self.rows = self.rows[~points]
+
+
+def points_of(
+    curve: CurvePlan,
+    table: Table,
+    label: str,
+) -> tuple[Array, Array, list[str]]:
+    """Shear rates in 1/s and stresses in Pa of the points that can be used, each shape (n,), and what was left out.
+
+    Args:
+        curve: which columns of the table it is.
+        table: as read.
+        label: of the curve, for errors.
+
+    Raises:
+        LogError: no row holds a point, or a stress goes against its rate by more than noise.
+    """
+    is_point, notes = _rows_that_hold_a_point(curve, table)
+    if not is_point.any():
+        problem = "no point has a shear rate and a shear stress"
+        raise LogError(problem, where=f"{table.name}, {label}", remedy="Check the columns")
+
+    points = _in_si_units(curve, table, is_point, notes)
+    _leave_noise_out(points)
+    _require_stresses_along_their_rates(points, f"{table.name}, {label}")
+
+    rates = np.unique(np.round(np.log10(points.rate), 2))
+    if rates.size < _FEWEST_RATES:
+        notes.append(f"the points have {rates.size} shear rates, which tell no more parameters of a law")
+    steps = np.diff(points.rate)
+    if np.any(steps > 0) and np.any(steps < 0):
+        notes.append("the rate rises and falls: both sweeps are fitted as one curve")
+    return points.rate, points.stress, notes
+
+
+def _rows_that_hold_a_point(curve: CurvePlan, table: Table) -> tuple[Mask, list[str]]:
+    """Rows with a rate and a stress that were measured in rotation, shape (n,), and what is said of the others."""
+    rate = table.columns[curve.rate.name]
+    stress = table.columns[curve.stress.name]
+    is_empty = np.isnan(rate) & np.isnan(stress)
+    is_half = np.isnan(rate) ^ np.isnan(stress)
+    stands_under_its_label = curve.rate.reason.startswith("a label")
+    if is_half.any() and stands_under_its_label and curve.label == f"{rate[0]:g}":
+        # The labels of pairs that are numbers stand in the first row, without a stress.
+        is_half[0] = False
+        is_empty[0] = True
+    is_sentinel = np.isin(rate, _SENTINELS) | np.isin(stress, _SENTINELS)
+    is_at_rest = (rate == 0) & ~is_sentinel
+
+    swings, marks = oscillation(table)
+    if swings.all():  # then the marks tell nothing apart
+        swings = np.zeros_like(swings)
+    swings = swings & ~is_empty & ~is_half & ~is_sentinel & ~is_at_rest
+
+    notes: list[str] = []
+    filled = int((~is_empty).sum())
+    for left_out, why in (
+        (swings, f"in oscillation ({', '.join(marks[:3])})"),
+        (is_half, "without a rate or without a stress"),
+        (is_sentinel, "of a value that instruments write for no measurement"),
+        (is_at_rest & ~is_half, "at rest, which a logarithm has no place for"),
+    ):
+        if left_out.any():
+            notes.append(f"{int(left_out.sum())} of {filled} points left out: {why}")
+    return ~(is_empty | is_half | is_sentinel | is_at_rest | swings), notes
+
+
+def _in_si_units(
+    curve: CurvePlan,
+    table: Table,
+    is_point: Mask,
+    notes: list[str],
+) -> _Points:
+    """The points in 1/s and Pa; of those that turn the other way the magnitudes."""
+    rate = table.columns[curve.rate.name][is_point] * curve.rate.factor  # [1/s]
+    stress = table.columns[curve.stress.name][is_point] * curve.stress.factor  # [Pa], or a viscosity in Pa s
+    if curve.times_rate:
+        # Viscosities that are all positive are magnitudes, so their stresses are magnitudes too.
+        are_magnitudes = (stress > 0).all()
+        stress = stress * (np.abs(rate) if are_magnitudes else rate)  # [Pa]
+
+    turned = (rate < 0) & (stress < 0)
+    if turned.any():
+        notes.append(f"{int(turned.sum())} points turn the other way: magnitudes are taken")
+        rate = np.where(turned, -rate, rate)
+        stress = np.where(turned, -stress, stress)
+    if curve.times_rate:
+        rate = np.abs(rate)
+    return _Points(rate, stress, np.flatnonzero(is_point), notes)
+
+
+def _leave_noise_out(points: _Points) -> None:
+    """Leave out points that are noise about a rest, or below what the instrument resolves."""
+    against = points.against
+    size = np.abs(points.stress)
+    is_faint = against & (size < _FAINT * float(size.max(initial=0.0)))
+
+    speed = np.abs(points.rate)
+    usual_sign = np.sign(np.sign(points.rate).sum())
+    turns_back = np.sign(points.rate) != usual_sign
+    is_about_rest = against & turns_back & (speed < _RESTING * speed.max(initial=0.0))
+    if is_about_rest.any() and not is_faint[is_about_rest].all() and 2 * int(against.sum()) <= against.size:
+        # Noise about a rest has both signs, so what has the sign of its stress by chance is noise as well.
+        noise = float(speed[is_about_rest].max())  # [1/s]
+        is_noise = speed <= noise
+        points.notes.append(
+            f"{int(is_noise.sum())} points left out: a rate of {noise:.3g} 1/s or less, where "
+            f"{int(is_about_rest.sum())} have the other sign than their stress, as noise about a rest has"
+        )
+        points.leave_out(is_noise)
+        is_faint = is_faint[~is_noise]
+
+    # At the lowest rates a fluid of low viscosity is below what an instrument resolves: the sign is noise.
+    if is_faint.any() and 2 * int(points.against.sum()) <= points.rate.size:
+        left_out = f"{int(is_faint.sum())} points left out: a stress of the other sign than its rate"
+        points.notes.append(f"{left_out}, below {percent(_FAINT)} of the largest stress, as noise is")
+        points.leave_out(is_faint)
+
+
+def _require_stresses_along_their_rates(points: _Points, where: str) -> None:
+    """Refuse points whose stress goes against their rate.
+
+    Raises:
+        LogError: there is one.
+    """
+    against = points.against
+    count = points.rate.size
+    if count > _FEW_POINTS and 2 * int(against.sum()) > count:
+        raise LogError(
+            f"{int(against.sum())} of {count} points have no stress along their rate, as no fluid that flows has",
+            where=where,
+            remedy="Give a test in steady rotation",
+        )
+    if against.any():
+        first = int(np.argmax(against))
+        raise LogError(
+            f"row {int(points.rows[first]) + 1} of the table has the shear rate {points.rate[first]:g} 1/s and the "
+            f"stress {points.stress[first]:g} Pa",
+            where=where,
+            remedy="Remove the point, or give magnitudes",
+        )
