@@ -1,4 +1,4 @@
-"""Cells as people and tools write them: lists of joints, numbers with their error, and lines that sum up the rows."""
+"""Cells as people and tools write them: lists of joints, and lines that sum up the rows."""
 
 from __future__ import annotations
 
@@ -54,18 +54,6 @@ def test_lists_of_several_lengths_and_broken_lists_stay_text_and_are_told(tmp_pa
     table = read_table(path)
     assert "hip.position" not in table.columns
     assert any("column position holds text" in note for note in table.notes)
-
-
-@pytest.mark.parametrize("sign", [" ± ", "±", " +/- ", " +- "])
-def test_a_number_with_its_error_is_the_number(tmp_path: Path, sign: str) -> None:
-    rates = np.logspace(0.0, 3.0, 10)
-    stress = 12.0 + 0.4 * rates
-    rows = [f"{x:.6g},{y:.6g}{sign}{0.03 * y:.2f}" for x, y in zip(rates, stress, strict=True)]
-    path = tmp_path / "a.csv"
-    path.write_text("Shear rate [1/s],Shear stress [Pa]\n" + "\n".join(rows) + "\n")
-    table = read_table(path)
-    assert table.columns["Shear stress"] == pytest.approx(stress, rel=1e-5)
-    assert any("tells how sure 10 numbers are" in note for note in table.notes)
 
 
 @pytest.mark.parametrize(

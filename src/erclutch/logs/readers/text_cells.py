@@ -22,8 +22,6 @@ CORRECT = "Correct or empty that cell, or delete the line"
 BLANK = " \t\r\n"
 #: A number, and a comment behind it.
 _REMARKED = r"^([+-]?[\d.,]+(?:[eE][+-]?\d+)?)\s+((?:#|//|%|!)\s*\D.*)$"
-#: A number, and how sure it is: 12.3 ± 0.4.
-_WITH_ERROR = r"^([+-]?[\d.,]+(?:[eE][+-]?\d+)?)\s*((?:±|\+/-|\+-)\s*[\d.,]+(?:[eE][+-]?\d+)?\s*%?)$"
 _LONGEST_NUMBER = 400  # characters of a cell
 
 
@@ -83,12 +81,6 @@ def _without_words(cells: pd.Series[Any], label: str) -> tuple[pd.Series[Any], t
         remark = parts[1][remarked].iloc[0][:40]
         notes.append(f"column {label} has remarks behind {int(remarked.sum())} numbers ({remark!r}): left out")
         cells = cells.mask(remarked, parts[0])
-    parts = texts.str.extract(_WITH_ERROR)
-    unsure = (cells.notna() & parts[0].notna()).to_numpy()
-    if unsure.any():
-        error = parts[1][unsure].iloc[0]
-        notes.append(f"column {label} tells how sure {int(unsure.sum())} numbers are ({error!r}): left out")
-        cells = cells.mask(unsure, parts[0])
     return cells, tuple(notes)
 
 
