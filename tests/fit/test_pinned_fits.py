@@ -312,7 +312,7 @@ def test_steps_of_the_ladder(pinned: Pinned) -> None:
     laws = [
         Structure("single", law, law_from_name(law), "none") for law in ("bingham", "on-off", "rbfm-2", "casson", "hem")
     ]
-    felt = [[_feels(law, n, extras) for law in laws for extras in ((), ("u",), (TEMPERATURE,))] for n in names]
+    felt = [[_feels(data(), law, n, extras) for law in laws for extras in ((), ("u",), (TEMPERATURE,))] for n in names]
     left = [[_next(names[k:], n) for n in names[k:]] for k in range(len(names))]
     pinned([families(), felt, left, [[told(lambda f=f, n=n: with_stage(f, n)) for n in names] for f in forms]])
 

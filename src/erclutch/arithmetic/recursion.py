@@ -54,7 +54,7 @@ class _Allowance:
         return self.left > 0
 
 
-_plain = _Allowance(_PLAIN_ROWS)
+plain_rows = _Allowance(_PLAIN_ROWS)
 
 
 def step_of(clock: Clock) -> Array | float:
@@ -86,7 +86,7 @@ def recur(keep: Any, drive: Any, first: Any, clock: Clock) -> Any:
     (x,) = _solved(keeps, [drives], [value_of(first)], clock)
     if isinstance(drive, ArrayAsInC):
         return array_as_in_c(x)
-    seeds = _seeds_of(keep, drive, first)
+    seeds = seeds_of(keep, drive, first)
     if not seeds:
         return x
 
@@ -98,7 +98,7 @@ def recur(keep: Any, drive: Any, first: Any, clock: Clock) -> Any:
     return Dual(x, dict(zip(seeds, partials, strict=True)))
 
 
-def _seeds_of(*operands: Any) -> list[int]:
+def seeds_of(*operands: Any) -> list[int]:
     """Seeds on which some operands depend, in order."""
     return sorted({seed for x in operands if isinstance(x, Dual) for seed in x.partials})
 
@@ -113,7 +113,7 @@ def _solved(keep: Array, drives: list[Any], firsts: list[Any], clock: Clock) -> 
     if clock.carry:
         clock.carry.into(x[:, 0])
 
-    if _plain.take(x.size):
+    if plain_rows.take(x.size):
         _run_plainly(keep, x, starts)
     elif len(x) == 1:
         machine_code(_run_one)(keep, x, np.array(starts))
@@ -236,7 +236,7 @@ def follow(
     handed_on(states)
     if as_in_c:
         return tuple(array_as_in_c(x) for x in states)
-    seeds = _seeds_of(*first, *inputs)
+    seeds = seeds_of(*first, *inputs)
     if not seeds:
         return tuple(states)
 
@@ -396,7 +396,7 @@ def switched(u: Array, up: Array, down: Array, clock: Clock) -> NDArray[np.bool_
         u = u.copy()
         clock.carry.into(u[:1])
     u = np.ascontiguousarray(u, np.float64)
-    if _plain.take(u.size):
+    if plain_rows.take(u.size):
         _run_switched_plainly(u, up, down, starts_of(clock), rising)
     else:
         machine_code(_run_switched)(u, up, down, np.array(starts_of(clock)), rising)

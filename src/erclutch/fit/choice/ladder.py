@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from erclutch import registry
+from erclutch.fit.checks.data_check import steady_command
 from erclutch.fit.laws.fit_law import reference_of
 from erclutch.fit.laws.law_problem import separable
 from erclutch.fit.laws.shapes_told import shapes_told
@@ -91,7 +92,7 @@ def grown(
     if known is None:
         known = [name for family in families() for name in family]
     # What may still be added: stages by their names, and further inputs as ``=NAME``.
-    left = [name for name in known if _feels(base, name, extras)]
+    left = [name for name in known if _feels(train, base, name, extras)]
     left += [f"={name}" for name in extras if name != TEMPERATURE]
     while left:
         here = rungs[-1]
@@ -174,9 +175,16 @@ def _families() -> Iterator[StageFamily]:
             yield plugin.value
 
 
-def _feels(base: Structure, name: str, extras: Sequence[str]) -> bool:
+def _feels(
+    train: Dataset,
+    base: Structure,
+    name: str,
+    extras: Sequence[str],
+) -> bool:
     """Whether a stage can do anything: one on the temperature needs it, and a law whose effort it knows apart."""
     place = stage_named(name).place
+    if place == "command":
+        return not steady_command(train)
     if place == "position":
         return POSITION in extras
     if place != "temperature":
@@ -212,6 +220,10 @@ def with_stage(dynamics: str, name: str) -> str:
     """The stages with one more, in place of a simpler one of its family."""
     family = next(family for family in families() if name in family)
     kept = [each for each in dynamics.split("+") if each not in (*family, NONE)]
+    if stage_named(name).place == "command":
+        # Ahead of the lag: what stays behind the command itself does not move with the lag's numbers, so that a solver
+        # meets no corners where these change.
+        return "+".join([name, *kept])
     return "+".join([*kept, name])
 
 

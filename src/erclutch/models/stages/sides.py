@@ -1,0 +1,97 @@
+"""The two ways of the slip differ: a damper is softer in compression than in rebound, a disc drags more one way round.
+
+::
+
+    a = |w|,  d = |tanh(w / w_a)|,   columns a and y(E) d
+
+Both are even in the slip, where a law is odd: their gains are half the difference between forward and backward, of the
+viscous effort and of the yield effort. Where the slip has one sign they say nothing that the law does not say.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from erclutch.arithmetic.dual import pick
+from erclutch.models.laws.law import EFFORT, SLIP, Dimension, Gain, ShapeParameter
+from erclutch.models.laws.smooth import direction
+from erclutch.models.stages.stage import Memory, Place, SlipAndStrength, StageFamily
+from erclutch.signals.clock import Clock
+
+
+@dataclass(frozen=True)
+class Sides:
+    """The difference between forward and backward as a stage."""
+
+    name: str = "sides"
+    title: str = "forward and backward slip apart"
+    source: str = "rebound and compression of a damper; no publication of its own"
+    equation: str = "a = |w|, d = |tanh(w / w_a)|"
+    place: Place = "slip"
+    switches: bool = False
+    outputs: tuple[str, ...] = ("a", "d")
+    gains: tuple[Gain, ...] = (
+        Gain(
+            "eta_a",
+            "viscous effort per slip, forward beyond backward, halved",
+            Dimension(effort=1, slip=-1),
+            nonnegative=False,
+            part="viscous",
+        ),
+        Gain(
+            "T_ay",
+            "yield effort at the reference field, forward beyond backward, halved",
+            EFFORT,
+            nonnegative=False,
+            part="yield",
+        ),
+    )
+
+    def parameters(self, period: float) -> tuple[ShapeParameter, ...]:
+        """The slip over which the ways part."""
+        return (ShapeParameter("w_a", "slip over which forward and backward part", 1e-3, 3.0, SLIP, "log"),)
+
+    def settled(self, signal: SlipAndStrength, q: Mapping[str, float]) -> tuple[Any, ...]:
+        """The even parts of the slip: nothing is remembered."""
+        return _even(signal.slip, q["w_a"])
+
+    def columns(self, outputs: Sequence[Any], strength: Any) -> tuple[Any, ...]:
+        """The viscous one as it is, that of the yield effort with the strength of the field."""
+        size, way = outputs
+        return size, strength * way
+
+    def respond(
+        self,
+        signal: SlipAndStrength,
+        clock: Clock,
+        q: Sequence[Any],
+        rows: slice,
+    ) -> list[Any]:
+        """The even parts of the slip; see `Stage`."""
+        return [pick(output, rows) for output in _even(signal.slip, q[0])]
+
+    def initial(self, signal: SlipAndStrength, q: Mapping[str, float]) -> Mapping[str, Any]:
+        """There is no state."""
+        return {}
+
+    def step(
+        self,
+        memory: Memory,
+        signal: SlipAndStrength,
+        q: Mapping[str, float],
+        period: float,
+    ) -> tuple[Any, ...]:
+        """One row."""
+        return _even(signal.slip, memory.number(q["w_a"]))
+
+
+def _even(slip: Any, turn: Any) -> tuple[Any, Any]:
+    """The size of the slip, and how far it has left rest either way."""
+    return np.abs(slip), np.abs(direction(slip, turn))
+
+
+STAGE = StageFamily(lambda count, forms: Sides(), ladder=("sides",))
