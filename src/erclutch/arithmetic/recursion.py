@@ -83,7 +83,7 @@ def recur(keep: Any, drive: Any, first: Any, clock: Clock) -> Any:
     drives = np.asarray(value_of(drive))
     share = np.broadcast_to(np.asarray(value_of(keep)), drives.shape)
     keeps = np.ascontiguousarray(share, np.float64)
-    (x,) = _solved(keeps, [drives], [value_of(first)], clock)
+    (x,) = _solved(keeps, np.array([drives], np.float64), [value_of(first)], clock)
     if isinstance(drive, ArrayAsInC):
         return array_as_in_c(x)
     seeds = seeds_of(keep, drive, first)
@@ -92,7 +92,10 @@ def recur(keep: Any, drive: Any, first: Any, clock: Clock) -> Any:
 
     # The derivative of x_k = keep_k x_{k-1} + drive_k: the same recursion, driven by the derivatives of its parts.
     before = np.concatenate([[0.0], x[:-1]])
-    slopes = [partial_of(drive, seed) + partial_of(keep, seed) * before for seed in seeds]
+    slopes = np.empty((len(seeds), x.size))
+    for slope, seed in zip(slopes, seeds, strict=True):
+        np.multiply(partial_of(keep, seed), before, out=slope)
+        slope += partial_of(drive, seed)
     firsts = [partial_of(first, seed) for seed in seeds]
     partials = _solved(keeps, slopes, firsts, clock)
     return Dual(x, dict(zip(seeds, partials, strict=True)))
@@ -103,12 +106,10 @@ def seeds_of(*operands: Any) -> list[int]:
     return sorted({seed for x in operands if isinstance(x, Dual) for seed in x.partials})
 
 
-def _solved(keep: Array, drives: list[Any], firsts: list[Any], clock: Clock) -> Array:
-    """The recursion of several drives with the same share kept, shape (drives, n)."""
+def _solved(keep: Array, x: Array, firsts: list[Any], clock: Clock) -> Array:
+    """The recursion of several drives with the same share kept, shape (drives, n), in whose place the values come."""
     starts = starts_of(clock)
-    x = np.empty((len(drives), keep.size))  # the drives, in whose place the loop writes the values
-    for row, drive, first in zip(x, drives, firsts, strict=True):
-        row[:] = drive
+    for row, first in zip(x, firsts, strict=True):
         row[starts] = first if np.ndim(first) == 0 else first[starts]
     if clock.carry:
         clock.carry.into(x[:, 0])

@@ -120,6 +120,7 @@ _NO_LAG = (
 _CHOICE = 3.0
 
 
+@one_thread()
 def compare(
     data: Dataset,
     settings: Settings | None = None,
@@ -199,10 +200,9 @@ def compare(
     place = names.index(recommended)
     taken = with_sensor(data, test, entries[place])
     entries[place] = taken
-    with one_thread():
-        left = data.effort - taken.predicted
-        stages = taken.outcome.model.structure.dynamics
-        memory = history_finding(data, left, title_of(taken.name), stages)
+    left = data.effort - taken.predicted
+    stages = taken.outcome.model.structure.dynamics
+    memory = history_finding(data, left, title_of(taken.name), stages)
     if memory is not None:
         findings += (memory,)
     findings += log_differences(data, taken.predicted)

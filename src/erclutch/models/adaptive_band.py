@@ -8,6 +8,7 @@ does. A running mean of the error shifts the band.
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -59,16 +60,22 @@ def after(
     low = state.offset - state.scale * below
     high = state.offset + state.scale * above
 
+    wider, narrower, share = _steps(level, period)
+    factor = less_select(error, low, wider, less_select(high, error, wider, narrower))
+    scale = state.scale * factor
+    offset = state.offset + share * (error - state.offset)
+    return Adapted(offset, within(scale, NARROWEST, WIDEST))
+
+
+@lru_cache(maxsize=16)
+def _steps(level: float, period: float) -> tuple[float, float, float]:
+    """Factors of the scale after a row outside and after a row inside, and the share that the offset goes in a row."""
     # The logarithm of the scale is what adds up: its steps balance where the wanted share of rows is inside.
     gain = min(period / SCALE_S / (1.0 - level), 1.0)
     wider = float(np.exp(gain * level))
     narrower = float(np.exp(-gain * (1.0 - level)))
-    factor = less_select(error, low, wider, less_select(high, error, wider, narrower))
-    scale = state.scale * factor
-
     share = -float(np.expm1(-period / OFFSET_S))
-    offset = state.offset + share * (error - state.offset)
-    return Adapted(offset, within(scale, NARROWEST, WIDEST))
+    return wider, narrower, share
 
 
 def adapted(
