@@ -35,8 +35,8 @@ settings.register_profile(
 )
 settings.load_profile("any machine")
 
-#: Files and folders whose tests share what is slow to make (a fit, a long log, parsed sources, the compiled twin), or
-#: keep time at 1 kHz. `--dist loadgroup` runs each group in one process.
+#: Files and folders whose tests share what is slow to make (a fit, a long log, parsed sources, the compiled twin, an
+#: installed wheel, a browser), or keep time at 1 kHz. `--dist loadgroup` runs each group in one process.
 TOGETHER = {
     "tests/test_files.py": "files",
     "tests/fit/test_comparison.py": "comparison",
@@ -64,6 +64,17 @@ TOGETHER = {
     "tests/wings/rig/": "twin",
     "tests/runs/test_every_row.py": "every-row",
     "tests/house/test_house.py": "house",
+    "tests/house/test_supply_chain.py": "wheel",
+    "tests/export/test_self_check.py": "self-check",
+    "tests/wings/exporters/test_targets.py::test_a_plain_c_host": "fmus",
+    "tests/wings/exporters/test_targets.py::test_zig_builds": "fmus",
+    "tests/wings/exporters/test_targets.py::test_a_host_on_windows": "fmus",
+    "tests/runs/test_run_json.py": "run.json",
+    "tests/fit/test_final_fit.py": "final fit",
+    "tests/report/test_other_logs.py": "other logs",
+    "tests/wings/app/test_app_road.py": "app road",
+    "tests/wings/fleet/test_fleet.py": "fleet",
+    "tests/wings/paper/test_experiments.py": "experiments",
 }
 #: Slow tests that take a minute or more: they come before the others, so that no processor waits for them at the end.
 LONGEST = (
@@ -71,7 +82,6 @@ LONGEST = (
     "tests/wings/design/test_excite.py::test_of_ten_thousand_sequences",
     "tests/wings/rheology/test_measured_flow_curves.py::test_every_law",
     "tests/docs/test_blocks.py::test_every_block_of_the_page_runs",
-    "tests/wings/app/test_app_road.py::test_the_whole_road",
 )
 #: Where files are read as a user reads them: in a child process, which is tested here or held by no test alone.
 IN_A_CHILD = ("tests/logs/", "tests/runs/", "tests/test_files.py")
