@@ -123,9 +123,8 @@ def test_the_rise_at_the_ends_is_students_for_independent_rows() -> None:
         slopes[:, 1] *= identified  # what is not identified counts as the middle one of the others
         for moving in ([True, True, True], [True, False, True]):  # all, or but for a parameter on its bound
             free = np.array(moving)
-            spread = uncertainty(slopes[:, free], residual, ordered=False)
             found: Any = SimpleNamespace(slopes=slopes, residual=residual, free=free)
-            robust = profile_intervals._of_all(found, spread, False)
+            robust = uncertainty(slopes, residual, ordered=False)
             np.testing.assert_allclose(profile_intervals._limits(found, robust), expected, rtol=2e-3)
 
 
