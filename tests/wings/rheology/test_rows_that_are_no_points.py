@@ -152,3 +152,37 @@ def test_two_temperatures_in_one_table_are_two_curves(tmp_path: Path, name: str)
     degrees = celsius + 273.15 if "K" in name else celsius
     file = read_flow_curves(written(tmp_path, f"{NAMES},{name}", rate, stress, degrees))
     assert [curve.rate.size for curve in file.curves] == [RATES.size, RATES.size]
+
+
+@pytest.mark.parametrize(("back", "told"), [(0.5, "0.5 times the stress"), (1.4, "1.4 times the stress"), (1.05, "")])
+@pytest.mark.parametrize("first", ["up", "down"])
+def test_a_wide_loop_of_a_thixotropic_fluid_is_told_with_its_width(
+    tmp_path: Path, back: float, told: str, first: str
+) -> None:
+    there = RATES if first == "up" else RATES[::-1]
+    rate = np.concatenate([there, there[::-1]])  # the rate at the turn is measured twice
+    factor = np.where(np.arange(rate.size) < RATES.size, 1.0, back)
+    (note,) = [
+        note
+        for note in read_flow_curves(written(tmp_path, NAMES, rate, factor * herschel_bulkley(rate))).notes
+        if "both sweeps are fitted as one curve" in note
+    ]
+    assert ("the way back has" in note) == bool(told)
+    assert told in note
+
+
+def test_a_workbook_asks_about_its_points_and_not_about_its_parameters(tmp_path: Path) -> None:
+    openpyxl = pytest.importorskip("openpyxl")
+    workbook = openpyxl.Workbook()
+    points = workbook.active
+    points.title = "Raw Data"
+    points.append(["Viscosity", "Shear Stress", "Shear Rate"])
+    for rate, stress in zip(RATES, herschel_bulkley(RATES), strict=True):
+        points.append([1000.0 * stress / rate, 10.0 * stress, rate])  # cP, dyn/cm^2
+    parameters = workbook.create_sheet("Power Law Data")
+    parameters.append(["N'", "K'", *(f"Visc. @ SR {rate}" for rate in (40, 100, 170, 511))])
+    for cycle in range(6):
+        parameters.append([0.4 + 0.01 * cycle, 30.0 - cycle, 900 - cycle, 500 - cycle, 350 - cycle, 200 - cycle])
+    workbook.save(tmp_path / "log.xlsx")
+    with pytest.raises(UnitError, match=r"of dyn/cm\^2 beside mPa\*s"):
+        read_flow_curves(tmp_path / "log.xlsx")

@@ -32,6 +32,8 @@ from erclutch.wings.rheology.rotor_speeds import a_row_for_each_speed
 from erclutch.wings.rheology.summary_rows import without_summary_rows
 
 _FEWEST_RATES = 3  # of a sweep
+_Speaking = tuple[int, int]
+_NOTHING_SPEAKS: _Speaking = (0, 0)
 
 
 @dataclass(frozen=True)
@@ -76,7 +78,7 @@ def read_flow_curves(
         each_named = bool(sheet) and not any(wants_each(test) for test in sheet)
         gathered = _Gathered()
         for name in chosen:
-            speaking = 0
+            speaking = _NOTHING_SPEAKS
             try:
                 group = None if name in recordings else group_of(name)
                 if group is None:
@@ -85,7 +87,7 @@ def read_flow_curves(
                     if group.recording not in parted:
                         parted[group.recording] = read_table(path, variable=group.recording)
                     table = rows_of(parted[group.recording], group)
-                speaking = sum(said_by_name(column) in ("rate", "stress", "viscosity") for column in table.columns)
+                speaking = _speaking_for_a_flow_curve(table)
                 table, rate_label, stress_labels = _with_a_row_a_speed(table, shear_rate, stress)
                 plan = _plan_of(table, rate_label, stress_labels, sheet)
                 require_several_rates(plan, table)
@@ -112,6 +114,16 @@ def read_flow_curves(
         return gathered.as_file()
 
 
+def _speaking_for_a_flow_curve(table: Table) -> _Speaking:
+    """How many of rate, stress and viscosity a table names, and in how many columns.
+
+    Four viscosities beside the parameters of a law speak less than a rate beside a stress.
+    """
+    said = [said_by_name(name) for name in table.columns]
+    quantities = [role for role in said if role in ("rate", "stress", "viscosity")]
+    return len(set(quantities)), len(quantities)
+
+
 @dataclass
 class _Gathered:
     """What the tests of a file gave, one after another.
@@ -120,15 +132,15 @@ class _Gathered:
         curves: of all tests.
         fields: of each curve.
         notes: each behind the test that it is of.
-        refused: errors of tests, each behind the number of columns that speak for a flow curve.
+        refused: errors of tests, each behind what speaks for a flow curve, see `_speaking_for_a_flow_curve`.
     """
 
     curves: list[FlowCurve] = field(default_factory=list[FlowCurve])
     fields: list[dict[str, Level]] = field(default_factory=list[dict[str, Level]])
     notes: list[tuple[str, str]] = field(default_factory=list[tuple[str, str]])
-    refused: list[tuple[int, ErclutchError]] = field(default_factory=list[tuple[int, ErclutchError]])
+    refused: list[tuple[_Speaking, ErclutchError]] = field(default_factory=list[tuple[_Speaking, ErclutchError]])
 
-    def refuse(self, test: str, speaking: int, error: ErclutchError, note: str) -> None:
+    def refuse(self, test: str, speaking: _Speaking, error: ErclutchError, note: str) -> None:
         """Go on without a test, with a note."""
         self.refused.append((speaking, error))
         self.notes.append((test, note))
@@ -138,7 +150,7 @@ class _Gathered:
         plan: FlowPlan,
         condition: Condition,
         test: str,
-        speaking: int,
+        speaking: _Speaking,
         *,
         is_one_of_several: bool,
     ) -> None:
@@ -170,7 +182,7 @@ class _Gathered:
         """The curves with their fields.
 
         Raises:
-            ErclutchError: no test has a curve; that of the test which most columns speak for.
+            ErclutchError: no test has a curve; that of the test for which most speaks.
         """
         if not self.curves:
             if self.refused:

@@ -18,6 +18,7 @@ _SENTINELS = (-9999.0, -999.0, -99.0, 9999.0, 99999.0, 999999.0)
 _FEWEST_RATES = 3  # that tell three parameters
 _FEW_POINTS = 5  # of which one with a wrong sign is an oversight
 _FAINT = 0.02  # of the largest stress: a stress of the wrong sign below it is noise
+_ONE_WAY = 0.15  # ln of the ratio of two stresses at one rate: so far apart two runs of one fluid may be
 _RESTING = 1e-3  # of the largest rate: a rate of the wrong sign below it is noise about a rest
 
 
@@ -78,8 +79,32 @@ def points_of(
         notes.append(f"the points have {rates.size} shear rates, which tell no more parameters of a law")
     steps = np.diff(points.rate)
     if np.any(steps > 0) and np.any(steps < 0):
-        notes.append("the rate rises and falls: both sweeps are fitted as one curve")
+        told = "the rate rises and falls: both sweeps are fitted as one curve"
+        ratio = _way_back_over_way_there(points.rate, points.stress)
+        if abs(np.log(ratio)) > _ONE_WAY:
+            told += f", though the way back has {ratio:.2g} times the stress of the way there"
+        notes.append(told)
     return points.rate, points.stress, notes
+
+
+def _way_back_over_way_there(rate: Array, stress: Array) -> float:
+    """The median ratio of the stresses of a loop at the same rates; 1 where the rates are no way there and back.
+
+    The loop of a thixotropic fluid is wide: a law through both of its ways is none of the fluid's states.
+    """
+    highest = int(np.argmax(rate))
+    lowest = int(np.argmin(rate))
+    for turn, sign in ((highest, 1.0), (lowest, -1.0)):
+        there = np.log(rate[: turn + 1])
+        back = np.log(rate[turn:])
+        if min(there.size, back.size) < _FEWEST_RATES:
+            continue
+        if np.all(sign * np.diff(there) >= 0) and np.all(sign * np.diff(back) <= 0):
+            order = np.argsort(there)
+            is_common = (back >= there.min()) & (back <= there.max())
+            on_the_way_there = np.interp(back[is_common], there[order], np.log(stress[: turn + 1])[order])
+            return float(np.exp(np.median(np.log(stress[turn:])[is_common] - on_the_way_there)))
+    return 1.0
 
 
 def _rows_that_hold_a_point(curve: CurvePlan, table: Table) -> tuple[Mask, list[str]]:
