@@ -16,7 +16,7 @@ from erclutch.errors import LogError, placed
 from erclutch.logs.clock.channel_times import with_times_joined
 from erclutch.logs.clock.one_time import with_whole_stamps
 from erclutch.logs.clock.woven_channels import unwoven
-from erclutch.logs.columns.row_groups import group_of, groups_in, rows_of, wants_each
+from erclutch.logs.columns.row_groups import EACH, group_of, groups_in, rows_of
 from erclutch.logs.columns.senses import with_senses
 from erclutch.logs.log_reader import LogReader, LogSource, ReadableLog, log_at, readable
 from erclutch.logs.readers.budget import Budget, size_of, within
@@ -161,7 +161,11 @@ def _finished(table: Table, log: ReadableLog, path: str | Path) -> Table:
 
 def put_right(table: Table) -> Table:
     """The table with one stamp a row, a column for each signal, woven rows apart, and signs from words."""
-    return with_senses(unwoven(untidied(with_times_joined(with_whole_stamps(table)))))
+    table = with_whole_stamps(table)
+    table = with_times_joined(table)
+    table = untidied(table)
+    table = unwoven(table)
+    return with_senses(table)
 
 
 def read_by(plugin: Plugin, source: LogSource) -> Table:
@@ -218,7 +222,7 @@ def recordings_in(path: str | Path, variable: str | None = None) -> list[str]:
         LogError: the file cannot be read, or has no such column.
     """
     group = group_of(variable)
-    if group is not None and wants_each(variable):
+    if group is not None and group.word == EACH:
         with placed(Path(path).name):
             parted = groups_in(read_table(path, variable=group.recording), group.column)
         return [f"{group.recording}; {name}" if group.recording else name for name in parted]
