@@ -86,15 +86,14 @@ LONGEST = (
 #: Where files are read as a user reads them: in a child process, which is tested here or held by no test alone.
 IN_A_CHILD = ("tests/logs/", "tests/runs/", "tests/test_files.py")
 #: Tests of one exported model: its step, its C and its test vectors are made once.
-EXPORTED = re.compile(r"tests/export/.*\[(?P<label>.*?, (single|coaxial))")
+EXPORTED = re.compile(r"tests/(?:export|wings/exporters)/.*\[(?P<label>.*?, (single|coaxial))")
 
 
 def group_of(nodeid: str) -> str:
     """The group of a test, or the test itself where it stands alone."""
+    group = next((group for place, group in TOGETHER.items() if nodeid.startswith(place)), None)
     exported = EXPORTED.match(nodeid)
-    if exported:
-        return exported["label"]
-    return next((group for place, group in TOGETHER.items() if nodeid.startswith(place)), nodeid)
+    return group or (exported["label"] if exported else nodeid)
 
 
 class GroupsByFile(LoadScopeScheduling):
