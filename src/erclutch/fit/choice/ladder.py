@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from erclutch import registry
 from erclutch.fit.checks.data_check import steady_command
+from erclutch.fit.choice.scoring import independent_rows
 from erclutch.fit.laws.fit_law import reference_of
 from erclutch.fit.laws.law_problem import separable
 from erclutch.fit.laws.shapes_told import shapes_told
@@ -26,7 +27,7 @@ from erclutch.models.laws import ShapeParameter
 from erclutch.models.stages import GROUP, NONE, stage_named
 from erclutch.models.stages.stage import StageFamily
 from erclutch.models.structure import Structure
-from erclutch.signals.array import Array, Mask
+from erclutch.signals.array import Array, Mask, rms
 from erclutch.signals.recording import POSITION, TEMPERATURE
 
 #: Share of the error that a stage must take off.
@@ -60,11 +61,13 @@ class Rung:
         structure: the law with its stages.
         error: RMSE on rows that it was not fitted to.
         numbers: its nonlinear parameters by name, in normalised units, as found on part of the rows.
+        independent: how many independent rows the error is known by; without end where each log is a window.
     """
 
     structure: Structure
     error: float
     numbers: dict[str, float]
+    independent: float
 
     @property
     def numbers_of_fit(self) -> int:
@@ -106,20 +109,33 @@ def grown(
                 continue
             rung = _rung(folds, richer, here.numbers)
             drifts = not name.startswith("=") and getattr(stage_named(name), "from_the_start", False)
-            worth = DRIFTING_WORTH if drifts else WORTH
+            worth = max(DRIFTING_WORTH if drifts else WORTH, _by_chance(here, rung))
             if rung.error < (1.0 - worth) * here.error:
                 worthy[name] = rung
         if not worthy:
             return rungs
 
         # Of those that take off as much, the one with the fewest numbers: a LuGre state is a Dahl state with two more.
-        least = min(rung.error for rung in worthy.values())
-        as_low = (1.0 + WORTH) * least
-        alike = [name for name, rung in worthy.items() if rung.error <= as_low]
+        best = min(worthy.values(), key=lambda rung: rung.error)
+        alike = [
+            name
+            for name, rung in worthy.items()
+            if rung.error <= (1.0 + WORTH) * best.error or best.error >= (1.0 - _by_chance(rung, best)) * rung.error
+        ]
         taken = min(alike, key=lambda name: (worthy[name].numbers_of_fit, worthy[name].error))
         rungs.append(worthy[taken])
         left.remove(taken)
     return rungs
+
+
+def _by_chance(simpler: Rung, richer: Rung) -> float:
+    """The share of the error that further numbers take off by chance.
+
+    A number takes the squares of one independent row off the rows that it is fitted to. Noise that swings over more
+    rows than a window has is the same in the rows between, so such numbers seem to help there too.
+    """
+    more = max(richer.numbers_of_fit - simpler.numbers_of_fit, 0)
+    return 1.0 - max(1.0 - more / richer.independent, 0.0) ** 0.5
 
 
 def _numbers_of_fit(structure: Structure) -> int:
@@ -282,10 +298,9 @@ def _folds(train: Dataset) -> list[_Fold]:
 
 def _rung(folds: Sequence[_Fold], structure: Structure, known: dict[str, float]) -> Rung:
     """A structure fitted to each fold and scored on the rows between, from the numbers that are known on."""
-    squares = 0.0
-    rows = 0
     numbers = known
     data = folds[0].data  # of all folds
+    residual = np.empty(data.rows)  # of each row by the fit that did not score it
     reference = reference_of(data, structure.extras)
     shapes = shapes_told(data, structure, reference)
     for fold in folds:
@@ -299,13 +314,13 @@ def _rung(folds: Sequence[_Fold], structure: Structure, known: dict[str, float])
         # Over all rows of the fold, so that states run through; then those that were not fitted.
         columns = structure.columns(data.elements, data.clock, reference, q, extras=data.extras)
         estimated = np.column_stack(columns) @ gains
-        residual = (data.effort - estimated)[fold.scored]
-        squares += float(residual @ residual)
-        rows += residual.size
+        residual[fold.scored] = (data.effort - estimated)[fold.scored]
         # The next fold starts where this one ended.
         numbers = dict(zip((shape.name for shape in shapes), q, strict=True))
-    error = (squares / rows) ** 0.5
-    return Rung(structure, error, numbers)
+    error = rms(residual)
+    neighbours = len(data.source_rows) < _MANY_LOGS and np.isfinite(error)
+    independent = independent_rows(residual) if neighbours else np.inf
+    return Rung(structure, error, numbers, independent)
 
 
 def _starts(shapes: Sequence[ShapeParameter], known: dict[str, float]) -> list[list[float]]:

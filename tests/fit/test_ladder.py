@@ -1,0 +1,61 @@
+"""The ladder of memory takes a stage where the rows tell it, and none for noise that swings on over many windows."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from erclutch.fit.choice.ladder import Rung, _by_chance, grown
+from erclutch.logs.dataset import Dataset
+from erclutch.models.laws import law_from_name
+from erclutch.models.structure import Structure
+from erclutch.signals.array import Array
+from erclutch.signals.clock import Clock, Span
+from erclutch.signals.device import Element, Units
+
+PERIOD, ROWS, TRAVEL = 2e-3, 1500, 0.02  # s, -, rad
+#: Of a noise that swings at the pace of the motion: a period of 260 rows, which decays over 50.
+SWING = (2.0 * 0.98 * np.cos(2.0 * np.pi / 260.0), -(0.98**2))
+BASE = Structure("single", "bingham", law_from_name("bingham", "single"), "none", True, True)
+
+
+def log(seed: int, *, swings: bool) -> Dataset:
+    """Five fields, and a yield effort that is a Dahl state (SYNTHETIC, truth known)."""
+    rng = np.random.default_rng(seed)
+    time: Array = PERIOD * np.arange(float(ROWS))
+    field = np.repeat(rng.choice((0.0, 0.3, 0.5, 0.8, 1.0), ROWS // 60), 60)
+    phases = rng.uniform(0.0, 2.0 * np.pi, 2)
+    slip = 3.0 * np.sin(4.4 * time + phases[0]) + 2.0 * np.sin(11.9 * time + phases[1])
+    yielding = 0.8 * field**1.5
+    state, states = float(yielding[0] * np.sign(slip[0])), np.empty(ROWS)
+    for k, (effort, w) in enumerate(zip(yielding.tolist(), slip.tolist(), strict=True)):
+        gone = 1.0 - np.exp(-abs(w) * PERIOD / TRAVEL)
+        state = states[k] = (1.0 - gone) * state + gone * effort * np.sign(w)
+    noise = rng.standard_normal(1000 + ROWS)
+    if swings:
+        for k in range(2, noise.size):
+            noise[k] += SWING[0] * noise[k - 1] + SWING[1] * noise[k - 2]
+    noise = noise[1000:] / np.std(noise)
+    clock = Clock(time, (Span(0, ROWS, PERIOD),))
+    measured = states + 0.05 * slip + 0.02 * noise
+    return Dataset("single", (Element(field, slip),), measured, clock, Units("N*m", "A", "rad/s"))
+
+
+@pytest.mark.parametrize(("seed", "swings"), [(0, False), (7008, True), (7011, True)])
+def test_a_memory_is_told_from_noise_at_the_pace_of_the_motion(seed: int, swings: bool) -> None:
+    data = log(seed, swings=swings)
+    rung = grown(data, BASE, among=("dahl/field", "lugre/field", "effort-lag"))[-1]
+    assert rung.structure.dynamics == "dahl/field"
+
+
+def test_what_numbers_take_off_by_chance_is_by_the_rows_that_are_independent() -> None:
+    richer = replace(BASE, dynamics="dahl/field")
+    more = Rung(richer, 1.0, {}, 0.0).numbers_of_fit - Rung(BASE, 1.0, {}, 0.0).numbers_of_fit
+    assert more == 2
+    for independent, share in ((np.inf, 0.0), (1500.0, 0.0007), (25.0, 0.041), (4.0, 0.293), (1.0, 1.0)):
+        assert _by_chance(Rung(BASE, 1.0, {}, np.inf), Rung(richer, 0.9, {}, independent)) == pytest.approx(
+            share, abs=1e-3
+        )
+    assert _by_chance(Rung(richer, 1.0, {}, 4.0), Rung(BASE, 0.9, {}, 4.0)) == 0.0
