@@ -1,4 +1,4 @@
-"""Of several joints in a log the first that moves is taken with its own effort; sides of one device are asked about."""
+"""Of several joints the first that moves is proposed with its own effort; sides of a device are asked about."""
 
 from __future__ import annotations
 
@@ -40,16 +40,18 @@ def taken(plan: Plan) -> dict[str, str]:
         ("q{}_dot", "tau{}", ["1", "2", "3"]),
     ],
 )
-def test_the_first_joint_is_taken_with_its_own_effort(speed: str, effort: str, joints: list[str]) -> None:
+def test_the_first_joint_is_proposed_with_its_own_effort(speed: str, effort: str, joints: list[str]) -> None:
     columns = robot([speed.format(each) for each in joints], [effort.format(each) for each in joints])
     plan = planned(columns)
     assert not plan.questions
     assert taken(plan) == {"slip": speed.format(joints[0]), "effort": effort.format(joints[0])}
-    other = f"another by --slip {speed.format(joints[1])} --effort {effort.format(joints[1])}"
-    assert any(other in note.replace('"', "") for note in plan.notes)
+    other = f"another is --slip {speed.format(joints[1])} --effort {effort.format(joints[1])}"
+    assert other in plan.doubts[0].replace('"', "")
+    confirmed = f"--slip {speed.format(joints[0])} --effort {effort.format(joints[0])}"
+    assert plan.command().replace('"', "").endswith(confirmed)
 
 
-def test_the_joint_that_the_file_is_called_after_is_taken() -> None:
+def test_the_joint_that_the_file_is_called_after_is_proposed() -> None:
     columns = robot([f"vel{k}" for k in (1, 2, 3)], [f"torque{k}" for k in (1, 2, 3)])
     assert taken(planned(columns, "friction_joint_3.csv")) == {"slip": "vel3", "effort": "torque3"}
 
@@ -80,7 +82,7 @@ def test_a_first_joint_at_rest_is_asked_about_with_the_liveliest_proposed() -> N
 def test_sides_of_one_device_and_directions_are_asked_about(parts: list[str]) -> None:
     plan = planned(robot([f"{part}_speed" for part in parts], [f"{part}_torque" for part in parts]))
     assert plan.questions or plan.doubts
-    assert not any("each a device of its own" in note for note in plan.notes)
+    assert not any("each a device of its own" in doubt for doubt in plan.doubts)
 
 
 def test_joints_of_which_few_have_an_effort_are_asked_about() -> None:

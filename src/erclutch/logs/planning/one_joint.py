@@ -1,8 +1,8 @@
-"""Of several joints in one log, each with a motion and an effort of its own, the first that moves is taken.
+"""Of several joints in one log, each with a motion and an effort of its own, the first that moves is proposed.
 
-Each of them would be read right, and no sentence of the file says which is meant. Logs of one robot have the same
-columns, so all of them give the same joint, and so does the next log that a model is scored on. Where the first joint
-rests, the user is asked: another log would give another joint.
+Each of them would be read right, and no sentence of the file says which is meant: the user is asked, and the printed
+command takes the first. Logs of one robot have the same columns, so all of them propose the same joint, and so does the
+next log that a model is scored on. Where the first joint rests, the liveliest is proposed instead.
 """
 
 from __future__ import annotations
@@ -64,8 +64,8 @@ _DIRECTIONS = frozenset({"x", "y", "z", "d", "q", "alpha", "beta", "roll", "pitc
 _Joints = dict[tuple[str, ...], str]
 
 
-def take_one_joint(draft: Draft) -> None:
-    """Take slip and effort of the first joint that moves, where both were asked about and are of the same joints."""
+def propose_one_joint(draft: Draft) -> None:
+    """Doubt slip and effort of the first joint that moves, where both were asked about and are of the same joints."""
     asked = [draft.questions.get(signal) for signal in ("slip", "effort")]
     if any(question is None or "may be any of" not in question.problem for question in asked):
         return
@@ -97,9 +97,11 @@ def take_one_joint(draft: Draft) -> None:
     take_guess(draft, "slip", Guess(slips[first], reason), "")
     take_guess(draft, "effort", Guess(efforts[first], reason), slips[first])
     draft.no_signals += _motions_of(draft, joints)
+
     other = next(joint for joint in joints if joint != first)
     option = f"--slip {shell_word(slips[other])} --effort {shell_word(efforts[other])}"
-    draft.notes.append(f"{len(joints)} joints, each a device of its own: one is taken, another by {option}")
+    draft.doubt("slip", f"of one of {len(joints)} joints, each a device of its own; another is {option}")
+    draft.doubt("effort", "of the same joint")
 
 
 def _joints(draft: Draft, signal: str) -> _Joints:

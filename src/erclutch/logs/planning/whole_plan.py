@@ -4,10 +4,10 @@
 2. What the user said: columns (`named_columns`), the clock (`clock_planning`), numbers (`given_numbers`). A column that
    is called like a signal and holds no numbers ends it here.
 3. What is needed besides is guessed (`guesses`): `candidates` and `quotients` list the columns that may be a signal, of
-   several `one_of_several` takes one, of several joints `one_joint`. What two shafts differ by was made in front of
-   all this (`two_shafts`). Where no column is, `missing_columns` says what to do. A guess that the log speaks against
-   is doubted (`field_doubts`, `doubts`). A log has no field where `no_field` tells of each column what else it is; the
-   file may still state one (`stated_field`).
+   several `one_of_several` takes one, of several joints `one_joint` proposes one. What two shafts differ by was made in
+   front of all this (`two_shafts`). Where no column is, `missing_columns` says what to do. A guess that the log speaks
+   against is doubted (`field_doubts`, `doubts`). A log has no field where `no_field` tells of each column what else it
+   is; the file may still state one (`stated_field`).
 4. What is left is looked at (`row_order`, `further_columns`), and what belongs together is held together (`motions`).
 5. What is open is asked: `proposals` has the options that answer it.
 
@@ -45,7 +45,7 @@ from erclutch.logs.planning.guesses import guess_what_is_needed
 from erclutch.logs.planning.motions import hold_power, hold_slip_against_position, refuse_the_effort_twice, turn_screw
 from erclutch.logs.planning.named_columns import refuse_unreadable_signals, take_named
 from erclutch.logs.planning.no_field import settle_the_field
-from erclutch.logs.planning.one_joint import take_one_joint
+from erclutch.logs.planning.one_joint import propose_one_joint
 from erclutch.logs.planning.proposals import proposals
 from erclutch.logs.planning.row_order import ask_about_groups, ask_about_order, few_values_are_missing, take_points
 from erclutch.logs.table import Table
@@ -111,7 +111,7 @@ def plan_of(
 
         # What the device needs besides.
         guess_what_is_needed(draft)
-        take_one_joint(draft)
+        propose_one_joint(draft)
         ask_about_ranges_of_sensors(draft)
         leave_out_the_sensor_of_the_effort(draft)
         doubt_the_current_of_a_drive(draft)
