@@ -196,3 +196,37 @@ def test_parts_of_rows_in_no_order_are_points_too(tmp_path: Path) -> None:
     asked = good("inspect", "a.csv", cwd=tmp_path, code=1).splitlines()[-1]
     assert asked.endswith('--variable "Type=all" --time none')
     good("inspect", "a.csv", "--variable", "Type=all", "--time", "none", cwd=tmp_path)
+
+
+@pytest.mark.parametrize("name", ["", "row", "Unnamed: 0", "Sample"])
+def test_the_number_of_a_row_is_no_input_that_helps_a_law(name: str) -> None:
+    plan = planned({name or "c1": ROWS, "time": TIME, "travel": SLOW, "force": DRAG, "pressure [bar]": 3 + SLOW**2})
+    assert plan.spare == ("pressure",)
+
+
+@pytest.mark.parametrize(
+    ("name", "columns"),
+    [
+        ("predicted_torque", {"torque": DRAG, "predicted_torque": 0.9 * DRAG}),
+        ("tau_2", {"tau_1": DRAG, "tau_2": 0.5 * SLOW, "dq_2": SLOW}),
+        ("U1", {"torque": DRAG, **{f"{x}{k}": 2 + SLOW**2 for x in ("U", "I", "Q") for k in (1, 2, 3)}}),
+    ],
+)
+def test_computed_torques_torques_of_other_joints_and_phases_are_no_inputs(
+    name: str, columns: dict[str, Array]
+) -> None:
+    labels = {"effort": "tau_1", "slip": "velocity"} if "tau_1" in columns else {}
+    plan = planned({"time": TIME, "velocity": TURN, **columns}, field="none", **labels)
+    assert name not in plan.spare
+
+
+def test_a_drive_s_torque_that_is_a_current_times_a_number_gives_way_to_a_sensor() -> None:
+    current = 3 * SLOW
+    drive = {"motor_speed": TURN, "motor_measured_torque": 1.31 * current, "motor_measured_current": current}
+    effort = planned({"time": TIME, **drive, "adc_measured_torque": DRAG}).signal("effort")
+    assert effort is not None
+    assert effort.column == "adc_measured_torque"
+    assert "motor_measured_torque is a current of its drive times a number" in effort.reason
+    noisy = {**drive, "motor_measured_torque": 1.31 * current + NOISE}
+    kept = planned({"time": TIME, **noisy, "adc_measured_torque": DRAG}).signal("effort")
+    assert kept is None or kept.column != "adc_measured_torque"

@@ -6,6 +6,10 @@ import numpy as np
 
 from erclutch.errors import MappingError, shell_word
 from erclutch.logs.columns.candidates import candidates
+from erclutch.logs.columns.names import NOT_MEASURED as COMPUTED
+from erclutch.logs.columns.names import spoken_name
+from erclutch.logs.columns.phases import is_of_phases
+from erclutch.logs.columns.seen_columns import SeenColumn
 from erclutch.logs.plan import OPTIONAL, SignalPlan
 from erclutch.logs.planning.draft import Draft
 from erclutch.logs.planning.named_columns import locate
@@ -52,9 +56,24 @@ def take_further_columns(draft: Draft) -> None:
             option = f"--temperature {shell_word(f'{name} [{unit}]')}"
             draft.notes.append(f"column {name} is a temperature, and no law uses it: {option} lets them")
         changes = not column.shape.constant and column.values.size > 1
-        measures = changes and np.isfinite(column.values).all()
+        is_other = column.shape.counts_rows or column.spoken.is_time or is_of_phases(draft.seen, column)
+        measures = changes and not is_other and np.isfinite(column.values).all()
         # What another model says of the effort would take off its error, and no controller has it.
-        if measures and not is_of_models(draft.seen, column):
+        if measures and not is_of_models(draft.seen, column) and not _is_an_effort_besides(draft, column):
             draft.spare.append(name)
             if len(draft.spare) == _MOST_SPARE:
                 return
+
+
+def _is_an_effort_besides(draft: Draft, column: SeenColumn) -> bool:
+    """Whether a column is called like an effort that was computed, or is the effort of another joint."""
+    words = column.spoken.stem_words
+    is_computed = not COMPUTED.isdisjoint(words)
+    if is_computed and any(spoken_name(word).forms["effort"] for word in words if len(word) > 2):
+        return True
+    effort = draft.signals.get("effort")
+    if effort is None or not effort.column:
+        return False
+    taken = draft.seen.columns[effort.column].spoken
+    is_numbered = taken.bare_stem != taken.plain_stem
+    return is_numbered and column.spoken.bare_stem == taken.bare_stem

@@ -38,6 +38,9 @@ _GAUGE_LENGTH = re.compile(
 )
 
 
+#: Words for a sensor of a torque or a force.
+_CELLS = frozenset({"sensor", "adc", "transducer", "cell", "loadcell", "futek", "flange", "messwelle", "daq"})
+_LAST_DIGITS = 1e-5  # of the largest number
 _FEW = 3  # speeds: of more, a robot's rest and are asked about with its efforts
 _ALIKE = 0.03  # of the largest speed, by which two sensors of one motion differ at most
 #: What a speed is called by that was measured in one way of several.
@@ -314,12 +317,38 @@ def _one_effort(seen: SeenColumns, efforts: list[str], motion: str) -> tuple[lis
         # Each of the others must be known to be of another kind.
         if len(of_that_kind) == 1 and all(kinds.values()):
             return of_that_kind, f", and it is that of a {KINDS[kind]}"
+    computed = [name for name in efforts if _is_computed_from_a_current(seen, name)]
+    sensed = [name for name in efforts if not _CELLS.isdisjoint(seen.columns[name].spoken.stem_words)]
+    if len(efforts) == 2 and len(computed) == len(sensed) == 1 and computed != sensed:
+        return sensed, f", and {computed[0]} is a current of its drive times a number"
     efforts = _of_one_side(seen, efforts, [motion])
     # A coefficient of friction says by its numbers which force is the friction and which presses.
     rubbing = rubbing_force(seen) if len(efforts) > 1 else ""
     if rubbing in efforts:
         return [rubbing], ", and a coefficient of friction is made of it"
     return efforts, ""
+
+
+def _is_computed_from_a_current(seen: SeenColumns, effort: str) -> bool:
+    """Whether an effort that is called like a drive's is one of the currents times a number, in each row."""
+    column = seen.columns[effort]
+    if DRIVES.isdisjoint(column.spoken.stem_words):
+        return False
+    for other in seen.columns.values():
+        if not CURRENTS.isdisjoint(other.spoken.stem_words) and _is_multiple_of(column.values, other.values):
+            return True
+    return False
+
+
+def _is_multiple_of(column: Array, other: Array) -> bool:
+    """Whether a column is another one times a number, up to the last digits; both take both signs."""
+    known = np.isfinite(column) & np.isfinite(other)
+    a = column[known]
+    b = other[known]
+    if not goes_along(a, b):
+        return False
+    factor = float(a @ b) / float(b @ b)
+    return bool(np.max(np.abs(a - factor * b)) <= _LAST_DIGITS * np.max(np.abs(a)))
 
 
 def _with_estimates(seen: SeenColumns, names: list[str]) -> list[str]:
