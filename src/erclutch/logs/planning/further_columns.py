@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 
 from erclutch.errors import MappingError, shell_word
@@ -19,6 +21,8 @@ from erclutch.signals.channels import NOT_MEASURED
 from erclutch.signals.recording import SIGNALS
 
 _MOST_SPARE = 8
+_NAMELESS = re.compile(r"c\d+|")
+_COUNTS = frozenset({"row", "rows", "index", "idx", "sample", "samples", "unnamed", "nr", "no", "number", "count"})
 #: Columns that say how a row came about, and measure nothing.
 _STATES = ("flags", "events", "status", "state")
 
@@ -56,13 +60,19 @@ def take_further_columns(draft: Draft) -> None:
             option = f"--temperature {shell_word(f'{name} [{unit}]')}"
             draft.notes.append(f"column {name} is a temperature, and no law uses it: {option} lets them")
         changes = not column.shape.constant and column.values.size > 1
-        is_other = column.shape.counts_rows or column.spoken.is_time or is_of_phases(draft.seen, column)
+        is_other = _numbers_the_rows(column) or is_of_phases(draft.seen, column)
         measures = changes and not is_other and np.isfinite(column.values).all()
         # What another model says of the effort would take off its error, and no controller has it.
         if measures and not is_of_models(draft.seen, column) and not _is_an_effort_besides(draft, column):
             draft.spare.append(name)
             if len(draft.spare) == _MOST_SPARE:
                 return
+
+
+def _numbers_the_rows(column: SeenColumn) -> bool:
+    """Whether a column counts rows, and has no name (``c1``, as a reader calls it) or that of a count."""
+    words = {*column.spoken.stem_words}
+    return column.shape.counts_rows and (bool(_NAMELESS.fullmatch(column.name)) or not words.isdisjoint(_COUNTS))
 
 
 def _is_an_effort_besides(draft: Draft, column: SeenColumn) -> bool:
