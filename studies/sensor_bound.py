@@ -17,23 +17,17 @@ import argparse
 import itertools
 import sys
 from collections import Counter
-from collections.abc import Mapping
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from erclutch.signals.device import DeviceName
-from erclutch.wings.live.accelerated import AcceleratedRun
-from erclutch.wings.live.offered_programs import standard_programs
-from erclutch.wings.live.session import LiveModel
 from erclutch.wings.live.settings import LoopSettings
-from erclutch.wings.rig.twin.parameters import RigParameters, default_rig
+from erclutch.wings.rig.twin.parameters import default_rig
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
-from tests.support.sensor_bound import LOOKS, likeness_of, looks_of, rows_in_time, same_bits
+from tests.support.sensor_bound import LOOKS, HealthySessions, likeness_of, looks_of, rows_in_time, same_bits
 from tests.support.sensor_faults import (
     CONTROLS,
     FAULTS,
@@ -45,9 +39,6 @@ from tests.support.sensor_faults import (
     settings_of,
     under_field,
 )
-
-FIRST_HEALTHY = 1000  # seed: none of a fault
-MOTORS = (0.05, 0.1, 0.3)  # N m
 
 
 def main() -> int:
@@ -73,7 +64,7 @@ def main() -> int:
         well = [frames_of(settings, model.library, rig, seed) for seed in range(asked.seeds)]
         rng = np.random.default_rng(7)
         begins = [int(rng.choice(under_field(frames))) for frames in well]
-        sessions: dict[str, NDArray[np.float64]] = {}
+        sessions = HealthySessions(settings, model, rig, asked.healthy)
         for sensor, kind, seed in itertools.product(SENSORS, FAULTS, range(asked.seeds)):
             if kind == "silent" or (sensor == "alpha" and control == "wall"):
                 continue
@@ -82,27 +73,11 @@ def main() -> int:
             counts["held"] += run.held
             if run.held:
                 continue
-            sessions = sessions or _healthy(settings, model, rig, asked.healthy)
             for too_high in (False, True)[: 1 + (not run.never_above)]:
                 name = f"{control} | {sensor} | {kind} | {seed}"
                 counts[_printed(name, well[seed], faulty, begins[seed], too_high, settings, sessions)] += 1
     print(f"{counts['held']} sessions hold; of the others: {dict(counts)}")
     return 0
-
-
-def _healthy(
-    settings: LoopSettings, model: LiveModel, rig: RigParameters, count: int
-) -> dict[str, NDArray[np.float64]]:
-    """Looks of healthy sessions of a loop, by program and seed."""
-    single = settings.device == "single"
-    offered = standard_programs(rig, model=True, device=settings.device, effort=model.effort)
-    looks: dict[str, NDArray[np.float64]] = {}
-    for program, motor, number in itertools.product((*settings.programs, *offered), MOTORS, range(count)):
-        changed = replace(program, motor_torque=motor) if program.table is None and program.motor_torque else program
-        loop = replace(settings, programs=(changed,))
-        run = AcceleratedRun(loop, model.library, rig, seed=FIRST_HEALTHY + number, single=single, locked=single)
-        looks[f"{program.name}, {motor:g} N m, {FIRST_HEALTHY + number}"] = looks_of(run.frames(ROWS)[0], loop)
-    return looks
 
 
 def _printed(
@@ -112,7 +87,7 @@ def _printed(
     begin: int,
     too_high: bool,
     settings: LoopSettings,
-    sessions: Mapping[str, NDArray[np.float64]],
+    sessions: HealthySessions,
 ) -> str:
     """A row of the table, and what came of it."""
     rows = rows_in_time(healthy, faulty, begin, too_high=too_high)

@@ -5,8 +5,9 @@
 
 from __future__ import annotations
 
+import itertools
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -15,16 +16,24 @@ from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
 from erclutch.signals.speed import Derivative, live
+from erclutch.wings.live.accelerated import AcceleratedRun
+from erclutch.wings.live.offered_programs import standard_programs
+from erclutch.wings.live.session import LiveModel
 from erclutch.wings.live.settings import LoopSettings
+from erclutch.wings.rig.twin.parameters import RigParameters
 from tests.support.sensor_faults import (
     FALLS,
     MOST_ABOVE,
     MOVES,
     OFF_SHARE,
     REST_FRICTION,
+    ROWS,
     ZERO_WITHIN,
     field_too_high,
 )
+
+FIRST_HEALTHY = 1000  # seed: none of a fault
+MOTORS = (0.05, 0.1, 0.3)  # N m
 
 #: What is looked at in each row. Torques in N m, angles in rad.
 LOOKS = (
@@ -117,17 +126,51 @@ def looks_of(frames: Any, settings: LoopSettings) -> NDArray[np.float64]:
     return np.column_stack(columns)
 
 
-def likeness_of(fault: NDArray[np.float64], sessions: Mapping[str, NDArray[np.float64]]) -> Likeness:
+class HealthySessions:
+    """Looks of healthy sessions of a loop under its own program and each offered one; each is run when asked for.
+
+    Args:
+        settings: of the loop.
+        model: compiled.
+        rig: parameters of the TWIN.
+        count: sessions of each program and torque of the motor.
+    """
+
+    def __init__(self, settings: LoopSettings, model: LiveModel, rig: RigParameters, count: int) -> None:
+        offered = standard_programs(rig, model=True, device=settings.device, effort=model.effort)
+        self._cases = list(itertools.product((*settings.programs, *offered), MOTORS, range(count)))
+        self._settings, self._model, self._rig = settings, model, rig
+        self._run: list[tuple[str, NDArray[np.float64]]] = []
+
+    def __iter__(self) -> Iterator[tuple[str, NDArray[np.float64]]]:
+        for place in range(len(self._cases)):
+            if place == len(self._run):
+                self._run.append(self._looks_of(place))
+            yield self._run[place]
+
+    def _looks_of(self, place: int) -> tuple[str, NDArray[np.float64]]:
+        program, motor, number = self._cases[place]
+        changed = replace(program, motor_torque=motor) if program.table is None and program.motor_torque else program
+        loop, single = replace(self._settings, programs=(changed,)), self._settings.device == "single"
+        seed = FIRST_HEALTHY + number
+        run = AcceleratedRun(loop, self._model.library, self._rig, seed=seed, single=single, locked=single)
+        return f"{program.name}, {motor:g} N m, {seed}", looks_of(run.frames(ROWS)[0], loop)
+
+
+def likeness_of(
+    fault: NDArray[np.float64], sessions: Iterable[tuple[str, NDArray[np.float64]]], enough: float = math.inf
+) -> Likeness:
     """The healthy rows that are at least as unusual as a fault in each look, or that come nearest to that.
 
     Args:
         fault: looks of the rows in which an alarm is in time.
-        sessions: looks of healthy sessions of the same loop, by name.
+        sessions: names and looks of healthy sessions of the same loop.
+        enough: margin from which on no further session is looked at.
     """
     most = fault.max(axis=0)
     asked = np.flatnonzero(most > 0.0)
     best, alone = Likeness("", 0, 0.0, "", 0.0), np.zeros(len(asked))
-    for name, looks in sessions.items():
+    for name, looks in sessions:
         windows = sliding_window_view(looks[_BEGINS:, asked], len(fault), axis=0).max(axis=2)
         ratios = windows / most[asked]
         alone = np.maximum(alone, ratios.max(axis=0))
@@ -136,6 +179,8 @@ def likeness_of(fault: NDArray[np.float64], sessions: Mapping[str, NDArray[np.fl
         if margins[row] > best.margin:
             least = LOOKS[asked[int(np.argmin(ratios[row]))]]
             best = Likeness(name, row + _BEGINS, float(margins[row]), least, 0.0)
+        if best.margin >= enough:
+            break
     return replace(best, alone=float(alone.min()))
 
 

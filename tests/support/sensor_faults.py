@@ -54,7 +54,7 @@ CAUSES = {
     "noise": "the same, and with other noise of its meter the healthy loop is as high",
 }
 #: Rows from the first doubt of the momentum to zero field, and the share by which its filter moves in a row.
-FALLS, MOVES = 8, 0.13
+FALLS, MOVES = 6, 0.13
 NOISES = (101, 102, 103)  # seeds
 COUNTS = 2.0
 SLOW = 1.0  # rad/s: a third of the speed up to which dry friction is elastic

@@ -35,7 +35,7 @@ def likeness(pair: LiveModel, healthy: Any, sensor: str, kind: str) -> sensor_bo
     rows = sensor_bound.rows_in_time(healthy, faulty, BEGINS, too_high=False)
     other = AcceleratedRun(settings, pair.library, RIG, seed=1000).frames(sensor_faults.ROWS)[0]
     looks = sensor_bound.looks_of(faulty, settings)[BEGINS : BEGINS + rows]
-    return sensor_bound.likeness_of(looks, {"healthy": sensor_bound.looks_of(other, settings)})
+    return sensor_bound.likeness_of(looks, [("healthy", sensor_bound.looks_of(other, settings))])
 
 
 @pytest.mark.parametrize("kind", ["stuck", "late"])

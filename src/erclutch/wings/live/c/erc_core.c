@@ -68,7 +68,8 @@ static uint32_t doubted(const erc_core *core) {
     const uint32_t alone = core->config.meter_needed > 0.0 && core->meter.count > 0.0 ? core->meter.alone : 0u;
     const uint32_t meter = asked || core->config.meter_needed > 1.0 ? core->meter.doubted : alone;
     /* Of meter and encoder one is wrong, and which one nothing says. */
-    const uint32_t either = mode == ERC_FIELDS || mode == ERC_REST ? 0u : core->momentum.doubted;
+    const bool by_fields = mode == ERC_FIELDS || mode == ERC_REST;
+    const uint32_t either = by_fields ? 0u : erc_momentum_periods(core, core->config.hold_samples);
     return meter > either ? meter : either;
 }
 
@@ -191,7 +192,8 @@ static uint32_t trip_checks(erc_core *core, uint64_t late_ns, uint32_t events) {
     } else if (core->missing >= core->config.trip_samples) {
         trip(core, core->lost_by);
     } else if (doubted(core) >= core->config.trip_samples) {
-        trip(core, core->momentum.doubted >= core->config.trip_samples ? erc_momentum_doubts(core) : core->meter.reason);
+        const bool either = erc_momentum_periods(core, core->config.hold_samples) >= core->config.trip_samples;
+        trip(core, either ? erc_momentum_doubts(core) : core->meter.reason);
     } else if (late_ns > core->config.late_trip_ns) {
         trip(core, ERC_OVERRUN);
     } else if ((events & ERC_RIG_WATCHDOG) != 0u) {

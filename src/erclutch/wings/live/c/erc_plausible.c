@@ -39,7 +39,7 @@
 #define SLOW 20.0           /* times the least slip: up to there a drive's viscous drag is less than its dry friction */
 #define NEARLY 0.65         /* of what they may: so far apart they are a second witness of what the meter tells */
 #define NEARLY_FOR 4u       /* periods */
-#define MOMENTUM_SURE 1u    /* periods of doubt after which the field falls whatever follows, twice as fast */
+#define MOMENTUM_SURE 1u    /* periods of doubt after which the field falls at once, whatever follows, and twice as fast */
 #define MOMENTUM_LITTLE 16u /* agreements that say little and clear as much doubt as another one */
 
 /* What dry friction takes of the torque of a load at rest. */
@@ -336,6 +336,11 @@ uint32_t erc_momentum_doubts(const erc_core *core) {
     const uint32_t encoder = core->config.device == ERC_SINGLE ? ERC_THETA_DOUBTED : ERC_ALPHA_DOUBTED;
     (void)core; /* an exported controller is of one device */
     return ERC_TORQUE_DOUBTED | encoder | ERC_DISAGREES;
+}
+
+uint32_t erc_momentum_periods(const erc_core *core, uint32_t hold) {
+    const uint32_t doubted = core->momentum.doubted;
+    return doubted > MOMENTUM_SURE ? doubted - MOMENTUM_SURE + hold : doubted;
 }
 
 /* Whether the torque is known, and nothing but friction acts beside it: there an end stop does. */

@@ -21,6 +21,10 @@ uint32_t erc_momentum_plausible(erc_core *core);
 /* Its events where they do not: of meter and encoder one is wrong. */
 uint32_t erc_momentum_doubts(const erc_core *core);
 
+/* For how many periods they have disagreed, as they count for the command: nothing takes a sure doubt back, so no command
+ * is held for it. */
+uint32_t erc_momentum_periods(const erc_core *core, uint32_t hold);
+
 /* Share of a command that is left after periods with a wrong sensor: all, then less and less, then none some periods
  * before the trip. */
 double erc_held_share(uint32_t hold, uint32_t trip, uint32_t periods);

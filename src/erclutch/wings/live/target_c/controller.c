@@ -71,7 +71,7 @@ uint32_t erc_control_reset(erc_core *core, const erc_config *config) {
 
 uint32_t erc_control_step(erc_core *core, const erc_input *input, erc_output *output) {
     double ask[3] = {0.0, 0.0, 0.0}, applied[3] = {0.0, 0.0, 0.0}, sample[5] = {0.0, 0.0, 0.0, 0.0, 0.0};
-    uint32_t events = 0u, doubt, flags;
+    uint32_t events = 0u, doubt, either, flags;
     const bool placed = isfinite(input->alpha) || !(core->config.stroke > 0.0);
     /* NaN is no speed either. Both sides of a single device may turn fast: its slip is looked at. */
     const double slip = ERC_DEVICE == ERC_SINGLE ? input->theta_dot - input->alpha_dot : input->theta_dot;
@@ -112,7 +112,8 @@ uint32_t erc_control_step(erc_core *core, const erc_input *input, erc_output *ou
         core->momentum.begun = false;
     }
     doubt = core->config.observer == ERC_BY_SENSOR ? core->meter.doubted : 0u;
-    doubt = doubt > core->momentum.doubted ? doubt : core->momentum.doubted;
+    either = erc_momentum_periods(core, @HOLD@);
+    doubt = doubt > either ? doubt : either;
     core->tripped = core->tripped || doubt >= @TRIP@;
     events |= core->tripped ? ERC_TRIP : 0u;
     asked = good && core->config.field_limit > 0.0 && !core->tripped;
