@@ -267,7 +267,7 @@ def sensors(until: float, count: int) -> Iterator[Row]:
 
 
 def _faults(control: str, seed: int, *, until: float) -> Row:
-    from tests.support.sensor_faults import NOT_HELD, ZERO_WITHIN, sessions
+    from tests.support.sensor_faults import CAUSES, NOT_HELD, ZERO_WITHIN, sessions
 
     row = Row(control)
     for sensor, kind, run in sessions(control, seed):
@@ -276,6 +276,8 @@ def _faults(control: str, seed: int, *, until: float) -> Row:
         row.tries += 1
         row.counts["too high for more than 5 ms"] += not run.never_above
         row.counts[f"not zero within {ZERO_WITHIN} ms"] += not run.zero_in_time
+        if run.cause:
+            row.counts[f"of these sessions where {CAUSES[run.cause]}"] += 1
         if run.outcome == NOT_HELD or not (run.held or run.cause):
             row.fail(f"{sensor} / {kind}, seed {seed}: {run.outcome}, and nobody knows why")
     return row

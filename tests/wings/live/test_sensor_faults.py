@@ -87,6 +87,33 @@ def test_meter_and_encoder_tell_of_each_other(control: str, sensor: str, kind: s
     assert fault.zero > 0
 
 
+def of_attack(pair: LiveModel, control: str, sensor: str, kind: str, seed: int) -> study.FaultRun:
+    """What a fault came to that begins where `make attack` lets it begin."""
+    settings = study.settings_of(control, pair, RIG)
+    healthy = study.frames_of(settings, pair.library, RIG, seed)
+    begin = int(np.random.default_rng((7, seed)).choice(study.under_field(healthy)))
+    return study.judged(healthy, study.frames_of(settings, pair.library, RIG, seed, (sensor, kind, begin)), begin)
+
+
+@pytest.mark.parametrize("kind", ["stuck", "late"])
+@pytest.mark.parametrize("seed", [2, 4])
+def test_no_command_is_held_once_nothing_takes_a_doubt_back(kind: str, seed: int, pair: LiveModel) -> None:
+    """The output turns round, control asks for less, and the field from before was held: a tenth too high for 7 ms."""
+    fault = of_attack(pair, "computed torque", "alpha", kind, seed)
+    assert fault.held, fault
+
+
+@pytest.mark.parametrize(("control", "seed"), [("equation 23", 5), ("torque", 4), ("computed torque", 4)])
+def test_a_meter_that_steps_while_nothing_moves_its_torque_is_told_by_a_few_readings(
+    control: str, seed: int, pair: LiveModel
+) -> None:
+    """Beside motion a doubled torque that is hardly more than dry friction took 24 to 28 ms."""
+    fault = of_attack(pair, control, "torque", "doubled", seed)
+    assert fault.held, fault
+    assert fault.zero <= 10
+    assert "torque-doubted" in fault.said
+
+
 @pytest.mark.parametrize("kind", ["1e30", "stuck", "0", "late"])
 def test_a_meter_that_cannot_be_stops_a_program_that_does_not_ask_for_it(kind: str, pair: LiveModel) -> None:
     fault = found(pair, "equation 23", "torque", kind)

@@ -87,6 +87,18 @@ double erc_at_most(double x, double most) {
     return isfinite(x) && x <= most ? x : most;
 }
 
+/* By how much the model's torque has moved of late, now included: a rotor rings on its torque meter by no more. Of a step,
+ * the meter may read more than the model's torque as late as the meter's shows yet. */
+static double moved_of_late(const erc_meter *m, double now) {
+    double low = now, high = now;
+    uint32_t i;
+    for (i = 0u; i < ERC_EARLIER; i++) {
+        low = m->earlier[i] < low ? m->earlier[i] : low;
+        high = m->earlier[i] > high ? m->earlier[i] : high;
+    }
+    return high - low;
+}
+
 void erc_torque_expect(erc_core *core, uint32_t periods) {
     erc_meter *m = &core->meter;
     m->good = false;
@@ -97,6 +109,7 @@ void erc_torque_expect(erc_core *core, uint32_t periods) {
         m->low = m->expected < m->low ? m->expected : m->low;
         m->high = m->expected > m->high ? m->expected : m->high;
         m->earlier[core->step % ERC_EARLIER] = m->expected;
+        m->moved = moved_of_late(m, core->estimate);
     }
 }
 
@@ -161,7 +174,7 @@ static bool disagrees(const erc_core *core, double torque) {
     if (!(band > 0.0) || !isfinite(core->estimate)) {
         return false;
     }
-    const double rings = erc_torque_moved(&core->meter, core->estimate);
+    const double rings = core->meter.moved;
     const double observed = s->learned[s->side < 0.0].gain * expected + s->rest;
     const bool opposes = torque * expected < 0.0 && fabs(expected) > OPPOSED * band && fabs(torque) > band + rings;
     const bool follows = core->config.observer == ERC_BY_SENSOR && core->step - s->step <= 1u;
@@ -202,7 +215,7 @@ uint32_t erc_torque_plausible(erc_core *core, double torque) {
     erc_meter *m = &core->meter;
     uint32_t reason;
     bool off, changed;
-    m->good = m->wrong = false;
+    m->good = m->wrong = m->turn.stepped = false;
     if (!isfinite(torque) && !(fabs(torque) > HIGHEST_TORQUE)) { /* no reading: the model is in charge */
         m->still = 0u;
         m->reading = torque;
@@ -211,10 +224,11 @@ uint32_t erc_torque_plausible(erc_core *core, double torque) {
     watch(m, torque);
     reason = impossible(core, torque);
     const double can_be = reason == 0u ? torque : m->believed; /* whatever follows, nothing beyond the limit is believed */
-    changed = reason == 0u && erc_torque_changed(core, torque, withstood(core));
+    const bool slips = erc_slipping(core) && erc_placed(core);
+    changed = reason == 0u && erc_torque_changed(core, torque, withstood(core), slips);
     off = changed || (reason == 0u && disagrees(core, torque));
     /* At its end stop the output stops what turns with it: the meter reads that, and no model knows it. */
-    if (off && core->field != 0.0 && erc_slipping(core) && erc_placed(core)) {
+    if (off && core->field != 0.0 && slips) {
         reason = ERC_DISAGREES;
         m->doubted = changed && m->doubted < SURE ? SURE : m->doubted; /* several readings have said so */
     }
@@ -425,6 +439,12 @@ uint32_t erc_momentum_plausible(erc_core *core) {
         core->meter.unlearn = core->meter.unlearn || m->jumped == 1u;
         m->doubted = m->jumped < JUMPED ? m->doubted : MOMENTUM_SURE + 1u;
         return m->jumped < JUMPED ? 0u : either;
+    }
+    if (core->meter.turn.stepped) { /* several readings have said so */
+        core->meter.good = false;
+        core->meter.unlearn = true;
+        m->doubted = MOMENTUM_SURE + 1u;
+        return either;
     }
     const double may = most_off(core);
     m->nearly = off > NEARLY * may ? NEARLY_FOR : m->nearly;

@@ -55,11 +55,16 @@ typedef struct {
     double usual;               /* [N^2 m^2] the square of its usual distance from both */
     double off[ERC_EARLIER];    /* [N^2 m^2] squares of the last distances from both */
     double turned[ERC_EARLIER]; /* [N^2 m^2] the same from the turned torque */
+    double apart[ERC_EARLIER];  /* [N m] by which the last ones were beyond the model's torque */
+    double varies;              /* [N^2 m^2] the square of what that usually changes by in a reading */
+    double moved;               /* [N m] by how much the model's torque has moved of late; a rotor still rings by some of that */
     double field;               /* a reading ago */
     uint32_t place, readings;   /* of the next square; how many readings */
     uint64_t step;              /* of the last one */
     uint32_t in_time;           /* readings in a row that each came a period after the last, up to ERC_EARLIER */
     uint32_t rested;            /* readings in a row of a load at rest under one field */
+    uint32_t slipped;           /* and with the slip under a field of one sign that tells the torque */
+    bool stepped;               /* all at once the meter reads another torque than the model's, and goes on so */
 } erc_turn;
 
 /* What is known of the torque sensor. Torques in N m. */
@@ -69,6 +74,7 @@ typedef struct {
     double expected;             /* the model's torque, as late as the measured one */
     double low, high;            /* its range since the reading changed */
     double earlier[ERC_EARLIER]; /* and what it was in the last periods, by the step */
+    double moved;                /* by how much it has moved in these */
     uint32_t still, since;       /* periods since the reading changed, and since the last believed one */
     uint32_t reason;             /* why the latest one was not believed */
     uint32_t readings, longest;  /* how many, and the most periods that a good sensor ever read the same */

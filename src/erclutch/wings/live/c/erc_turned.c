@@ -18,6 +18,12 @@
 #define EACH_AT_REST 3.0    /* times that square: so far off is each of */
 #define MOST_OF_REST 4u     /* readings among the last: no spike of a meter lasts so long */
 #define LACKS 0.25          /* of the change of the model's torque: that much of it a device may lack */
+#define HALF_OF_THEM 4u     /* the later half of the last readings, and the earlier one */
+#define STEPS 16.0          /* times the usual square: such a step between both halves, and between their two readings.
+                               In health the most was 5 */
+#define RINGS_ON 0.9375     /* of the change of the model's torque, in a reading: a rotor rings for some time after it */
+#define SLIPPED 24u         /* readings with a slip that tells the torque */
+#define VARIES_BY 0.0078125 /* share by which that usual square moves in a reading */
 
 static double sum_of(const double *squares) {
     double sum = 0.0;
@@ -34,16 +40,6 @@ static uint32_t beyond(const double *squares, double limit) {
         count += squares[i] > limit ? 1u : 0u;
     }
     return count;
-}
-
-double erc_torque_moved(const erc_meter *m, double now) {
-    double low = now, high = now;
-    uint32_t i;
-    for (i = 0u; i < ERC_EARLIER; i++) {
-        low = m->earlier[i] < low ? m->earlier[i] : low;
-        high = m->earlier[i] > high ? m->earlier[i] : high;
-    }
-    return high - low;
 }
 
 /* Learns the usual distance from a reading that leaves the last ones: so no fault makes itself usual in time. */
@@ -70,29 +66,73 @@ static bool differs_at_rest(erc_core *core, double usual, double withstands) {
     if (t->rested < RESTED || beyond(t->off, EACH_AT_REST * usual) < MOST_OF_REST) {
         return false;
     }
-    const double lacks = LACKS * erc_torque_moved(&core->meter, core->estimate);
+    const double lacks = LACKS * core->meter.moved;
     return sum_of(t->off) > (double)ERC_EARLIER * (FAR_AT_REST * usual + lacks * lacks);
 }
 
-bool erc_torque_changed(erc_core *core, double torque, double withstands) {
+/* Learns what the distance from the model usually changes by between two readings that leave the last ones. */
+static void learn_change(erc_turn *t, double least) {
+    const double changed = t->apart[(t->place + 1u) % ERC_EARLIER] - t->apart[t->place];
+    const double most = WILD * (t->varies + least), square = changed * changed;
+    const bool known = t->readings >= TURNED_KNOWN;
+    const uint32_t count = t->readings - ERC_EARLIER + 1u;
+    const double by = known ? VARIES_BY : 1.0 / (double)count;
+    t->varies += by * ((known && square > most ? most : square) - t->varies);
+}
+
+/* The later half of the last readings less the earlier half: by how much the meter has stepped beside the model. No more
+ * than the one step between both halves: what comes bit by bit is no step. */
+static double step_of(const erc_turn *t) {
+    double later = 0.0, earlier = 0.0;
+    uint32_t i;
+    for (i = 0u; i < HALF_OF_THEM; i++) {
+        earlier += t->apart[(t->place + i) % ERC_EARLIER];
+        later += t->apart[(t->place + HALF_OF_THEM + i) % ERC_EARLIER];
+    }
+    const double step = fabs(later - earlier) / (double)HALF_OF_THEM;
+    const uint32_t first = (t->place + HALF_OF_THEM) % ERC_EARLIER;
+    const double at_once = fabs(t->apart[first] - t->apart[(first + ERC_EARLIER - 1u) % ERC_EARLIER]);
+    return step < at_once ? step : at_once;
+}
+
+/* Whether all at once the meter reads another torque, and goes on so, while the model's has hardly moved. A torque follows
+ * field and slip; with neither it does not step. */
+static bool steps(erc_core *core, double least, bool slips) {
+    erc_turn *t = &core->meter.turn;
+    const bool tells = slips && core->field * t->field > 0.0 && t->in_time > 0u;
+    const double moved = core->meter.moved;
+    t->slipped = tells ? t->slipped + (t->slipped < SLIPPED ? 1u : 0u) : 0u;
+    t->moved = moved > RINGS_ON * t->moved ? moved : RINGS_ON * t->moved;
+    if (t->slipped < SLIPPED || t->readings < TURNED_KNOWN || core->meter.guessed > 0u) {
+        return false;
+    }
+    const double step = step_of(t) - t->moved; /* else it is the model that stepped, or a torque that the device lacks */
+    return step > 0.0 && step * step > STEPS * (t->varies + least);
+}
+
+bool erc_torque_changed(erc_core *core, double torque, double withstands, bool slips) {
     erc_turn *t = &core->meter.turn;
     const double model = core->meter.expected;
     const double expected = model + t->offset;
     const double least = core->meter.count * core->meter.count; /* a coarse sensor is off by that */
     if (!isfinite(core->estimate) || !(fabs(model) <= LARGEST_TORQUE)) {
-        t->readings = t->rested = t->in_time = 0u;
-        t->offset = t->usual = 0.0;
+        t->readings = t->rested = t->in_time = t->slipped = 0u;
+        t->offset = t->usual = t->varies = t->moved = 0.0;
+        t->stepped = false;
         return false;
     }
     watch_time(t, core->step);
     if (t->readings >= ERC_EARLIER) {
         learn_usual(t, least, t->off[t->place]);
+        learn_change(t, least);
     }
+    t->apart[t->place] = torque - model;
     t->off[t->place] = (torque - expected) * (torque - expected);
     t->turned[t->place] = (torque + expected) * (torque + expected);
     t->place = (t->place + 1u) % ERC_EARLIER;
     t->readings += t->readings < TURNED_KNOWN + ERC_EARLIER ? 1u : 0u;
     t->offset += OFFSET_BY * (torque - expected);
+    t->stepped = steps(core, least, slips);
     if (t->readings < TURNED_KNOWN) {
         return false;
     }
