@@ -87,18 +87,6 @@ double erc_at_most(double x, double most) {
     return isfinite(x) && x <= most ? x : most;
 }
 
-/* By how much the model's torque has moved of late, now included: a rotor rings on its torque meter by no more. Of a step,
- * the meter may read more than the model's torque as late as the meter's shows yet. */
-static double moved_of_late(const erc_meter *m, double now) {
-    double low = now, high = now;
-    uint32_t i;
-    for (i = 0u; i < ERC_EARLIER; i++) {
-        low = m->earlier[i] < low ? m->earlier[i] : low;
-        high = m->earlier[i] > high ? m->earlier[i] : high;
-    }
-    return high - low;
-}
-
 void erc_torque_expect(erc_core *core, uint32_t periods) {
     erc_meter *m = &core->meter;
     m->good = false;
@@ -109,7 +97,7 @@ void erc_torque_expect(erc_core *core, uint32_t periods) {
         m->low = m->expected < m->low ? m->expected : m->low;
         m->high = m->expected > m->high ? m->expected : m->high;
         m->earlier[core->step % ERC_EARLIER] = m->expected;
-        m->moved = moved_of_late(m, core->estimate);
+        m->moved = erc_torque_moved(m, core->estimate);
     }
 }
 

@@ -42,6 +42,16 @@ static uint32_t beyond(const double *squares, double limit) {
     return count;
 }
 
+double erc_torque_moved(const erc_meter *m, double now) {
+    double low = now, high = now;
+    uint32_t i;
+    for (i = 0u; i < ERC_EARLIER; i++) {
+        low = m->earlier[i] < low ? m->earlier[i] : low;
+        high = m->earlier[i] > high ? m->earlier[i] : high;
+    }
+    return high - low;
+}
+
 /* Learns the usual distance from a reading that leaves the last ones: so no fault makes itself usual in time. */
 static void learn_usual(erc_turn *t, double least, double square) {
     const double most = WILD * (t->usual + least);

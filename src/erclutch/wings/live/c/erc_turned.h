@@ -7,3 +7,7 @@
  * friction holds; 0: the load moves, or nobody knows. slips: so that field and slip tell the torque. In core->meter.turn
  * it says whether the torque has stepped without them. */
 bool erc_torque_changed(erc_core *core, double torque, double withstands, bool slips);
+
+/* By how much the model's torque has moved of late, now included: a rotor rings on its torque meter by no more. Of a step,
+ * the meter may read more than the model's torque as late as the meter's shows yet. */
+double erc_torque_moved(const erc_meter *m, double now);
