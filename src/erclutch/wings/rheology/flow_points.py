@@ -16,6 +16,9 @@ from erclutch.wings.rheology.flow_plan import CurvePlan, oscillation
 #: What instruments write for a point that they could not measure.
 _SENTINELS = (-9999.0, -999.0, -99.0, 9999.0, 99999.0, 999999.0)
 _FEWEST_RATES = 3  # that tell three parameters
+_NEXT_RATE = 0.02  # of log10(rate): two rates further apart are two
+_ON_THE_WAY = 0.005  # of the points: fewer at one rate are a motor's way to another
+_MOST_ON_THE_WAY = 0.05  # of the points
 _FEW_POINTS = 5  # of which one with a wrong sign is an oversight
 _FAINT = 0.02  # of the largest stress: a stress of the wrong sign below it is noise
 _ONE_WAY = 0.15  # ln of the ratio of two stresses at one rate: so far apart two runs of one fluid may be
@@ -74,9 +77,9 @@ def points_of(
     _leave_noise_out(points)
     _require_stresses_along_their_rates(points, f"{table.name}, {label}")
 
-    rates = np.unique(np.round(np.log10(points.rate), 2))
-    if rates.size < _FEWEST_RATES:
-        notes.append(f"the points have {rates.size} shear rates, which tell no more parameters of a law")
+    held = _rates_held(points.rate)
+    if held < _FEWEST_RATES:
+        notes.append(f"the points have {held} shear rates, which tell no more parameters of a law")
     steps = np.diff(points.rate)
     if np.any(steps > 0) and np.any(steps < 0):
         told = "the rate rises and falls: both sweeps are fitted as one curve"
@@ -85,6 +88,20 @@ def points_of(
             told += f", though the way back has {ratio:.2g} times the stress of the way there"
         notes.append(told)
     return points.rate, points.stress, notes
+
+
+def _rates_held(rate: Array) -> int:
+    """How many rates the points have; of very many points those do not count that a motor had on its way."""
+    log_rate = np.sort(np.log10(rate))
+    starts = np.append(0, np.flatnonzero(np.diff(log_rate) > _NEXT_RATE) + 1)
+    ends = np.append(starts[1:], log_rate.size)
+    counts = ends - starts
+    is_on_the_way = counts <= _ON_THE_WAY * rate.size
+    if counts[is_on_the_way].sum() > _MOST_ON_THE_WAY * rate.size:
+        is_on_the_way = np.zeros_like(is_on_the_way)  # each point has a rate of its own
+    widths = log_rate[ends - 1] - log_rate[starts]
+    rates_in_each = 1 + (widths / _NEXT_RATE).astype(np.intp)  # a ramp has no gaps
+    return int(rates_in_each[~is_on_the_way].sum())
 
 
 def _way_back_over_way_there(rate: Array, stress: Array) -> float:
