@@ -495,7 +495,7 @@ def test_what_the_parser_refuses(arguments: tuple[str, ...], log: Path) -> None:
 def test_a_stage_that_is_none(log: Path) -> None:
     said = refused("fit", log, "--lag", "late", cwd=log.parent)
     assert "unknown stage 'late'. Known are " in said
-    assert "lag, lugre, ripple, rise-fall, second-order, second-ripple" in said
+    assert "lag, lugre, remanence, ripple, rise-fall, second-order, second-ripple" in said
 
 
 def test_unknown_commands_and_nothing_to_fit(tmp_path: Path) -> None:
