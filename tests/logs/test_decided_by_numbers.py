@@ -44,16 +44,6 @@ def test_two_shafts_that_turn_alike_are_asked_about_still() -> None:
     assert "slip may be any of" in str(plan.questions)
 
 
-def test_the_time_of_a_logger_that_begins_anew_with_a_run_is_the_time() -> None:
-    of_runs = np.concatenate([TIME[:300], TIME[:300]])
-    plan = planned({"pi_time": of_runs, "velocity": RATE, "torque": TORQUE})
-    assert plan.clock is not None
-    assert plan.clock.column == "pi_time"
-    assert not plan.questions
-    plan = planned({"lag_time": np.abs(NOISE), "velocity": RATE, "torque": TORQUE})
-    assert plan.questions
-
-
 @pytest.mark.parametrize("name", ["ABS LC1", "LC2", "load_cell_raw"])
 def test_a_load_cell_is_no_field(name: str) -> None:
     plan = planned({"time": TIME, "velocity": RATE, "measured_torque": TORQUE, name: 50.0 + 3.0 * NOISE.cumsum()})

@@ -48,6 +48,12 @@ def planned(path: Path) -> Plan:
     return plan_of(read_table(path), ColumnMap())
 
 
+def told_by(plan: Plan) -> ColumnMap:
+    """What the printed command says."""
+    words = shlex.split(plan.command())[3:]
+    return ColumnMap.from_options(dict(zip((word.removeprefix("--") for word in words[::2]), words[1::2], strict=True)))
+
+
 def answered(plan: Plan) -> Plan:
     """The plan that the printed command makes."""
     words = shlex.split(plan.command())[3:]
@@ -480,8 +486,9 @@ def test_currents_of_as_many_joints_as_torques_are_no_field(tmp_path: Path) -> N
     rows = np.column_stack(list(columns.values()))
     np.savetxt(path, rows, delimiter=",", header=",".join(columns), comments="", fmt="%.9f")
     plan = planned(path)
-    assert not plan.questions
-    assert any("cur1, cur2, cur3: one for each joint, as the currents of its drives" in note for note in plan.notes)
+    assert "field may be any of the columns cur1, cur2, cur3" in str(plan.questions)
+    assert "--field none" in plan.command()
+    assert not plan_of(read_table(path), told_by(plan)).questions
 
 
 def test_the_motion_of_the_joint_goes_with_its_torque_where_the_motor_in_front_of_the_gear_is_logged_too(

@@ -33,7 +33,6 @@ EVEN = 1e-3
 _SIDES = frozenset(("motor", "rotor", "joint", "link", "load", "output", "input", "spring", "arm"))
 _STEADY = 0.05  # share of its level by which a supply varies at most
 _VARIES = 0.5  # and by which a field varies at least
-_ANEW = 0.01  # share of the rows at which the time of several runs begins anew at most
 
 #: Kinds of motion by the SI unit of their effort, in words.
 KINDS = {"Pa": "shear rate", "N*m": "turning motion", "N": "motion along a line"}
@@ -198,11 +197,7 @@ class SeenColumns:
             in_seconds = [column for column in in_seconds if column.has_equal_steps]
         if len(in_seconds) == 1:
             return in_seconds[0].name
-        rising: list[SeenColumn] = []
-        for column in open_ones:
-            rises = column.shape.rises or _rises_anew(column)
-            if column.spoken.ends_in_time and rises:
-                rising.append(column)
+        rising = [column for column in open_ones if column.spoken.ends_in_time and column.shape.rises]
         return rising[0].name if len(rising) == 1 else None
 
     @cached_property
@@ -215,12 +210,6 @@ class SeenColumns:
             return np.arange(table.rows, dtype=np.float64) * table.sample_period
         name = self.time_column()
         return None if name is None else table.columns[name]
-
-
-def _rises_anew(column: SeenColumn) -> bool:
-    """Whether numbers rise from row to row, and begin anew a few times at most, as the time of several runs does."""
-    back = np.count_nonzero(column.steps <= 0.0)
-    return column.steps.size > 100 and bool(back <= _ANEW * column.steps.size)
 
 
 def seen_columns(table: Table, *, whole: bool = True) -> SeenColumns:

@@ -8,7 +8,6 @@ next log that a model is scored on. Where the first joint rests, the liveliest i
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
 
 from erclutch.errors import shell_word
 from erclutch.logs.columns.candidates import candidates
@@ -57,7 +56,6 @@ _NO_JOINTS = frozenset(
         *("min", "max", "mean", "std"),
     )
 )
-_ACCELERATIONS = frozenset({"acc", "accel", "acceleration", "qdd", "ddq", "qddot", "ddot", "beschleunigung"})
 _DIRECTIONS = frozenset({"x", "y", "z", "d", "q", "alpha", "beta", "roll", "pitch", "yaw"})
 
 #: What tells a column from those beside it: the number or the word of its joint -> the column's name.
@@ -93,10 +91,8 @@ def propose_one_joint(draft: Draft) -> None:
     why = "its file is called after it" if named else "the first of them"
     reason = f"name, of {len(joints)} joints {why}"
     del draft.questions["slip"], draft.questions["effort"]
-    _let_go_of_their_currents(draft, joints)
     take_guess(draft, "slip", Guess(slips[first], reason), "")
     take_guess(draft, "effort", Guess(efforts[first], reason), slips[first])
-    draft.no_signals += _motions_of(draft, joints)
 
     other = next(joint for joint in joints if joint != first)
     option = f"--slip {shell_word(slips[other])} --effort {shell_word(efforts[other])}"
@@ -121,32 +117,3 @@ def _joints(draft: Draft, signal: str) -> _Joints:
 
 def _tokens(name: str) -> list[str]:
     return [token.lower().lstrip("0") or "0" for token in _TOKEN.findall(name)]
-
-
-def _motions_of(draft: Draft, joints: Sequence[tuple[str, ...]]) -> list[str]:
-    """Further columns of these joints' motions: positions, accelerations, and speeds of the others; no field is one."""
-    motions: list[str] = []
-    for column in draft.seen.without(draft.taken):
-        spoken = column.spoken
-        tokens = {*_tokens(column.name)}
-        speaks = {"slip", "position"} & {*spoken.may_be, *spoken.numbered, *spoken.lettered} or tokens & _ACCELERATIONS
-        is_of_one = any({*joint} <= tokens for joint in joints)
-        if (
-            (speaks or _tokens(column.name)[-2:] == ["dot", "dot"])
-            and is_of_one
-            and column.fits(("A", "V")) is not True
-        ):
-            motions.append(column.name)
-    return motions
-
-
-def _let_go_of_their_currents(draft: Draft, joints: Sequence[tuple[str, ...]]) -> None:
-    """Take no field where the columns that may be it are the currents of the joints' drives, one for each."""
-    question = draft.questions.get("field")
-    if question is None or "may be any of" not in question.problem:
-        return
-    fields = _joints(draft, "field")
-    if fields and all(joint in fields for joint in joints):
-        del draft.questions["field"]
-        draft.no_signals += fields.values()
-        draft.take_no_field([f"{', '.join(fields.values())}: one for each joint, as the currents of its drives"])
