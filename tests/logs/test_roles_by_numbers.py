@@ -230,3 +230,15 @@ def test_a_drive_s_torque_that_is_a_current_times_a_number_gives_way_to_a_sensor
     noisy = {**drive, "motor_measured_torque": 1.31 * current + NOISE}
     kept = planned({"time": TIME, **noisy, "adc_measured_torque": DRAG}).signal("effort")
     assert kept is None or kept.column != "adc_measured_torque"
+
+
+def test_the_command_for_one_of_several_joints_leads_to_no_second_question() -> None:
+    joints: dict[str, Array] = {"time": TIME}
+    for joint in range(1, 4):
+        turned = np.sin(ROWS / 23 + joint)
+        joints |= {f"q_{joint}": turned, f"dq_{joint}": np.cos(ROWS / 23 + joint), f"ddq_{joint}": -turned + NOISE}
+        joints[f"tau_{joint}"] = np.tanh(4 * np.cos(ROWS / 23 + joint)) + NOISE
+    plan = planned(joints)
+    assert plan.doubts
+    assert plan.command().endswith('--field none --slip "dq_1" --effort "tau_1"')
+    assert not planned(joints, slip="dq_1", effort="tau_1", field="none").questions

@@ -21,7 +21,7 @@ from erclutch.files.places import nothing
 from erclutch.logs.mapping import NONE, ColumnChoice, ColumnMap
 from erclutch.logs.table import listed
 from erclutch.signals.device import DeviceName
-from erclutch.signals.recording import NAMED_COLUMNS
+from erclutch.signals.recording import NAMED_COLUMNS, NO_FIELD
 
 Invalid = Literal["error", "drop"]
 #: How sure a choice is: the user gave it; name and unit agree; only one of them speaks; or little speaks for it.
@@ -250,6 +250,11 @@ class Plan:
         if self.clock is not None and self.clock.doubt:
             likely = unit or self.clock.likely
             options.append(f"--time {shell_word(f'{self.clock.column} [{likely}]')}" if likely else '--rate "RATE Hz"')
+        # With one joint given, the columns of the others may be the field again.
+        field = self.signal("field")
+        of_joints = any(each.doubt.startswith("of one of") for each in doubtful)
+        if of_joints and field is not None and field.reason == NO_FIELD:
+            options.insert(0, "--field none")
         return options
 
     def command(self) -> str:
