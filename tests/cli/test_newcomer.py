@@ -121,3 +121,17 @@ def test_inspect_says_that_nothing_can_be_fitted_where_a_signal_stands_still(sti
     )
     findings = json.loads(good("inspect", "log.csv", "--json", cwd=tmp_path))["findings"]
     assert any(f"nothing can be fitted: log.csv: the {signal} is constant at 12.5" in finding for finding in findings)
+
+
+def test_inspect_tells_what_its_command_confirms_beside_what_it_answers(tmp_path: Path) -> None:
+    """The field is asked about, and the command takes one of several joints too: it must not do so in silence."""
+    time = np.arange(1500) / 500.0
+    columns = {"time": time}
+    for joint in (1, 2, 3, 4):
+        speed = (0.5 + 0.1 * joint) * np.sin((3.0 + 0.4 * joint) * time)
+        columns |= {f"qd_{joint}": speed, f"tau_{joint}": joint * np.tanh(8.0 * speed) + 0.1 * speed}
+    rows = np.column_stack(list(columns.values()))
+    np.savetxt(tmp_path / "arm.csv", rows, "%.6g", ",", header=",".join(columns), comments="")
+    said = good("inspect", "arm.csv", cwd=tmp_path, code=1)
+    assert "slip is column qd_1 of one of 4 joints" in said
+    assert said.splitlines()[-1].endswith('--slip "qd_1" --effort "tau_1"')

@@ -211,15 +211,16 @@ def lerobot(joints: int, kind: Any) -> Any:
 
 @pytest.mark.usefixtures("read_here")
 @pytest.mark.parametrize("kind", [pa.list_(pa.float64()), pa.list_(pa.float64(), 3), pa.large_list(pa.float64())])
-def test_lists_of_joints_in_parquet_are_columns_and_the_first_joint_is_taken(tmp_path: Path, kind: Any) -> None:
+def test_lists_of_joints_in_parquet_are_columns_and_the_first_joint_is_proposed(tmp_path: Path, kind: Any) -> None:
     path = tmp_path / "episode_000000.parquet"
     pq.write_table(lerobot(3, kind), path, row_group_size=100)
     table = read_table(path)
     assert np.array_equal(table.columns["observation.effort_3"], 3 * EFFORT)
     plan = plan_of(table, ColumnMap())
-    assert not plan.questions
-    taken = {each.signal: each.column for each in plan.signals if each.column}
-    assert (taken["slip"], taken["effort"]) == ("observation.velocity_1", "observation.effort_1")
+    assert {question.signal for question in plan.questions} <= {"field"}
+    assert "slip is column observation.velocity_1 of one of 3 joints" in plan.doubts[0]
+    words = shlex.split(plan.command())
+    assert words[-4:] == ["--slip", "observation.velocity_1", "--effort", "observation.effort_1"]
 
 
 @pytest.mark.usefixtures("read_here")

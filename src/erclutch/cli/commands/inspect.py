@@ -209,7 +209,7 @@ def _tell_what_is_next(look: LogLook, typed: str, reading: LogOptions) -> None:
         typed: the logs or the folder, as the user gave them.
         reading: how the user said that they are read.
     """
-    from erclutch.logs.columns.rheometer_names import of_oscillation, tells_a_flow_curve
+    from erclutch.logs.columns.rheometer_names import tells_a_flow_curve
 
     if held := _held(look, reading):
         terminal.say(f"Not for erclutch: {look.log.name}: {held}; neither fit nor flowcurve has a law for it")
@@ -222,23 +222,7 @@ def _tell_what_is_next(look: LogLook, typed: str, reading: LogOptions) -> None:
         terminal.say(f"Not understood yet: {named}")
     first = shlex.quote(look.plan.path)
     if look.problem is not None:
-        settled = _settling(look, look.problem)
-        if len(alike) == len(look.refused):  # one command settles it for all of them
-            settled = settled.replace(first, typed)
-        why = str(look.problem)
-        if settled and len(look.plan.questions) > 1:
-            # The remedy of several questions is that command, which is printed once.
-            why = f"{look.problem.where}: {look.problem.problem}"
-        swings = of_oscillation(look.raw.columns)
-        if swings and not settled.startswith("erclutch flowcurve") and look.plan.questions:
-            why = f"{look.log.name}: {_oscillates(swings)}"
-            settled = ""
-        terminal.say(f"Not understood yet: {why}")  # one line: it may hold a command to copy
-        if alike:
-            more = f"{len(alike)} more log{'s'[: len(alike) != 1]}"
-            terminal.say(f"The same is asked of {more}, the last {alike[-1]}")
-        if settled:
-            terminal.say(f"What settles it: {settled}")
+        _tell_what_settles(look, look.problem, typed)
     elif look.plan.doubts:
         doubts = "; ".join(look.plan.doubts)
         command = look.plan.command().replace(first, typed)
@@ -255,6 +239,39 @@ def _tell_what_is_next(look: LogLook, typed: str, reading: LogOptions) -> None:
         terminal.say(f"Understood. Fit {'them' if look.further else 'it'}: {command} --out RUN")
         if not reading.words() and tells_a_flow_curve(look.plan.labels):
             terminal.say(f"Or as a flow curve: {_flow_command(look)}")
+
+
+def _tell_what_settles(look: LogLook, problem: ErclutchError, typed: str) -> None:
+    """What is not understood, of all logs of which the same is asked, and the command that settles it.
+
+    Args:
+        look: what was found.
+        problem: what stands against the first log.
+        typed: the logs or the folder, as the user gave them.
+    """
+    from erclutch.logs.columns.rheometer_names import of_oscillation
+
+    alike = look.refused_alike
+    first = shlex.quote(look.plan.path)
+    settled = _settling(look, problem)
+    if len(alike) == len(look.refused):  # one command settles it for all of them
+        settled = settled.replace(first, typed)
+    why = str(problem)
+    if settled and len(look.plan.questions) > 1:
+        # The remedy of several questions is that command, which is printed once.
+        why = f"{problem.where}: {problem.problem}"
+    swings = of_oscillation(look.raw.columns)
+    if swings and not settled.startswith("erclutch flowcurve") and look.plan.questions:
+        why = f"{look.log.name}: {_oscillates(swings)}"
+        settled = ""
+    terminal.say(f"Not understood yet: {why}")  # one line: it may hold a command to copy
+    if alike:
+        more = f"{len(alike)} more log{'s'[: len(alike) != 1]}"
+        terminal.say(f"The same is asked of {more}, the last {alike[-1]}")
+    if look.plan.doubts and settled == look.plan.command().replace(first, typed):  # the command confirms them too
+        terminal.say(f"In doubt besides: {'; '.join(look.plan.doubts)}")
+    if settled:
+        terminal.say(f"What settles it: {settled}")
 
 
 def _settling(look: LogLook, problem: ErclutchError) -> str:
