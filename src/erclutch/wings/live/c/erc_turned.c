@@ -23,6 +23,7 @@
                                In health the most was 5 */
 #define RINGS_ON 0.9375     /* of the change of the model's torque, in a reading: a rotor rings for some time after it */
 #define SLIPPED 24u         /* readings with a slip that tells the torque */
+#define IN_TIME 3.0         /* readings by which a filter makes the speeds late, at most: the model's torque is later with it */
 #define VARIES_BY 0.0078125 /* share by which that usual square moves in a reading */
 
 static double sum_of(const double *squares) {
@@ -113,7 +114,8 @@ static bool steps(erc_core *core, double least, bool slips) {
     const double moved = core->meter.moved;
     t->slipped = tells ? t->slipped + (t->slipped < SLIPPED ? 1u : 0u) : 0u;
     t->moved = moved > RINGS_ON * t->moved ? moved : RINGS_ON * t->moved;
-    if (t->slipped < SLIPPED || t->readings < TURNED_KNOWN || core->meter.guessed > 0u) {
+    const bool in_time = core->momentum.g <= IN_TIME * core->momentum.h;
+    if (!in_time || t->slipped < SLIPPED || t->readings < TURNED_KNOWN || core->meter.guessed > 0u) {
         return false;
     }
     const double step = step_of(t) - t->moved; /* else it is the model that stepped, or a torque that the device lacks */
