@@ -23,7 +23,7 @@ from erclutch.models.laws.law import Dimension, ShapeParameter
 from erclutch.models.stages.stage import Memory, Place, StageFamily
 from erclutch.signals.clock import Clock
 
-#: Plays of the name alone: two follow the loops of other models of iron to a tenth of what none leaves.
+#: Plays of the name alone: one has a corner that iron has not, and each further one costs two choices a row.
 _USUAL = 2
 _FIELD = Dimension(field=1)
 
