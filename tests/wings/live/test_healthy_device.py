@@ -76,7 +76,7 @@ def test_no_observer_trips_a_healthy_device(device: DeviceName) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("device", DEVICES)
-@pytest.mark.parametrize("bandwidth", [30.0, 400.0])
+@pytest.mark.parametrize("bandwidth", [30.0, 80.0, 400.0])
 def test_no_filter_of_the_speeds_trips_a_healthy_device(device: DeviceName, bandwidth: float) -> None:
     """Torque was compared with a speed that the filter made later, or that jumped with the encoder's counts."""
     count, found = tripped(device, "bingham", (0.1, STRONGEST), ("none",), rows=2000, speed_bandwidth=bandwidth)
