@@ -18,7 +18,7 @@ import numpy as np
 
 from erclutch.fit.solver.intervals import Uncertainty, uncertainty
 from erclutch.fit.solver.levenberg_marquardt import Linearisation, Problem, minimise
-from erclutch.fit.solver.variable_projection import Separable, jacobian, outer_problem, parameters, triangle_of
+from erclutch.fit.solver.variable_projection import Projection, Separable, linearised, outer_problem, triangle_of
 from erclutch.signals.array import Array, Mask
 
 #: Half a width in the solver's coordinates (logarithms of most parameters) from which on a parabola says too little.
@@ -155,11 +155,11 @@ class _Search:
         share = few.target.size / optimum.residual.size  # of all rows, that the few are
 
         # What the model predicts on the few rows, and its derivatives there by all parameters.
-        q = parameters(few.shapes, optimum.point[:k])
-        without_gains = few.values(few.columns(q), q)[:, :-1]
-        fitted = without_gains @ optimum.point[k:]
-        at_fitted = replace(few, target=fitted)
-        columns, by_shapes, _ = jacobian(at_fitted, optimum.point[:k])
+        # Gains found anew would be off by rounding, and a gain of 1e-14 in place of nought brings a slope to life.
+        gains = optimum.point[k:]
+        stacked, by_shapes, _ = linearised(few, optimum.point[:k], Projection.of_known(gains))
+        columns = stacked[:, :-1]
+        fitted = columns @ gains
         slopes = np.column_stack([by_shapes, columns])
         norms: Array = np.sqrt(np.sum(slopes * slopes, axis=0))
         live = optimum.live & (norms > 0)

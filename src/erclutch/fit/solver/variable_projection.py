@@ -122,6 +122,12 @@ class Projection:
     dead: Mask
     cost: float
 
+    @classmethod
+    def of_known(cls, gains: Array) -> Projection:
+        """Gains that are known already, none of them held."""
+        none = np.zeros(gains.size, np.bool_)
+        return cls(gains, none, none, 0.0)
+
 
 def project(separable: Separable, q: Sequence[float]) -> Projection:
     """Best gains and their cost at nonlinear parameters ``q``."""

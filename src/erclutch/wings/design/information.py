@@ -100,8 +100,7 @@ class Sensitivity:
         problem = separable(data, model.structure, model.reference, shapes, slice(None))
         at = coordinates(shapes, list(model.shape.values()))
         gains = np.array(list(model.gains.values()))
-        unbound = np.zeros(gains.size, np.bool_)
-        stacked, by_coordinates, _ = linearised(problem, at, Projection(gains, unbound, unbound, 0.0))
+        stacked, by_coordinates, _ = linearised(problem, at, Projection.of_known(gains))
         by_gains = stacked[:, :-1]  # the last column is the effort
         return np.hstack([by_coordinates, by_gains])
 

@@ -387,6 +387,28 @@ def test_a_recording_that_lacks_frames_is_told(tmp_path: Path, start_loop: Calla
 
 
 @pytest.mark.slow
+def test_a_recorder_that_ends_by_itself_is_not_killed_by_a_late_request(
+    tmp_path: Path, start_loop: Callable[..., Any]
+) -> None:
+    """The loop is over, the recorder goes, and the session still asks it to stop, until it is gone."""
+    for number in range(3):
+        loop = start_loop()
+        path = tmp_path / f"{number}.mcap"
+        words = [sys.executable, "-m", "erclutch.wings.live.recording.recorder", str(loop.path), str(path)]
+        process = subprocess.Popen(words, stdout=subprocess.PIPE)
+        assert process.stdout is not None
+        process.stdout.readline()
+        loop.writer.put(state=State.STOPPED)
+        limit = time.monotonic() + 30.0
+        while process.poll() is None and time.monotonic() < limit:
+            process.terminate()
+            time.sleep(0.001)
+        process.stdout.close()
+        assert process.returncode == 0
+        assert path.exists()
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize("end", ["SIGTERM", "stopped", "dead"])
 def test_a_recorder_ends_its_file(tmp_path: Path, start_loop: Callable[..., Any], end: str) -> None:
     loop = start_loop()

@@ -33,6 +33,7 @@ _REPORT = 0.25  # s
 _GONE = 2.0  # s without a frame after which it looks whether the loop lives
 #: Frames taken at once: what a recorder that comes late finds is written in pieces, of which a small disk takes some.
 _MOST = 256
+_STOPS = (signal.SIGTERM, signal.SIGINT)
 
 
 @dataclass(frozen=True)
@@ -147,7 +148,7 @@ class _Process:
         self.parent = os.getppid()
         self.stopped = False
         self._fresh = time.monotonic()
-        for number in (signal.SIGTERM, signal.SIGINT):
+        for number in _STOPS:
             signal.signal(number, self._stop)
         with contextlib.suppress(OSError):
             os.set_blocking(sys.stdout.fileno(), False)
@@ -176,6 +177,10 @@ class _Process:
                     break
         self.recorder.close()
         self.say(self.recorder.ended or "stopped")
+        # Python gives signals back their default as it ends, and the session's request to stop may come only then: its
+        # file is whole, so it ends as finished and not as killed. A signal that is ignored stays so.
+        for number in _STOPS:
+            signal.signal(number, signal.SIG_IGN)
 
     def _over(self, now: float) -> bool:
         """Whether the loop is gone, which is only worth a look when no frame came."""
