@@ -105,6 +105,12 @@ _SPELLINGS = (
     (re.compile(r"(?<![\w.])(?:gauss|Gauss|Gs|G)(?!\w)"), "(1e-4*tesla)"),
     (re.compile(r"(?<![\w.])(?:oersted|Oe)(?!\w)"), "(79.57747154594767*A/m)"),
 )
+#: A power of ten before or behind a unit, as heads of tables have it: ``×10³ Pa``, ``Pa x 10^3``.
+_TENS = re.compile(
+    r"[×x*·]?\s*10\s*(?P<before>(?:\^|\*\*)[+-]?\d|-\d|[⁺⁻]?[⁰¹²³⁴⁵⁶⁷⁸⁹])\s*[×*·]?\s*(?P<unit>(?:1/)?[^\W\d_].*)"
+    r"|(?P<of>[^\W\d_].*?)\s*[×x*·]\s*10\s*(?P<behind>(?:\^|\*\*)[+-]?\d|-\d|[⁺⁻]?[⁰¹²³⁴⁵⁶⁷⁸⁹])"
+)
+_RAISED = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁺⁻", "0123456789+-")
 _DIFFERENCE = re.compile(r"\s*d(?:rpm|V|A|T|s|rad|deg|W|Hz|°)(?!\w).*")  # no tenth of it: a d is a difference
 # A number over a unit is 1 or counts in tens, as 1/s and 1000/min do: 2/s is a unit that nobody writes.
 _ODD_COUNT = re.compile(r"(?!10*/)[\d.]+/")
@@ -180,6 +186,11 @@ def parse(text: str) -> Unit:
     if text in COMMON:
         return Unit(text, *COMMON[text])
     spelled = text.strip()
+    tens = _TENS.fullmatch(spelled) if len(text) <= _LONGEST and "10" in text else None
+    if tens:
+        power = (tens["before"] or tens["behind"]).translate(_RAISED).lstrip("^*")
+        times = f"{10.0 ** int(power):.9f}".rstrip("0").rstrip(".")  # an e would be a charge to pint
+        spelled = f"{times} {tens['unit'] or tens['of']}"
     for pattern, replacement in _SPELLINGS:
         spelled = pattern.sub(replacement, spelled)
     # pint evaluates arithmetic: a chain of powers would keep it busy for ever, so only small single powers pass.

@@ -19,6 +19,12 @@ Role = Literal[Quantity, "other", "unknown"]
 _WORDS: dict[Role, tuple[str, ...]] = {
     "other": (
         *("modul", "normal", "oscill", "complex", "komplex", "kinemat", "frequen", r"\bfreq\b", "yield", r"\bratio\b"),
+        # Numbers over those of a solvent or of a rest.
+        *(r"\b(?:relativ|reduced|specific|intrinsic|inherent|differential)", "dimensionless"),
+        *("reduziert", "spezifisch", "相对", "相対", "比粘度", "относит"),
+        # A fluid that is stretched is not sheared.
+        *("exten[st]", "elongat", "tensile", "stretch", "biaxial", "hencky", "dehnrate", "dehnvisk", "dehngesch"),
+        *("zugspann", "traction", "拉伸", "伸長", "растяж"),
         *("concentrat", "konzentrat", "концентрац", "浓度", "濃度"),
         *(r"\bstrain\b(?![ -]?rate)", "(?<!taux de )(?<!vitesse de )deformation", "torque", "drehmoment", "couple"),
         *(r"\bpress(?:ure)?\b", r"\bdruck", r"\bpression", r"\bpres[is]on", "pressao", "压力", "圧力"),

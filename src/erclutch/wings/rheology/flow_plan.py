@@ -26,6 +26,7 @@ from erclutch.wings.rheology.flow_questions import (
     require_fitting_units,
     require_no_logarithms,
     require_no_unit_above,
+    require_plain_heads,
 )
 from erclutch.wings.rheology.flow_units import SI, in_plain_units, said_by_unit, unit_of
 from erclutch.wings.rheology.labelled_pairs import CurvePlan, FlowColumn, labelled_pairs
@@ -41,6 +42,8 @@ _NOT_MEASURED = re.compile(
     r"|\b(?:bingham|casson|herschel|power law|berechnet|ajust\w*|calcul\w*)\b|拟合|计算|計算|理论|理論"
 )
 _NUMBER = re.compile(r"\d+(?:[.,]\d+)?")
+#: A difference of normal stresses, by its sign; samples may be called so too.
+_NORMAL_STRESS = re.compile(r"n ?[12]\b.*")
 
 
 @dataclass(frozen=True)
@@ -121,6 +124,7 @@ def plan_of(
             )
         )
     require_no_logarithms(table, curves, asked)
+    require_plain_heads(table, curves, asked)
     used = {column.name for curve in curves for column in (curve.rate, curve.stress)}
     unused = tuple(name for name in roles if name not in used)
     plan = FlowPlan(tuple(curves), _notes(curves, guessed), unused)
@@ -220,7 +224,7 @@ def _role(table: Table, name: str) -> Role:
     named = said_by_name(name)
     measured = said_by_unit(unit)
     if named == "unknown":
-        return measured
+        return "other" if measured == "stress" and _NORMAL_STRESS.fullmatch(plain_name(name)) else measured
     if measured in ("unknown", named):
         return named
     if "other" in (named, measured):

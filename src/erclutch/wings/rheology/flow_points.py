@@ -15,7 +15,7 @@ from erclutch.wings.rheology.flow_plan import CurvePlan, oscillation
 
 #: What instruments write for a point that they could not measure.
 _SENTINELS = (-9999.0, -999.0, -99.0, 9999.0, 99999.0, 999999.0)
-_FEWEST_RATES = 3  # that tell three parameters
+FEWEST_RATES = 3  # that tell three parameters
 _NEXT_RATE = 0.02  # of log10(rate): two rates further apart are two
 _ON_THE_WAY = 0.005  # of the points: fewer at one rate are a motor's way to another
 _MOST_ON_THE_WAY = 0.05  # of the points
@@ -77,8 +77,8 @@ def points_of(
     _leave_noise_out(points)
     _require_stresses_along_their_rates(points, f"{table.name}, {label}")
 
-    held = _rates_held(points.rate)
-    if held < _FEWEST_RATES:
+    held = rates_held(points.rate)
+    if held < FEWEST_RATES:
         notes.append(f"the points have {held} shear rates, which tell no more parameters of a law")
     steps = np.diff(points.rate)
     if np.any(steps > 0) and np.any(steps < 0):
@@ -90,8 +90,8 @@ def points_of(
     return points.rate, points.stress, notes
 
 
-def _rates_held(rate: Array) -> int:
-    """How many rates the points have; of very many points those do not count that a motor had on its way."""
+def rates_held(rate: Array) -> int:
+    """How many rates above 0 the points have; of very many points those do not count that a motor had on its way."""
     log_rate = np.sort(np.log10(rate))
     starts = np.append(0, np.flatnonzero(np.diff(log_rate) > _NEXT_RATE) + 1)
     ends = np.append(starts[1:], log_rate.size)
@@ -114,7 +114,7 @@ def _way_back_over_way_there(rate: Array, stress: Array) -> float:
     for turn, sign in ((highest, 1.0), (lowest, -1.0)):
         there = np.log(rate[: turn + 1])
         back = np.log(rate[turn:])
-        if min(there.size, back.size) < _FEWEST_RATES:
+        if min(there.size, back.size) < FEWEST_RATES:
             continue
         if np.all(sign * np.diff(there) >= 0) and np.all(sign * np.diff(back) <= 0):
             order = np.argsort(there)

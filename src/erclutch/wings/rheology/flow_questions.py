@@ -24,6 +24,15 @@ _VISCOSITIES = ("mPa*s", "Pa*s")
 #: A column of logarithms, or of roots as Casson's plot has them: its numbers are no rates and no stresses.
 _LOGARITHM = re.compile(r"(?:log|lg|ln)[ _]?(?:10)?[ _(\[]|log10|sqrt|root|√")
 
+#: A power of ten beside the name, which its numbers are times or over; nobody can tell which.
+_TENS = re.compile(r"[×x*·]\s*(?:10\s*(?:\^|\*\*)?[+-]?\d|10\s*[⁰¹²³⁴⁵⁶⁷⁸⁹⁺⁻]|100)|\d\s*[×x*·]\s*(?:\w|$)")
+#: What only a unit has within brackets, whether the whole is a unit that we know or not.
+_OF_A_UNIT = re.compile(
+    r"(?<![^\W\d_])(?:[kKMmµu]?Pa|m?N|dyne?s?|lb[fs]?|psi|bar|poise|[mc]P|sec|min)(?![^\W\d_])"
+    r"|\bs ?\^?[-⁻]|10 ?[\^⁰-⁹¹²³]"
+)
+_IN_BRACKETS = re.compile(r"[\[(]([^\[\]()]+)[\])]")
+
 
 def missing_column(table: Table, roles: dict[str, Role], rates: Sequence[str]) -> MappingError:
     """The error where no column is surely the rate, or the stress beside one."""
@@ -127,6 +136,33 @@ def require_no_logarithms(table: Table, curves: Sequence[CurvePlan], asked: Mapp
                 remedy="Write the numbers themselves, or where the column holds them give "
                 f"{option} {shell_word(f'{column.name} [{column.unit}]')}",
             )
+
+
+def require_plain_heads(table: Table, curves: Sequence[CurvePlan], asked: Mapping[str, str]) -> None:
+    """Ask about a column whose head has a power of ten beside its name, or a unit in brackets that nobody knows.
+
+    Raises:
+        UnitError: such a column, which no option names.
+    """
+    for curve in curves:
+        for column, option, si in ((curve.rate, "--shear-rate", "1/s"), (curve.stress, "--stress", "Pa")):
+            if column.name in asked:
+                continue
+            name = column.name
+            unit = "Pa*s" if curve.times_rate and column is curve.stress else si
+            if _TENS.search(_IN_BRACKETS.sub("", name)):
+                raise UnitError(
+                    f"the head of column {name!r} has a power of ten, and its numbers may be times or over it",
+                    where=table.name,
+                    remedy=f"Say what 1 in it stands for: {option} {shell_word(f'{name} [FACTOR {unit}]')}",
+                )
+            inside = _IN_BRACKETS.search(name)
+            if column.reason.startswith("no unit") and inside and _OF_A_UNIT.search(inside[1]):
+                raise UnitError(
+                    f"the column {name!r} has {inside[1]!r} behind its name, which is no unit that erclutch knows",
+                    where=table.name,
+                    remedy=f"Name its unit: {option} {shell_word(f'{name} [{unit}]')}",
+                )
 
 
 def require_fitting_units(table: Table, curve: CurvePlan, viscosity: str) -> None:

@@ -8,6 +8,7 @@ from erclutch.errors import MappingError
 from erclutch.logs.table import Table
 from erclutch.signals.array import Array
 from erclutch.wings.rheology.flow_plan import FlowPlan
+from erclutch.wings.rheology.flow_points import FEWEST_RATES, rates_held
 from erclutch.wings.rheology.flow_units import unit_or_end
 
 _SECONDS = ("s", "ms", "min", "h")
@@ -19,10 +20,11 @@ _MOST_OF_A_TEST = 0.95  # of its time: a motor reaches its rate within the rest
 
 
 def require_several_rates(plan: FlowPlan, table: Table) -> None:
-    """Refuse a test at one shear rate or one shear stress: a hold, a ramp of temperature, a creep, a start-up.
+    """Refuse a test at one shear rate or stress, or at two rates: a hold, a creep, a start-up, a recovery at rest.
 
     Raises:
-        MappingError: all its curves have points, and all points one rate or one stress, or a motor brought them there.
+        MappingError: all its curves have points, and all points one rate or one stress, or a motor brought them there;
+            or all points have one of two rates, as tests of a structure that recovers have.
     """
     rates = [np.abs(table.columns[curve.rate.name]) for curve in plan.curves]
     turning = [rate[np.isfinite(rate) & (rate > 0)] for rate in rates]
@@ -41,6 +43,11 @@ def require_several_rates(plan: FlowPlan, table: Table) -> None:
             "step of the rate, which is no flow curve"
         )
         raise MappingError(problem, where=table.name, remedy="Give a test with several rates")
+
+    if all(rate.size and rates_held(rate) < FEWEST_RATES for rate in turning):
+        ends = f"{turning[0].min():.4g} and {turning[0].max():.4g} {unit}"
+        problem = f"all points have one of two shear rates, {ends}, which is no flow curve"
+        raise MappingError(problem, where=table.name, remedy="Give a test with three shear rates or more")
 
     if any(curve.times_rate for curve in plan.curves):
         return

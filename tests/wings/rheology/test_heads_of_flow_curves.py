@@ -1,0 +1,81 @@
+"""Heads of columns that speak of powers of ten, odd units and quantities that are no shear (SYNTHETIC)."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from erclutch.errors import MappingError, UnitError
+from erclutch.wings.rheology.flow_curve_file import read_flow_curves
+
+RATES = np.geomspace(0.1, 1000.0, 9)
+STRESSES = 900.0 + 1.1 * RATES**0.8  # Pa
+
+
+def written(folder: Path, *names: str, factor: float = 1.0, mark: str = ";") -> Path:
+    """A file of rates, of stresses over a factor, and of viscosities where there is a third name."""
+    lines = [mark.join(names)]
+    for rate, stress in zip(RATES, STRESSES, strict=True):
+        lines.append(mark.join([f"{rate:.6g}", f"{stress / factor:.6g}", f"{stress / rate:.6g}"][: len(names)]))
+    path = folder / "curve.csv"
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    return path
+
+
+@pytest.mark.parametrize(
+    ("name", "factor"),
+    [
+        ("Shear stress (×10³ Pa)", 1e3),
+        ("τ (10^3 Pa)", 1e3),
+        ("Shear stress [x10^-3 MPa]", 1e3),
+        ("Schubspannung [Pa ×10²]", 1e2),
+        ("Shear stress (100 Pa)", 1e2),
+        ("Shear stress (10⁻³ Pa)", 1e-3),
+    ],
+)
+def test_a_power_of_ten_within_the_unit_is_of_the_unit(tmp_path: Path, name: str, factor: float) -> None:
+    (curve,) = read_flow_curves(written(tmp_path, "Shear rate (1/s)", name, factor=factor)).curves
+    assert curve.stress == pytest.approx(STRESSES, rel=1e-5)
+
+
+@pytest.mark.parametrize("name", ["Shear stress ×10³ (Pa)", "Shear stress x 10^3 [Pa]", "1000*tau [Pa]", "τ·10⁻³ (Pa)"])
+def test_a_power_of_ten_beside_the_name_is_asked_about(tmp_path: Path, name: str) -> None:
+    with pytest.raises(UnitError, match="may be times or over it") as asked:
+        read_flow_curves(written(tmp_path, "Shear rate (1/s)", name, factor=1e3))
+    assert "FACTOR Pa" in asked.value.remedy
+
+
+@pytest.mark.parametrize("name", ["Shear stress (Pa abs)", "Shear stress (g cm-1 s-2 ?)", "Shear stress (psi gauge)"])
+def test_a_unit_in_brackets_that_nobody_knows_is_not_taken_for_pascals(tmp_path: Path, name: str) -> None:
+    with pytest.raises(UnitError, match="no unit that erclutch knows"):
+        read_flow_curves(written(tmp_path, "Shear rate (1/s)", name))
+
+
+@pytest.mark.parametrize("name", ["Shear stress (mean)", "Shear stress (sample 2)", "Shear stress (run A)"])
+def test_words_in_brackets_are_no_unit(tmp_path: Path, name: str) -> None:
+    (curve,) = read_flow_curves(written(tmp_path, "Shear rate (1/s)", name)).curves
+    assert curve.stress == pytest.approx(STRESSES, rel=1e-5)
+
+
+@pytest.mark.parametrize(
+    "names",
+    [
+        ("Extension rate [1/s]", "Tensile stress [Pa]", "Extensional viscosity [Pa s]"),
+        ("Dehnrate [1/s]", "Zugspannung [Pa]"),
+        ("shear rate [1/s]", "relative viscosity"),
+        ("shear rate [1/s]", "reduced viscosity [-]"),
+        ("shear rate [1/s]", "specific viscosity"),
+        ("shear rate [1/s]", "N1 [Pa]"),
+    ],
+)
+def test_quantities_that_are_no_shear_are_refused_and_none_is_offered(tmp_path: Path, names: tuple[str, ...]) -> None:
+    with pytest.raises(MappingError, match="each is of another quantity") as refused:
+        read_flow_curves(written(tmp_path, *names))
+    assert "[Pa" not in refused.value.remedy
+
+
+def test_a_normal_stress_beside_the_viscosity_is_no_shear_stress(tmp_path: Path) -> None:
+    (curve,) = read_flow_curves(written(tmp_path, "Shear rate [1/s]", "N1 [Pa]", "Viscosity [Pa s]", factor=9.0)).curves
+    assert curve.stress == pytest.approx(STRESSES, rel=1e-5)
