@@ -182,8 +182,26 @@ def test_inspect_of_logs_in_different_units_shows_each_and_says_so(tmp_path: Pat
     assert "units differ" in said.splitlines()[-1]
 
 
+@pytest.mark.parametrize(
+    ("rows", "answer"),
+    [
+        (72, "Understood. Fit it: erclutch fit log.csv --out RUN"),
+        (64, "Understood. Fit it, and hold out less than usual, for the rows are few: erclutch fit log.csv --test 0.2"),
+        (51, "Understood, but nothing can be fitted to it: 51 rows are too few: a fit trains on 50"),
+    ],
+)
+def test_inspect_says_what_a_fit_of_few_rows_holds_out(tmp_path: Path, rows: int, answer: str) -> None:
+    lines = [f"{k / 100},{np.sin(k):.5f},{np.tanh(9 * np.sin(k)):.5f}\n" for k in range(rows)]
+    (tmp_path / "log.csv").write_text("time_s,velocity_rad_s,torque_Nm\n" + "".join(lines))
+    last = good("inspect", "log.csv", cwd=tmp_path).splitlines()[-1]
+    assert last.startswith(answer)
+    if "--test" in last:
+        fit = shlex.split(last.partition(": erclutch ")[2])
+        good(*fit, "--models", "bingham", cwd=tmp_path)
+
+
 def test_inspect_asks_about_a_guess_that_rests_on_little_and_names_the_command(tmp_path: Path) -> None:
-    lines = [f"{k / 100},{0.5 + 0.4 * np.sin(k)},{k % 7 - 3},{k % 5}\n" for k in range(60)]
+    lines = [f"{k / 100},{0.5 + 0.4 * np.sin(k)},{k % 7 - 3},{k % 5}\n" for k in range(80)]
     (tmp_path / "log.csv").write_text("t [s],q7 [V],slip [rad/s],torque [N*m]\n" + "".join(lines))
     last = good("inspect", "log.csv", cwd=tmp_path, code=1).splitlines()[-1]
     assert last.startswith("In doubt: field is column q7 by its unit alone")

@@ -12,6 +12,7 @@ from erclutch.logs import read
 from tests.support.command import good
 
 SPEED = np.arange(40) * 100.0 + 1000.0
+MANY = np.arange(80) * 50.0 + 1000.0  # enough for a fit
 
 
 def written(folder: Path, header: str, *columns: np.ndarray) -> Path:
@@ -89,7 +90,7 @@ def test_a_motion_is_asked_for_its_rate(tmp_path: Path, header: str, speed: np.n
 
 
 def test_rows_are_points_where_the_user_says_that_there_is_no_time(tmp_path: Path) -> None:
-    path = written(tmp_path, "Speed [rpm],Torque [N*m]", SPEED % 700, SPEED % 9)
+    path = written(tmp_path, "Speed [rpm],Torque [N*m]", MANY % 700, MANY % 9)
     log = read(path, time="none")
     assert any("no time (given): the rows are points" in note for note in log.notes)
     asked = good("inspect", "points.csv", cwd=tmp_path, code=1).splitlines()[-1]
@@ -109,14 +110,14 @@ def test_a_rate_that_is_given_counts_for_points_too(tmp_path: Path) -> None:
 
 
 def test_inspect_understands_points(tmp_path: Path) -> None:
-    written(tmp_path, "RPM,Torque (ft-lbs)", SPEED, 30.0 + SPEED % 9)
+    written(tmp_path, "RPM,Torque (ft-lbs)", MANY, 30.0 + MANY % 9)
     assert good("inspect", "points.csv", cwd=tmp_path).splitlines()[-1].startswith("Understood.")
 
 
 @pytest.mark.parametrize("word", ["cell", "trial", "well"])
 def test_a_time_that_no_row_follows_is_told_and_the_rows_are_taken_as_points(tmp_path: Path, word: str) -> None:
-    times = 12.0 + SPEED % 7  # s, of each point by itself
-    path = written(tmp_path, f"{word},Elapsed_Time_s,RPM,Torque [N*m]", SPEED // 1000, times, SPEED, SPEED % 9)
+    times = 12.0 + MANY % 7  # s, of each point by itself
+    path = written(tmp_path, f"{word},Elapsed_Time_s,RPM,Torque [N*m]", MANY // 1000, times, MANY, MANY % 9)
     said = good("inspect", path.name, cwd=tmp_path, code=1).splitlines()
     assert said[-1] == "What settles it: erclutch inspect points.csv --field none --time none"
     said = good("inspect", path.name, "--field", "none", "--time", "none", cwd=tmp_path).splitlines()
@@ -150,8 +151,8 @@ def test_positions_swept_anew_for_each_current_are_said_to_be_a_map_at_rest(tmp_
 
 
 def test_a_time_that_stands_still_is_told_with_the_command_that_takes_the_rows_as_points(tmp_path: Path) -> None:
-    stands = np.full(SPEED.size, 1687087821438.0)
-    written(tmp_path, "TIME,RPM,Torque [N*m]", stands, SPEED % 700, SPEED % 9)
+    stands = np.full(MANY.size, 1687087821438.0)
+    written(tmp_path, "TIME,RPM,Torque [N*m]", stands, MANY % 700, MANY % 9)
     said = good("inspect", "points.csv", cwd=tmp_path, code=1).splitlines()
     assert said[-1] == "What settles it: erclutch inspect points.csv --time none"
     assert "Understood." in good("inspect", "points.csv", "--time", "none", cwd=tmp_path)

@@ -34,6 +34,7 @@ class LogLook:
         rows: the first recording.
         covered: all recordings, as far as they fit together.
         unfit: why no model can be fitted to them; "" where nothing stands against it.
+        share: what few rows may hold out at most, so that a fit has enough to train on; None for the usual share.
         advice: what logs teach nothing new, and what no log has.
     """
 
@@ -48,6 +49,7 @@ class LogLook:
     rows: Dataset | None
     covered: Dataset | None
     unfit: str
+    share: float | None
     advice: list[str]
 
     @property
@@ -128,9 +130,13 @@ def look_at(
         except ErclutchError as error:  # such as logs in different units
             refused[error.where] = str(error)
     unfit = ""
+    share: float | None = None
     if covered is not None:
-        from erclutch.fit.checks.data_check import require_change
+        from erclutch.fit.checks.data_check import FEWEST_ROWS, require_change, smaller_share
 
+        share = smaller_share(covered)
+        if share == 0.0:
+            unfit = f"{covered.rows} rows are too few: a fit trains on {FEWEST_ROWS} and holds others out. Log more"
         try:
             require_change(covered)
         except CheckError as error:
@@ -151,6 +157,7 @@ def look_at(
         rows=rows,
         covered=covered,
         unfit=unfit,
+        share=share,
         advice=advice,
     )
 

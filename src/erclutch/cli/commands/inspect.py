@@ -236,7 +236,11 @@ def _tell_what_is_next(look: LogLook, typed: str, reading: LogOptions) -> None:
     elif not look.refused:
         words = map(shlex.quote, reading.words())
         command = " ".join(["erclutch fit", typed, *words])
-        terminal.say(f"Understood. Fit {'them' if look.further else 'it'}: {command} --out RUN")
+        them = "them" if look.further else "it"
+        if look.share is not None:
+            command += f" --test {look.share:g}"
+            them += ", and hold out less than usual, for the rows are few"
+        terminal.say(f"Understood. Fit {them}: {command} --out RUN")
         if not reading.words() and tells_a_flow_curve(look.plan.labels):
             terminal.say(f"Or as a flow curve: {_flow_command(look)}")
 
@@ -357,6 +361,8 @@ def _as_json(look: LogLook, courses: int) -> dict[str, Any]:
     findings = log_tables.findings(look.covered) if look.covered else []
     if look.unfit:
         findings.append(f"warning: nothing can be fitted: {look.unfit}")
+    elif look.share is not None:
+        findings.append(f"note: the rows are few: fit them with --test {look.share:g}")
     body: dict[str, Any] = {
         "columns": columns,
         "damage": look.raw.damage,

@@ -15,6 +15,7 @@ from erclutch.fit.checks.sensor_check import sensor_findings
 from erclutch.fit.training_range import range_of
 from erclutch.logs.clock.resample import RESAMPLED
 from erclutch.logs.dataset import Dataset
+from erclutch.logs.held_out import hold_out
 from erclutch.logs.plan import THOUGH
 from erclutch.signals.array import Mask, rms
 from erclutch.signals.device import largest_field
@@ -28,7 +29,11 @@ SIGN = "sign"
 #: Subject of the finding that all rows have a single field.
 STEADY_FIELD = "field"
 
-_FEWEST_ROWS = 50
+#: Rows to train on, below which nothing is fitted.
+FEWEST_ROWS = 50
+#: Share of the rows that is held out, where nobody says another; and those that few rows may hold out.
+USUAL_SHARE = 0.3
+_SMALLER_SHARES = (0.25, 0.2, 0.15, 0.1)
 #: A field, over the largest, below which it is none; two fields that differ by less are one.
 _NO_FIELD = 1e-6
 #: How a note of a recording says from which column a signal came.
@@ -62,9 +67,9 @@ def check(data: Dataset, test: Mask) -> tuple[Finding, ...]:
         CheckError: too few rows, slip or effort that do not vary, or a field that varies in the rows held out alone.
     """
     train = data.take(~test)
-    if train.rows < _FEWEST_ROWS:
+    if train.rows < FEWEST_ROWS:
         raise CheckError(
-            f"{train.rows} rows to train on, at least {_FEWEST_ROWS} are needed",
+            f"{train.rows} rows to train on, at least {FEWEST_ROWS} are needed",
             where=data.where,
             remedy="Log for longer, or hold out less with --test",
         )
@@ -95,6 +100,15 @@ def check(data: Dataset, test: Mask) -> tuple[Finding, ...]:
         *sensor_findings(data),
     )
     return tuple(finding for finding in findings if finding is not None)
+
+
+def smaller_share(data: Dataset) -> float | None:
+    """What few rows may hold out at most: None for the usual share, 0 where none leaves enough to train on."""
+    for share in (None, *_SMALLER_SHARES):
+        held = hold_out(data, share or USUAL_SHARE)
+        if data.rows - int(held.sum()) >= FEWEST_ROWS:
+            return share
+    return 0.0
 
 
 def steady_command(train: Dataset) -> bool:
