@@ -246,3 +246,39 @@ def test_the_same_motion_at_several_fields_is_no_copy(tmp_path: Path) -> None:
         text += f"{field} A\nTime (s),Displacement (mm),Force (N)\n{rows(TIME, TURN, DRAG + field)}\n"
     with pytest.raises(AlikeRecordingsError):
         table_of_log(written(tmp_path, text), ColumnMap(), None)
+
+
+LVM_HEAD = """LabVIEW Measurement\t
+Separator\tTab
+Decimal_Separator\t.
+X_Columns\tMulti
+***End_of_Header***\t
+
+Channels\t3
+Samples\t{samples}
+Y_Unit_Label\t{units}
+X0\t{zeros}
+***End_of_Header***
+X_Value\tCurrent\tX_Value\tSpeed\tX_Value\tTorque\tComment
+"""
+
+
+@pytest.mark.parametrize(
+    ("gap", "units", "known"),
+    [
+        ("\t\t", ["A", "rpm", "Nm"], ["A", "rpm", "Nm"]),
+        ("\t\t", ["A", "rpm", ""], ["A", "rpm", None]),
+        ("\t\t", ["", "", "Nm"], [None, None, "Nm"]),
+        ("\t", ["A", "rpm", "Nm"], ["A", "rpm", "Nm"]),
+        ("\t", ["A", "", "Nm"], ["A", None, "Nm"]),
+    ],
+)
+def test_units_of_labview_stand_above_their_channel_or_one_after_another(
+    tmp_path: Path, gap: str, units: list[str], known: list[str | None]
+) -> None:
+    head = LVM_HEAD.format(samples=gap.join(["6"] * 3), units=gap.join(units), zeros=gap.join(["0.0"] * 3))
+    rows = [f"{0.1 * k:.1f}\t{k}\t{0.1 * k:.1f}\t{10 + k}\t{0.1 * k:.1f}\t{20 + k}" for k in range(6)]
+    path = tmp_path / "log.lvm"
+    path.write_text(head + "\n".join(rows) + "\n")
+    table = read_table(path)
+    assert [table.units[name] for name in ("Current", "Speed", "Torque")] == known

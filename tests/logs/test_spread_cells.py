@@ -42,6 +42,19 @@ def test_a_comma_behind_a_spread_ends_its_cell(tmp_path: Path) -> None:
     assert table.columns["x"].tolist() == [3.0] * 5
 
 
+@pytest.mark.parametrize("form", ["{} (0.7)", "{}(0.7)", "{} (±0.7)", '"{} (0.7)"'])
+def test_a_spread_may_stand_in_brackets(tmp_path: Path, form: str) -> None:
+    lines = ["t [s],Force [N],x (2)", *(f"{row},{form.format(number)},{row}" for row, number in enumerate(NUMBERS))]
+    table = read_table(written(tmp_path, lines))
+    assert table.columns["Force"].tolist() == NUMBERS
+    assert any("5 cells hold in brackets what their numbers scatter by" in note for note in table.notes)
+
+
+def test_what_is_as_large_as_its_number_in_brackets_is_another_quantity(tmp_path: Path) -> None:
+    text = "\n".join(["t [s],Force [N]", *(f"{row},{number} ({20 + row})" for row, number in enumerate(NUMBERS))])
+    assert without_spread_in_cells(text) == (text, "")
+
+
 def test_a_remark_with_a_tolerance_changes_nothing(tmp_path: Path) -> None:
     lines = ["# gap 0.5 ± 0.02 mm", "t [s],Force [N]", *(f"{row},{number}" for row, number in enumerate(NUMBERS))]
     table = read_table(written(tmp_path, lines))

@@ -132,7 +132,7 @@ def test_two_decimal_marks_are_read_where_each_column_keeps_to_one(
     [
         ["{n};0,{m}1;0.{m}1;1", "{n};0,{m}1;0,{m}1;1"],  # the third column has both
         ["{n};1,50{m};0.{m}1;0,{m}5", "{n};2,50{m};0.{m}2;0,{m}5"],  # the second may have thousands
-        ["{n};1.234,{m}5;1,234.{m}5;1", "{n};1.235,{m}5;1,235.{m}5;1"],
+        ["{n};1.234,{m}5;1,234.{m}5;1", "{n};1.235;1,235.{m}5;1"],
     ],
 )
 def test_two_decimal_marks_in_one_column_or_beside_doubtful_numbers_are_refused(
@@ -417,3 +417,25 @@ def test_times_that_no_clock_counts_are_one_line(written: Written) -> None:
     lines = [f"{i}e300,1,{i % 5},{i % 3}" for i in range(ROWS)]
     with pytest.raises(TimingError, match=r"column time goes up to 5\.9e\+301 s"):
         erclutch.read(written("time [s],field [A],slip [rad/s],torque [N*m]\n" + "\n".join(lines) + "\n"))
+
+
+@pytest.mark.parametrize(
+    ("digits", "point", "thousands"),
+    [("٠١٢٣٤٥٦٧٨٩", "٫", "٬"), ("۰۱۲۳۴۵۶۷۸۹", "٫", ""), ("０１２３４５６７８９", "．", ""), ("०१२३४५६७८९", ".", "")],
+)
+def test_digits_of_other_scripts_are_numbers(written: Written, digits: str, point: str, thousands: str) -> None:
+    signs = str.maketrans("0123456789._", f"{digits}{point}_")
+
+    def form(value: float, places: int) -> str:
+        grouped = f"{value:,.{places}f}" if thousands else f"{value:.{places}f}"
+        return grouped.replace(",", "_").translate(signs).replace("_", thousands)
+
+    assert is_the_log(erclutch.read(written(table(";", form))))
+
+
+def test_a_column_of_decimal_commas_may_have_points_between_its_thousands(written: Written) -> None:
+    lines = ["time [s];field [V];speed [rpm];torque [N*m]"]
+    for time, field, speed, torque in zip(TIME, FIELD, SPEED, TORQUE, strict=True):
+        german = f"{speed:,.1f}".replace(",", "_").replace(".", ",").replace("_", ".")
+        lines.append(f"{time:.2f};{field:,.2f};{german};{torque:.3f}")
+    assert is_the_log(erclutch.read(written("\n".join(lines) + "\n")))

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from erclutch.errors import LogError
+from erclutch.errors import ErclutchError, LogError
 from erclutch.logs import read, read_table
 from erclutch.logs.readers.unit_cells import unit_in, without_units_in_cells
 
@@ -44,11 +44,34 @@ def test_units_of_cells_are_those_of_the_column(tmp_path: Path, header: str, row
     assert recording.signals["field"] == pytest.approx(ampere * 0.5 * (np.arange(60) // 20))
 
 
-def test_another_unit_among_them_is_named(tmp_path: Path) -> None:
-    path = log(tmp_path / "d.csv", "time [s],current,velocity [m/s],force [N]", "{t:.2f},{i:.1f} A,{v:.6f},{f:.6f}")
-    path.write_text(path.read_text().replace("0.5 A", "500 mA", 1))
-    with pytest.raises(LogError, match="'500 mA' where a number is expected"):
+HEAD, ROW = "time [s],current,velocity [m/s],force [N]", "{t:.2f},{i:.1f} A,{v:.6f},{f:.6f}"
+
+
+def test_a_cell_of_another_quantity_is_named(tmp_path: Path) -> None:
+    path = log(tmp_path / "d.csv", HEAD, ROW)
+    path.write_text(path.read_text().replace("0.5 A", "500 mV", 1))
+    with pytest.raises(LogError, match="'500 mV' where a number is expected"):
         read(path)
+
+
+@pytest.mark.parametrize("count", [1, 20])
+def test_a_meter_that_changes_its_range_is_read_in_one_unit(tmp_path: Path, count: int) -> None:
+    path = log(tmp_path / "d.csv", HEAD, ROW)
+    path.write_text(path.read_text().replace("0.5 A", "500 mA", count))
+    assert read(path).signals["field"] == pytest.approx(0.5 * (np.arange(60) // 20))
+
+
+def test_a_bare_number_among_cells_of_several_units_is_in_none(tmp_path: Path) -> None:
+    path = log(tmp_path / "d.csv", HEAD, ROW)
+    path.write_text(path.read_text().replace("0.5 A", "500 mA", 1).replace("0.5 A", "0.5", 1))
+    with pytest.raises(ErclutchError):
+        read(path)
+
+
+@pytest.mark.parametrize("label", ["current [mA]", "current (mA)"])
+def test_cells_know_their_unit_better_than_their_head(tmp_path: Path, label: str) -> None:
+    path = log(tmp_path / "d.csv", HEAD.replace("current", label), ROW)
+    assert read_table(path).units["current"] == "A"
 
 
 @pytest.mark.parametrize(

@@ -52,8 +52,12 @@ def _segment(source: LogSource, header: str, body: str, first: str) -> Table:
             channels[name] = values
 
     # The header has a unit for each channel. Of one time for all, the channels follow it: the first is the second
-    # column. Of several times, each channel follows its own: the first two columns are the first channel's.
+    # column. Of several times, each channel follows its own: the first two columns are the first channel's. Then the
+    # header may have gaps above the times; what each channel has there tells, for a channel may have no unit.
     has_several_times = _SEVERAL_TIMES.search(first) is not None
+    of_each = [values for key in ("Samples", "X_Dimension", "Delta_X", "Date") if (values := values_of.get(key))]
+    if has_several_times and any(len(values) > 1 and not values[1] for values in of_each):
+        has_several_times = False  # a unit stands above its column, as where there is one time
     unit_of_channel = values_of.get("Y_Unit_Label", [])
     units_of: dict[str, str | None] = {"time": "s"}
     for name in channels:

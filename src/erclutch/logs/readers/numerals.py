@@ -8,6 +8,7 @@ doubtful ones do: ``500`` beside ``1.500`` has no decimals, so ``1.500`` has non
 from __future__ import annotations
 
 import re
+import unicodedata
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -173,7 +174,7 @@ def with_decimal_points(text: str, delimiter: str | None) -> tuple[str, list[int
         cells = parts.split(line.rstrip("\r\n").strip() if delimiter is None else line.rstrip("\r\n"))
         for column in with_commas:
             if column < len(cells) and _has_a_comma(cells[column]):
-                cells[column] = cells[column].replace(",", ".")
+                cells[column] = _with_point(cells[column])
         end = line[len(line.rstrip("\r\n")) :]
         lines[place] = (" " if delimiter is None else delimiter).join(cells) + end
     return "".join(lines), sorted(column + 1 for column in with_commas)
@@ -234,8 +235,13 @@ def _carried(marks: Sequence[set[str]]) -> list[str]:
 
 
 def _has_a_comma(cell: str) -> bool:
-    """Whether a cell is a plain number with a comma in it."""
-    return re.fullmatch(rf"{_SIGN}\d*,\d+{_POWER}", cell.strip(' "')) is not None
+    """Whether a cell is a number with a decimal comma in it, perhaps with points between its thousands."""
+    return re.fullmatch(rf"{_SIGN}(?:\d*|[1-9]\d{{0,2}}(?:\.\d{{3}})+),\d+{_POWER}", cell.strip(' "')) is not None
+
+
+def _with_point(cell: str) -> str:
+    """A number with a decimal comma as one with a decimal point, without points between its thousands."""
+    return cell.replace(".", "").replace(",", ".")
 
 
 def _cell(pattern: str, delimiter: str | None, *, quoted: bool) -> str:
@@ -291,3 +297,22 @@ def with_plain_minus(text: str) -> tuple[str, str]:
     """The text with a hyphen for each other sign that stands before a number as its minus, and a note; "" for none."""
     plain, count = _OTHER_MINUS.subn("-", text)
     return plain, f"{count} numbers have a minus that is no hyphen: read as negative" if count else ""
+
+
+def with_plain_digits(text: str) -> tuple[str, str]:
+    """The text with 0 to 9 and a point for the digits and the decimal mark of other scripts, and a note; "" for none.
+
+    Arabic and Persian numbers have marks of their own between decimals and between thousands; wide letters of Japanese
+    and Chinese have wide digits and a wide point.
+    """
+    if not any(sign > "\x7f" and sign.isdecimal() for sign in {*text[:_SAMPLE]}):
+        return text, ""
+    plain: dict[int, str] = {}
+    for sign in {*text}:
+        if sign > "\x7f" and sign.isdecimal():
+            plain[ord(sign)] = str(unicodedata.decimal(sign))
+    of_script = "".join(map(chr, plain))
+    text = re.sub(f"(?<=[{of_script}])\u066c(?=[{of_script}])", "", text)
+    text = re.sub(f"(?<=[{of_script}])[\u066b\uff0e](?=[{of_script}])", ".", text)
+    text = re.sub(f"[\u2212\uff0d](?=[{of_script}])", "-", text)
+    return text.translate(plain), "digits of another script are read as 0 to 9"

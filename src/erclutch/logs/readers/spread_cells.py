@@ -1,4 +1,8 @@
-"""Tables of papers write what a number scatters by into its cell (``12.3 ± 0.4``): the number is what was measured."""
+"""Tables of papers write what a number scatters by into its cell: the number is what was measured.
+
+It stands behind a sign (``12.3 ± 0.4``) or in brackets (``12.3 (0.4)``); what is no small part of its number is another
+quantity.
+"""
 
 from __future__ import annotations
 
@@ -7,11 +11,19 @@ import re
 from erclutch.logs.readers.dialect import LINE_END
 
 _FEWEST = 3  # rows: one such cell may be a remark
+_LOOKED_AT = 1 << 13  # last characters
+_NEARLY_ALL = 0.9  # of the cells: a faint one may scatter by more
 _PLUS_MINUS = r"[ \t]*(?:±|\+/-|\+-)[ \t]*"
 _EXPONENT = r"(?:[eE][+-]?\d+)?"
 _IN_A_CELL = re.compile(rf"(?<=[\d.]){_PLUS_MINUS}\d+(?:\.\d+)?{_EXPONENT}(?![.\d])")
 #: Where the comma is no delimiter, it is the decimal mark of both numbers.
 _WITH_COMMAS = re.compile(rf"(?<=[\d,]){_PLUS_MINUS}\d+(?:[.,]\d+)?{_EXPONENT}(?![.,\d])")
+_SMALL = 0.5  # of the number: what a number in brackets scatters by stays below
+#: A whole cell, between blanks, delimiters and ends of the line.
+_BRACKETED = re.compile(
+    r"(?:^|(?<=[\t;,|]))([ \t]*\"?[+-]?(\d+(?:[.,]\d+)?))[ \t]*\((?:±[ \t]*)?(\d+(?:[.,]\d+)?)\)"
+    r"(?=\"?[ \t]*(?:[\t;,|]|$))"
+)
 _IN_A_NAME = re.compile(
     rf"{_PLUS_MINUS}(?:s\.? ?d\.?|s\.? ?e\.?(?: ?m\.?)?|std\w*|stdev|error|Δ\w*)(?![^\W_])",
     re.IGNORECASE,
@@ -20,6 +32,9 @@ _IN_A_NAME = re.compile(
 
 def without_spread_in_cells(text: str) -> tuple[str, str]:
     """The text with the numbers of such cells alone, and what is said of it; "" where there are none."""
+    bracketed, told = _without_brackets(text)
+    if told:
+        return bracketed, told
     if not any(mark in text for mark in ("±", "+/-", "+-")):
         return text, ""
     lines = LINE_END.split(text)
@@ -35,3 +50,25 @@ def without_spread_in_cells(text: str) -> tuple[str, str]:
     example = pattern.search(rows[0])
     shown = example.group().strip() if example else "±"
     return "\n".join(lines), f"{count} cells hold what their numbers scatter by ({shown}): left out"
+
+
+def _without_brackets(text: str) -> tuple[str, str]:
+    """The text without the numbers in brackets behind those of cells, if nearly all are a small part of these."""
+    tail = text[-_LOOKED_AT:]
+    if "(" not in tail or ")" not in tail:
+        return text, ""
+    cells = [_BRACKETED.findall(line) for line in LINE_END.split(tail)]
+    if sum(map(bool, cells)) < _FEWEST:
+        return text, ""
+    lines = LINE_END.split(text)
+    small = count = 0
+    for place, line in enumerate(lines):
+        if "(" not in line:
+            continue
+        for _, number, spread in _BRACKETED.findall(line):
+            count += 1
+            small += float(spread.replace(",", ".")) <= _SMALL * float(number.replace(",", "."))
+        lines[place] = _BRACKETED.sub(r"\1", line)
+    if small < _NEARLY_ALL * count:
+        return text, ""
+    return "\n".join(lines), f"{count} cells hold in brackets what their numbers scatter by: left out"

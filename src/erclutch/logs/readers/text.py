@@ -25,7 +25,13 @@ from erclutch.logs.readers.dialect import LINE_END, SAMPLE, Dialect, sniff
 from erclutch.logs.readers.list_cells import without_lists
 from erclutch.logs.readers.loose_text import with_a_line_of_names, without_brackets, without_matrix
 from erclutch.logs.readers.lying_tables import upright
-from erclutch.logs.readers.numerals import TwoDecimalMarksError, grouped_by_blanks, ungrouped, with_plain_minus
+from erclutch.logs.readers.numerals import (
+    TwoDecimalMarksError,
+    grouped_by_blanks,
+    ungrouped,
+    with_plain_digits,
+    with_plain_minus,
+)
 from erclutch.logs.readers.serial_monitor import with_stamps_in_cells
 from erclutch.logs.readers.side_by_side import read_side_by_side
 from erclutch.logs.readers.spread_cells import without_spread_in_cells
@@ -68,6 +74,7 @@ def read_text(source: LogSource) -> Table:
     stamps = ""
     if " -> " in text:
         text, stamps = with_stamps_in_cells(text)
+    text, digits = (text, "") if text.isascii() else with_plain_digits(text)
     text, minus = (text, "") if text.isascii() else with_plain_minus(text)
     text, matrix = without_matrix(text) if "]" in text else (text, "")
     text = without_row_marks(text) if ";" in text else text
@@ -96,7 +103,7 @@ def read_text(source: LogSource) -> Table:
         if names:
             listed_names = ", ".join(names)
             notes.append(f"numbers have a decimal comma in column {listed_names}, and a decimal point in the others")
-    notes += [said for said in (stamps, minus, matrix, listed, glued, spread, units_in_cells, lying) if said]
+    notes += [said for said in (stamps, digits, minus, matrix, listed, glued, spread, units_in_cells, lying) if said]
     if broken:
         notes.append(f"{broken} quoted cells hold a number and a line end: the line end is left out")
 

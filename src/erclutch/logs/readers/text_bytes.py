@@ -5,6 +5,7 @@ from __future__ import annotations
 import gzip
 import io
 import re
+import unicodedata
 import zlib
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
@@ -26,12 +27,19 @@ _GZIP_COUNTS_TO = 1 << 32  # bytes of a text
 _CHINESE = (
     "时间秒毫分位移毫米速度加转角扭矩力载荷电流电压温度阻尼活塞线圈机制动采样序号数据通道功率频率试验测量设备开始"
 )
-_JAPANESE = "時間秒位置変速度回転数角加荷重力電流圧温トルクストーローラセンサ試験測定番号モタータ摩擦"
+_JAPANESE = (
+    "時間秒位置変速度回転数角加荷重力電流圧温トルクストーローラセンサ試験測定番号モタータ摩擦"
+    "せん断ずりズリ応粘磁束密料名周波"
+)
 _KOREAN = "시간초전류압속도토크힘변위치각회하중모멘트온마찰력데이터측정번호"
 #: Letters that are no accents of a Latin word, since they stand side by side.
 _RUSSIAN = re.compile(r"[А-яЁё]{3,}")
+#: Japanese letters of half the width side by side: alone they are signs of Latin texts, such as µ and °.
+_NARROW = re.compile(r"[\uff66-\uff9f]{3,}")
 #: Bytes that no text holds, besides zero.
 CONTROL = bytes(set(range(32)) - set(b"\t\n\r\f\v\x1a"))
+#: Where Japanese begins in mail and in old instruments, and where it ends.
+_ESCAPES = (b"\x1b$B", b"\x1b$@", b"\x1b(J")
 _HIDDEN = re.compile(r"[^\S \t\r\n]|[\x00-\x08\x0e-\x1b\x7f-\x9f\xad\u200b-\u200f\u202a-\u202e\u2060-\u2069\ufeff]")
 DAMAGE = "not seen: text has no checksums; as .gz it has"
 
@@ -60,11 +68,18 @@ def _eastern(data: bytes) -> str:
     """
     best = 0  # letters
     best_encoding = ""
-    for encoding, letters in (("gb18030", _CHINESE), ("shift_jis", _JAPANESE), ("cp949", _KOREAN)):
+    for encoding, letters in (
+        ("gb18030", _CHINESE),
+        ("shift_jis", _JAPANESE),
+        ("euc_jp", _JAPANESE),
+        ("cp949", _KOREAN),
+    ):
         try:
             text = data.decode(encoding)
         except (UnicodeDecodeError, LookupError):  # some builds of Python come without the tables of these encodings
             continue
+        if letters is _JAPANESE and _NARROW.search(text):
+            text = unicodedata.normalize("NFKC", text)
         known = sum(text.count(letter) for letter in letters)
         foreign = sum(letter > "\x7f" for letter in text)
         if known > best and 2 * known > foreign:
@@ -86,7 +101,7 @@ def _cyrillic(data: bytes) -> str:
 
 
 def _encoding_of(data: bytes) -> str:
-    """UTF-16 where every other byte is zero or a mark says so, else UTF-8 with or without a mark.
+    """UTF-16 where every other byte is zero or a mark says so, Japanese of 7 bits by its escapes, else UTF-8.
 
     Raises:
         LogError: the bytes are no text.
@@ -100,6 +115,8 @@ def _encoding_of(data: bytes) -> str:
     if len(data) > 3 and even.count(0) > 0.8 * len(even) and data[1]:
         return "utf-16-be"
     head = data[:65536]
+    if head.isascii() and any(escape in head for escape in _ESCAPES):
+        return "iso2022_jp"
     controls = len(head) - len(head.translate(None, CONTROL))
     if b"\0" in data or controls > 0.01 * len(head):
         raise _not_text(data)

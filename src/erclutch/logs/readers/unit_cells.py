@@ -1,4 +1,7 @@
-"""Some loggers write the unit into each cell (``0.5 A``): it belongs to the column, and the cells are numbers."""
+"""Some loggers write the unit into each cell (``0.5 A``): it belongs to the column, and the cells are numbers.
+
+A meter that changes its range changes the unit too (``950 mV``, ``1.2 V``): all cells come in the unit of the last.
+"""
 
 from __future__ import annotations
 
@@ -8,6 +11,7 @@ from collections.abc import Mapping, Sequence
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
+from erclutch.logs.columns.labels import split_label
 from erclutch.logs.readers.cells import is_comment
 from erclutch.logs.readers.dialect import LINE_END
 from erclutch.signals import units
@@ -36,15 +40,22 @@ def without_units_in_cells(text: str) -> tuple[str, str]:
 
     rows = [line.split(delimiter) for line in LINE_END.split(text)]
     first = next(place for place, cells in enumerate(rows) if _is_row(cells, unit_of))
-    for cells in rows[first:]:
-        for column, unit in unit_of.items():
-            if column < len(cells) and unit_in(cells[column]) == unit:
-                cells[column] = _MEASURED.sub(r"\1", cells[column])
+    for column, unit in [*unit_of.items()]:
+        own = [cells[column] if column < len(cells) else "" for cells in rows[first:]]
+        units_in_cells = {unit_in(cell) for cell in own if cell.strip(' "0.,')}
+        if None in units_in_cells and len(units_in_cells) > 2:
+            del unit_of[column]  # nobody knows in which of the units a bare number is
+            continue
+        for cells in rows[first:]:
+            if column < len(cells) and unit_in(cells[column]):
+                cells[column] = _in_unit(cells[column], unit)
+    if not unit_of:
+        return text, ""
     if first and len(rows[first - 1]) >= len(rows[first]):
         header = rows[first - 1]
         for column, unit in unit_of.items():
-            name = header[column].strip()
-            if not name.endswith(("]", ")")):
+            name, own_unit = split_label(header[column])
+            if own_unit != unit and (own_unit or not name.endswith(("]", ")"))):  # the cells know better
                 header[column] = f"{name} [{unit}]"
     said = ", ".join(dict.fromkeys(unit_of.values()))
     return "\n".join(
@@ -79,9 +90,26 @@ def unit_in(cell: str) -> str | None:
     return unit if units.is_unit(unit) else None
 
 
-def _units_by_column(lines: Sequence[str]) -> tuple[str, Mapping[int, str]]:
-    """The delimiter, and the unit of each column in all of whose cells the same one stands."""
-    best: tuple[str, Mapping[int, str]] = (",", {})
+def _in_unit(cell: str, unit: str) -> str:
+    """The number of a cell in a unit; as it is written where the cell has that unit, or one of another quantity."""
+    own = unit_in(cell)
+    number = _MEASURED.sub(r"\1", cell)
+    if own is None or own == unit:
+        return number
+    if not _is_of_one_quantity(own, unit):
+        return cell
+    converted = float(number.replace(",", ".")) * units.parse(own).factor / units.parse(unit).factor
+    written = f"{converted:.15g}"
+    return written.replace(".", ",") if "," in number else written
+
+
+def _is_of_one_quantity(unit: str | None, other: str) -> bool:
+    return unit is not None and units.parse(unit).dimension == units.parse(other).dimension
+
+
+def _units_by_column(lines: Sequence[str]) -> tuple[str, dict[int, str]]:
+    """The delimiter, and for each column whose cells all have a unit of one quantity the unit of the last."""
+    best: tuple[str, dict[int, str]] = (",", {})
     for delimiter in _DELIMITERS:
         rows = [line.split(delimiter) for line in lines]
         if not rows:
@@ -93,7 +121,7 @@ def _units_by_column(lines: Sequence[str]) -> tuple[str, Mapping[int, str]]:
         unit_of: dict[int, str] = {}
         for column in range(width):
             unit = unit_in(whole[-1][column])  # most logs end here
-            if unit and all(unit_in(cells[column]) == unit for cells in whole):
+            if unit and all(_is_of_one_quantity(unit_in(cells[column]), unit) for cells in whole):
                 unit_of[column] = unit
         if len(unit_of) > len(best[1]):
             best = delimiter, unit_of
@@ -101,5 +129,6 @@ def _units_by_column(lines: Sequence[str]) -> tuple[str, Mapping[int, str]]:
 
 
 def _is_row(cells: Sequence[str], unit_of: Mapping[int, str]) -> bool:
-    units_here = {column: unit_in(cells[column]) for column in unit_of if column < len(cells)}
-    return units_here == unit_of
+    return all(
+        column < len(cells) and _is_of_one_quantity(unit_in(cells[column]), unit) for column, unit in unit_of.items()
+    )
