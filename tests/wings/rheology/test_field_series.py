@@ -147,3 +147,13 @@ def test_a_figure_is_of_one_file(tmp_path: Path) -> None:
     for name in ("a.csv", "b.csv"):
         tidy(tmp_path / name, "E [kV/mm],Shear rate [1/s],Shear stress [Pa]")
     assert "a figure is of one file" in refused("flowcurve", "a.csv", "b.csv", "--figure", "f.svg", cwd=tmp_path)
+
+
+def test_fields_across_a_pivoted_sheet_are_told(tmp_path: Path) -> None:
+    rates = np.geomspace(0.1, 1000.0, 9)
+    lines = ["rate [1/s],stress [Pa] at magnetic flux density [T],,", ",0,0.2,0.4"]
+    lines += [",".join(f"{x:.6g}" for x in (rate, 9.0 + rate, 900.0 + rate, 3200.0 + rate)) for rate in rates]
+    (tmp_path / "curve.csv").write_text("\n".join(lines) + "\n")
+    curves = read_flow_curves(tmp_path / "curve.csv").curves
+    assert [(curve.field, curve.field_unit) for curve in curves] == [(0.0, "T"), (0.2, "T"), (0.4, "T")]
+    assert curves[2].stress == pytest.approx(3200.0 + rates, rel=1e-5)

@@ -32,6 +32,7 @@ from erclutch.logs.readers.numerals import (
     with_plain_digits,
     with_plain_minus,
 )
+from erclutch.logs.readers.pivoted_tables import with_pivoted_heads
 from erclutch.logs.readers.serial_monitor import with_stamps_in_cells
 from erclutch.logs.readers.side_by_side import read_side_by_side
 from erclutch.logs.readers.spread_cells import without_spread_in_cells
@@ -86,6 +87,7 @@ def read_text(source: LogSource) -> Table:
     text, spread = without_spread_in_cells(text)
     text, units_in_cells = without_units_in_cells(text)
     text, lying = upright(text)
+    text, pivoted = with_pivoted_heads(text)
     try:
         dialect, notes = _dialect_of(text, source.decimal)
     except TwoDecimalMarksError:
@@ -103,7 +105,9 @@ def read_text(source: LogSource) -> Table:
         if names:
             listed_names = ", ".join(names)
             notes.append(f"numbers have a decimal comma in column {listed_names}, and a decimal point in the others")
-    notes += [said for said in (stamps, digits, minus, matrix, listed, glued, spread, units_in_cells, lying) if said]
+    notes += [
+        said for said in (stamps, digits, minus, matrix, listed, glued, spread, units_in_cells, lying, pivoted) if said
+    ]
     if broken:
         notes.append(f"{broken} quoted cells hold a number and a line end: the line end is left out")
 

@@ -1,0 +1,212 @@
+"""A table may be pivoted: one quantity runs down, another across, and a third fills the cells.
+
+Spreadsheets write stresses so, over shear rates (down) and fields (across). The numbers across are no row: they become
+names of columns with what they are of, ``Shear stress 0.2 T [Pa]``. Rates across are turned down first.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+from erclutch.errors import UnitError
+from erclutch.logs.columns.labels import split_label
+from erclutch.logs.columns.rheometer_names import said_by_name
+from erclutch.logs.readers.cells import cells_of, is_comment, is_number
+from erclutch.logs.readers.dialect import LINE_END
+from erclutch.signals import units
+
+_HEAD = 1 << 14  # characters in which the numbers across stand
+_MOST_ABOVE = 40  # lines
+_FEWEST_ACROSS = 2
+_FEWEST_DOWN = 3
+_LARGEST_TURNED = 1 << 20  # characters of a table that is turned
+_CORNER = re.compile(r"(.+?[\])]|.+?\s)\s*[\\/]\s*(\S.*)")
+_BRACKETS = re.compile(r"[\[(]([^\[\]()]+)[\])]")
+#: Units of what is set for a column: a field or a temperature.
+_SET = ("V", "V/m", "A", "T", "A/m")
+
+
+@dataclass(frozen=True)
+class _Pivot:
+    """Where the numbers across stand, and what is said of them.
+
+    Attributes:
+        line: of the numbers, among all lines.
+        said_in: lines that tell what the numbers are of; they are no prose.
+        delimiter: between the cells.
+        down: label of the quantity that runs down.
+        across: the numbers, as written with a decimal point.
+        value: label of what fills the cells; "" where nobody says.
+        set_to: name and unit of the quantity that runs across.
+        is_turned: whether shear rates run across.
+    """
+
+    line: int
+    said_in: tuple[int, ...]
+    delimiter: str
+    down: str
+    across: tuple[str, ...]
+    value: str
+    set_to: tuple[str, str]
+    is_turned: bool = False
+
+
+def with_pivoted_heads(text: str) -> tuple[str, str]:
+    """The text with a line of names for the numbers across, and a note; the text and "" where it is not pivoted."""
+    head = LINE_END.split(text[:_HEAD])
+    if len(text) > _HEAD:
+        head.pop()
+    for delimiter in ("\t", ";", ",", "|"):
+        pivot = _pivot_in(head, delimiter)
+        if pivot is None:
+            continue
+        lines = LINE_END.split(text)
+        for line in pivot.said_in:
+            lines[line] = ""
+        if not pivot.is_turned:
+            lines[pivot.line] = delimiter.join([pivot.down, *_names(pivot, pivot.across)])
+            return "\n".join(
+                lines
+            ), f"the numbers {', '.join(pivot.across[:4])}, ... above the columns are in their names"
+        if len(text) > _LARGEST_TURNED:
+            return text, ""
+        rows = [cells_of(line, delimiter) for line in lines[pivot.line + 1 :] if line.strip()]
+        count = len(pivot.across)
+        levels = [f"{float(row[0].replace(',', '.')):g}" for row in rows]
+        turned = [delimiter.join([pivot.down, *_names(pivot, levels)])]
+        for place in range(count):
+            cells = [row[place + 1] if place + 1 < len(row) else "" for row in rows]
+            turned.append(delimiter.join([cells_of(lines[pivot.line], delimiter)[place + 1], *cells]))
+        return "\n".join(turned) + "\n", "the shear rates stand across: rows are taken as columns"
+    return text, ""
+
+
+def _pivot_in(lines: Sequence[str], delimiter: str) -> _Pivot | None:
+    """The line of numbers across under a delimiter; None where there is none."""
+    filled = [place for place, line in enumerate(lines) if line.strip() and not is_comment(line)][:_MOST_ABOVE]
+    rows = {place: cells_of(lines[place].rstrip(delimiter), delimiter) for place in filled}
+    for order, place in enumerate(filled):
+        cells = rows[place]
+        below = filled[order + 1 :]
+        above = [rows[each] for each in filled[max(order - 1, 0) : order]]
+        numbers = _rising_numbers(cells[1:], delimiter)
+        if not numbers or _is_any_number(cells[0], delimiter):
+            continue
+        down = cells[0]
+        said_in: list[int] = []
+        if below and not cells[0]:
+            pass
+        elif (
+            below
+            and len([cell for cell in rows[below[0]] if cell]) == 1
+            and not _is_any_number(rows[below[0]][0], delimiter)
+        ):
+            said_in.append(below[0])  # pandas writes the name of what runs down into a line of its own
+            down = rows[below[0]][0]
+            below = below[1:]
+        if not _are_rows([rows[each] for each in below[:_FEWEST_DOWN]], len(numbers) + 1, delimiter):
+            continue
+        own = [cells[0]] if said_in else list[str]()
+        over = [cell for cell in above[0] if cell] if above else []
+        if not cells[0]:
+            # Above an empty corner stands the name of what runs down, and of the cells, over columns without names.
+            if (
+                len(over) < 2
+                or len(over) > 3
+                or not above[0][0]
+                or len(over) > len(numbers)
+                or _has_number(over, delimiter)
+            ):
+                continue
+            down, *over = over
+            said_in.append(filled[order - 1])
+        elif over and len(over) <= 2 and not _has_number(over, delimiter) and len(over) < len(cells) - 1:
+            said_in.append(filled[order - 1])
+        else:
+            over = []
+        corner = _CORNER.fullmatch(cells[0])
+        is_turned = False
+        if corner and not own:
+            first, second = (part.strip() for part in corner.groups())
+            is_turned = said_by_name(split_label(second)[0]) == "rate"
+            down, other = (second, first) if is_turned else (first, second)
+            own = [other]
+        value, set_to = _said(over, own)
+        return _Pivot(place, tuple(said_in), delimiter, down, tuple(numbers), value, set_to, is_turned)
+    return None
+
+
+def _rising_numbers(cells: Sequence[str], delimiter: str) -> list[str]:
+    """Numbers that rise or fall over all cells, as short as they can be written; none where a cell is another."""
+    if len(cells) < _FEWEST_ACROSS or not all(_is_any_number(cell, delimiter) for cell in cells):
+        return []
+    numbers = [
+        float(cell.replace(",", ".")) for cell in cells if cell.count(",") + cell.count(".") < 2 and " " not in cell
+    ]
+    if len(numbers) < len(cells):
+        return []
+    steps = [later - earlier for earlier, later in pairwise(numbers)]
+    if not all(step > 0 for step in steps) and not all(step < 0 for step in steps):
+        return []
+    return [f"{number:g}" for number in numbers]
+
+
+def _are_rows(rows: Sequence[Sequence[str]], width: int, delimiter: str) -> bool:
+    """Whether these are rows of numbers of that width, the first of each filled."""
+    if len(rows) < 2:
+        return False
+    for cells in rows:
+        if not 2 <= len(cells) <= width or not cells[0]:
+            return False
+        if not all(not cell or _is_any_number(cell, delimiter) for cell in cells):
+            return False
+    return any(len(cells) == width for cells in rows)
+
+
+def _is_any_number(cell: str, delimiter: str) -> bool:
+    return is_number(cell, ".") or (delimiter != "," and is_number(cell, ","))
+
+
+def _has_number(cells: Sequence[str], delimiter: str) -> bool:
+    return any(_is_any_number(cell, delimiter) for cell in cells)
+
+
+def _said(over: Sequence[str], own: Sequence[str]) -> tuple[str, tuple[str, str]]:
+    """Label of what fills the cells, and name and unit of what runs across, as the words above and beside them say."""
+    words = [*over, *own]
+    if len(words) > 1:
+        name, unit = split_label(words[1])
+        return words[0], (name, unit or "")
+    if not words:
+        return "", ("", "")
+    told = _BRACKETS.findall(words[0])
+    if len(told) > 1:  # Shear stress [Pa] at flux density [T]
+        first = words[0].index(told[0]) + len(told[0]) + 1
+        behind = _BRACKETS.sub("", words[0][first:]).strip()
+        return words[0][:first], (behind, told[-1])
+    name, unit = split_label(words[0])
+    if own or (unit and _is_set(unit)):
+        return "", (name, unit or "")
+    return words[0], ("", "")
+
+
+def _is_set(unit: str) -> bool:
+    try:
+        return units.is_temperature(unit) or units.fits(unit, _SET) is not None
+    except UnitError:
+        return False
+
+
+def _names(pivot: _Pivot, levels: Sequence[str]) -> list[str]:
+    """A label for each column: the quantity in its cells, and what the column is set to."""
+    name, unit = split_label(pivot.value)
+    set_name, set_unit = pivot.set_to
+    labels: list[str] = []
+    for level in levels:
+        words = [name, f"{level} {set_unit}" if set_unit else f"{set_name or 'at'} {level}"]
+        label = " ".join(word for word in words if word)
+        labels.append(f"{label} [{unit}]" if unit else label)
+    return labels
