@@ -331,7 +331,7 @@ def test_only_blocks_of_a_single_log_let_a_freer_model_lose_a_little() -> None:
 def of_known_errors(name: str, freedom: int, errors: Array) -> Any:
     """A model that errs so on each row, whichever rows it is fitted to."""
     model = SimpleNamespace(name=name, law_part=None, predict=lambda data: data.effort - errors)
-    outcome = SimpleNamespace(model=model, freedom=freedom, train_cost=1.0, parameters=1 + freedom)
+    outcome = SimpleNamespace(name=name, model=model, freedom=freedom, train_cost=1.0, parameters=1 + freedom)
     return SimpleNamespace(candidate=SimpleNamespace(refit=lambda *rows: outcome), outcome=outcome)
 
 

@@ -290,7 +290,7 @@ def test_flow_curves_go_through_their_own_rows(tmp_path: Path) -> None:
     found = compare(whole.data, Settings(models=("bingham/square",), lag="none"))
     model = found.entries[0].outcome.model
     assert isinstance(model, TorqueModel)
-    (curves,) = flow_curves(whole, [model])
+    (curves,) = flow_curves(whole, {model.name: model})
     assert curves.fields.tolist() == [0.0, 1.0, 2.0]
     assert curves.effort[2][-1] == pytest.approx(2.0 * 4.0 + 0.3 * curves.slip[-1], rel=1e-3)
     for level, dots in zip(curves.fields, curves.dots, strict=True):

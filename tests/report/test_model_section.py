@@ -41,7 +41,10 @@ def test_an_exponent_between_two_fields_was_not_measured(material: Material) -> 
 
 def test_curves_of_the_model_are_its_settled_effort(material: Material) -> None:
     model = material.models[material.recommended]
-    (over_slip,), over_field = flow_curves(material.rows, [model], 0, 1), field_curves(material.rows, model, 0, 1)
+    (over_slip,), over_field = (
+        flow_curves(material.rows, {model.name: model}, 0, 1),
+        field_curves(material.rows, model, 0, 1),
+    )
     for k, field in enumerate(over_slip.fields):
         effort = model.steady([np.full(over_slip.slip.size, field)], [over_slip.slip])
         assert np.array_equal(over_slip.effort[k], effort)

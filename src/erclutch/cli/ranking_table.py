@@ -15,6 +15,7 @@ from erclutch.report.numbers.number_text import r2_text
 from erclutch.signals.array import rms
 from erclutch.signals.clock import stretches
 from erclutch.signals.percent import percent
+from erclutch.signals.units import amount
 
 #: Models that are shown where not all of them are asked for.
 SHOWN = 8
@@ -101,17 +102,16 @@ def prediction(entry: RankedModel, unit: str) -> list[str]:
     """What the band of a model holds, and what its figures say of other logs."""
     sentences: list[str] = []
     if entry.band is not None:
-        unit = unit.replace("?", "")
         held = entry.band.held
         over = f", {percent(held.width / entry.band.plain)} of one width for all rows" if entry.band.plain else ""
         of_band = (
             f"Its 95 % prediction band holds {percent(held.share, 1)} of the rows held out "
             f"({percent(held.worst, 1)} in {held.where}); "
-            f"mean width {number(held.width, 3)} {unit}{over}."
+            f"mean width {amount(number(held.width, 3), unit)}{over}."
         )
         taught = entry.band.with_sensor
         if taught is not None:
-            of_band += f" With a torque sensor: {percent(taught.share, 1)}, {number(taught.width, 3)} {unit}."
+            of_band += f" With a torque sensor: {percent(taught.share, 1)}, {amount(number(taught.width, 3), unit)}."
         sentences.append(of_band)
     if entry.by_log is None:
         sentences.append("Rows of one log were held out: nothing here says how far another motion is off.")
@@ -119,8 +119,9 @@ def prediction(entry: RankedModel, unit: str) -> list[str]:
         low, high, logs = entry.by_log
         # A further log is the lowest or the highest of all with a chance of 2 in logs + 1, if they are alike.
         between = (logs - 1) / (logs + 1)
+        reach = amount(f"{number(low, 3)} to {number(high, 3)}", unit)
         sentences.append(
-            f"By log its RMSE is {number(low, 3)} to {number(high, 3)} {unit} ({logs} logs): for a further log like "
+            f"By log its RMSE is {reach} ({logs} logs): for a further log like "
             f"these the RMSE lies between with a chance of {percent(between)}."
         )
     return sentences
@@ -132,10 +133,12 @@ def headline(comparison: Comparison) -> str:
     standing = comparison.standing
     if standing.sign_open or standing.why_none or not chosen.sound:
         return verdict(comparison)
-    unit = comparison.data.units.effort.replace("?", "")
-    overall = f"{number(chosen.test.rmse.value, zeros=True)} {unit}".rstrip()
+    unit = comparison.data.units.effort
+    overall = amount(number(chosen.test.rmse.value, zeros=True), unit)
     moving = _error_in_motion(comparison)
-    in_motion = f"{number(moving, zeros=True)} {unit}".rstrip() + " in motion, and by " if moving is not None else ""
+    in_motion = ""
+    if moving is not None:
+        in_motion = f"{amount(number(moving, zeros=True), unit)} in motion, and by "
     recommended = "is recommended: it errs by" if len(comparison.entries) > 1 else "errs by"
     return (
         f"{comparison.called(chosen.name)}, {recommended} {in_motion}{overall} over the rows held out, "
@@ -166,7 +169,7 @@ def _recommended(comparison: Comparison) -> str:
     chosen = comparison.entry(comparison.recommended)
     of_best = comparison.called(best.name)
     called = comparison.called(chosen.name)
-    unit = comparison.data.units.effort.replace("?", "")
+    unit = comparison.data.units.effort
     if len(comparison.entries) == 1:
         return f"Only {called}, was fitted, so there is nothing to recommend it over."
     if not chosen.sound:
@@ -184,7 +187,7 @@ def _recommended(comparison: Comparison) -> str:
     return (
         f"Recommended: {called} ({chosen.outcome.parameters} parameters), the simplest model that is as good as "
         f"the best one, {of_best} ({best.outcome.parameters} parameters{doubt}): inside its 95 % band, "
-        f"{_band(best.test.rmse)} {unit}, with an error {_percent(chosen.excess)} over its own."
+        f"{amount(_band(best.test.rmse), unit)}, with an error {_percent(chosen.excess)} over its own."
     )
 
 
@@ -198,10 +201,12 @@ def _by_training_rows(comparison: Comparison, chosen: RankedModel, unit: str) ->
         apart = "by less than 5 % or by less than these rows can tell"
         place = f"as good as {comparison.called(least)}, by {number(known[least].value)}: they differ {apart}"
     over_physics = f" {why}" if (why := worth_its_freedom(comparison)) else ""
+    validated = amount(number(known[chosen.name].value), unit)
+    judged = amount(number(chosen.test.rmse.value), unit)
     return (
         f"Recommended: {called} ({chosen.outcome.parameters} parameters). The training rows chose it: with "
-        f"{comparison.chosen_by} left out in turn it errs by {number(known[chosen.name].value)} {unit}, {place}."
-        f"{over_physics} The rows held out chose nothing: there it errs by {number(chosen.test.rmse.value)} {unit}."
+        f"{comparison.chosen_by} left out in turn it errs by {validated}, {place}."
+        f"{over_physics} The rows held out chose nothing: there it errs by {judged}."
         f"{_better_but_turned_down(comparison)}"
     )
 
@@ -210,8 +215,8 @@ def _better_but_turned_down(comparison: Comparison) -> str:
     """The first model that errs by less on the rows held out, and why it is not recommended; empty for none."""
     for entry in comparison.entries:
         if entry.turned_down:
-            unit = comparison.data.units.effort.replace("?", "")
-            error = f"{number(entry.test.rmse.value)} {unit}".rstrip()
+            unit = comparison.data.units.effort
+            error = amount(number(entry.test.rmse.value), unit)
             called = comparison.called(entry.name)
             return f" {called}, errs by {error} there and is not recommended: {entry.turned_down}."
     return ""
@@ -230,9 +235,9 @@ def worth_its_freedom(comparison: Comparison) -> str:
     if chosen.validation is None or not bound:
         return ""
     nearest = min(bound, key=lambda name: bound[name])
-    unit = comparison.data.units.effort.replace("?", "")
+    error = amount(number(bound[nearest]), comparison.data.units.effort)
     return (
-        f"The best model with more physics, {comparison.called(nearest)}, errs by {number(bound[nearest])} {unit} "
+        f"The best model with more physics, {comparison.called(nearest)}, errs by {error} "
         f"over the same parts: clearly more, and nowhere less by as much."
     )
 
@@ -267,12 +272,11 @@ def at_rest(comparison: Comparison) -> str:
         return ""
     chosen = comparison.entry(comparison.recommended)
     share = float(comparison.data.at_rest[comparison.test].mean())
-    moving = number(error, zeros=True)
+    moving = amount(number(error, zeros=True), comparison.data.units.effort)
     overall = number(chosen.test.rmse.value, zeros=True)
-    unit = comparison.data.units.effort.replace("?", "")
     return (
         f"{percent(share)} of the rows held out are at rest. Over those in motion "
-        f"{comparison.id_of(chosen.name)} errs by {moving} {unit}, not {overall}."
+        f"{comparison.id_of(chosen.name)} errs by {moving}, not {overall}."
     )
 
 

@@ -215,7 +215,7 @@ def compare(
         best,
         recommended,
         chosen_by="" if choice is None else choice.words,
-        candidates={each.outcome.model.name: each.candidate for each in fitted},
+        candidates={each.outcome.name: each.candidate for each in fitted},
     )
 
 

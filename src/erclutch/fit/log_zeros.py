@@ -16,6 +16,7 @@ from erclutch.fit.checks.finding import Finding
 from erclutch.fit.choice.scoring import independent_rows
 from erclutch.logs.dataset import Dataset
 from erclutch.signals.array import Array
+from erclutch.signals.units import amount
 
 #: Chance of such a difference between equal logs below which it is called one.
 _CHANCE = 1e-3
@@ -72,9 +73,9 @@ def log_differences(data: Dataset, predicted: Array) -> tuple[Finding, ...]:
 
     findings: list[Finding] = []
     zeros = per_log(residuals, ones, efforts)
-    unit = data.units.effort if data.units.effort not in ("", "?") else ""
+    unit = data.units.effort
     worth = _ZERO * float(np.std(data.effort))
-    listed = _listed(names, zeros, worth, lambda zero, error: f"{zero:+.3g} +- {1.96 * error:.2g} {unit}".rstrip())
+    listed = _listed(names, zeros, worth, lambda zero, error: amount(f"{zero:+.3g} +- {1.96 * error:.2g}", unit))
     if listed:
         message = (
             f"the zero of the effort differs between logs: {listed}, counted from the models' one offset "

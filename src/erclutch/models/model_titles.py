@@ -136,5 +136,5 @@ def _written(parts: _Parts, in_full: Sequence[str], *, forms: bool = False) -> s
         listed = f"{', '.join(others)} and {last}" if others else last
         title += f" with {listed}"
     if parts.label:
-        title += f", {parts.label}"
+        title += f", {parts.label.replace('@', ', ')}"
     return title

@@ -114,6 +114,16 @@ class Structure:
         return 2 if self.device == "coaxial" else 1
 
     @property
+    def chosen_inputs(self) -> tuple[str, ...]:
+        """The further inputs that no stage brings: each stands beside the law with a gain of its own."""
+        of_stages: set[str] = set()
+        if temperature_stages(self.dynamics):
+            of_stages.add(TEMPERATURE)
+        if position_stages(self.dynamics):
+            of_stages.add(POSITION)
+        return tuple(name for name in self.extras if name not in of_stages)
+
+    @property
     def ways(self) -> tuple[float, ...]:
         """Sign in which each element drives: a law sees it as forward. Laws are odd, so only `Law.forward` feels it."""
         return (1.0, -1.0) if self.elements == 2 else (1.0,)

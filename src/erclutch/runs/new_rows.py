@@ -32,6 +32,7 @@ from erclutch.runs.run_folder import FINAL, Run, read_run
 from erclutch.runs.run_rows import read_rows
 from erclutch.signals.array import Array, Mask
 from erclutch.signals.percent import percent
+from erclutch.signals.units import amount
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -227,8 +228,7 @@ def _where(model: Model, data: Dataset, outside: NDArray[np.bool_]) -> str:
         for side, beyond, limit in sides:
             guessed = beyond & outside
             if guessed.any():
-                plain_unit = unit.replace("?", "")
-                text = f"{signal} {side} {limit:.4g} {plain_unit}".strip()
+                text = f"{signal} {side} {amount(f'{limit:.4g}', unit)}"
                 shares.append((float(guessed.mean()), text))
                 inside_all &= ~beyond
     if inside_all.any():

@@ -59,7 +59,7 @@ def recalibrated(
 
     # Both are judged on the rows that neither saw.
     settings = Settings((base.name,), base.structure.dynamics, 1.0 - share)
-    adapted_name = base.name + LABEL
+    adapted_name = outcome.name + LABEL
     entries: list[RankedModel] = []
     for entry in scored(data, data.picked(seen), ~seen, outcomes, settings):
         if entry.outcome is outcome:
@@ -68,7 +68,7 @@ def recalibrated(
             (banded,) = with_bands(data, ~seen, [entry])
             entries.append(replace(banded, folds=result.folds[result.way], label=adapted_name))
     rmse = {entry.name: entry.test.rmse.value for entry in entries}
-    base_rmse = rmse[base.name] or 1.0
+    base_rmse = rmse[outcome.name] or 1.0
     change = rmse.get(adapted_name, np.inf) / base_rmse - 1.0
     if result.way == AS_IT_IS:
         verdict = f"The base is kept: {result.reason}."

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import hashlib
+import re
 import sys
 from collections.abc import Callable, Mapping
 from contextlib import suppress
@@ -17,6 +19,8 @@ from erclutch.signals.speed import DerivativeName
 from erclutch.signals.units import is_written_well
 
 RUN_SCHEMA = 2
+#: Characters of a model's name that its file keeps: with the digest and the ending far below what a system takes.
+_LONGEST_NAME = 150
 #: What the model of all rows is called where a model of a run is named, and its file.
 FINAL, FINAL_FILE = "final", "models/final.json"
 #: Files of a run whose digests stand in run.json, so that a changed one is noticed.
@@ -283,5 +287,14 @@ def require_shape(body: Mapping[str, Any]) -> None:
 
 
 def file_name(model: str) -> str:
-    """A model's name as a file's: no slash."""
-    return model.replace("/", "_")
+    """A model's name as a file's, on any system.
+
+    A name may end in the columns that are the law's inputs, which may be called anything and at any length. What no
+    file can be called is replaced, and a digest keeps such names apart.
+    """
+    plain = model.replace("/", "_")
+    whole = re.sub(r"[^A-Za-z0-9_+@.,() -]", "_", plain)
+    if whole == plain and len(whole) <= _LONGEST_NAME:
+        return plain
+    digest = hashlib.sha256(model.encode()).hexdigest()[:8]
+    return f"{whole[:_LONGEST_NAME]}-{digest}"

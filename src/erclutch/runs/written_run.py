@@ -163,7 +163,7 @@ def _entry_to_dict(entry: RankedModel, model_id: str, title: str) -> dict[str, A
     fit = entry.outcome.to_dict()
     del fit["model"]
     body: dict[str, Any] = {"name": entry.name}
-    if entry.label:
+    if entry.name != model.name:
         body["model"] = model.name
     body |= {
         "file": f"models/{file_name(entry.name)}.json",

@@ -166,6 +166,11 @@ class Unit:
     dimension: tuple[tuple[str, float], ...]
 
 
+def amount(numbers: str, unit: str) -> str:
+    """Numbers with their unit behind, in a sentence; alone where they have none or nobody knows it."""
+    return numbers if unit in ("", UNKNOWN) else f"{numbers} {unit}"
+
+
 @lru_cache(maxsize=1)
 def _registry() -> Any:
     """What pint knows; to load it takes half a second."""

@@ -293,7 +293,10 @@ def print_comparison(
     if over_motion:
         terminal.tell(over_motion)
     terminal.tell(*ranking_table.prediction(chosen, comparison.data.units.effort))
-    terminal.tell(f"Its specification: {chosen.name}")
+    specification = chosen.outcome.model.name
+    inputs = chosen.outcome.chosen_inputs
+    also = f", with the input {' and '.join(inputs)}" if inputs else ""
+    terminal.tell(f"Its specification: {specification}{also}")
     screen.print()
     if reading:
         terminal.tell("How the log was read:", *reading)

@@ -13,6 +13,7 @@ from erclutch.cli import terminal
 from erclutch.cli.options import DEFAULT_READING, LogOptions
 from erclutch.errors import LogError
 from erclutch.signals.percent import percent
+from erclutch.signals.units import amount
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -141,15 +142,15 @@ def _table(scores: Sequence[_Scored], data: Dataset, runs: int) -> Table:
 
 def _words_on(scores: Sequence[_Scored], data: Dataset) -> list[str]:
     """The recommended model of each run, here and where it was judged, and what the shares are of."""
-    unit = data.units.effort.replace("?", "")
+    unit = data.units.effort
     lines: list[str] = []
     for each in scores:
         if each.recommended_at is not None:
-            here = terminal.number(each.score.figures.rmse.value, zeros=True)
-            there = terminal.number(each.recommended_at)
+            here = amount(terminal.number(each.score.figures.rmse.value, zeros=True), unit)
+            there = amount(terminal.number(each.recommended_at), unit)
             lines.append(
-                f"{each.title}, is recommended by {each.run.name}: it errs by {here} {unit} here, "
-                f"by {there} {unit} on the rows that its fit held out."
+                f"{each.title}, is recommended by {each.run.name}: it errs by {here} here, "
+                f"by {there} on the rows that its fit held out."
             )
     worst = "second" if len(data.sources) == 1 else "log"
     lines.append(

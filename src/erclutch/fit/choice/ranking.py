@@ -30,6 +30,7 @@ from erclutch.models.stages import slip_stages
 from erclutch.signals.array import Array, rms
 from erclutch.signals.percent import percent
 from erclutch.signals.shown import Shown, one_line
+from erclutch.signals.units import amount
 
 #: Travels after which a state of memory has forgotten where it started, to 5 %.
 _FORGOTTEN = 3.0
@@ -76,13 +77,13 @@ class RankedModel(Shown):
     @property
     def name(self) -> str:
         """The model's name."""
-        return self.label or self.outcome.model.name
+        return self.label or self.outcome.name
 
     def __repr__(self) -> str:
         rmse = self.test.rmse
         unit = self.outcome.model.units.effort
         band = f"95 % band {rmse.low:.4g} to {rmse.high:.4g}"
-        error = f"RMSE {rmse.value:.4g} {unit} on {self.test.rows} rows held out ({band})"
+        error = f"RMSE {amount(f'{rmse.value:.4g}', unit)} on {self.test.rows} rows held out ({band})"
         share = f"{percent(self.test.share.value, 1)} of the standard deviation"
         return one_line(self, self.name, f"{self.outcome.parameters} parameters", error, share)
 
@@ -301,11 +302,13 @@ def _adds(
     if alone > 0:
         share = abs(1.0 - both / alone)
         change = f"{percent(share, 1)} less" if both <= alone else f"{percent(share, 1)} more"
-    unit = data.units.effort or ""
-    limit = model.correction.limit
+    unit = data.units.effort
+    of_law = amount(f"{alone:.4g}", unit)
+    of_both = amount(f"{both:.4g}", unit)
+    most = amount(f"{model.correction.limit:.4g}", unit)
     return (
-        f"test RMSE {alone:.4g} {unit} of the law alone, {both:.4g} {unit} with the network ({change}); "
-        f"the network moves the effort by at most {limit:.4g} {unit}"
+        f"test RMSE {of_law} of the law alone, {of_both} with the network ({change}); "
+        f"the network moves the effort by at most {most}"
     )
 
 

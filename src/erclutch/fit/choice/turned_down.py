@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from erclutch.signals.array import Array, rms
+from erclutch.signals.units import amount
 
 NOT_IDENTIFIED = "these data do not identify all that it says: --all prints its notes"
 _NOT_TRIED = "others of its kind err by less on the training rows, so it was not tried on parts left out of its fit"
@@ -45,4 +46,4 @@ def _beside(own: Sequence[Array], theirs: Sequence[Array], rival: str, unit: str
         of_own = rms(np.concatenate(own))
         of_rival = rms(np.concatenate(theirs))
         where = "its gain on parts of the training rows that its fit had not seen is too little to tell: there"
-    return f"{where} it errs by {of_own:.4g} {unit}".rstrip() + f", {rival} by {of_rival:.4g}"
+    return f"{where} it errs by {amount(f'{of_own:.4g}', unit)}, {rival} by {of_rival:.4g}"

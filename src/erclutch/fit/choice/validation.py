@@ -167,14 +167,14 @@ def chosen(
         whole fields can be left out, for its errors at new fields; it was chosen by nothing.
     """
     parts = parts_of_training(train)
-    allowed = [f for f in fitted if f.outcome.model.name in sound] or list(fitted)
+    allowed = [f for f in fitted if f.outcome.name in sound] or list(fitted)
     if all(f.outcome.freedom for f in allowed):
         # No law is sound: a network still has to be worth its freedom, for such a law may estimate well all the same.
         allowed += [f for f in fitted if not f.outcome.freedom]
     if parts is None or (len(allowed) < 2 and not parts.fields):
         return None
     contenders = list(_in_question(allowed, further=parts.further))
-    outcomes = {f.outcome.model.name: f.outcome for f in contenders}
+    outcomes = {f.outcome.name: f.outcome for f in contenders}
 
     # Each part is left out of a refit of each contender, and predicted.
     measured = [train.effort[part] for part in parts.masks]
@@ -224,8 +224,8 @@ def chosen(
         return Choice(recommended, "", {}, at_new_fields, {})
 
     seen = asked | {name: own[parts.lowest :] for name, own in given_up.items()}
-    others = {f.outcome.model.name: f.outcome.freedom for f in allowed if f.outcome.model.name != recommended}
-    against = what_speaks_against(others, seen, {name: freedom[name] for name in worth}, train.units.effort or "")
+    others = {f.outcome.name: f.outcome.freedom for f in allowed if f.outcome.name != recommended}
+    against = what_speaks_against(others, seen, {name: freedom[name] for name in worth}, train.units.effort)
     return Choice(recommended, parts.words, rmse, at_new_fields, against)
 
 
@@ -315,13 +315,13 @@ def _errors_on_parts(
     """
     usable: dict[str, list[Array]] = {}
     given_up: dict[str, list[Array]] = {}
-    freedom = {f.outcome.model.name: f.outcome.freedom for f in contenders}
+    freedom = {f.outcome.name: f.outcome.freedom for f in contenders}
     count = len(parts.masks)
     refitted: list[list[Fitted]] = [[] for _ in parts.masks]  # without each part
     levels = sorted(set(freedom.values()))
     for place, level in enumerate(levels):
         bound = _best_of(usable, freedom, parts, seed)
-        of_level = {f.outcome.model.name: f for f in contenders if f.outcome.freedom == level}
+        of_level = {f.outcome.name: f for f in contenders if f.outcome.freedom == level}
         errors: dict[str, list[Array]] = {name: [] for name in of_level}
         for number, part in enumerate(parts.masks):
             done = (place * count + number) / (len(levels) * count)

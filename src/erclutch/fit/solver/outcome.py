@@ -16,6 +16,8 @@ from erclutch.signals.shown import Shown, one_line
 
 #: Condition of the Jacobian beyond which single parameters are lost in each other's intervals.
 MEANINGLESS = 1e8
+#: Inputs that a name lists, and characters of each: a name is read by people, and a run folder bounds it.
+_MANY, _LONG = 8, 60
 
 
 @dataclass(frozen=True)
@@ -89,6 +91,25 @@ class FitOutcome(Shown, Generic[M]):
         size = f"{self.weights} weights" if self.weights else f"{self.parameters} parameters"
         ended = f"{self.stop}, last solver {self.iterations} steps"
         return one_line(self, self.model.name, size, ended, f"rank {self.rank} of {self.unknowns}")
+
+    @property
+    def name(self) -> str:
+        """What tells it from the other fits of a comparison: the model's name, and the further inputs of its law.
+
+        The same law with the same stages may stand there twice, with an input that helps it and without.
+        """
+        if not self.chosen_inputs:
+            return self.model.name
+        listed = [name if len(name) <= _LONG else f"{name[:_LONG]}..." for name in self.chosen_inputs[:_MANY]]
+        further = len(self.chosen_inputs) - len(listed)
+        more = f" and {further} more" if further else ""
+        return f"{self.model.name}@with {', '.join(listed)}{more}"
+
+    @property
+    def chosen_inputs(self) -> tuple[str, ...]:
+        """Further inputs of its law that no stage brings; none for a model without a law."""
+        law = self.model.law_part
+        return () if law is None else law.structure.chosen_inputs
 
     @property
     def converged(self) -> bool:

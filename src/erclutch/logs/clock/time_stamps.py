@@ -94,7 +94,12 @@ def from_stamps(stamps: Array, same: Mask, *, column: str, hint: float | None = 
         )
     else:
         shortest, longest = np.percentile(steps, (1, 99)).tolist()
-        about = f"steps of {column} spread by {longest - shortest:.3g} s about {period:.4g} s"
+        usual = float(np.median(steps))
+        others = int(np.count_nonzero(np.abs(steps - usual) > 1e-6 * usual))
+        if longest - shortest > 1e-6 * usual:
+            about = f"steps of {column} spread by {longest - shortest:.3g} s about {period:.4g} s"
+        else:
+            about = f"{others} of {steps.size} steps of {column} are not {usual:.4g} s"
         notes.append(f"the sampling is not uniform ({about}): the stamps are kept")
     return LogClock(
         time=stamps,

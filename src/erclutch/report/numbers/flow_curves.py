@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from erclutch.models.model import Model
 from erclutch.report.numbers.correlation import period_of
+from erclutch.report.numbers.model_stages import specification_of
 from erclutch.report.numbers.switching import step_response
 from erclutch.runs.run_rows import RunRows
 from erclutch.signals.array import Array
@@ -36,7 +37,7 @@ class FlowCurves:
     """One law on one element.
 
     Attributes:
-        model: its name.
+        model: its name in the run.
         element: its number, from 0.
         fields: of the curves, shape (k,).
         slip: shape (n,).
@@ -89,14 +90,14 @@ def law_names(body: Mapping[str, Any]) -> tuple[str, ...]:
     best: dict[str, str] = {}
     for entry in body["ranking"]:
         if not entry["fit"]["weights"]:
-            law = entry["name"].partition("+")[0]
+            law = specification_of(entry).partition("+")[0]
             best.setdefault(law, entry["name"])
     return tuple(best.values())
 
 
 def flow_curves(
     rows: RunRows,
-    models: Sequence[Model],
+    models: Mapping[str, Model],
     element: int = 0,
     wait: int | None = None,
 ) -> list[FlowCurves]:
@@ -104,7 +105,7 @@ def flow_curves(
 
     Args:
         rows: of the run.
-        models: of the run.
+        models: of the run, by the names that they have there.
         element: its number, from 0.
         wait: rows that the field must have stayed before a row is a dot; the curves are then at the fields at which the
             log dwells, where there are such. None: until the model's field has settled; curves all over the range.
@@ -125,7 +126,7 @@ def flow_curves(
 
     dots_after: dict[int, list[Rows]] = {}  # rows of the dots at each level, by the rows in which a field settles
     curves: list[FlowCurves] = []
-    for model in models:
+    for name, model in models.items():
         settling = _settling(rows, model) if wait is None else wait
         if settling not in dots_after:
             near = _near(rows, settling, element, levels)
@@ -139,7 +140,7 @@ def flow_curves(
             measured = rows.data.effort[near_level] - _others(rows, model, element, near_level)
             dots.append(np.column_stack([own.slip[near_level], measured]))
         curve = FlowCurves(
-            model.name,
+            name,
             element,
             fields=levels,
             slip=slip,

@@ -32,7 +32,7 @@ class StageGain:
 
 def stage_names(entry: Mapping[str, Any]) -> tuple[str, ...]:
     """Names of the stages of a model, from its entry in run.json."""
-    _law, *parts = _name(entry).split("+")
+    _law, *parts = specification_of(entry).split("+")
     return tuple(part for part in parts if part != NONE and not is_network(part))
 
 
@@ -73,13 +73,14 @@ def stage_gain(ranking: Sequence[Mapping[str, Any]]) -> StageGain | None:
     return None
 
 
-def _without_stages(entry: Mapping[str, Any]) -> tuple[list[str], str]:
-    """The law, the network, or both, of which a name is made; and all else that is no stage."""
-    first, *others = _name(entry).split("+")
+def _without_stages(entry: Mapping[str, Any]) -> tuple[list[str], str, str]:
+    """The law, the network, or both, of which a name is made; and all else that is no stage: its inputs, its label."""
+    first, *others = specification_of(entry).split("+")
     networks = [part for part in others if is_network(part)]
-    return [first, *networks], entry.get(APART, "")
+    _, _, label = str(entry["name"]).partition("@")
+    return [first, *networks], label, entry.get(APART, "")
 
 
-def _name(entry: Mapping[str, Any]) -> str:
-    """The specification of a model."""
+def specification_of(entry: Mapping[str, Any]) -> str:
+    """The specification of a model, without a label of this run."""
     return str(entry.get(MODEL, entry["name"]))

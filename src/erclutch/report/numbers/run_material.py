@@ -32,7 +32,7 @@ from erclutch.report.numbers.flow_curves import (
     rare_fields,
     waited,
 )
-from erclutch.report.numbers.model_stages import remembers_slip
+from erclutch.report.numbers.model_stages import remembers_slip, specification_of
 from erclutch.report.numbers.number_text import Scale, effort_word, scale_for
 from erclutch.report.numbers.parity import Distribution, distributions
 from erclutch.report.numbers.switching import AfterSwitch, StepResponse, after_switch, step_responses
@@ -132,12 +132,13 @@ class Material:
 
         Of a model with a network it is the best law alone, of a law the best other law.
         """
-        own_law = self.recommended.partition("+")[0]
-        has_network = bool(self.run.entry(self.recommended)["fit"]["weights"])
+        own = self.run.entry(self.recommended)
+        own_law = specification_of(own).partition("+")[0]
+        has_network = bool(own["fit"]["weights"])
         for entry in self.body["ranking"]:
             name = str(entry["name"])
             is_law = not entry["fit"]["weights"]
-            of_another_kind = has_network or name.partition("+")[0] != own_law
+            of_another_kind = has_network or specification_of(entry).partition("+")[0] != own_law
             scored = entry["test"]["rmse"][0] is not None
             if is_law and of_another_kind and scored and name != self.recommended:
                 return name
@@ -291,7 +292,7 @@ class Material:
     @cached_property
     def flow_curves(self) -> tuple[tuple[FlowCurves, ...], ...]:
         """Curves of each element, of each law in its best form; laws that are alike in one."""
-        laws = [self.laws[name] for name in law_names(self.body)]
+        laws = {name: self.laws[name] for name in law_names(self.body)}
         elements = range(len(self.rows.data.elements))
         of_elements = [flow_curves(self.rows, laws, element) for element in elements]
         return grouped(of_elements, self.unexplained)
@@ -300,7 +301,9 @@ class Material:
     def recommended_curves(self) -> list[tuple[list[FlowCurves], FieldCurves]]:
         """The recommended model and its rival over slip, and the recommended one over the field, of each element."""
         recommended = self.models[self.recommended]
-        models = [recommended] if self.rival is None else [recommended, self.models[self.rival]]
+        models: dict[str, Model] = {self.recommended: recommended}
+        if self.rival is not None:
+            models[self.rival] = self.models[self.rival]
         curves: list[tuple[list[FlowCurves], FieldCurves]] = []
         for element in range(len(self.rows.data.elements)):
             over_slip = flow_curves(self.rows, models, element, self.dot_wait)

@@ -1,0 +1,70 @@
+"""A law with a further input and the same law without it: two models of one run, each with a name and a file."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from erclutch.fit.comparison import Comparison, Settings, compare
+from erclutch.logs import read
+from erclutch.logs.dataset import Dataset, build_dataset
+from erclutch.logs.synthetic import write_synthetic_log
+from erclutch.report.numbers.model_stages import stage_gain
+from erclutch.runs.run_folder import read_run
+from erclutch.runs.run_shape import file_name
+from erclutch.runs.written_run import write_run
+from erclutch.signals.recording import Recording
+from tests.support.command import good
+
+
+@pytest.fixture(scope="module")
+def recording(tmp_path_factory: pytest.TempPathFactory) -> Recording:
+    path = tmp_path_factory.mktemp("log") / "log.csv"
+    write_synthetic_log(path, 2.0)
+    return read(path)
+
+
+def with_spring(recording: Recording, name: str) -> Dataset:
+    """A spring beside the device, and its travel as a further input of this name."""
+    data = build_dataset(recording)
+    travel = np.sin(9.0 * data.clock.time)
+    return replace(data, effort=data.effort + 0.5 * np.std(data.effort) * travel, extras={name: travel})
+
+
+def compared(recording: Recording, name: str) -> Comparison:
+    return compare(with_spring(recording, name), Settings(models=("bingham",)))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("column", ["travel", 'Weg/"links" <µ>: a+b', "x" * 300])
+def test_both_are_kept_and_read_back(recording: Recording, tmp_path: Path, column: str) -> None:
+    made = compared(recording, column)
+    names = [entry.name for entry in made.entries]
+    assert len(set(names)) == len(names)
+    assert made.recommended.startswith("bingham+lag@with ")
+    folder = write_run(tmp_path / "run", made, [recording])
+    back = read_run(folder)
+    for entry in made.entries:
+        assert np.array_equal(back.model(entry.name).predict(made.data), entry.predicted)
+    assert all(path.name.isascii() and len(path.name) < 200 for path in (folder / "models").iterdir())
+    titles = [entry["title"] for entry in back.body["ranking"]]
+    assert len(set(titles)) == len(titles)
+    gained = stage_gain(back.body["ranking"])
+    assert gained is None or ("@" in gained.richer["name"]) == ("@" in gained.plainer["name"])
+
+
+def test_the_report_opens(recording: Recording, tmp_path: Path) -> None:
+    folder = write_run(tmp_path / "run", compared(recording, "travel"), [recording])
+    good("report", str(folder))
+    page = (folder / "report.html").read_text(encoding="utf-8")
+    assert "with travel" in page
+
+
+def test_names_that_no_file_can_have_are_kept_apart() -> None:
+    names = ["a@with x:y", "a@with x;y", "a@with " + 300 * "x", "a@with " + 301 * "x", "bingham/power+lag"]
+    files = [file_name(name) for name in names]
+    assert len(set(files)) == len(files)
+    assert files[-1] == "bingham_power+lag"
