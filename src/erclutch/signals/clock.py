@@ -10,6 +10,9 @@ import numpy as np
 
 from erclutch.signals.array import Array, Mask
 
+#: A clock that begins beyond so many seconds, which are twelve days, counts from a date.
+_FROM_A_DATE = 1e6
+
 
 @dataclass(frozen=True)
 class Span:
@@ -75,6 +78,14 @@ class Clock:
                 steps[rows] = 1.0  # a lone row is settled, whatever the step
         steps.flags.writeable = False
         return steps
+
+    def moment(self, row: int) -> str:
+        """The time of a row in words; since the start where the clock counts from a date, which hides all digits."""
+        start = float(self.time[0])
+        time = float(self.time[row])
+        if start >= _FROM_A_DATE:
+            return f"{time - start:.1f} s after the log's start"
+        return f"{time:.4g} s" if time < 1e4 else f"{time:.1f} s"
 
 
 def stretches(mask: Mask) -> list[tuple[int, int]]:

@@ -40,8 +40,6 @@ _LEAST_PART = 0.1
 _LONGEST_SETTLING_S = 1.0
 #: Rows that are enough to calibrate on; of more, every so many one is used.
 _MOST_ROWS = 20_000
-#: A clock that begins beyond these seconds, which are twelve days, counts from a date.
-_FROM_A_DATE = 1e6
 
 
 @dataclass(frozen=True)
@@ -187,18 +185,9 @@ def pieces(data: Dataset, rows: Mask) -> list[tuple[str, NDArray[np.intp]]]:
     seconds: list[tuple[str, NDArray[np.intp]]] = []
     for number in np.unique(second):
         own = places[second == number]
-        seconds.append((f"the second from {_moment(data, int(own[0]))} on", own))
+        seconds.append((f"the second from {data.clock.moment(int(own[0]))} on", own))
     few = 0.5 * float(np.median([own.size for _, own in seconds]))
     return [(name, own) for name, own in seconds if own.size >= few]
-
-
-def _moment(data: Dataset, row: int) -> str:
-    """The time of a row; since the start of the log where its clock counts from a date, which hides all its digits."""
-    start = float(data.clock.time[0])
-    time = float(data.clock.time[row])
-    if start >= _FROM_A_DATE:
-        return f"{time - start:.1f} s after the log's start"
-    return f"{time:.4g} s" if time < 1e4 else f"{time:.1f} s"
 
 
 def judged(
