@@ -29,7 +29,7 @@ NOISES: list[tuple[str, study.Noise]] = [
 #: Stages; the least of forms and numbers that show each.
 STAGES = (
     *("second-order", "two-lags", "effort-lag", "effort-second-order", "inertia", "stiffness", "viscous"),
-    *("sides", "remanence"),
+    *("sides", "remanence", "self-heating"),
     *("dahl", "dahl-2/field", "stops", "stops-2/field", "lugre", "lugre/field"),
     *("bouc-wen", "bouc-wen-2", "hysteretic-tanh", "spencer"),
 )

@@ -23,7 +23,8 @@ from erclutch.models.structure import Reference
 from erclutch.signals.array import Array, Mask, rms
 from erclutch.signals.percent import percent
 
-#: A LuGre state is a Dahl state with two more numbers, and a travel is no friction: neither is told of here.
+#: A LuGre state is a Dahl state with two more numbers, and what is counted from the start of a log, a travel or a heat,
+#: is no friction: neither is told of here.
 _BRISTLES = "lugre"
 Rows = NDArray[np.intp]
 
@@ -141,7 +142,8 @@ def _candidates(dynamics: str) -> Iterator[str]:
     own = {stage.name for stage in stages_of(dynamics)}
     for ladder in families():
         lowest = ladder[0]
-        if stage_named(lowest).place != "slip" or lowest.startswith((_BRISTLES, "stiffness")):
+        stage = stage_named(lowest)
+        if stage.place != "slip" or lowest.startswith(_BRISTLES) or getattr(stage, "from_the_start", ""):
             continue
         rungs = [rung for rung, name in enumerate(ladder) if stage_named(name).name in own]
         without_form, _, _ = lowest.partition("/")

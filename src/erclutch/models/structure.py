@@ -146,6 +146,11 @@ class Structure:
         return any(stage.place in ("slip", "effort") for stage in self.stages)
 
     @property
+    def counts_from_the_start(self) -> bool:
+        """Whether a stage begins at the start of a log and knows of all rows since: no window of rows is like it."""
+        return any(getattr(stage, "from_the_start", "") for stage in self.stages)
+
+    @property
     def _own_strength(self) -> tuple[ShapeParameter, ...]:
         """The exponent of the field in the memory, for a law that has no yield form to share with it."""
         needed = self.law.yield_form is None and slip_stages(self.dynamics)

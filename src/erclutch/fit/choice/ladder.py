@@ -34,12 +34,18 @@ from erclutch.signals.recording import POSITION, TEMPERATURE
 WORTH = 0.01
 #: The same of a stage that sums up the slip: a sensor's zero makes its travel drift, so it must be worth that.
 DRIFTING_WORTH = 0.1
+#: Such a stage is tried only where its columns, at some of its numbers, take that share off the error of the rows that
+#: they are fitted to, beside the law's columns as they are.
+_SHOWING = 0.05
+_SHOWING_PLACES = (0.1, 0.3, 0.5, 0.7, 0.9)
 #: Windows of a log: many, so that either half has all of its fields, but each with so many rows.
 _WINDOWS = 24
 _FEWEST_WINDOWS = 4
 _FEWEST_ROWS = 50
 #: Rows over which states run through: that many, in so many long stretches; of them that many are fitted.
 _MOST_ROWS = 24_000
+#: The same of a whole log, where a stage that counts from its start shows.
+_MOST_WHOLE_ROWS = 100_000
 _STRETCHES = 4
 _FITTED_ROWS = 3000
 #: Logs from which on each log is a window.
@@ -100,15 +106,23 @@ def grown(
     while left:
         here = rungs[-1]
         left = [name for name in left if name.removeprefix("=") not in here.structure.extras]
+        tried = [name for name in left if _next(left, name) and _has_company(here.structure, name)]
+        counting = [name for name in tried if _counts_from_the_start(name)]
+        showing = [name for name in counting if _shows(train, here, _with(here.structure, name))]
+        if showing and folds[0].data.rows < min(train.rows, _MOST_WHOLE_ROWS):
+            # From here on the whole log counts: in a stretch that is cut out of it such a stage would begin anew.
+            folds = _folds(train, whole=True)
+            here = _rung(folds, here.structure, here.numbers)
+            rungs[-1] = here
         worthy: dict[str, Rung] = {}
-        for name in left:
-            if not _next(left, name) or not _has_company(here.structure, name):
+        for name in tried:
+            if name in counting and name not in showing:
                 continue
             richer = _with(here.structure, name)
             if _numbers_of_fit(richer) * _ROWS_A_NUMBER > train.rows:
                 continue
             rung = _rung(folds, richer, here.numbers)
-            drifts = not name.startswith("=") and getattr(stage_named(name), "from_the_start", False)
+            drifts = name in counting
             worth = max(DRIFTING_WORTH if drifts else WORTH, _by_chance(here, rung))
             if rung.error < (1.0 - worth) * here.error:
                 worthy[name] = rung
@@ -126,6 +140,37 @@ def grown(
         rungs.append(worthy[taken])
         left.remove(taken)
     return rungs
+
+
+def _counts_from_the_start(name: str) -> bool:
+    """Whether a name on the ladder is a stage that does."""
+    return not name.startswith("=") and bool(getattr(stage_named(name), "from_the_start", ""))
+
+
+def _shows(train: Dataset, here: Rung, richer: Structure) -> bool:
+    """Whether a further stage may take a share of the error off, by its columns beside those of the rung as they are.
+
+    No search is made: one of a stage that counts from the start runs over the whole log, and few logs need the stage.
+    """
+    reference = reference_of(train, richer.extras)
+    shapes = shapes_told(train, richer, reference)
+    every = -(-train.rows // _FITTED_ROWS)  # rounded up
+    effort = train.effort[::every]
+    errors: list[float] = []
+    for structure in (here.structure, richer):
+        names = [shape.name for shape in structure.shapes(reference.period)]
+        own = [shape for shape in shapes if shape.name in names]
+        for q in _starts(own, here.numbers, _SHOWING_PLACES):
+            columns = structure.columns(
+                train.elements, train.clock, reference, q, slice(None, None, every), extras=train.extras
+            )
+            beside = np.column_stack(columns)
+            if not np.isfinite(beside).all():
+                errors.append(np.inf)
+                continue
+            gains, *_ = np.linalg.lstsq(beside, effort, rcond=None)
+            errors.append(rms(effort - beside @ gains))
+    return min(errors) < (1.0 - _SHOWING) * errors[0]
 
 
 def _by_chance(simpler: Rung, richer: Rung) -> float:
@@ -148,7 +193,8 @@ def _numbers_of_fit(structure: Structure) -> int:
 def of_law(train: Dataset, rung: Rung, law: Structure) -> Rung:
     """The stages and further inputs of a rung with another law."""
     other = replace(law, dynamics=rung.structure.dynamics, extras=rung.structure.extras)
-    return _rung(_folds(train), other, rung.numbers)
+    folds = _folds(train, whole=rung.structure.counts_from_the_start)
+    return _rung(folds, other, rung.numbers)
 
 
 def helpful(train: Dataset, rung: Rung) -> dict[str, float]:
@@ -159,7 +205,8 @@ def helpful(train: Dataset, rung: Rung) -> dict[str, float]:
     spare = {name: column for name, column in train.spare.items() if not _holds_the_effort(train, column)}
     if not spare:
         return {}
-    folds = _folds(replace(train, extras={**train.extras, **spare}))
+    wide = replace(train, extras={**train.extras, **spare})
+    folds = _folds(wide, whole=rung.structure.counts_from_the_start)
     gains: dict[str, float] = {}  # share of the error that each column takes off
     for name in spare:
         wider = _rung(folds, _with(rung.structure, f"={name}"), rung.numbers)
@@ -258,7 +305,7 @@ class _Fold:
     scored: Mask
 
 
-def _folds(train: Dataset) -> list[_Fold]:
+def _folds(train: Dataset, *, whole: bool = False) -> list[_Fold]:
     """Every other window is fitted and those between are scored, then the other way round.
 
     States run through: a window that began at rest would hide a memory that is longer than it. Of many logs each is a
@@ -266,9 +313,10 @@ def _folds(train: Dataset) -> list[_Fold]:
     """
     many = len(train.source_rows) >= _MANY_LOGS
     data = train
-    if not many and train.rows > _MOST_ROWS:
+    most = _MOST_WHOLE_ROWS if whole else _MOST_ROWS
+    if not many and train.rows > most:
         # A few long stretches, spread evenly over the rows.
-        length = _MOST_ROWS // _STRETCHES
+        length = most // _STRETCHES
         starts = np.linspace(0, train.rows - length, _STRETCHES)
         kept = np.zeros(train.rows, np.bool_)
         for start in starts.round().astype(int).tolist():
@@ -323,10 +371,12 @@ def _rung(folds: Sequence[_Fold], structure: Structure, known: dict[str, float])
     return Rung(structure, error, numbers, independent)
 
 
-def _starts(shapes: Sequence[ShapeParameter], known: dict[str, float]) -> list[list[float]]:
+def _starts(
+    shapes: Sequence[ShapeParameter], known: dict[str, float], places: Sequence[float] = _PLACES
+) -> list[list[float]]:
     """Where the search starts: the numbers that are known, and several places for the new ones."""
     starts: list[list[float]] = []
-    for place in _PLACES:
+    for place in places:
         start: list[float] = []
         for shape in shapes:
             low, high = shape.scanned

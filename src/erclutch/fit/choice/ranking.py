@@ -265,9 +265,9 @@ def _too_short(outcome: AnyOutcome, data: Dataset) -> list[str]:
 
 
 def unknown_start(model: Model, data: Dataset) -> str:
-    """What to know where a model counts the travel from the start of a log that is too short to forget it; else empty.
+    """What to know where a stage counts from the start of a log that is too short to forget the start; else empty.
 
-    The rows of a fit cannot show it: their own travel began where they begin. Another log begins elsewhere.
+    The rows of a fit cannot show it: their own travel or heat began where they begin. Another log begins elsewhere.
     """
     time = data.clock.time
     lasting: list[float] = []  # s, of each stretch
@@ -275,15 +275,13 @@ def unknown_start(model: Model, data: Dataset) -> str:
         lasting.append(float(time[span.stop - 1] - time[span.start]))
     shortest = min(lasting, default=0.0)
     for stage in slip_stages(model.structure.dynamics):
-        if not getattr(stage, "from_the_start", False):
+        words = getattr(stage, "from_the_start", "")
+        if not words:
             continue
         fading = stage.parameters(data.period)[0]
         forgotten = _FORGOTTEN * model.times[fading.name]  # [s]
         if forgotten > shortest:
-            return (
-                f"its {stage.name} counts the travel from the start of each log: a log that starts at another position "
-                f"is off by the stiffness times the distance. Log the position and give it with --input"
-            )
+            return f"its {stage.name} {words}"
     return ""
 
 

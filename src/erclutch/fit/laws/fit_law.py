@@ -137,7 +137,7 @@ def fit_structure(
 
     # A lag needs neighbouring rows, so it is searched in windows; without one, rows from all over tell more, and so do
     # whole stretches where a stage counts from their start.
-    uncut = memoryless or any(getattr(stage, "from_the_start", False) for stage in structure.stages)
+    uncut = memoryless or structure.counts_from_the_start
     some = data
     if not uncut:
         stretches = windows(data.rows, 2 * _ROUGH_ROWS, data.period)
@@ -298,7 +298,7 @@ def _outcome(
         unseen = unseen_errors(data, free.__getitem__, residual)
         # Profiles of the cost are made on a few rows that stand for all.
         some = data
-        if structure.dynamics != "none":
+        if structure.dynamics != "none" and not structure.counts_from_the_start:
             some = data.take(windows(data.rows, _ROUGH_ROWS, data.period))
         few = separable(some, structure, reference, full.shapes, thinned(some.rows, SCAN_ROWS))
         optimum = Optimum(

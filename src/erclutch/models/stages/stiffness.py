@@ -34,7 +34,10 @@ class Stiffness:
     place: Place = "slip"
     switches: bool = False
     #: The travel is counted from the start of a stretch: within a window cut out of it, it would begin elsewhere.
-    from_the_start: bool = True
+    from_the_start: str = (
+        "counts the travel from the start of each log: a log that starts at another position is off by the stiffness "
+        "times the distance. Log the position and give it with --input"
+    )
     outputs: tuple[str, ...] = ("x",)
     gains: tuple[Gain, ...] = (
         Gain(
