@@ -10,6 +10,7 @@ import pytest
 
 from erclutch.errors import LogError
 from erclutch.logs import read, read_table
+from erclutch.logs.readers import hdf5
 from erclutch.logs.readers.found_recordings import Found, chosen, joined_by_time
 
 FAST, SLOW = np.arange(1000) / 1000, np.arange(-10, 80) / 100
@@ -73,3 +74,28 @@ def test_a_file_of_two_rates_is_one_log(tmp_path: Path) -> None:
     log = read(path, {"slip": "speed"}, variable="fast + slow")
     assert log.units["field"] == "A"
     assert log.period == pytest.approx(1e-3)
+
+
+def a_group_for_each_signal(path: Path, **attributes: float) -> Path:
+    with h5py.File(path, "w") as file:
+        for place, (name, unit) in enumerate({"current": "mA", "speed": "rpm", "torque": "N*m"}.items()):
+            data = file.create_dataset(f"measurement/{name}/data", data=np.arange(50.0) + place)
+            data.attrs["units"] = unit
+            data.attrs["dt"] = 0.02
+            for key, number in attributes.items():
+                data.attrs[key] = number * place
+    return path
+
+
+def test_groups_of_an_hdf5_file_that_hold_one_signal_each_are_one_recording(tmp_path: Path) -> None:
+    table = hdf5.find(str(a_group_for_each_signal(tmp_path / "log.h5")), None)
+    assert {name: table.units[name] for name in table.columns} == {"current": "mA", "speed": "rpm", "torque": "N*m"}
+    assert table.sample_period == pytest.approx(0.02)
+    assert table.columns["torque"][0] == 2.0
+
+
+def test_signals_that_begin_at_other_times_stay_apart(tmp_path: Path) -> None:
+    path = a_group_for_each_signal(tmp_path / "log.h5", t0=1.0)
+    with pytest.raises(LogError, match="several recordings"):
+        hdf5.find(str(path), None)
+    assert list(hdf5.find(str(path), "measurement/speed").columns) == ["data"]

@@ -164,3 +164,26 @@ def test_a_changed_byte_never_makes_more_than_the_value_it_stands_in(
             values = table.columns[name]
             assert values.size == 50
             assert int(np.count_nonzero(values != np.array(right))) <= 1
+
+
+def test_a_step_of_a_rheometer_holds_its_columns_with_units(tmp_path: Path) -> None:
+    columns = [{"Name": "Shear rate", "Unit": "1/s", "Values": TIME}, {"Name": "Stress", "Unit": "Pa", "Values": SPEED}]
+    steps = [{"StepName": name, "Columns": columns} for name in ("Flow sweep", "Peak hold")]
+    path = tmp_path / "log.json"
+    path.write_text(json.dumps({"Properties": {"Sample": "gel"}, "Results": steps}))
+    assert recordings_in(path) == ["Results.Flow sweep", "Results.Peak hold"]
+    table = read_table(path, variable="Results.Peak hold")
+    assert table.labels == ("Shear rate [1/s]", "Stress [Pa]")
+    assert table.columns["Stress"].tolist() == SPEED
+
+
+@pytest.mark.parametrize(("intervals", "period"), [((0.02, 0.02), 0.02), ((0.02, 0.01), None)])
+def test_a_sampling_interval_of_all_signals_is_that_of_the_log(
+    tmp_path: Path, intervals: tuple[float, float], period: float | None
+) -> None:
+    signals: list[dict[str, Any]] = []
+    for interval, (name, values) in zip(intervals, {"speed": SPEED, "torque": TORQUE}.items(), strict=True):
+        signals.append({"name": name, "unit": "-", "sampleInterval": interval, "values": values})
+    path = tmp_path / "log.json"
+    path.write_text(json.dumps({"channels": signals}))
+    assert read_table(path).constants.get("sampleInterval") == period

@@ -195,3 +195,19 @@ def test_a_log_in_blocks_has_the_difference_of_a_log_read_whole(tmp_path: Path) 
         blocks.append(batch.recording.signals["slip"][inside])
     assert len(blocks) > 1
     np.testing.assert_array_equal(np.concatenate(blocks), whole)
+
+
+@pytest.mark.parametrize(
+    ("driving", "driven", "torques"),
+    [
+        ("Motor Drehzahl", "Abtrieb Drehzahl", ("Motor Moment", "Abtrieb Moment")),
+        ("motor_speed", "shaft_speed", ("motor_torque", "shaft_torque")),
+    ],
+)
+def test_the_difference_of_two_shafts_takes_the_torque_of_neither(
+    driving: str, driven: str, torques: tuple[str, str]
+) -> None:
+    columns = columns_of(driving, driven, TURNS, torques[0])
+    columns[torques[1]] = 1.05 * columns[torques[0]] + 0.02
+    plan = planned(columns, slip=f"{driving} - {driven}")
+    assert [question.signal for question in plan.questions] == ["effort"]

@@ -56,6 +56,7 @@ class Table:
         path: of the file, as the user gave it; "" for a table that is not of a file.
         breaks: rows above which a text has a blank line or a comment, where these part its rows into a few blocks.
         words: columns of words that part the rows, by name; none in a table that holds the rows of one word.
+        row_names: what the first column of texts calls each row, where a file has few rows; empty for others.
         made: columns that stand in no file: differences of two that do, as ``n_in - n_out``.
     """
 
@@ -78,6 +79,7 @@ class Table:
     hollow: tuple[str, ...] = ()
     breaks: tuple[int, ...] = ()
     words: Mapping[str, WordColumn] = field(default_factory=dict[str, WordColumn])
+    row_names: tuple[str, ...] = ()
     made: tuple[str, ...] = ()
 
     @property

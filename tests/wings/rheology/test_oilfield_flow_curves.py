@@ -184,6 +184,18 @@ def test_readings_at_one_speed_each_are_a_curve_a_row(tmp_path: Path, head: str)
         assert curve.stress == pytest.approx(0.511 * row, rel=1e-3, abs=0.03)
 
 
+@pytest.mark.parametrize("names", [("KCl polymer", "Bentonite 6 %"), ("A", "A"), ("rpm", "12 ppg [base]")])
+def test_curves_of_a_dial_have_the_names_of_their_muds(tmp_path: Path, names: tuple[str, str]) -> None:
+    lines = ["Mud;R600;R300;R100;R6;PV, cP"]
+    lines += [f"{name};{60 + k};{40 + k};{20 + k};{6 + k};19" for k, name in enumerate(names)]
+    path = written(tmp_path, "\n".join(lines))
+    curves = read_flow_curves(path, shear_rate="[1.7023 1/s]", stress=["[0.511 Pa]"]).curves
+    assert [curve.stress[0] / 0.511 for curve in curves] == pytest.approx([60.0, 61.0])
+    for curve, name in zip(curves, names, strict=True):
+        assert curve.label.startswith(name)
+    assert curves[0].label != curves[1].label
+
+
 @pytest.mark.parametrize("mark", ["\t", ",", ";"])
 def test_a_hold_and_an_oscillation_of_rheowin_are_parted_from_the_ramp(tmp_path: Path, mark: str) -> None:
     lines = ["SegIndex,t in s,G' in Pa,\u03c4 in Pa,\u0263\u0307 in 1/s"]

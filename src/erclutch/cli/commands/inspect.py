@@ -241,8 +241,9 @@ def _tell_what_is_next(look: LogLook, typed: str, reading: LogOptions) -> None:
             command += f" --test {look.share:g}"
             them += ", and hold out less than usual, for the rows are few"
         terminal.say(f"Understood. Fit {them}: {command} --out RUN")
-        if not reading.words() and tells_a_flow_curve(look.plan.labels):
-            terminal.say(f"Or as a flow curve: {_flow_command(look)}")
+    is_understood = look.problem is None and not look.plan.doubts and not look.refused
+    if is_understood and not reading.words() and tells_a_flow_curve(look.plan.labels):
+        terminal.say(f"Or as a flow curve: {_flow_command(look)}")
 
 
 def _tell_what_settles(look: LogLook, problem: ErclutchError, typed: str) -> None:

@@ -70,6 +70,17 @@ def words_of(texts: dict[str, pd.Series[Any]]) -> dict[str, WordColumn]:
     return parting
 
 
+def names_of_rows(texts: dict[str, pd.Series[Any]]) -> tuple[str, ...]:
+    """What the first column of texts calls each row; nothing for many rows, or where a row has no name."""
+    for cells in texts.values():
+        if len(cells) > _MOST_WORDS:
+            return ()
+        names = [printable(str(cell).strip()) for cell in cells.dropna()]
+        if len(names) == len(cells) and all(0 < len(name) <= _LONGEST for name in names):
+            return tuple(names)
+    return ()
+
+
 def parting_note(column: str, parting: WordColumn) -> str:
     """What is said of a column whose words part the rows."""
     choice = shell_word(f"{column}={parting.words[0]}")
@@ -118,6 +129,7 @@ def rows_of(table: Table, group: Group) -> Table:
         unsampled=None if table.unsampled is None else table.unsampled[kept],
         breaks=(),
         words={},
+        row_names=(),
         hollow=(*table.hollow, *hollow),
         notes=(f"rows where {group.column} is {group.word}: {count}", *table.notes),
     )

@@ -18,7 +18,7 @@ from erclutch.errors import UnitError
 from erclutch.logs.columns.labels import own_unit, split_end, without_unit
 from erclutch.logs.columns.names import OTHER, SpokenName, spoken
 from erclutch.logs.columns.shapes import Shape, shape_of, spread_of
-from erclutch.logs.table import Table
+from erclutch.logs.table import MINUS, Table
 from erclutch.signals import units
 from erclutch.signals.array import Array
 
@@ -121,7 +121,9 @@ class SeenColumn:
 
     @property
     def side(self) -> str:
-        """The word in the name for a side of a gear; "" for none and several."""
+        """The word in the name for a side of a gear; "" for none and several, and for what two shafts differ by."""
+        if MINUS in self.name:
+            return ""
         words = {*self.spoken.stem_words}
         sides = words & _SIDES
         if "cell" in words:

@@ -21,6 +21,7 @@ from erclutch.signals.units import is_unit
 
 _UNITS = ("unit", "units", "Unit", "Units")
 _LONGEST_UNIT = 16  # letters
+_STARTS = ("t0", "start", "start_time", "t_start", "offset", "wf_start_offset")  # when the samples of a vector begin
 
 
 @dataclass
@@ -31,6 +32,7 @@ class _Place:
     nodes: dict[str, Any] = field(default_factory=dict[str, Any])
     units: dict[str, str | None] = field(default_factory=dict[str, "str | None"])
     notes: list[str] = field(default_factory=list[str])
+    of_vectors: dict[str, dict[str, str]] = field(default_factory=dict[str, "dict[str, str]"])  # their attributes
 
 
 def _texts(attributes: Any) -> dict[str, str]:
@@ -98,6 +100,7 @@ def find(path: str, variable: str | None) -> Table:
         else:
             place = places.setdefault(group or "/", _Place(texts))
             place.nodes[label] = values
+            place.of_vectors[label] = attributes
         if doubt := _zeros_that_check(item, values):
             place.notes.append(doubt)
         place.units[label] = next((attributes[key] for key in _UNITS if key in attributes), None)
@@ -113,12 +116,44 @@ def find(path: str, variable: str | None) -> Table:
         if recording is None:
             continue
         period = sample_period(place.texts)
+        if period is None and len(place.of_vectors) == 1:  # what is said of the only vector is said of its group
+            (attributes,) = place.of_vectors.values()
+            period = sample_period(attributes)
         recording.period = period[0] if period else None
         recording.units = place.units
         recording.metadata = place.texts
         recording.notes += place.notes
         recordings[name] = recording
+    if variable is None or variable == found_recordings.ALL:
+        starts = {
+            tuple(own.get(key) for key in _STARTS) for place in places.values() for own in place.of_vectors.values()
+        }
+        if len(starts) == 1:
+            recordings = _signals_of_one_group(recordings) or recordings
     return found_recordings.chosen(recordings, variable, "group", "no group of the file holds vectors of numbers")
+
+
+def _signals_of_one_group(recordings: Mapping[str, Found]) -> dict[str, Found]:
+    """One recording of groups that stand in one group and hold a vector without a name each: signals of one clock.
+
+    Nothing where their lengths or periods differ, or where one holds more.
+    """
+    above = {name.rpartition("/")[0] for name in recordings}
+    sizes = {column.size for found in recordings.values() for column in found.columns.values()}
+    periods = {found.period for found in recordings.values()}
+    if len(recordings) < 2 or len(above) > 1 or len(sizes) > 1 or len(periods) > 1:
+        return {}
+    together = Found({}, period=periods.pop())
+    for name, found in recordings.items():
+        labels = [*found.columns]
+        if len(labels) != 1 or not found_recordings.NO_NAME.fullmatch(labels[0]):
+            return {}
+        signal = name.rpartition("/")[2]
+        together.columns[signal] = found.columns[labels[0]]
+        together.units[signal] = found.units.get(labels[0])
+        together.notes += [note for note in found.notes if note not in together.notes]
+    together.notes.append(f"{len(recordings)} groups hold a signal each, of the same rows")
+    return {above.pop() or "/": together}
 
 
 READER = LogReader(

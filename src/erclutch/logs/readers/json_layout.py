@@ -17,6 +17,8 @@ from typing import Any, cast
 
 DEEPEST = 20  # objects inside of objects
 MOST_PLACES = 500  # numbers in a list of a row
+_MOST_SIGNALS = 1000  # of one recording
+_LARGEST = 1e300
 _TIME = re.compile(r"t|time|zeit|timestamps?|time_?s|t \[.*|time \[.*", re.I)
 _NAME = ("name", "label", "signal", "channel", "key", "id")
 _UNIT = ("unit", "units")
@@ -91,12 +93,33 @@ def _of_items(
         yield name, items
         return
     for number, run in enumerate(objects, start=1):
-        own = _text_of(run, _NAME)
-        if own is None:
-            own = str(number)
+        own = _text_of(run, _NAME) or _text_of(run, [key for key in run if key.lower().endswith("name")])
+        own = own or str(number)
         place = f"{name}.{own}" if name else own
         for _, recording in _recordings(run, "", depth + 1):
             yield place, recording
+
+
+def _are_signals(items: Sequence[Any]) -> bool:
+    """Whether a list holds objects that are signals with a label each."""
+    if not 1 < len(items) <= _MOST_SIGNALS or not all(isinstance(item, dict) for item in items):
+        return False
+    return _signals(cast("Sequence[dict[str, Any]]", items)) is not None
+
+
+def shared_numbers(document: Any) -> dict[str, float]:
+    """Numbers that all signals of a document have beside their names, such as a sampling interval, by their keys."""
+    shared: dict[str, float] = {}
+    members = flat(cast("dict[str, Any]", document), "", 0) if isinstance(document, dict) else iter([("", document)])
+    for _, each in members:
+        if not isinstance(each, list) or not _are_signals(cast("list[Any]", each)):
+            continue
+        signals = cast("list[dict[str, Any]]", each)
+        for key, value in signals[0].items():
+            is_number = isinstance(value, int | float) and not isinstance(value, bool)
+            if is_number and all(signal.get(key) == value for signal in signals) and abs(value) < _LARGEST:
+                shared[key] = float(value)
+    return shared
 
 
 def _signals(objects: Sequence[dict[str, Any]]) -> Lists | None:
@@ -114,8 +137,10 @@ def _signals(objects: Sequence[dict[str, Any]]) -> Lists | None:
 
 
 def _is_run(item: Mapping[str, Any]) -> bool:
-    """Whether an object holds a list of times: then it is a run, and no row."""
+    """Whether an object holds a list of times or of signals: then it is a run, and no row."""
     for place, each in flat(item, "", 0):
+        if isinstance(each, list) and _are_signals(cast("list[Any]", each)):
+            return True
         if isinstance(each, list) and _TIME.fullmatch(place.rpartition(".")[2]):
             return True
     return False
@@ -142,8 +167,9 @@ def _signal(item: Mapping[str, Any]) -> tuple[str, list[Any]] | None:
 
 def _text_of(item: Mapping[str, Any], keys: Sequence[str]) -> str | None:
     """The text under the first of some keys that has a text."""
+    in_small_letters = {key.lower(): key for key in [*item][::-1]}
     for key in keys:
-        text = item.get(key)
+        text = item.get(in_small_letters.get(key.lower(), key))
         if isinstance(text, str):
             return text
     return None

@@ -19,7 +19,7 @@ import numpy as np
 
 from erclutch.errors import LogError, printable
 from erclutch.logs.columns.labels import name_columns
-from erclutch.logs.columns.row_groups import parting_note, words_of
+from erclutch.logs.columns.row_groups import names_of_rows, parting_note, words_of
 from erclutch.logs.log_reader import LogReader, LogSource
 from erclutch.logs.readers import dates, json_layout
 from erclutch.logs.readers.budget import Budget
@@ -77,7 +77,7 @@ def _read(source: LogSource) -> Table:
     if isinstance(recording, dict):
         others = [place for place in recordings if place != name]
         table = _table_of_lists(source, recording, notes)
-        return replace(table, constants=_numbers_beside(document, others))
+        return replace(table, constants={**json_layout.shared_numbers(document), **_numbers_beside(document, others)})
     rows = [(f"row {number} of {name or 'the list'}", row) for number, row in enumerate(recording, start=1)]
     return _table_of_rows(source, rows, notes)
 
@@ -230,6 +230,7 @@ def _table(
         notes=(*notes, *left_out, *renamed),
         unreadable=unreadable,
         words=words,
+        row_names=names_of_rows(texts),
     )
 
 

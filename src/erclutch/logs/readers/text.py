@@ -16,7 +16,7 @@ import numpy as np
 
 from erclutch.errors import LogError
 from erclutch.logs.columns.labels import sample_period
-from erclutch.logs.columns.row_groups import parting_note, words_of
+from erclutch.logs.columns.row_groups import names_of_rows, parting_note, words_of
 from erclutch.logs.log_reader import LogReader, LogSource, claims_nothing
 from erclutch.logs.readers import dates, first_bytes, found_recordings, numerals
 from erclutch.logs.readers.budget import Budget
@@ -272,6 +272,7 @@ def _table(
         hollow=tuple(hollow),
         breaks=blocks_in(body),
         words=words,
+        row_names=names_of_rows(texts),
     )
     return with_stated_units(table, dialect.metadata)
 

@@ -31,15 +31,18 @@ def a_row_for_each_speed(table: Table) -> Table | None:
     """A table whose rows are readings at the same speeds, turned; None for others.
 
     Returns:
-        A row a speed: the column ``rpm`` in front, then a column for each row of the table: ``row 1``, ``row 2``, ...
+        A row a speed: the column ``rpm`` in front, then a column for each row of the table, with the name of the row
+        (a mud), or ``row 1``, ``row 2``, ...
     """
     at_speeds = _at_speeds(table)
     if not at_speeds:
         return None
     columns = {"rpm": np.array([*at_speeds.values()])}
-    for row in range(table.rows):
-        columns[f"row {row + 1}"] = np.array([table.columns[name][row] for name in at_speeds])
-    return replace(table, columns=columns, units={}, clock=None, breaks=(), words={})
+    names = table.row_names if len(table.row_names) == table.rows else [""] * table.rows
+    for row, name in enumerate(names):
+        label = name if name and name not in columns else f"{name} row {row + 1}".strip()
+        columns[label] = np.array([table.columns[at_speed][row] for at_speed in at_speeds])
+    return replace(table, columns=columns, units={}, clock=None, breaks=(), words={}, row_names=())
 
 
 def _at_speeds(table: Table) -> dict[str, float]:
