@@ -15,7 +15,7 @@ from erclutch.logs.columns.seen_columns import NO_UNITS, SeenColumn, SeenColumns
 from erclutch.logs.columns.shapes import FEW, LOOKED_AT
 from erclutch.logs.columns.two_courses import go_straight, is_rate_of
 from erclutch.logs.planning.draft import Draft
-from erclutch.logs.planning.field_doubts import LARGEST_SUPPLY, is_current_of_a_drive
+from erclutch.logs.planning.field_doubts import LARGEST_SUPPLY, is_current_of_a_drive, told_motions
 from erclutch.logs.planning.stated_field import take_stated_field
 from erclutch.signals import units
 from erclutch.signals.array import Array
@@ -140,8 +140,15 @@ def _why_by_itself(seen: SeenColumns, column: SeenColumn) -> str:
         return "is another quantity by its name"
     if is_a_mark(column) and not _MARKS.isdisjoint(words):
         return "marks rows by 0 and 1"
+    if moves_with := _motion_beside(seen, column):
+        return f"is a motion, beside {moves_with}"
     if is_of_models(seen, column):
         return "is what a model says of the effort"
+    if _is_of_a_matrix(seen, column):
+        return "is an entry of a matrix by its name"
+    for other in told_motions(seen, column):
+        if _is_same_course(column.values, other.values):
+            return f"is {other.name}, what the drive was told, in other numbers"
     if not _OF_A_SINE.isdisjoint(words[-1:]) and _has_a_told_motion(seen):
         return "is that of the motion that the drive was told"
     return ""
@@ -280,6 +287,33 @@ def is_of_models(seen: SeenColumns, column: SeenColumn) -> bool:
     if len(models) < 2:
         return False
     return column.spoken.is_of_a_model or any(_are_estimates(column.values, model.values) for model in models)
+
+
+def _motion_beside(seen: SeenColumns, column: SeenColumn) -> str:
+    """The column that a speed is the rate of, or a position has as its rate, by names and numbers; "" for none."""
+    for other in seen.without([column.name]):
+        for speed, position in ((column, other), (other, column)):
+            is_called = "slip" in speed.spoken.may_be and "position" in position.spoken.may_be
+            if is_called and is_rate_of(speed.values, position.values, seen.stamps):
+                return other.name
+    return ""
+
+
+def _is_of_a_matrix(seen: SeenColumns, column: SeenColumn) -> bool:
+    """Whether a name is a letter with the row and the column of a matrix, whose entries all stand in the table: K12."""
+    letter = column.spoken.plain_stem.rstrip("0123456789")
+    if len(letter) != 1 or letter == column.spoken.plain_stem:
+        return False
+    places: set[str] = set()
+    for other in seen.columns.values():
+        stem = other.spoken.plain_stem
+        if stem.rstrip("0123456789") == letter:
+            places.add(stem.removeprefix(letter))
+    if any(len(place) != 2 for place in places):
+        return False
+    rows = {place[0] for place in places}
+    columns = {place[1] for place in places}
+    return min(len(rows), len(columns)) > 1 and len(places) == len(rows) * len(columns)
 
 
 def _are_estimates(first: Array, second: Array) -> bool:

@@ -140,6 +140,8 @@ def _field_option(draft: Draft, question: Question, proposed: Sequence[str], *, 
         marks_something = is_a_mark(column) and _SWITCHES.isdisjoint(words)
         # T is a time or a temperature: a short name of several meanings, none of which is a field.
         means_no_field = column.spoken.plain in NEED_UNIT and column.spoken.plain not in NAMES["field"].split()
+        # The angle of another joint (q2) may rest at a few levels too.
+        means_no_field |= bool(column.spoken.may_be) and "field" not in column.spoken.may_be
         is_level = column.shape.keeps_levels and _NUMBERED.isdisjoint(words)
         if is_level and not marks_something and not means_no_field:
             leveled.append(column.name)

@@ -22,6 +22,7 @@ from erclutch.logs.columns.two_shafts import with_differences
 from erclutch.logs.mapping import ColumnMap
 from erclutch.logs.plan import NEEDS, OPTIONAL, Invalid, Plan
 from erclutch.logs.planning.clock_planning import choose_clock
+from erclutch.logs.planning.current_for_effort import offer_the_current_of_a_drive
 from erclutch.logs.planning.doubts import (
     ask_about_ranges_of_sensors,
     doubt_a_force_at_a_stated_arm,
@@ -112,6 +113,7 @@ def plan_of(
         # What the device needs besides.
         guess_what_is_needed(draft)
         propose_one_joint(draft)
+        offer_the_current_of_a_drive(draft)
         ask_about_ranges_of_sensors(draft)
         leave_out_the_sensor_of_the_effort(draft)
         doubt_the_current_of_a_drive(draft)

@@ -1,0 +1,109 @@
+"""Where no effort is logged, the current of the drive that moves the device is proposed for it.
+
+A servo tells no torque but a current, which is its torque by a constant. The numbers tell such a current: it takes both
+signs and follows the motion. The user is asked, for a coil may be driven so too.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from erclutch.errors import MappingError, shell_word
+from erclutch.logs.columns.candidates import candidates
+from erclutch.logs.columns.names import CURRENTS, NOT_MEASURED, TOLD
+from erclutch.logs.columns.seen_columns import SeenColumn
+from erclutch.logs.columns.shapes import takes_both_signs
+from erclutch.logs.columns.two_courses import follows
+from erclutch.logs.planning.draft import Draft
+from erclutch.logs.planning.missing_columns import missing
+from erclutch.signals.array import Array
+
+#: Names of a current; a single letter may be an index.
+_WORDS = frozenset(word for word in CURRENTS if len(word) > 1) - {"id", "idc"}
+_MOVES = 0.1  # share of what the liveliest joint moves by
+
+
+def offer_the_current_of_a_drive(draft: Draft) -> None:
+    """Ask whether the current of the drive stands for the effort that no column holds; no field is logged then."""
+    if "effort" not in draft.missing or draft.questions["effort"].option:
+        return
+    field = draft.signals.get("field")
+    is_guessed = field is not None and field.reason.startswith("guessed")
+    taken = {*draft.taken} - {field.column if field is not None and is_guessed else ""}
+    currents = [column for column in draft.seen.without(taken) if _is_called_so(column)]
+    pair = _of_one_joint(draft, currents)
+    if pair is None:
+        return
+    motion, current = pair
+
+    if "slip" in draft.questions:
+        draft.questions["slip"] = replace(draft.questions["slip"], option=f"--slip {_label(draft, motion)}")
+    if is_guessed and field is not None and field.column in {each.name for each in currents}:
+        draft.take_back("field")
+        field = None
+    if field is None:
+        taken |= {each.name for each in currents}
+        draft.ask("field", missing(draft.seen, "field", taken), option="--field none")
+
+    option = f"--effort {_label(draft, current)}"
+    if current.written_unit:
+        option += f" --scale {shell_word('effort=NUMBER N*m/A')}"
+    problem = draft.questions["effort"].problem.partition("; the file has")[0]
+    problem += f"; column {current.name} goes with {motion.name}, as the current of a drive does"
+    remedy = f"If that drive moves the device, its current is its torque by a constant: {option} --field none"
+    draft.ask("effort", MappingError(problem, remedy=remedy), option=option)
+
+
+def _label(draft: Draft, column: SeenColumn) -> str:
+    return shell_word(draft.table.label(column.name))
+
+
+def _is_called_so(column: SeenColumn) -> bool:
+    """Whether a column is called like a current that was measured."""
+    words = {*column.spoken.stem_words}
+    is_measured = words.isdisjoint(TOLD | NOT_MEASURED) and "field" not in column.spoken.turned
+    is_current = bool(words & _WORDS) or any(word.endswith("strom") for word in words)
+    return is_current and is_measured and column.fits(("A",)) is not False
+
+
+def _of_one_joint(draft: Draft, currents: list[SeenColumn]) -> tuple[SeenColumn, SeenColumn] | None:
+    """A motion and the current that goes with it: of several joints those of the first that moves.
+
+    Currents that are numbered like the speeds are of the joints; a single one takes both signs and follows the motion.
+    """
+    moving = draft.signals.get("slip") or draft.signals.get("position")
+    if moving is not None and moving.column:
+        motions = [draft.seen.columns[moving.column]]
+    elif "slip" in draft.questions:
+        names, _ = candidates(draft.seen, "slip", draft.taken)
+        motions = [draft.seen.columns[name] for name in names]
+    else:
+        return None
+    liveliest = max((motion.moved for motion in motions), default=0.0)
+    motion = next((each for each in motions if each.moved >= _MOVES * liveliest), None)
+    if motion is None:
+        return None
+    of_joint = [each for each in currents if _number(each) == _number(motion)]
+    if len(of_joint) != 1:
+        return None
+    current = of_joint[0]
+    joints = {_number(each) for each in motions}
+    if len(joints) > 1 and joints.issubset(_number(each) for each in currents):
+        return motion, current
+    turns = takes_both_signs(current.values)
+    return (motion, current) if turns and follows(current.values, _speed(draft, motion)) else None
+
+
+def _speed(draft: Draft, motion: SeenColumn) -> Array:
+    """The numbers of a speed, or the steps of a position."""
+    position = draft.signals.get("position")
+    is_position = position is not None and position.column == motion.name
+    return np.gradient(motion.values) if is_position else motion.values
+
+
+def _number(column: SeenColumn) -> str:
+    """The number at the end of a name, which tells a joint; "" for none."""
+    stem = column.spoken.plain_stem
+    return stem[len(stem.rstrip("0123456789")) :]

@@ -1,0 +1,121 @@
+"""Where a drive tells no torque, its current is proposed for it, by its joint or by how it goes with the motion."""
+
+from __future__ import annotations
+
+import shlex
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from erclutch.logs import ColumnMap, Plan, Table, plan_of
+from erclutch.signals.array import Array
+from tests.support.command import good
+
+TIME = np.arange(600) / 100
+ANGLE = np.sin(3 * TIME)
+SPEED = 3 * np.cos(3 * TIME)
+DRAG = np.tanh(2 * SPEED) + 0.1 * SPEED
+
+
+def planned(columns: dict[str, Array], units: dict[str, str] | None = None) -> Plan:
+    table = Table("a.csv", columns, {name: (units or {}).get(name) for name in columns}, "0" * 64, path="a.csv")
+    return plan_of(table, ColumnMap())
+
+
+def servo(current: str, units: dict[str, str] | None = None, course: Array = DRAG, **further: Array) -> Plan:
+    columns = {"timestamp": TIME, "present_position": np.round(2048 + 600 * ANGLE)}
+    columns |= {"present_velocity": np.round(90 * SPEED), current: np.round(50 * course), **further}
+    return planned(columns, units)
+
+
+@pytest.mark.parametrize("current", ["present_current", "current", "iq_measured", "Motorstrom"])
+def test_the_current_of_a_servo_without_a_torque_is_proposed_as_the_effort_and_not_as_the_field(current: str) -> None:
+    plan = servo(current)
+    assert {question.signal for question in plan.questions} == {"effort", "field"}
+    words = shlex.split(plan.command())
+    assert words[words.index("--effort") + 1] == current
+    assert words[words.index("--field") + 1] == "none"
+
+
+def test_a_current_with_a_unit_is_proposed_with_the_constant_of_its_motor_to_fill_in() -> None:
+    words = shlex.split(servo("present_current", {"present_current": "mA"}).command())
+    assert words[words.index("--effort") + 1 :][:3] == ["present_current [mA]", "--scale", "effort=NUMBER N*m/A"]
+
+
+@pytest.mark.parametrize("course", [np.abs(DRAG), np.sign(np.sin(40 * TIME)), 1.0 + 0.0 * DRAG])
+def test_a_current_that_keeps_its_sign_or_goes_its_own_way_is_proposed_as_no_effort(course: Array) -> None:
+    words = shlex.split(servo("present_current", course=course).command())
+    assert words[words.index("--effort") + 1] == "COLUMN [N]"
+
+
+def test_what_a_drive_was_told_and_a_current_beside_a_torque_are_proposed_as_no_effort() -> None:
+    words = shlex.split(servo("goal_current").command())
+    assert words[words.index("--effort") + 1] == "COLUMN [N]"
+    effort = servo("present_current", present_torque=DRAG).signal("effort")
+    assert effort is not None
+    assert effort.column == "present_torque"
+
+
+def robot(rests: int = 0) -> dict[str, Array]:
+    columns = {"timestamp": 1000.0 + TIME}
+    for part, scale in (("target_q", ANGLE), ("target_moment", DRAG), ("actual_q", ANGLE), ("actual_qd", SPEED)):
+        for joint in range(6):
+            columns[f"{part}_{joint}"] = scale * (joint >= rests) * (1 + 0.1 * joint)
+    for joint in range(6):  # under gravity a current keeps its sign
+        columns[f"actual_current_{joint}"] = DRAG * (joint >= rests) + 3.0 * (joint in (1, 2))
+    return {**columns, "actual_robot_current": 1.5 + 0.1 * ANGLE, "actual_main_voltage": 48.0 + 0.1 * SPEED}
+
+
+@pytest.mark.parametrize(("rests", "joint"), [(0, 0), (1, 1), (3, 3)])
+def test_of_a_robot_without_torques_speed_and_current_of_the_first_joint_that_moves_are_proposed(
+    tmp_path: Path, rests: int, joint: int
+) -> None:
+    pd.DataFrame(robot(rests)).to_csv(tmp_path / "a.csv", index=False)
+    last = good("inspect", "a.csv", cwd=tmp_path, code=1).splitlines()[-1]
+    assert last.startswith("What settles it: erclutch inspect a.csv ")
+    command = shlex.split(last.partition("erclutch ")[2])
+    assert command[command.index("--slip") + 1] == f"actual_qd_{joint}"
+    assert command[command.index("--effort") + 1] == f"actual_current_{joint}"
+    assert "Understood." in good(*command, cwd=tmp_path)
+
+
+def joint(command: Array, **further: Array) -> Plan:
+    told = {"position_cmd": ANGLE, "velocity_cmd": SPEED}
+    columns = {"time": TIME, "position": ANGLE, "velocity": SPEED, "torque_feedback": DRAG, "command": command}
+    return planned({**columns, **told, **further})
+
+
+def test_a_command_that_is_what_the_drive_was_told_in_other_numbers_is_no_field() -> None:
+    plan = joint(2.0 * SPEED, command_raw=2.0 * SPEED)
+    field = plan.signal("field")
+    assert field is not None
+    assert (plan.questions, plan.doubts, field.column) == ((), (), "")
+
+
+def test_a_command_of_its_own_beside_a_told_motion_is_asked_about() -> None:
+    (doubt,) = joint(np.repeat([0.0, 1.0, 2.0], 200)).doubts
+    assert doubt.startswith("field may be column command")
+
+
+GAINS = [f"K{row}{column}" for row in (1, 2) for column in (1, 2, 3, 4)]
+
+
+@pytest.mark.parametrize(
+    ("names", "settled"), [(GAINS, True), (GAINS[1:], False), (["K1", "K2"], False), (["E11"], False)]
+)
+def test_the_entries_of_a_whole_matrix_are_no_field(names: list[str], settled: bool) -> None:
+    columns = {"time": TIME, "theta": ANGLE, "theta_dot": SPEED, "tau": DRAG}
+    columns |= {name: 2.0 + np.sin(TIME * (1 + k)) for k, name in enumerate(names)}
+    assert (not planned(columns).questions) == settled
+
+
+def test_the_motion_of_another_joint_is_no_field_and_is_not_proposed_as_one() -> None:
+    other = {"q2": 0.5 * np.cos(2 * TIME), "dq2": -np.sin(2 * TIME)}
+    both = {"q1": ANGLE, "dq1": SPEED, "tau1": DRAG, **other, "tau2": np.tanh(-3 * np.sin(2 * TIME))}
+    plan = planned({"time": TIME, **both})
+    assert (plan.questions, len(plan.doubts)) == ((), 2)
+    levels = np.round(4 * other["q2"]) / 40  # an angle that rests at a few levels
+    plan = planned({"Time": TIME, "t1": DRAG, "t2": 0.9 * DRAG, "q2": levels, "x_dot": SPEED, "y_dot": 0.3 * DRAG})
+    assert "--field q2" not in plan.command().replace('"', "")
