@@ -275,7 +275,7 @@ def test_sizes_that_are_just_allowed(tmp_path: Path, monkeypatch: pytest.MonkeyP
             with pytest.raises(LogError, match=r"GiB|more than"):
                 logs.read_table(file)
     row: dict[str, float] = {}
-    rosbag._flatten("x", np.zeros(rosbag._MOST), row)
-    assert len(row) == rosbag._MOST
+    rosbag._flatten("x", np.zeros(rosbag.LONGEST_LIST), row)
+    assert len(row) == rosbag.LONGEST_LIST
     with pytest.raises(LogError, match="numbers"):
-        rosbag._flatten("x", np.zeros(rosbag._MOST + 1), row)
+        rosbag._flatten("x", np.zeros(rosbag.LONGEST_LIST + 1), row)

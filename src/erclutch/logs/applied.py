@@ -23,7 +23,6 @@ from erclutch.signals.array import Array, Mask
 from erclutch.signals.recording import POSITION, TEMPERATURE, Recording
 
 _LARGEST = 1e30  # of a signal in SI units; squares of sums of such are still numbers
-_LATEST = 1e12  # s: no clock counts more, not even one that began in the year 1
 
 
 def apply(plan: Plan, table: Table) -> Recording:
@@ -169,7 +168,7 @@ def clock_of(
         since_zero = column if plan.zero == 0.0 else column - plan.zero
         stamps = since_zero * plan.factor
     latest = float(np.abs(stamps).max(initial=0.0))
-    if latest > _LATEST:
+    if latest > timing.LATEST:
         remedy = f"Check its unit: --time {shell_word(f'{plan.column} [ms]')}, or give --rate"
         raise TimingError(f"column {plan.column} goes up to {latest:.3g} s", remedy=remedy)
 

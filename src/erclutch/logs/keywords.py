@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any, cast
 
 from erclutch.errors import MappingError, SettingError, UnitError, did_you_mean
+from erclutch.logs.clock.timing import LATEST
 from erclutch.signals import units
 from erclutch.signals.recording import NAMED_COLUMNS, LogFacts, Recording
 
@@ -17,7 +18,6 @@ _LISTS = ("constant", "scale", "input")
 _TEXTS = ("time", "rate", "lead", "name_pattern", "decimal", "keep_values", "resample", *_TIMES)
 #: The command line has no capitals: ``--E1`` is kept as e1.
 _KNOWN = {name.lower(): name for name in (*NAMED_COLUMNS, *_LISTS, *_TEXTS)}
-_LATEST = 1e12  # s
 _SLOWEST, _FASTEST = 1e-3, 1e7  # Hz
 
 
@@ -91,7 +91,7 @@ def seconds_of(option: str, text: str, example: str = "2s, or 500ms") -> float:
         seconds = units.in_unit(text, "s")
     except UnitError:
         seconds = float("inf")
-    if not abs(seconds) < _LATEST:
+    if not abs(seconds) < LATEST:
         raise SettingError(f"--{option} {text!r} is no time", remedy=f"Write it like --{option} {example}")
     return seconds
 

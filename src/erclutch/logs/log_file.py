@@ -18,7 +18,7 @@ from erclutch.logs.clock.one_time import with_whole_stamps
 from erclutch.logs.clock.woven_channels import unwoven
 from erclutch.logs.columns.row_groups import EACH, group_of, groups_in, rows_of
 from erclutch.logs.columns.senses import with_senses
-from erclutch.logs.log_reader import LogReader, LogSource, ReadableLog, log_at, readable
+from erclutch.logs.log_reader import ROWS_WANTED, LogReader, LogSource, ReadableLog, log_at, readable
 from erclutch.logs.readers.budget import Budget, size_of, within
 from erclutch.logs.rows.tidy_rows import untidied
 from erclutch.logs.table import Table
@@ -28,7 +28,6 @@ if TYPE_CHECKING:
     from pandas import DataFrame
 
 _LARGEST = 4 << 30  # bytes
-_ROWS_WANTED = "Give a log with one row a sample"
 
 
 def table_of(log: str | Path | DataFrame, variable: str | None = None) -> Table:
@@ -143,7 +142,7 @@ def _source_of(log: ReadableLog) -> LogSource:
                 raise LogError("the file is larger than 4 GiB", remedy="Split the log")
             data = file.read_bytes()
         if not data:
-            raise LogError("the file is empty", remedy=_ROWS_WANTED)
+            raise LogError("the file is empty", remedy=ROWS_WANTED)
         return LogSource(file, data, hashlib.sha256(data).hexdigest())
 
 
@@ -154,7 +153,7 @@ def _finished(table: Table, log: ReadableLog, path: str | Path) -> Table:
         LogError: there are no rows of numbers.
     """
     if not table.columns or not table.rows:
-        raise LogError("the file has no rows of numbers", remedy=_ROWS_WANTED, where=table.name)
+        raise LogError("the file has no rows of numbers", remedy=ROWS_WANTED, where=table.name)
     table = put_right(table)
     return replace(table, notes=(*table.notes, *log.notes), path=str(path))
 

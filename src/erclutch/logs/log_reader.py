@@ -17,6 +17,8 @@ from erclutch.logs.table import Table
 from erclutch.registry import Plugin
 
 GROUP = "erclutch.readers"
+#: What to give in place of a file without rows of numbers.
+ROWS_WANTED = "Give a log with one row a sample"
 HEAD = 1024  # bytes that a reader may look at to claim a file
 #: What `live --program learn` writes beside its logs: what each round taught. It is no log.
 LEARN_REPORT = "learn.json"

@@ -13,6 +13,7 @@ import numpy as np
 from erclutch.errors import ShortLogError, TimingError
 from erclutch.signals.array import Array, Mask
 
+LATEST = 1e12  # s: no clock counts more, not even one that began in the year 1
 MINIMUM_ROWS = 10
 PAUSE = 11.0  # long steps between two stretches whose clock began anew
 #: How the note of rows begins that are points of a table: none comes after another in time.

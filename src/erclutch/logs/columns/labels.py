@@ -28,7 +28,7 @@ _DECIMAL_COMMA = re.compile(r'([+-]?\d+),(\d{1,2}|\d{4,})("?\s*[;\t].*)')  # thr
 # A number that a remark gives in the middle of a line.
 _ASSIGNMENT = re.compile(r"(?<=[,;] )[^\W\d_]\w{0,20} ?= ?[+-]?\d[\d.eE+-]*(?: ?[^\W\d_][\w/*^]*)?(?=[,;]|\.?\s*$)")
 _MOST_PAIRS = 200  # of a header block
-_LONGEST_PERIOD = 0.5  # s, of a period without a unit: a larger number may be one of ms
+LONGEST_PERIOD = 0.5  # s, of a period without a unit: a larger number may be one of ms
 _PERIOD = re.compile(
     r"(?:sampl\w*|scan)[ _-]*(?:interval|period|time)|dt|delta[ _]?[tx]|tick[ _]?period|time[ _]?step|"
     r"abtast(?:zeit|intervall|periode)|p[ée]riode d.[ée]chantillonnage|periodo de muestreo|periodo di campionamento|"
@@ -428,7 +428,7 @@ def sample_period(pairs: dict[str, str]) -> tuple[float, str] | None:
                 unit = units.parse(written or usual_unit)
             except UnitError:
                 continue
-            may_be_in_ms = not written and power == 1 and number > _LONGEST_PERIOD
+            may_be_in_ms = not written and power == 1 and number > LONGEST_PERIOD
             if number > 0 and unit.dimension == (("second", float(power)),) and not may_be_in_ms:
                 return (number * unit.factor) ** power, key
     return None

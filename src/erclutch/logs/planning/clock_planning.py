@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from erclutch.errors import MappingError, UnitError, shell_word
-from erclutch.logs.columns.labels import split_end, split_label
+from erclutch.logs.columns.labels import LONGEST_PERIOD, split_end, split_label
 from erclutch.logs.columns.names import plain
 from erclutch.logs.columns.seen_columns import EVEN, SeenColumns
 from erclutch.logs.mapping import NONE, ColumnChoice, ColumnMap
@@ -37,7 +37,6 @@ _RATES = {
     "samplingfreq",
 }
 _PERIODS = {"ts", "dt", "sampletime", "samplingtime", "sampleperiod", "samplingperiod", "sampleinterval", "tinterval"}
-_LONGEST_PERIOD = 0.5  # s: a larger number may be one of ms
 
 
 def choose_clock(draft: Draft) -> None:
@@ -217,7 +216,7 @@ def _header_period(table: Table) -> float | None:
                 return units.in_unit(f"{value!r} {unit}", "s")
         except UnitError:
             continue  # a unit of something else
-        if called in _PERIODS and value < _LONGEST_PERIOD:
+        if called in _PERIODS and value < LONGEST_PERIOD:
             return value
     return None
 

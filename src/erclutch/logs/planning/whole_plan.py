@@ -49,10 +49,10 @@ from erclutch.logs.planning.no_field import settle_the_field
 from erclutch.logs.planning.one_joint import propose_one_joint
 from erclutch.logs.planning.proposals import proposals
 from erclutch.logs.planning.row_order import ask_about_groups, ask_about_order, few_values_are_missing, take_points
+from erclutch.logs.readers.lying_tables import WIDEST
 from erclutch.logs.table import Table
 from erclutch.signals.device import DeviceName
 
-_WIDEST = 1000  # columns: more, and fewer rows, lie on their side
 _NEEDED = (signal for groups in NEEDS.values() for group in groups for option in group for signal in option)
 _OPTIONAL = (signal for signals in OPTIONAL.values() for signal in signals)
 #: Signals stand in one order in a plan, whoever chose them, so that plans can be compared.
@@ -94,7 +94,7 @@ def plan_of(
     if invalid not in ("error", "drop"):
         raise SettingError(f"invalid is '{invalid}'", remedy="Use error or drop")
 
-    if len(table.columns) > max(_WIDEST, table.rows):
+    if len(table.columns) > max(WIDEST, table.rows):
         problem = f"{table.rows} rows of {len(table.columns):,} columns: a log has one row a sample"
         raise LogError(problem, remedy="Give a table with a column for each signal", where=table.name)
     with placed(table.name):

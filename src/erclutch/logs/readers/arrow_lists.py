@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-_MOST = 500  # numbers of a list: a picture has more
+from erclutch.logs.readers.budget import LONGEST_LIST
 
 
 def is_of_number_lists(kind: Any) -> bool:
@@ -45,9 +45,12 @@ def _width(values: Any) -> int | None:
     from pyarrow import compute
 
     lengths: Any = compute.min_max(compute.list_value_length(values)).as_py()
-    if values.null_count or lengths["min"] != lengths["max"] or not 0 < (lengths["min"] or 0) <= _MOST:
+    shortest = lengths["min"] or 0
+    longest = lengths["max"] or 0
+    have_one_length = not values.null_count and shortest == longest
+    if not have_one_length or not 0 < longest <= LONGEST_LIST:
         return None
-    return int(lengths["min"])
+    return int(longest)
 
 
 def _at(values: Any, place: int) -> Any:

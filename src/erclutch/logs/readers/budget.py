@@ -25,6 +25,7 @@ MEMORY, MEMORY_PER_BYTE, MOST_MEMORY = 1 << 30, 64, 4 << 30  # bytes of address 
 CELLS, CELLS_PER_BYTE = 3 << 23, 8  # numbers of all columns together, 8 bytes each
 TEXT, TEXT_PER_BYTE = 1 << 25, 32  # bytes of text
 NAMES = 1 << 14  # columns, groups and fields
+LONGEST_LIST = 500  # numbers of a list in a cell or a message: a picture has more
 SECONDS, SECONDS_PER_MIB = 6.0, 5.0  # of processor time
 _MIB = 1 << 20
 _BLOCK = 1 << 20  # bytes

@@ -9,6 +9,8 @@ from dataclasses import dataclass
 from erclutch.logs.readers.numerals import is_grouped
 
 _COMMENT = ("#", "%", "//")
+#: What may stand between cells, besides blanks.
+DELIMITERS = ("\t", ";", ",", "|")
 _SIGNED = {sign + word for sign in ("", "-", "+") for word in ("nan", "inf")}
 #: What a C library of Windows writes for no number, cut to the digits that a format has.
 _MARKED = ("QNAN", "QNB", "QO", "IND", "IO", "R", "INF", "J", "F")
@@ -61,6 +63,11 @@ def cells_of(line: str, delimiter: str | None) -> list[str]:
 def is_number(cell: str, decimal: str) -> bool:
     """Whether the cell is a finite decimal number with that decimal mark, perhaps in groups of three digits."""
     return _NUMBER[decimal].fullmatch(cell) is not None or is_grouped(cell, decimal)
+
+
+def is_numeric(cell: str) -> bool:
+    """Whether the cell is a number with either decimal mark."""
+    return is_number(cell, ".") or is_number(cell, ",")
 
 
 @dataclass(frozen=True)

@@ -7,6 +7,7 @@ of their own, above names such as CH1.
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Sequence
 
 from erclutch.logs.readers.cells import Marks
@@ -27,31 +28,46 @@ def keyed_channels(above: Sequence[str], marks: Marks, width: int) -> tuple[dict
 
     Returns: for each key, in small letters, a cell for each channel; nothing where the lines are others.
     """
-    said: dict[str, list[str]] = {}
-    count = 0
     if width < 4 or width % 2:
         return {}, 0
+    said: dict[str, list[str]] = {}
+    count = 0
     for line in reversed(above):
         cells = marks.cells(line)
         cells += [""] * (width - len(cells))
-        keys = {*cells[::2]}
-        if len(cells) != width or len(keys) != 1 or "" in keys or marks.is_number(cells[0]):
+        key, *others = cells[::2]
+        is_key = bool(key) and not marks.is_number(key)
+        is_over_each_time = all(other == key for other in others)
+        if len(cells) != width or not is_key or not is_over_each_time:
             break
-        said[cells[0].lower()] = cells[1::2]
+        said[key.lower()] = cells[1::2]
         count += 1
-    return (said, count) if any(all(said.get(key, [""])) for key in _NAMES) else ({}, 0)
+    return (said, count) if _names_in(said) else ({}, 0)
 
 
 def labels_and_units(said: dict[str, list[str]]) -> tuple[list[str], list[str | None]]:
     """Labels and units of pairs of columns, a time and a value, by what `keyed_channels` found."""
-    names = next(said[key] for key in _NAMES if all(said.get(key, [""])))
-    own = next((said[key] for key in _UNITS if key in said), [""] * len(names))
+    names = _names_in(said)
+    own_units = [""] * len(names)
+    for key in _UNITS:
+        if key in said:
+            own_units = said[key]
+            break
     labels: list[str] = []
     units: list[str | None] = []
-    for name, unit in zip(names, own, strict=True):
+    for name, unit in zip(names, own_units, strict=True):
         labels += ["time", name]
         units += [None, unit.strip("[]() ") or None]
     return labels, units
+
+
+def _names_in(said: dict[str, list[str]]) -> list[str]:
+    """The names of all channels among what is said of them; none where a channel has no name."""
+    for key in _NAMES:
+        names = said.get(key, [])
+        if names and all(names):
+            return names
+    return []
 
 
 def with_channel_labels(labels: Sequence[str], above: Sequence[str], marks: Marks) -> list[str]:
@@ -62,11 +78,12 @@ def with_channel_labels(labels: Sequence[str], above: Sequence[str], marks: Mark
         above: lines above those of the labels.
         marks: delimiter and decimal mark.
     """
+    first_label, *channels = labels
     for line in above:
         first, *said = marks.cells(line)
-        if first.lower() in _LABELS and len(said) == len(labels) - 1 and any(said):
-            pairs = zip(labels[1:], said, strict=True)
-            return [labels[0], *(f"{label} {own}".strip() for label, own in pairs)]
+        if first.lower() in _LABELS and len(said) == len(channels) and any(said):
+            named = [f"{channel} {own}".strip() for channel, own in zip(channels, said, strict=True)]
+            return [first_label, *named]
     return [*labels]
 
 
@@ -80,18 +97,26 @@ def with_groups(labels: Sequence[str], over: Sequence[str]) -> list[str]:
         over: cells of the line above them.
     """
     filled = [cell for cell in over if cell]
-    if len(over) != len(labels) or len(filled) < 2 or any(map(_DIGIT.search, filled)):  # 50 mT heads a table
+    heads_tables = any(_DIGIT.search(cell) for cell in filled)  # 50 mT
+    if len(over) != len(labels) or len(filled) < 2 or heads_tables:
         return [*labels]
-    groups: list[str] = []
     group = ""
+    of_groups: list[str] = []  # the label behind its group
     for label, cell in zip(labels, over, strict=True):
         group = cell or group
-        groups.append(group if label else "")
-    grouped = [(label, each) for label, each in zip(labels, groups, strict=True) if label]
-    if len({*grouped}) < len(grouped):  # groups that do not tell them apart
+        of_groups.append(f"{group} {label}".strip() if label else "")
+    in_groups = [*zip(labels, of_groups, strict=True)]
+    with_a_name = [pair for pair in in_groups if pair[0]]
+    if len({*with_a_name}) < len(with_a_name):  # groups that do not tell them apart
         return [*labels]
+
+    counts = Counter(labels)
     named: list[str] = []
-    for label, each, cell in zip(labels, groups, over, strict=True):
-        is_repeated = bool(label) and list(labels).count(label) > 1
-        named.append(f"{each} {label}".strip() if is_repeated else label or cell)
+    for (label, of_group), cell in zip(in_groups, over, strict=True):
+        if not label:
+            named.append(cell)
+        elif counts[label] > 1:
+            named.append(of_group)
+        else:
+            named.append(label)
     return named

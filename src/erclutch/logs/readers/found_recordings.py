@@ -219,45 +219,51 @@ def gathered(found: Mapping[str, Found]) -> dict[str, Found]:
 
     Runs of one test are no parts: each of them has all signals, and a time of its own.
     """
-    clocks = {name: time_of(recording) for name, recording in found.items()}
-    timed = [name for name, label in clocks.items() if label is not None]
-    sizes = {next(iter(recording.columns.values())).size for recording in found.values()}
-    if len(found) < 2 or len(sizes) != 1 or len(timed) not in (1, len(found)):
-        return {**found}
-    first = timed[0]
-    base = found[first]
-    if len(timed) > 1:
-        times = [found[name].columns[clocks[name] or ""] for name in timed]
-        single = all(len(recording.columns) == 2 for recording in found.values())
-        named = [_with_its_name(recording, name) for name, recording in found.items()]
-        signals = [label for recording in named for label in recording.columns if label != time_of(recording)]
-        all_differ = len({*signals}) == len(signals)
-        if not single or not all_differ or not all(np.array_equal(time, times[0]) for time in times[1:]):
-            return {**found}
-    else:
+    apart = {**found}
+    times = {name: label for name, recording in found.items() if (label := time_of(recording)) is not None}
+    lengths = {next(iter(recording.columns.values())).size for recording in found.values()}
+    if len(found) < 2 or len(lengths) != 1 or len(times) not in (1, len(found)):
+        return apart
+    first, time_of_first = next(iter(times.items()))
+    parts = apart
+    if len(times) == 1:
         others = [name for name in found if name != first]
         is_above = first in _TOP or all(name.startswith((f"{first}.", f"{first}/")) for name in others)
-        if not is_above or any(found[name].period is not None for name in others):
-            return {**found}
+        has_own_rate = any(found[name].period is not None for name in others)
+        if not is_above or has_own_rate:
+            return apart
+    else:
+        parts = {name: _with_its_name(recording, name) for name, recording in found.items()}
+        signals: list[str] = []
+        for part in parts.values():
+            signals += [label for label in part.columns if label != time_of(part)]
+        have_one_signal = all(len(recording.columns) == 2 for recording in found.values())
+        all_differ = len({*signals}) == len(signals)
+        stamps = found[first].columns[time_of_first]
+        have_one_time = all(np.array_equal(found[name].columns[label], stamps) for name, label in times.items())
+        if not (have_one_signal and all_differ and have_one_time):
+            return apart
 
-    labels = Counter(label for recording in found.values() for label in recording.columns)
+    parts_with = Counter(label for recording in found.values() for label in recording.columns)  # how many, by label
     columns: dict[str, Array] = {}
     units: dict[str, str | None] = {}
     constants: dict[str, float] = {}
     notes = [f"one recording of the parts {listed(found)}, which have one time"]
-    for name, recording in found.items():
-        named = _with_its_name(recording, name) if len(timed) > 1 else recording
-        for label, values in named.columns.items():
-            if label == time_of(named) and name != first:
+    for name, part in parts.items():
+        for label, values in part.columns.items():
+            if label == time_of(part) and name != first:
                 continue
-            own = label if labels[label] < 2 or label == clocks[first] else f"{re.split(r'[./]', name)[-1]}.{label}"
-            if own in columns:
-                return {**found}
-            columns[own] = values
-            units[own] = named.units.get(label)
-        constants |= named.constants
-        notes += named.notes
-    return {JOINT.join(found): replace(base, columns=columns, units=units, constants=constants, notes=notes)}
+            own_label = label
+            if parts_with[label] > 1 and label != time_of_first:
+                own_label = f"{_last_part(name)}.{label}"
+            if own_label in columns:
+                return apart
+            columns[own_label] = values
+            units[own_label] = part.units.get(label)
+        constants |= part.constants
+        notes += part.notes
+    together = replace(found[first], columns=columns, units=units, constants=constants, notes=notes)
+    return {JOINT.join(found): together}
 
 
 def _with_its_name(recording: Found, name: str) -> Found:
@@ -266,11 +272,15 @@ def _with_its_name(recording: Found, name: str) -> Found:
     signals = [label for label in recording.columns if label != time]
     if len(signals) != 1 or not NO_NAME.fullmatch(signals[0]):
         return recording
-    last_part = re.split(r"[./]", name)[-1]
-    renamed = {signals[0]: last_part}
+    renamed = {signals[0]: _last_part(name)}
     columns = {renamed.get(label, label): values for label, values in recording.columns.items()}
     units = {renamed.get(label, label): unit for label, unit in recording.units.items()}
     return replace(recording, columns=columns, units=units)
+
+
+def _last_part(name: str) -> str:
+    """The last part of a recording's name: ``speed`` of ``bench/speed`` and of ``log.speed``."""
+    return re.split(r"[./]", name)[-1]
 
 
 def listed(names: Iterable[str]) -> str:

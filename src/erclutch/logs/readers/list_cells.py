@@ -27,8 +27,8 @@ def without_lists(texts: dict[str, pd.Series[Any]]) -> tuple[dict[str, Array], l
     for cells in texts.values():
         once = [str(cell) for cell in cells.dropna().unique()[:2]]
         if len(once) == 1 and _WORDS.fullmatch(once[0].strip()):
-            words = re.findall(r"'([^']*)'|\"([^\"]*)\"", once[0])
-            words = ["".join(pair) for pair in words]
+            in_quotes = re.findall(r"'([^']*)'|\"([^\"]*)\"", once[0])
+            words = ["".join(pair) for pair in in_quotes]
             break
     columns: dict[str, Array] = {}
     notes: list[str] = []
@@ -37,10 +37,13 @@ def without_lists(texts: dict[str, pd.Series[Any]]) -> tuple[dict[str, Array], l
         if rows is None:
             continue
         del texts[label]
-        count = rows.shape[1]
-        are_named = len(words) == count == len({*words}) and all(words)
-        names = [f"{word}.{label}" for word in words] if are_named else [f"{label}_{k}" for k in range(1, count + 1)]
-        columns |= {name: np.ascontiguousarray(rows[:, place]) for place, name in enumerate(names)}
+        _, count = rows.shape
+        if len(words) == count == len({*words}) and all(words):
+            names = [f"{word}.{label}" for word in words]
+        else:
+            names = [f"{label}_{number}" for number in range(1, count + 1)]
+        for name, column in zip(names, rows.T, strict=True):
+            columns[name] = np.ascontiguousarray(column)
         notes.append(f"column {label} holds lists of {count} numbers: columns {names[0]} .. {names[-1]}")
     return columns, notes
 
@@ -50,7 +53,9 @@ def _rows_of(cells: pd.Series[Any]) -> np.ndarray[Any, np.dtype[np.float64]] | N
     texts = [str(cell).strip() for cell in cells]
     if not texts or not _NUMBERS.fullmatch(texts[0]):
         return None
-    count = texts[0].count(",") + 1 - texts[0][:-1].rstrip().endswith(",")
+    commas = texts[0].count(",")
+    ends_in_a_comma = texts[0][:-1].rstrip().endswith(",")  # (1, 2,)
+    count = commas if ends_in_a_comma else commas + 1
     if not 1 < count <= _MOST:
         return None
     rows = np.empty((len(texts), count))

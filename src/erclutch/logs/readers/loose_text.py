@@ -29,18 +29,23 @@ def with_a_line_of_names(text: str) -> tuple[str, str]:
     A program that writes its names without a line end makes ``time,torque,0.0,1.5`` of two lines.
     """
     head = LINE_END.split(text[:_LOOKED_AT])
-    first, below = head[0], [line for line in head[1:] if line.strip()][:_ROWS]
+    first, *others = head
+    below = [line for line in others if line.strip()][:_ROWS]
     if len(below) < _ROWS:
         return text, ""
     for delimiter in ",;\t":
-        marks = Marks(delimiter, "," if delimiter != "," and "." not in below[0] else ".")
+        has_points = delimiter == "," or "." in below[0]
+        marks = Marks(delimiter, "." if has_points else ",")
         widths = {len(marks.cells(line)) for line in below}
-        cells = marks.cells(first)
         width = widths.pop()
+        cells = marks.cells(first)
         if widths or width < 2 or len(cells) != 2 * width:
             continue
-        names, row = cells[:width], cells[width:]
-        if not all(map(marks.is_filled_in, row)) or not all(names) or any(map(marks.is_filled_in, names)):
+        names = cells[:width]
+        row = cells[width:]
+        are_names = all(names) and not any(marks.is_filled_in(name) for name in names)
+        is_row = all(marks.is_filled_in(cell) for cell in row)
+        if not are_names or not is_row:
             continue
         place = -1
         for _ in names:
@@ -55,10 +60,9 @@ def without_brackets(text: str) -> tuple[str, str]:
     if not _BRACKETED.search(text):  # a search for a character is fast, and most brackets are those of units
         return text, ""
     plain, count = _LISTED.subn(r"\1\2", text)
-    return (
-        plain,
-        f"{count} numbers stand in brackets, as a list of one is printed: the brackets are left out" if count else "",
-    )
+    if not count:
+        return plain, ""
+    return plain, f"{count} numbers stand in brackets, as a list of one is printed: the brackets are left out"
 
 
 def without_matrix(text: str) -> tuple[str, str]:

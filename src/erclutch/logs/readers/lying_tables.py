@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from erclutch.logs.readers.cells import cells_of, is_comment, is_number
+from erclutch.logs.readers.cells import DELIMITERS, cells_of, is_comment, is_number
 from erclutch.logs.readers.dialect import LINE_END
 
 _MOST_SIGNALS = 64
 _FEWEST_SAMPLES = 10
 _LONGEST = 50_000_000  # characters
-_WIDEST = 1000  # columns of a log; more, and fewer rows, lie on their side, whether the rows have names or not
+WIDEST = 1000  # columns of a log; more, and fewer rows, lie on their side, whether the rows have names or not
 LYING = "the table has a signal a row: its rows are taken as columns"
 
 
@@ -23,7 +23,7 @@ def upright(text: str) -> tuple[str, str]:
     lines = [line for line in LINE_END.split(text) if line.strip() and not is_comment(line)]
     if not 2 <= len(lines) <= _MOST_SIGNALS:
         return text, ""
-    for delimiter in ("\t", ";", ",", "|", " "):
+    for delimiter in (*DELIMITERS, " "):
         if delimiter == " ":
             rows = [line.split() for line in lines]
         else:
@@ -38,7 +38,7 @@ def upright(text: str) -> tuple[str, str]:
             heads = {_names_before_numbers(row, decimal) for row in rows}
             has_names = heads in ({1}, {2}) and len(first_cells) == len(rows)
             lies = has_names and delimiter != " "
-            if not lies and width > _WIDEST:
+            if not lies and width > WIDEST:
                 lies = all(is_number(cell, decimal) for row in rows for cell in row)
             if lies:
                 columns = zip(*rows, strict=True)

@@ -63,30 +63,32 @@ def _chosen(tree: dict[str, Any], variable: str | None) -> Found:
 
     recordings = _recordings_in(variables)
     loose = _loose(variables, recordings)
-    of_parts = gathered({**recordings, WORKSPACE: loose} if loose else recordings)
-    if len(of_parts) == 1 < len(recordings) + (loose is not None):
-        recordings, loose = of_parts, None
-    for found in (*recordings.values(), *([loose] if loose else [])):
+    everything = {**recordings, WORKSPACE: loose} if loose else recordings
+    of_parts = gathered(everything)
+    if len(of_parts) == 1 < len(everything):
+        recordings = everything = of_parts
+        loose = None
+    for found in everything.values():
         found.notes += notes
+
+    # The vectors of the workspace are the recording where they are all there is, or more than any struct holds.
     if loose is not None and not recordings:
         return loose
-    if (
-        loose is not None
-        and time_of(loose)
-        and all(len(loose.columns) > len(each.columns) for each in recordings.values())
-    ):
-        others = ", ".join(recordings)
-        loose.notes.insert(0, f"recording read from the vectors of the workspace; --variable takes {others}")
-        return loose
-    if len(recordings) == 1 and loose is None:
+    if loose is not None and time_of(loose):
+        most_in_a_struct = max(len(found.columns) for found in recordings.values())
+        if len(loose.columns) > most_in_a_struct:
+            others = ", ".join(recordings)
+            loose.notes.insert(0, f"recording read from the vectors of the workspace; --variable takes {others}")
+            return loose
+    if len(everything) == 1:
         name, found = next(iter(recordings.items()))
         found.notes.insert(0, f"recording read from variable {name}")
         return found
     if recordings:
-        names = [*recordings, *([WORKSPACE] if loose else [])]
-        remedy = f"Choose one, such as --variable {shlex.quote(names[0])}, or --variable all{join_hint(recordings)}"
+        first = shlex.quote(next(iter(recordings)))
+        remedy = f"Choose one, such as --variable {first}, or --variable all{join_hint(recordings)}"
         of_loose = f" (the vectors {listed(loose.columns)})" if loose else ""
-        raise LogError(f"the file holds several recordings: {', '.join(names)}{of_loose}", remedy=remedy)
+        raise LogError(f"the file holds several recordings: {', '.join(everything)}{of_loose}", remedy=remedy)
 
     problem = f"no recording in the variables {listed(variables)}"
     if any(node is None for node in variables.values()):
@@ -116,10 +118,15 @@ def _without_last_result(tree: dict[str, Any]) -> tuple[dict[str, Any], list[str
     """The variables without ``ans`` beside a recording; alone it may be that of Simulink: the time, then signals."""
     others = {name: node for name, node in tree.items() if name != _LAST_RESULT}
     beside = _workspace(others)
-    if _has_recording(others) or (beside is not None and len(beside.columns) > 1):
+    vectors_beside = len(beside.columns) if beside is not None else 0
+    if _has_recording(others) or vectors_beside > 1:
         return others, [f"variable {_LAST_RESULT}, MATLAB's last result without a name, is left out"]
     matrix = matrix_of(tree[_LAST_RESULT])
-    if matrix is None or matrix.shape[0] > matrix.shape[1] or not bool(np.all(np.diff(matrix[0]) > 0)):
+    if matrix is None:
+        return tree, []
+    height, width = matrix.shape
+    first_row_rises = bool(np.all(np.diff(matrix[0]) > 0))
+    if height > width or not first_row_rises:
         return tree, []
     rows: dict[str, Any] = {"time": matrix[0]}
     for number, row in enumerate(matrix[1:], start=2):
@@ -185,9 +192,11 @@ def _structs_inside(name: str, node: Any) -> dict[str, Any]:
     structs: dict[str, Any] = {}
     fields = cast("dict[str, Any]", node) if isinstance(node, dict) else {}
     for key, field in fields.items():
+        is_text = isinstance(field, str)
+        is_number = isinstance(field, np.ndarray) and field.size < 2
         if isinstance(field, dict) or _all_of(field, dict):
             structs[f"{name}.{key}"] = field
-        elif not isinstance(field, str) and not (isinstance(field, np.ndarray) and field.size < 2):
+        elif not is_text and not is_number:
             return {}
     return structs
 
@@ -203,7 +212,7 @@ def _opened(nodes: dict[str, Any]) -> dict[str, Any]:
         if _all_of(node, str):
             continue
         if _all_of(node, dict):
-            opened |= _openedstructs_of(name, cast("list[dict[str, Any]]", node))
+            opened |= _opened_structs(name, cast("list[dict[str, Any]]", node))
         elif _all_of(node, np.ndarray) and all(vector(item) is not None for item in cast("list[Any]", node)):
             opened |= _opened_vectors(name, cast("list[Any]", node), headings)
         else:
@@ -211,14 +220,18 @@ def _opened(nodes: dict[str, Any]) -> dict[str, Any]:
     return opened
 
 
-def _openedstructs_of(name: str, items: list[dict[str, Any]]) -> dict[str, Any]:
+def _opened_structs(name: str, items: list[dict[str, Any]]) -> dict[str, Any]:
+    """Structs that are a signal each under the names of their signals; else each struct under its place."""
     signals: dict[str, Any] = {}
+    all_are_signals = True
     for place, item in enumerate(items, start=1):
         signal = _signal(item, f"{name}_{place}")
         if signal is None:
+            all_are_signals = False
             break
-        signals[signal[0]] = signal[1]
-    else:
+        label, numbers = signal
+        signals[label] = numbers
+    if all_are_signals:
         return signals
     if len(items) == 1:
         return {name: items[0]}
@@ -230,6 +243,7 @@ def _opened_vectors(
     vectors: list[Any],
     headings: Sequence[list[str]],
 ) -> dict[str, Any]:
+    """Vectors of a cell under the texts of the one cell of as many names, else under their places."""
     names = [f"{name}_{place}" for place in range(1, len(vectors) + 1)]
     fitting: list[list[str]] = []
     for texts in headings:
@@ -246,14 +260,18 @@ def _opened_matrix(
     node: Any,
     headings: Sequence[list[str]],
 ) -> dict[str, Any]:
+    """The columns of a matrix under the texts of the one cell of as many names; any other node as it is."""
     matrix = matrix_of(node)
     if matrix is None:
         return {name: node}
-    columns = matrix.shape[1]
-    fitting = [texts for texts in headings if len(texts) == columns == len({*texts})]
+    _, width = matrix.shape
+    fitting = [texts for texts in headings if len(texts) == width == len({*texts})]
     if len(fitting) != 1:
         return {name: node}
-    return {text or f"{name}_{place + 1}": matrix[:, place] for place, text in enumerate(fitting[0])}
+    columns: dict[str, Any] = {}
+    for number, (text, column) in enumerate(zip(fitting[0], matrix.T, strict=True), start=1):
+        columns[text or f"{name}_{number}"] = column
+    return columns
 
 
 def _signal(item: dict[str, Any], usual: str) -> tuple[str, Any] | None:
@@ -270,7 +288,8 @@ def _signal(item: dict[str, Any], usual: str) -> tuple[str, Any] | None:
             texts[key.lower()] = node
     if len(vectors) != 1:
         return None
-    label = next((texts[key] for key in ("name", "label", "signal", "channel") if key in texts), usual)
+    names = [texts[key] for key in ("name", "label", "signal", "channel") if key in texts]
+    label = names[0] if names else usual
     unit = texts.get("unit") or texts.get("units")
     return f"{label} [{unit}]" if unit else label, vectors[0]
 
@@ -308,17 +327,20 @@ def _with_inner(fields: dict[str, Any]) -> dict[str, Any]:
     """
     if not any(_is_vectors(node) for node in fields.values()):
         return fields
-    inner: dict[str, Any] = {}
+    inner: dict[str, Any] = {}  # by the whole name: hip.angle
     for key, node in fields.items():
-        parts = _with_inner(cast("dict[str, Any]", node)) if isinstance(node, dict) else {}
+        if not isinstance(node, dict):
+            continue
+        parts = _with_inner(cast("dict[str, Any]", node))
         vectors = {each: part for each, part in parts.items() if _is_vectors(part)}
         if not any(TIME.fullmatch(each) for each in vectors):
             inner |= {f"{key}.{each}": part for each, part in vectors.items()}
-    ends = Counter([*fields, *(place.rpartition(".")[2] for place in inner)])
+    last_words = {whole: whole.rpartition(".")[2] for whole in inner}
+    counts = Counter([*fields, *last_words.values()])
     flat = dict(fields)
-    for place, part in inner.items():
-        end = place.rpartition(".")[2]
-        flat[end if ends[end] == 1 else place] = part
+    for whole, part in inner.items():
+        last = last_words[whole]
+        flat[last if counts[last] == 1 else whole] = part
     return flat
 
 
@@ -332,10 +354,11 @@ def _simulink(name: str, fields: dict[str, Any]) -> Found | None:
     """A structure with time: ``time`` and ``signals`` with ``values`` and ``label``; one signal is called as it is."""
     nodes: dict[str, Any] = {"time": fields["time"]} if "time" in fields else {}
     signals = structs_of(fields["signals"])
+    of_struct = name.rpartition(".")[2]
     for number, signal in enumerate(signals, start=1):
         label: Any = signal.get("label")
         if not isinstance(label, str) or not label:
-            label = f"signal{number}" if len(signals) > 1 else name.rpartition(".")[2]
+            label = f"signal{number}" if len(signals) > 1 else of_struct
         nodes[label] = signal.get("values")
     return _workspace(nodes)
 

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from contextlib import suppress
-from itertools import pairwise
+from itertools import chain, pairwise, repeat
 from typing import Any, cast
 
 import numpy as np
@@ -25,6 +25,7 @@ _MARK = 0xDD000000  # the first number of a reference
 _VERSIONS = (2, 3, 4)  # of the subsystem
 _CELLS_BEHIND = {2: 1, 3: 2, 4: 3}  # cells behind the values, by version
 _DEEPEST = 12  # objects inside of objects
+_MOST_ROWS = 1 << 28  # that are made of a start and a step
 #: Seconds in a unit of a timeseries' time.
 _SECONDS = {
     "nanoseconds": 1e-9,
@@ -45,7 +46,8 @@ def is_reference(node: Any) -> bool:
     if not isinstance(node, np.ndarray):
         return False
     array = cast("np.ndarray[Any, Any]", node)
-    return array.dtype == np.uint32 and array.size >= 6 and int(array.ravel()[0]) == _MARK
+    may_be = array.dtype == np.uint32 and array.size >= 6
+    return may_be and int(array.ravel()[0]) == _MARK
 
 
 class Objects:
@@ -69,13 +71,15 @@ class Objects:
         if version not in _VERSIONS:
             raise ValueError(f"objects are saved in version {version}, not in one of {_VERSIONS}")
         starts = [int(start) for start in numbers[2:10]]  # [bytes]: of classes, made properties, objects, properties
-        self._names = [name.decode("latin-1") for name in head[40 : starts[0]].split(b"\0") if name]
+        names = head[40 : starts[0]].split(b"\0")
+        self._names = [name.decode("latin-1") for name in names if name]
         parts = [numbers[start // 4 : end // 4] for start, end in pairwise(starts[:5])]
         self._classes, made, self._objects, own = parts
         self._made = _lists_of(made)
         self._own = _lists_of(own)
         self._values = cells[2 : len(cells) - _CELLS_BEHIND[version]]
-        self._defaults: list[Any] = cells[-1] if isinstance(cells[-1], list) else []
+        last = cells[-1]
+        self._defaults: list[Any] = last if isinstance(last, list) else []  # by the number of a class
         self._open: list[int] = []  # objects that are being read, one inside the other
         self._read: dict[int, Any] = {}
 
@@ -91,32 +95,28 @@ class Objects:
 
     def _referred(self, reference: np.ndarray[Any, Any]) -> Any:
         """The object that a reference leads to, or a list of several; None where nothing of the kind is there."""
-        found: list[Any] = []
+        objects: list[Any] = []
         for number in _numbers_of(reference):
             self._budget.take_names()
             if number not in self._read:
                 if number in self._open or len(self._open) >= _DEEPEST:
                     return None
                 self._open.append(number)
-                value = None
+                plain = None
                 with suppress(IndexError, ValueError, TypeError, KeyError):
-                    value = self._object(number)
+                    plain = self._object(number)
                 self._open.pop()
-                self._read[number] = value
-            found.append(self._read[number])
-        return found[0] if len(found) == 1 else found
+                self._read[number] = plain
+            objects.append(self._read[number])
+        return objects[0] if len(objects) == 1 else objects
 
     def _object(self, number: int) -> Any:
         """An object of a class that can be plain, else None."""
-        kind = self._kind(number)
-        read = _READERS.get(kind)
-        return read(self, self._properties(number)) if read else None
-
-    def _kind(self, number: int) -> str:
-        """The whole name of an object's class."""
         class_of = int(self._objects[6 * number])
-        space, own = (int(place) for place in self._classes[4 * class_of : 4 * class_of + 2])
-        return f"{self._names[space - 1]}.{self._names[own - 1]}" if space else self._names[own - 1]
+        space, own = (int(place) for place in self._classes[4 * class_of : 4 * class_of + 2])  # names, from 1; 0: none
+        name = self._names[own - 1]
+        read = _READERS.get(f"{self._names[space - 1]}.{name}" if space else name)
+        return read(self, self._properties(number)) if read else None
 
     def _properties(self, number: int) -> Fields:
         """Properties of an object by name, with references in them as they are."""
@@ -124,8 +124,10 @@ class Objects:
         properties: Fields = {}
         if class_of < len(self._defaults):
             defaults: Any = self._defaults[class_of]
-            properties |= cast("Fields", defaults) if isinstance(defaults, dict) else {}
-        for name, sort, place in self._made[made] if made else self._own[own]:
+            if isinstance(defaults, dict):
+                properties |= cast("Fields", defaults)
+        listed = self._made[made] if made else self._own[own]
+        for name, sort, place in listed:
             if sort == 1:
                 properties[self._names[name - 1]] = self._values[place]
             elif sort == 2:  # the number itself
@@ -171,10 +173,13 @@ def _number(node: Any, default: float = np.nan) -> float:
     if not isinstance(node, np.ndarray):
         return default
     array = cast("np.ndarray[Any, Any]", node)
-    return float(array.ravel()[0]) if array.size and array.dtype.kind in "biuf" else default
+    if not array.size or array.dtype.kind not in "biuf":
+        return default
+    return float(array.ravel()[0])
 
 
 def _labelled(name: str, unit: str) -> str:
+    """A name with its unit, unless it holds the unit already."""
     return f"{name} [{unit}]" if unit and "[" not in name else name
 
 
@@ -186,15 +191,15 @@ def _texts(objects: Objects, node: Any) -> list[str]:
 def _add_variables(columns: Fields, objects: Objects, data: Any, names: Sequence[str], units: Sequence[str]) -> None:
     """Variables of a table as columns under their names and units; what holds no numbers is left to be told."""
     cells = cast("list[Any]", data) if isinstance(data, list) else []
-    for place, (name, cell) in enumerate(zip(names, cells, strict=False)):
-        unit = units[place] if place < len(units) else ""
-        value = objects.resolved(cell)
-        if is_reference(cell) and isinstance(value, np.ndarray):  # a duration or a date, in seconds
-            unit = "s"
-        elif not isinstance(value, np.ndarray):
-            rows = len(cast("list[Any]", value)) if isinstance(value, list) else 2
-            value = np.full(max(rows, 2), None, object)
-        columns[_labelled(name, unit)] = value
+    for name, cell, unit in zip(names, cells, chain(units, repeat("")), strict=False):
+        values = objects.resolved(cell)
+        if not isinstance(values, np.ndarray):
+            rows = len(cast("list[Any]", values)) if isinstance(values, list) else 0
+            columns[_labelled(name, unit)] = np.full(max(rows, 2), None, object)
+        elif is_reference(cell):  # a duration or a date, in seconds
+            columns[_labelled(name, "s")] = values
+        else:
+            columns[_labelled(name, unit)] = values
 
 
 def _table(objects: Objects, properties: Fields) -> Fields:
@@ -218,12 +223,14 @@ def _timetable(objects: Objects, properties: Fields) -> Fields:
     times = held["rowTimes"]
     if isinstance(times, dict):  # a rate or a step
         grid = cast("Fields", times)
-        by_rate = bool(_number(grid.get("specifiedAsRate"), 0.0))
-        step = 1.0 / _number(grid["sampleRate"]) if by_rate else _number(objects.resolved(grid["stepSize"]))
+        if _number(grid.get("specifiedAsRate"), 0.0):
+            step = 1.0 / _number(grid["sampleRate"])
+        else:
+            step = _number(objects.resolved(grid["stepSize"]))
         start = _number(objects.resolved(grid.get("origin")), 0.0)
         if not step > 0.0:  # a step of the calendar, such as a month
             raise ValueError("a timetable without a step in seconds")
-        seconds: Any = start + step * np.arange(min(rows, 1 << 28))
+        seconds: Any = start + step * np.arange(min(rows, _MOST_ROWS))
     else:
         seconds = objects.resolved(times)
     columns: Fields = {"time_s": seconds}
@@ -241,17 +248,20 @@ def _datetime(objects: Objects, properties: Fields) -> np.ndarray[Any, Any]:
     """Seconds of dates from the first. The imaginary part is what a double of the milliseconds leaves out."""
     del objects
     millis: np.ndarray[Any, np.dtype[np.complex128]] = np.asarray(properties["data"], np.complex128).ravel()
-    return ((millis.real - millis.real[0]) + (millis.imag - millis.imag[0])) / 1000.0
+    since_first = millis.real - millis.real[0]
+    left_out = millis.imag - millis.imag[0]
+    return (since_first + left_out) / 1000.0
 
 
 def _string(objects: Objects, properties: Fields) -> str | list[str] | None:
     """Texts of a string: version, count of sides, sides, lengths; then letters of two bytes."""
     del objects
     numbers = np.asarray(properties["any"], np.uint64).ravel()
-    sides = int(numbers[1])
-    count = int(np.prod([int(side) for side in numbers[2 : 2 + sides]]))
-    lengths = [int(length) for length in numbers[2 + sides : 2 + sides + count]]
-    letters = numbers[2 + sides + count :].tobytes()
+    end_of_sides = 2 + int(numbers[1])
+    count = int(np.prod([int(side) for side in numbers[2:end_of_sides]]))  # texts
+    end_of_lengths = end_of_sides + count
+    lengths = [int(length) for length in numbers[end_of_sides:end_of_lengths]]
+    letters = numbers[end_of_lengths:].tobytes()
     texts: list[str] = []
     start = 0
     for length in lengths:
@@ -264,19 +274,22 @@ def _string(objects: Objects, properties: Fields) -> str | list[str] | None:
 def _timeseries(objects: Objects, properties: Fields) -> Fields:
     """A timeseries: its time, in s where its unit is known, and its numbers under its name."""
     info = objects.fields(properties.get("TimeInfo"))
-    data = np.asarray(properties["Data_"])
     time = _time(info, properties)
     if time is None:
         raise ValueError("a timeseries without a time")
-    second = _SECONDS.get(objects.text(info.get("Units")))
+    in_seconds = _SECONDS.get(objects.text(info.get("Units")))  # the unit of the time; None where it is not known
+
+    data = np.asarray(properties["Data_"])
     if data.shape[0] != time.size and data.shape[-1] == time.size:  # samples lie along the last side
         data = data.reshape(-1, time.size).T
     elif data.ndim > 2:
         data = data.reshape(data.shape[0], -1)
     name = objects.text(properties.get("Name"))
     unit = objects.text(objects.fields(properties.get("DataInfo")).get("Units"))
-    own = "data" if name in _UNNAMED else name
-    return {"time_s" if second else "time": time * (second or 1.0), _labelled(own, unit): data}
+    label = _labelled("data" if name in _UNNAMED else name, unit)
+    if in_seconds is None:
+        return {"time": time, label: data}
+    return {"time_s": time * in_seconds, label: data}
 
 
 def _time(info: Fields, properties: Fields) -> np.ndarray[Any, Any] | None:
@@ -287,7 +300,9 @@ def _time(info: Fields, properties: Fields) -> np.ndarray[Any, Any] | None:
     start = _number(info.get("Start_", info.get("Start")), 0.0)
     step = _number(info.get("Increment_", info.get("Increment")))
     length = _number(info.get("Length_", info.get("Length")))
-    return start + step * np.arange(int(length)) if step > 0.0 and 0 < length < 1 << 28 else None
+    if not step > 0.0 or not 0 < length < _MOST_ROWS:
+        return None
+    return start + step * np.arange(int(length))
 
 
 def _dataset(objects: Objects, properties: Fields) -> Fields:
@@ -302,11 +317,15 @@ def _dataset(objects: Objects, properties: Fields) -> Fields:
         values = objects.resolved(fields.get("Values", element))
         if not isinstance(values, dict):
             continue
-        usual = f"signal{place}"
         values = cast("Fields", values)
         name = objects.text(fields.get("Name")) or objects.text(fields.get("PropagatedName"))
-        paths = _texts(objects, objects.fields(fields.get("BlockPath")).get("path"))
-        name = name.strip("<>") or _own_name(values) or (paths[-1].rpartition("/")[2] if paths else "") or usual
+        name = name.strip("<>") or _own_name(values)
+        if not name:
+            block = objects.fields(fields.get("BlockPath"))
+            paths = _texts(objects, block.get("path"))
+            if paths:
+                name = paths[-1].rpartition("/")[2]
+        name = name or f"signal{place}"
         if name in signals:
             name = f"{name}_{place}"
         signals[name] = _called(values, name)
@@ -316,7 +335,9 @@ def _dataset(objects: Objects, properties: Fields) -> Fields:
 def _own_name(values: Fields) -> str:
     """The name of a timeseries' numbers, which Simulink sets in <> where a bus named them; "" for any other struct."""
     labels = [key for key, value in values.items() if isinstance(value, np.ndarray) and key not in _TIMES]
-    name = labels[0].partition(" [")[0].strip("<>") if len(labels) == 1 else ""
+    if len(labels) != 1:
+        return ""
+    name = labels[0].partition(" [")[0].strip("<>")
     return "" if name == "data" else name
 
 
@@ -325,8 +346,10 @@ def _called(values: Fields, name: str) -> Fields:
     labels = [key for key in values if key not in _TIMES]
     if len(labels) != 1 or not isinstance(values[labels[0]], np.ndarray):
         return values
-    _, bracket, unit = labels[0].partition(" [")
-    return {name + bracket + unit if key == labels[0] else key: value for key, value in values.items()}
+    (own_label,) = labels
+    _, bracket, unit = own_label.partition(" [")
+    label = f"{name}{bracket}{unit}"
+    return {label if key == own_label else key: value for key, value in values.items()}
 
 
 def _on_one_time(signals: Fields) -> Fields:
@@ -335,7 +358,9 @@ def _on_one_time(signals: Fields) -> Fields:
     if len(parts) == 1:
         return parts[0]
     times = [np.asarray(part["time_s"]) for part in parts if "time_s" in part]
-    if len(times) < max(len(parts), 1) or not all(np.array_equal(time, times[0]) for time in times):
+    if not parts or len(times) < len(parts):
+        return signals
+    if not all(np.array_equal(time, times[0]) for time in times):
         return signals
     together: Fields = {"time_s": times[0]}
     for part in parts:
@@ -356,7 +381,10 @@ def _output(objects: Objects, properties: Fields) -> Any:
     vectors = [name for name, node in fields.items() if isinstance(node, np.ndarray) and name != "tout"]
     if not logged or vectors:
         return fields
-    return logged[next(iter(logged))] if len(logged) == 1 else logged
+    if len(logged) == 1:
+        (only,) = logged.values()
+        return only
+    return logged
 
 
 _READERS: dict[str, Callable[[Objects, Fields], Any]] = {

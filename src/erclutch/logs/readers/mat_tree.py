@@ -26,6 +26,7 @@ _HEAD = 128  # bytes in front of the first variable of v5
 _NO_PLACE = (0, int.from_bytes(b" " * 8, "little"))  # of objects, in the head of a file without any
 _WORKSPACE = "__function_workspace__"  # what SciPy calls the variable without a name, which keeps the objects
 _OPAQUE = ("s0", "s1", "s2", "arr")  # SciPy's fields of an object
+_AS_STORED: Any = {"struct_as_record": False, "squeeze_me": False, "chars_as_strings": True}  # SciPy changes no shape
 
 
 def load_v5(path: str) -> dict[str, Node]:
@@ -35,12 +36,14 @@ def load_v5(path: str) -> dict[str, Node]:
     budget = budget_of(Path(path))
     with Path(path).open("rb") as file:
         head = file.read(_HEAD)
-    order = "little" if head[126:128] == b"IM" else "big"
+    mark = head[126:128]  # two letters in the byte order of the file
+    order = "little" if mark == b"IM" else "big"
     place = int.from_bytes(head[116:124], order)  # of the objects
-    has_objects = head[126:128] in (b"IM", b"MI") and place not in _NO_PLACE and place < Path(path).stat().st_size
+    is_in_file = place not in _NO_PLACE and place < Path(path).stat().st_size
+    has_objects = mark in (b"IM", b"MI") and is_in_file
     if not has_objects:
         _take_heads(path, budget)
-        variables = loadmat(path, struct_as_record=False, squeeze_me=False, chars_as_strings=True)
+        variables = loadmat(path, **_AS_STORED)
         return {str(name): _plain(value, 0) for name, value in variables.items() if not name.startswith("__")}
 
     # Objects have no name in the head that SciPy reads: each variable is read by itself.
@@ -51,15 +54,16 @@ def load_v5(path: str) -> dict[str, Node]:
         file: Any = BytesIO(part)
         _take_heads(file, budget)
         file.seek(0)
-        loaded = loadmat(file, struct_as_record=False, squeeze_me=False, chars_as_strings=True)
+        loaded = loadmat(file, **_AS_STORED)
         if start == place and _WORKSPACE in loaded:
             with suppress(IndexError, ValueError, TypeError, KeyError):
                 objects = _objects_in(loaded[_WORKSPACE], head, budget)
             continue
         for name, value in loaded.items():
             if not name.startswith("__"):
-                own, kinds[own] = _own_name(str(name), value)
-                nodes[own] = _plain(value, 0)
+                own_name, kind = _name_and_kind(str(name), value)
+                kinds[own_name] = kind
+                nodes[own_name] = _plain(value, 0)
     return _with_objects(nodes, kinds, objects)
 
 
@@ -96,7 +100,7 @@ def _objects_in(workspace: Any, head: bytes, budget: Budget) -> Objects:
     order = "little" if content[2:4] == b"IM" else "big"
     end = 16 + int.from_bytes(content[12:16], order)  # of the first variable; what follows is none of use
     file: Any = BytesIO(head[:116] + bytes(8) + content[:4] + content[8:end])
-    loaded = loadmat(file, struct_as_record=False, squeeze_me=False, chars_as_strings=True)
+    loaded = loadmat(file, **_AS_STORED)
     held: Any = loaded[_WORKSPACE].ravel()[0]
     (_, _, _, cells) = held.MCOS.ravel()[0]
     return Objects(cast("list[Any]", [_plain(cell, 0) for cell in cells.ravel()]), budget)
@@ -106,19 +110,30 @@ def _with_objects(nodes: dict[str, Node], kinds: dict[str, str], objects: Object
     """Variables with what their references lead to; what stays an object is called by its class too."""
     named: dict[str, Node] = {}
     for name, node in nodes.items():
-        plain = objects.resolved(node) if objects else None if is_reference(node) else node
-        of_kind = f"{name} (a {kinds[name]})" if plain is None and kinds.get(name) else name
-        named[of_kind] = plain
+        if objects:
+            plain = objects.resolved(node)
+        else:
+            plain = None if is_reference(node) else node
+        kind = kinds.get(name)
+        is_left_an_object = plain is None and kind
+        named[f"{name} (a {kind})" if is_left_an_object else name] = plain
     return named
 
 
-def _own_name(name: str, value: Any) -> tuple[str, str]:
+def _name_and_kind(name: str, value: Any) -> tuple[str, str]:
     """The name of a variable and its class, where it is an object, which SciPy calls None; else "" for the class."""
-    if getattr(getattr(value, "dtype", None), "names", None) != _OPAQUE or not value.size:
+    if not _is_opaque(value):
         return name, ""
     own, _, kind, _ = value.ravel()[0].tolist()
-    texts = [text.decode("latin-1") if isinstance(text, bytes) else "" for text in (own, kind)]
-    return texts[0] or name, texts[1]
+    own_name = own.decode("latin-1") if isinstance(own, bytes) else ""
+    own_kind = kind.decode("latin-1") if isinstance(kind, bytes) else ""
+    return own_name or name, own_kind
+
+
+def _is_opaque(value: Any) -> bool:
+    """Whether a value of SciPy stands for an object of MATLAB."""
+    fields = getattr(getattr(value, "dtype", None), "names", None)
+    return fields == _OPAQUE and value.size > 0
 
 
 def _plain(value: Any, depth: int) -> Node:
@@ -131,7 +146,7 @@ def _plain(value: Any, depth: int) -> Node:
         return None
 
     array = cast("np.ndarray[Any, Any]", value)
-    if array.dtype.names == _OPAQUE and array.size:
+    if _is_opaque(array):
         reference = array.ravel()[0]["arr"]
         return reference if is_reference(reference) else None
     if array.dtype.kind in "US":
@@ -161,7 +176,7 @@ def _table_in(items: list[Node], shape: tuple[int, ...]) -> dict[str, Node] | No
     """
     if len(shape) != 2 or min(shape) < 2 or len(items) != prod(shape):
         return None
-    rows = shape[0]
+    rows, _ = shape
     vectors: dict[str, Node] = {}
     for start in range(0, len(items), rows):
         name, *cells = items[start : start + rows]
@@ -257,7 +272,9 @@ class _Tree:
             return None
         if "MATLAB_object_decode" in item.attrs:
             self.holds_objects = True
-            reference = np.asarray(item[()]).T if item.size < _MOST and item.dtype.kind == "u" else None
+            if item.size >= _MOST or item.dtype.kind != "u":
+                return None
+            reference = np.asarray(item[()]).T
             return reference if is_reference(reference) else None
 
         kind = _kind_of(item)

@@ -10,7 +10,7 @@ import json
 import re
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any, cast
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 from mcap import records as kinds
@@ -35,8 +35,28 @@ _COPY = "Copy the file again from where it was recorded"
 
 _TYPES = ros_messages.NUMBERS
 _STAMPS = ("time", "duration")
+_SCHEMAS = {"ros1": "ros1msg", "cdr": "ros2msg"}  # encoding of a definition by that of its messages
 _FIELD = re.compile(r"([A-Za-z][\w/]*)\s+([A-Za-z]\w*)")
 _CONSTANT = re.compile(r"[A-Za-z]\w*\s+[A-Za-z]\w*\s*=.*")
+
+
+class _Topic(NamedTuple):
+    """The messages of one channel of numbers.
+
+    Attributes:
+        channel: as the file describes it.
+        columns: numbers of the messages by label, each of shape (n,).
+        times: log times in ns, shape (n,).
+    """
+
+    channel: kinds.Channel
+    columns: dict[str, Array]
+    times: NDArray[np.int64]
+
+    @property
+    def units(self) -> dict[str, str | None]:
+        """The unit of each column by the channel's metadata; None where these say none."""
+        return {label: self.channel.metadata.get(UNIT_KEY + label) for label in self.columns}
 
 
 def read_mcap(source: LogSource) -> Table:
@@ -56,46 +76,45 @@ def read_mcap(source: LogSource) -> Table:
     if contents.torn is not None and not contents.runs:
         raise LogError("the MCAP file was not closed, and no message in it is whole", remedy="Take another recording")
     notes: list[str] = []
-    tables = _tables(contents, notes)
+    topics = _topics(contents, notes)
     together = [name.strip() for name in (source.variable or "").split(JOINT)]
-    if len(together) > 1 and all(name in tables for name in together) and contents.torn is None:
-        joined = _joined({name: tables[name] for name in together}, notes)
+    if len(together) > 1 and all(name in topics for name in together) and contents.torn is None:
+        joined = _joined({name: topics[name] for name in together}, notes)
         return replace(joined, name=source.name, digest=source.digest)
-    channel, columns, times = choose(tables, source.variable, "topic", _NONE)[1]
+
+    _, topic = choose(topics, source.variable, "topic", _NONE)
+    channel = topic.channel
     if contents.torn is not None:
-        notes.append(
-            f"the recording was not closed: read as far as it is whole, without the last {contents.torn} bytes"
-        )
+        whole = f"read as far as it is whole, without the last {contents.torn} bytes"
+        notes.append(f"the recording was not closed: {whole}")
         missing = _missing(contents, channel)
         if missing:
             notes.append(f"{missing} messages are missing by their numbers: their chunks are damaged")
         if channel.id not in contents.checked:
             notes.append("check names and units of the columns: no checksum of the file covers them")
-    seconds = (times - times[0]).astype(np.float64) * 1e-9
-    own = [channel.metadata.get(UNIT_KEY + label) for label in columns]
-    names, units, renamed = name_columns(list(columns), own)
+    since_first = topic.times - topic.times[0]  # ns
+    names, units, renamed = name_columns(list(topic.columns), list(topic.units.values()))
     return Table(
         name=source.name,
-        columns=dict(zip(names, columns.values(), strict=True)),
+        columns=dict(zip(names, topic.columns.values(), strict=True)),
         units=dict(zip(names, units, strict=True)),
         digest=source.digest,
-        clock=seconds,
+        clock=since_first.astype(np.float64) * 1e-9,
         clock_name="log_time",
         metadata={key: json.dumps(dict(pairs)) for key, pairs in _metadata(contents, channel).items()},
         notes=(f"recording read from topic {channel.topic}", *notes, *renamed),
-        unsampled=_unsampled(channel, columns),
+        unsampled=_unsampled(channel, topic.columns),
     )
 
 
-def _joined(topics: Mapping[str, _Found], notes: list[str]) -> Table:
+def _joined(topics: Mapping[str, _Topic], notes: list[str]) -> Table:
     """Topics joined at the log times of the first; the stamps in the messages are left out."""
-    begin = min(times[0] for _, _, times in topics.values())
+    begin = min(topic.times[0] for topic in topics.values())
     found: dict[str, Found] = {}
-    for topic, (channel, columns, times) in topics.items():
-        own = {label: values for label, values in columns.items() if not label.endswith("stamp [s]")}
-        units = {label: channel.metadata.get(UNIT_KEY + label) for label in own}
-        elapsed = (times - begin).astype(np.float64) * 1e-9
-        found[topic] = Found({"time [s]": elapsed, **own}, units)
+    for name, topic in topics.items():
+        own = {label: values for label, values in topic.columns.items() if not label.endswith("stamp [s]")}
+        elapsed = (topic.times - begin).astype(np.float64) * 1e-9
+        found[name] = Found({"time [s]": elapsed, **own}, topic.units)
     joined = joined_by_time(found, "topic").table()
     return replace(joined, notes=(*notes, *joined.notes))
 
@@ -123,29 +142,28 @@ def _metadata(contents: Contents, channel: kinds.Channel) -> dict[str, Mapping[s
 
 
 def _unsampled(channel: kinds.Channel, columns: Mapping[str, Array]) -> Mask | None:
+    """Rows in which no good sample came, shape (n,), by the bits of their events; None where nothing says so."""
     bits = channel.metadata.get(UNSAMPLED_KEY, "")
     if not bits.isdecimal() or len(bits) > 9 or "events" not in columns:
         return None
     return (columns["events"].astype(np.int64) & int(bits)) != 0
 
 
-_Found = tuple[kinds.Channel, dict[str, Array], NDArray[np.int64]]
-
-
-def _tables(contents: Contents, notes: list[str]) -> dict[str, _Found]:
-    """Each channel of numbers: its columns and its times in ns; what is no number is left out and said."""
-    found: dict[str, _Found] = {}
+def _topics(contents: Contents, notes: list[str]) -> dict[str, _Topic]:
+    """Each channel of numbers by its topic; what is no number is left out and said."""
+    topics: dict[str, _Topic] = {}
     for number, channel in contents.channels.items():
         try:
             columns, times = _columns(contents, number, channel)
         except DamageError as error:
             notes.append(f"topic {channel.topic} left out: {error}")
             continue
-        if columns and times.size:
-            if channel.topic in found:
-                raise LogError(f"two channels are called {channel.topic}", remedy="Record one channel a topic")
-            found[channel.topic] = (channel, columns, times)
-    return found
+        if not columns or not times.size:
+            continue
+        if channel.topic in topics:
+            raise LogError(f"two channels are called {channel.topic}", remedy="Record one channel a topic")
+        topics[channel.topic] = _Topic(channel, columns, times)
+    return topics
 
 
 def _columns(
@@ -162,18 +180,20 @@ def _columns(
     if not parts:
         return {}, np.empty(0, np.int64)
     times = np.concatenate([part.array["log_time"] for part in parts]).astype(np.int64)
-    if channel.message_encoding == "json":
+    encoding = channel.message_encoding
+    if encoding == "json":
         return _json_columns(parts), times
+
     schema = contents.schemas.get(channel.schema_id)
-    schema_wanted = {"ros1": "ros1msg", "cdr": "ros2msg"}.get(channel.message_encoding)
-    if schema is None or schema.encoding != schema_wanted:
-        raise DamageError(f"its messages are encoded as {channel.message_encoding or 'nothing'}")
-    is_ros2 = channel.message_encoding == "cdr"
+    if schema is None or schema.encoding != _SCHEMAS.get(encoding):
+        raise DamageError(f"its messages are encoded as {encoding or 'nothing'}")
+    is_ros2 = encoding == "cdr"
     definition = schema.data.decode("utf-8", "replace")
     try:
         kind = layout(definition, aligned=is_ros2)
     except DamageError:  # texts, lists or messages in it, as in the states of joints
-        return ros_messages.columns_of(definition, [part.data for part in parts], aligned=is_ros2), times
+        blocks = [part.data for part in parts]
+        return ros_messages.columns_of(definition, blocks, aligned=is_ros2), times
     if any(part.data.shape[1] != kind.itemsize for part in parts):
         raise DamageError(f"its messages are not the {kind.itemsize} bytes that its description says")
     rows = np.concatenate([part.data for part in parts])
@@ -202,20 +222,25 @@ def layout(text: str, *, aligned: bool = False) -> np.dtype[Any]:
         if not line or _CONSTANT.fullmatch(line):
             continue
         match = _FIELD.fullmatch(line)
-        if match is None or (match[1] not in _TYPES and match[1] not in _STAMPS) or match[2] in names:
+        kind, name = match.groups() if match else ("", "")
+        if (kind not in _TYPES and kind not in _STAMPS) or name in names:
             raise DamageError(f"its field '{line[:60]}' is no plain number")
-        # A ROS 1 time is two numbers; both stay, under names of their own.
-        both = match[1] in _STAMPS
-        names += [f"{match[2]}_s", f"{match[2]}_ns"] if both else [match[2]]
-        formats += ["<i4", "<u4"] if both else [_TYPES[match[1]]]
+        if kind in _STAMPS:  # a ROS 1 time is two numbers; both stay, under names of their own
+            names += [f"{name}_s", f"{name}_ns"]
+            formats += ["<i4", "<u4"]
+        else:
+            names.append(name)
+            formats.append(_TYPES[kind])
     if not names:
         raise DamageError("its messages have no fields")
     if not aligned:
         return np.dtype(list(zip(names, formats, strict=True)))
     offsets: list[int] = []
     end = 4
-    for size in (np.dtype(kind).itemsize for kind in formats):
-        offsets.append(4 + -(-(end - 4) // size) * size)
+    for form in formats:
+        size = np.dtype(form).itemsize
+        numbers_before = -(-(end - 4) // size)  # of this size, rounded up
+        offsets.append(4 + numbers_before * size)
         end = offsets[-1] + size
     return np.dtype({"names": names, "formats": formats, "offsets": offsets, "itemsize": end})
 

@@ -20,14 +20,22 @@ _UNSEEN = "\u00ad\u200b\u200c\u200d\u200e\u200f\u2060\ufeff"  # at the edge of a
 _SAMPLE = 1 << 18  # characters
 # Signs that some locales and word processors write for a minus, in front of a number or of its power of ten.
 _OTHER_MINUS = re.compile(r"(?:(?<![^\s,;|\"])|(?<=\d[eE]))[\u2212\u2012\u2013\ufe63\uff0d](?=[\d.,])")
-_SIGN, _POWER = r"[+-]?", r"(?:[eEdD][+-]?\d+)?"
-_GROUPED = {
-    # decimal mark -> a whole number in groups, perhaps with decimals behind that mark
-    decimal: re.compile(
-        rf"{_SIGN}[1-9]\d{{0,2}}(?:(?:{re.escape(other)}\d{{3}})+|(?:[{BLANKS}]\d{{3}})+)(?:{re.escape(decimal)}\d*)?"
-    )
-    for decimal, other in ((".", ","), (",", "."))
-}
+_SIGN = r"[+-]?"
+_POWER = r"(?:[eEdD][+-]?\d+)?"
+_FIRST_GROUP = r"[1-9]\d{0,2}"
+#: The one of point and comma that is not the decimal mark, by the decimal mark.
+_OTHER = {".": ",", ",": "."}
+
+
+def _grouped(decimal: str) -> re.Pattern[str]:
+    """A whole number in groups of three digits, perhaps with decimals behind the decimal mark."""
+    by_other_mark = rf"(?:{re.escape(_OTHER[decimal])}\d{{3}})+"
+    by_blanks = rf"(?:[{BLANKS}]\d{{3}})+"
+    decimals = rf"(?:{re.escape(decimal)}\d*)?"
+    return re.compile(f"{_SIGN}{_FIRST_GROUP}(?:{by_other_mark}|{by_blanks}){decimals}")
+
+
+_GROUPED = {decimal: _grouped(decimal) for decimal in _OTHER}
 #: Texts that say on or off, in small letters.
 SWITCHES = {
     **dict.fromkeys(("on", "true", "yes", "high", "enabled", "ein", "an", "ja", "oui", "vrai", "开", "オン"), 1.0),
@@ -66,8 +74,8 @@ def ungrouped(cell: str, decimal: str) -> str:
     """
     plain = cell.strip().strip(_UNSEEN)
     if is_grouped(plain, decimal):
-        other = "," if decimal == "." else "."
-        plain = plain.translate(dict.fromkeys(map(ord, BLANKS + other)))
+        between_groups = BLANKS + _OTHER[decimal]
+        plain = plain.translate(dict.fromkeys(map(ord, between_groups)))
     if decimal == ",":
         plain = plain.replace(",", ".")
     if re.fullmatch(rf"{_SIGN}(?:\d+(?:\.\d*)?|\.\d+)[dD][+-]?\d+", plain):
@@ -79,7 +87,7 @@ def grouped_by_blanks(body: str, delimiter: str | None) -> str | None:
     """The first number of a file that has blanks or apostrophes between its thousands, or None."""
     if delimiter is None or not any(blank in body for blank in BLANKS):
         return None
-    return _search(rf"{_SIGN}[1-9]\d{{0,2}}(?:[{BLANKS}]\d{{3}})+", body, delimiter, " ")
+    return _search(rf"{_SIGN}{_FIRST_GROUP}(?:[{BLANKS}]\d{{3}})+", body, delimiter, " ")
 
 
 def weigh(
@@ -102,39 +110,43 @@ def weigh(
     marks = [mark for mark in ".," if mark in body and (mark != delimiter or '"' in body)]
 
     def grouped_by(mark: str) -> str:
-        """The first number whose thousands the mark may group. It takes as long as to read all rows."""
-        return (mark in marks and _search(_groups(mark), body, delimiter, mark)) or ""
+        """The first number whose thousands the mark may group, or "". It takes as long as to read all rows."""
+        if mark not in marks:
+            return ""
+        return _search(_groups(mark), body, delimiter, mark) or ""
 
     if asked is not None:
-        other = "," if asked == "." else "."
+        other = _OTHER[asked]
         return Numerals(asked, other if grouped_by(other) else "")
-    decides = {mark: _search(_decimals(mark), body, delimiter, mark) for mark in marks}
-    if decides.get(".") and decides.get(","):
-        raise TwoDecimalMarksError(
-            f"{decides['.']} has a decimal point and {decides[',']} a decimal comma",
-            remedy="Export the file with one decimal mark",
-        )
-    for decimal, other in ((".", ","), (",", ".")):
-        if decides.get(decimal):
-            grouped = grouped_by(other)
-            return Numerals(decimal, other if grouped else "", grouped)
-    groups = {mark: grouped_by(mark) for mark in marks}
-    doubtful = [mark for mark in marks if groups[mark]]
+
+    # A number in which a mark can only be the decimal one decides.
+    deciding = {mark: _search(_decimals(mark), body, delimiter, mark) for mark in marks}
+    with_point = deciding.get(".")
+    with_comma = deciding.get(",")
+    if with_point and with_comma:
+        problem = f"{with_point} has a decimal point and {with_comma} a decimal comma"
+        raise TwoDecimalMarksError(problem, remedy="Export the file with one decimal mark")
+    if with_point or with_comma:
+        decimal = "." if with_point else ","
+        other = _OTHER[decimal]
+        grouped = grouped_by(other)
+        return Numerals(decimal, other if grouped else "", grouped)
+
+    # None decides: whole numbers beside the doubtful ones may, or a format of three decimals.
+    doubtful = {mark: number for mark in marks if (number := grouped_by(mark))}
     if not doubtful:
         return Numerals(sniffed)
-    mark = doubtful[0]
+    mark, number = next(iter(doubtful.items()))
     if len(doubtful) == 1 and _beside_whole_numbers(body, delimiter, mark):
-        return Numerals("," if mark == "." else ".", mark, groups[mark])
+        return Numerals(_OTHER[mark], mark, number)
     if len(doubtful) == 1 and mark == "." and delimiter != ";":
         return Numerals(".")  # three decimals in each number, as fixed formats print them
-    number = groups[mark]
+
     as_decimal = number.replace(mark, ".").rstrip("0").rstrip(".")
     as_whole = number.replace(mark, "")
-    raise LogError(
-        f"{number} may be {as_decimal} or {as_whole}, and no number of the file tells",
-        remedy=f"Say which mark is the decimal one: --decimal {mark} for {as_decimal}, "
-        f"--decimal {'.' if mark == ',' else ','} for {as_whole}",
-    )
+    problem = f"{number} may be {as_decimal} or {as_whole}, and no number of the file tells"
+    options = f"--decimal {mark} for {as_decimal}, --decimal {_OTHER[mark]} for {as_whole}"
+    raise LogError(problem, remedy=f"Say which mark is the decimal one: {options}")
 
 
 def with_decimal_points(text: str, delimiter: str | None) -> tuple[str, list[int]]:
@@ -149,34 +161,35 @@ def with_decimal_points(text: str, delimiter: str | None) -> tuple[str, list[int
     """
     if delimiter == ",":
         return text, []
-    sure = {mark: re.compile(_decimals(mark)) for mark in ".,"}
-    unsure = {mark: re.compile(_groups(mark)) for mark in ".,"}
-    says: dict[int, set[str]] = {}  # the decimal marks that the numbers of a column have
-    doubts: dict[int, set[str]] = {}  # and those of the numbers that tell nothing alone
+    decimals = {mark: re.compile(_decimals(mark)) for mark in ".,"}
+    groups = {mark: re.compile(_groups(mark)) for mark in ".,"}
+    sure: dict[int, set[str]] = {}  # the decimal marks that the numbers of a column have
+    unsure: dict[int, set[str]] = {}  # and those of the numbers that tell nothing alone
     lines = text.splitlines(keepends=True)
     for line in lines:
         for column, cell in enumerate(line.strip("\r\n").split(delimiter)):
             number = cell.strip(' "')
             for mark in ".,":
-                if mark in number and sure[mark].fullmatch(number):
-                    says.setdefault(column, set()).add(mark)
-                elif mark in number and unsure[mark].fullmatch(number):
-                    doubts.setdefault(column, set()).add(mark)
-    for column, marks in doubts.items():
-        if says.get(column, set()) != marks:
+                if mark not in number:
+                    continue
+                if decimals[mark].fullmatch(number):
+                    sure.setdefault(column, set()).add(mark)
+                elif groups[mark].fullmatch(number):
+                    unsure.setdefault(column, set()).add(mark)
+    for column, marks in unsure.items():
+        if sure.get(column, set()) != marks:
             return text, []
-    if any(len(marks) > 1 for marks in says.values()):
+    if any(len(marks) > 1 for marks in sure.values()):
         return text, []
 
-    with_commas = [column for column, marks in says.items() if marks == {","}]
-    parts = re.compile(r"\s+" if delimiter is None else re.escape(delimiter))
+    with_commas = [column for column, marks in sure.items() if marks == {","}]
     for place, line in enumerate(lines):
-        cells = parts.split(line.rstrip("\r\n").strip() if delimiter is None else line.rstrip("\r\n"))
+        row, end = _row_and_end(line)
+        cells = row.split(delimiter)
         for column in with_commas:
-            if column < len(cells) and _has_a_comma(cells[column]):
-                cells[column] = _with_point(cells[column])
-        end = line[len(line.rstrip("\r\n")) :]
-        lines[place] = (" " if delimiter is None else delimiter).join(cells) + end
+            if column < len(cells):
+                cells[column] = _with_a_point(cells[column])
+        lines[place] = _between(delimiter).join(cells) + end
     return "".join(lines), sorted(column + 1 for column in with_commas)
 
 
@@ -199,11 +212,14 @@ def with_points_in_rows(text: str, delimiter: str | None) -> tuple[str, int]:
     decimals = {mark: re.compile(_decimals(mark)) for mark in ".,"}
     groups = {mark: re.compile(_groups(mark)) for mark in ".,"}
     for line in lines:
-        numbers = [cell.strip(' "') for cell in line.rstrip("\r\n").split(delimiter)]
+        row, _ = _row_and_end(line)
+        numbers = [cell.strip(' "') for cell in row.split(delimiter)]
         sure.append({mark for mark in ".," for number in numbers if decimals[mark].fullmatch(number)})
         unsure.append({mark for mark in ".," for number in numbers if groups[mark].fullmatch(number)})
-        if any({*".,"} <= {*number} and re.fullmatch(rf"{_SIGN}[\d.,]+", number) for number in numbers):
-            return text, 0
+        for number in numbers:
+            has_both_marks = "." in number and "," in number
+            if has_both_marks and re.fullmatch(rf"{_SIGN}[\d.,]+", number):
+                return text, 0
 
     before = _carried(sure)
     behind = _carried(sure[::-1])[::-1]
@@ -213,13 +229,13 @@ def with_points_in_rows(text: str, delimiter: str | None) -> tuple[str, int]:
         if not marks:
             continue
         around = {before[place], behind[place]} - {""}
-        if len(marks) > 1 or not marks <= (sure[place] or around) or (not sure[place] and len(around) > 1):
+        is_between_two = not sure[place] and len(around) > 1
+        if len(marks) > 1 or is_between_two or not marks <= (sure[place] or around):
             return text, 0
         if marks == {","}:
-            cells = line.rstrip("\r\n").split(delimiter)
-            end = line[len(line.rstrip("\r\n")) :]
-            points = [cell.replace(",", ".") if _has_a_comma(cell) else cell for cell in cells]
-            lines[place] = (" " if delimiter is None else delimiter).join(points) + end
+            row, end = _row_and_end(line)
+            points = map(_with_a_point, row.split(delimiter))
+            lines[place] = _between(delimiter).join(points) + end
             count += 1
     return "".join(lines), count
 
@@ -234,13 +250,22 @@ def _carried(marks: Sequence[set[str]]) -> list[str]:
     return carried
 
 
-def _has_a_comma(cell: str) -> bool:
-    """Whether a cell is a number with a decimal comma in it, perhaps with points between its thousands."""
-    return re.fullmatch(rf"{_SIGN}(?:\d*|[1-9]\d{{0,2}}(?:\.\d{{3}})+),\d+{_POWER}", cell.strip(' "')) is not None
+def _row_and_end(line: str) -> tuple[str, str]:
+    """A line without its end, and that end."""
+    row = line.rstrip("\r\n")
+    return row, line[len(row) :]
 
 
-def _with_point(cell: str) -> str:
-    """A number with a decimal comma as one with a decimal point, without points between its thousands."""
+def _between(delimiter: str | None) -> str:
+    """What is written between two cells that were read by a delimiter, or by white space."""
+    return " " if delimiter is None else delimiter
+
+
+def _with_a_point(cell: str) -> str:
+    """A number with a decimal comma as one with a decimal point, without points between its thousands; or the cell."""
+    whole = rf"(?:\d*|{_FIRST_GROUP}(?:\.\d{{3}})+)"
+    if not re.fullmatch(rf"{_SIGN}{whole},\d+{_POWER}", cell.strip(' "')):
+        return cell
     return cell.replace(".", "").replace(",", ".")
 
 
@@ -257,8 +282,8 @@ def _cell(pattern: str, delimiter: str | None, *, quoted: bool) -> str:
 def _decimals(mark: str) -> str:
     """Numbers in which the mark can only be the decimal one."""
     m = re.escape(mark)
-    other = re.escape("," if mark == "." else ".")
-    behind_groups = rf"[1-9]\d{{0,2}}(?:{other}\d{{3}})+{m}\d+"
+    other = re.escape(_OTHER[mark])
+    behind_groups = rf"{_FIRST_GROUP}(?:{other}\d{{3}})+{m}\d+"
     not_three = rf"\d{{1,3}}{m}(?:\d{{1,2}}|\d{{4,}})"
     leading = rf"(?:0\d*|\d{{4,}}|){m}\d+"
     powered = rf"\d+{m}\d+[eEdD][+-]?\d+"
@@ -268,7 +293,7 @@ def _decimals(mark: str) -> str:
 def _groups(mark: str) -> str:
     """Numbers in which the mark may group thousands."""
     m = re.escape(mark)
-    return rf"{_SIGN}[1-9]\d{{0,2}}(?:{m}\d{{3}})+"
+    return rf"{_SIGN}{_FIRST_GROUP}(?:{m}\d{{3}})+"
 
 
 def _search(pattern: str, body: str, delimiter: str | None, mark: str) -> str | None:

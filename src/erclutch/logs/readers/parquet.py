@@ -20,7 +20,7 @@ import numpy as np
 from erclutch.errors import LogError
 from erclutch.logs.columns.labels import name_columns
 from erclutch.logs.columns.row_groups import parting_note, words_of
-from erclutch.logs.log_reader import LogReader, LogSource
+from erclutch.logs.log_reader import ROWS_WANTED, LogReader, LogSource
 from erclutch.logs.readers import child_process, reader_in_child
 from erclutch.logs.readers.arrow_lists import is_of_number_lists, with_lists_opened
 from erclutch.logs.readers.budget import MEMORY, RAISED, Budget, budget_of
@@ -36,7 +36,6 @@ _CHECKED_PAGE = re.compile(rb"(?:\x15[\x80-\xff]*[\x00-\x7f]){3}\x15")
 _UNCHECKED = "the file has no checksums: damaged numbers in it cannot be told from good ones"
 _ANEW = "Copy the file again or export it as CSV"
 _IN_PIECES = "Give it to erclutch fit, which reads such a file in blocks, or split it"
-_ROWS_WANTED = "Give a log with one row a sample"
 
 
 def read_parquet(source: LogSource) -> Table:
@@ -172,7 +171,7 @@ def parquet_windows(
     with _damage_named(), parquet.ParquetFile(path, **options) as file, path.open("rb") as pages:
         metadata = file.metadata
         if not metadata.num_rows:
-            raise LogError("the file has no rows of numbers", remedy=_ROWS_WANTED)
+            raise LogError("the file has no rows of numbers", remedy=ROWS_WANTED)
         if last is None:
             last = metadata.num_rows
         counts = [metadata.row_group(group).num_rows for group in range(metadata.num_row_groups)]
@@ -272,7 +271,7 @@ def table_of_arrow(
     for label in texts.keys() - columns.keys():
         notes.append(parting_note(label, words[label]) if label in words else f"column {label} holds text: left out")
     if not columns:
-        raise LogError("the file has no column of numbers", remedy=_ROWS_WANTED)
+        raise LogError("the file has no column of numbers", remedy=ROWS_WANTED)
 
     metadata = _metadata(table.schema)
     for key in ("pandas", "ARROW:schema"):  # what libraries say of their own types

@@ -14,7 +14,7 @@ from itertools import pairwise
 from erclutch.errors import UnitError
 from erclutch.logs.columns.labels import split_label
 from erclutch.logs.columns.rheometer_names import said_by_name
-from erclutch.logs.readers.cells import cells_of, is_comment, is_number
+from erclutch.logs.readers.cells import DELIMITERS, cells_of, is_comment, is_number
 from erclutch.logs.readers.dialect import LINE_END
 from erclutch.signals import units
 
@@ -59,7 +59,7 @@ def with_pivoted_heads(text: str) -> tuple[str, str]:
     head = LINE_END.split(text[:_HEAD])
     if len(text) > _HEAD:
         head.pop()
-    for delimiter in ("\t", ";", ",", "|"):
+    for delimiter in DELIMITERS:
         pivot = _pivot_in(head, delimiter)
         if pivot is None:
             continue

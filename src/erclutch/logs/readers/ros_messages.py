@@ -15,10 +15,10 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from erclutch.logs.readers.budget import LONGEST_LIST
 from erclutch.logs.readers.mcap_records import DamageError
 from erclutch.signals.array import Array
 
-_MOST = 500  # numbers of a list: a picture has more
 _MOST_FIELDS = 5000  # of a message
 _DEEPEST = 8  # messages inside of messages
 _MOST_LAYOUTS = 50  # of the messages of one topic
@@ -78,16 +78,17 @@ def columns_of(definition: str, blocks: Sequence[NDArray[np.uint8]], *, aligned:
     """
     kinds = _definitions(definition)
     parts: list[dict[str, Array]] = []
-    sizes: list[int] = []
     layouts: list[tuple[int, bytes, _Layout]] = []  # length of a message, what is the same in it, its layout
     for block in blocks:
-        parted = _parted(block, kinds, aligned, layouts)
-        parts += parted
-        sizes += [next(iter(part.values())).size if part else 0 for part in parted]
+        parts += _parted(block, kinds, aligned, layouts)
+    parts = [part for part in parts if part]
     labels = dict.fromkeys(label for part in parts for label in part)
     columns: dict[str, Array] = {}
     for label in labels:
-        own = [part.get(label, np.full(size, np.nan)) for part, size in zip(parts, sizes, strict=True)]
+        own: list[Array] = []
+        for part in parts:
+            rows = next(iter(part.values())).size
+            own.append(part[label] if label in part else np.full(rows, np.nan))
         columns[label] = np.concatenate(own)
     return columns
 
@@ -120,6 +121,7 @@ def _parted(
 
 
 def _layout_known(message: bytes, layouts: Sequence[tuple[int, bytes, _Layout]]) -> _Layout | None:
+    """The layout of an earlier message that a message is laid out as; None where none is known."""
     for length, same, layout in layouts:
         if length == len(message) and _same_in(message, layout) == same:
             return layout
@@ -127,10 +129,12 @@ def _layout_known(message: bytes, layouts: Sequence[tuple[int, bytes, _Layout]])
 
 
 def _same_in(message: bytes, layout: _Layout) -> bytes:
+    """The lengths and names of a message, as bytes."""
     return b"".join(message[start:stop] for start, stop in layout.same)
 
 
 def _numbers_at(messages: NDArray[np.uint8], at: int, kind: str) -> Array:
+    """The number at one place of each message, shape (n,)."""
     size = np.dtype(kind).itemsize
     own = np.ascontiguousarray(messages[:, at : at + size])
     return own.view(kind)[:, 0].astype(np.float64)
@@ -139,10 +143,12 @@ def _numbers_at(messages: NDArray[np.uint8], at: int, kind: str) -> Array:
 def _definitions(text: str) -> dict[str, list[_Field]]:
     """Fields of the messages of a definition by their short names; that of the whole is called ""."""
     kinds: dict[str, list[_Field]] = {}
-    name, begin = "", 0
+    name = ""
+    begin = 0
     for match in _NEXT.finditer(text):
         kinds[name] = _fields(text[begin : match.start()])
-        name, begin = _short(match[1]), match.end()
+        name = _short(match[1])
+        begin = match.end()
     kinds[name] = _fields(text[begin:])
     return kinds
 
@@ -209,13 +215,16 @@ class _Reader:
                 self._take_message(f"{front}{each.name}", each, depth)
         are_names = all(names) and len({*names}) == len(names)
         for name, kind, places in waiting:
-            for number, at in enumerate(places):
-                of_joint = are_names and len(names) == len(places)
-                self._note(f"{front}{names[number]}.{name}" if of_joint else f"{front}{name}[{number}]", at, kind)
+            if are_names and len(names) == len(places):
+                labels = [f"{of_joint}.{name}" for of_joint in names]
+            else:
+                labels = [f"{name}[{number}]" for number in range(len(places))]
+            for label, at in zip(labels, places, strict=True):
+                self._note(f"{front}{label}", at, kind)
 
     def _take_message(self, label: str, each: _Field, depth: int) -> None:
         """A message inside, or a list of them."""
-        count = 1 if not each.many else self._count(each.many)
+        count = self._count(each.many) if each.many else 1
         kind = each.kind
         if kind not in self._kinds and "/" not in kind:  # ROS 1 calls it Header, and describes std_msgs/Header
             likely = [name for name in self._kinds if name.endswith(f"/{kind}")]
@@ -249,8 +258,8 @@ class _Reader:
             at = self._take("<u4")
             (count,) = struct.unpack_from("<I", self._message, at)
             self._layout.same.append((at, at + 4))
-        if count > _MOST:
-            raise DamageError(f"a list of it has {count:,} items, above {_MOST}")
+        if count > LONGEST_LIST:
+            raise DamageError(f"a list of it has {count:,} items, above {LONGEST_LIST}")
         return count
 
     def _take_text(self, kind: str) -> str:

@@ -17,13 +17,60 @@ import numpy as np
 from erclutch.errors import LogError
 from erclutch.logs.log_reader import LogReader
 from erclutch.logs.readers import found_recordings, reader_in_child
+from erclutch.logs.readers.budget import LONGEST_LIST
 from erclutch.logs.readers.found_recordings import JOINT, Found
 from erclutch.logs.table import Table
 from erclutch.signals.array import Array
 
-_MOST = 500  # numbers of a list: a picture has more
 _STAMP = ""  # of a row: when the bag got its message, in ns
 _PLAIN = re.compile(r"[A-Za-z_][A-Za-z0-9_]*(/[A-Za-z_][A-Za-z0-9_]*)*")
+
+
+def find(path: str, variable: str | None) -> Table:
+    """The child's work: topics whose first message holds a number are recordings, on the time of the bag."""
+    from rosbags.highlevel import AnyReader
+    from rosbags.typesys import Stores, get_typestore
+    from rosbags.typesys.store import Typestore
+
+    # In this child, before any bag is opened.
+    setattr(Typestore, "register", _held_to_names(Typestore.register))  # noqa: B010
+    with AnyReader([Path(path)], default_typestore=get_typestore(Stores.LATEST)) as bag:
+        topics: dict[str, list[Any]] = {}
+        for connection in bag.connections:
+            topics.setdefault(connection.topic, []).append(connection)
+        together = [name.strip() for name in (variable or "").split(JOINT)]
+        if all(name in topics for name in together):
+            topics = {name: topics[name] for name in together}  # the others need not be looked at
+
+        of_numbers: dict[str, list[Any]] = {}
+        of_lists: dict[str, LogError] = {}
+        for topic, connections in topics.items():
+            try:
+                first_rows = _rows(bag, connections, most=1)
+            except LogError as error:  # a scan, a picture or a whole course in one message
+                of_lists[topic] = LogError(f"topic {topic}: {error.problem}", remedy=error.remedy)
+                continue
+            if any(len(row) > 1 for row in first_rows):  # a number beside the stamp
+                of_numbers[topic] = connections
+        if of_lists and not of_numbers and variable != found_recordings.ALL:
+            raise next(iter(of_lists.values()))
+        if len(together) > 1 and [*of_numbers] == together:
+            return _joined({name: _rows(bag, connections) for name, connections in of_numbers.items()})
+        topic, connections = found_recordings.choose(of_numbers, variable, "topic", "no topic of the bag holds numbers")
+        rows = _rows(bag, connections)
+        counted = sum(connection.msgcount for connection in connections)
+
+    notes = [f"recording read from topic {topic}"]
+    notes += [f"{error.problem}: left out" for error in of_lists.values()]
+    times = np.array([row.pop(_STAMP) for row in rows])  # ns, shape (rows,)
+    in_batches = 2 * counted < len(rows)
+    if in_batches:
+        notes.append(f"{counted} messages of several rows each: they share the time of the bag, which is left out")
+    elif counted != len(rows):
+        notes.append(f"the bag counts {counted} messages, {len(rows)} are there")
+    elapsed = (times - times[0]) * 1e-9  # s
+    clock = None if in_batches else ("log_time", elapsed)
+    return Found(_columns(rows), clock=clock, notes=notes).table()
 
 
 def _held_to_names(register: Callable[[Any, Any], None]) -> Callable[[Any, Any], None]:
@@ -37,7 +84,7 @@ def _held_to_names(register: Callable[[Any, Any], None]) -> Callable[[Any, Any],
 
     def checked(store: Any, types: Mapping[str, tuple[Any, Any]]) -> None:
         for name, (constants, fields) in types.items():
-            without_values = [constant[:2] for constant in constants]
+            without_values = [constant[:2] for constant in constants]  # the kind and the name of each
             for text in (name, *texts(fields), *texts(without_values)):
                 if not _PLAIN.fullmatch(text):
                     problem = f"the bag defines a type with the name {text[:60]!r}"
@@ -47,12 +94,57 @@ def _held_to_names(register: Callable[[Any, Any], None]) -> Callable[[Any, Any],
     return checked
 
 
-def _fields(value: Any) -> list[str]:
-    return [name for name in getattr(value, "__dataclass_fields__", ()) if name != "__msgtype__"]
+def _joined(topics: Mapping[str, list[dict[str, float]]]) -> Table:
+    """Topics joined at the times of the bag of the first; the stamps in the messages are left out."""
+    begin = min(rows[0][_STAMP] for rows in topics.values())  # ns
+    found: dict[str, Found] = {}
+    for topic, rows in topics.items():
+        elapsed = np.array([row.pop(_STAMP) - begin for row in rows]) * 1e-9  # s
+        columns = {label: values for label, values in _columns(rows).items() if not label.endswith("stamp [s]")}
+        found[topic] = Found({"time [s]": elapsed, **columns})
+    return found_recordings.joined_by_time(found, "topic").table()
 
 
-def _is_list(value: Any) -> bool:
-    return hasattr(value, "__len__") and not hasattr(value, "encode")
+def _columns(rows: Sequence[Mapping[str, float]]) -> dict[str, Array]:
+    """The numbers of rows by label, each of shape (rows,); what a row lacks is NaN."""
+    labels = dict.fromkeys(label for row in rows for label in row)
+    return {label: np.array([row.get(label, np.nan) for row in rows]) for label in labels}
+
+
+def _rows(
+    bag: Any,
+    connections: list[Any],
+    most: int | None = None,
+) -> list[dict[str, float]]:
+    """The messages of a topic, or the first of them: the time of the bag in ns under `_STAMP`, and the numbers."""
+    rows: list[dict[str, float]] = []
+    messages = bag.messages(connections=connections)
+    for connection, stamp, data in islice(messages, most):
+        rows += [{_STAMP: stamp, **row} for row in _rows_of(bag.deserialize(data, connection.msgtype))]
+    return rows
+
+
+def _rows_of(message: Any) -> list[dict[str, float]]:
+    """A message as a row; one whose fields are lists of one length, longer than those of joints, as a row a place."""
+    fields = {name: getattr(message, name) for name in _fields(message)}
+    lists = {name: value for name, value in fields.items() if _is_list(value)}
+    lengths = {len(values) for values in lists.values()}
+    if len(lists) < 2 or len(lengths) > 1 or min(lengths) <= LONGEST_LIST:
+        row: dict[str, float] = {}
+        _flatten("", message, row)
+        return [row]
+
+    beside: dict[str, float] = {}  # single numbers of the message
+    for name, value in fields.items():
+        if name not in lists:
+            _flatten(name, value, beside)
+    rows: list[dict[str, float]] = []
+    for place in range(min(lengths)):
+        row = dict(beside)
+        for name, values in lists.items():
+            _flatten(name, values[place], row)
+        rows.append(row)
+    return rows
 
 
 def _flatten(label: str, value: Any, row: dict[str, float]) -> None:
@@ -74,8 +166,8 @@ def _flatten(label: str, value: Any, row: dict[str, float]) -> None:
             else:
                 _flatten(f"{front}{name}", field, row)
     elif _is_list(value):
-        if len(value) > _MOST:
-            problem = f"the field {label} has {len(value):,} numbers, above {_MOST}"
+        if len(value) > LONGEST_LIST:
+            problem = f"the field {label} has {len(value):,} numbers, above {LONGEST_LIST}"
             raise LogError(problem, remedy="Give a topic of single numbers, such as that of the states of the joints")
         for index, each in enumerate(value):
             _flatten(f"{label}[{index}]", each, row)
@@ -88,104 +180,19 @@ def _names_in(message: Any) -> list[str]:
     names: Any = getattr(message, "name", None)
     if not isinstance(names, list):
         return []
+    count = len(cast("list[Any]", names))
     texts = [name for name in cast("list[Any]", names) if isinstance(name, str) and name]
-    return texts if len({*texts}) == len(cast("list[Any]", names)) <= _MOST else []
+    all_differ = len({*texts}) == count
+    return texts if all_differ and count <= LONGEST_LIST else []
 
 
-def _rows_of(message: Any) -> list[dict[str, float]]:
-    """A message as a row; one whose fields are lists of one length, longer than those of joints, as a row a place."""
-    lists = {name: getattr(message, name) for name in _fields(message) if _is_list(getattr(message, name))}
-    lengths = {len(values) for values in lists.values()}
-    if len(lists) < 2 or len(lengths) > 1 or min(lengths) <= _MOST:
-        row: dict[str, float] = {}
-        _flatten("", message, row)
-        return [row]
-
-    beside: dict[str, float] = {}  # single numbers of the message
-    for name in _fields(message):
-        if name not in lists:
-            _flatten(name, getattr(message, name), beside)
-    rows: list[dict[str, float]] = []
-    for place in range(min(lengths)):
-        row = dict(beside)
-        for name, values in lists.items():
-            _flatten(name, values[place], row)
-        rows.append(row)
-    return rows
+def _fields(value: Any) -> list[str]:
+    """Names of the fields of a message; none for any other value."""
+    return [name for name in getattr(value, "__dataclass_fields__", ()) if name != "__msgtype__"]
 
 
-def _rows(
-    bag: Any,
-    connections: list[Any],
-    most: int | None = None,
-) -> list[dict[str, float]]:
-    """The messages of a topic, or the first of them: the time of the bag in ns under `_STAMP`, and the numbers."""
-    rows: list[dict[str, float]] = []
-    messages = bag.messages(connections=connections)
-    for connection, stamp, data in islice(messages, most):
-        rows += [{_STAMP: stamp, **row} for row in _rows_of(bag.deserialize(data, connection.msgtype))]
-    return rows
-
-
-def find(path: str, variable: str | None) -> Table:
-    """The child's work: topics whose first message holds a number are recordings, on the time of the bag."""
-    from rosbags.highlevel import AnyReader
-    from rosbags.typesys import Stores, get_typestore
-    from rosbags.typesys.store import Typestore
-
-    setattr(Typestore, "register", _held_to_names(Typestore.register))  # noqa: B010  # in this child, before any bag is opened
-    with AnyReader([Path(path)], default_typestore=get_typestore(Stores.LATEST)) as bag:
-        topics: dict[str, list[Any]] = {}
-        for connection in bag.connections:
-            topics.setdefault(connection.topic, []).append(connection)
-        together = [name.strip() for name in (variable or "").split(JOINT)]
-        if all(name in topics for name in together):
-            topics = {name: topics[name] for name in together}  # the others need not be looked at
-
-        of_numbers: dict[str, list[Any]] = {}
-        of_lists: dict[str, LogError] = {}
-        for topic, connections in topics.items():
-            try:
-                first_rows = _rows(bag, connections, 1)
-            except LogError as error:  # a scan, a picture or a whole course in one message
-                of_lists[topic] = LogError(f"topic {topic}: {error.problem}", remedy=error.remedy)
-                continue
-            if any(len(row) > 1 for row in first_rows):
-                of_numbers[topic] = connections
-        if of_lists and not of_numbers and variable != found_recordings.ALL:
-            raise next(iter(of_lists.values()))
-        if len(together) > 1 and [*of_numbers] == together:
-            return _joined({name: _rows(bag, connections) for name, connections in of_numbers.items()})
-        topic, connections = found_recordings.choose(of_numbers, variable, "topic", "no topic of the bag holds numbers")
-        rows = _rows(bag, connections)
-        counted = sum(connection.msgcount for connection in connections)
-
-    notes = [f"recording read from topic {topic}"]
-    notes += [f"{error.problem}: left out" for error in of_lists.values()]
-    times = np.array([row.pop(_STAMP) for row in rows])  # ns
-    in_batches = 2 * counted < len(rows)
-    if in_batches:
-        notes.append(f"{counted} messages of several rows each: they share the time of the bag, which is left out")
-    elif counted != len(rows):
-        notes.append(f"the bag counts {counted} messages, {len(rows)} are there")
-    elapsed = (times - times[0]) * 1e-9  # s
-    return Found(_columns(rows), clock=None if in_batches else ("log_time", elapsed), notes=notes).table()
-
-
-def _columns(rows: Sequence[Mapping[str, float]]) -> dict[str, Array]:
-    labels = dict.fromkeys(label for row in rows for label in row)
-    return {label: np.array([row.get(label, np.nan) for row in rows]) for label in labels}
-
-
-def _joined(topics: Mapping[str, list[dict[str, float]]]) -> Table:
-    """Topics joined at the times of the bag of the first; the stamps in the messages are left out."""
-    begin = min(rows[0][_STAMP] for rows in topics.values())  # ns
-    found: dict[str, Found] = {}
-    for topic, rows in topics.items():
-        elapsed = np.array([row.pop(_STAMP) - begin for row in rows]) * 1e-9  # s
-        columns = {label: values for label, values in _columns(rows).items() if not label.endswith("stamp [s]")}
-        found[topic] = Found({"time [s]": elapsed, **columns})
-    return found_recordings.joined_by_time(found, "topic").table()
+def _is_list(value: Any) -> bool:
+    return hasattr(value, "__len__") and not hasattr(value, "encode")
 
 
 def _claims(head: bytes) -> bool:

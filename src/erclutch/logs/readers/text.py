@@ -17,7 +17,7 @@ import numpy as np
 from erclutch.errors import LogError
 from erclutch.logs.columns.labels import sample_period
 from erclutch.logs.columns.row_groups import names_of_rows, parting_note, words_of
-from erclutch.logs.log_reader import LogReader, LogSource, claims_nothing
+from erclutch.logs.log_reader import ROWS_WANTED, LogReader, LogSource, claims_nothing
 from erclutch.logs.readers import dates, first_bytes, found_recordings, numerals
 from erclutch.logs.readers.budget import Budget
 from erclutch.logs.readers.cells import DASHES, NO_NUMBERS, is_comment
@@ -66,28 +66,13 @@ def read_text(source: LogSource) -> Table:
     """
     text = decode(source.data)
     if not text.strip():
-        raise LogError("the file is empty", remedy="Give a log with one row a sample")
+        raise LogError("the file is empty", remedy=ROWS_WANTED)
     other_format = first_bytes.named_text(text)
     if other_format:
         kind, remedy = other_format
         raise LogError(f"the file is {kind}, not a table", remedy=remedy)
 
-    stamps = ""
-    if " -> " in text:
-        text, stamps = with_stamps_in_cells(text)
-    text, digits = (text, "") if text.isascii() else with_plain_digits(text)
-    text, minus = (text, "") if text.isascii() else with_plain_minus(text)
-    text, matrix = without_matrix(text) if "]" in text else (text, "")
-    text = without_row_marks(text) if ";" in text else text
-    broken = 0  # cells
-    if '"' in text:
-        text, broken = unbroken(text)
-    text, listed = without_brackets(text) if "[" in text else (text, "")
-    text, glued = with_a_line_of_names(text)
-    text, spread = without_spread_in_cells(text)
-    text, units_in_cells = without_units_in_cells(text)
-    text, lying = upright(text)
-    text, pivoted = with_pivoted_heads(text)
+    text, put_right = _put_right(text)
     try:
         dialect, notes = _dialect_of(text, source.decimal)
     except TwoDecimalMarksError:
@@ -105,11 +90,7 @@ def read_text(source: LogSource) -> Table:
         if names:
             listed_names = ", ".join(names)
             notes.append(f"numbers have a decimal comma in column {listed_names}, and a decimal point in the others")
-    notes += [
-        said for said in (stamps, digits, minus, matrix, listed, glued, spread, units_in_cells, lying, pivoted) if said
-    ]
-    if broken:
-        notes.append(f"{broken} quoted cells hold a number and a line end: the line end is left out")
+    notes += put_right
 
     body, cut = rows_of_body(text, dialect)
     grouped = grouped_by_blanks(body, dialect.delimiter)
@@ -118,6 +99,46 @@ def read_text(source: LogSource) -> Table:
         notes.append(f"numbers have blanks or apostrophes between their thousands: {grouped} is {whole}")
     frame = _parse(body, dialect, source.told)
     return _table(frame, body, dialect, source, [*cut, *notes])
+
+
+def _put_right(text: str) -> tuple[str, list[str]]:
+    """The text as a table of rows, whatever its logger made of these; and a note on each change.
+
+    A search for one character is fast: most texts have none of these marks, and need no further look.
+    """
+    notes: list[str] = []
+    if " -> " in text:
+        text, stamps_in_cells = with_stamps_in_cells(text)
+        notes.append(stamps_in_cells)
+    if not text.isascii():
+        text, digits = with_plain_digits(text)
+        notes.append(digits)
+    if not text.isascii():
+        text, other_minus = with_plain_minus(text)
+        notes.append(other_minus)
+    if "]" in text:
+        text, matrix = without_matrix(text)
+        notes.append(matrix)
+    if ";" in text:
+        text = without_row_marks(text)
+    broken_cells = 0
+    if '"' in text:
+        text, broken_cells = unbroken(text)
+    if "[" in text:
+        text, brackets = without_brackets(text)
+        notes.append(brackets)
+    for change in (
+        with_a_line_of_names,
+        without_spread_in_cells,
+        without_units_in_cells,
+        upright,
+        with_pivoted_heads,
+    ):
+        text, note = change(text)
+        notes.append(note)
+    if broken_cells:
+        notes.append(f"{broken_cells} quoted cells hold a number and a line end: the line end is left out")
+    return text, [note for note in notes if note]
 
 
 def _dialect_of(text: str, decimal: str | None) -> tuple[Dialect, list[str]]:
@@ -240,8 +261,10 @@ def _table(
         raise LogError(next(iter(unreadable.values())), remedy=CORRECT)
     notes += [f"column {label} is left out: {problem}" for label, problem in unreadable.items() if label not in texts]
 
-    if columns:  # empty cells at the end of a row may be missing values or a row that is too short: the lines tell
-        last = max(set(columns) - set(of_lists) or {dialect.names[0]}, key=dialect.names.index)
+    # Empty cells at the end of a row may be missing values, or a row that is too short: the lines tell.
+    if columns:
+        of_the_file = set(columns) - set(of_lists) or {dialect.names[0]}
+        last = max(of_the_file, key=dialect.names.index)
         empty = np.flatnonzero(np.isnan(columns[last])).tolist() if last in columns else []
         needed = dialect.names.index(last) + 1
         refuse_ragged(body, dialect, empty, needed=min(needed, dialect.usual or needed))
@@ -251,15 +274,13 @@ def _table(
         period, key = stated
         notes.append(f"sampling period {period:g} s from '{key}' in the header")
     kept = {*columns, *constants}
+    stated_units = dict(zip(dialect.names, dialect.units, strict=True))
+    units_of = {label: unit or units_behind.get(label) for label, unit in stated_units.items() if label in kept}
+    units_of |= dict.fromkeys(of_lists)
     table = Table(
         name=source.name,
         columns=columns,
-        units={
-            label: unit or units_behind.get(label)
-            for label, unit in zip(dialect.names, dialect.units, strict=True)
-            if label in kept
-        }
-        | dict.fromkeys(of_lists),
+        units=units_of,
         digest=source.digest,
         numbers={label: place for place, label in enumerate(dialect.names, start=1) if label in columns},
         sample_period=period,

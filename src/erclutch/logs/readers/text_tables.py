@@ -17,7 +17,7 @@ import numpy as np
 from erclutch.errors import LogError, placed
 from erclutch.logs.columns.labels import header_pairs
 from erclutch.logs.log_reader import LogSource
-from erclutch.logs.readers.cells import STATISTICS, cells_of, is_comment, is_number
+from erclutch.logs.readers.cells import DELIMITERS, STATISTICS, cells_of, is_comment, is_number, is_numeric
 from erclutch.logs.readers.dialect import LINE_END
 from erclutch.logs.readers.found_recordings import ALL, Found, choose, time_of
 from erclutch.logs.readers.stated_units import with_stated_units
@@ -32,7 +32,6 @@ _ANY_DELIMITER = re.compile(r"[\s,;|]+")
 _WORD = re.compile(r"[^\W\d_]{3}")
 _LONGEST_SETTING = 3  # cells: a name, a number and its unit
 _BEGINS_WITH_A_NUMBER = re.compile(r"[-+]?[.,]?\d")
-_DELIMITERS = ("\t", ";", ",", "|")
 
 
 def read_tables(source: LogSource, read: Callable[[LogSource], Table]) -> Table:
@@ -173,7 +172,7 @@ def _settings(lines: Sequence[str]) -> dict[str, str]:
 def _setting(line: str) -> str:
     """What a line gives one number of, with its name in front of the number; "" for other lines."""
     cells = _filled_cells(line)
-    if not 1 <= len(cells) <= _LONGEST_SETTING or _is_any_number(cells[0]):
+    if not 1 <= len(cells) <= _LONGEST_SETTING or is_numeric(cells[0]):
         return ""
     for key, text in header_pairs([line.lstrip("#%/ ")]).items():
         is_sum = re.sub(r"[\W_]", "", key).lower() in STATISTICS
@@ -227,7 +226,7 @@ def _cells(line: str) -> list[str]:
     """Cells by the delimiter that cuts the line most; one cell where there is none."""
     if not line.strip():
         return []
-    return max((cells_of(line, delimiter) for delimiter in _DELIMITERS), key=len)
+    return max((cells_of(line, delimiter) for delimiter in DELIMITERS), key=len)
 
 
 def _filled_cells(line: str) -> list[str]:
@@ -240,17 +239,13 @@ def _names(line: str) -> list[str] | None:
     names = [cell for cell in cells if cell]
     if len(names) < 2 or 2 * len(names) < len(cells):
         return None
-    return None if any(_is_any_number(name) for name in names) else names
+    return None if any(is_numeric(name) for name in names) else names
 
 
 def _is_row(line: str) -> bool:
     cells = _filled_cells(line)
-    numbers = sum(_is_any_number(cell) for cell in cells)
+    numbers = sum(map(is_numeric, cells))
     return len(cells) > 1 and 2 * numbers > len(cells)
-
-
-def _is_any_number(cell: str) -> bool:
-    return is_number(cell, ".") or is_number(cell, ",")
 
 
 def is_prose(path: Path) -> bool:

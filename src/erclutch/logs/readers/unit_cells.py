@@ -12,7 +12,7 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 from erclutch.logs.columns.labels import split_label
-from erclutch.logs.readers.cells import is_comment
+from erclutch.logs.readers.cells import DELIMITERS, is_comment
 from erclutch.logs.readers.dialect import LINE_END
 from erclutch.signals import units
 
@@ -21,7 +21,6 @@ if TYPE_CHECKING:
 
 _LOOKED_AT = 1 << 13  # last characters
 _FEWEST = 3  # rows
-_DELIMITERS = ("\t", ";", ",", "|")
 _LONGEST_UNIT = 12  # characters
 _MEASURED = re.compile(
     r"\s*([+-]?(?:\d+(?:[.,]\d*)?|[.,]\d+)(?:[eE][+-]?\d+)?)\s*([^\W\d_]|[%°µ]|(?<=\s)1/[^\W\d_])"
@@ -34,7 +33,8 @@ def without_units_in_cells(text: str) -> tuple[str, str]:
     """The text with the units of such columns behind their names, and what is said of it; "" where there are none."""
     tail = LINE_END.split(text[-_LOOKED_AT:])[1:]
     rows_of_tail = [line for line in tail if line.strip() and not is_comment(line)]
-    delimiter, unit_of = _units_by_column(rows_of_tail[len(rows_of_tail) // 2 :])  # the first ones may name columns
+    below_the_names = rows_of_tail[len(rows_of_tail) // 2 :]  # the first ones may name columns
+    delimiter, unit_of = _units_by_column(below_the_names)
     if not unit_of:
         return text, ""
 
@@ -57,10 +57,9 @@ def without_units_in_cells(text: str) -> tuple[str, str]:
             name, own_unit = split_label(header[column])
             if own_unit != unit and (own_unit or not name.endswith(("]", ")"))):  # the cells know better
                 header[column] = f"{name} [{unit}]"
+    plain = "\n".join(delimiter.join(cells) for cells in rows)
     said = ", ".join(dict.fromkeys(unit_of.values()))
-    return "\n".join(
-        delimiter.join(cells) for cells in rows
-    ), f"cells hold their units ({said}): read as numbers in them"
+    return plain, f"cells hold their units ({said}): read as numbers in them"
 
 
 def units_beside(names: Sequence[str], texts: Mapping[str, pd.Series[Any]]) -> dict[str, str]:
@@ -104,13 +103,14 @@ def _in_unit(cell: str, unit: str) -> str:
 
 
 def _is_of_one_quantity(unit: str | None, other: str) -> bool:
+    """Whether a unit is one of the quantity that another unit is of; None is a unit of none."""
     return unit is not None and units.parse(unit).dimension == units.parse(other).dimension
 
 
 def _units_by_column(lines: Sequence[str]) -> tuple[str, dict[int, str]]:
     """The delimiter, and for each column whose cells all have a unit of one quantity the unit of the last."""
     best: tuple[str, dict[int, str]] = (",", {})
-    for delimiter in _DELIMITERS:
+    for delimiter in DELIMITERS:
         rows = [line.split(delimiter) for line in lines]
         if not rows:
             continue
@@ -129,6 +129,8 @@ def _units_by_column(lines: Sequence[str]) -> tuple[str, dict[int, str]]:
 
 
 def _is_row(cells: Sequence[str], unit_of: Mapping[int, str]) -> bool:
-    return all(
-        column < len(cells) and _is_of_one_quantity(unit_in(cells[column]), unit) for column, unit in unit_of.items()
-    )
+    """Whether cells have the units of the columns, as a row has and the names above have not."""
+    for column, unit in unit_of.items():
+        if column >= len(cells) or not _is_of_one_quantity(unit_in(cells[column]), unit):
+            return False
+    return True

@@ -7,7 +7,7 @@ each level are a curve; fitted as one, they would give a curve that no fluid has
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
@@ -19,9 +19,11 @@ from erclutch.logs.columns.rheometer_names import plain_name, said_by_name
 from erclutch.logs.columns.row_groups import EACH
 from erclutch.logs.table import Table, listed
 from erclutch.signals import units
-from erclutch.signals.array import Array
+from erclutch.signals.array import Array, Mask
 from erclutch.wings.rheology.flow_plan import FlowPlan
+from erclutch.wings.rheology.flow_points import ONE_FLUID
 from erclutch.wings.rheology.flow_units import unit_or_end
+from erclutch.wings.rheology.held_rates import ONE_RATE
 
 _TEMPERATURE = re.compile(r"\btemp|温度|온도|температур")
 #: What is set before a flow curve is taken, in units that other columns have too.
@@ -38,12 +40,10 @@ _WIDEST = 0.02  # of the range, which a measured level spans at most
 _WOBBLE = 0.01  # of its level, by which a regulated temperature wanders and is one level all the same
 _STEADY = 0.5  # K: a regulated temperature wanders by less
 _WIDEST_IN_KELVIN = 3.0  # which one regulated temperature spans at most
-_FEWEST_RATES = 3  # of a sweep
+RATES_OF_A_SWEEP = 3  # at least
 _ANEW = 0.5  # of the range of ln(rate): a larger step back begins another sweep
 _ONE_WAY = 0.8  # mean sign of the steps of a sweep, at least
-_ONE_FLUID = 0.15  # ln of the ratio of two stresses at one rate: so far apart two runs of one fluid may be
-_ONE_RATE = 0.02  # ln of the ratio of two rates that are meant to be the same
-_HELD = 1.2  # times the lowest rate: what stays below is measured at one rate
+_SAME_RATE = 0.02  # ln of the ratio of two rates that are meant to be the same
 
 
 @dataclass(frozen=True)
@@ -74,7 +74,7 @@ def conditions_of(table: Table, plan: FlowPlan, *, parted: bool = False) -> list
             a condition. Levels that scatter were measured, so they are conditions.
     """
     parting = _parting(table, plan)
-    for name in asked_about(table, plan):
+    for name in _of_unknown_meaning(table, parting):
         if parted:
             del parting[name]
             continue
@@ -120,22 +120,21 @@ def _sweeps(table: Table, plan: FlowPlan) -> list[Condition]:
         return whole
 
     starts = [0, *rows[turns].tolist()]
-    ends = [*starts[1:], table.rows]
-    sweeps = [np.arange(start, end) for start, end in zip(starts, ends, strict=True)]
+    sweeps = [np.arange(start, end) for start, end in pairwise([*starts, table.rows])]
     for sweep in sweeps:
-        own = rate[sweep][np.isfinite(rate[sweep]) & (rate[sweep] > 0)]
-        if np.unique(own).size <= _FEWEST_RATES or not _goes_one_way(own):
+        own = rate[sweep]
+        own = own[np.isfinite(own) & (own > 0)]
+        if np.unique(own).size <= RATES_OF_A_SWEEP:
+            return whole
+        mean_sign = float(np.sign(np.diff(own)).mean())  # 1 or -1: all steps go up, or down
+        if abs(mean_sign) < _ONE_WAY:
             return whole  # such as a course in time, with noise about a rest
-    parted = all(any(before < at <= start for at in table.breaks) for before, start in pairwise(starts))
-    if not parted and not any(_differ(table, plan, first, second) for first, second in pairwise(sweeps)):
+
+    are_parted = all(any(before < line <= start for line in table.breaks) for before, start in pairwise(starts))
+    differ = any(_differ(table, plan, first, second) for first, second in pairwise(sweeps))
+    if not are_parted and not differ:
         return whole
     return [Condition(f"sweep {number}", _rows_of(table, sweep)) for number, sweep in enumerate(sweeps, start=1)]
-
-
-def _goes_one_way(rate: Array) -> bool:
-    """Whether nearly all steps of the rate go up, or down."""
-    steps = np.sign(np.diff(rate))
-    return abs(float(steps.mean())) >= _ONE_WAY
 
 
 def _differ(table: Table, plan: FlowPlan, first: NDArray[np.intp], second: NDArray[np.intp]) -> bool:
@@ -152,10 +151,12 @@ def _differ(table: Table, plan: FlowPlan, first: NDArray[np.intp], second: NDArr
         if not rate_of_first.size or not rate_of_second.size:
             continue
         common = (rate_of_second >= rate_of_first[0]) & (rate_of_second <= rate_of_first[-1])
-        if common.any():
-            at_same_rates = np.interp(rate_of_second[common], rate_of_first, first_values)
-            if float(np.median(np.abs(second_values[common] - at_same_rates))) > _ONE_FLUID:
-                return True
+        if not common.any():
+            continue
+        at_same_rates = np.interp(rate_of_second[common], rate_of_first, first_values)
+        apart = np.abs(second_values[common] - at_same_rates)
+        if float(np.median(apart)) > ONE_FLUID:
+            return True
     return False
 
 
@@ -172,8 +173,13 @@ def _rows_of(table: Table, rows: NDArray[np.intp] | NDArray[np.bool_]) -> Table:
 
 def asked_about(table: Table, plan: FlowPlan) -> list[str]:
     """Columns of an unknown meaning that part the points by set numbers: whether they are conditions is asked."""
+    return _of_unknown_meaning(table, _parting(table, plan))
+
+
+def _of_unknown_meaning(table: Table, parting: Mapping[str, NDArray[np.intp]]) -> list[str]:
+    """Columns whose set numbers may be conditions: neither name nor unit tells."""
     asked: list[str] = []
-    for name, levels in _parting(table, plan).items():
+    for name, levels in parting.items():
         if _is_set(table.columns[name], levels) and _meaning(table, name) == "unknown":
             asked.append(name)
     return asked
@@ -191,16 +197,21 @@ def _parting(table: Table, plan: FlowPlan) -> dict[str, NDArray[np.intp]]:
         unit = unit_or_end(table, name)
         is_temperature = meaning == "condition" and unit is not None and units.is_temperature(unit)
         levels = levels_of(values, _STEADY if is_temperature else 0.0)
-        if levels is not None and meaning == "condition" and unit is None and not _are_far_apart(values, levels):
+        if levels is None:
+            continue
+        if meaning == "condition" and unit is None and not _are_far_apart(values, levels):
             continue  # a measured temperature without a unit may wander
-        if levels is None or not any(_repeats_the_sweep(levels, rate) for rate in rates):
+        if not any(_repeats_the_sweep(levels, rate) for rate in rates):
             continue
         if all(_flickers(levels, rate) for rate in rates):
             continue  # such as 0 and 0.0001 T by turns, where the last digit of a sensor wobbles
-        if meaning == "unknown" and all(map(_is_one_sweep, rates)):
-            continue  # such as the number of repetitions of each point
-        if meaning == "unknown" and not _is_set(values, levels) and _is_counted(values):
-            continue  # such as the first row of each step in another table
+        if meaning == "unknown":
+            known = values[np.isfinite(values)]
+            are_whole = bool(np.all(known == np.round(known)))
+            if all(map(_is_one_sweep, rates)):
+                continue  # such as the number of repetitions of each point
+            if are_whole and not _is_set(values, levels):
+                continue  # counted and not measured, such as the first row of each step in another table
         parting[name] = levels
     return parting
 
@@ -221,25 +232,35 @@ def levels_of(values: Array, steady: float = 0.0) -> NDArray[np.intp] | None:
     """
     known = np.isfinite(values)
     distinct = np.unique(values[known])
-    if steady > 0.0 and np.any(np.diff(distinct) < steady):
-        starts = np.append(0, np.flatnonzero(np.diff(distinct) >= steady) + 1)
-        ends = np.append(starts[1:], distinct.size) - 1
-        if starts.size < 2 or float((distinct[ends] - distinct[starts]).max()) > _WIDEST_IN_KELVIN:
+    gaps = np.diff(distinct)
+    if steady > 0.0 and np.any(gaps < steady):
+        lowest, widest = _groups(distinct, gaps >= steady)
+        if lowest.size < 2 or widest > _WIDEST_IN_KELVIN:
             return None  # one level, or a temperature that creeps
-        levels = np.searchsorted(distinct[starts], values, side="right") - 1
-        return np.where(known, levels, -1)
-    if distinct.size < 2 or np.ptp(distinct) <= _WOBBLE * np.abs(distinct).max():
+    elif distinct.size < 2 or np.ptp(distinct) <= _WOBBLE * np.abs(distinct).max():
         return None
-    starts = np.arange(distinct.size)  # of each level, among the distinct values
-    if distinct.size > _MOST_LEVELS or _FEWEST_RATES * distinct.size > np.count_nonzero(known):
+    elif distinct.size > _MOST_LEVELS or RATES_OF_A_SWEEP * distinct.size > np.count_nonzero(known):
         span = distinct[-1] - distinct[0]
-        starts = np.append(0, np.flatnonzero(np.diff(distinct) > _APART * span) + 1)
-        ends = np.append(starts[1:], distinct.size) - 1
-        widest = float((distinct[ends] - distinct[starts]).max())
-        if not 1 < starts.size <= _MOST_GROUPS or widest > _WIDEST * span:
+        lowest, widest = _groups(distinct, gaps > _APART * span)
+        if not 1 < lowest.size <= _MOST_GROUPS or widest > _WIDEST * span:
             return None
-    levels = np.searchsorted(distinct[starts], values, side="right") - 1
+    else:
+        lowest = distinct
+    levels = np.searchsorted(lowest, values, side="right") - 1
     return np.where(known, levels, -1)
+
+
+def _groups(distinct: Array, is_gap: Mask) -> tuple[Array, float]:
+    """The lowest value of each group of values, which gaps part, and how far the widest group goes.
+
+    Args:
+        distinct: rising, shape (n,).
+        is_gap: whether a gap stands behind a value, shape (n - 1,).
+    """
+    starts = np.append(0, np.flatnonzero(is_gap) + 1)
+    ends = np.append(starts[1:], distinct.size) - 1
+    widths = distinct[ends] - distinct[starts]
+    return distinct[starts], float(widths.max())
 
 
 def _is_set(values: Array, levels: NDArray[np.intp]) -> bool:
@@ -247,19 +268,15 @@ def _is_set(values: Array, levels: NDArray[np.intp]) -> bool:
     return np.unique(values[levels >= 0]).size == levels.max() + 1
 
 
-def _is_counted(values: Array) -> bool:
-    """Whether all numbers are whole: what scatters about its levels in whole numbers was counted and not measured."""
-    known = values[np.isfinite(values)]
-    return bool(np.all(known == np.round(known)))
-
-
 def _are_far_apart(values: Array, levels: NDArray[np.intp]) -> bool:
     """Whether levels of a temperature are set numbers, or apart by more than one regulated temperature wanders."""
     if _is_set(values, levels):
         return True
-    starts = [float(values[levels == level].min()) for level in range(1, int(levels.max()) + 1)]
-    ends = [float(values[levels == level].max()) for level in range(int(levels.max()))]
-    return all(start - end > _WIDEST_IN_KELVIN for start, end in zip(starts, ends, strict=True))
+    ranges: list[tuple[float, float]] = []  # of each level, from the lowest on
+    for level in range(int(levels.max()) + 1):
+        at_level = values[levels == level]
+        ranges.append((float(at_level.min()), float(at_level.max())))
+    return all(low - high_before > _WIDEST_IN_KELVIN for (_, high_before), (low, _) in pairwise(ranges))
 
 
 def _meaning(table: Table, name: str) -> str:
@@ -286,11 +303,18 @@ def _repeats_the_sweep(levels: NDArray[np.intp], rate: Array) -> bool:
     count = int(levels.max()) + 1
     for level in range(count):
         at_level = np.abs(rate[(levels == level) & np.isfinite(rate)])
-        if np.unique(at_level).size >= _FEWEST_RATES and at_level.max() > _HELD * at_level.min():
-            sweeps.append((float(at_level.min()), float(at_level.max())))
-    sweeps.sort()
-    overlap = any(low < high_before for (_, high_before), (low, _) in pairwise(sweeps))
-    return overlap and 2 * len(sweeps) >= count
+        if np.unique(at_level).size < RATES_OF_A_SWEEP:
+            continue
+        lowest = float(at_level.min())
+        highest = float(at_level.max())
+        if highest > ONE_RATE * lowest:
+            sweeps.append((lowest, highest))
+    return overlap(sweeps) and 2 * len(sweeps) >= count
+
+
+def overlap(ranges: Iterable[tuple[float, float]]) -> bool:
+    """Whether two of some ranges, each from its lowest number to its largest, have more than an end in common."""
+    return any(low < high_before for (_, high_before), (low, _) in pairwise(sorted(ranges)))
 
 
 def _flickers(levels: NDArray[np.intp], rate: Array) -> bool:
@@ -303,7 +327,7 @@ def _flickers(levels: NDArray[np.intp], rate: Array) -> bool:
     nearest: list[float] = []  # ln of the ratio to the nearest rate at another level
     for number, own in zip(level, log_rate, strict=True):
         nearest.append(float(np.abs(log_rate[level != number] - own).min(initial=np.inf)))
-    return float(np.median(nearest)) > _ONE_RATE
+    return float(np.median(nearest)) > _SAME_RATE
 
 
 def _is_one_sweep(rate: Array) -> bool:

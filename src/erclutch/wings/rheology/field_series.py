@@ -13,7 +13,7 @@ from erclutch.logs.columns.name_pattern import NUMBER, number_of
 from erclutch.logs.table import Table
 from erclutch.signals import units
 from erclutch.signals.array import Array, rms
-from erclutch.wings.rheology.flow_curve import FlowCurve, FlowFit, yield_stress_of
+from erclutch.wings.rheology.flow_curve import NEAR, FlowCurve, FlowFit, yield_stress_of
 
 #: Units of what is set across a fluid: a voltage, its gradient, a current, a flux density, a magnetic field.
 _UNITS = ("V", "V/m", "A", "T", "A/m")
@@ -22,10 +22,8 @@ _NO_FIELD = re.compile(r"leak|leck|fuite|fuga|density.*\ba\b|sensor|offset|漏",
 _IN_A_LABEL = re.compile(
     rf"(?<![A-Za-z\d.])({NUMBER}) ?([kM]?V/mm|kV/cm|[kM]?V/m|k?A/m|m?T|mA|A|kV|V|kOe|Oe|G)(?![A-Za-z0-9/])"
 )
-_STEADY = 0.02  # of its level, by which a measured field wanders
 _FAINT = 0.01  # of the strongest field: what stays below is no field
 _FEWEST_FIELDS = 3  # above 0, that tell an exponent
-_NEAR = 1.5  # of the best error: a law beyond that is no match for the best
 
 
 @dataclass(frozen=True)
@@ -90,11 +88,8 @@ def levels_in(table: Table) -> dict[str, Level]:
             is_field = units.fits(unit, _UNITS)
         except UnitError:
             continue
-        middle = float(np.median(known))
-        if is_field and float(np.abs(known - middle).max()) <= _STEADY * abs(middle):
-            levels[name] = Level(middle, unit, is_set=bool(np.ptp(known) == 0.0))
-        elif is_field:
-            levels[name] = Level(middle, unit, is_set=False)
+        if is_field:
+            levels[name] = Level(float(np.median(known)), unit, is_set=bool(np.ptp(known) == 0.0))
     return levels
 
 
@@ -125,18 +120,20 @@ def with_fields(
 
 def _by_columns(levels: Sequence[Mapping[str, Level]]) -> tuple[str, list[Level]]:
     """The name and the levels of the column that tells the curves apart best; a set column before a measured one."""
-    best: tuple[bool, int] = (False, 1)  # is set, and number of different fields
-    chosen: tuple[str, list[Level]] = "", []
+    best: tuple[bool, int] = (False, 1)  # whether it was set, and the number of different fields
+    column = ""
+    told: list[Level] = []
     for name in levels[0] if levels else ():
         if not all(name in of_curve for of_curve in levels):
             continue
-        own = [of_curve[name] for of_curve in levels]
-        different = {f"{level.number:.3g}" for level in own}
-        rank = all(level.is_set for level in own), len(different)
+        of_curves = [of_curve[name] for of_curve in levels]
+        different = {f"{level.number:.3g}" for level in of_curves}
+        rank = all(level.is_set for level in of_curves), len(different)
         if len(different) > 1 and rank > best:
             best = rank
-            chosen = name, own
-    return chosen
+            column = name
+            told = of_curves
+    return column, told
 
 
 def _by_labels(labels: Sequence[str]) -> list[Level]:
@@ -167,7 +164,7 @@ def series_of(fitted: Sequence[tuple[FlowCurve, Sequence[FlowFit]]]) -> FieldSer
     for law, fits in by_law.items():
         held_out = np.array([fit.validated if np.isfinite(fit.validated) else fit.log_rmse for fit in fits])
         errors[law] = float(rms(held_out))
-    near = [law for law in by_law if errors[law] <= _NEAR * min(errors.values())]
+    near = [law for law in by_law if errors[law] <= NEAR * min(errors.values())]
     law = min(near, key=lambda name: (len(by_law[name][0].estimates), errors[name]))
 
     curves = [curve for curve, _ in fitted]
@@ -176,25 +173,29 @@ def series_of(fitted: Sequence[tuple[FlowCurve, Sequence[FlowFit]]]) -> FieldSer
 
 
 def _growth(by_field: Sequence[tuple[FlowCurve, FlowFit]]) -> Growth | None:
+    """The power law through the yield stresses above no field, by least squares of logarithms; None for too few."""
     from scipy.special import stdtrit
 
     shown = [(curve.field, yield_stress_of(fit).value) for curve, fit in by_field if fit.yield_shown]
     points: Array = np.array([pair for pair in shown if pair[0] > 0.0]).reshape(-1, 2)
-    if np.unique(points[:, 0]).size < _FEWEST_FIELDS:
+    fields = int(np.unique(points[:, 0]).size)
+    if fields < _FEWEST_FIELDS:
         return None
     log_field: Array = np.log(points[:, 0])
     log_stress: Array = np.log(points[:, 1])
     away = log_field - log_field.mean()
-    exponent = float(away @ log_stress / (away @ away))
+    square = away @ away
+    exponent = float(away @ log_stress / square)
     offset = float(log_stress.mean() - exponent * log_field.mean())
+
     residual = log_stress - offset - exponent * log_field
     spare = residual.size - 2
-    error = float(np.sqrt(residual @ residual / spare / (away @ away)))
+    error = float(np.sqrt(residual @ residual / spare / square))
     half_width = float(np.asarray(stdtrit(spare, 0.975))) * error
     return Growth(
         factor=float(np.exp(offset)),
         exponent=exponent,
         low=exponent - half_width,
         high=exponent + half_width,
-        fields=int(np.unique(points[:, 0]).size),
+        fields=fields,
     )

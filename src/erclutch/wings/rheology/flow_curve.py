@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 FEWEST_POINTS = 4  # of a curve
 _STRETCHES = 5  # of rates, each held out once
 _NO_DIFFERENCE = 1e-12  # of two mean squares of ln(stress): below the rounding of a fit
-_NEAR = 1.5  # of the best error: a law beyond that is no match for the best
+NEAR = 1.5  # of the best error: a law beyond that is no match for the best
 
 
 @dataclass(frozen=True, repr=False)
@@ -160,7 +160,9 @@ def fit_flow_curve(curve: FlowCurve, law_name: str) -> FlowFit:
     spread = max(cost / points, float(np.finfo(float).eps) ** 2)
     unknowns = law.unknowns + 1  # with the spread
     spare = points - unknowns - 1
-    aicc = points * np.log(spread) + 2 * unknowns * points / spare if spare > 0 else np.inf
+    aicc = np.inf
+    if spare > 0:
+        aicc = points * np.log(spread) + 2 * unknowns * points / spare
     return FlowFit(
         law=law.law.name,
         stop=minimum.stop,
@@ -179,11 +181,9 @@ def _require_positive_points(curve: FlowCurve) -> None:
     for name, values in (("shear rate", curve.rate), ("shear stress", curve.stress)):
         bad = ~(np.isfinite(values) & (values > 0))
         if bad.any():
-            raise CheckError(
-                f"the {name} of point {int(np.argmax(bad)) + 1} is {values[bad][0]:g}, it must be above 0",
-                where=curve.label,
-                remedy="Remove the point, or give magnitudes",
-            )
+            point = int(np.argmax(bad)) + 1
+            problem = f"the {name} of point {point} is {values[bad][0]:g}, it must be above 0"
+            raise CheckError(problem, where=curve.label, remedy="Remove the point, or give magnitudes")
 
 
 def ranked(curve: FlowCurve, laws: Sequence[str] = ()) -> list[FlowFit]:
@@ -220,9 +220,11 @@ def ranked(curve: FlowCurve, laws: Sequence[str] = ()) -> list[FlowFit]:
             continue
         # Squared residuals of the same points, so that what is hard for all laws cancels.
         difference = residual**2 - reference**2
-        within = difference.mean() <= difference.std(ddof=1) / np.sqrt(difference.size) + _NO_DIFFERENCE
+        standard_error = difference.std(ddof=1) / np.sqrt(difference.size)
+        within = difference.mean() <= standard_error + _NO_DIFFERENCE
         # One hard point makes any standard error large: the errors themselves must be near as well.
-        if within and fit.validated <= _NEAR * best.validated + _NO_DIFFERENCE:
+        is_near = fit.validated <= NEAR * best.validated + _NO_DIFFERENCE
+        if within and is_near:
             as_good.append(fit)
     chosen = min(as_good, key=lambda fit: (len(fit.estimates), fit.validated))
     return [chosen, *(fit for fit, _ in judged if fit is not chosen)]

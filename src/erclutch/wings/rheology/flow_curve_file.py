@@ -9,7 +9,6 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -20,8 +19,14 @@ from erclutch.logs.columns.rheometer_names import said_by_name
 from erclutch.logs.columns.row_groups import EACH, group_of, rows_of, wants_each
 from erclutch.logs.log_file import tables_in
 from erclutch.logs.table import Table, WordColumn, listed
-from erclutch.signals.array import Array
-from erclutch.wings.rheology.conditions import Condition, asked_about, conditions_note, conditions_of
+from erclutch.wings.rheology.conditions import (
+    RATES_OF_A_SWEEP,
+    Condition,
+    asked_about,
+    conditions_note,
+    conditions_of,
+    overlap,
+)
 from erclutch.wings.rheology.field_series import Level, levels_in, with_fields
 from erclutch.wings.rheology.flow_curve import FEWEST_POINTS, FlowCurve
 from erclutch.wings.rheology.flow_plan import CurvePlan, FlowPlan, plan_of
@@ -31,7 +36,6 @@ from erclutch.wings.rheology.held_rates import require_several_rates
 from erclutch.wings.rheology.rotor_speeds import a_row_for_each_speed
 from erclutch.wings.rheology.summary_rows import without_summary_rows
 
-_FEWEST_RATES = 3  # of a sweep
 _Speaking = tuple[int, int]
 _NOTHING_SPEAKS: _Speaking = (0, 0)
 
@@ -307,10 +311,9 @@ def _parting_words(plan: FlowPlan, table: Table) -> tuple[str, WordColumn] | Non
         ends: list[tuple[float, float]] = []  # [1/s], of each sweep
         for number in range(len(column.words)):
             sweep = rate[(column.of_row == number) & np.isfinite(rate)]
-            if np.unique(sweep).size >= _FEWEST_RATES:
+            if np.unique(sweep).size >= RATES_OF_A_SWEEP:
                 ends.append((float(sweep.min()), float(sweep.max())))
-        ends.sort()
-        if any(low < before for (_, before), (low, _) in pairwise(ends)):
+        if overlap(ends):
             return name, column
     return None
 
@@ -319,11 +322,8 @@ def _several_samples(table: Table, name: str, column: WordColumn) -> MappingErro
     """What is said of rows of several samples where one curve is wanted."""
     one = f"--sheet {shell_word(f'{name}={column.words[0]}')}"
     each = f"--sheet {shell_word(f'{name}={EACH}')}"
-    return MappingError(
-        f"column {name} parts the points into {len(column.words)}: {listed(column.words, 6)}",
-        where=table.name,
-        remedy=f"Take each as a curve: {each}; or one: {one}",
-    )
+    problem = f"column {name} parts the points into {len(column.words)}: {listed(column.words, 6)}"
+    return MappingError(problem, where=table.name, remedy=f"Take each as a curve: {each}; or one: {one}")
 
 
 def _parts_whole(table: Table, column: WordColumn) -> bool:
@@ -369,18 +369,17 @@ def curves_of(
     for curve in plan.curves:
         label = _label(curve, plan, table, test)
         rate, stress, told = points_of(curve, table, label)
-        curves.append(FlowCurve(label, rate, stress, rounding=_rounding(curve, table, rate, stress)))
         notes += [f"{label}: {note}" for note in told]
+
+        # Half a last digit of the stress at the lowest rate, as the file writes it.
+        lowest = int(np.argmin(rate))
+        pascals = curve.stress.factor  # that a 1 in the file stands for
+        if curve.times_rate:
+            pascals *= float(rate[lowest])
+        written = float(stress[lowest]) / pascals
+        rounding = pascals * half_last_digit(written, table.columns[curve.stress.name])  # [Pa]
+        curves.append(FlowCurve(label, rate, stress, rounding=rounding))
     return curves, notes
-
-
-def _rounding(curve: CurvePlan, table: Table, rate: Array, stress: Array) -> float:
-    """Half a last digit, in Pa, of the stress at the lowest rate as the file writes it."""
-    lowest = int(np.argmin(rate))
-    pascals = curve.stress.factor  # that a 1 in the file stands for
-    if curve.times_rate:
-        pascals *= float(rate[lowest])
-    return pascals * half_last_digit(float(stress[lowest]) / pascals, table.columns[curve.stress.name])
 
 
 def _label(curve: CurvePlan, plan: FlowPlan, table: Table, test: str) -> str:

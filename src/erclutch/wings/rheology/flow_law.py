@@ -112,8 +112,8 @@ class FlowLaw:
             raise SettingError(f"{name} is no law of shear stress at one field", remedy=f"Choose from {known}")
         law = law_from_name(f"{named.name}/square")
         reference = float(rate.min())
-        shapes = _within(law, float((rate / reference).max()))
-        return cls(law, shapes, reference)
+        highest = float((rate / reference).max())
+        return cls(law, _within(law, highest), reference)
 
     @property
     def unknowns(self) -> int:
@@ -139,15 +139,16 @@ class FlowLaw:
             with np.errstate(all="ignore"):
                 model = np.log(self._stress(x, *self._dual_numbers(point)))
             residual = measured - value_of(model)
-            triangle = triangle_of(stack([partial_of(model, i) for i in range(point.size)], residual))
+            partials = [partial_of(model, place) for place in range(point.size)]
+            triangle = triangle_of(stack(partials, residual))
             return Linearisation(float(residual @ residual), triangle[:-1, :-1], triangle[:-1, -1])
 
-        largest_gain = float(measured.max()) + 3.0
-        gains = len(self.law.gains)
         lowest_shape = coordinates(self.shapes, [shape.lower for shape in self.shapes])
         highest_shape = coordinates(self.shapes, [shape.upper for shape in self.shapes])
-        lower = np.concatenate([lowest_shape, np.log(self._faintest_gains(x, stress))])
-        upper = np.concatenate([highest_shape, np.full(gains, largest_gain)])
+        lowest_gains = np.log(self._faintest_gains(x, stress))
+        highest_gains = np.full(len(self.law.gains), float(measured.max()) + 3.0)
+        lower = np.concatenate([lowest_shape, lowest_gains])
+        upper = np.concatenate([highest_shape, highest_gains])
         return Problem(cost, linearise, lower, upper)
 
     def fit(self, rate: Array, stress: Array, effort: Effort) -> Minimum:
@@ -178,11 +179,11 @@ class FlowLaw:
         if self.shapes:
             scanned = list(scan_points(*relative.bounds, effort.points))
         projected = [(project(relative, parameters(self.shapes, shape)), tuple(shape)) for shape in scanned]
-        best_first = sorted(projected, key=lambda pair: pair[0].cost)
+        projected.sort(key=lambda pair: pair[0].cost)
 
         faintest = 10.0 * self._faintest_gains(x, stress)  # a gain of zero has no logarithm
         starts: list[Array] = []
-        for projection, shape in best_first[: effort.solves]:
+        for projection, shape in projected[: effort.solves]:
             gains = np.maximum(projection.gains * size, faintest)
             starts.append(np.concatenate([shape, np.log(gains)]))
         return starts
@@ -194,7 +195,8 @@ class FlowLaw:
             with np.errstate(all="ignore"):
                 columns = self.law.columns(np.ones(1), np.array([x.max()]), _STIFF, *ends)
             sizes = [float(np.abs(np.broadcast_to(column, 1))[0]) for column in columns]
-            largest = np.fmax(largest, np.where(np.isfinite(sizes), np.minimum(sizes, _HUGE), 0.0))
+            finite_sizes = np.where(np.isfinite(sizes), np.minimum(sizes, _HUGE), 0.0)
+            largest = np.fmax(largest, finite_sizes)
         return _FAINTEST * float(stress.min()) / largest
 
     def _stress(self, x: Array, shape: Sequence[Any], gains: Sequence[Any]) -> Any:
@@ -294,9 +296,11 @@ class FlowLaw:
         """
         index = next(number for number, shape in enumerate(self.shapes) if shape.name == "m")
         shift = -float(np.log(self.reference))
+        at_one = float(point[place]) + float(point[index]) * shift
         of_index = shift**2 * covariance[index, index]
         of_both = 2 * shift * covariance[place, index]
-        return float(point[place]) + float(point[index]) * shift, float(covariance[place, place] + of_index + of_both)
+        variance = covariance[place, place] + of_index + of_both
+        return at_one, float(variance)
 
 
 def _within(law: Law, highest: float) -> tuple[ShapeParameter, ...]:

@@ -43,9 +43,11 @@ def plateau_of(rate: Array, stress: Array, rounding: float = 0.0) -> tuple[float
     if slope > _FLAT:
         return None
     lowest_stress = float(stress[lowest].min())
+    highest_stress = float(stress[lowest].max())
     hidden_slope = 2.0 * rounding / lowest_stress / np.log(10.0)
-    fall_over_two_decades = float(np.exp(-2.0 * np.log(10.0) * (max(slope, 0.0) + hidden_slope)))
-    return (lowest_stress - rounding) * fall_over_two_decades, float(stress[lowest].max()) + rounding
+    steepest = max(slope, 0.0) + hidden_slope
+    fall_over_two_decades = float(np.exp(-2.0 * np.log(10.0) * steepest))
+    return (lowest_stress - rounding) * fall_over_two_decades, highest_stress + rounding
 
 
 def half_last_digit(number: float, column: Array) -> float:

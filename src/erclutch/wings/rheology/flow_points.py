@@ -21,8 +21,8 @@ _ON_THE_WAY = 0.005  # of the points: fewer at one rate are a motor's way to ano
 _MOST_ON_THE_WAY = 0.05  # of the points
 _FEW_POINTS = 5  # of which one with a wrong sign is an oversight
 _FAINT = 0.02  # of the largest stress: a stress of the wrong sign below it is noise
-_ONE_WAY = 0.15  # ln of the ratio of two stresses at one rate: so far apart two runs of one fluid may be
-_RESTING = 1e-3  # of the largest rate: a rate of the wrong sign below it is noise about a rest
+ONE_FLUID = 0.15  # ln of the ratio of two stresses at one rate: so far apart two runs of one fluid may be
+RESTING = 1e-3  # of the largest rate: a rate below it is noise about a rest
 
 
 @dataclass
@@ -84,7 +84,7 @@ def points_of(
     if np.any(steps > 0) and np.any(steps < 0):
         told = "the rate rises and falls: both sweeps are fitted as one curve"
         ratio = _way_back_over_way_there(points.rate, points.stress)
-        if abs(np.log(ratio)) > _ONE_WAY:
+        if abs(np.log(ratio)) > ONE_FLUID:
             told += f", though the way back has {ratio:.2g} times the stress of the way there"
         notes.append(told)
     return points.rate, points.stress, notes
@@ -116,11 +116,16 @@ def _way_back_over_way_there(rate: Array, stress: Array) -> float:
         back = np.log(rate[turn:])
         if min(there.size, back.size) < FEWEST_RATES:
             continue
-        if np.all(sign * np.diff(there) >= 0) and np.all(sign * np.diff(back) <= 0):
-            order = np.argsort(there)
-            is_common = (back >= there.min()) & (back <= there.max())
-            on_the_way_there = np.interp(back[is_common], there[order], np.log(stress[: turn + 1])[order])
-            return float(np.exp(np.median(np.log(stress[turn:])[is_common] - on_the_way_there)))
+        goes_there = np.all(sign * np.diff(there) >= 0)
+        comes_back = np.all(sign * np.diff(back) <= 0)
+        if not goes_there or not comes_back:
+            continue
+        order = np.argsort(there)
+        stress_there = np.log(stress[: turn + 1])
+        stress_back = np.log(stress[turn:])
+        is_common = (back >= there.min()) & (back <= there.max())
+        at_same_rates = np.interp(back[is_common], there[order], stress_there[order])
+        return float(np.exp(np.median(stress_back[is_common] - at_same_rates)))
     return 1.0
 
 
@@ -189,15 +194,15 @@ def _leave_noise_out(points: _Points) -> None:
     speed = np.abs(points.rate)
     usual_sign = np.sign(np.sign(points.rate).sum())
     turns_back = np.sign(points.rate) != usual_sign
-    is_about_rest = against & turns_back & (speed < _RESTING * speed.max(initial=0.0))
-    if is_about_rest.any() and not is_faint[is_about_rest].all() and 2 * int(against.sum()) <= against.size:
+    is_about_rest = against & turns_back & (speed < RESTING * speed.max(initial=0.0))
+    tells_more = is_about_rest.any() and not is_faint[is_about_rest].all()
+    if tells_more and 2 * int(against.sum()) <= against.size:
         # Noise about a rest has both signs, so what has the sign of its stress by chance is noise as well.
         noise = float(speed[is_about_rest].max())  # [1/s]
         is_noise = speed <= noise
-        points.notes.append(
-            f"{int(is_noise.sum())} points left out: a rate of {noise:.3g} 1/s or less, where "
-            f"{int(is_about_rest.sum())} have the other sign than their stress, as noise about a rest has"
-        )
+        left_out = f"{int(is_noise.sum())} points left out: a rate of {noise:.3g} 1/s or less"
+        turned = f"{int(is_about_rest.sum())} have the other sign than their stress, as noise about a rest has"
+        points.notes.append(f"{left_out}, where {turned}")
         points.leave_out(is_noise)
         is_faint = is_faint[~is_noise]
 
@@ -217,16 +222,12 @@ def _require_stresses_along_their_rates(points: _Points, where: str) -> None:
     against = points.against
     count = points.rate.size
     if count > _FEW_POINTS and 2 * int(against.sum()) > count:
-        raise LogError(
-            f"{int(against.sum())} of {count} points have no stress along their rate, as no fluid that flows has",
-            where=where,
-            remedy="Give a test in steady rotation",
-        )
+        problem = f"{int(against.sum())} of {count} points have no stress along their rate, as no fluid that flows has"
+        raise LogError(problem, where=where, remedy="Give a test in steady rotation")
     if against.any():
         first = int(np.argmax(against))
-        raise LogError(
-            f"row {int(points.rows[first]) + 1} of the table has the shear rate {points.rate[first]:g} 1/s and the "
-            f"stress {points.stress[first]:g} Pa",
-            where=where,
-            remedy="Remove the point, or give magnitudes",
-        )
+        row = f"row {int(points.rows[first]) + 1} of the table"
+        rate = f"{points.rate[first]:g} 1/s"
+        stress = f"{points.stress[first]:g} Pa"
+        problem = f"{row} has the shear rate {rate} and the stress {stress}"
+        raise LogError(problem, where=where, remedy="Remove the point, or give magnitudes")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
+from itertools import product
 
 import numpy as np
 
@@ -176,35 +177,38 @@ def require_fitting_units(table: Table, curve: CurvePlan, viscosity: str) -> Non
     rate = np.abs(table.columns[curve.rate.name] * curve.rate.factor)  # [1/s]
     stress = np.abs(table.columns[curve.stress.name])
     shown = np.abs(table.columns[viscosity])
-    known = np.isfinite(rate) & np.isfinite(stress) & np.isfinite(shown) & (rate > 0) & (stress > 0) & (shown > 0)
+    known = np.isfinite(rate) & np.isfinite(stress) & np.isfinite(shown)
+    known &= (rate > 0) & (stress > 0) & (shown > 0)
     if not known.any():
         return
     of_one = shown[known] * rate[known] / stress[known]  # viscosity at a stress and a rate of 1, in the file's units
-    if np.median(np.abs(np.log(of_one / np.median(of_one)))) > np.log1p(_AGREE):
+    usual = np.median(of_one)
+    scatter = np.median(np.abs(np.log(of_one / usual)))
+    if scatter > np.log1p(_AGREE):
         return  # no viscosity of these points
 
     def fits(stress_unit: str, viscosity_unit: str) -> bool:
+        """Whether the numbers are about those of a stress and a viscosity in these units."""
         expected = parse(stress_unit).factor / parse(viscosity_unit).factor
-        return abs(float(np.log(np.median(of_one) / expected))) <= np.log1p(_AGREE)
+        return abs(float(np.log(usual / expected))) <= np.log1p(_AGREE)
 
     if fits("Pa", "Pa*s") or fits("Pa", "mPa*s"):
         return
-    fitting = [
-        (stress_unit, each) for stress_unit in _OTHER_STRESSES for each in _VISCOSITIES if fits(stress_unit, each)
-    ]
+    pairs = product(_OTHER_STRESSES, _VISCOSITIES)
+    fitting = [pair for pair in pairs if fits(*pair)]
     beside = f"{curve.stress.name!r} and {viscosity!r} have no units"
-    option = f"--shear-rate {shell_word(f'{curve.rate.name} [{curve.rate.unit}]')} --stress "
+    rate_option = f"--shear-rate {shell_word(f'{curve.rate.name} [{curve.rate.unit}]')}"
     if not fitting:
-        raise UnitError(
-            f"{beside}, and their numbers are not of Pa beside Pa s or mPa s",
-            where=table.name,
-            remedy=f"Name the stress with its unit, such as {option}{shell_word(f'{curve.stress.name} [Pa]')}",
-        )
+        problem = f"{beside}, and their numbers are not of Pa beside Pa s or mPa s"
+        options = f"{rate_option} --stress {shell_word(f'{curve.stress.name} [Pa]')}"
+        raise UnitError(problem, where=table.name, remedy=f"Name the stress with its unit, such as {options}")
     stress_unit, viscosity_unit = fitting[0]
+    are_of = f"{stress_unit} beside {viscosity_unit}, not of Pa beside Pa s or mPa s"
+    options = f"{rate_option} --stress {shell_word(f'{curve.stress.name} [{stress_unit}]')}"
     raise UnitError(
-        f"{beside}, and their numbers are of {stress_unit} beside {viscosity_unit}, not of Pa beside Pa s or mPa s",
+        f"{beside}, and their numbers are of {are_of}",
         where=table.name,
-        remedy=f"Name the stress with its unit: {option}{shell_word(f'{curve.stress.name} [{stress_unit}]')}",
+        remedy=f"Name the stress with its unit: {options}",
     )
 
 

@@ -8,14 +8,13 @@ from erclutch.errors import MappingError
 from erclutch.logs.table import Table
 from erclutch.signals.array import Array
 from erclutch.wings.rheology.flow_plan import FlowPlan
-from erclutch.wings.rheology.flow_points import FEWEST_RATES, rates_held
+from erclutch.wings.rheology.flow_points import FEWEST_RATES, RESTING, rates_held
 from erclutch.wings.rheology.flow_units import unit_or_end
 
 _SECONDS = ("s", "ms", "min", "h")
-_ONE_RATE = 1.2  # times the lowest rate: what stays below is measured at one rate
+ONE_RATE = 1.2  # times the lowest rate: what stays below is measured at one rate
 _ONE_STRESS = 1.002  # times the lowest stress: what stays below was controlled, as no fluid keeps its stress
 _FEWEST_STRESSES = 5  # points
-_RESTING = 1e-3  # of the largest rate: a rate below it is noise about a rest
 _MOST_OF_A_TEST = 0.95  # of its time: a motor reaches its rate within the rest
 
 
@@ -29,7 +28,7 @@ def require_several_rates(plan: FlowPlan, table: Table) -> None:
     rates = [np.abs(table.columns[curve.rate.name]) for curve in plan.curves]
     turning = [rate[np.isfinite(rate) & (rate > 0)] for rate in rates]
     unit = plan.curves[0].rate.unit
-    if all(rate.size > 1 and rate.max() <= _ONE_RATE * rate.min() for rate in turning):
+    if all(rate.size > 1 and rate.max() <= ONE_RATE * rate.min() for rate in turning):
         ends = f"{turning[0].min():.4g} to {turning[0].max():.4g} {unit}"
         problem = f"all points have the shear rate {ends}, which is no flow curve"
         raise MappingError(problem, where=table.name, remedy="Give a test with several rates")
@@ -38,10 +37,9 @@ def require_several_rates(plan: FlowPlan, table: Table) -> None:
     on_the_way = [_points_before_the_hold(rate, times) for rate in rates]
     if all(on_the_way):
         points = "1 point" if on_the_way[0] == 1 else f"{on_the_way[0]} points"
-        problem = (
-            f"after {points} all others have the shear rate {rates[0][-1]:.4g} {unit}: a start-up or a "
-            "step of the rate, which is no flow curve"
-        )
+        held_rate = f"{rates[0][-1]:.4g} {unit}"
+        what = "a start-up or a step of the rate, which is no flow curve"
+        problem = f"after {points} all others have the shear rate {held_rate}: {what}"
         raise MappingError(problem, where=table.name, remedy="Give a test with several rates")
 
     if all(rate.size and rates_held(rate) < FEWEST_RATES for rate in turning):
@@ -51,12 +49,17 @@ def require_several_rates(plan: FlowPlan, table: Table) -> None:
 
     if any(curve.times_rate for curve in plan.curves):
         return
-    stresses = [np.abs(table.columns[curve.stress.name]) for curve in plan.curves]
-    held = [stress[np.isfinite(stress) & (stress > 0)] for stress in stresses]
-    if all(stress.size > _FEWEST_STRESSES and stress.max() <= _ONE_STRESS * stress.min() for stress in held):
-        problem = (
-            f"all points have the shear stress {held[0][0]:.4g} {plan.curves[0].stress.unit}, which is no flow curve"
-        )
+    all_are_held = True
+    for curve in plan.curves:
+        stress = np.abs(table.columns[curve.stress.name])
+        stress = stress[np.isfinite(stress) & (stress > 0)]
+        is_held = stress.size > _FEWEST_STRESSES and stress.max() <= _ONE_STRESS * stress.min()
+        all_are_held = all_are_held and is_held
+    if all_are_held:
+        first = plan.curves[0].stress
+        stress = np.abs(table.columns[first.name])
+        held_stress = stress[np.isfinite(stress) & (stress > 0)][0]
+        problem = f"all points have the shear stress {held_stress:.4g} {first.unit}, which is no flow curve"
         raise MappingError(problem, where=table.name, remedy="Give a test with several stresses; this is a creep")
 
 
@@ -79,9 +82,9 @@ def _points_before_the_hold(rate: Array, times: Array) -> int:
     if rate.size < 2:
         return 0
     held_rate = float(np.median(rate[-(rate.size // 4 + 1) :]))
-    if held_rate <= _RESTING * rate.max():
+    if held_rate <= RESTING * rate.max():
         return 0  # a motor that is switched off
-    is_off = np.maximum(rate, held_rate) > _ONE_RATE * np.minimum(rate, held_rate)
+    is_off = np.maximum(rate, held_rate) > ONE_RATE * np.minimum(rate, held_rate)
     if not is_off.any() or is_off[-1]:
         return 0
     first_held = int(np.flatnonzero(is_off)[-1]) + 1

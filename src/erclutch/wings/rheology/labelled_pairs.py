@@ -68,38 +68,36 @@ def labelled_pairs(table: Table, unit: str = "") -> tuple[CurvePlan, ...]:
         unnamed.append(is_numbered and table.units.get(name) is None)
     if not all(unnamed[1::2]):
         return ()
+    over_rates = names[::2]
     labels: list[str] = []
     if all(unnamed):
         # Labels that are numbers, such as volume fractions, stand in the first row of the table.
         first_row = [table.columns[name][0] for name in names]
-        over_rates = np.isfinite(first_row[::2])
-        none_over_stresses = np.isnan(first_row[1::2])
-        if not over_rates.all() or not none_over_stresses.all():
+        numbers = first_row[::2]
+        if not np.isfinite(numbers).all() or not np.isnan(first_row[1::2]).all():
             return ()
-        labels = [f"{label:g}" for label in first_row[::2]]
+        labels = [f"{number:g}" for number in numbers]
     else:
-        if any(
-            said_by_name(name) != "unknown" or said_by_unit(unit_of(table, name)) != "unknown" for name in names[::2]
-        ):
-            return ()
-        for number, place in enumerate(range(0, len(names), 2), start=1):
-            labels.append(f"curve {number}" if unnamed[place] else names[place])
+        for number, (name, is_unnamed) in enumerate(zip(over_rates, unnamed[::2], strict=True), start=1):
+            says_by_name = said_by_name(name) != "unknown"
+            says_by_unit = said_by_unit(unit_of(table, name)) != "unknown"
+            if says_by_name or says_by_unit:
+                return ()  # names of columns, and no labels
+            labels.append(f"curve {number}" if is_unnamed else name)
     reason = "a label stands over its pair of columns"
     quantity = said_by_unit(unit or "Pa")
     if quantity not in ("stress", "viscosity"):
         raise UnitError(f"{unit!r} is no unit of a stress or a viscosity", remedy="Give such as Pa or mPa*s")
     factor = parse(unit or "Pa").factor / parse("Pa").factor
     pairs: list[CurvePlan] = []
-    for label, rates, stresses in zip(labels, names[::2], names[1::2], strict=True):
+    for label, rates, stresses in zip(labels, over_rates, names[1::2], strict=True):
         rate = FlowColumn(rates, "1/s", 1.0, reason)
         stress = FlowColumn(stresses, unit or "Pa", factor, reason)
         if not unit and _falls(table.columns[rates], table.columns[stresses]):
-            raise MappingError(
-                f"pairs of columns without units: behind {label!r} the second falls as the first grows, as a viscosity "
-                "does and no shear stress",
-                where=table.name,
-                remedy="Say its unit, such as --stress '[mPa*s]', or --stress '[Pa]' if it is a stress all the same",
-            )
+            falls = "falls as the first grows, as a viscosity does and no shear stress"
+            problem = f"pairs of columns without units: behind {label!r} the second {falls}"
+            remedy = "Say its unit, such as --stress '[mPa*s]', or --stress '[Pa]' if it is a stress all the same"
+            raise MappingError(problem, where=table.name, remedy=remedy)
         pairs.append(CurvePlan(label, rate, stress, times_rate=quantity == "viscosity"))
     return tuple(pairs)
 

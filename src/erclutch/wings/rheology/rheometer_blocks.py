@@ -79,21 +79,24 @@ def chosen_table(source: LogSource, blocks: Sequence[Block], what: str) -> Table
     if not blocks:
         raise LogError("the export holds no table of numbers", remedy="Export the table of measured points")
     by_name: dict[str, Block] = {}
-    seen: Counter[str] = Counter()
+    counts: Counter[str] = Counter()
     for block in blocks:
-        seen[block.name] += 1
-        repeated = seen[block.name] > 1
-        by_name[f"{block.name} ({seen[block.name]})" if repeated else block.name] = block
+        counts[block.name] += 1
+        count = counts[block.name]
+        by_name[f"{block.name} ({count})" if count > 1 else block.name] = block
     name, block = found_recordings.choose(by_name, source.variable, what, "the export holds no test")
-    note = (f"recording read from {what} {name}, 1 of {len(blocks)}",) if len(blocks) > 1 else ()
     table = _table(source, block)
-    return replace(table, notes=(*note, *table.notes))
+    if len(blocks) == 1:
+        return table
+    note = f"recording read from {what} {name}, 1 of {len(blocks)}"
+    return replace(table, notes=(note, *table.notes))
 
 
 def _table(source: LogSource, block: Block) -> Table:
     """A block read as a text log of its own, with tabs between its cells."""
     width = len(block.names)
-    usual = Counter(map(len, block.rows)).most_common(1)[0][0]  # a lost delimiter makes a row short
+    lengths = Counter(map(len, block.rows))
+    ((usual, _),) = lengths.most_common(1)  # a lost delimiter makes a row short
     for number, row in enumerate(block.rows, start=block.line):
         if any(row[width:]) or len(row) < min(usual, width):
             problem = f"line {number} has {len(row)} cells where {width} are expected"

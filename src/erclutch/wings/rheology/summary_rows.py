@@ -24,34 +24,41 @@ def without_summary_rows(table: Table) -> Table:
 
     A point may lie at the mean of all others by chance; that the next row has their deviation too is none.
     """
-    values = np.column_stack([*table.columns.values()]) if table.columns else np.zeros((0, 0))  # shape (rows, columns)
-    for count in range(min(_MOST_ROWS, table.rows - _FEWEST_POINTS), 1, -1):
+    if not table.columns:
+        return table
+    values = np.column_stack([*table.columns.values()])  # shape (rows, columns)
+    most = min(_MOST_ROWS, table.rows - _FEWEST_POINTS)
+    for count in range(most, 1, -1):
         points = values[:-count]
-        said = [_statistic(row, points) for row in values[-count:]]
-        if all(said) and "mean" in said and "standard deviation" in said:
-            note = f"the last {count} rows are {', '.join(said)} of the rows above: left out"
-            kept = slice(0, table.rows - count)
-            return replace(
-                table,
-                columns={name: column[kept] for name, column in table.columns.items()},
-                clock=None if table.clock is None else table.clock[kept],
-                breaks=tuple(row for row in table.breaks if row < table.rows - count),
-                words={name: replace(column, of_row=column.of_row[kept]) for name, column in table.words.items()},
-                notes=(*table.notes, note),
-            )
+        statistics = [_statistic(row, points) for row in values[-count:]]
+        if not all(statistics) or not {"mean", "standard deviation"} <= {*statistics}:
+            continue
+        left = table.rows - count
+        note = f"the last {count} rows are {', '.join(statistics)} of the rows above: left out"
+        return replace(
+            table,
+            columns={name: column[:left] for name, column in table.columns.items()},
+            clock=None if table.clock is None else table.clock[:left],
+            breaks=tuple(row for row in table.breaks if row < left),
+            words={name: replace(column, of_row=column.of_row[:left]) for name, column in table.words.items()},
+            notes=(*table.notes, note),
+        )
     return table
 
 
 def _statistic(row: Array, points: Array) -> str:
     """Which statistic of the columns of points all numbers of a row are; "" for none."""
-    filled = [column for column in range(row.size) if np.isfinite(row[column])]
-    measured = [points[np.isfinite(points[:, column]), column] for column in filled]
-    # A column of one number has it for its mean, its least and its largest: it tells nothing.
-    telling = [place for place, column in enumerate(measured) if column.size > 1 and np.ptp(column) > 0.0]
-    if len(telling) < _FEWEST_COLUMNS:
+    numbers: list[float] = []
+    columns: list[Array] = []  # of the points, above these numbers
+    for number, column in zip(row, points.T, strict=True):
+        measured = column[np.isfinite(column)]
+        # A column of one number has it for its mean, its least and its largest: it tells nothing.
+        tells = measured.size > 1 and np.ptp(measured) > 0.0
+        if np.isfinite(number) and tells:
+            numbers.append(float(number))
+            columns.append(measured)
+    if len(numbers) < _FEWEST_COLUMNS:
         return ""
-    numbers = np.array([row[filled[place]] for place in telling])
-    columns = [measured[place] for place in telling]
     statistics = {
         "mean": [column.mean() for column in columns],
         "standard deviation": [column.std(ddof=1) for column in columns],

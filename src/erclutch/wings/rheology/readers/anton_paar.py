@@ -14,7 +14,7 @@ from dataclasses import replace
 from erclutch.errors import LogError
 from erclutch.logs.log_reader import LogReader, LogSource
 from erclutch.logs.readers import found_recordings, text
-from erclutch.logs.readers.cells import is_number
+from erclutch.logs.readers.cells import is_numeric
 from erclutch.logs.readers.text_bytes import DAMAGE, decode
 from erclutch.logs.table import Table
 from erclutch.wings.rheology.rheometer_blocks import Block, cells, chosen_table, delimiter_of
@@ -46,27 +46,35 @@ _POINT = re.compile(r"^([+-]?\d+)\.(\d+E[+-]?\d+)$")
 
 def _in_english(content: str) -> str:
     """The content with English marks: a table stands below a project, a test and a result, or the last of them."""
-    found = _ANNOUNCED.search(content)
-    if found is None or _COMPASS in content or _PLUS in content:
+    table = _ANNOUNCED.search(content)
+    if table is None or _COMPASS in content or _PLUS in content:
         return content
-    keys = [match.group(1) for line in content[: found.start()].split("\n") if (match := _KEY.fullmatch(line))]
-    names = found["names"].strip()
-    of_compass = names.endswith((":", "："))
-    marks = {found["interval"]: _INTERVALS[0 if of_compass else 1], names: _COMPASS if of_compass else _PLUS}
-    marks |= dict(zip(reversed(keys), _keys_in_english(keys), strict=False))
+    names = table["names"].strip()
+    english: dict[str, str] = {}  # by the mark in the other language
+    if names.endswith((":", "：")):  # as RheoCompass ends its marks
+        english[table["interval"]] = _INTERVALS[0]
+        english[names] = _COMPASS
+    else:
+        english[table["interval"]] = _INTERVALS[1]
+        english[names] = _PLUS
+    keys: list[str] = []
+    for line in content[: table.start()].split("\n"):
+        match = _KEY.fullmatch(line)
+        if match is not None:
+            keys.append(match.group(1))
+    test, result, *_ = _TESTS
+    nearest_first = (test,) if len(keys) == 1 else (result, test, "Project:")
+    english |= dict(zip(reversed(keys), nearest_first, strict=False))
+
     lines: list[str] = []
     for line in content.split("\n"):
-        first = next((mark for mark in marks if line.startswith(mark)), "")
-        lines.append(marks[first] + line[len(first) :] if first else line)
+        mark = next((mark for mark in english if line.startswith(mark)), "")
+        lines.append(english[mark] + line.removeprefix(mark) if mark else line)
     return "\n".join(lines)
 
 
-def _keys_in_english(keys: Sequence[str]) -> Sequence[str]:
-    """English for the keys above a table, the nearest first."""
-    return _TESTS[:1] if len(keys) == 1 else (_TESTS[1], _TESTS[0], "Project:")
-
-
 def _blocks(content: str) -> list[Block]:
+    """The table of each interval, called after its test; after its result too, where tests have one name."""
     lines = _in_english(content).splitlines()
     head = next((line for line in lines if _COMPASS in line or _PLUS in line), "")
     delimiter = delimiter_of(head)
@@ -80,14 +88,14 @@ def _blocks(content: str) -> list[Block]:
         row = cells(lines[at], delimiter)
         at += 1
         first = row[0] if row else ""
-        numbers = sum(map(_is_numeric, row))
+        numbers = sum(map(is_numeric, row))
         if first in _TESTS and len(row) > 1 and row[1]:
             if first == _TESTS[0]:  # another test begins
                 heads = {}
             heads = {**heads, first: row[1]}
         elif first in _INTERVALS and len(row) > 1:
             interval = row[1].removesuffix(".0")  # a sheet's number
-        elif numbers > 1 and not first.endswith(":") and (not first or _is_numeric(first)):
+        elif numbers > 1 and not first.endswith(":") and (not first or is_numeric(first)):
             problem = f"line {at} is a row of numbers outside of any table"
             raise LogError(problem, remedy="Correct the lines above it, or delete it")
         elif first in (_COMPASS, _PLUS):
@@ -146,7 +154,7 @@ def _units_from(
     while at < len(lines):
         below = cells(lines[at], delimiter)
         bracketed = any(cell.startswith("[") for cell in below)
-        numeric = any(map(_is_numeric, below))
+        numeric = any(map(is_numeric, below))
         if numeric and not bracketed:
             break
         if numeric:
@@ -158,10 +166,6 @@ def _units_from(
                 at += 1
             return units, at
     return [], at
-
-
-def _is_numeric(cell: str) -> bool:
-    return any(is_number(cell, mark) for mark in ".,")
 
 
 def _behind(margin: int, row: list[str]) -> list[str]:

@@ -12,7 +12,7 @@ from dataclasses import replace
 from erclutch.errors import LogError
 from erclutch.logs.log_reader import LogReader, LogSource
 from erclutch.logs.readers import found_recordings
-from erclutch.logs.readers.cells import is_number
+from erclutch.logs.readers.cells import is_numeric
 from erclutch.logs.readers.text_bytes import DAMAGE, decode
 from erclutch.logs.table import Table
 from erclutch.wings.rheology.rheometer_blocks import Block, cells, chosen_table, delimiter_of
@@ -49,7 +49,7 @@ def _blocks(content: str) -> list[Block]:
             units = []
         elif not units and row[0].startswith("("):
             units = row
-        elif is_filled and any(is_number(cell, ".") or is_number(cell, ",") for cell in row):
+        elif is_filled and any(map(is_numeric, row)):
             rows.append(row[: len(names)])
     return blocks
 

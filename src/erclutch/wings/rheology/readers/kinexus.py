@@ -28,23 +28,29 @@ def _blocks(content: str) -> list[Block]:
     head = heads[0]
     delimiter = delimiter_of(lines[head])
     names = cells(lines[head], delimiter)
-    action = names.index(_ACTION)
+    action = names.index(_ACTION)  # its column
     points: list[tuple[int, list[str]]] = []  # number of the line, and its cells
     for number, line in enumerate(lines[head + 1 :], start=head + 2):
         if line.strip():
             points.append((number, cells(line, delimiter)))
+    if not points:
+        return []
+
     # A file that fills most rows to the last column does not trim them: a shorter row has lost a delimiter.
+    width = len(names)
     lengths = Counter(len(row) for _, row in points)
-    ((usual, _),) = lengths.most_common(1) or [(0, 0)]
-    fewest = len(names) if usual == len(names) else action + 1
+    ((usual, _),) = lengths.most_common(1)
+    fewest = width if usual == width else action + 1
     for number, row in points:
-        if len(row) < fewest or any(row[len(names) :]):
-            problem = f"line {number} has {len(row)} cells where {len(names)} are expected"
+        if len(row) < fewest or any(row[width:]):
+            problem = f"line {number} has {len(row)} cells where {width} are expected"
             raise LogError(problem, remedy="Correct or delete that line")
+
     blocks: list[Block] = []
     for name, group in groupby(points, key=lambda point: point[1][action]):
         numbers, rows = zip(*group, strict=True)
-        whole = Block(name or f"action {len(blocks) + 1}", names, [], rows, numbers[0])
+        own_name = name or f"action {len(blocks) + 1}"
+        whole = Block(own_name, names, [], rows, numbers[0])
         kept: list[int] = []
         for column, label in enumerate(names):
             if label not in (_ACTION, *_TEXTS) and whole.is_filled(column):
@@ -61,7 +67,7 @@ def _claims(head: bytes) -> bool:
     """By the column's name in a line of names with units in round brackets."""
     plain = head.replace(b"\0", b"").decode("utf-8", "replace")
     named = next((line for line in plain.splitlines() if _ACTION in line), "")
-    return any(cell == _ACTION for cell in cells(named, delimiter_of(named))) and "(" in named
+    return "(" in named and _ACTION in cells(named, delimiter_of(named))
 
 
 READER = LogReader((), _claims, _read, recordings=found_recordings.names_by(_read), tells_damage=DAMAGE)

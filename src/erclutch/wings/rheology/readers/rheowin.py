@@ -11,7 +11,7 @@ import re
 from erclutch.errors import LogError
 from erclutch.logs.log_reader import LogReader, LogSource
 from erclutch.logs.readers import found_recordings
-from erclutch.logs.readers.cells import is_number
+from erclutch.logs.readers.cells import is_numeric
 from erclutch.logs.readers.text_bytes import DAMAGE, decode
 from erclutch.logs.table import Table
 from erclutch.wings.rheology.rheometer_blocks import Block, cells, chosen_table, delimiter_of
@@ -24,6 +24,7 @@ _NAMED = re.compile(r"(.+?) (?:in|en|/) (.+)")
 
 
 def _blocks(content: str) -> list[Block]:
+    """The table of each segment, below the last line of names in front of it."""
     lines = content.splitlines()
     blocks: list[Block] = []
     names: list[str] = []
@@ -57,11 +58,12 @@ def _blocks(content: str) -> list[Block]:
         elif _NAMES.match(line) or _SEGMENTS.match(line):
             if re.search(r"\d\|\d", line):
                 raise LogError(f"line {number} holds names and a row", remedy="Break the line before the row")
-            labels = [_NAMED.fullmatch(cell) for cell in row[1:] if cell]
             names = []
-            for label, cell in zip(labels, row[1:], strict=False):
+            units = []
+            for cell in filter(None, row[1:]):
+                label = _NAMED.fullmatch(cell)
                 names.append(label.group(1) if label else cell)
-            units = [label.group(2) if label else "" for label in labels]
+                units.append(label.group(2) if label else "")
     without_empty: list[Block] = []
     for block in blocks:
         filled = [column for column in range(len(block.names)) if block.is_filled(column)]
@@ -71,7 +73,7 @@ def _blocks(content: str) -> list[Block]:
 
 def _holds_numbers(row: list[str]) -> bool:
     """Whether a line looks like measured values: two numbers at least, with either decimal mark."""
-    numbers = [cell for cell in row if is_number(cell, ",") or is_number(cell, ".")]
+    numbers = [cell for cell in row if is_numeric(cell)]
     return len(numbers) > 1
 
 

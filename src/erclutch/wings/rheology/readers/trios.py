@@ -10,18 +10,20 @@ import re
 from erclutch.errors import LogError
 from erclutch.logs.log_reader import LogReader, LogSource
 from erclutch.logs.readers import found_recordings, text
-from erclutch.logs.readers.cells import is_number
+from erclutch.logs.readers.cells import is_numeric
 from erclutch.logs.readers.text_bytes import DAMAGE, decode
 from erclutch.logs.table import Table
 from erclutch.wings.rheology.rheometer_blocks import Block, cells, chosen_table, delimiter_of
 
 _STEP = "[step]"
 _NEAR = 5  # lines from a step's mark to its first row: its name, names, units
-_VARIABLES, _POINT = "variables", "data point"
+_VARIABLES = "variables"
+_POINT = "data point"
 _HEAD = re.compile(rb"\s*(?:\xef\xbb\xbf)?filename[\t,;][^\n]*\n(?:instrument|operator|sample)", re.IGNORECASE)
 
 
 def _blocks(content: str) -> list[Block]:
+    """The table of each step that has points."""
     lines = content.splitlines()
     for number, line in enumerate(lines, start=1):
         bare = line.strip().lower()
@@ -46,7 +48,7 @@ def _blocks(content: str) -> list[Block]:
         names = cells(lines[table[0]], delimiter)
         units = cells(lines[table[1]], delimiter)
         points = table[2:]
-        if any(map(_is_numeric, units)):  # a table without units
+        if any(map(is_numeric, units)):  # a table without units
             units = []
             points = table[1:]
         rows: list[list[str]] = []
@@ -62,24 +64,21 @@ def _blocks(content: str) -> list[Block]:
 def _begins_a_step(lines: list[str], at: int) -> bool:
     """Whether a line is a section's mark with a row of numbers soon after it."""
     line = lines[at].strip()
-    is_mark = line.lower().endswith(_STEP) or ("\t" not in line and line.startswith("["))
-    if not is_mark:
+    is_in_brackets = line.startswith("[") and "\t" not in line
+    if not line.lower().endswith(_STEP) and not is_in_brackets:
         return False
     rows = [cells(below, delimiter_of(below)) for below in lines[at + 1 : at + 1 + _NEAR]]
-    return any(len(row) > 1 and all(map(_is_numeric, row)) for row in rows)
-
-
-def _is_numeric(cell: str) -> bool:
-    return is_number(cell, ".") or is_number(cell, ",")
+    return any(len(row) > 1 and all(map(is_numeric, row)) for row in rows)
 
 
 def _points(lines: list[str]) -> list[Block]:
     """The table of a file without steps: rows that begin with "Data point"."""
-    named = next((at for at, line in enumerate(lines) if line.lower().startswith(_VARIABLES)), None)
-    if named is None:
+    heads = [at for at, line in enumerate(lines) if line.lower().startswith(_VARIABLES)]
+    if not heads:
         return []
+    named = heads[0]
     delimiter = delimiter_of(lines[named])
-    names = cells(lines[named], delimiter)[1:]
+    _, *names = cells(lines[named], delimiter)
     units: list[str] | None = None
     rows: list[list[str]] = []
     first = 0  # number of the first row
@@ -92,7 +91,9 @@ def _points(lines: list[str]) -> list[Block]:
             rows.append(row)
         elif not mark and units is None:
             units = row
-    return [Block("points", names, units or [], rows, first)] if rows else []
+    if not rows:
+        return []
+    return [Block("points", names, units or [], rows, first)]
 
 
 def _read(source: LogSource) -> Table:
