@@ -118,3 +118,16 @@ def test_heads_in_any_order_give_a_table_or_an_error_of_ours(
         return
     for values in table.columns.values():  # no number of a head is a row
         assert values.size <= 5 + len(lines)
+
+
+@pytest.mark.parametrize("line", ["rate [1/s];1\xa0000;2\xa0000;3\xa0000", "rate [1/s];1.0D+00;2.0D+00;3.0D+00"])
+def test_numbers_across_in_any_spelling_raise_nothing(line: str) -> None:
+    rows = "\n".join(f"{rate};1;2;3" for rate in (1, 2, 3, 4))
+    text, _ = with_pivoted_heads(f"{line}\n{rows}\n")
+    assert "rate [1/s]" in text
+
+
+def test_a_remark_below_rates_across_leaves_the_table_as_it_is() -> None:
+    rows = "\n".join(f"{field},1,2,3" for field in (0, 1, 2))
+    text = f"E (kV/mm) \\ shear rate (1/s),1,10,100\n{rows}\nmean,1,2,3\n"
+    assert with_pivoted_heads(text) == (text, "")

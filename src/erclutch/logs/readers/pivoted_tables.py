@@ -14,8 +14,9 @@ from itertools import pairwise
 from erclutch.errors import UnitError
 from erclutch.logs.columns.labels import split_label
 from erclutch.logs.columns.rheometer_names import said_by_name
-from erclutch.logs.readers.cells import DELIMITERS, cells_of, is_comment, is_number
+from erclutch.logs.readers.cells import DELIMITERS, cells_of, is_comment, is_number, is_numeric
 from erclutch.logs.readers.dialect import LINE_END
+from erclutch.logs.readers.numerals import BLANKS, ungrouped
 from erclutch.signals import units
 
 _HEAD = 1 << 14  # characters in which the numbers across stand
@@ -68,14 +69,16 @@ def with_pivoted_heads(text: str) -> tuple[str, str]:
             lines[line] = ""
         if not pivot.is_turned:
             lines[pivot.line] = delimiter.join([pivot.down, *_names(pivot, pivot.across)])
-            return "\n".join(
-                lines
-            ), f"the numbers {', '.join(pivot.across[:4])}, ... above the columns are in their names"
+            first_numbers = ", ".join(pivot.across[:4])
+            return "\n".join(lines), f"the numbers {first_numbers}, ... above the columns are in their names"
         if len(text) > _LARGEST_TURNED:
             return text, ""
         rows = [cells_of(line, delimiter) for line in lines[pivot.line + 1 :] if line.strip()]
         count = len(pivot.across)
-        levels = [f"{float(row[0].replace(',', '.')):g}" for row in rows]
+        numbers = [_number(row[0]) for row in rows]
+        if None in numbers:  # a remark below the rows
+            return text, ""
+        levels = [f"{number:g}" for number in numbers]
         turned = [delimiter.join([pivot.down, *_names(pivot, levels)])]
         for place in range(count):
             cells = [row[place + 1] if place + 1 < len(row) else "" for row in rows]
@@ -143,11 +146,12 @@ def _rising_numbers(cells: Sequence[str], delimiter: str) -> list[str]:
     """Numbers that rise or fall over all cells, as short as they can be written; none where a cell is another."""
     if len(cells) < _FEWEST_ACROSS or not all(_is_any_number(cell, delimiter) for cell in cells):
         return []
-    numbers = [
-        float(cell.replace(",", ".")) for cell in cells if cell.count(",") + cell.count(".") < 2 and " " not in cell
-    ]
-    if len(numbers) < len(cells):
-        return []
+    numbers: list[float] = []
+    for cell in cells:
+        number = _number(cell)
+        if number is None:
+            return []
+        numbers.append(number)
     steps = [later - earlier for earlier, later in pairwise(numbers)]
     if not all(step > 0 for step in steps) and not all(step < 0 for step in steps):
         return []
@@ -168,6 +172,14 @@ def _are_rows(rows: Sequence[Sequence[str]], width: int, delimiter: str) -> bool
 
 def _is_any_number(cell: str, delimiter: str) -> bool:
     return is_number(cell, ".") or (delimiter != "," and is_number(cell, ","))
+
+
+def _number(cell: str) -> float | None:
+    """The number of a cell with either decimal mark; None for words, and for digits in groups, whose mark is open."""
+    is_grouped = cell.count(",") + cell.count(".") > 1 or any(blank in cell for blank in BLANKS)
+    if is_grouped or not is_numeric(cell):
+        return None
+    return float(ungrouped(cell, "," if "," in cell else "."))
 
 
 def _has_number(cells: Sequence[str], delimiter: str) -> bool:
