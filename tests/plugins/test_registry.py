@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from erclutch.cli import _end_by_signals
+from erclutch.cli.ending_signal import EndingSignal
 from erclutch.errors import PluginError, SettingError
 from erclutch.logs.readers.budget import _OutOfTime
 from erclutch.registry import GROUPS, find, hidden, names, plugins, require
@@ -63,7 +63,7 @@ def test_control_c_and_a_signal_of_the_system_end_a_plug_in_too(install: Install
         law.value(signal.SIGINT)
     usual = signal.signal(signal.SIGTERM, signal.SIG_DFL)
     try:
-        _end_by_signals()
+        EndingSignal().begin()
         with pytest.raises(SystemExit), law.working():
             law.value(signal.SIGTERM)
     finally:

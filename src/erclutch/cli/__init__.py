@@ -6,6 +6,7 @@ import sys
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
+from erclutch.cli.ending_signal import EndingSignal
 from erclutch.cli.failed import failed
 from erclutch.cli.standard_output import standard_output
 from erclutch.errors import ErclutchError, PluginError, for_a_shell, of_missing_wing
@@ -33,6 +34,7 @@ def __getattr__(name: str) -> Any:
 #: Words that ask for the page of all commands.
 _OF_ALL = ("--help", "-h", "--help-all")
 _INTERRUPTED = "interrupted; nothing was left half-written"
+_ENDING = EndingSignal()
 _LEAST_MEMORY = 512 << 20  # bytes of address space
 _MORE_MEMORY = "Give the command more memory, fewer --workers or --models, or a shorter log"
 
@@ -48,7 +50,7 @@ def main(words: Sequence[str] | None = None) -> int:
     if allowed < _LEAST_MEMORY:  # libraries crash or hang there, each in its own way
         problem = f"this process may have {allowed >> 20} MiB of address space, and needs {_LEAST_MEMORY >> 20}"
         return failed(f"{problem}. Raise it: ulimit -v", 2)
-    _end_by_signals()
+    _ENDING.begin()
     with standard_output() as output, for_a_shell():
         code = _code_of(words)
         output.flush()
@@ -60,28 +62,44 @@ def main(words: Sequence[str] | None = None) -> int:
 def _code_of(words: Sequence[str]) -> int:
     try:
         return _run(words)
-    except ErclutchError as error:
-        if not isinstance(error, PluginError) and _made_of_an_interrupt(error):
-            return failed(_INTERRUPTED, 130)
-        return failed(str(error), error.exit_code)
-    except ModuleNotFoundError as error:
-        missing = of_missing_wing(error, f"the command {words[0]!r}")
-        if missing is None:
-            raise
-        return failed(str(missing), missing.exit_code)
     except KeyboardInterrupt:
         return failed(_INTERRUPTED, 130)
-    except MemoryError:
-        return failed(f"memory ran out. {_MORE_MEMORY}", 2)
-    except (OSError, ImportError) as error:
-        if "shared object" in str(error):  # what a library says that cannot be mapped
-            return failed(f"a library cannot be loaded ({str(error)[:200]}). {_MORE_MEMORY}", 2)
-        if isinstance(error, ImportError):
+    except Exception as error:
+        if _ENDING.number:  # a library in which a signal came may make an error of its own of it
+            return _ended()
+        if isinstance(error, ErclutchError) and not isinstance(error, PluginError) and _made_of_an_interrupt(error):
+            return failed(_INTERRUPTED, 130)
+        code = _code_of_error(error, words)
+        if code is None:
             raise
+        return code
+    finally:
+        _ENDING.end()
+        release_all()
+
+
+def _ended() -> int:
+    """The exit code of a command that a signal has ended."""
+    if _ENDING.interrupted:
+        return failed(_INTERRUPTED, 130)
+    raise SystemExit(128 + _ENDING.number) from None
+
+
+def _code_of_error(error: Exception, words: Sequence[str]) -> int | None:
+    """The exit code of an error that is told; None where it is a fault of ours."""
+    if isinstance(error, ErclutchError):
+        return failed(str(error), error.exit_code)
+    if isinstance(error, ModuleNotFoundError):
+        missing = of_missing_wing(error, f"the command {words[0]!r}")
+        return None if missing is None else failed(str(missing), missing.exit_code)
+    if isinstance(error, MemoryError):
+        return failed(f"memory ran out. {_MORE_MEMORY}", 2)
+    if isinstance(error, OSError | ImportError) and "shared object" in str(error):  # a library that cannot be mapped
+        return failed(f"a library cannot be loaded ({str(error)[:200]}). {_MORE_MEMORY}", 2)
+    if isinstance(error, OSError):
         place = f"{error.filename}: " if error.filename else ""
         return failed(f"{place}{error.strerror or error}", 2)
-    finally:
-        release_all()
+    return None
 
 
 def _run(words: Sequence[str]) -> int:
@@ -129,22 +147,3 @@ def _address_space() -> int:
         return sys.maxsize
     allowed = resource.getrlimit(resource.RLIMIT_AS)[0]
     return sys.maxsize if allowed == resource.RLIM_INFINITY else allowed
-
-
-def _end_by_signals() -> None:
-    """A closed terminal and `kill` end a command as an exception does, so that half-written files are taken away.
-
-    What the caller has set already, such as nohup, stays. Commands that go on until they are told have their own way.
-    """
-    import signal
-
-    def end(number: int, frame: object) -> None:
-        raise SystemExit(128 + number)
-
-    for name in ("SIGTERM", "SIGHUP"):
-        number = getattr(signal, name, None)
-        try:
-            if number is not None and signal.getsignal(number) is signal.SIG_DFL:
-                signal.signal(number, end)
-        except ValueError:
-            return  # not in the main thread: whoever started this one decides

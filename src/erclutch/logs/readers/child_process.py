@@ -28,6 +28,7 @@ from erclutch.signals.array import Array
 
 WALL = 20.0  # times that by the clock: a busy machine is slow, and nothing was seen to wait without using the processor
 _PDEATHSIG = 1  # of prctl: which signal comes when the parent dies
+_PARENT = "ERCLUTCH_PARENT"  # variable of the environment: the number of the process that started the child
 _ARRAYS, _TEXTS = "columns.f64", "table.json"
 _NO_MEMORY = (b"memory allocation of", b"MemoryError", b"bad_alloc")  # last words of Rust, Python and C++
 _DAMAGED = "The file may be damaged: copy it again or export it as CSV"
@@ -174,7 +175,7 @@ def _started(
     paths = os.pathsep.join([root, *(entry for entry in sys.path if entry)])
     limits = str(memory), str(ceil(seconds))
     python = [sys.executable, "-P", "-W", "ignore", "-m", module]
-    environment = {**os.environ, **_SINGLE, "PYTHONPATH": paths, "TMPDIR": folder}
+    environment = {**os.environ, **_SINGLE, "PYTHONPATH": paths, "TMPDIR": folder, _PARENT: str(os.getpid())}
     return [*python, str(path), folder, *limits, *arguments], environment
 
 
@@ -302,10 +303,10 @@ def _end_with_parent() -> None:
         return  # the limit of processor time remains
     import ctypes
 
-    parent = os.getppid()
+    parent = int(os.environ.get(_PARENT) or os.getppid())
     with suppress(AttributeError, OSError):
         ctypes.CDLL(None).prctl(_PDEATHSIG, signal.SIGKILL)
-        if os.getppid() != parent:  # it died just before
+        if os.getppid() != parent:  # it died before, while this process imported
             os.kill(os.getpid(), signal.SIGKILL)
 
 

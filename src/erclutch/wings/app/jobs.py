@@ -267,7 +267,11 @@ def main() -> int:
     with open(os.devnull, "rb") as nothing:
         os.dup2(nothing.fileno(), sys.stdin.fileno())
     threading.Thread(target=watch, args=(pipe,), daemon=True).start()
-    return command_line()
+    code = command_line()
+    # It is done: who cancels it only now does not make a cancelled command of it. A signal that is ignored stays so
+    # while Python ends, and others get their default back.
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    return code
 
 
 if __name__ == "__main__":

@@ -1,0 +1,123 @@
+"""A signal ends a command once, as an exception does; no further one stops it as it clears up."""
+
+from __future__ import annotations
+
+import ctypes
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from erclutch import cli
+from erclutch.cli import main
+from erclutch.cli.ending_signal import EndingSignal
+
+_ALL = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+
+
+@pytest.fixture
+def usual() -> Iterator[None]:
+    """Each signal as a process has it that has just begun, and after the test as it was."""
+    before = {number: signal.getsignal(number) for number in _ALL}
+    for number in _ALL:
+        signal.signal(number, signal.default_int_handler if number == signal.SIGINT else signal.SIG_DFL)
+    yield
+    for number, handler in before.items():
+        signal.signal(number, handler)
+
+
+@pytest.mark.parametrize("first", _ALL)
+@pytest.mark.parametrize("second", _ALL)
+def test_a_second_signal_does_not_stop_what_clears_up(usual: None, first: int, second: int) -> None:
+    """A shell sends SIGHUP and SIGTERM, a hurried user Control-C twice: the second left locks and parts of files."""
+    ending = EndingSignal()
+    ending.begin()
+    with pytest.raises((KeyboardInterrupt, SystemExit)):
+        signal.raise_signal(first)
+    signal.raise_signal(second)
+    assert ending.number == first
+
+
+@pytest.mark.parametrize("number", _ALL)
+def test_a_signal_is_heard_again_where_nothing_can_be_raised(usual: None, number: int) -> None:
+    """A compiler calls back while it compiles: there the signal was lost, with a traceback, and the command went on."""
+    ending = EndingSignal()
+    ending.begin()
+    called_back = ctypes.CFUNCTYPE(None)(lambda: signal.raise_signal(number))
+    try:
+        called_back()
+        with pytest.raises((KeyboardInterrupt, SystemExit)):
+            time.sleep(1.0)
+    finally:
+        ending.end()
+
+
+def test_who_does_not_end_in_time_hears_the_next_signal(usual: None, monkeypatch: pytest.MonkeyPatch) -> None:
+    ending = EndingSignal()
+    ending.begin()
+    with pytest.raises(KeyboardInterrupt):
+        signal.raise_signal(signal.SIGINT)
+    monkeypatch.setattr("erclutch.cli.ending_signal._CLEARS_UP", 0.0)
+    with pytest.raises(SystemExit, match=str(128 + signal.SIGTERM)):
+        signal.raise_signal(signal.SIGTERM)
+
+
+def test_after_its_end_a_command_hears_nothing_and_control_c_is_the_callers_again(usual: None) -> None:
+    ending = EndingSignal()
+    ending.begin()
+    ending.end()
+    signal.raise_signal(signal.SIGTERM)
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+
+
+def test_what_is_ignored_stays_ignored(usual: None) -> None:
+    """By nohup, for one."""
+    signal.signal(signal.SIGHUP, signal.SIG_IGN)
+    EndingSignal().begin()
+    assert signal.getsignal(signal.SIGHUP) is signal.SIG_IGN
+
+
+@pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143), (signal.SIGHUP, 129)])
+@pytest.mark.parametrize("kind", [ImportError, OSError, MemoryError, ValueError])
+def test_a_library_that_makes_an_error_of_a_signal_is_not_told_as_a_fault(
+    usual: None,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    number: int,
+    code: int,
+    kind: type[Exception],
+) -> None:
+    """Extensions that were imported at that moment said "initialization failed", and a traceback followed."""
+
+    def run(words: object) -> int:
+        try:
+            signal.raise_signal(number)
+        except BaseException:
+            raise kind("initialization failed") from None
+        return 0
+
+    monkeypatch.setattr(cli, "_run", run)
+    try:
+        ended: object = main(["fit"])
+    except SystemExit as error:
+        ended = error.code
+    assert ended == code
+    assert "initialization" not in capsys.readouterr().err
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="other systems do not tell of a parent's end")
+def test_a_reader_whose_parent_died_before_it_began_reads_nothing(tmp_path: Path) -> None:
+    """While it imports, its parent may be ended: it read on, with no one to answer."""
+    code = (
+        "import sys\nfrom erclutch.logs.readers import child_process\n"
+        "sys.exit(child_process.serve(lambda path: ([], {'read': str(path)})))"
+    )
+    words = [sys.executable, "-c", code, "a.mat", str(tmp_path), str(2 << 30), "20"]
+    with subprocess.Popen(words, env={"PYTHONPATH": ":".join(sys.path), "ERCLUTCH_PARENT": "1"}) as child:
+        child.wait(60.0)
+    assert child.returncode == -signal.SIGKILL
+    assert list(tmp_path.iterdir()) == []
