@@ -164,6 +164,26 @@ def test_a_header_below_which_the_time_begins_anew_parts_a_log(tmp_path: Path) -
         table_of(tmp_path, [head, *_ROWS, head, *_ROWS])
 
 
+@pytest.mark.parametrize("encoding", ["utf-8", "cp1250", "iso8859_2"])
+def test_a_testing_machine_in_polish_is_understood_with_its_own_letters(tmp_path: Path, encoding: str) -> None:
+    head = "Godzina;Przemieszczenie;Obciążenie;Odkształcenie 1\n(s);(mm);(N);(mm/mm)"
+    rows = [f'"{k / 10:.2f}";"{k * k / 900:.4f}";"{3 * k + k % 7:.3f}";"{k / 9000:.6f}"' for k in range(90)]
+    text = "\n".join([head, *(row.replace(".", ",") for row in rows)])
+    (tmp_path / "log.csv").write_bytes(text.encode(encoding))
+    plan = plan_of(read_table(tmp_path / "log.csv"), ColumnMap())
+    chosen = {signal: choice.column for signal, choice in plan.choices.items()}
+    assert (plan.questions, plan.doubts) == ((), ())
+    assert (chosen["time"], chosen["position"], chosen["effort"]) == ("Godzina", "Przemieszczenie", "Obciążenie")
+
+
+@pytest.mark.parametrize("name", ["45°N m²s", "Kraft¹Sensor", "Größe±Fehler", "N·m"])
+def test_signs_inside_of_latin_words_stay_signs(tmp_path: Path, name: str) -> None:
+    text = "\n".join([f"Zeit;{name};Kraft", *(row.replace(",", ";") for row in _ROWS)])
+    (tmp_path / "log.csv").write_bytes(text.encode("latin-1"))
+    assert any(name.split("°")[0][:3] in column for column in read_table(tmp_path / "log.csv").columns)
+    assert not any(letter in "ąćęłńśźż" for letter in "".join(read_table(tmp_path / "log.csv").columns))
+
+
 @pytest.mark.parametrize(("head", "mark"), [("w,T", ","), ("w\tT", "\t"), ("w T", " "), ("", ";")])
 def test_stamps_of_a_serial_monitor_are_the_time(tmp_path: Path, head: str, mark: str) -> None:
     rows = [f"12:30:{0.1 * row:06.3f} -> {row % 7}.5{mark}{row % 5}.25" for row in range(40)]
@@ -180,6 +200,8 @@ _LANGUAGES = {
     "Korean": ("시간(s);전류(A);속도(rpm);토크(Nm)", "cp949"),
     "Korean in UTF-8": ("시간(s);모터 전류(A);회전 속도(rpm);토크(Nm)", "utf-8"),
     "Polish": ("Czas [s];Prąd [A];Prędkość obrotowa [obr/min];Moment [Nm]", "utf-8"),
+    "Polish of Windows": ("Czas [s];Prąd [A];Prędkość obrotowa [obr/min];Moment [N·m]", "cp1250"),
+    "Polish of ISO": ("Czas [s];Prąd [A];Prędkość [obr/min];Obciążenie [Nm]", "iso8859_2"),
     "Czech": ("Čas [s];Proud [A];Otáčky [ot/min];Moment [Nm]", "cp1250"),
     "Dutch": ("Tijd [s];Stroom [A];Toerental [omw/min];Koppel [Nm]", "utf-8"),
     "Swedish": ("Tid [s];Ström [A];Varvtal [varv/min];Vridmoment [Nm]", "cp1252"),

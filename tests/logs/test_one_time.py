@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from erclutch.logs import read
+from erclutch.logs import read, read_table
 from erclutch.logs.clock.one_time import with_whole_stamps
 from erclutch.logs.clock.woven_channels import unwoven
 from erclutch.logs.table import Table
@@ -167,3 +167,42 @@ def test_milliseconds_beside_whole_seconds_belong_to_the_time() -> None:
 def test_columns_called_so_that_are_no_time_of_day_stay(columns: dict[str, Array]) -> None:
     before = table({**columns, "speed": SPEED, "torque": EFFORT})
     assert list(with_whole_stamps(before).columns) == list(before.columns)
+
+
+def two_rates(path: Path, head: str, ends: tuple[int, int] = (600, 150)) -> Path:
+    """Speed and torque at 100 Hz beside a current at another rate, each behind a time, as spreadsheets hold them."""
+    whole, slow = ends
+    lines = [head]
+    for k in range(max(ends)):
+        fast = f"{TIME[k]:.4f},{SPEED[k]:.5f},{EFFORT[k]:.5f}" if k < whole else ",,"
+        lines.append(fast + (f",{0.04 * k:.4f},{0.5 * (k // 50)}" if k < slow else ",,"))
+    path.write_text("\n".join(lines) + "\n")
+    return path
+
+
+@pytest.mark.parametrize(
+    "head",
+    [
+        "Time [s],Velocity [m/s],Force [N],Time [s],Current [A]",
+        "Time1 [s],Velocity [m/s],Force [N],Time2 [s],Current [A]",
+        "Force Time [s],Velocity [m/s],Force [N],Current Time [s],Current [A]",
+        "t_fast,velocity_m_s,force_N,t_slow,current_A",
+    ],
+)
+def test_channels_of_two_rates_behind_times_of_any_name_are_joined_by_time(tmp_path: Path, head: str) -> None:
+    recording = read(two_rates(tmp_path / "log.csv", head))
+    inside = TIME <= 0.04 * 149
+    np.testing.assert_allclose(recording.signals["effort"], np.round(EFFORT[inside], 5))
+    held = 0.5 * (np.floor(TIME[inside] / 0.04 + 1e-6) // 50)
+    np.testing.assert_allclose(recording.signals["field"], held)
+
+
+def test_a_second_stamp_of_the_same_rows_stays_beside_the_first(tmp_path: Path) -> None:
+    head = "Time [s],Velocity [m/s],Force [N],Video Time [s],Current [A]"
+    path = two_rates(tmp_path / "log.csv", head, (600, 600))
+    np.testing.assert_allclose(read(path, field="Current [A]").signals["field"], 0.5 * (np.arange(600) // 50))
+
+
+def test_a_temperature_that_ends_early_is_no_time(tmp_path: Path) -> None:
+    path = two_rates(tmp_path / "log.csv", "t [s],Velocity [m/s],Force [N],T1,Current [A]")
+    assert "T1" in read_table(path).columns

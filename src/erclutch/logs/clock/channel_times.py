@@ -1,11 +1,12 @@
 """Channels may stand side by side, each behind a time of its own: they are joined by time.
 
-Scopes of controllers write so. Times that repeat the first are left out.
+Scopes of controllers and spreadsheets with channels of two rates are such. Times that repeat the first are left out.
 """
 
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -28,14 +29,21 @@ def with_times_joined(table: Table) -> Table:
         return table
     first, *_ = table.columns
     called = _COPY.sub("", first)
+    if not _is_called_time(called):
+        return table
+    of_one_name = [name for name in table.columns if _COPY.sub("", name) == called]
+    is_of_one_name = len(of_one_name) > 1 and spoken_name(called).is_time
+    times = of_one_name if is_of_one_name else [name for name in table.columns if _is_called_time(name)]
     channels: dict[str, list[str]] = {}  # by the column of their time
     for name in table.columns:
-        if _COPY.sub("", name) == called and table.units.get(name) == table.units.get(first):
+        if name in times and table.units.get(name) == table.units.get(first):
             channels[name] = []
         else:
             channels[[*channels][-1]].append(name)
-    if len(channels) < 2 or not all(channels.values()) or not spoken_name(called).is_time:
+    if len(channels) < 2 or not all(channels.values()):
         return table
+    if not is_of_one_name and not _end_with_their_times(table, channels):
+        return table  # a second stamp of the same rows
     values = [_COPY.sub("", name) for names in channels.values() for name in names]
     if len({*values}) < len(values):  # tables of the same columns
         return table
@@ -62,7 +70,9 @@ def with_times_joined(table: Table) -> Table:
     except LogError:  # no time that all have
         return table
     unit = table.units.get(first)
-    columns = {first: joined.columns.pop(_TIME), **joined.columns}
+    at = joined.columns.pop(_TIME)
+    first = first if spoken_name(first).is_time or spoken_name(first).ends_in_time else _TIME
+    columns = {first: at, **joined.columns}
     note = f"{len(channels)} channels stand behind times of their own"
     return replace(
         table,
@@ -71,3 +81,26 @@ def with_times_joined(table: Table) -> Table:
         breaks=(),
         notes=(*table.notes, note, *joined.notes),
     )
+
+
+def _is_called_time(name: str) -> bool:
+    """Whether a name is that of a time, or of one of several: ``Time2``, ``Current Time``, ``t_fast``."""
+    spoken = spoken_name(name)
+    if spoken.is_time or spoken.ends_in_time:
+        return True
+    words = [word for word in (re.sub(r"\d+$", "", word) for word in spoken.stem_words) if word]
+    is_temperature = re.match(r"T(?![a-z])", spoken.stem) is not None  # T1, T_oil
+    return 0 < len(words) < 3 and spoken_name(words[0]).is_time and not is_temperature
+
+
+def _end_with_their_times(table: Table, channels: Mapping[str, list[str]]) -> bool:
+    """Whether each channel has cells down to where its time ends, and the times end in different rows."""
+    ends: set[int] = set()
+    for time, names in channels.items():
+        rows = int(np.count_nonzero(np.isfinite(table.columns[time])))
+        for name in (time, *names):
+            known = np.isfinite(table.columns[name])
+            if not known[:rows].all() or np.count_nonzero(known) != rows:
+                return False
+        ends.add(rows)
+    return len(ends) > 1

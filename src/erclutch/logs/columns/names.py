@@ -50,7 +50,7 @@ NAMES = {
     "forca coppia forza fx fy fz mx my mz tx ty tz loadcell torq trq frc schubspannung torsion effet dampingforce "
     "dampkraft friction tauf taufric reibung frottement 摩擦力 力 扭矩 转矩 力矩 载荷 荷载 阻尼力 荷重 トルク "
     "момент крутящиимомент сила усилие нагрузка 토크 힘 하중 모멘트 마찰력 siła sila kracht koppel vridmoment "
-    "kuvvet tork ff ffric",
+    "obciazenie kuvvet tork ff ffric",
     "E1": "e1 field1 ech1",
     "E2": "e2 field2 ech2",
     "E": "e field",
@@ -93,7 +93,7 @@ OTHER = _set(
     "horsepower count counts cycle cycles index sample samples no nr number frame packet seq row rows point points "
     "acceleration accelerazione accel acc accx accy accz beschleunigung aceleracion jerk humidity energy efficiency "
     "wirkungsgrad leistung puissance potencia temperatur temperatura stiffness coefficient coeff mu density inertia "
-    "longitud longueur comprimento lunghezza masa masse massa segmento "
+    "longitud longueur comprimento lunghezza masa masse massa segmento odkształcenie odksztalcenie "
     "yield wear film area volume cof latitude longitude altitude date datum fecha err fehler latency delay dt "
     "давление температура вязкость"
 )

@@ -34,6 +34,10 @@ _JAPANESE = (
 _KOREAN = "시간초전류압속도토크힘변위치각회하중모멘트온마찰력데이터측정번호"
 #: Letters that are no accents of a Latin word, since they stand side by side.
 _RUSSIAN = re.compile(r"[А-яЁё]{3,}")
+#: Bytes beyond ASCII inside of a word of small Latin letters, and letters that words of Central Europe have there.
+_INSIDE = re.compile(rb"(?<=[a-z])[\x80-\xff]+(?=[a-z])")
+_POLISH = "ąćęłńóśźżĄĆĘŁŃÓŚŹŻ"
+_CENTRAL = frozenset(_POLISH + "áčďéěíňřšťúůýžőűöüôľĺŕÁČĎÉĚÍŇŘŠŤÚŮÝŽŐŰÖÜ")
 #: Japanese letters of half the width side by side: alone they are signs of Latin texts, such as µ and °.
 _NARROW = re.compile(r"[\uff66-\uff9f]{3,}")
 #: Bytes that no text holds, besides zero.
@@ -45,7 +49,7 @@ DAMAGE = "not seen: text has no checksums; as .gz it has"
 
 
 def decode(data: bytes) -> str:
-    """Text of a log file: gzip undone, UTF-8 or UTF-16 (with or without mark), see `_eastern`, else Latin-1.
+    """Text of a log file: gzip undone, UTF-8 or UTF-16 (with or without mark), by `_eastern` or `_central`, or Latin-1.
 
     Raises:
         LogError: the bytes are no text.
@@ -58,7 +62,7 @@ def decode(data: bytes) -> str:
     except UnicodeDecodeError:
         if encoding != "utf-8-sig":
             raise _not_text(data) from None
-        return data.decode(_eastern(data) or "latin-1")
+        return data.decode(_eastern(data) or _central(data) or "latin-1")
 
 
 def _eastern(data: bytes) -> str:
@@ -98,6 +102,26 @@ def _cyrillic(data: bytes) -> str:
     if 2 * in_words > sum(letter > "\x7f" for letter in text):
         return "cp1251"
     return ""
+
+
+def _central(data: bytes) -> str:
+    """The encoding in which signs inside of Latin words are letters, as in Polish ones; "" where Latin-1 has letters.
+
+    ``Obci¹¿enie`` is Obciążenie; the point of N·m is one in all of them.
+    """
+    inside = b"".join(_INSIDE.findall(data))
+    latin = inside.decode("latin-1")
+    best = 0  # Polish letters
+    best_encoding = ""
+    for encoding in ("cp1250", "iso8859_2"):
+        letters = inside.decode(encoding, "replace")
+        others = [letter for letter, sign in zip(letters, latin, strict=True) if letter != sign]
+        were_signs = any(not sign.isalpha() for letter, sign in zip(letters, latin, strict=True) if letter != sign)
+        polish = sum(letter in _POLISH for letter in others)
+        if were_signs and _CENTRAL.issuperset(others) and polish > best:
+            best = polish
+            best_encoding = encoding
+    return best_encoding
 
 
 def _encoding_of(data: bytes) -> str:
