@@ -6,7 +6,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
+from erclutch.errors import ErclutchError
 from erclutch.logs import Plan, plan_of, read
 from erclutch.logs.columns.labels import name_columns, own_unit, sample_period, split_end
 from erclutch.logs.columns.name_pattern import constants_of
@@ -14,6 +17,7 @@ from erclutch.logs.log_file import read_table, recordings_in
 from erclutch.logs.mapping import ColumnMap
 from erclutch.logs.planning.recording_choice import table_of_log
 from erclutch.logs.planning.stated_field import differ_by_field
+from erclutch.logs.readers.keyed_heads import with_keyed_heads
 from erclutch.signals import units
 
 ROWS = 400
@@ -282,3 +286,51 @@ def test_units_of_labview_stand_above_their_channel_or_one_after_another(
     path.write_text(head + "\n".join(rows) + "\n")
     table = read_table(path)
     assert [table.units[name] for name in ("Current", "Speed", "Torque")] == known
+
+
+def keyed(mark: str, lines: dict[str, str], decimal: str = ".") -> str:
+    """Lines with a key and a cell for each of three channels, above rows without a first cell."""
+    head = [mark.join([key, *said.split("|")]) for key, said in lines.items()]
+    rows = [mark.join(["", *(f"{k + place}.5".replace(".", decimal) for place in range(3))]) for k in range(30)]
+    return "\n".join([*head, "", *rows]) + "\n"
+
+
+YOKOGAWA = {
+    '"Model Name"': '"DL850E"',
+    '"BlockNumber"': '"1"',
+    '"TraceName"': '"Current"|"Speed"|"Torque"',
+    '"BlockSize"': '"30"|"30"|"30"',
+    '"VUnit"': '"A"|"rpm"|"Nm"',
+    '"HResolution"': '"2.0E-02"|"2.0E-02"|"2.0E-02"',
+    '"HUnit"': '"s"|"s"|"s"',
+    '"Time"': '"10:11:12"|"10:11:12"|"10:11:12"',
+}
+FAMOS = {"Kanal": "Current|Speed|Torque", "Einheit": "A|rpm|Nm", "Delta-X": "20|20|20", "X-Einheit": "ms|ms|ms"}
+
+
+@pytest.mark.parametrize(
+    ("lines", "mark", "decimal"), [(YOKOGAWA, ",", "."), (FAMOS, "\t", ","), (FAMOS, ";", ","), (FAMOS, ";", ".")]
+)
+def test_lines_with_a_key_in_front_say_what_the_channels_are(
+    tmp_path: Path, lines: dict[str, str], mark: str, decimal: str
+) -> None:
+    path = tmp_path / "log.csv"
+    path.write_text(keyed(mark, lines, decimal))
+    table = read_table(path)
+    assert table.labels == ("Current [A]", "Speed [rpm]", "Torque [Nm]")
+    assert table.sample_period == pytest.approx(0.02)
+    assert table.rows == 30
+    assert table.columns["Torque"][:2].tolist() == [2.5, 3.5]
+
+
+def test_channels_of_two_rates_are_no_columns_of_one_table(tmp_path: Path) -> None:
+    path = tmp_path / "log.csv"
+    path.write_text(keyed(";", {**FAMOS, "Delta-X": "20|10|20"}))
+    with pytest.raises(ErclutchError):
+        read_table(path)
+
+
+@given(text=st.text(alphabet='Kanal;,\t\n"0.5Einht', max_size=200))
+def test_any_text_may_have_lines_with_keys(text: str) -> None:
+    changed, note = with_keyed_heads(text)
+    assert changed == text or note

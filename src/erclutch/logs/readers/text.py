@@ -22,6 +22,7 @@ from erclutch.logs.readers import dates, first_bytes, found_recordings, numerals
 from erclutch.logs.readers.budget import Budget
 from erclutch.logs.readers.cells import DASHES, NO_NUMBERS, is_comment
 from erclutch.logs.readers.dialect import LINE_END, SAMPLE, Dialect, sniff
+from erclutch.logs.readers.keyed_heads import with_keyed_heads
 from erclutch.logs.readers.list_cells import without_lists
 from erclutch.logs.readers.loose_text import with_a_line_of_names, without_brackets, without_matrix
 from erclutch.logs.readers.lying_tables import upright
@@ -131,6 +132,7 @@ def _put_right(text: str) -> tuple[str, list[str]]:
         with_a_line_of_names,
         without_spread_in_cells,
         without_units_in_cells,
+        with_keyed_heads,
         upright,
         with_pivoted_heads,
     ):

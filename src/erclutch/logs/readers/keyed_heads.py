@@ -1,0 +1,101 @@
+"""Scopes and recorders say what each channel is in lines with a key in front, above rows whose first cell is empty.
+
+Yokogawa writes ``"TraceName","I","n"``, ``"VUnit","A","rpm"`` and ``"HResolution","2.0E-02","2.0E-02"`` so, FAMOS
+``Kanal``, ``Einheit`` and ``Delta-X``. They become a line of names with units, and a sampling interval.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+
+from erclutch.logs.readers.cells import cells_of, is_number
+from erclutch.logs.readers.dialect import LINE_END
+
+_HEAD = 1 << 15  # characters that hold all such lines
+_FEWEST_ROWS = 2
+_NAMES = ("tracename", "kanal", "kanalname", "channel", "channelname", "signal", "signalname", "name")
+_UNITS = ("vunit", "unit", "units", "einheit", "yunit", "yeinheit", "yunitlabel")
+_STEPS = ("hresolution", "deltax", "dx", "sampleinterval", "samplinginterval", "xincrement", "abtastzeit", "dt")
+_STEP_UNITS = ("hunit", "xunit", "xeinheit")
+
+
+def with_keyed_heads(text: str) -> tuple[str, str]:
+    """The text with a line of names in place of such lines, and a note; the text and "" where there are none."""
+    head = LINE_END.split(text[:_HEAD])
+    if len(text) > _HEAD:
+        head.pop()
+    for delimiter in ("\t", ";", ","):
+        found = _lines_in(head, delimiter)
+        if found is None:
+            continue
+        first_line, first_row, said = found
+        names = _said_by(said, _NAMES)
+        own_units = _said_by(said, _UNITS) or [""] * len(names)
+        steps = _said_by(said, _STEPS)
+        units_of_steps = {*_said_by(said, _STEP_UNITS)} or {"s"}
+        if len({*steps}) > 1 or len(units_of_steps) > 1:
+            continue  # channels of several rates are no columns of one table
+        labels: list[str] = []
+        for name, unit in zip(names, own_units, strict=True):
+            bare = unit.strip("[]() ")
+            labels.append(_quoted(f"{name} [{bare}]" if bare else name, delimiter))
+        lines = LINE_END.split(text)
+        above = [*lines[:first_line]]
+        if steps:
+            above.append(f"Sampling interval: {steps[0].replace(',', '.')} {units_of_steps.pop()}")
+        rows = [line.strip(" ").removeprefix(delimiter) for line in lines[first_row:]]
+        whole = "\n".join([*above, delimiter.join(labels), *rows])
+        return whole, f"lines with a key in front say what the {len(names)} channels are: {', '.join(said)[:80]}"
+    return text, ""
+
+
+def _lines_in(lines: Sequence[str], delimiter: str) -> tuple[int, int, dict[str, list[str]]] | None:
+    """The first such line, the first row, and what the lines say by their keys; None where there are none.
+
+    Each line from that of the names on has a key and a cell for each channel, or says something of the whole file.
+    """
+    start = 0
+    said: dict[str, list[str]] = {}
+    for place, line in enumerate(lines):
+        cells = cells_of(line.rstrip(delimiter), delimiter)
+        key = _plain(cells[0]) if cells else ""
+        if not said:
+            are_names = len(cells) > 2 and all(cells[1:]) and not any(_is_any_number(cell, delimiter) for cell in cells)
+            if key in _NAMES and are_names:
+                start = place
+                said[key] = cells[1:]
+            continue
+        width = len(next(iter(said.values()))) + 1
+        if key and len(cells) <= width:
+            if len(cells) == width:
+                said.setdefault(key, cells[1:])
+            continue
+        if not line.strip():
+            continue
+        below = [cells_of(row.rstrip(delimiter), delimiter) for row in lines[place : place + _FEWEST_ROWS]]
+        are_rows = all(
+            len(row) == width and not row[0] and all(_is_any_number(cell, delimiter) for cell in row[1:])
+            for row in below
+        )
+        tells = any(_said_by(said, keys) for keys in (_UNITS, _STEPS))
+        return (start, place, said) if are_rows and len(below) == _FEWEST_ROWS and tells else None
+    return None
+
+
+def _said_by(said: dict[str, list[str]], keys: Sequence[str]) -> list[str]:
+    return next((said[key] for key in keys if key in said), list[str]())
+
+
+def _plain(key: str) -> str:
+    """A key in small letters alone."""
+    return re.sub(r"[\W_]", "", key.lower())
+
+
+def _is_any_number(cell: str, delimiter: str) -> bool:
+    return is_number(cell, ".") or (delimiter != "," and is_number(cell, ","))
+
+
+def _quoted(label: str, delimiter: str) -> str:
+    """A label as a cell: in quotes where it holds the delimiter."""
+    return '"' + label.replace('"', "'") + '"' if delimiter in label else label
