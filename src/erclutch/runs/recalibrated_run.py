@@ -58,7 +58,7 @@ def recalibrated(
         outcomes.append(_adapted(outcome, result))
 
     # Both are judged on the rows that neither saw.
-    settings = Settings((base.name,), base.structure.dynamics, 1.0 - share)
+    settings = Settings((base.name,), base.structure.dynamics, round(1.0 - share, 12))
     adapted_name = outcome.name + LABEL
     entries: list[RankedModel] = []
     for entry in scored(data, data.picked(seen), ~seen, outcomes, settings):
