@@ -19,7 +19,7 @@ from erclutch.runs.new_rows import called_final, models_of
 from erclutch.runs.run_folder import FINAL, read_run
 from erclutch.runs.written_run import write_run
 from erclutch.signals.recording import Recording
-from tests.support.command import refused
+from tests.support.command import good, refused
 
 
 @pytest.fixture(scope="module")
@@ -89,3 +89,19 @@ def test_what_is_not_recommended_is_not_fitted_to_all_rows(judged: tuple[Compari
 
 def test_a_model_of_all_rows_needs_a_run_to_be_kept_in(tmp_path: Path) -> None:
     assert "Give --out RUN too" in refused("fit", "log.csv", "--final", cwd=tmp_path)
+
+
+def test_commands_take_a_run_with_a_model_of_all_rows(judged: tuple[Comparison, Recording], tmp_path: Path) -> None:
+    """`score` ended in a traceback: it looked for the model of all rows in the ranking."""
+    comparison, recording = judged
+    folder = write_run(tmp_path / "run", with_final_fit(comparison), [recording], reading={})
+    columns = np.column_stack([recording.signals[name] for name in ("field", "slip", "effort")])
+    log = tmp_path / "log.csv"
+    header = "field [A],slip [rad/s],effort [N*m]"
+    np.savetxt(log, columns, delimiter=",", header=header, comments="", fmt="%.9g")
+    every = good("score", log, "--run", folder, "--rate", "200 Hz")
+    assert "final, Bingham law, of all rows" in " ".join(every.split())
+    one = good("score", log, "--run", folder, "--rate", "200 Hz", "--model", FINAL, "--json")
+    (scored,) = json.loads(one)["models"]
+    assert scored["title"] == "final, Bingham law, of all rows"
+    good("export", folder, "--to", "python", "--model", FINAL, "--out", tmp_path / "final")

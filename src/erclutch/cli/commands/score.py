@@ -163,9 +163,12 @@ def _words_on(scores: Sequence[_Scored], data: Dataset) -> list[str]:
 def _title(run: Run | None, name: str) -> str:
     """A model's id in its run, and what it is called in plain words."""
     from erclutch.models.model_titles import title_of
+    from erclutch.runs.run_shape import FINAL
 
     if run is None:
         return title_of(name)
+    if name not in run.names:
+        return f"{FINAL}, {run.titles[run.recommended]}, of all rows"
     return f"{run.id_of(name)}, {run.titles[name]}"
 
 
