@@ -131,3 +131,15 @@ def test_a_remark_below_rates_across_leaves_the_table_as_it_is() -> None:
     rows = "\n".join(f"{field},1,2,3" for field in (0, 1, 2))
     text = f"E (kV/mm) \\ shear rate (1/s),1,10,100\n{rows}\nmean,1,2,3\n"
     assert with_pivoted_heads(text) == (text, "")
+
+
+@pytest.mark.parametrize("row", [0, 1, 5])
+@pytest.mark.parametrize("word", ["nan", "NA", "--", ""])
+def test_a_row_whose_first_number_is_missing_is_no_line_of_numbers_across(tmp_path: Path, row: int, word: str) -> None:
+    rows = [f"{k / 100},{0.1 + k},{0.2 + k},{0.3 + k}" for k in range(40)]
+    rows[row] = f"{word},0.1,0.2,0.3"
+    (tmp_path / "log.csv").write_text("\n".join(["t,field,slip,torque", *rows]) + "\n")
+    columns = read_table(tmp_path / "log.csv").columns
+    assert list(columns) == ["t", "field", "slip", "torque"]
+    assert columns["slip"].size == 40
+    assert np.isnan(columns["t"][row])

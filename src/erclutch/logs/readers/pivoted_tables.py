@@ -14,7 +14,7 @@ from itertools import pairwise
 from erclutch.errors import UnitError
 from erclutch.logs.columns.labels import split_label
 from erclutch.logs.columns.rheometer_names import said_by_name
-from erclutch.logs.readers.cells import DELIMITERS, cells_of, is_comment, is_number, is_numeric
+from erclutch.logs.readers.cells import DELIMITERS, WORDS, cells_of, is_comment, is_number, is_numeric
 from erclutch.logs.readers.dialect import LINE_END
 from erclutch.logs.readers.numerals import BLANKS, ungrouped
 from erclutch.signals import units
@@ -96,7 +96,10 @@ def _pivot_in(lines: Sequence[str], delimiter: str) -> _Pivot | None:
         below = filled[order + 1 :]
         above = [rows[each] for each in filled[max(order - 1, 0) : order]]
         numbers = _rising_numbers(cells[1:], delimiter)
-        if not numbers or _is_any_number(cells[0], delimiter):
+        # A row whose first number is missing is no line of numbers across: above it stand rows, or names.
+        is_a_row = _is_any_number(cells[0], delimiter) or (cells[0].lower() in WORDS and cells[0] != "")
+        is_below_a_row = bool(above) and _is_any_number(above[0][0], delimiter)
+        if not numbers or is_a_row or is_below_a_row:
             continue
         down = cells[0]
         said_in: list[int] = []
