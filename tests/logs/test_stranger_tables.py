@@ -166,3 +166,39 @@ def test_a_yield_stress_of_a_table_of_results_is_no_effort(tmp_path: Path) -> No
     body = "".join(f"{k},{5 + k % 3},{3 + k % 2}\n" for k in range(20))
     plan = plan_of(read_table(written(tmp_path, f"run,Casson yield stress [mPa],Hematocrit [%]\n{body}")), ColumnMap())
     assert plan.signal("effort") is None
+
+
+def sheet_with_numbers_beside(path: Path, gap: int, name: str | None = None) -> Path:
+    """A report: settings, a table of parameters, a table of points; and copies of two of its columns behind a gap."""
+    book = Workbook()
+    sheet = book.create_sheet("report", 0)
+    empty: list[str | float | None] = [None] * gap
+    sheet.append(["Test Name:", "buff 2", None, *empty, name, name])
+    sheet.append(["Cycle", "n'", "K'", *empty, 0.5, 9.5])
+    for cycle in range(4):
+        sheet.append([cycle, 0.4 + 0.1 * cycle, 30 - cycle, *empty, 0.5 + cycle, 9.5])
+    sheet.append([])
+    sheet.append(["Time [s]", "Rate [1/s]", "Stress [Pa]", *empty, 5.5, 9.5])
+    for row in range(30):
+        sheet.append([row, 10.0 + row, 20.0 + row, *empty, 6.5 + row, 9.5])
+    book.save(path)
+    return path
+
+
+def test_numbers_without_a_name_behind_a_gap_hide_no_table(tmp_path: Path) -> None:
+    path = sheet_with_numbers_beside(tmp_path / "log.xlsx", gap=4)
+    assert recordings_in(path) == ["table 1", "table 2"]
+    table = read_table(path, variable="table 2")
+    assert table.labels == ("Time [s]", "Rate [1/s]", "Stress [Pa]")
+    assert table.rows == 30
+    assert any("numbers without a name beside the table (2 columns): left out" in note for note in table.notes)
+
+
+@pytest.mark.parametrize(("gap", "name"), [(1, None), (4, "copy")])
+def test_columns_with_a_name_or_next_to_the_table_stay(tmp_path: Path, gap: int, name: str | None) -> None:
+    path = sheet_with_numbers_beside(tmp_path / "log.xlsx", gap, name)
+    try:
+        notes = read_table(path).notes
+    except LogError:
+        return
+    assert not any("beside the table" in note for note in notes)

@@ -20,6 +20,7 @@ from erclutch.logs.table import Table
 
 _PARTS = (b"[Content_Types].xml", b"_rels/", b"docProps/", b"xl/", b"application/vnd.oasis.opendocument.spreadsheet")
 _OLD_OFFICE = b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1"  # .xls, and documents of other programs that old
+_WIDEST_GAP = 2  # empty columns; behind more of them stands another table
 _COMMA = re.compile(r"[-+]?\d+,\d+(?:[eE][-+]?\d+)?")
 #: Tabs and line ends in a cell would cut the row, and a quote would join cells.
 _PLAIN = str.maketrans({"\t": " ", "\n": " ", "\r": " ", '"': "'"})
@@ -38,7 +39,7 @@ def find(path: str, variable: str | None) -> Table:
             if not wanted and recordings:
                 continue
             try:
-                recordings[name] = _table(source, found.sheet)
+                recordings[name] = _table(source, found)
             except LogError as error:
                 problems.append(_of_sheet(found.sheet, error))
                 break
@@ -58,7 +59,7 @@ def find_each(path: str) -> dict[str, Table | LogError]:
             continue
         for name, source in found.parts.items():
             try:
-                recordings[name] = _table(source, found.sheet)
+                recordings[name] = _table(source, found)
             except LogError as error:
                 recordings[name] = _of_sheet(found.sheet, error)
     return recordings
@@ -66,10 +67,11 @@ def find_each(path: str) -> dict[str, Table | LogError]:
 
 @dataclass(frozen=True)
 class _Sheet:
-    """A sheet, and the texts of its recordings by their names."""
+    """A sheet, the texts of its recordings by their names, and what was left out beside them."""
 
     sheet: str
     parts: dict[str, LogSource]
+    note: str = ""
 
 
 def _sheets(path: str, variable: str | None) -> Iterator[_Sheet | LogError]:
@@ -95,12 +97,12 @@ def _sheets(path: str, variable: str | None) -> Iterator[_Sheet | LogError]:
             named = [name for name in book.sheet_names if str(variable).startswith(f"{name}, ")]
         for sheet in named or book.sheet_names:
             try:
-                parts = _parts(path, book.get_sheet_by_name(sheet), budget)
+                parts, note = _parts(path, book.get_sheet_by_name(sheet), budget)
             except LogError as error:
                 yield _of_sheet(sheet, error)
                 continue
             several = len(book.sheet_names) > 1
-            yield _Sheet(sheet, {_name(sheet, part, several): source for part, source in parts.items()})
+            yield _Sheet(sheet, {_name(sheet, part, several): source for part, source in parts.items()}, note)
 
 
 def _name(sheet: str, part: str, several: bool) -> str:
@@ -112,17 +114,22 @@ def _of_sheet(sheet: str, error: LogError) -> LogError:
     return LogError(f"sheet {sheet}: {error.problem}", remedy=error.remedy)
 
 
-def _parts(path: str, sheet: Any, budget: Budget) -> dict[str, LogSource]:
+def _parts(path: str, sheet: Any, budget: Budget) -> tuple[dict[str, LogSource], str]:
     """The rows of a sheet as a text log, or as several where an instrument's export stands in the sheet; by name.
+
+    The second is a note on columns that were left out, see `_without_numbers_beside`.
 
     Lines in messages are rows of the sheet. Its empty first columns are left out.
     """
     budget.take_cells(sheet.total_height * sheet.total_width)
     rows: list[list[str]] = []
+    worded: set[int] = set()  # columns that hold a text
     with_thousands: set[int] = set()  # columns that hold a whole number of 1000 or more
     with_commas: dict[int, list[int]] = {}  # rows of the texts that are numbers with a decimal comma, by column
     for place, row in enumerate(sheet.iter_rows()):
         for column, value in enumerate(row):
+            if isinstance(value, str) and value.strip():
+                worded.add(column)
             if isinstance(value, float) and value >= 1000.0 and value.is_integer():
                 with_thousands.add(column)
             elif isinstance(value, str) and "," in value and _COMMA.fullmatch(value.strip()):
@@ -130,6 +137,7 @@ def _parts(path: str, sheet: Any, budget: Budget) -> dict[str, LogSource]:
         rows.append([_cell(value) for value in row])
     for column, places in with_commas.items():
         _set_points(rows, column, places, is_mixed=column in with_thousands)
+    note = _without_numbers_beside(rows, worded)
     lines = ["\t".join(cells) if any(cells) else "" for cells in rows]
     source = LogSource(Path(path), "\n".join(lines).encode("utf-8", "replace"), "")
 
@@ -137,8 +145,38 @@ def _parts(path: str, sheet: Any, budget: Budget) -> dict[str, LogSource]:
     names_in = plugin.of_type(LogReader).recordings
     names = list[str]() if names_in is None else list(names_in(source))
     if len(names) < 2:
-        return {"": source}
-    return {name: replace(source, variable=name) for name in names}
+        return {"": source}, note
+    return {name: replace(source, variable=name) for name in names}, note
+
+
+def _without_numbers_beside(rows: list[list[str]], worded: set[int]) -> str:
+    """Cut off the last columns where they are numbers without a text behind a gap, beside a table with names; a note.
+
+    Somebody copied columns there, to draw them or to reckon with them.
+
+    Args:
+        rows: cells of the sheet.
+        worded: columns that hold a text.
+    """
+    width = max(map(len, rows), default=0)
+    filled = [0] * width  # cells of each column
+    for cells in rows:
+        for column, cell in enumerate(cells):
+            filled[column] += bool(cell)
+    first = width  # of the last columns without a gap among them
+    while first and filled[first - 1]:
+        first -= 1
+    gap = 0
+    while gap < first and not filled[first - 1 - gap]:
+        gap += 1
+    beside = range(first, width)
+    of_a_table = [column for column in worded if column < first and 2 * filled[column] > max(filled[first:], default=0)]
+    if gap < _WIDEST_GAP or not beside or not worded.isdisjoint(beside) or len(of_a_table) < 2:
+        return ""
+    for cells in rows:
+        del cells[first - gap :]
+    count = len(beside)
+    return f"numbers without a name beside the table ({count} column{'s' if count > 1 else ''}): left out"
 
 
 def _set_points(rows: list[list[str]], column: int, places: list[int], *, is_mixed: bool) -> None:
@@ -169,10 +207,12 @@ def _cell(value: Any) -> str:
     return repr(value * 1)  # True is written as 1
 
 
-def _table(source: LogSource, sheet: str) -> Table:
+def _table(source: LogSource, found: _Sheet) -> Table:
     plugin, _ = reader_of(source.data[:HEAD], "")
     table = plugin.of_type(LogReader).read(source)
-    notes = [f"recording read from sheet {sheet}", *table.notes]
+    notes = [f"recording read from sheet {found.sheet}", *table.notes]
+    if found.note:
+        notes.append(found.note)
     if table.clock_name:
         notes.append(f"the dates of column {table.clock_name} are read to 1 ms")
     return replace(table, notes=tuple(notes))
