@@ -171,7 +171,8 @@ def test_a_yield_stress_of_a_table_of_results_is_no_effort(tmp_path: Path) -> No
 def sheet_with_numbers_beside(path: Path, gap: int, name: str | None = None) -> Path:
     """A report: settings, a table of parameters, a table of points; and copies of two of its columns behind a gap."""
     book = Workbook()
-    sheet = book.create_sheet("report", 0)
+    sheet = book.active
+    assert sheet is not None
     empty: list[str | float | None] = [None] * gap
     sheet.append(["Test Name:", "buff 2", None, *empty, name, name])
     sheet.append(["Cycle", "n'", "K'", *empty, 0.5, 9.5])
