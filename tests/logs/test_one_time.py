@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from erclutch.logs import read, read_table
+from erclutch.logs.clock.channel_times import unwoven
 from erclutch.logs.clock.one_time import with_whole_stamps
-from erclutch.logs.clock.woven_channels import unwoven
 from erclutch.logs.table import Table
 from erclutch.signals.array import Array
 from tests.support.command import good

@@ -275,7 +275,8 @@ def _unusable_rows(
         size = np.abs(np.where(counts, values, 0.0))
         if float(size.max(initial=0.0)) > _LARGEST:
             row = int(size.argmax())
-            unit = next((each.si for each in plan.signals if each.signal == signal), "")
+            chosen = plan.signal(signal)  # None for a further input, which has no unit
+            unit = "" if chosen is None else chosen.si
             value = f"{values[row]:.3g} {unit}".rstrip()
             where = f"data row {table.first_row + row + 1}"
             name = columns.get(signal, signal)
@@ -304,12 +305,12 @@ def _refuse_or_note(
     text = f"column {name} has {many}, the first ({shown}) in data row {table.first_row + row + 1}"
     if invalid == "error":
         raise LogError(text, remedy="Correct them, or cut the log there with --invalid drop")
-    dropped_rows = np.logical_or.reduce(list(holes.values()))
-    total = int(dropped_rows.sum())
-    _, *others_with_holes = holes.items()
-    others = "".join(f", column {other} {int(rows.sum())}" for other, rows in others_with_holes)
-    dropped = f"{total} row{'s' if total > 1 else ''} dropped"
-    notes.append(f"{text}{others}: {dropped}, the log cut there")
+    _, *others = holes.items()
+    for other, rows in others:
+        text += f", column {other} {int(rows.sum())}"
+    dropped = np.logical_or.reduce(list(holes.values()))
+    total = int(dropped.sum())
+    notes.append(f"{text}: {total} row{'s' if total > 1 else ''} dropped, the log cut there")
 
 
 def _segments(clock: timing.LogClock, usable: Mask) -> tuple[NDArray[np.int64], NDArray[np.int64]]:

@@ -18,6 +18,7 @@ from erclutch.signals.device import DEVICES, EFFORT_OF, SPEED_OF, DeviceName, El
 from erclutch.signals.recording import Recording
 from erclutch.signals.shown import Shown, one_line
 from erclutch.signals.speed import Derivative, differentiate
+from erclutch.signals.units import UNKNOWN
 
 #: Share of the RMS slip below which a row is at rest.
 _AT_REST = 0.02
@@ -120,23 +121,28 @@ class Dataset(Shown):
     @property
     def period(self) -> float:
         """Sampling period in s: that of half of the rows or more, else one between the others; or the median step."""
-        spans = self.clock.spans
-        even = sorted((span.period, span.stop - span.start) for span in spans if span.period is not None)
+        even: list[tuple[float, int]] = []  # period and rows of each stretch with equal steps
+        for span in self.clock.spans:
+            if span.period is not None:
+                even.append((span.period, span.stop - span.start))
         if not even:
             return float(np.median(np.diff(self.clock.time)))
-        rows = np.cumsum(np.array([count for _, count in even]))
-        middle = int(np.searchsorted(rows, 0.5 * float(rows[-1])))
-        return even[middle][0]
+        even.sort()
+        rows_so_far = np.cumsum([rows for _, rows in even])
+        middle = int(np.searchsorted(rows_so_far, 0.5 * float(rows_so_far[-1])))
+        period, _ = even[middle]
+        return period
 
     @property
     def rates(self) -> tuple[float, float]:
         """Lowest and highest sampling rate of the stretches with equal steps, in Hz; equal where they are one rate."""
         periods = [span.period for span in self.clock.spans if span.period is not None] or [self.period]
-        slow = max(periods)
-        fast = min(periods)
-        if slow - fast > _SAME_RATE * fast:
-            return 1 / slow, 1 / fast
-        return 1 / self.period, 1 / self.period
+        longest = max(periods)
+        shortest = min(periods)
+        if longest - shortest > _SAME_RATE * shortest:
+            return 1 / longest, 1 / shortest
+        rate = 1 / self.period
+        return rate, rate
 
     @property
     def named_signals(self) -> dict[str, tuple[Array, str]]:
@@ -183,17 +189,19 @@ class Dataset(Shown):
         Points in no time are cut nowhere: each is a row of its own.
         """
         if self.in_no_time:
-            bounds = self._source_rows_of(mask)
-            whole = [Span(start, stop, self.period) for start, stop in bounds if stop - start >= 2]
+            rows_of_logs = self._source_rows_of(mask)
+            whole = [Span(start, stop, self.period) for start, stop in rows_of_logs if stop - start >= 2]
             clock = Clock(self.clock.time[mask], tuple(whole))
-            return replace(self.picked(mask), clock=clock, source_rows=bounds)
+            return replace(self.picked(mask), clock=clock, source_rows=rows_of_logs)
 
         keep = np.zeros(self.rows, np.bool_)
         spans: list[Span] = []
+        kept = 0  # rows so far
         for span in self._spans_within(mask):
-            offset = spans[-1].stop if spans else 0
             keep[span.start : span.stop] = True
-            spans.append(Span(offset, offset + span.stop - span.start, span.period))
+            rows = span.stop - span.start
+            spans.append(Span(kept, kept + rows, span.period))
+            kept += rows
         clock = Clock(self.clock.time[keep], tuple(spans))
         return replace(self.picked(keep), clock=clock, source_rows=self._source_rows_of(keep))
 
@@ -249,7 +257,7 @@ def build_dataset(
         raise SettingError("no log was given", remedy="Give at least one log file")
     device = device or device_of(logs[0])
     parts = [dataset_of(log, device, derivative or Derivative()) for log in logs]
-    seen: dict[str, str] = {}
+    seen: dict[str, str] = {}  # names of logs by their digests
     for log, part in zip(logs, parts, strict=True):
         refuse_twin(log.name, log.digest, seen)
         require_units(part, parts[0], log.name)
@@ -282,18 +290,6 @@ def require_units(data: Dataset, first: Dataset, where: str) -> None:
         raise MappingError(problem, where=where, remedy=remedy)
 
 
-def _drawn_out(angle: Array, clock: Clock) -> tuple[Array, int]:
-    """An angle without the jumps of a sensor that starts again after a full turn, and how many there were."""
-    if np.ptp(angle) > _TURN:
-        return angle, 0
-    parts = [angle[span.start : span.stop] for span in clock.spans]
-    jumps = [np.abs(np.diff(part)) > np.pi for part in parts]
-    turns = sum(int(np.count_nonzero(of_part)) for of_part in jumps)
-    if not turns:
-        return angle, 0
-    return np.concatenate([np.unwrap(part) for part in parts]), turns
-
-
 def device_of(log: Recording) -> DeviceName:
     """What a log is of where nobody said: "coaxial" with a pair's torque, else "single"."""
     return "coaxial" if "T" in log.signals else "single"
@@ -306,23 +302,40 @@ def _speed_of(position: Array, clock: Clock, derivative: Derivative) -> tuple[Ar
     central differences take its place.
     """
     how = f"{derivative.name} derivative"
-    if derivative != Derivative():
-        return differentiate(position, clock, derivative), how
-    parts: dict[bool, list[Span]] = {True: [], False: []}
+    fit_for_filter: list[Span] = []
+    others: list[Span] = []
     for span in clock.spans:
-        parts[span.period is not None and span.stop - span.start >= derivative.window].append(span)
-    filtered = tuple(parts[True])
-    others = tuple(parts[False])
-    if not others:
+        has_equal_steps = span.period is not None
+        if has_equal_steps and span.stop - span.start >= derivative.window:
+            fit_for_filter.append(span)
+        else:
+            others.append(span)
+    was_chosen = derivative != Derivative()
+    if was_chosen or not others:
         return differentiate(position, clock, derivative), how
-    speed = differentiate(position, Clock(clock.time, others), Derivative("central"))
-    if not filtered:
+
+    speed = differentiate(position, Clock(clock.time, tuple(others)), Derivative("central"))
+    if not fit_for_filter:
         why = "the steps are unequal" if others[0].period is None else "few rows stand between gaps"
         return speed, f"central derivative, since {why}"
-    smooth = differentiate(position, Clock(clock.time, filtered), derivative)
-    for span in filtered:
-        speed[span.start : span.stop] = smooth[span.start : span.stop]
+    filtered = differentiate(position, Clock(clock.time, tuple(fit_for_filter)), derivative)
+    for span in fit_for_filter:
+        speed[span.start : span.stop] = filtered[span.start : span.stop]
     return speed, f"{how}, in {len(others)} of {len(clock.spans)} segments by the central one: few rows stand there"
+
+
+def _drawn_out(angle: Array, clock: Clock) -> tuple[Array, int]:
+    """An angle without the jumps of a sensor that starts again after a full turn, and how many there were."""
+    if np.ptp(angle) > _TURN:
+        return angle, 0
+    parts = [angle[span.start : span.stop] for span in clock.spans]
+    turns = 0
+    for part in parts:
+        jumps = np.abs(np.diff(part)) > np.pi
+        turns += int(np.count_nonzero(jumps))
+    if not turns:
+        return angle, 0
+    return np.concatenate([np.unwrap(part) for part in parts]), turns
 
 
 def dataset_of(log: Recording, device: DeviceName, derivative: Derivative) -> Dataset:
@@ -346,7 +359,8 @@ def dataset_of(log: Recording, device: DeviceName, derivative: Derivative) -> Da
                 if turns:
                     notes.append(f"{position} starts again after a full turn, {turns} times: drawn out without jumps")
             signals[speed], how = _speed_of(signals[position], clock, derivative)
-            units[speed] = f"{units[position]}/s" if units.get(position, "?") not in ("", "?") else "?"
+            unit = units.get(position, UNKNOWN)
+            units[speed] = UNKNOWN if unit in ("", UNKNOWN) else f"{unit}/s"
             notes.append(f"{speed} <- {position} by the {how}")
 
     effort = EFFORT_OF[device]
@@ -355,7 +369,8 @@ def dataset_of(log: Recording, device: DeviceName, derivative: Derivative) -> Da
     if missing:
         problem = f"no signal {', '.join(missing)} for device {device}; there are {', '.join(sorted(log.signals))}"
         raise MappingError(problem, where=log.name, remedy="Map a column to it, for example --effort 'F [N]'")
-    field, slip = "field", "slip"
+    field = "field"
+    slip = "slip"
     if device == "coaxial":
         field = "E1" if "E1" in signals else "E"
         slip = "theta_dot"
@@ -372,7 +387,11 @@ def dataset_of(log: Recording, device: DeviceName, derivative: Derivative) -> Da
         elements=elements_of(device, signals),
         effort=signals[effort],
         clock=clock,
-        units=Units(units.get(effort, "?"), units.get(field, "?"), units.get(slip, "?")),
+        units=Units(
+            effort=units.get(effort, UNKNOWN),
+            field=units.get(field, UNKNOWN),
+            slip=units.get(slip, UNKNOWN),
+        ),
         sources=(log.name,),
         notes=tuple(notes),
         extras=dict(log.extras),

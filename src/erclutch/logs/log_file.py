@@ -13,9 +13,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from erclutch.errors import LogError, placed
-from erclutch.logs.clock.channel_times import with_times_joined
+from erclutch.logs.clock.channel_times import unwoven, with_times_joined
 from erclutch.logs.clock.one_time import with_whole_stamps
-from erclutch.logs.clock.woven_channels import unwoven
 from erclutch.logs.columns.row_groups import EACH, group_of, groups_in, rows_of
 from erclutch.logs.columns.senses import with_senses
 from erclutch.logs.log_reader import ROWS_WANTED, LogReader, LogSource, ReadableLog, log_at, readable
@@ -107,6 +106,27 @@ def readable_tables(path: str | Path, names: Sequence[str], decimal: str | None 
     """The tables of recordings of a file, by name; a recording that is none has no table. See `tables_in`."""
     tables = tables_in(path, names, decimal)
     return {name: table for name, table in tables.items() if not isinstance(table, LogError)}
+
+
+def recordings_in(path: str | Path, variable: str | None = None) -> list[str]:
+    """Names of the recordings that a file holds beside each other; none where it is a recording itself.
+
+    Args:
+        path: of the file.
+        variable: ``COLUMN=all`` for the rows of each word of a column; anything else: what the file holds.
+
+    Raises:
+        LogError: the file cannot be read, or has no such column.
+    """
+    group = group_of(variable)
+    if group is not None and group.word == EACH:
+        with placed(Path(path).name):
+            parted = groups_in(read_table(path, variable=group.recording), group.column)
+        return [f"{group.recording}; {name}" if group.recording else name for name in parted]
+    log = log_at(path)
+    if log.plugin.of_type(LogReader).recordings is None:
+        return []
+    return list(_names_at_once(log.path, _source_of(log).digest))
 
 
 @lru_cache(maxsize=1)
@@ -210,28 +230,8 @@ def _digest_of_files(log: Path, reader: LogReader) -> str:
     return digest.hexdigest()
 
 
-def recordings_in(path: str | Path, variable: str | None = None) -> list[str]:
-    """Names of the recordings that a file holds beside each other; none where it is a recording itself.
-
-    Args:
-        path: of the file.
-        variable: ``COLUMN=all`` for the rows of each word of a column; anything else: what the file holds.
-
-    Raises:
-        LogError: the file cannot be read, or has no such column.
-    """
-    group = group_of(variable)
-    if group is not None and group.word == EACH:
-        with placed(Path(path).name):
-            parted = groups_in(read_table(path, variable=group.recording), group.column)
-        return [f"{group.recording}; {name}" if group.recording else name for name in parted]
-    log = log_at(path)
-    if log.plugin.of_type(LogReader).recordings is None:
-        return []
-    return list(_names_at_once(log.path, _source_of(log).digest))
-
-
 def _names_in(plugin: Plugin, source: LogSource) -> list[str]:
+    """The names of the recordings that a reader sees in a file; none where its format has one recording only."""
     names_of = plugin.of_type(LogReader).recordings
     if names_of is None:
         return []

@@ -137,7 +137,8 @@ class Question:
 
     def error(self) -> MappingError:
         """The question as an error, for whom only an answer helps."""
-        return (UnitError if self.of_unit else MappingError)(self.problem, remedy=self.remedy)
+        kind = UnitError if self.of_unit else MappingError
+        return kind(self.problem, remedy=self.remedy)
 
 
 @dataclass(frozen=True)
@@ -246,10 +247,16 @@ class Plan:
     def _doubtful_options(self, unit: str = "") -> list[str]:
         """Options for what is in doubt; of the time with this unit, or with the likely one."""
         doubtful = [each for each in self.signals if each.sureness == "doubtful"]
-        options = [f"--{each.signal} {each.answer or shell_word(self.labels[each.column])}" for each in doubtful]
+        options: list[str] = []
+        for each in doubtful:
+            answer = each.answer or shell_word(self.labels[each.column])
+            options.append(f"--{each.signal} {answer}")
         if self.clock is not None and self.clock.doubt:
             likely = unit or self.clock.likely
-            options.append(f"--time {shell_word(f'{self.clock.column} [{likely}]')}" if likely else '--rate "RATE Hz"')
+            if likely:
+                options.append(f"--time {shell_word(f'{self.clock.column} [{likely}]')}")
+            else:
+                options.append('--rate "RATE Hz"')
         # With one joint given, the columns of the others may be the field again.
         field = self.signal("field")
         of_joints = any(each.doubt.startswith("of one of") for each in doubtful)
@@ -267,11 +274,13 @@ class Plan:
 
     def differences(self, other: Plan) -> tuple[str, ...]:
         """What another plan does differently, one sentence each; none where the plans are equal."""
-        return tuple(
-            f"{each.name}: {getattr(self, each.name)} here, {getattr(other, each.name)} there"
-            for each in fields(self)
-            if each.compare and getattr(self, each.name) != getattr(other, each.name)
-        )
+        differences: list[str] = []
+        for each in fields(self):
+            here = getattr(self, each.name)
+            there = getattr(other, each.name)
+            if each.compare and here != there:
+                differences.append(f"{each.name}: {here} here, {there} there")
+        return tuple(differences)
 
     def require_answers(self) -> None:
         """Refuse a plan with open questions.
@@ -284,24 +293,30 @@ class Plan:
             return
         if len(self.questions) == 1:
             raise self.questions[0].error()
-        numbered = "; ".join(f"({place}) {each.short}" for place, each in enumerate(self.questions, start=1))
+        missing = [f"({place}) {each.short}" for place, each in enumerate(self.questions, start=1)]
         columns = listed(self.labels.values())
-        problem = f"{len(self.questions)} things are missing: {numbered}; the file has: {columns}"
+        problem = f"{len(missing)} things are missing: {'; '.join(missing)}; the file has: {columns}"
+
         options = [*_given_options(self), *self.examples]
         command = f"erclutch inspect {shlex.quote(self.path)} {' '.join(options)}"
         if not self.path:  # of a DataFrame or of arrays: labels as `erclutch.read` takes them
             words = shlex.split(" ".join(options))
-            values = dict(zip(words[::2], words[1::2], strict=True))
-            labels = {option.removeprefix("--"): value for option, value in values.items()}
-            command = str({name: label for name, label in labels.items() if name in (*NAMED_COLUMNS, "time")})
-            if "scale" in labels:  # what a volt or a count of the sensor is
-                command += f" with --scale {shell_word(labels['scale'])}"
-        hints = [each.remedy.partition("; if ")[2] for each in self.questions]
-        pair = next((f"; if {hint}" for hint in hints if hint), "")
+            values: dict[str, str] = {}
+            for option, value in zip(words[::2], words[1::2], strict=True):
+                values[option.removeprefix("--")] = value
+            labels = {name: label for name, label in values.items() if name in (*NAMED_COLUMNS, "time")}
+            command = str(labels)
+            if "scale" in values:  # what a volt or a count of the sensor is
+                command += f" with --scale {shell_word(values['scale'])}"
+
+        remedy = f"Give them all, with your columns in place of these: {command}"
         field_remedy = next((each.remedy for each in self.questions if each.signal == "field"), "")
-        open_field = "--field none" in field_remedy and "--field none" not in " ".join(options)
-        none = "; --field none if it was not logged" if open_field else ""
-        remedy = f"Give them all, with your columns in place of these: {command}{none}{pair}"
+        if "--field none" in field_remedy and "--field none" not in " ".join(options):
+            remedy += "; --field none if it was not logged"
+        hints = [each.remedy.partition("; if ")[2] for each in self.questions]
+        of_a_pair = next(filter(None, hints), "")
+        if of_a_pair:
+            remedy += f"; if {of_a_pair}"
         raise MappingError(problem, remedy=remedy)
 
     def to_toml(self) -> str:

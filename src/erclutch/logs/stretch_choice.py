@@ -114,7 +114,8 @@ class StretchChoice:
 
     def show(self, stretch: Stretch) -> None:
         """Keep a stretch or not; one that was kept for its rare rows may have to go."""
-        section = min(_SECTIONS * self._shown // max(self._rows, 1), _SECTIONS - 1)
+        section = _SECTIONS * self._shown // max(self._rows, 1)
+        section = min(section, _SECTIONS - 1)
         self._shown += stretch.data.rows
         self._count += 1
         every = motion_of(stretch.data)
@@ -133,6 +134,7 @@ class StretchChoice:
                 self._since_motion = []
 
     def _keep_or_not(self, stretch: Stretch, section: int, cells: frozenset[int]) -> None:
+        """Keep a stretch that is due, or that has a cell which no kept stretch has."""
         if self._count > self._due:
             # A stretch that begins at rest comes with those before it, back to the last motion.
             pieces = [stretch] if stretch.begins_in_motion else [*self._since_motion, stretch]
@@ -152,9 +154,11 @@ class StretchChoice:
 
     def _widen_scales(self, every: Sequence[Sequence[Array]]) -> None:
         """The size of field, slip and acceleration: a power of two above the largest mean square of any stretch."""
-        for k in range(3):
+        for k in range(len(self._scales)):
             together = np.concatenate([element[k] for element in every])
-            size = float(np.sqrt(np.mean(together * together))) if together.size else 0.0
+            if not together.size:
+                continue
+            size = float(np.sqrt(np.mean(together * together)))
             if size > self._scales[k]:
                 self._scales[k] = float(np.exp2(np.ceil(np.log2(size))))
 

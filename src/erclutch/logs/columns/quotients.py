@@ -12,7 +12,7 @@ from itertools import permutations
 import numpy as np
 
 from erclutch.logs.columns.seen_columns import NO_UNITS, SeenColumn, SeenColumns
-from erclutch.logs.columns.shapes import FEW, LOOKED_AT
+from erclutch.logs.columns.shapes import FEW, LOOKED_AT, known_rows
 from erclutch.signals.array import Array
 
 _FRICTION = frozenset({"cof", "friction", "traction", "mu"})
@@ -129,9 +129,7 @@ def speeds_of_machine(slip: SeenColumn, columns: Iterable[SeenColumn]) -> list[s
 
 def _is_share_of(slip: Array, speed: Array) -> bool:
     """Whether a slip is what a speed lacks of some speed without load, in every row."""
-    known = np.isfinite(slip) & np.isfinite(speed)
-    share = slip[known][:LOOKED_AT]
-    turns = speed[known][:LOOKED_AT]
+    share, turns = known_rows(slip, speed)
     if share.size < FEW or np.ptp(share) == 0.0:
         return False
     for whole in _WHOLE_SLIPS:

@@ -44,6 +44,12 @@ class Shape:
         return signal in self.like or signal not in _SHAPED
 
 
+def known_rows(*columns: Array) -> list[Array]:
+    """The columns in the rows where all of them have a number, of these rows the first that are looked at."""
+    known = np.logical_and.reduce([np.isfinite(values) for values in columns])
+    return [values[known][:LOOKED_AT] for values in columns]
+
+
 def shape_of(values: Array) -> Shape:
     """The shape of a column as logged, shape (n,); what is not finite is passed over."""
     finite = np.isfinite(values)

@@ -6,7 +6,7 @@ from math import pi
 
 import numpy as np
 
-from erclutch.logs.columns.shapes import FEW, LOOKED_AT, takes_both_signs
+from erclutch.logs.columns.shapes import FEW, LOOKED_AT, known_rows, takes_both_signs
 from erclutch.signals.array import Array
 
 _ALIKE = 0.98  # correlation of a position with what its speed adds up to
@@ -66,13 +66,13 @@ def over_rate(speed: Array, position: Array, stamps: Array) -> float | None:
     moved = x - line @ drift_of_position
     if np.ptp(moved) <= 1e-9 * np.ptp(x) or np.ptp(travel) == 0.0:
         return None
-    together = float(travel @ moved)
+    product = float(travel @ moved)
     square = float(moved @ moved)
     square_of_travel = float(travel @ travel)
-    correlation = together / float(np.sqrt(square_of_travel * square))
+    correlation = product / float(np.sqrt(square_of_travel * square))
     if abs(correlation) <= _ALIKE:
         return None
-    return together / square
+    return product / square
 
 
 def follows(effort: Array, motion: Array) -> bool:
@@ -83,7 +83,9 @@ def follows(effort: Array, motion: Array) -> bool:
         known &= np.abs(effort) <= _BEYOND * usual
     f = effort[known][:LOOKED_AT]
     v = motion[known][:LOOKED_AT]
-    if f.size < FEW or not (f.min() < 0.0 < f.max()) or np.ptp(v) == 0.0:
+    if f.size < FEW or np.ptp(v) == 0.0:
+        return False
+    if not f.min() < 0.0 < f.max():
         return False
     for course in (v, np.gradient(v)):
         if np.ptp(course) > 0.0:
@@ -95,9 +97,7 @@ def follows(effort: Array, motion: Array) -> bool:
 
 def goes_along(first: Array, second: Array) -> bool:
     """Whether two columns take both signs, and one is by and large the other one times a number."""
-    known = np.isfinite(first) & np.isfinite(second)
-    a = first[known][:LOOKED_AT]
-    b = second[known][:LOOKED_AT]
+    a, b = known_rows(first, second)
     if a.size < FEW or not takes_both_signs(a) or not takes_both_signs(b):
         return False
     a = a / np.abs(a).max()  # no square of a large number overflows
@@ -107,9 +107,7 @@ def goes_along(first: Array, second: Array) -> bool:
 
 def go_straight(output: Array, measured: Array) -> bool:
     """Whether one column is the other one times a number plus a number, up to the noise of a sensor."""
-    known = np.isfinite(output) & np.isfinite(measured)
-    a = output[known][:LOOKED_AT]
-    b = measured[known][:LOOKED_AT]
+    a, b = known_rows(output, measured)
     if a.size < FEW or np.ptp(a) == 0.0 or np.ptp(b) == 0.0:
         return False
     a = a / np.abs(a).max()  # no square of a tiny or a large number is lost

@@ -11,13 +11,15 @@ from erclutch.logs.columns.names import SENSES, words_of
 from erclutch.logs.columns.quotients import rubbing_force
 from erclutch.logs.columns.rheometer_names import said_by_name
 from erclutch.logs.columns.senses import DIRECTIONS
-from erclutch.logs.columns.shapes import FEW, LOOKED_AT, takes_both_signs
+from erclutch.logs.columns.shapes import FEW, LOOKED_AT, known_rows, takes_both_signs
 from erclutch.logs.planning.draft import Draft
 from erclutch.signals import units
 from erclutch.signals.array import Array
 
-# Of the largest speed: a device moves, and comes near rest. Of the largest effort, and of the rows that move.
-_FAST, _RESTS, _LARGE, _OFTEN = 0.3, 0.02, 0.2, 0.2
+_FAST = 0.3  # of the largest speed, above which a device moves
+_RESTS = 0.02  # of the largest speed, below which it comes near rest
+_LARGE = 0.2  # of the largest effort
+_OFTEN = 0.2  # of the rows that move
 _ARMS = frozenset({"arm", "arms", "lever", "leverarm", "hebel", "hebelarm", "bras", "levier", "brazo", "braccio"})
 #: Names of efforts by the unit of their kind.
 _EFFORTS_BY_NAME = {
@@ -43,9 +45,8 @@ def ask_about_ranges_of_sensors(draft: Draft) -> None:
         draft.take_back(signal)
         bare = f"--{signal} {shell_word(f'{guessed.column} [{plain_unit}]')}"
         multiple = f"--{signal} {shell_word(f'{guessed.column} [{unit}]')}"
-        problem = (
-            f"the unit of column {guessed.column} is {unit}: {plain_unit} with the range of its sensor, or steps of it"
-        )
+        may_be = f"{plain_unit} with the range of its sensor, or steps of it"
+        problem = f"the unit of column {guessed.column} is {unit}: {may_be}"
         draft.ask(signal, MappingError(problem, remedy=f"Say which: {bare}, or {multiple}"), option=bare)
 
 
@@ -94,30 +95,29 @@ def doubt_a_speed_without_its_sense(draft: Draft) -> None:
             continue
         first, second, *_ = senses
         of_one_sense = shell_word(f"{name}={first}")
-        doubt = f"which has no sign, while {name} says {first} and {second}: give a column whose sign turns, or "
-        doubt += f"--variable {of_one_sense} for the rows of one sense"
-        draft.doubt("slip", doubt)
+        says = f"which has no sign, while {name} says {first} and {second}"
+        remedy = f"give a column whose sign turns, or --variable {of_one_sense} for the rows of one sense"
+        draft.doubt("slip", f"{says}: {remedy}")
         return
     is_of_one_sense = any(note.startswith("rows where ") for note in draft.table.notes)  # the user chose them by a word
     if not is_of_one_sense and _resists_both_ways(speed, measured):
-        doubt = (
-            f"which has no sign and comes to rest, while {effort.column} takes both signs: give a column whose sign "
-        )
-        draft.doubt("slip", f"{doubt}turns, or the position")
+        doubt = f"which has no sign and comes to rest, while {effort.column} takes both signs"
+        draft.doubt("slip", f"{doubt}: give a column whose sign turns, or the position")
 
 
 def _resists_both_ways(speed: Array, effort: Array) -> bool:
     """Whether an effort is large both ways, and a speed without a sign comes near rest, as in a motion to and fro."""
-    known = np.isfinite(speed) & np.isfinite(effort)
-    v = np.abs(speed[known][:LOOKED_AT])
-    f = effort[known][:LOOKED_AT]
+    v, f = known_rows(speed, effort)
+    v = np.abs(v)
     if f.size < FEW or not np.any(v):
         return False
     fast = v > _FAST * v.max()
-    forth = np.count_nonzero(fast & (f > _LARGE * np.abs(f).max()))
-    back = np.count_nonzero(fast & (f < -_LARGE * np.abs(f).max()))
-    rests = bool(v.min() <= _RESTS * v.max())
-    return rests and bool(min(forth, back) >= _OFTEN * np.count_nonzero(fast))
+    large = _LARGE * np.abs(f).max()
+    forth = np.count_nonzero(fast & (f > large))
+    back = np.count_nonzero(fast & (f < -large))
+    is_often = min(forth, back) >= _OFTEN * np.count_nonzero(fast)
+    comes_to_rest = v.min() <= _RESTS * v.max()
+    return bool(comes_to_rest and is_often)
 
 
 def doubt_a_shear_rate_beside_a_torque(draft: Draft) -> None:

@@ -50,14 +50,13 @@ def hold_slip_against_position(draft: Draft) -> None:
         return
     speed = draft.table.columns[slip.column] * slip.factor
     place = draft.table.columns[position.column] * position.factor
-    ratio = over_rate(speed, place, stamps * clock.factor if clock.kind == "column" else stamps)
+    in_seconds = stamps * clock.factor if clock.kind == "column" else stamps
+    ratio = over_rate(speed, place, in_seconds)
     if ratio is None or not is_usual_ratio(ratio) or abs(abs(ratio) - 1.0) < _SAME:
         return
 
-    odd = (
-        f"the slip, column {slip.column}, is {abs(ratio):.3g} times the rate of the position, column "
-        f"{position.column}: the unit of one of them, or of the time, is another"
-    )
+    times = f"{abs(ratio):.3g} times the rate of the position, column {position.column}"
+    odd = f"the slip, column {slip.column}, is {times}: the unit of one of them, or of the time, is another"
     if slip.sureness == "given":
         draft.notes.append(odd)
     else:
@@ -87,10 +86,9 @@ def hold_power(draft: Draft) -> None:
         ratio = _steady_ratio(made, power)
         if ratio is None or not is_usual_ratio(ratio) or abs(abs(ratio) - 1.0) < _SAME:
             continue
-        odd = (
-            f"slip times effort is {abs(ratio):.3g} times the power, column {column.name}: the unit of one of the "
-            f"columns {slip.column}, {effort.column} and {column.name} is another"
-        )
+        times = f"{abs(ratio):.3g} times the power, column {column.name}"
+        of_one = f"the unit of one of the columns {slip.column}, {effort.column} and {column.name} is another"
+        odd = f"slip times effort is {times}: {of_one}"
         if slip.sureness == "given" or "slip" in draft.questions:
             draft.notes.append(odd)
         else:
@@ -122,7 +120,6 @@ def refuse_the_effort_twice(draft: Draft) -> None:
         return
     for other in (*draft.signals.values(), *draft.inputs):
         if other.column == effort.column and other is not effort:
-            raise MappingError(
-                f"column {effort.column} is both {other.signal} and {effort.signal}",
-                remedy=f"Name another column with --{effort.signal} or --{other.signal}",
-            )
+            problem = f"column {effort.column} is both {other.signal} and {effort.signal}"
+            remedy = f"Name another column with --{effort.signal} or --{other.signal}"
+            raise MappingError(problem, remedy=remedy)

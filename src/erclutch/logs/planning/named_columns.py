@@ -81,7 +81,10 @@ def take_named(draft: Draft) -> None:
             problem = f"'{signal}' is no signal of a {draft.device} device (it has: {own})"
             raise MappingError(problem, remedy="Use one of these, or set --device")
         if not declined:
-            _take_choice(draft, signal, choice)
+            try:
+                _take_choice(draft, signal, choice)
+            except MappingError as error:
+                draft.ask(signal, error)
         elif signal == "field":
             draft.take_no_field()
         else:
@@ -90,18 +93,20 @@ def take_named(draft: Draft) -> None:
 
 
 def _take_choice(draft: Draft, signal: str, choice: ColumnChoice) -> None:
-    try:
-        name, unit, factor = locate(draft.table, choice, signal)
-        if name in draft.seen.empty:
-            raise _without_numbers(draft.table, name, signal)
-        if signal == _TEMPERATURE:  # a further input, in K
-            units.kelvin(draft.table.columns[name] * factor, unit, name)
-            draft.signals[signal] = SignalPlan(signal, name, unit, factor, factor, "K", reason=choice.source)
-            draft.notes.append(f"temperature <- column {name} [{unit}], in K ({choice.source})")
-        else:
-            draft.take(signal, name, unit, factor, choice.source)
-    except MappingError as error:
-        draft.ask(signal, error)
+    """Take the column that the user named for a signal, or for the temperature.
+
+    Raises:
+        MappingError: there is no such column, or it does not fit. LogError: its cells are no numbers.
+    """
+    name, unit, factor = locate(draft.table, choice, signal)
+    if name in draft.seen.empty:
+        raise _without_numbers(draft.table, name, signal)
+    if signal != _TEMPERATURE:
+        draft.take(signal, name, unit, factor, choice.source)
+        return
+    units.kelvin(draft.table.columns[name] * factor, unit, name)  # raises where its unit is none of a temperature
+    draft.signals[signal] = SignalPlan(signal, name, unit, factor, factor, "K", reason=choice.source)
+    draft.notes.append(f"temperature <- column {name} [{unit}], in K ({choice.source})")
 
 
 def _without_numbers(table: Table, name: str, signal: str) -> MappingError:

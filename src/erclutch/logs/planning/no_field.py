@@ -12,7 +12,7 @@ from erclutch.logs.columns.names import TOLD, spoken_name
 from erclutch.logs.columns.phases import is_of_phases
 from erclutch.logs.columns.quotients import quotient_of
 from erclutch.logs.columns.seen_columns import NO_UNITS, SeenColumn, SeenColumns
-from erclutch.logs.columns.shapes import FEW, LOOKED_AT
+from erclutch.logs.columns.shapes import FEW, known_rows
 from erclutch.logs.columns.two_courses import go_straight, is_rate_of
 from erclutch.logs.planning.draft import Draft
 from erclutch.logs.planning.field_doubts import LARGEST_SUPPLY, is_current_of_a_drive, told_motions
@@ -188,9 +188,7 @@ def _is_same_course(first: Array, second: Array) -> bool:
 
     Two columns that only rise, such as two ramps, may go together by chance.
     """
-    known = np.isfinite(first) & np.isfinite(second)
-    a = first[known][:LOOKED_AT]
-    b = second[known][:LOOKED_AT]
+    a, b = known_rows(first, second)
     if a.size < FEW or np.ptp(a) == 0.0 or not _comes_back(b):
         return False
     from_0_to_1 = (b - b.min()) / np.ptp(b)
@@ -205,9 +203,7 @@ def _is_multiple_of(column: Array, measured: Array) -> bool:
 
     Two levels, or two ramps from zero, may go together by chance.
     """
-    known = np.isfinite(column) & np.isfinite(measured)
-    a = column[known][:LOOKED_AT]
-    b = measured[known][:LOOKED_AT]
+    a, b = known_rows(column, measured)
     if a.size < FEW or not np.any(b):
         return False
     apart = _LEVEL * float(np.ptp(b))
@@ -221,19 +217,16 @@ def _is_multiple_of(column: Array, measured: Array) -> bool:
 
 def _is_size_of(column: Array, measured: Array) -> bool:
     """Whether a column holds the absolute values of a measured one, but for a few digits."""
-    known = np.isfinite(column) & np.isfinite(measured)
-    a = column[known][:LOOKED_AT]
-    b = np.abs(measured[known][:LOOKED_AT])
+    a, b = known_rows(column, measured)
     if a.size < FEW or np.ptp(a) == 0.0:
         return False
-    return bool(np.max(np.abs(a - b)) <= _SAME_COURSE * np.ptp(a))
+    off = np.abs(a - np.abs(b))
+    return bool(np.max(off) <= _SAME_COURSE * np.ptp(a))
 
 
 def _is_set_point_of(column: Array, measured: Array) -> bool:
     """Whether a column swings between the same two ends as a measured one, which follows it some rows later."""
-    known = np.isfinite(column) & np.isfinite(measured)
-    a = column[known][:LOOKED_AT]
-    b = measured[known][:LOOKED_AT]
+    a, b = known_rows(column, measured)
     if a.size < FEW or not _comes_back(a) or not _comes_back(b):
         return False
     off_below = abs(a.min() - b.min())
@@ -318,9 +311,7 @@ def _is_of_a_matrix(seen: SeenColumns, column: SeenColumn) -> bool:
 
 def _are_estimates(first: Array, second: Array) -> bool:
     """Whether two columns that take both signs go together as two estimates of one effort do."""
-    known = np.isfinite(first) & np.isfinite(second)
-    a = np.sign(first[known][:LOOKED_AT])
-    b = np.sign(second[known][:LOOKED_AT])
+    a, b = map(np.sign, known_rows(first, second))
     if a.size < FEW or min(np.ptp(a), np.ptp(b)) < 2.0:
         return False
     return bool(np.corrcoef(a, b)[0, 1] > _ESTIMATES)

@@ -64,7 +64,8 @@ def take_stated_field(draft: Draft) -> bool:
         draft.ask("field", MappingError(problem, remedy=remedy), f"--constant {shell_word(f'field={first}')}")
         return True
     if stated:
-        _take(draft, stated[0], "beside its columns")
+        (only,) = stated
+        _take(draft, only, "beside its columns")
         return True
     of_effort = _in_the_name_of_the_effort(draft)
     if of_effort is not None:

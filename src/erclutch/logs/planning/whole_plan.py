@@ -121,7 +121,6 @@ def plan_of(
         doubt_the_sensor_of_the_motion(draft)
         doubt_the_command_of_a_drive(draft)
         doubt_the_monitor_of_an_amplifier(draft)
-        doubt_a_speed_without_its_sense(draft)
         settle_the_field(draft)
 
         # What the rows are; some rows of a log do not tell it.
@@ -138,6 +137,7 @@ def plan_of(
         hold_slip_against_position(draft)
         hold_power(draft)
         refuse_the_effort_twice(draft)
+        doubt_a_speed_without_its_sense(draft)
         doubt_a_force_at_a_stated_arm(draft)
         doubt_effort_without_power(draft)
         doubt_a_torque_in_a_unit_of_force(draft)

@@ -32,12 +32,14 @@ def untidied(table: Table) -> Table:
         return table
     others = [name for name in table.columns if name not in values]
     times = [name for name in others if spoken_name(name).is_time]
-    if len(others) != len(times) or len(times) + (table.clock is not None) != 1:
+    clocks = len(times) + (table.clock is not None)
+    if clocks != 1 or len(others) != len(times):
         return table
 
     signals = table.words[named[0]]
-    parts = [np.flatnonzero(signals.of_row == number) for number in range(len(signals.words))]
-    if not 2 <= len(parts) <= _MOST_SIGNALS or sum(part.size for part in parts) != table.rows:
+    parts = [np.flatnonzero(signals.of_row == number) for number in range(len(signals.words))]  # rows of each
+    all_are_named = sum(part.size for part in parts) == table.rows
+    if not 2 <= len(parts) <= _MOST_SIGNALS or not all_are_named:
         return table
     stamps: Array = table.columns[times[0]] if times else np.asarray(table.clock)
     all_values = table.columns[values[0]]
@@ -105,4 +107,5 @@ def _joined(
         together = joined_by_time(recordings, "signal")
     except LogError:
         return None
-    return together.columns[_CLOCK], [together.columns[name] for name in parts], together.notes
+    of_signals = [together.columns[name] for name in parts]
+    return together.columns[_CLOCK], of_signals, together.notes
