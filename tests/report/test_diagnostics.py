@@ -18,7 +18,7 @@ from erclutch.report.html.dynamics_section import _model  # pyright: ignore[repo
 from erclutch.report.numbers.correlation import autocorrelation, held_out_spans, noise_of, spectrum
 from erclutch.report.numbers.error_map import error_maps
 from erclutch.report.numbers.flow_curves import FlowCurves, grouped, rare_fields
-from erclutch.report.numbers.number_text import chart_scale, number, percent, r2_text, scale_for, span
+from erclutch.report.numbers.number_text import chart_scale, number, percent, r2_text, scale_for, share_span, span
 from erclutch.report.numbers.parity import distributions, parity
 from erclutch.report.numbers.run_material import shown_models
 from erclutch.report.numbers.switching import after_switch, step_responses
@@ -378,7 +378,13 @@ def test_a_stage_without_numbers_has_no_heading() -> None:
 
 @pytest.mark.parametrize(
     ("value", "text"),
-    [(0.98765, "0.988"), (-0.00001, "0.000"), (-31.25, "-31.250"), (-6.57e200, "-6.57e+200"), (float("nan"), "nan")],
+    [(0.98765, "0.988"), (-0.00001, "0.000"), (-31.25, "-31.250"), (-6.57e200, "below -1000"), (float("nan"), "nan")],
 )
-def test_the_r2_of_a_fit_that_ran_away_has_three_digits(value: float, text: str) -> None:
+def test_an_r2_far_below_zero_is_said_to_be_so_and_has_no_digits(value: float, text: str) -> None:
     assert r2_text(value) == text
+
+
+def test_a_share_without_end_is_said_to_be_so_in_words() -> None:
+    assert share_span(0.123, 0.456) == span(12.3, 45.6)
+    assert share_span(0.123, 1e153).startswith("12.3 to more than 100")
+    assert "e+" not in share_span(0.123, 1e153)

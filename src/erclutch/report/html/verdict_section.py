@@ -20,7 +20,7 @@ from erclutch.report.html.parameters_section import negative_gains
 from erclutch.report.html.provenance_section import command_of
 from erclutch.report.html.section import Section
 from erclutch.report.html.symbols import plain_symbol
-from erclutch.report.numbers.number_text import capital, count, number, percent, r2_text, span
+from erclutch.report.numbers.number_text import capital, count, number, percent, r2_text, share_span, span
 from erclutch.report.numbers.run_material import Material
 from erclutch.runs.every_row_folder import read_every_row
 from erclutch.signals.array import rms
@@ -83,7 +83,7 @@ def _facts(
     yield over, effort.of(test["rmse"][0]), f"95 % band {effort.band(test['rmse'])}"
     share, low, high = test["share"]
     of_spread = "of the standard deviation, all rows" if matters else "of the standard deviation"
-    yield of_spread, percent(share), f"{span(100 * _or_nan(low), 100 * _or_nan(high))} %"
+    yield of_spread, percent(share), f"{share_span(_or_nan(low), _or_nan(high))} %"
     if not matters:
         r2, low, high = test["r2"]
         texts = [r2_text(_or_nan(figure), 4) for figure in (r2, low, high)]

@@ -10,6 +10,7 @@ from typing import Any
 #: A space at which no line breaks, between a number and its unit.
 _TIGHT = "\u00a0"
 _UNKNOWN = "as logged"
+_MOST_SHARE = 1000.0  # of the standard deviation of the effort
 _RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
@@ -51,8 +52,12 @@ def count(value: int) -> str:
 
 
 def r2_text(value: float, places: int = 3) -> str:
-    """R2 with fixed places; a fit that ran away may err by any power of ten, and has three digits then."""
-    return f"{value:z.{places}f}" if abs(value) < 1000.0 else f"{value:.3g}"
+    """R2 with fixed places; how far below -1000 says nothing.
+
+    A fit that ran away ends there, and the band of a log whose effort stands still over whole stretches: resampled, its
+    variance is next to nothing, and any error is a huge multiple.
+    """
+    return "below -1000" if value <= -1000.0 else f"{value:z.{places}f}"
 
 
 def percent(value: float | None, digits: int = 3) -> str:
@@ -63,6 +68,13 @@ def percent(value: float | None, digits: int = 3) -> str:
 def span(low: float | None, high: float | None, digits: int = 3) -> str:
     """An interval."""
     return f"{number(low, digits)} to {number(high, digits)}"
+
+
+def share_span(low: float, high: float) -> str:
+    """The band of a share in per cent; how far above 1000 times all an end lies says nothing, see `r2_text`."""
+    if high > _MOST_SHARE:
+        return f"{number(100.0 * low)} to more than {count(round(100.0 * _MOST_SHARE))}"
+    return span(100.0 * low, 100.0 * high)
 
 
 def interval(estimate: Mapping[str, Any], factor: float) -> tuple[str, bool]:
