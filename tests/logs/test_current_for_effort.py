@@ -81,24 +81,6 @@ def test_of_a_robot_without_torques_speed_and_current_of_the_first_joint_that_mo
     assert "Understood." in good(*command, cwd=tmp_path)
 
 
-def joint(command: Array, **further: Array) -> Plan:
-    told = {"position_cmd": ANGLE, "velocity_cmd": SPEED}
-    columns = {"time": TIME, "position": ANGLE, "velocity": SPEED, "torque_feedback": DRAG, "command": command}
-    return planned({**columns, **told, **further})
-
-
-def test_a_command_that_is_what_the_drive_was_told_in_other_numbers_is_no_field() -> None:
-    plan = joint(2.0 * SPEED, command_raw=2.0 * SPEED)
-    field = plan.signal("field")
-    assert field is not None
-    assert (plan.questions, plan.doubts, field.column) == ((), (), "")
-
-
-def test_a_command_of_its_own_beside_a_told_motion_is_asked_about() -> None:
-    (doubt,) = joint(np.repeat([0.0, 1.0, 2.0], 200)).doubts
-    assert doubt.startswith("field may be column command")
-
-
 GAINS = [f"K{row}{column}" for row in (1, 2) for column in (1, 2, 3, 4)]
 
 
@@ -119,3 +101,12 @@ def test_the_motion_of_another_joint_is_no_field_and_is_not_proposed_as_one() ->
     levels = np.round(4 * other["q2"]) / 40  # an angle that rests at a few levels
     plan = planned({"Time": TIME, "t1": DRAG, "t2": 0.9 * DRAG, "q2": levels, "x_dot": SPEED, "y_dot": 0.3 * DRAG})
     assert "--field q2" not in plan.command().replace('"', "")
+
+
+def test_of_components_those_of_one_direction_are_proposed_together() -> None:
+    """Fx_Mea goes with x_dot, whose torque follows the other motion as well."""
+    other = SPEED + 0.4 * np.sin(7 * TIME)
+    columns = {"Time": TIME, "Fy_Mea": np.tanh(3 * other), "Fx_Mea": DRAG, "x_dot": SPEED, "y_dot": other}
+    words = shlex.split(planned(columns).command())
+    slip, effort = (words[words.index(option) + 1] for option in ("--slip", "--effort"))
+    assert {slip[0], effort[1]} in ({"x"}, {"y"})

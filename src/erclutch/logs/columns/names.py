@@ -66,8 +66,8 @@ _NAMES = {signal: frozenset(map(plain, names.split())) for signal, names in NAME
 SINGLE = ("field", "slip", "position", "effort")
 # Words beside the name that say where or how it was measured.
 _BESIDE = _set(
-    "measured meas msr actual act ist mess gemessen sensor filtered filt motor engine output brake clutch damper shaft "
-    "piston angular rotational linear relative total machine cart friction cell du de der des moteur "
+    "measured meas mea msr actual act ist mess gemessen sensor filtered filt motor engine output brake clutch damper "
+    "shaft piston angular rotational linear relative total machine cart friction cell du de der des moteur "
     "exp experimental mesure mesuree medida compensate compensated corrected raw value j feedback fb fbk fdb "
     "front rear left right upper lower inner outer fl fr rl rr vorn vorne hinten links rechts avant arriere "
     "gauche droite"

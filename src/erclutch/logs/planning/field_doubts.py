@@ -13,7 +13,7 @@ import numpy as np
 
 from erclutch.errors import MappingError, shell_word
 from erclutch.logs.columns.names import CURRENTS, NAMES, NOT_MEASURED, TOLD, VOLTAGES
-from erclutch.logs.columns.seen_columns import SeenColumn, SeenColumns
+from erclutch.logs.columns.seen_columns import SeenColumn
 from erclutch.logs.columns.shapes import FEW, LOOKED_AT, takes_both_signs
 from erclutch.logs.columns.two_courses import go_straight, goes_along
 from erclutch.logs.mapping import NONE
@@ -185,36 +185,21 @@ def _turns_back(motion: Array) -> bool:
 
 
 def doubt_the_command_of_a_drive(draft: Draft) -> None:
-    """Doubt a column that is just called a command, beside commands of a motion: a drive's, which drives no coil.
-
-    Where it is such a command in other numbers, it is left out: the numbers settle it.
-    """
+    """Doubt a column that is just called a command, beside commands of a motion: a drive's, which drives no coil."""
     field = draft.signals.get("field")
     if field is None or not field.reason.startswith("guessed"):
         return
-    command = draft.seen.columns[field.column]
-    if command.spoken.forms["field"] not in _COMMANDS:
+    if draft.seen.columns[field.column].spoken.forms["field"] not in _COMMANDS:
         return
-    beside = told_motions(draft.seen, command)
-    for other in beside:
-        if goes_along(command.values, other.values) and go_straight(command.values, other.values):
-            _leave_out_field(draft, f"is {other.name}, what the drive was told, in other numbers: left out")
-            return
-    if beside:
-        doubt = f"which stands beside {beside[0].name}, as what a drive was told: no field then, "
-        doubt += f"--field {shell_word(field.column)} if it drives a coil"
-        draft.doubt("field", doubt, NONE)
-
-
-def told_motions(seen: SeenColumns, column: SeenColumn) -> list[SeenColumn]:
-    """Columns beside one that hold a motion or an effort that a drive was told, by their names."""
     names_of_motions = f"{NAMES['slip']} {NAMES['position']} {NAMES['effort']}".split()
-    told: list[SeenColumn] = []
-    for other in seen.without([column.name]):
+    for other in draft.seen.without([field.column]):
         words = {re.sub(r"\d+$", "", word) for word in other.spoken.stem_words}
-        if not TOLD.isdisjoint(words) and not words.isdisjoint(names_of_motions):
-            told.append(other)
-    return told
+        is_told = not TOLD.isdisjoint(words)
+        if is_told and not words.isdisjoint(names_of_motions):
+            doubt = f"which stands beside {other.name}, as what a drive was told: no field then, "
+            doubt += f"--field {shell_word(field.column)} if it drives a coil"
+            draft.doubt("field", doubt, NONE)
+            return
 
 
 def doubt_the_monitor_of_an_amplifier(draft: Draft) -> None:

@@ -15,7 +15,7 @@ from erclutch.logs.columns.seen_columns import NO_UNITS, SeenColumn, SeenColumns
 from erclutch.logs.columns.shapes import FEW, known_rows
 from erclutch.logs.columns.two_courses import go_straight, is_rate_of
 from erclutch.logs.planning.draft import Draft
-from erclutch.logs.planning.field_doubts import LARGEST_SUPPLY, is_current_of_a_drive, told_motions
+from erclutch.logs.planning.field_doubts import LARGEST_SUPPLY, is_current_of_a_drive
 from erclutch.logs.planning.stated_field import take_stated_field
 from erclutch.signals import units
 from erclutch.signals.array import Array
@@ -146,9 +146,6 @@ def _why_by_itself(seen: SeenColumns, column: SeenColumn) -> str:
         return "is what a model says of the effort"
     if _is_of_a_matrix(seen, column):
         return "is an entry of a matrix by its name"
-    for other in told_motions(seen, column):
-        if _is_same_course(column.values, other.values):
-            return f"is {other.name}, what the drive was told, in other numbers"
     if not _OF_A_SINE.isdisjoint(words[-1:]) and _has_a_told_motion(seen):
         return "is that of the motion that the drive was told"
     return ""

@@ -22,6 +22,7 @@ from erclutch.logs.planning.row_order import IN_NO_ORDER, must_be_said
 from erclutch.logs.planning.stated_field import differ_by_field
 from erclutch.signals.recording import SIGNALS
 
+_COMPONENT = re.compile(r"[fmtv][xyz]")
 #: What a number tells one of from another: none of them is switched to a level.
 _NUMBERED = frozenset(("cell", "id", "label", "trial", "specimen", "station", "well", "slot", "axis", "group", "run"))
 #: What a column of 0 and 1 may say of a coil; a mark of anything else is no field.
@@ -271,8 +272,9 @@ def _less_likely(free: Iterable[SeenColumn], signal: str) -> list[str]:
 
 
 def _parts(name: str) -> set[str]:
-    """Words and numbers of a name."""
-    return {*re.findall(r"\d+|[^\W\d_]+", name.lower())}
+    """Words and numbers of a name, and the direction of a component: x of ``Fx``."""
+    parts = {*re.findall(r"\d+|[^\W\d_]+", name.lower())}
+    return parts | {part[1] for part in parts if _COMPONENT.fullmatch(part)}
 
 
 def _apart(seen: SeenColumns, motion: str, effort: str) -> tuple[bool, int]:
