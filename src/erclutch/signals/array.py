@@ -17,3 +17,16 @@ def largest_size(values: ArrayLike) -> float:
 def rms(values: Array) -> float:
     """The root mean square of an array of any shape."""
     return float(np.sqrt(np.mean(values**2)))
+
+
+def largest_of_windows(values: Array, rows: int) -> Array:
+    """The largest of so many rows from each row on, where that many follow, shape (n - rows + 1,).
+
+    Each pass doubles the rows that have been looked at. SciPy's filter takes a third of a second to import.
+    """
+    largest, seen = values, 1
+    while seen < rows:
+        further = min(seen, rows - seen)
+        largest = np.maximum(largest[:-further], largest[further:])
+        seen += further
+    return largest

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from erclutch.fit.solver.intervals import bandwidth_of, correlated_rows
-from erclutch.signals.array import Array, largest_size, rms
+from erclutch.signals.array import Array, largest_of_windows, largest_size, rms
 
 _RESAMPLES = 1000
 _LONGER = 2  # times the length with the least error of the variance
@@ -353,10 +353,8 @@ def _resampled(values: Array, block: int, starts: NDArray[np.int64]) -> Array:
 
 
 def _block_maxima(values: Array, block: int) -> Array:
-    """Largest value of each block that starts at a row."""
-    from scipy.ndimage import maximum_filter1d
-
-    return maximum_filter1d(values, block, origin=-(block // 2), mode="wrap")
+    """Largest value of each block that starts at a row; the rows behind the last are the first."""
+    return largest_of_windows(np.concatenate([values, values[: block - 1]]), block)
 
 
 def independent_rows(residual: Array) -> float:

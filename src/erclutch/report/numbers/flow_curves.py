@@ -17,7 +17,7 @@ from erclutch.report.numbers.correlation import period_of
 from erclutch.report.numbers.model_stages import specification_of
 from erclutch.report.numbers.switching import step_response
 from erclutch.runs.run_rows import RunRows
-from erclutch.signals.array import Array
+from erclutch.signals.array import Array, largest_of_windows
 
 Rows = NDArray[np.intp]
 
@@ -372,14 +372,10 @@ def _still(field: Array, back: int, reach: float) -> NDArray[np.bool_]:
     """Rows before which the field has stayed within a reach for some rows."""
     if back <= 1:
         return np.ones(field.size, np.bool_)
-    from scipy.ndimage import maximum_filter1d, minimum_filter1d
-
-    shift = (back - 1) // 2  # so that the window ends with its row
-    highest: Array = maximum_filter1d(field, back, origin=shift)
-    lowest: Array = minimum_filter1d(field, back, origin=shift)
-    moved = highest - lowest
-    moved[: back - 1] = np.inf
-    return moved <= reach
+    still = np.zeros(field.size, np.bool_)
+    highest, lowest = largest_of_windows(field, back), -largest_of_windows(-field, back)
+    still[back - 1 :] = highest - lowest <= reach  # a window ends with its row
+    return still
 
 
 def _spread(values: Array, mask: NDArray[np.bool_]) -> Rows:
