@@ -23,6 +23,7 @@ from erclutch.report.printed_table import ranking_table
 from erclutch.runs.run_folder import read_run
 from erclutch.runs.written_run import write_run
 from erclutch.signals.recording import Recording
+from tests.support.command import good
 
 Array = NDArray[np.float64]
 PERIOD = 2e-3
@@ -220,6 +221,18 @@ def test_a_run_without_a_recommendation_hands_out_no_model(
     with pytest.raises(RunError, match=r"this run recommends no model: the nearest, .* explains nothing"):
         run.model()
     assert run.model(result.recommended).name
+    assert not run.recommends(result.recommended)
+
+
+def test_a_model_that_is_named_is_scored_all_the_same(resting: tuple[Comparison, Recording], tmp_path: Path) -> None:
+    result, recording = resting
+    run = write_run(tmp_path / "run", result, [recording], reading={})
+    columns = np.column_stack([recording.time, *(recording.signals[name] for name in ("field", "slip", "effort"))])
+    log = tmp_path / "log.csv"
+    units = recording.units
+    header = f"time [s],field [{units['field']}],slip [{units['slip']}],effort [{units['effort']}]"
+    np.savetxt(log, columns, delimiter=",", header=header, comments="", fmt="%.9g")
+    assert "Models of" in good("score", log, "--run", run, "--model", "m1")
 
 
 def test_whoever_shows_a_run_says_that_it_recommends_nothing(

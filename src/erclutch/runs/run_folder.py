@@ -183,6 +183,10 @@ class Run(Shown):
             )
         return name
 
+    def recommends(self, name: str) -> bool:
+        """Whether this is the model that the run recommends; none is, where it recommends no model."""
+        return name == self.body["recommended"] and not self.standing.why_none
+
     @property
     def standing(self) -> Standing:
         """Whether the model that the training rows chose is recommended, and why not."""

@@ -77,7 +77,7 @@ def score(
         warnings += unlike_training(kept, chosen, data)
         for name, each in models_of(kept, chosen, model):
             recommended_at: float | None = None
-            if kept is not None and name == kept.recommended:
+            if kept is not None and kept.recommends(name):
                 recommended_at = kept.entry(name)["test"]["rmse"][0]
             scores.append(_Scored(folder, _title(kept, name), score_model(each, data, name), recommended_at))
     scores.sort(key=lambda each: each.score.figures.rmse.value)
