@@ -50,6 +50,18 @@ def test_a_memory_is_told_from_noise_at_the_pace_of_the_motion(seed: int, swings
     assert rung.structure.dynamics == "dahl/field"
 
 
+@pytest.mark.parametrize(("late", "stages"), [(0.0, "dahl/field"), (0.03, "lag+dahl/field")])
+def test_a_lag_stays_only_where_the_rows_tell_it_beside_the_memory(late: float, stages: str) -> None:
+    """Without the memory a lag takes some of its effort for its own."""
+    data = log(0, swings=False)
+    (element,) = data.elements
+    ahead = round(late / PERIOD)  # the command changes so many rows before the effort does
+    command = np.concatenate([element.field[ahead:], np.full(ahead, element.field[-1])])
+    led = replace(data, elements=(Element(command, element.slip),))
+    rung = grown(led, replace(BASE, dynamics="lag"), among=("dahl/field",))[-1]
+    assert rung.structure.dynamics == stages
+
+
 def test_what_numbers_take_off_by_chance_is_by_the_rows_that_are_independent() -> None:
     richer = replace(BASE, dynamics="dahl/field")
     more = Rung(richer, 1.0, {}, 0.0).numbers_of_fit - Rung(BASE, 1.0, {}, 0.0).numbers_of_fit

@@ -14,6 +14,7 @@ from erclutch.logs.dataset import Dataset, build_dataset
 from erclutch.logs.synthetic import write_synthetic_log
 from erclutch.report.numbers.model_stages import stage_gain
 from erclutch.runs.run_folder import read_run
+from erclutch.runs.run_rows import read_rows
 from erclutch.runs.run_shape import file_name
 from erclutch.runs.written_run import write_run
 from erclutch.signals.recording import Recording
@@ -61,6 +62,17 @@ def test_the_report_opens(recording: Recording, tmp_path: Path) -> None:
     good("report", str(folder))
     page = (folder / "report.html").read_text(encoding="utf-8")
     assert "with travel" in page
+
+
+def test_the_report_says_what_a_network_with_a_further_input_adds(recording: Recording, tmp_path: Path) -> None:
+    """Its rows kept no further inputs, and the report ended in an error."""
+    data = with_spring(recording, "travel")
+    made = compare(data, Settings(models=("bingham+fnn-2",), lag="none"))
+    folder = write_run(tmp_path / "run", made, [recording])
+    assert np.array_equal(read_rows(read_run(folder)).data.extras["travel"], data.extras["travel"])
+    good("report", str(folder))
+    page = (folder / "report.html").read_text(encoding="utf-8")
+    assert "The network adds" in page
 
 
 def test_names_that_no_file_can_have_are_kept_apart() -> None:

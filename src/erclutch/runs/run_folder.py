@@ -7,7 +7,7 @@
     table.csv            the ranking, a row a model
     models/NAME.json     each model with its numbers, parameters with intervals, and a digest
     models/final.json    the recommended model fitted to all rows, if asked for: no row judges it
-    predictions.parquet  time, fields, slips, measured effort, the test mask, and each model's effort
+    predictions.parquet  time, fields, slips, further inputs, measured effort, the test mask, each model's effort
 
 A folder is written beside its final name and moved there when it is whole, so there is never half a run.
 """

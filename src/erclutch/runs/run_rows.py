@@ -11,6 +11,7 @@ from erclutch.logs.dataset import Dataset
 from erclutch.logs.readers.budget import RAISED
 from erclutch.runs.kept_columns import kept_columns
 from erclutch.runs.run_folder import Run
+from erclutch.runs.run_shape import INPUT
 from erclutch.signals.array import Array, Mask
 from erclutch.signals.clock import Clock, Span
 from erclutch.signals.device import Element, Units
@@ -21,7 +22,7 @@ class RunRows:
     """Rows of a run.
 
     Attributes:
-        data: fields, slips, measured effort, clock; further inputs of networks are not kept in a run.
+        data: fields, slips, further inputs, measured effort, clock.
         test: rows that were held out, shape (n,).
         predicted: effort by model, each (n,), best test error first.
     """
@@ -66,6 +67,7 @@ def _rows_of(body: Mapping[str, Any], columns: Mapping[str, Any]) -> RunRows:
     for start, stop, period in body["spans"]:
         known_period = None if period is None else float(period)
         spans.append(Span(int(start), int(stop), known_period))
+    further = {name.removeprefix(INPUT): column for name, column in columns.items() if name.startswith(INPUT)}
     data = Dataset(
         device=body["device"],
         elements=tuple(Element(columns[f"field{tail}"], columns[f"slip{tail}"]) for tail in tails),
@@ -76,6 +78,7 @@ def _rows_of(body: Mapping[str, Any], columns: Mapping[str, Any]) -> RunRows:
         source_rows=tuple((int(start), int(stop)) for start, stop in body["source_rows"]),
         notes=tuple(body["notes"]),
         origins=tuple(str(log["origin"]) for log in body["logs"]),
+        extras=further,
     )
     names = [entry["name"] for entry in body["ranking"]]
     return RunRows(data, test, {name: columns[f"effort:{name}"] for name in names})

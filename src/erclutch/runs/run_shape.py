@@ -25,6 +25,8 @@ _LONGEST_NAME = 150
 FINAL, FINAL_FILE = "final", "models/final.json"
 #: Files of a run whose digests stand in run.json, so that a changed one is noticed.
 GUARDED = ("table.csv", "predictions.parquet")
+#: Stands ahead of the name of a further input, where its column is kept beside the fields and slips.
+INPUT = "input:"
 #: Like the checks of `model_file`: raises ValueError with the name of an entry, its value and what was expected.
 _Check = Callable[[Any, str], object]
 

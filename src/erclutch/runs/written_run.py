@@ -22,7 +22,7 @@ from erclutch.logs.keywords import told_alike
 from erclutch.models.model import Model
 from erclutch.models.model_file import digest_of
 from erclutch.models.model_titles import id_of
-from erclutch.runs.run_shape import FINAL_FILE, GUARDED, RUN_SCHEMA, file_name
+from erclutch.runs.run_shape import FINAL_FILE, GUARDED, INPUT, RUN_SCHEMA, file_name
 from erclutch.signals.recording import LogFacts
 
 if TYPE_CHECKING:
@@ -237,6 +237,8 @@ def _write_predictions(path: Path, comparison: Comparison) -> None:
         names = np.repeat(data.sources, rows_of_logs)
         columns["log"] = (pa.array(names).dictionary_encode(), "")
     columns |= data.named_signals
+    for name, values in data.extras.items():
+        columns[f"{INPUT}{name}"] = (values, "")
     columns["effort"] = (data.effort, data.units.effort)
     columns["test"] = (comparison.test, "")
     for entry in comparison.entries:

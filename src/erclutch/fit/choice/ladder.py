@@ -127,7 +127,7 @@ def grown(
             if rung.error < (1.0 - worth) * here.error:
                 worthy[name] = rung
         if not worthy:
-            return rungs
+            break
 
         # Of those that take off as much, the one with the fewest numbers: a LuGre state is a Dahl state with two more.
         best = min(worthy.values(), key=lambda rung: rung.error)
@@ -139,7 +139,24 @@ def grown(
         taken = min(alike, key=lambda name: (worthy[name].numbers_of_fit, worthy[name].error))
         rungs.append(worthy[taken])
         left.remove(taken)
+    rungs[-1] = _without_idle(folds, rungs[-1], base)
     return rungs
+
+
+def _without_idle(folds: Sequence[_Fold], rung: Rung, base: Structure) -> Rung:
+    """The rung without the stages of the base, where unseen rows do not miss them.
+
+    Before anything told of a spring, say, a lag took some of its effort for its own. Now that the rung has the spring,
+    the lag may have nothing left to say.
+    """
+    of_base = base.dynamics.split("+")
+    kept = [name for name in rung.structure.dynamics.split("+") if name not in of_base]
+    if base.dynamics == NONE or rung.structure == base:
+        return rung
+    fewer = replace(rung.structure, dynamics="+".join(kept) or NONE)
+    leaner = _rung(folds, fewer, rung.numbers)
+    worth = max(WORTH, _by_chance(leaner, rung))
+    return leaner if rung.error >= (1.0 - worth) * leaner.error else rung
 
 
 def _counts_from_the_start(name: str) -> bool:

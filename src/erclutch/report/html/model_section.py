@@ -133,9 +133,10 @@ def _curve_words(material: Material) -> Iterator[str]:
 def _network_words(material: Material) -> Iterator[str]:
     """What the network of a law with one adds."""
     model = material.models[material.recommended]
-    if model.correction is None:
-        return
     data = material.rows.data
+    kept = model.extras.keys() <= data.extras.keys()  # runs of earlier versions keep no further inputs
+    if model.correction is None or not kept:
+        return
 
     def rms(values: Array) -> float:
         held_out = values[material.rows.test]
