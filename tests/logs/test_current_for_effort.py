@@ -110,3 +110,19 @@ def test_of_components_those_of_one_direction_are_proposed_together() -> None:
     words = shlex.split(planned(columns).command())
     slip, effort = (words[words.index(option) + 1] for option in ("--slip", "--effort"))
     assert {slip[0], effort[1]} in ({"x"}, {"y"})
+
+
+def test_of_the_two_currents_of_a_drive_that_which_makes_its_torque_is_proposed() -> None:
+    drive = {"input_voltage": 48.0 + 0.1 * ANGLE, "current_motor": 5.0 * DRAG, "current_in": np.abs(DRAG)}
+    axes = {"d_axis_current": 0.1 * ANGLE, "q_axis_current": 5.0 * DRAG, "erpm": np.round(500 * SPEED)}
+    words = shlex.split(planned({"time": TIME, **drive, **axes}).command())
+    assert words[words.index("--effort") + 1] == "q_axis_current"
+    assert words[words.index("--slip") + 1 :][:3] == ["erpm", "--scale", "slip=NUMBER rpm/count"]
+
+
+def test_laps_of_a_pin_on_a_disc_are_no_field() -> None:
+    rubbed = {"Laps": np.floor(2 * TIME), "Speed": 10.0 + 0.1 * ANGLE, "Friction Force": 3.0 + 0.3 * ANGLE}
+    plan = planned({"Time": TIME, **rubbed})
+    field = plan.signal("field")
+    assert field is not None
+    assert (plan.questions, field.column) == ((), "")

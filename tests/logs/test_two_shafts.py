@@ -35,6 +35,7 @@ PAIRS = [
     ("n_in", "n_out"),
     ("omega_in", "omega_out"),
     ("Drehzahl Antrieb", "Drehzahl Abtrieb"),
+    ("n_an", "n_ab"),
     ("Antriebsdrehzahl", "Abtriebsdrehzahl"),
     ("driving omega", "driven omega"),
     ("motor_speed", "load_speed"),

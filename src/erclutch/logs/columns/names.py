@@ -93,7 +93,7 @@ OTHER = _set(
     "horsepower count counts cycle cycles index sample samples no nr number frame packet seq row rows point points "
     "acceleration accelerazione accel acc accx accy accz beschleunigung aceleracion jerk humidity energy efficiency "
     "wirkungsgrad leistung puissance potencia temperatur temperatura stiffness coefficient coeff mu density inertia "
-    "longitud longueur comprimento lunghezza masa masse massa segmento odkształcenie odksztalcenie "
+    "longitud longueur comprimento lunghezza masa masse massa segmento odkształcenie odksztalcenie laps "
     "yield wear film area volume cof latitude longitude altitude date datum fecha err fehler latency delay dt "
     "давление температура вязкость"
 )

@@ -26,9 +26,12 @@ from erclutch.signals.array import Array
 #: Words of the shaft that drives a clutch, and of the shaft that is driven.
 _SHAFTS = (
     frozenset(
-        {"in", "input", "drive", "driving", "driver", "primary", "motor", "antrieb", "entree", "entrada", "eingang"}
+        (
+            *("in", "input", "drive", "driving", "driver", "primary", "motor"),
+            *("antrieb", "an", "eingang", "entree", "entrada"),
+        )
     ),
-    frozenset({"out", "output", "driven", "load", "secondary", "abtrieb", "sortie", "salida", "ausgang"}),
+    frozenset({"out", "output", "driven", "load", "secondary", "abtrieb", "ab", "ausgang", "sortie", "salida"}),
 )
 _EASTERN_SHAFTS = (("输入", "输出"), ("主动", "从动"), ("入力", "出力"), ("駆動", "従動"))
 _CLUTCH = (

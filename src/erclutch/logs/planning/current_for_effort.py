@@ -17,11 +17,12 @@ from erclutch.logs.columns.seen_columns import SeenColumn
 from erclutch.logs.columns.shapes import takes_both_signs
 from erclutch.logs.columns.two_courses import follows
 from erclutch.logs.planning.draft import Draft
-from erclutch.logs.planning.missing_columns import missing
+from erclutch.logs.planning.missing_columns import ELECTRICAL, missing
 from erclutch.signals.array import Array
 
 #: Names of a current; a single letter may be an index.
 _WORDS = frozenset(word for word in CURRENTS if len(word) > 1) - {"id", "idc"}
+_ACROSS = frozenset({"q", "iq"})
 _MOVES = 0.1  # share of what the liveliest joint moves by
 
 
@@ -38,7 +39,7 @@ def offer_the_current_of_a_drive(draft: Draft) -> None:
         return
     motion, current = pair
 
-    if "slip" in draft.questions:
+    if "slip" in draft.questions and motion.spoken.plain not in ELECTRICAL:
         draft.questions["slip"] = replace(draft.questions["slip"], option=f"--slip {_label(draft, motion)}")
     if is_guessed and field is not None and field.column in {each.name for each in currents}:
         draft.take_back("field")
@@ -79,6 +80,7 @@ def _of_one_joint(draft: Draft, currents: list[SeenColumn]) -> tuple[SeenColumn,
     elif "slip" in draft.questions:
         names, _ = candidates(draft.seen, "slip", draft.taken)
         motions = [draft.seen.columns[name] for name in names]
+        motions = motions or [each for each in draft.seen.without(()) if each.spoken.plain in ELECTRICAL]
     else:
         return None
     liveliest = max((motion.moved for motion in motions), default=0.0)
@@ -86,6 +88,8 @@ def _of_one_joint(draft: Draft, currents: list[SeenColumn]) -> tuple[SeenColumn,
     if motion is None:
         return None
     of_joint = [each for each in currents if _number(each) == _number(motion)]
+    across = [each for each in of_joint if not _ACROSS.isdisjoint(each.spoken.stem_words)]
+    of_joint = across or of_joint  # of the two currents of a drive that which makes its torque
     if len(of_joint) != 1:
         return None
     current = of_joint[0]

@@ -16,7 +16,7 @@ _COUNTED = ("count", "counts", "tick", "ticks")
 #: Words for the numbers of a converter or an encoder, which are counts in a scale.
 _RAW = ("raw", "adc", "pulse", "pulses", "impulse", "impulses", "inc", "increments", "inkremente")
 #: The speed of a motor's field, which is that of its shaft times the pairs of poles.
-_ELECTRICAL = ("erpm", "electricalrpm", "rpmelectrical")
+ELECTRICAL = ("erpm", "electricalrpm", "rpmelectrical")
 #: Of a scale or load cell that shows a mass: the force that pulls at it. A pound is read as a force already.
 _WEIGHTS = {"g": "gf", "kg": "kgf"}
 #: What a sensor is called whose output is logged as it is.
@@ -116,7 +116,7 @@ def sensor_options(free: Iterable[SeenColumn], signal: str) -> str:
         weight = _WEIGHTS.get(column.unit or "")
         if signal == "effort" and weight and _is_called(column, signal):
             return f"--effort {shell_word(f'{column.name} [{weight}]')}"
-        if signal == "slip" and column.spoken.plain in _ELECTRICAL:
+        if signal == "slip" and column.spoken.plain in ELECTRICAL:
             return f"--slip {shell_word(column.name)} --scale {shell_word('slip=NUMBER rpm/count')}"
         written = column.written_unit
         from_sensor = written in ("V", "mV", "%") or written in COUNTS
