@@ -53,6 +53,18 @@ def test_numbers_across_are_in_the_names_of_their_columns(
         assert table.columns[name] == pytest.approx(STRESSES[:, column], rel=1e-5)
 
 
+@pytest.mark.parametrize("total", ["Grand Total", "Gesamtergebnis"])
+def test_the_totals_of_a_pivot_are_no_column_and_no_row(tmp_path: Path, total: str) -> None:
+    lines = ["Average of tau [Pa],I [A],,,", f"rate [1/s],0,0.5,1,{total}"]
+    for rate, row in zip(RATES, STRESSES, strict=True):
+        lines.append(",".join(f"{cell:.6g}" for cell in (rate, *row, row.mean())))
+    lines.append(f"{total}," + ",".join(f"{cell:.6g}" for cell in (*STRESSES.mean(axis=0), STRESSES.mean())))
+    (tmp_path / "log.csv").write_text("\n".join(lines) + "\n")
+    table = read_table(tmp_path / "log.csv")
+    assert list(table.columns) == ["rate", *(f"Average of tau {field:g} A" for field in FIELDS)]
+    assert table.rows == RATES.size
+
+
 def test_rates_across_are_turned_down(tmp_path: Path) -> None:
     lines = ["Stress in Pa", "E (kV/mm) \\ shear rate (1/s)," + ",".join(f"{rate:.6g}" for rate in RATES)]
     for field, row in zip(FIELDS, STRESSES.T, strict=True):

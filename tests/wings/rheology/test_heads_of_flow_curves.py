@@ -79,3 +79,48 @@ def test_quantities_that_are_no_shear_are_refused_and_none_is_offered(tmp_path: 
 def test_a_normal_stress_beside_the_viscosity_is_no_shear_stress(tmp_path: Path) -> None:
     (curve,) = read_flow_curves(written(tmp_path, "Shear rate [1/s]", "N1 [Pa]", "Viscosity [Pa s]", factor=9.0)).curves
     assert curve.stress == pytest.approx(STRESSES, rel=1e-5)
+
+
+def test_a_speed_in_turns_gives_way_to_the_rate_of_shear(tmp_path: Path) -> None:
+    lines = ["t [s]\tGP [1/s]\tTau [Pa]\tn [1/min]"]
+    lines += [f"{k}\t{g:.6g}\t{s:.6g}\t{g / 12:.6g}" for k, (g, s) in enumerate(zip(RATES, STRESSES, strict=True))]
+    (tmp_path / "curve.txt").write_text("\n".join(lines) + "\n")
+    (curve,) = read_flow_curves(tmp_path / "curve.txt").curves
+    assert curve.rate == pytest.approx(RATES, rel=1e-5)
+
+
+def test_all_readings_of_a_dial_are_asked_for_in_one_command(tmp_path: Path) -> None:
+    lines = ["RPM,Mud A dial,Mud B dial", *(f"{n},{10 + n / 10:g},{8 + n / 10:g}" for n in (600, 300, 200, 100, 6, 3))]
+    (tmp_path / "curve.csv").write_text("\n".join(lines) + "\n")
+    with pytest.raises(MappingError) as asked:
+        read_flow_curves(tmp_path / "curve.csv")
+    assert '"Mud A dial [0.511 Pa]" "Mud B dial [0.511 Pa]"' in asked.value.remedy
+
+
+@pytest.mark.parametrize(("name", "unit"), [("current_A", "A"), ("E_kV_mm", "kV/mm"), ("sample_A", "")])
+def test_a_unit_at_the_end_of_a_name_tells_the_field_where_the_name_is_of_one(
+    tmp_path: Path, name: str, unit: str
+) -> None:
+    lines = [f"shear_rate_1_s,shear_stress_Pa,{name}"]
+    lines += [
+        f"{g:.6g},{s * (1 + level):.6g},{level}" for level in (0, 1) for g, s in zip(RATES, STRESSES, strict=True)
+    ]
+    (tmp_path / "curve.csv").write_text("\n".join(lines) + "\n")
+    curves = read_flow_curves(tmp_path / "curve.csv", sheet=[f"{name}=all"]).curves
+    assert [curve.field_unit for curve in curves] == [unit, unit]
+
+
+def test_headings_over_pairs_of_a_short_table_between_tabs_name_the_curves(tmp_path: Path) -> None:
+    lines = ["20 °C\t\t40 °C\t", "D\tτ\tD\tτ", "1/s\tPa\t1/s\tPa"]
+    lines += [f"{g:.6g}\t{s:.6g}\t{2 * g:.6g}\t{s / 2:.6g}" for g, s in zip(RATES, STRESSES, strict=True)]
+    (tmp_path / "curve.txt").write_text("\n".join(lines) + "\n", encoding="utf-8")
+    assert [curve.label for curve in read_flow_curves(tmp_path / "curve.txt").curves] == ["20 °C", "40 °C"]
+
+
+def test_points_that_a_brookfield_could_not_measure_are_left_out(tmp_path: Path) -> None:
+    lines = ["Shear Rate (1/s);Shear Stress (N/m²);Torque (%)"]
+    for k, (g, s) in enumerate(zip(RATES, STRESSES, strict=True)):
+        lines.append(f"{g:.6g};EEEE;EEEE" if k < 2 else f"{g:.6g};{s:.6g};20")
+    (tmp_path / "curve.csv").write_text("\n".join(lines) + "\n", encoding="utf-8")
+    (curve,) = read_flow_curves(tmp_path / "curve.csv").curves
+    assert curve.stress == pytest.approx(STRESSES[2:], rel=1e-5)

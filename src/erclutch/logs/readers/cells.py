@@ -18,7 +18,7 @@ NO_NUMBERS = tuple(f"{sign}1.#{mark}" for sign in ("", "-") for mark in _MARKED)
 _LOWER = {word.lower() for word in NO_NUMBERS}
 #: What a meter writes for a reading beyond its range.
 BEYOND = {
-    f"{sign}{word}" for sign in ("", "+", "-") for word in ("ol", "ovld", "ovl", "ovrng", "overload", "overrange")
+    sign + word for sign in ("", "+", "-") for word in ("ol", "ovld", "ovl", "ovrng", "overload", "overrange", "eeee")
 }
 #: What people and spreadsheets write for no value.
 DASHES = ("-", "--", "---", "–", "—", "−")

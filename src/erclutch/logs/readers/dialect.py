@@ -134,6 +134,9 @@ def _marks(tail: Sequence[str], asked: str | None) -> Marks:
             if (share, numbers_a_row) > best:
                 best = (share, numbers_a_row)
                 best_marks = Marks(delimiter, decimal)
+    rows = tail[len(tail) // 2 :]  # of a short table the first ones name columns, perhaps with blanks in the names
+    if best_marks.delimiter is None and all(cells_of(row, "\t") == row.split() for row in rows):
+        return Marks("\t", best_marks.decimal)
     return best_marks
 
 

@@ -22,10 +22,15 @@ from erclutch.signals import units
 _HEAD = 1 << 14  # characters in which the numbers across stand
 _MOST_ABOVE = 40  # lines
 _FEWEST_ACROSS = 2
+_LONGEST_CORNER = 200  # characters
 _FEWEST_DOWN = 3
 _LARGEST_TURNED = 1 << 20  # characters of a table that is turned
 _CORNER = re.compile(r"(.+?[\])]|.+?\s)\s*[\\/]\s*(\S.*)")
 _BRACKETS = re.compile(r"[\[(]([^\[\]()]+)[\])]")
+#: What a spreadsheet calls the column behind the others of a pivot.
+_TOTALS = frozenset(
+    ("grand total", "total", "gesamtergebnis", "total general", "total général", "totale", "общий итог", "总计", "総計")
+)
 #: Units of what is set for a column: a field or a temperature.
 _SET = ("V", "V/m", "A", "T", "A/m")
 
@@ -43,6 +48,7 @@ class _Pivot:
         value: label of what fills the cells; "" where nobody says.
         set_to: name and unit of the quantity that runs across.
         is_turned: whether shear rates run across.
+        has_total: whether a column of sums or means stands behind the others.
     """
 
     line: int
@@ -53,6 +59,7 @@ class _Pivot:
     value: str
     set_to: tuple[str, str]
     is_turned: bool = False
+    has_total: bool = False
 
 
 def with_pivoted_heads(text: str) -> tuple[str, str]:
@@ -67,6 +74,11 @@ def with_pivoted_heads(text: str) -> tuple[str, str]:
         lines = LINE_END.split(text)
         for line in pivot.said_in:
             lines[line] = ""
+        if pivot.has_total:
+            width = len(pivot.across) + 2
+            for place in range(pivot.line, len(lines)):
+                cells = lines[place].split(delimiter)
+                lines[place] = delimiter.join(cells[: width - 1]) if len(cells) == width else lines[place]
         if not pivot.is_turned:
             lines[pivot.line] = delimiter.join([pivot.down, *_names(pivot, pivot.across)])
             first_numbers = ", ".join(pivot.across[:4])
@@ -95,7 +107,8 @@ def _pivot_in(lines: Sequence[str], delimiter: str) -> _Pivot | None:
         cells = rows[place]
         below = filled[order + 1 :]
         above = [rows[each] for each in filled[max(order - 1, 0) : order]]
-        numbers = _rising_numbers(cells[1:], delimiter)
+        has_total = cells[-1].lower() in _TOTALS
+        numbers = _rising_numbers(cells[1 : len(cells) - has_total], delimiter)
         # A row whose first number is missing is no line of numbers across: above it stand rows, or names.
         is_a_row = _is_any_number(cells[0], delimiter) or (cells[0].lower() in WORDS and cells[0] != "")
         is_below_a_row = bool(above) and _is_any_number(above[0][0], delimiter)
@@ -113,7 +126,7 @@ def _pivot_in(lines: Sequence[str], delimiter: str) -> _Pivot | None:
             said_in.append(below[0])  # pandas writes the name of what runs down into a line of its own
             down = rows[below[0]][0]
             below = below[1:]
-        if not _are_rows([rows[each] for each in below[:_FEWEST_DOWN]], len(numbers) + 1, delimiter):
+        if not _are_rows([rows[each] for each in below[:_FEWEST_DOWN]], len(numbers) + 1 + has_total, delimiter):
             continue
         own = [cells[0]] if said_in else list[str]()
         over = [cell for cell in above[0] if cell] if above else []
@@ -133,7 +146,7 @@ def _pivot_in(lines: Sequence[str], delimiter: str) -> _Pivot | None:
             said_in.append(filled[order - 1])
         else:
             over = []
-        corner = _CORNER.fullmatch(cells[0])
+        corner = _CORNER.fullmatch(cells[0]) if len(cells[0]) <= _LONGEST_CORNER else None
         is_turned = False
         if corner and not own:
             first, second = (part.strip() for part in corner.groups())
@@ -141,7 +154,7 @@ def _pivot_in(lines: Sequence[str], delimiter: str) -> _Pivot | None:
             down, other = (second, first) if is_turned else (first, second)
             own = [other]
         value, set_to = _said(over, own)
-        return _Pivot(place, tuple(said_in), delimiter, down, tuple(numbers), value, set_to, is_turned)
+        return _Pivot(place, tuple(said_in), delimiter, down, tuple(numbers), value, set_to, is_turned, has_total)
     return None
 
 

@@ -21,8 +21,8 @@ _WITH_COMMAS = re.compile(rf"(?<=[\d,]){_PLUS_MINUS}\d+(?:[.,]\d+)?{_EXPONENT}(?
 _SMALL = 0.5  # of the number: what a number in brackets scatters by stays below
 #: A whole cell, between blanks, delimiters and ends of the line.
 _BRACKETED = re.compile(
-    r"(?:^|(?<=[\t;,|]))([ \t]*\"?[+-]?(\d+(?:[.,]\d+)?))[ \t]*\((?:±[ \t]*)?(\d+(?:[.,]\d+)?)\)"
-    r"(?=\"?[ \t]*(?:[\t;,|]|$))"
+    r"(?:^|(?<=[\t;,|]))( *\"?[+-]?(\d+(?:[.,]\d+)?)) *\((?:± *)?(\d+(?:[.,]\d+)?)\)"
+    r"(?=\"? *(?:[\t;,|]|$))"
 )
 _IN_A_NAME = re.compile(
     rf"{_PLUS_MINUS}(?:s\.? ?d\.?|s\.? ?e\.?(?: ?m\.?)?|std\w*|stdev|error|Δ\w*)(?![^\W_])",

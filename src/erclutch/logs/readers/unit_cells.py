@@ -8,6 +8,7 @@ from __future__ import annotations
 import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
+from functools import lru_cache
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
@@ -42,7 +43,7 @@ def without_units_in_cells(text: str) -> tuple[str, str]:
     first = next(place for place, cells in enumerate(rows) if _is_row(cells, unit_of))
     for column, unit in [*unit_of.items()]:
         own = [cells[column] if column < len(cells) else "" for cells in rows[first:]]
-        units_in_cells = {unit_in(cell) for cell in own if cell.strip(' "0.,')}
+        units_in_cells = {unit_in(cell) for cell in {*own} if cell.strip(' "0.,')}
         if None in units_in_cells and len(units_in_cells) > 2:
             del unit_of[column]  # nobody knows in which of the units a bare number is
             continue
@@ -86,7 +87,13 @@ def unit_in(cell: str) -> str | None:
         return None
     _, first, rest = match.groups()
     unit = first + rest
-    return unit if units.is_unit(unit) else None
+    return unit if _is_unit(unit) else None
+
+
+@lru_cache(maxsize=1024)
+def _is_unit(text: str) -> bool:
+    """Whether a text is a unit; a cell of many rows is looked at once."""
+    return units.is_unit(text)
 
 
 def _in_unit(cell: str, unit: str) -> str:

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from erclutch.errors import UnitError
+from erclutch.logs.columns.labels import split_end
 from erclutch.logs.columns.name_pattern import NUMBER, number_of
 from erclutch.logs.table import Table
 from erclutch.signals import units
@@ -19,6 +20,8 @@ from erclutch.wings.rheology.flow_curve import NEAR, FlowCurve, FlowFit, yield_s
 _UNITS = ("V", "V/m", "A", "T", "A/m")
 #: What flows through a fluid in a field, and what a sensor or an amplifier has, is set by nobody.
 _NO_FIELD = re.compile(r"leak|leck|fuite|fuga|density.*\ba\b|sensor|offset|漏", re.IGNORECASE)
+#: A name whose end is a unit for sure: an A behind another word may be a sample's.
+_SAYS_A_FIELD = re.compile(r"(?:current|voltage|field|strom|spannung|flux|e_?field|[IUBHE])(?:_|$)", re.IGNORECASE)
 _IN_A_LABEL = re.compile(
     rf"(?<![A-Za-z\d.])({NUMBER}) ?([kM]?V/mm|kV/cm|[kM]?V/m|k?A/m|m?T|mA|A|kV|V|kOe|Oe|G)(?![A-Za-z0-9/])"
 )
@@ -80,7 +83,7 @@ def levels_in(table: Table) -> dict[str, Level]:
     """Columns that hold one field in all rows, by name."""
     levels: dict[str, Level] = {}
     for name, values in table.columns.items():
-        unit = table.units.get(name)
+        unit = table.units.get(name) or (split_end(name)[1] if _SAYS_A_FIELD.match(name) else None)
         known = values[np.isfinite(values)]
         if not unit or not known.size or _NO_FIELD.search(name):
             continue

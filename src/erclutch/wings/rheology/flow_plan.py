@@ -96,6 +96,8 @@ def plan_of(
         return [name for name in named if not _NOT_MEASURED.search(plain_name(name))] or named
 
     rates = [_column(table, rate)] if rate else of_role("rate")
+    if len(rates) > 1:  # a speed of a rotor in 1/min has the unit of a rate, and not its name
+        rates = [name for name in rates if name in asked or said_by_name(name) == "rate"] or rates
     stresses = [_column(table, label) for label in stress]
     if not stresses:
         stresses = of_role("stress")

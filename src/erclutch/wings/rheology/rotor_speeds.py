@@ -88,7 +88,8 @@ def speed_in_place_of_rate(table: Table) -> MappingError | None:
     if not readings and not has_values:
         return MappingError(problem, where=table.name, remedy="Give shear rates, and shear stresses or viscosities")
     if readings and not has_values:
-        options += f" --stress {shell_word(f'{readings[0]} [{_STRESS_OF_R1_B1_F1} Pa]')}"
+        of_each = (shell_word(f"{reading} [{_STRESS_OF_R1_B1_F1} Pa]") for reading in readings)
+        options += f" --stress {' '.join(of_each)}"
         geometry = "R1, B1 and F1"
     remedy = f"Give the factors of rotor, bob and spring, such as those of a Fann 35 with {geometry}: {options}"
     return MappingError(problem, where=table.name, remedy=remedy)
