@@ -65,6 +65,30 @@ def test_a_layout_is_read(tmp_path: Path, form: str) -> None:
         np.testing.assert_array_equal(table.columns[name], right)
 
 
+WITH_UNITS: dict[str, Any] = {
+    "time": {"data": TIME, "units": "s"},
+    "speed": {"data": SPEED, "units": "rad/s"},
+    "torque": {"data": TORQUE, "units": "N*m"},
+}
+
+
+@pytest.mark.parametrize("variables", [{"Dyno": WITH_UNITS}, WITH_UNITS, {"a": {"run": WITH_UNITS, "by": "us"}}])
+def test_structs_of_a_signal_and_its_unit_are_the_columns_of_one_recording(
+    tmp_path: Path, variables: dict[str, Any]
+) -> None:
+    savemat(tmp_path / "a.mat", variables)
+    table = found_in(tmp_path / "a.mat")
+    for name, right in MEASURED.items():
+        np.testing.assert_array_equal(table.columns[name], right)
+        assert table.units[name] == WITH_UNITS[name]["units"]
+
+
+def test_structs_of_one_vector_without_units_and_time_stay_recordings(tmp_path: Path) -> None:
+    savemat(tmp_path / "a.mat", {"s": {"run1": {"data": SPEED}, "run2": {"data": TORQUE}}})
+    with pytest.raises(LogError, match=r"several recordings: s.run1, s.run2"):
+        found_in(tmp_path / "a.mat")
+
+
 def test_a_cell_matrix_with_a_text_among_its_numbers_is_refused(tmp_path: Path) -> None:
     cells = matrix_of_cells()
     cells[7, 1] = "bad"

@@ -55,6 +55,8 @@ def _chosen(tree: dict[str, Any], variable: str | None) -> Found:
     notes: list[str] = []
     if _LAST_RESULT in tree and variable in (None, ALL):
         tree, notes = _without_last_result(tree)
+    if variable not in tree:
+        tree = _with_signals(tree)
     variables = _variables(tree, variable, asked)
     if variable == ALL:
         raise RecordingNames(_recordings_in(variables))
@@ -317,7 +319,29 @@ def _structure(name: str, node: Any) -> Found | None:
     data = lower.get("data")
     if isinstance(time, np.ndarray) and isinstance(data, np.ndarray):
         return _workspace({"time": time, name.rpartition(".")[2]: data})
-    return _workspace(_with_inner(fields))
+    return _workspace(_with_inner(_with_signals(fields)))
+
+
+def _with_signals(fields: dict[str, Any]) -> dict[str, Any]:
+    """The fields, in which structs of one vector and its unit each, as ``Force.data`` and ``Force.units``, are vectors.
+
+    They are signals of one recording where they have one length, and a unit or a time tells that they are signals.
+    """
+    signals: dict[str, tuple[str, Any]] = {}  # label and numbers, by field
+    for key, node in fields.items():
+        signal = _signal(cast("dict[str, Any]", node), key) if isinstance(node, dict) else None
+        if signal is not None:
+            signals[key] = signal
+    lengths = {int(numbers.size) for _, numbers in signals.values()}
+    labels = {label for label, _ in signals.values()}
+    tells = any(label.endswith("]") or TIME.fullmatch(label) for label in labels)
+    if len(signals) < 2 or len(lengths) > 1 or len(labels) < len(signals) or not tells:
+        return fields
+    flat: dict[str, Any] = {}
+    for key, node in fields.items():
+        label, numbers = signals.get(key, (key, node))
+        flat[label] = numbers
+    return flat
 
 
 def _with_inner(fields: dict[str, Any]) -> dict[str, Any]:
