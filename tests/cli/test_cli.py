@@ -504,6 +504,19 @@ def test_logs_that_ask_the_same_are_told_once_with_one_command(tmp_path: Path) -
     assert said.splitlines()[-1].startswith(f"Understood. Fit them: erclutch fit {tmp_path} --slip")
 
 
+def test_fields_in_the_names_of_files_are_asked_about_once_with_one_command_for_all(tmp_path: Path) -> None:
+    slips = [3 * math.sin(k / 9) for k in range(300)]
+    for field in (0.0, 0.5, 1.0):
+        rows = "".join(f"{k / 100},{w:.5f},{(0.1 + field) * math.tanh(w):.5f}\n" for k, w in enumerate(slips))
+        (tmp_path / f"brake7_{field:g}A.csv").write_text(f"t [s],slip [rad/s],torque [N*m]\n{rows}")
+    said = good("inspect", tmp_path, cwd=tmp_path, code=1)
+    assert said.count("Not understood yet") == 1
+    assert "The same is asked of 2 more logs" in said
+    settled = shlex.split(said.splitlines()[-1].removeprefix("What settles it: "))
+    assert settled[:3] == ["erclutch", "inspect", str(tmp_path)]
+    assert "Understood. Fit them" in good(*settled[1:], cwd=tmp_path)
+
+
 @pytest.mark.parametrize("arguments", [("--device", "triaxial"), ("--blocks", "two"), ("--nonsense",)])
 def test_what_the_parser_refuses(arguments: tuple[str, ...], log: Path) -> None:
     said = refused("fit", log, *arguments, cwd=log.parent)

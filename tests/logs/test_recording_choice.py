@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shlex
 from pathlib import Path
 from typing import Any
 
@@ -47,6 +48,18 @@ def test_several_logs_with_one_question_are_settled_by_one_command(tmp_path: Pat
     written(tmp_path, run1=rows, run2=rows, fits=RESULTS)
     last = good("inspect", "log.json", cwd=tmp_path, code=1).splitlines()[-1]
     assert last == 'What settles it: erclutch inspect log.json --variable all --field "mode"'
+
+
+def test_a_question_keeps_the_recording_and_the_window_that_were_given(tmp_path: Path) -> None:
+    """Without them the command that settles the one question asks the other one again, for ever."""
+    rows = [{**row, "torque 2 [N*m]": (k % 9) - 4.0, "mode": k // 20} for k, row in enumerate(ROWS)]
+    written(tmp_path, run1=rows, run2=rows[:40])
+    words = ("--variable", "run1", "--from", "0.05s")
+    last = good("inspect", "log.json", *words, cwd=tmp_path, code=1).splitlines()[-1]
+    command = shlex.split(last.removeprefix("What settles it: erclutch "))
+    assert command[-4:] == [*words]
+    settled = good(*command, cwd=tmp_path)
+    assert settled.splitlines()[-1].startswith("Understood. Fit it: erclutch fit log.json")
 
 
 def test_a_file_without_any_log_is_refused_as_before(tmp_path: Path) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,6 +17,8 @@ if TYPE_CHECKING:
     from erclutch.logs import Plan, Table
     from erclutch.logs.dataset import Dataset
     from erclutch.signals.recording import Recording
+
+_NUMBER = re.compile(r"\d+(?:[.,]\d+)?")
 
 
 @dataclass(frozen=True)
@@ -59,12 +62,18 @@ class LogLook:
 
     @property
     def refused_alike(self) -> tuple[str, ...]:
-        """The further logs for which the first log's problem stands too: it is told once."""
+        """The further logs for which the first log's problem stands too: it is told once.
+
+        Numbers may differ, such as the field in the name of each file, where one remedy holds for all.
+        """
         if self.problem is None:
             return ()
+        remedy = self.problem.remedy
 
         def without(text: str, path: str, name: str) -> str:
-            return text.replace(path, "").replace(name, "")
+            text = text.replace(path, "").replace(name, "")
+            problem, found, rest = text.partition(remedy) if remedy else (text, "", "")
+            return _NUMBER.sub("0", problem) + found + rest if found else text
 
         of_first = without(str(self.problem), self.plan.path, self.log.name)
         alike: list[str] = []

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import json
 import shlex
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from functools import partial
 from pathlib import Path
@@ -270,6 +270,7 @@ class Plan:
         Where nothing tells, it has a place to fill in, such as ``COLUMN [N]``.
         """
         options = [*_given_options(self), *self.examples, *self._doubtful_options()]
+        options += _reading_options(self, options)
         return f"erclutch inspect {shlex.quote(self.path)} {' '.join(options)}"
 
     def differences(self, other: Plan) -> tuple[str, ...]:
@@ -298,6 +299,7 @@ class Plan:
         problem = f"{len(missing)} things are missing: {'; '.join(missing)}; the file has: {columns}"
 
         options = [*_given_options(self), *self.examples]
+        options += _reading_options(self, options) if self.path else []
         command = f"erclutch inspect {shlex.quote(self.path)} {' '.join(options)}"
         if not self.path:  # of a DataFrame or of arrays: labels as `erclutch.read` takes them
             words = shlex.split(" ".join(options))
@@ -408,6 +410,26 @@ def _given_options(plan: Plan) -> list[str]:
             for name, text in texts.items():
                 if option == "constant" or name not in asked:
                     words.append(f"--{option} {shell_word(f'{name}={text}')}")
+    return words
+
+
+def _reading_options(plan: Plan, beside: Sequence[str]) -> list[str]:
+    """How the user said that the file is read, as options of a command; none of which another value is ``beside``.
+
+    Without the recording that was chosen, for example, the next command would ask for it again.
+    """
+    told = plan.told
+    if told.source != "given":
+        return []
+    words: list[str] = []
+    for key in ("name_pattern", "variable", "decimal", "invalid"):
+        option = f"--{key.replace('_', '-')}"
+        value: str | None = getattr(told, key)
+        if value and not any(each.startswith(f"{option} ") for each in beside):
+            words.append(f"{option} {shell_word(value)}")
+    if told.values == "keep":
+        words.append("--keep-values")
+    words += [f"--input {shell_word(str(choice.column))}" for choice in told.inputs]
     return words
 
 

@@ -124,7 +124,7 @@ def _table_or_question(log: Path, reading: LogOptions) -> Table | None:
             terminal.say(f"Not understood yet: {log.name}: {_oscillates(swings)}")
             return None
         terminal.say(f"Not understood yet: {error}")
-        terminal.say(f"What settles it: {settled}")
+        terminal.say(f"What settles it: {_with_options(settled, reading)}")
         return None
 
 
@@ -222,7 +222,7 @@ def _tell_what_is_next(look: LogLook, typed: str, reading: LogOptions) -> None:
         terminal.say(f"Not understood yet: {named}")
     first = shlex.quote(look.plan.path)
     if look.problem is not None:
-        _tell_what_settles(look, look.problem, typed)
+        _tell_what_settles(look, look.problem, typed, reading)
     elif look.plan.doubts:
         doubts = "; ".join(look.plan.doubts)
         command = look.plan.command().replace(first, typed)
@@ -230,7 +230,7 @@ def _tell_what_is_next(look: LogLook, typed: str, reading: LogOptions) -> None:
             terminal.say(f"Not understood yet: {look.log.name}: {doubts}")
             terminal.say(f"What settles it: {_flow_command(look)}")
             return
-        terminal.say(f"In doubt: {doubts}. If that is right, say so: {command}")
+        terminal.say(f"In doubt: {doubts}. If that is right, say so: {_with_options(command, reading)}")
     elif look.unfit:
         terminal.say(f"Understood, but nothing can be fitted to it: {look.unfit}")
     elif not look.refused:
@@ -246,13 +246,14 @@ def _tell_what_is_next(look: LogLook, typed: str, reading: LogOptions) -> None:
         terminal.say(f"Or as a flow curve: {_flow_command(look)}")
 
 
-def _tell_what_settles(look: LogLook, problem: ErclutchError, typed: str) -> None:
+def _tell_what_settles(look: LogLook, problem: ErclutchError, typed: str, reading: LogOptions) -> None:
     """What is not understood, of all logs of which the same is asked, and the command that settles it.
 
     Args:
         look: what was found.
         problem: what stands against the first log.
         typed: the logs or the folder, as the user gave them.
+        reading: how the user said that they are read.
     """
     from erclutch.logs.columns.rheometer_names import of_oscillation
 
@@ -276,7 +277,21 @@ def _tell_what_settles(look: LogLook, problem: ErclutchError, typed: str) -> Non
     if look.plan.doubts and settled == look.plan.command().replace(first, typed):  # the command confirms them too
         terminal.say(f"In doubt besides: {'; '.join(look.plan.doubts)}")
     if settled:
-        terminal.say(f"What settles it: {settled}")
+        terminal.say(f"What settles it: {_with_options(settled, reading)}")
+
+
+def _with_options(command: str, reading: LogOptions) -> str:
+    """A command of inspect with what the user gave besides, which is no part of the answer; as a window of the log."""
+    words = shlex.split(command)
+    if words[1] != "inspect":
+        return command
+    given = reading.words()
+    beside: list[str] = []
+    for place, word in enumerate(given):
+        if word.startswith("--") and word not in (*words, "--constant", "--scale"):
+            values = given[place + 1 : place + 2]
+            beside += [word, *(value for value in values if not value.startswith("--"))]
+    return " ".join([command.rstrip(), *map(shlex.quote, beside)])
 
 
 def _settling(look: LogLook, problem: ErclutchError) -> str:
