@@ -64,7 +64,7 @@ def constants_of(pattern: str, name: str) -> dict[str, tuple[float, str | None]]
     if found is None:
         raise MappingError(
             f"the file's name does not match the pattern '{pattern}'",
-            remedy="Rename the file or correct name_pattern (x or p stands for the decimal point)",
+            remedy="Rename the file or correct name_pattern ({...} stands for a number, x or p for its decimal point)",
         )
 
     numbers: dict[str, tuple[float, str | None]] = {}

@@ -20,6 +20,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
+import numpy as np
+
 from erclutch.errors import ErclutchError, RunError, SettingError, keywords_checked
 from erclutch.files import file_digest, may_fill, may_write, small_text, whole_file
 from erclutch.files.places import nothing, release, reserve
@@ -38,10 +40,12 @@ from erclutch.wings.fleet.fleet_statistics import FleetSeries
 from erclutch.wings.fleet.fleet_tables import Rows, tables_of
 
 if TYPE_CHECKING:
+    from erclutch.models.law_model import TorqueModel
     from erclutch.report.notebook import Card
 
 MARKER = "fleet.json"
 _DEVICES = "devices"
+_LESS = 0.99  # of a field, to see how an effort follows it
 
 #: Called with the devices done, those there are, and the device that was just done.
 FleetProgress = Callable[[int, int, str], None]
@@ -260,8 +264,12 @@ def fit_device(task: DeviceTask) -> dict[str, Any]:
         recordings = [recording for path in task.paths for recording in reading.read(path, task.device)]
         data = build_dataset(recordings, device=task.device, derivative=reading.derivative)
         comparison = compare(data, task.settings)
+        laws = {entry.name: entry.outcome.model.law_part for entry in comparison.entries}
+        fields = [law.reference.field for law in laws.values() if law is not None]
         return {
             **body,
+            "reference_field": fields[0] if fields else None,  # one for all models
+            "field_exponents": {name: _exponent_of(law) for name, law in laws.items()},
             "values": dict(recordings[0].constants),
             "run": run_to_dict(comparison, recordings, None),
         }
@@ -269,6 +277,16 @@ def fit_device(task: DeviceTask) -> dict[str, Any]:
         return {**body, "failed": str(error)}
     except Exception as error:  # a failed log is a row, whatever failed
         return {**body, "failed": f"unforeseen {type(error).__name__}: {error}"}
+
+
+def _exponent_of(law: TorqueModel | None) -> float | None:
+    """By which power the yield effort of a law follows the field at the largest one; None where it has no such form."""
+    form = law.structure.law.yield_form if law is not None else None
+    if law is None or form is None:
+        return None
+    shape = [law.shape[each.name] for each in form.shape]
+    ratio = form.factor(1.0, *shape) / form.factor(_LESS, *shape)
+    return float(np.log(ratio) / np.log(1.0 / _LESS))
 
 
 def _digests(task: DeviceTask) -> list[str]:

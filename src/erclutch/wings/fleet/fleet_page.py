@@ -17,6 +17,7 @@ from erclutch.wings.fleet.fleet_charts import fleet_panels, named
 from erclutch.wings.fleet.fleet_statistics import FEWEST, FleetSeries
 
 _CHANCE = 0.01  # below it a trend is said
+_NAMED = 3  # logs in a sentence
 
 
 def trend_of(series: FleetSeries) -> str:
@@ -42,6 +43,18 @@ def too_few(series: Sequence[FleetSeries]) -> str:
     return f"Trends, limits and what stands out need {FEWEST} fitted devices; here are {devices}."
 
 
+def not_compared(series: Sequence[FleetSeries]) -> str:
+    """Which numbers are of another field in some logs, which reached another one; empty where none is."""
+    apart = {each.parameter: each.apart for each in series if each.apart}
+    if not apart:
+        return ""
+    fields = next(iter(apart.values()))
+    logs = ", ".join(f"{device} ({reached:.3g})" for device, reached in list(fields.items())[:_NAMED])
+    more = f" and {len(fields) - _NAMED} more" if len(fields) > _NAMED else ""
+    numbers = ", ".join(apart)
+    return f"{numbers}: at the largest field that was fitted; not compared there, with another field: {logs}{more}."
+
+
 def drifting(series: FleetSeries) -> bool:
     """Whether such a trend would come by chance in fewer than one of a hundred fleets."""
     return series.trend is not None and series.trend.chance < _CHANCE
@@ -62,6 +75,7 @@ def fleet_html(fleet: Fleet) -> str:
         "panels": fleet_panels(series, fleet.over),
         "failed": fleet.failed,
         "too_few": too_few(series),
+        "not_compared": not_compared(series),
         "others": sorted({row["model"] for row in fleet.fits if row["model"]} - {fleet.model}),
     }
     badge = fleet.origins[0] if fleet.origins else "RECORDING"

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -112,6 +113,7 @@ class FleetSeries:
         value, low, high: with 95 % intervals, shape (n,).
         score: see `outlier_scores`, shape (n,).
         trend, chart: None for few devices.
+        apart: devices whose number is of another reference field and is not compared, with that field.
     """
 
     model: str
@@ -125,6 +127,7 @@ class FleetSeries:
     score: Array
     trend: Trend | None
     chart: ControlChart | None
+    apart: Mapping[str, float] = field(default_factory=dict[str, float])
 
     @property
     def outliers(self) -> tuple[str, ...]:

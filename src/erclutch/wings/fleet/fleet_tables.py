@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from operator import itemgetter
 from pathlib import Path
+from statistics import median_low
 from typing import Any
 
 import numpy as np
@@ -23,6 +24,11 @@ from erclutch.wings.fleet.fleet_statistics import OUTLYING, RMSE, FleetSeries, c
 Rows = list[dict[str, Any]]
 
 _SECONDS_A_DAY = 86400.0
+#: What a number means that is of another field where a log reaches another field, such as the yield effort.
+_AT_FIELD = "reference field"
+#: How far a reference field may be from the fleet's, as a share of it, for numbers that the law carries over, and for
+#: others: a yield effort follows the field, and a drift is small.
+_NEARBY, _ONE_FIELD = 0.25, 0.02
 
 
 @dataclass(frozen=True)
@@ -76,7 +82,10 @@ def tables_of(devices: Sequence[Mapping[str, Any]], over: str, baseline: int) ->
     for order, body in zip(_order_of(devices, over), devices, strict=True):
         place = {"device": body["device"], "order": order}
         modified = datetime.fromtimestamp(body["modified"], UTC).isoformat(timespec="seconds")
-        about = {**place, "logs": "; ".join(body["logs"]), "modified": modified, **body["values"]}
+        about = {**place, "logs": "; ".join(body["logs"]), "modified": modified}
+        # A number of the name may be called as a column is, such as {device}.
+        taken = (*about, *_NO_FIT, "failed")
+        about |= {f"{key} in name" if key in taken else key: number for key, number in body["values"].items()}
         run = body.get("run")
         if run is None:
             fits.append({**about, **_NO_FIT, "failed": body["failed"]})
@@ -84,7 +93,9 @@ def tables_of(devices: Sequence[Mapping[str, Any]], over: str, baseline: int) ->
         for model in run["ranking"]:
             fit = _fit_row(run, model)
             fits.append({**about, **fit, "failed": body["failed"]})
-            parameters += [{**place, **row} for row in _parameter_rows(model, fit)]
+            exponent = body.get("field_exponents", {}).get(model["name"])
+            rows = _parameter_rows(model, fit, body.get("reference_field"), exponent)
+            parameters += [{**place, **row} for row in rows]
 
     series = _series_of(parameters, baseline)
     recommended = [row["model"] for row in fits if row["recommended"]]
@@ -104,7 +115,8 @@ def _order_of(devices: Sequence[Mapping[str, Any]], over: str) -> list[float]:
         return [(body["modified"] - first) / _SECONDS_A_DAY for body in devices]
     if not any(over in body["values"] for body in devices):
         remedy = f"Give --name-pattern with {{{over}}} in it, or --over name, or --over mtime"
-        raise SettingError(f"no log has a number {over!r}", remedy=remedy)
+        failed = next((body["failed"] for body in devices if body["failed"]), "")
+        raise SettingError(f"no log has a number {over!r}{f'; {failed}' if failed else ''}", remedy=remedy)
     return [float(body["values"].get(over, np.nan)) for body in devices]
 
 
@@ -147,10 +159,23 @@ _NO_FIT: dict[str, Any] = {
 }
 
 
-def _parameter_rows(model: Mapping[str, Any], fit: Mapping[str, Any]) -> Rows:
-    """A row for each parameter of a model, and one for its error on rows held out."""
+def _parameter_rows(
+    model: Mapping[str, Any],
+    fit: Mapping[str, Any],
+    field: float | None,
+    exponent: float | None,
+) -> Rows:
+    """A row for each parameter of a model, and one for its error on rows held out.
+
+    Args:
+        model: as JSON values.
+        fit: its row in the table of fits.
+        field: the reference field, the largest that the model was fitted to.
+        exponent: by which the yield effort follows the field there; None: not known.
+    """
     error = {
         "name": RMSE,
+        "meaning": "error on rows held out",
         "value": fit["rmse"],
         "low": fit["rmse_low"],
         "high": fit["rmse_high"],
@@ -167,6 +192,8 @@ def _parameter_rows(model: Mapping[str, Any], fit: Mapping[str, Any]) -> Rows:
             "high": number["high"],
             "at_bound": number["at_bound"],
             "unit": number["unit"],
+            "at_field": field if _AT_FIELD in number["meaning"] else None,
+            "field_exponent": exponent if _AT_FIELD in number["meaning"] else None,
             "rmse": fit["rmse"],
             "warnings": fit["notes"],
         }
@@ -186,10 +213,11 @@ def _series_of(parameters: Rows, baseline: int) -> tuple[FleetSeries, ...]:
         # A device without this number, or without a place in the order (NaN), is left out.
         known = [row for row in rows if row["value"] is not None and row["order"] == row["order"]]
         known.sort(key=itemgetter("order"))
+        known, factors, apart = _at_one_field(known)
         order = _column(known, "order")
-        value = _column(known, "value")
-        low = _column(known, "low")
-        high = _column(known, "high")
+        value = _column(known, "value") * factors
+        low = _column(known, "low") * factors
+        high = _column(known, "high") * factors
         scores = outlier_scores(value, low, high)
         for row, score in zip(known, scores, strict=True):
             row["score"] = float(score) if np.isfinite(score) else None
@@ -207,9 +235,32 @@ def _series_of(parameters: Rows, baseline: int) -> tuple[FleetSeries, ...]:
                 score=scores,
                 trend=trend(order, value),
                 chart=control_chart(value, baseline),
+                apart=apart,
             )
         )
     return tuple(series)
+
+
+def _at_one_field(rows: Rows) -> tuple[Rows, Array, dict[str, float]]:
+    """The rows whose number can be told for the fleet's usual reference field; what carries it there; other fields.
+
+    A log without the largest current has its yield effort at the next one: that is no device that stands out.
+    """
+    fields = [row["at_field"] for row in rows if row["at_field"] is not None]
+    usual = median_low(fields) if fields else 0.0
+    kept: Rows = []
+    factors: list[float] = []
+    apart: dict[str, float] = {}
+    for row in rows:
+        field = row["at_field"]
+        away = 0.0 if field is None or not usual else abs(field / usual - 1.0)
+        exponent = row["field_exponent"]
+        if away > (_ONE_FIELD if exponent is None else _NEARBY):
+            apart[row["device"]] = field
+            continue
+        kept.append(row)
+        factors.append((usual / field) ** exponent if away and exponent is not None else 1.0)
+    return kept, np.array(factors), apart
 
 
 def _column(rows: Rows, name: str) -> Array:
