@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from erclutch.wings.rheology.field_series import series_of
-from erclutch.wings.rheology.flow_curve import FlowCurve, ranked
+from erclutch.wings.rheology.flow_curve import FlowCurve, ranked, yield_stress_of
 from erclutch.wings.rheology.flow_curve_file import read_flow_curves
 from tests.support.command import good, refused
 
@@ -106,6 +106,22 @@ def test_the_yield_stress_grows_as_it_was_made(tmp_path: Path) -> None:
     assert growth.low < growth.exponent < growth.high
     assert growth.exponent == pytest.approx(1.9, abs=0.03)
     assert growth.factor == pytest.approx(285.0, rel=0.03)
+
+
+def test_a_law_that_hides_the_yield_stress_of_a_curve_is_not_that_of_all_curves() -> None:
+    """Casson is as near and has a number less, but at 0.1 T it identifies no yield stress, and at 0 T a wrong value."""
+    rates = np.logspace(-1.0, 3.0, 31)
+    yields = {0.0: 12.0, 0.1: 351.7, 0.2: 1066.0, 0.4: 3231.0, 0.6: 6182.0}  # Pa, by field in T
+    rng = np.random.default_rng(4)
+    curves: list[FlowCurve] = []
+    for field, yield_stress in yields.items():
+        truth = yield_stress * np.tanh(rates / 0.05) + 2.1 * rates**0.82
+        curves.append(FlowCurve(f"{field} T", rates, truth * (1.0 + 0.02 * rng.normal(size=rates.size)), field, "T"))
+    series = series_of([(curve, ranked(curve, ("bingham", "casson", "herschel-bulkley"))) for curve in curves])
+    assert series is not None
+    assert series.law == "herschel-bulkley"
+    for curve, fit in series.curves:
+        assert yield_stress_of(fit).value == pytest.approx(yields[curve.field], rel=0.05)
 
 
 def test_two_fields_tell_no_exponent() -> None:

@@ -13,7 +13,7 @@ from erclutch.logs.columns.labels import split_end
 from erclutch.logs.columns.name_pattern import NUMBER, number_of
 from erclutch.logs.table import Table
 from erclutch.signals import units
-from erclutch.signals.array import Array, rms
+from erclutch.signals.array import Array
 from erclutch.wings.rheology.flow_curve import NEAR, FlowCurve, FlowFit, yield_stress_of
 
 #: Units of what is set across a fluid: a voltage, its gradient, a current, a flux density, a magnetic field.
@@ -163,12 +163,19 @@ def series_of(fitted: Sequence[tuple[FlowCurve, Sequence[FlowFit]]]) -> FieldSer
     for _, fits in fitted:
         for fit in fits:
             by_law.setdefault(fit.law, []).append(fit)
-    errors: dict[str, float] = {}  # RMS of log10(stress) over all curves
+    # Over all curves at once: in one curve alone an end that is left out and tells an exponent would decide.
+    errors: dict[str, float] = {}  # standard deviation of log10(stress) about the law, over all curves
     for law, fits in by_law.items():
-        held_out = np.array([fit.validated if np.isfinite(fit.validated) else fit.log_rmse for fit in fits])
-        errors[law] = float(rms(held_out))
+        squares = sum(curve.rate.size * fit.log_rmse**2 for (curve, _), fit in zip(fitted, fits, strict=True))
+        spare = sum(curve.rate.size - len(fit.estimates) for (curve, _), fit in zip(fitted, fits, strict=True))
+        errors[law] = float(np.sqrt(squares / spare)) if spare > 0 else np.inf
     near = [law for law in by_law if errors[law] <= NEAR * min(errors.values())]
-    law = min(near, key=lambda name: (len(by_law[name][0].estimates), errors[name]))
+
+    def hidden(name: str) -> int:
+        """In how many curves the law shows no yield stress: where another law shows one, the law does not fit."""
+        return sum(not fit.yield_shown for fit in by_law[name])
+
+    law = min(near, key=lambda name: (hidden(name), len(by_law[name][0].estimates), errors[name]))
 
     curves = [curve for curve, _ in fitted]
     by_field = sorted(zip(curves, by_law[law], strict=True), key=lambda pair: pair[0].field)
