@@ -138,3 +138,21 @@ def test_a_steady_field_is_not_asked() -> None:
     base = Structure("single", "bingham/constant", law_from_name("bingham/constant", "single"), "none")
     rungs = grown(steady, base, among=("remanence",))
     assert len(rungs) == 1
+
+
+def test_a_play_within_the_noise_of_a_measured_current_is_no_remanence() -> None:
+    """It smooths the noise, and an estimate gets better by that; the iron of this brake keeps nothing."""
+    true = np.abs(ramps())
+    measured = true + 0.01 * np.random.default_rng(7).standard_normal(true.size)
+    train = brake(measured, true / 2.0)
+    law = Structure("single", "bingham", law_from_name("bingham", "single"), "none", friction=True, offset=True)
+    assert [rung.structure.dynamics for rung in grown(train, law, among=["remanence"])] == ["none"]
+
+
+def test_remanence_is_told_through_the_noise_of_a_measured_current() -> None:
+    true = ramps()
+    field = behind("remanence", true, r_h=0.3, s_h=0.7)
+    measured = true + 0.01 * np.random.default_rng(7).standard_normal(true.size)
+    law = Structure("single", "bingham", law_from_name("bingham", "single"), "none", friction=True, offset=True)
+    rungs = grown(brake(measured, field), law, among=["remanence"])
+    assert [rung.structure.dynamics for rung in rungs] == ["none", "remanence"]

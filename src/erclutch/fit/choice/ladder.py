@@ -55,6 +55,10 @@ _ROWS_A_NUMBER = 10
 #: Steps of a solver from each start, and where in the usual range of a new constant its searches start.
 _STEPS = 15
 _PLACES = (0.15, 0.5, 0.85)
+#: Widest edge of plays, over the noise of the field, from which on they tell more than that noise is smoothed.
+_EDGE_OVER_NOISE = 4.0
+#: Standard deviation of white noise over the median size of its second differences.
+_DEVIATION_OF_BEND = 1.0 / (0.6745 * 6.0**0.5)
 #: Correlation from which a column is the effort, or the power that the effort makes, in other numbers.
 _OF_THE_EFFORT = 0.999
 
@@ -123,6 +127,8 @@ def grown(
                 continue
             rung = _rung(folds, richer, here.numbers)
             drifts = name in counting
+            if _edge_in_noise(train, rung, name):
+                continue
             worth = max(DRIFTING_WORTH if drifts else WORTH, _by_chance(here, rung))
             if rung.error < (1.0 - worth) * here.error:
                 worthy[name] = rung
@@ -277,6 +283,22 @@ def _next(left: Sequence[str], name: str) -> bool:
     family = next((family for family in families() if name in family), (name,))
     simplest = next(each for each in family if each in left)
     return simplest == name
+
+
+def _edge_in_noise(train: Dataset, rung: Rung, name: str) -> bool:
+    """Whether the edge of a stage lies in the noise of a measured field: it smooths the noise, and no iron is told."""
+    edge = next((family.edge for family in _families() if name in family.ladder), "")
+    if not edge:
+        return False
+    noise = max(_noise(element.field) for element in train.elements)
+    reference = reference_of(train)
+    return rung.numbers[edge] * reference.field < _EDGE_OVER_NOISE * noise
+
+
+def _noise(signal: Array) -> float:
+    """The standard deviation of noise from row to row, by the bends; none of a command that stands still or ramps."""
+    bends = np.abs(np.diff(signal, 2))
+    return float(np.median(bends)) * _DEVIATION_OF_BEND if bends.size else 0.0
 
 
 def _has_company(structure: Structure, name: str) -> bool:

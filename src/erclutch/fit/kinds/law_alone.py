@@ -291,6 +291,9 @@ def with_memory(
     if not known:
         return [], ()
 
+    # Where the rows do not tell a law's own numbers they do not with memory either, and it would not be recommended.
+    known = [outcome for outcome in known if outcome.sound] or known
+
     # Behind the stages of the best.
     best = min(known, key=lambda law: law.train_cost)
     base = _plainest_of_the_best(known)

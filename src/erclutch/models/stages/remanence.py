@@ -121,4 +121,4 @@ def _remanence(count: int, forms: tuple[str, ...]) -> Remanence:
     )
 
 
-STAGE = StageFamily(_remanence, count=_USUAL, ladder=("remanence",))
+STAGE = StageFamily(_remanence, count=_USUAL, ladder=("remanence",), edge="r_h")

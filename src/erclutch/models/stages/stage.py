@@ -200,6 +200,7 @@ class StageFamily:
         ladder: specifications that `fit.choice.ladder` tries on the best law by itself, from the simplest to the
             richest; a richer one takes the place of a simpler one of the family.
         beside: the ladder tries it only where there is a stage of the family of this name; "": anywhere.
+        edge: a parameter, a part of the field, that the ladder believes only above the noise of the field; "": none.
     """
 
     make: Callable[[int, tuple[str, ...]], Stage]
@@ -207,6 +208,7 @@ class StageFamily:
     forms: tuple[str, ...] = ()
     ladder: tuple[str, ...] = ()
     beside: str = ""
+    edge: str = ""
 
 
 def numbered(stem: str, number: int, *, ahead: bool = False) -> str:
