@@ -18,7 +18,12 @@ from erclutch.report.html.dynamics_section import _model  # pyright: ignore[repo
 from erclutch.report.numbers.correlation import autocorrelation, held_out_spans, noise_of, spectrum
 from erclutch.report.numbers.error_map import error_maps
 from erclutch.report.numbers.flow_curves import FlowCurves, grouped, rare_fields
+<<<<<<< HEAD
 from erclutch.report.numbers.number_text import chart_scale, number, percent, r2_text, scale_for, share_span, span
+=======
+from erclutch.report.numbers.model_stages import stage_gain
+from erclutch.report.numbers.number_text import chart_scale, number, percent, r2_text, scale_for, span
+>>>>>>> 9ee48365 (Report: what iron keeps no longer stretches a step to half an hour, and stages that gain stand in its words)
 from erclutch.report.numbers.parity import distributions, parity
 from erclutch.report.numbers.run_material import shown_models
 from erclutch.report.numbers.switching import after_switch, step_responses
@@ -220,6 +225,30 @@ def test_step_responses_come_from_the_stages_whatever_the_chain() -> None:
     assert step.settled == pytest.approx(0.04 * np.log(50), rel=0.02)
     alone = chain("a+dahl/field", r_1=0.01)
     assert step_responses({"ranking": [alone]}, [alone["name"]]) == ()
+
+
+def test_what_iron_keeps_back_does_not_stretch_the_time_of_a_step() -> None:
+    brake = chain("a+remanence+lag", r_h=0.12, s_h=1.0, delay=0.0, tau=0.02)
+    (step,) = step_responses({"ranking": [brake]}, [brake["name"]])
+    assert step.kept_back == pytest.approx(0.09, abs=0.002)  # the mean of the edges at 0.06 and 0.12
+    assert step.settled == pytest.approx(0.02 * np.log(91), rel=0.03)
+    lagged = chain("a+lag", delay=0.0, tau=0.02)
+    (step,) = step_responses({"ranking": [lagged]}, [lagged["name"]])
+    assert step.kept_back == 0.0
+
+
+def test_stages_that_change_nothing_do_not_stand_for_those_that_do() -> None:
+    ranking = [
+        entry("a+remanence+lag+effort-lag", 0.02092, 15),
+        entry("a+remanence+lag", 0.02094, 14),
+        entry("a+lag", 0.0565, 12),
+    ]
+    gain = stage_gain(ranking)
+    assert gain is not None
+    assert gain.added == ("remanence", "effort-lag")
+    gain = stage_gain(ranking[:2])
+    assert gain is not None
+    assert gain.added == ("effort-lag",)
 
 
 def entry(name: str, rmse: float | None, parameters: int) -> dict[str, Any]:

@@ -14,6 +14,7 @@ from erclutch.models.stages.stage import SlipAndStrength, Stage
 MODEL = "model"
 #: Key of such an entry: all that changes the model and is no stage, as text.
 APART = "apart"
+_NEXT_TO_NOTHING = 0.01  # of the error
 
 
 @dataclass(frozen=True)
@@ -61,16 +62,26 @@ def stage_gain(ranking: Sequence[Mapping[str, Any]]) -> StageGain | None:
     """The best model with stages beside the best one that differs in nothing but some of them; None without such.
 
     Past samples, inputs and the law or network itself are the same in both, so that stages are credited with nothing
-    else.
+    else. Stages that change next to nothing stand for none of the others.
     """
+    first: StageGain | None = None
     for entry in ranking:
         stages = stage_names(entry)
         for other in ranking:
             others_stages = stage_names(other)
-            if set(others_stages) < set(stages) and _without_stages(other) == _without_stages(entry):
-                added = tuple(name for name in stages if name not in others_stages)
-                return StageGain(entry, other, added)
-    return None
+            if not (set(others_stages) < set(stages) and _without_stages(other) == _without_stages(entry)):
+                continue
+            added = tuple(name for name in stages if name not in others_stages)
+            gain = StageGain(entry, other, added)
+            if abs(_error(other) - _error(entry)) > _NEXT_TO_NOTHING * _error(other):
+                return gain
+            first = first or gain
+    return first
+
+
+def _error(entry: Mapping[str, Any]) -> float:
+    """The RMSE over the rows held out; 0 where it is not finite."""
+    return float(entry["test"]["rmse"][0] or 0.0)
 
 
 def _without_stages(entry: Mapping[str, Any]) -> tuple[list[str], str, str]:

@@ -21,6 +21,8 @@ _FEWEST = 20  # switches
 _SHORTEST = 1e-3  # s, of step responses
 _LONGEST = 1e3
 _POINTS = 1201  # of a step response
+_STILL = 0.001  # share of a step, by which a response moves at most once it has settled
+_SOME_OF_A_STEP = 0.1
 _MISSING = 0.01  # share of a step below which the field has settled
 
 
@@ -48,7 +50,7 @@ class StepResponse:
     Attributes:
         model: its name.
         time: since the step in s, from 0, shape (n,); both ways have settled at its end.
-        rising: share of a step up that has arrived, shape (n,).
+        rising: share of a step up that has arrived, shape (n,); iron keeps the rest of it back.
         falling: share that is left after a step down to zero, shape (n,).
     """
 
@@ -56,6 +58,12 @@ class StepResponse:
     time: Array
     rising: Array
     falling: Array
+
+    @property
+    def kept_back(self) -> float:
+        """The share of the largest step that stays behind for good, as in iron."""
+        share = 1.0 - float(self.rising[-1])
+        return share if share > _MISSING else 0.0
 
     def up(self, time: Array) -> Array:
         """Share of a step up that has arrived."""
@@ -67,9 +75,9 @@ class StepResponse:
 
     @property
     def settled(self) -> float:
-        """Time in s after which less than 1 % of a step is missing."""
-        above = np.abs(1.0 - self.rising)
-        below = np.abs(self.falling)
+        """Time in s after which less than 1 % of a step is missing; what stays in iron is no part of that."""
+        above = np.abs(self.rising[-1] - self.rising)
+        below = np.abs(self.falling - self.falling[-1])
         missing = np.maximum(above, below)
         off = missing > _MISSING
         last_off = int(np.flatnonzero(off)[-1])
@@ -144,16 +152,21 @@ def step_response(entry: Mapping[str, Any]) -> StepResponse | None:
     """How the stages of a model on the command follow a step; None where there is none."""
     if not any(stage.place == "command" for stage in stages_in(entry)):
         return None
-    # The time is made longer until the last quarter of the response has settled.
+    # The time is made longer until the last quarter of the response stands still. Iron keeps a share for ever.
     last_quarter = slice(-_POINTS // 4, None)
     horizon = _SHORTEST
     while True:
         response = _response(entry, horizon)
-        rise_missing = np.abs(1.0 - response.rising[last_quarter]).max()
-        fall_missing = np.abs(response.falling[last_quarter]).max()
-        if max(rise_missing, fall_missing) < _MISSING or horizon > _LONGEST:
+        rise_left = np.abs(response.rising[-1] - response.rising[last_quarter]).max()
+        fall_left = np.abs(response.falling[-1] - response.falling[last_quarter]).max()
+        if (max(rise_left, fall_left) < _STILL and _has_come(response)) or horizon > _LONGEST:
             return response
         horizon *= 1.5
+
+
+def _has_come(response: StepResponse) -> bool:
+    """Whether some of a step has arrived: before a dead time is over everything stands still."""
+    return bool(response.rising[-1] > _SOME_OF_A_STEP)
 
 
 def _response(entry: Mapping[str, Any], horizon: float) -> StepResponse:
