@@ -129,6 +129,24 @@ def test_score_ranks_the_models_of_a_run_on_another_log(
     assert "Quadratic law" not in both[1]
 
 
+def test_score_of_several_logs_shows_which_of_them_has_changed(place: Path, tmp_path: Path) -> None:
+    names, *rows = (place / "two.csv").read_text().splitlines()
+    weaker = [[float(cell) for cell in row.split(",")] for row in rows]
+    effort = next(i for i, name in enumerate(names.split(",")) if name.startswith("M"))
+    for row in weaker:
+        row[effort] *= 0.8
+    lines = [",".join(f"{value:.9g}" for value in row) for row in weaker]
+    (tmp_path / "weak.csv").write_text("\n".join([names, *lines]) + "\n")
+    words = ("score", place / "two.csv", "weak.csv", "--run", place / "run", "--model", "bingham")
+    code, said, _ = run(*words, cwd=tmp_path)
+    assert code == 0
+    assert "Bingham law, by log" in said
+    logs = json.loads(run(*words, "--json", cwd=tmp_path)[1])["models"][0]["logs"]
+    assert [log["log"] for log in logs] == ["two.csv", "weak.csv"]
+    assert logs[1]["gain"] == pytest.approx(0.8 * logs[0]["gain"], rel=1e-6)
+    assert logs[1]["rmse"] > logs[0]["rmse"]
+
+
 def test_several_logs_give_a_folder_and_several_runs_one_table(place: Path, tmp_path: Path) -> None:
     code, said, _ = run("predict", place / "several", "--run", place / "run", "--out", "p", cwd=tmp_path)
     assert (code, sorted(path.name for path in (tmp_path / "p").iterdir())) == (0, ["one.csv", "two.csv"])

@@ -18,12 +18,8 @@ from erclutch.report.html.dynamics_section import _model  # pyright: ignore[repo
 from erclutch.report.numbers.correlation import autocorrelation, held_out_spans, noise_of, spectrum
 from erclutch.report.numbers.error_map import error_maps
 from erclutch.report.numbers.flow_curves import FlowCurves, grouped, rare_fields
-<<<<<<< HEAD
-from erclutch.report.numbers.number_text import chart_scale, number, percent, r2_text, scale_for, share_span, span
-=======
 from erclutch.report.numbers.model_stages import stage_gain
-from erclutch.report.numbers.number_text import chart_scale, number, percent, r2_text, scale_for, span
->>>>>>> 9ee48365 (Report: what iron keeps no longer stretches a step to half an hour, and stages that gain stand in its words)
+from erclutch.report.numbers.number_text import chart_scale, number, percent, r2_text, scale_for, share_span, span
 from erclutch.report.numbers.parity import distributions, parity
 from erclutch.report.numbers.run_material import shown_models
 from erclutch.report.numbers.switching import after_switch, step_responses

@@ -39,10 +39,15 @@ def table(
     rows: Iterable[Sequence[str | Text]],
     left: int = 1,
 ) -> Table:
-    """A plain table: the first ``left`` columns to the left, numbers to the right."""
+    """A plain table: the first ``left`` columns to the left, numbers to the right.
+
+    It is as wide as its title, where the screen allows: a title that breaks above two narrow columns reads badly.
+    """
+    room = console().width
     made = Table(
         title=title,
         title_justify="left",
+        min_width=min(len(title), room) if title else None,
         title_style="bold",
         box=box.SIMPLE_HEAD,
         pad_edge=False,

@@ -30,7 +30,7 @@ from erclutch.models.load import load_model
 from erclutch.models.model import Model, Pair, held_window, margins
 from erclutch.runs.run_folder import FINAL, Run, read_run
 from erclutch.runs.run_rows import read_rows
-from erclutch.signals.array import Array, Mask
+from erclutch.signals.array import Array, Mask, rms
 from erclutch.signals.percent import percent
 from erclutch.signals.units import amount
 
@@ -133,6 +133,23 @@ def score(
 
 
 @dataclass(frozen=True)
+class LogScore:
+    """How good a model is on the rows of one of several logs.
+
+    Attributes:
+        log: its name.
+        rmse: in the unit of the effort.
+        gain: measured over estimated effort, by least squares; NaN where the model says nothing but zero.
+        inside: share of the rows in the prediction band; None without a band.
+    """
+
+    log: str
+    rmse: float
+    gain: float
+    inside: float | None
+
+
+@dataclass(frozen=True)
 class ModelScore:
     """How good a model is on some rows.
 
@@ -142,6 +159,7 @@ class ModelScore:
         guessed: share of rows outside what it was trained on.
         where: where these rows lie, in words; empty where there are none.
         held: what its prediction band holds; None without a band.
+        by_log: the same of each log, where there are several.
     """
 
     model: str
@@ -149,6 +167,7 @@ class ModelScore:
     guessed: float
     where: str
     held: Coverage | None
+    by_log: tuple[LogScore, ...] = ()
 
     def row(self, run: str) -> dict[str, Any]:
         """As columns of a table."""
@@ -197,16 +216,34 @@ def score_model(model: Model, data: Dataset, name: str) -> ModelScore:
     effort = model.predict(data)
     outside = model.outside(data)
     held = None
+    inside: Mask | None = None
     if model.band is not None:
         ends = model.band.around(effort, data.elements, data.clock)
         held = coverage(data, ends, np.ones(data.rows, np.bool_))
+        low, high = ends
+        inside = (data.effort >= low) & (data.effort <= high)
     return ModelScore(
         model=name,
         figures=scored(data.effort, effort),
         guessed=float(outside.mean()),
         where=_where(model, data, outside),
         held=held,
+        by_log=_by_log(data, effort, inside),
     )
+
+
+def _by_log(data: Dataset, estimated: Array, inside: Mask | None) -> tuple[LogScore, ...]:
+    """How good an estimate is in each of several logs; none of a single log."""
+    if len(data.sources) < 2:
+        return ()
+    scores: list[LogScore] = []
+    for log, (start, stop) in zip(data.sources, data.source_rows, strict=True):
+        rows = slice(start, stop)
+        size = float(estimated[rows] @ estimated[rows])
+        gain = float(data.effort[rows] @ estimated[rows]) / size if size > 0.0 else np.nan
+        share = None if inside is None else float(inside[rows].mean())
+        scores.append(LogScore(log, rms(data.effort[rows] - estimated[rows]), gain, share))
+    return tuple(scores)
 
 
 def _where(model: Model, data: Dataset, outside: NDArray[np.bool_]) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import asdict
 from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple, cast
@@ -84,13 +85,17 @@ def score(
     data = data_of_runs[0]
 
     if json:
-        models = [{"title": each.title, **each.score.row(str(each.run))} for each in scores]
+        models = [_as_json(each) for each in scores]
         body = {"log": data.where, "rows": data.rows, "unit": data.units.effort, "warnings": warnings}
         terminal.say_json({**body, "models": models})
         return
     terminal.tell("\n".join(terminal.recording_lines(recordings)))
     terminal.tell(_table(scores, data, runs=len(run)))
     terminal.tell(*_words_on(scores, data), style="dim")
+    for each in scores:
+        if each.score.by_log and (each.recommended_at is not None or len(scores) == 1):
+            terminal.tell(_table_by_log(each, data))
+            terminal.tell("gain: measured over estimated effort; 1 where the device is as it was", style="dim")
     terminal.tell(*warnings, style="yellow")
     for where in dict.fromkeys(each.score.where for each in scores if each.score.where):
         alike = [each.title.partition(",")[0] for each in scores if each.score.where == where]
@@ -112,6 +117,26 @@ class _Scored(NamedTuple):
     title: str
     score: ModelScore
     recommended_at: float | None
+
+
+def _as_json(each: _Scored) -> dict[str, Any]:
+    """A model with its figures, of each log too."""
+    return {"title": each.title, **each.score.row(str(each.run)), "logs": [asdict(log) for log in each.score.by_log]}
+
+
+def _table_by_log(each: _Scored, data: Dataset) -> Table:
+    """How good a model is on each log: a device that changes shows from log to log."""
+    rows = [
+        [
+            log.log,
+            terminal.number(log.rmse, zeros=True),
+            f"{log.gain:.3f}",
+            "no band" if log.inside is None else percent(log.inside, 1),
+        ]
+        for log in each.score.by_log
+    ]
+    headings = ["log", terminal.with_unit("RMSE", data.units.effort), "gain", "inside"]
+    return terminal.table(f"{each.title}, by log", headings, rows)
 
 
 def _table(scores: Sequence[_Scored], data: Dataset, runs: int) -> Table:
