@@ -173,7 +173,7 @@ def _parameter_rows(
         field: the reference field, the largest that the model was fitted to.
         exponent: by which the yield effort follows the field there; None: not known.
     """
-    error = {
+    error: dict[str, Any] = {
         "name": RMSE,
         "meaning": "error on rows held out",
         "value": fit["rmse"],
@@ -252,14 +252,17 @@ def _at_one_field(rows: Rows) -> tuple[Rows, Array, dict[str, float]]:
     factors: list[float] = []
     apart: dict[str, float] = {}
     for row in rows:
-        field = row["at_field"]
-        away = 0.0 if field is None or not usual else abs(field / usual - 1.0)
-        exponent = row["field_exponent"]
-        if away > (_ONE_FIELD if exponent is None else _NEARBY):
-            apart[row["device"]] = field
-            continue
+        field: float | None = row["at_field"]
+        exponent: float | None = row["field_exponent"]
+        factor = 1.0
+        if field is not None and usual and field != usual:
+            away = abs(field / usual - 1.0)
+            if away > (_ONE_FIELD if exponent is None else _NEARBY):
+                apart[row["device"]] = field
+                continue
+            factor = float((usual / field) ** (exponent or 0.0)) if field else 1.0
         kept.append(row)
-        factors.append((usual / field) ** exponent if away and exponent is not None else 1.0)
+        factors.append(factor)
     return kept, np.array(factors), apart
 
 
