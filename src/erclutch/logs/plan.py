@@ -414,22 +414,16 @@ def _given_options(plan: Plan) -> list[str]:
 
 
 def _reading_options(plan: Plan, beside: Sequence[str]) -> list[str]:
-    """How the user said that the file is read, as options of a command; none of which another value is ``beside``.
-
-    Without the recording that was chosen, for example, the next command would ask for it again.
-    """
+    """How the user said that the file is read, as options; none with another value ``beside``, where it is asked."""
     told = plan.told
     if told.source != "given":
         return []
-    words: list[str] = []
+    words = [f"--input {shell_word(str(choice.column))}" for choice in told.inputs]
+    words += ["--keep-values"] if told.values == "keep" else []
     for key in ("name_pattern", "variable", "decimal", "invalid"):
         option = f"--{key.replace('_', '-')}"
-        value: str | None = getattr(told, key)
-        if value and not any(each.startswith(f"{option} ") for each in beside):
-            words.append(f"{option} {shell_word(value)}")
-    if told.values == "keep":
-        words.append("--keep-values")
-    words += [f"--input {shell_word(str(choice.column))}" for choice in told.inputs]
+        if getattr(told, key) and not any(each.startswith(f"{option} ") for each in beside):
+            words.append(f"{option} {shell_word(getattr(told, key))}")
     return words
 
 
