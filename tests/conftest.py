@@ -107,6 +107,14 @@ class GroupsByFile(LoadScopeScheduling):
     def _split_scope(self, nodeid: str) -> str:
         return group_of(nodeid)
 
+    def mark_test_complete(self, node: Any, item_index: int, duration: float = 0) -> None:
+        """Drop a group that has ended: its tests were counted again after each of thousands of later tests."""
+        super().mark_test_complete(node, item_index, duration)
+        groups = self.assigned_work[node]
+        ended = group_of(self.registered_collections[node][item_index])
+        if all(groups[ended].values()):
+            del groups[ended]
+
 
 def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> GroupsByFile | None:
     """Hand out tests by group, where that is asked for."""
@@ -114,25 +122,40 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> GroupsByFile
 
 
 def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool | None:
-    """Where timed tests alone are asked for, files without any are not imported, which takes seven seconds."""
-    timed_alone = str(config.getoption("markexpr")).startswith("timed")
-    if timed_alone and collection_path.match("test_*.py") and not _says_timed(collection_path):
-        return True
+    """Files that hold no test of those that are asked for are not imported, which takes seconds of each process."""
+    named = {config.invocation_params.dir / argument.partition("::")[0] for argument in config.args}
+    if not collection_path.match("test_*.py") or collection_path in named:
+        return None
+    asked = str(config.getoption("markexpr"))
+    if asked.startswith("timed"):
+        return None if _says(collection_path, _TIMED) else True
+    if asked in ("slow", "not timed and (slow)"):
+        return None if _says(collection_path, _SLOW) else True
+    if asked.startswith("not slow"):
+        return True if _says(collection_path, _ALL_SLOW) else None
     return None
 
 
+#: What a file says that has tests with a mark. Tests with an argument ``model`` are slow for most models.
+_TIMED = re.compile(r"mark\.timed")
+_SLOW = re.compile(r"mark\.slow|slow_but|\bmodel: ")
+#: What a file says that has no other tests.
+_ALL_SLOW = re.compile(r"^pytestmark = (?:\[\n    )?pytest\.mark\.slow\b", re.MULTILINE)
+
+
 @cache
-def _says_timed(path: Path) -> bool:
-    return "mark.timed" in path.read_text("utf-8")
+def _says(path: Path, words: re.Pattern[str]) -> bool:
+    return words.search(path.read_text("utf-8")) is not None
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """The longest tests first, where tests are handed out to several processes; no timed test is missed."""
+    """The longest tests first, where tests are handed out to several processes; no timed or slow test is missed."""
     for item in items:
-        if item.get_closest_marker("timed") and not _says_timed(item.path):
-            raise pytest.UsageError(
-                f"{item.nodeid}: write pytest.mark.timed in its file, or `make test-slow` misses it"
-            )
+        for mark, words in (("timed", _TIMED), ("slow", _SLOW)):
+            if item.get_closest_marker(mark) and not _says(item.path, words):
+                raise pytest.UsageError(
+                    f"{item.nodeid}: write pytest.mark.{mark} in its file, or `make test-slow` misses it"
+                )
     if "PYTEST_XDIST_WORKER" in os.environ:
         items.sort(key=lambda item: not item.nodeid.startswith(LONGEST))
 

@@ -7,6 +7,7 @@ import re
 import shutil
 import subprocess
 import sys
+import textwrap
 from collections.abc import Callable
 from pathlib import Path
 
@@ -14,7 +15,7 @@ import pytest
 
 from erclutch.logs.synthetic import write_synthetic_log
 from erclutch.registry import GROUPS, plugins
-from tests.support.wings_asked import NO_GROUP_OF_A_WING, may_ask
+from tests.support.wings_asked import NO_GROUP_OF_A_WING, arguments, asking_tests
 
 pytestmark = pytest.mark.slow
 ROOT = Path(__file__).parents[2]
@@ -110,21 +111,44 @@ def test_these_rooms_look_up_nothing_that_a_wing_brings() -> None:
     assert [plugin.name for plugin in readers if plugin.value.suffixes] == []  # or folders would have other logs
 
 
+def test_a_test_is_asked_that_leads_to_a_wing_by_a_helper_a_fixture_or_a_name_in_a_text(tmp_path: Path) -> None:
+    made = """
+        import subprocess
+        import pytest
+        RUN = subprocess.run
+        def started(): return RUN(["true"])
+        @pytest.fixture
+        def done(): return started()
+        def test_by_a_helper(): started()
+        def test_by_a_fixture(done): assert done
+        def test_by_a_name_in_a_text(request): request.getfixturevalue("done")
+        def test_alone(tmp_path): assert tmp_path
+    """
+    file = tmp_path / "test_made.py"
+    file.write_text(textwrap.dedent(made))
+    assert asking_tests(file) == {"test_by_a_helper", "test_by_a_fixture", "test_by_a_name_in_a_text"}
+    assert f"{file}::test_alone" not in arguments(file)
+    other = tmp_path / "test_other.py"
+    other.write_text("def test_alone(): pass\n# subprocess, main( and other words of a comment\n")
+    assert arguments(other) == []
+
+
 def test_without_all_wings_the_tests_of_the_core_pass(without: Callable[..., Path]) -> None:
-    """All but those that cannot tell whether wings are there: of the rooms above, without a word that may ask."""
+    """All but those that cannot tell whether wings are there: of the rooms above, what no word may lead to a wing."""
     folder = without(WINGS, "tests", "studies", "examples")
     for name in ("pyproject.toml", "CITATION.cff"):
         shutil.copy(ROOT / name, folder)
     if (ROOT.parent / "shared").is_dir():  # recordings that tests of the core read stand beside the project
         folder = folder.rename(folder.with_name("project"))
         (folder.parent / "shared").symlink_to(ROOT.parent / "shared")
-    rooms = [path for path in sorted((folder / "tests").iterdir()) if path.name not in ("house", "docs", "wings")]
-    same = [
-        f"--ignore={path}"
+    elsewhere = ("house", "docs", "wings", *NO_GROUP_OF_A_WING)
+    rooms = [path for path in sorted((folder / "tests").iterdir()) if path.name not in elsewhere]
+    asking = [
+        Path(argument).relative_to(ROOT)
         for room in NO_GROUP_OF_A_WING
-        for path in (folder / "tests" / room).rglob("test_*.py")
-        if not may_ask(path)
+        for path in sorted((ROOT / "tests" / room).rglob("test_*.py"))
+        for argument in arguments(path)
     ]
-    asked = ("-m", "pytest", "-q", "-p", "no:cacheprovider", "-m", "not slow", *same)
+    asked = ("-m", "pytest", "-q", "-p", "no:cacheprovider", "-m", "not slow", *asking)
     done = run(folder, *asked, *(path for path in rooms if path.is_dir() or path.name.startswith("test_")))
     assert done.returncode == 0, done.stdout[-5000:] + done.stderr[-2000:]

@@ -11,7 +11,7 @@ import pytest
 
 from erclutch.logs import log_reader
 from erclutch.logs.readers import signal_files, spreadsheet
-from tests.support.wings_asked import may_ask
+from tests.support.wings_asked import asking_tests
 
 SHARED = Path(__file__).resolve().parents[2].parent / "shared" / "data"
 
@@ -52,7 +52,7 @@ def nothing_for_a_reader_of_a_wing(request: pytest.FixtureRequest, monkeypatch: 
 
         return call
 
-    if not may_ask(request.path):
+    if request.node.originalname not in asking_tests(request.path):
         for place in (log_reader, signal_files, spreadsheet):
             monkeypatch.setattr(place, "reader_of", watched(place.reader_of))
         monkeypatch.setattr(log_reader, "folder_reader", watched(log_reader.folder_reader))
