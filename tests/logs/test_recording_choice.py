@@ -58,8 +58,9 @@ def test_a_question_keeps_the_recording_and_the_window_that_were_given(tmp_path:
     last = good("inspect", "log.json", *words, cwd=tmp_path, code=1).splitlines()[-1]
     command = shlex.split(last.removeprefix("What settles it: erclutch "))
     assert command[-4:] == [*words]
-    settled = good(*command, cwd=tmp_path)
-    assert settled.splitlines()[-1].startswith("Understood. Fit it: erclutch fit log.json")
+    last = good(*command, cwd=tmp_path).splitlines()[-1]
+    assert last.startswith("Understood.")
+    assert "erclutch fit log.json --field mode --from 0.05s --variable run1" in last
 
 
 def test_a_file_without_any_log_is_refused_as_before(tmp_path: Path) -> None:
