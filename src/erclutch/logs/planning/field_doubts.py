@@ -30,13 +30,27 @@ _OF_MACHINES = frozenset({"load", "generator", "gen", "dut", "uut", "armature", 
 LARGEST_SUPPLY = 100.0  # V, or as logged, above which a voltage is that across a fluid
 _COMMANDS = ("command", "cmd")
 _SI_OF_A_SUPPLY = ("A", "V")
+_A_COIL_OF_A_DEVICE = "the coil of a brake or damper"
 #: Words in the name of a voltage that an amplifier shows of its output.
 _MONITORS = frozenset({"monitor", "mon", "vmon", "imon", "hv", "highvoltage", "hochspannung", "trek"})
 _OUTPUT = 12.0  # V, of an amplifier's monitor at most
 _CROSSINGS = 4  # of the middle of its range, by a motion to and fro
 
 
-def leave_out_the_sensor_of_the_effort(draft: Draft) -> None:
+def doubt_the_field(draft: Draft) -> None:
+    """Doubt a guessed field, or leave it out, where the log says what else it is. One that is left out is asked about.
+
+    What surely is no field goes first: the doubts behind it are about what is left.
+    """
+    _leave_out_the_sensor_of_the_effort(draft)
+    _doubt_the_current_of_a_drive(draft)
+    _leave_out_the_supply_of_a_drive(draft)
+    _doubt_the_sensor_of_the_motion(draft)
+    _doubt_the_command_of_a_drive(draft)
+    _doubt_the_monitor_of_an_amplifier(draft)
+
+
+def _leave_out_the_sensor_of_the_effort(draft: Draft) -> None:
     """Take a guessed voltage back that is too faint for a coil and goes straight with the effort: its sensor's output.
 
     A faint current may be what leaks through an electrorheological fluid, and tells the field.
@@ -54,7 +68,7 @@ def leave_out_the_sensor_of_the_effort(draft: Draft) -> None:
     _leave_out_field(draft, f"{course}: taken for the output of its sensor, left out")
 
 
-def doubt_the_current_of_a_drive(draft: Draft) -> None:
+def _doubt_the_current_of_a_drive(draft: Draft) -> None:
     """Doubt a guessed field with the sign and the course of the effort: the current of the motor that makes it."""
     field = draft.signals.get("field")
     effort = draft.signals.get("effort")
@@ -68,9 +82,9 @@ def doubt_the_current_of_a_drive(draft: Draft) -> None:
     if current is None or measured is None:
         return
     if not _OF_MACHINES.isdisjoint(draft.seen.columns[field.column].spoken.stem_words):
-        doubt = "which is called like the current of a machine that loads or is tested: no field then, "
-        doubt += f"--field {shell_word(field.column)} if it drives the coil of a brake or damper"
-        draft.doubt("field", doubt, NONE if go_straight(current, measured) else "")
+        doubt = "which is called like the current of a machine that loads or is tested"
+        answer = NONE if go_straight(current, measured) else ""
+        draft.doubt("field", f"{doubt}: {_unless_it_drives(_A_COIL_OF_A_DEVICE, field)}", answer)
         return
     if not goes_along(current, measured):
         return
@@ -86,9 +100,8 @@ def doubt_the_current_of_a_drive(draft: Draft) -> None:
         return
     spoken = draft.seen.columns[field.column].spoken
     if spoken.forms["field"] or "field" in spoken.within:
-        doubt = f"which {course}, as the current of a motor does: no field then, --field {shell_word(field.column)} if "
-        doubt += "it drives the coil of a brake or damper"
-        draft.doubt("field", doubt, NONE)
+        doubt = f"which {course}, as the current of a motor does"
+        draft.doubt("field", f"{doubt}: {_unless_it_drives(_A_COIL_OF_A_DEVICE, field)}", NONE)
         return
 
     # A spare input of the bench, whose name says nothing of a coil, is more likely an output of the same sensor.
@@ -103,9 +116,13 @@ def _doubt_by_name(draft: Draft, field: SignalPlan) -> None:
     """Doubt a guessed field that is called like the current of a drive and turns its sign, where no effort is known."""
     current = draft.seen.columns[field.column]
     if not _OF_DRIVES.isdisjoint(current.spoken.stem_words) and takes_both_signs(current.values):
-        doubt = "which is called like the current of a drive and takes both signs: no field then, "
-        doubt += f"--field {shell_word(field.column)} if it drives the coil of a brake or damper"
-        draft.doubt("field", doubt, NONE)
+        doubt = "which is called like the current of a drive and takes both signs"
+        draft.doubt("field", f"{doubt}: {_unless_it_drives(_A_COIL_OF_A_DEVICE, field)}", NONE)
+
+
+def _unless_it_drives(what: str, field: SignalPlan) -> str:
+    """What to do about a column that looks like no field: none was logged, or it is given by its name."""
+    return f"no field then, --field {shell_word(field.column)} if it drives {what}"
 
 
 def _may_drive_a_coil(column: SeenColumn) -> bool:
@@ -123,7 +140,7 @@ def is_current_of_a_drive(column: SeenColumn, efforts: Iterable[Array]) -> bool:
     return any(goes_along(column.values, effort) for effort in efforts)
 
 
-def leave_out_the_supply_of_a_drive(draft: Draft) -> None:
+def _leave_out_the_supply_of_a_drive(draft: Draft) -> None:
     """Take a guessed voltage back that keeps one level, too low for a fluid, beside the current of a drive."""
     field = draft.signals.get("field")
     effort = draft.signals.get("effort")
@@ -151,7 +168,7 @@ def _leave_out_field(draft: Draft, why: str) -> None:
     draft.missing.append("field")
 
 
-def doubt_the_sensor_of_the_motion(draft: Draft) -> None:
+def _doubt_the_sensor_of_the_motion(draft: Draft) -> None:
     """Doubt a guessed voltage that goes straight with a motion to and fro: the output of its sensor.
 
     A field may be raised while a device moves one way, so a motion that never turns back tells nothing.
@@ -169,8 +186,7 @@ def doubt_the_sensor_of_the_motion(draft: Draft) -> None:
         measured = draft.table.columns[motion.column]
         if _turns_back(measured) and go_straight(output, measured):
             doubt = f"which goes straight with {motion.column}, as the output of its sensor does"
-            doubt += f": no field then, --field {shell_word(field.column)} if it drives a coil"
-            draft.doubt("field", doubt, NONE)
+            draft.doubt("field", f"{doubt}: {_unless_it_drives('a coil', field)}", NONE)
             return
 
 
@@ -184,7 +200,7 @@ def _turns_back(motion: Array) -> bool:
     return crossings.size >= _CROSSINGS
 
 
-def doubt_the_command_of_a_drive(draft: Draft) -> None:
+def _doubt_the_command_of_a_drive(draft: Draft) -> None:
     """Doubt a column that is just called a command, beside commands of a motion: a drive's, which drives no coil."""
     field = draft.signals.get("field")
     if field is None or not field.reason.startswith("guessed"):
@@ -196,13 +212,12 @@ def doubt_the_command_of_a_drive(draft: Draft) -> None:
         words = {re.sub(r"\d+$", "", word) for word in other.spoken.stem_words}
         is_told = not TOLD.isdisjoint(words)
         if is_told and not words.isdisjoint(names_of_motions):
-            doubt = f"which stands beside {other.name}, as what a drive was told: no field then, "
-            doubt += f"--field {shell_word(field.column)} if it drives a coil"
-            draft.doubt("field", doubt, NONE)
+            doubt = f"which stands beside {other.name}, as what a drive was told"
+            draft.doubt("field", f"{doubt}: {_unless_it_drives('a coil', field)}", NONE)
             return
 
 
-def doubt_the_monitor_of_an_amplifier(draft: Draft) -> None:
+def _doubt_the_monitor_of_an_amplifier(draft: Draft) -> None:
     """Doubt a guessed voltage of some volts that is called a monitor or a high voltage: 1 V of it stands for more."""
     field = draft.signals.get("field")
     if field is None or field.sureness == "doubtful" or not _is_guessed_voltage(draft, field):

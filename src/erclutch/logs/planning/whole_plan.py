@@ -32,14 +32,7 @@ from erclutch.logs.planning.doubts import (
     doubt_effort_without_power,
 )
 from erclutch.logs.planning.draft import Draft
-from erclutch.logs.planning.field_doubts import (
-    doubt_the_command_of_a_drive,
-    doubt_the_current_of_a_drive,
-    doubt_the_monitor_of_an_amplifier,
-    doubt_the_sensor_of_the_motion,
-    leave_out_the_sensor_of_the_effort,
-    leave_out_the_supply_of_a_drive,
-)
+from erclutch.logs.planning.field_doubts import doubt_the_field
 from erclutch.logs.planning.further_columns import take_further_columns
 from erclutch.logs.planning.given_numbers import take_given_numbers
 from erclutch.logs.planning.guesses import guess_what_is_needed
@@ -115,12 +108,7 @@ def plan_of(
         propose_one_joint(draft)
         offer_the_current_of_a_drive(draft)
         ask_about_ranges_of_sensors(draft)
-        leave_out_the_sensor_of_the_effort(draft)
-        doubt_the_current_of_a_drive(draft)
-        leave_out_the_supply_of_a_drive(draft)
-        doubt_the_sensor_of_the_motion(draft)
-        doubt_the_command_of_a_drive(draft)
-        doubt_the_monitor_of_an_amplifier(draft)
+        doubt_the_field(draft)
         settle_the_field(draft)
 
         # What the rows are; some rows of a log do not tell it.
