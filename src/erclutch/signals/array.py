@@ -7,6 +7,8 @@ from numpy.typing import ArrayLike, NDArray
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
+#: Standard deviation of normal noise over the median of its absolute deviations.
+SIGMA_OF_MAD = 1.4826
 
 
 def largest_size(values: ArrayLike) -> float:

@@ -9,7 +9,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 
 from erclutch.fit.checks.finding import Finding
 from erclutch.logs.dataset import Dataset
-from erclutch.signals.array import Array
+from erclutch.signals.array import SIGMA_OF_MAD, Array
 from erclutch.signals.percent import percent
 
 #: Of what devices have, from small to large ones: the largest slip and effort in such a log, by unit.
@@ -35,9 +35,6 @@ _SPIKE_OF_RANGE = 0.25
 _FEW_SPIKES = 0.005
 #: Neighbours of a spike, in rows from it: they are alike, and in the ringing after a blow they are not.
 _BESIDE = (-4, -3, -2, 2, 3, 4)
-#: Standard deviation over median distance, of values that scatter as a normal distribution does.
-_NORMAL = 1.4826
-
 #: Rows from which a value that stays may be a sensor's that is stuck.
 _STUCK_ROWS = 50
 #: How many times longer it stays than values usually do.
@@ -106,7 +103,7 @@ def _spikes(data: Dataset, name: str, values: Array) -> Finding | None:
             away[span.start + edge : span.stop - edge] = np.abs(part[edge:-edge] - median)
 
     low, high = np.quantile(values, (0.001, 0.999))
-    usual = _NORMAL * float(np.median(away))
+    usual = SIGMA_OF_MAD * float(np.median(away))
     spike = max(_SPIKE * usual, _SPIKE_OF_RANGE * float(high - low))
     rows = np.flatnonzero(away > spike)
     if rows.size > _FEW_SPIKES * values.size:

@@ -8,12 +8,11 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from erclutch.signals.array import Array
+from erclutch.signals.array import SIGMA_OF_MAD, Array
 
 OUTLYING = 3.5  # robust standard deviations from the median
 RMSE = "rmse"
 FEWEST = 5  # devices for any of these figures
-_SIGMA_OF_MAD = 1.4826
 _SIGMA_OF_RANGE = 1.128  # mean moving range of two, over the standard deviation
 _NORMAL_95 = 1.96  # standard deviations on either side that hold 95 % of a normal distribution
 
@@ -65,7 +64,7 @@ def outlier_scores(values: Array, low: Array, high: Array) -> Array:
         own = (high - low) / (2.0 * _NORMAL_95)  # standard deviation that a device's own interval says
     own = np.where(np.isfinite(own), own, 0.0)
     away = values - np.median(values)
-    of_all = _SIGMA_OF_MAD * np.median(np.abs(away))
+    of_all = SIGMA_OF_MAD * np.median(np.abs(away))
     spread = np.hypot(of_all, own)
     # Where nothing spreads, a value at the median is usual and any other one stands out without limit.
     scores = np.where(away == 0.0, 0.0, np.copysign(np.inf, away))

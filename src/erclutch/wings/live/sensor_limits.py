@@ -54,15 +54,8 @@ def free_output(
 
     Then torque and motion tell of each other. A hand, a spring or a weight on the output needs no sensor to be wrong.
     """
-    inertia = rig.value("screw.load_inertia")
-    friction = rig.value("screw.coulomb")
-    noise = inertia * alpha_count(rig) * acceleration_noise(derivative or USUAL_FILTER, period)
-    return {
-        "load_inertia": inertia,
-        "load_friction": friction,
-        "load_drag": rig.value("screw.viscous"),
-        "load_band": max(_FRICTION * friction, _SCATTER * noise),
-    }
+    acceleration = acceleration_noise(derivative or USUAL_FILTER, period)
+    return _free_load(rig, "screw", rig.value("screw.load_inertia"), alpha_count(rig), acceleration)
 
 
 def free_drive(
@@ -74,13 +67,32 @@ def free_drive(
 
     Where a hand turns the brake, its torque is not known, and no sensor needs to be wrong.
     """
-    inertia = rig.value("drive.inertia")
-    friction = rig.value("drive.coulomb")
-    noise = inertia * theta_count(rig) * acceleration_noise(derivative or USUAL_FILTER, period)
+    acceleration = acceleration_noise(derivative or USUAL_FILTER, period)
+    return _free_load(rig, "drive", rig.value("drive.inertia"), theta_count(rig), acceleration)
+
+
+def _free_load(
+    rig: RigParameters,
+    part: str,
+    inertia: float,
+    count: float,
+    acceleration: float,
+) -> dict[str, float]:
+    """What the loop has to know of a part of the rig on which nothing but friction acts beside the measured torque.
+
+    Args:
+        rig: whose friction counts.
+        part: of the rig, by the name in front of its parameters.
+        inertia: of the part.
+        count: of its encoder, in rad.
+        acceleration: noise of a count of 1 rad, see `acceleration_noise`.
+    """
+    noise = inertia * count * acceleration
+    friction = rig.value(f"{part}.coulomb")
     return {
         "load_inertia": inertia,
         "load_friction": friction,
-        "load_drag": rig.value("drive.viscous"),
+        "load_drag": rig.value(f"{part}.viscous"),
         "load_band": max(_FRICTION * friction, _SCATTER * noise),
     }
 
