@@ -334,3 +334,11 @@ def test_channels_of_two_rates_are_no_columns_of_one_table(tmp_path: Path) -> No
 def test_any_text_may_have_lines_with_keys(text: str) -> None:
     changed, note = with_keyed_heads(text)
     assert changed == text or note
+
+
+def test_a_time_over_its_unit_stands_beside_groups_over_their_names(tmp_path: Path) -> None:
+    lines = ["Zeit;Bremse;;Spule", "s;Drehzahl [1/min];Moment [Nm];Strom [mA]"]
+    lines += [f"{0.1 * k:.1f};{10 + k};{20 + k};{30 + k}" for k in range(20)]
+    path = tmp_path / "log.csv"
+    path.write_text("\n".join(lines) + "\n")
+    assert read_table(path).labels == ("Zeit [s]", "Drehzahl [1/min]", "Moment [Nm]", "Strom [mA]")

@@ -439,3 +439,26 @@ def test_a_column_of_decimal_commas_may_have_points_between_its_thousands(writte
         german = f"{speed:,.1f}".replace(",", "_").replace(".", ",").replace("_", ".")
         lines.append(f"{time:.2f};{field:,.2f};{german};{torque:.3f}")
     assert is_the_log(erclutch.read(written("\n".join(lines) + "\n")))
+
+
+@pytest.mark.parametrize(
+    ("name", "option"),
+    [
+        ("torque x 10^3 (N*m)", "torque x 10^3 [0.001 N*m]"),
+        ("torque ×10⁻³ [N*m]", "torque ×10⁻³ [1000 N*m]"),
+        ("10^2 torque [N*m]", "10^2 torque [0.01 N*m]"),
+    ],
+)
+def test_a_power_of_ten_beside_the_name_of_a_signal_is_asked_about(written: Written, name: str, option: str) -> None:
+    path = written(table(";", lambda value, digits: f"{value:.{digits}f}").replace("torque [N*m]", name))
+    with pytest.raises(MappingError, match="may be times it, or over it") as asked:
+        erclutch.read(path)
+    assert option in asked.value.remedy
+    scale = float(option.partition("[")[2].split()[0])
+    assert np.allclose(erclutch.read(path, effort=option).signals["effort"], scale * TORQUE)
+
+
+@pytest.mark.parametrize("name", ["torque (×10⁻³ N*m)", "torque [10^-3 N*m]"])
+def test_a_power_of_ten_within_the_unit_of_a_signal_is_of_the_unit(written: Written, name: str) -> None:
+    path = written(table(";", lambda value, digits: f"{value:.{digits}f}").replace("torque [N*m]", name))
+    assert np.allclose(erclutch.read(path).signals["effort"], 1e-3 * TORQUE)

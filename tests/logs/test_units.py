@@ -143,3 +143,15 @@ def test_temperatures_and_lines_of_names_do_not_wait_for_pint(monkeypatch: pytes
         assert not units.is_unit(text)
     assert not _are_units(["time", "E1", "E2", "theta_dot", "T"])
     assert _are_units(["s", "kV", "rad/s", "N*m"])
+
+
+@pytest.mark.parametrize(
+    ("written", "means"), [("VDC", "V"), ("mVac", "mV"), ("kVrms", "kV"), ("A DC", "A"), ("mArms", "mA")]
+)
+def test_what_kind_of_voltage_or_current_it_is_changes_no_unit(written: str, means: str) -> None:
+    assert units.parse(written).factor == units.parse(means).factor
+    assert units.parse(written).dimension == units.parse(means).dimension
+
+
+def test_an_adc_may_be_a_converter() -> None:
+    assert not units.is_unit("ADC")

@@ -96,6 +96,9 @@ _SPELLINGS = (
     (re.compile(r"-¹"), "^-1"),
     (re.compile(r"(?<![\w.])(?:U|r|tr|rev|revs|giri|giros|obr|ot|omw|varv|rot|(?:umdr|Umdr)\.?)(?=\s*/)"), "turn"),
     (re.compile(r"(?<![\w.])[Aa]mps?(?!\w)"), "ampere"),  # pint reads amps as attometers per second
+    (re.compile(r"(?<![\w.])([mkuµμ]?V)\s?(?:DC|AC|dc|ac|RMS|rms|eff)(?!\w)"), r"\1"),
+    # ADC without a blank may be the counts of a converter.
+    (re.compile(r"(?<![\w.])([mkuµμ]?A)(?:\sDC|\sAC|\s?(?:dc|ac|RMS|rms|eff))(?!\w)"), r"\1"),
     (re.compile(r"(?<![\w.])rads(?!\w)"), "rad"),  # and rads as a dose
     (re.compile(r"(?<![\w.])(?:dps|DPS)(?!\w)"), "deg/s"),
     (re.compile(r"(?<![\w.])(?:ips|IPS)(?!\w)"), "inch/s"),

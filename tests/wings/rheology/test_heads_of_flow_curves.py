@@ -40,11 +40,23 @@ def test_a_power_of_ten_within_the_unit_is_of_the_unit(tmp_path: Path, name: str
     assert curve.stress == pytest.approx(STRESSES, rel=1e-5)
 
 
-@pytest.mark.parametrize("name", ["Shear stress ×10³ (Pa)", "Shear stress x 10^3 [Pa]", "1000*tau [Pa]", "τ·10⁻³ (Pa)"])
-def test_a_power_of_ten_beside_the_name_is_asked_about(tmp_path: Path, name: str) -> None:
-    with pytest.raises(UnitError, match="may be times or over it") as asked:
-        read_flow_curves(written(tmp_path, "Shear rate (1/s)", name, factor=1e3))
-    assert "FACTOR Pa" in asked.value.remedy
+@pytest.mark.parametrize(
+    ("name", "multiplied"),
+    [
+        ("Shear stress ×10³ (Pa)", "Shear stress ×10³ [0.001 Pa]"),
+        ("Shear stress x 10^3 [Pa]", "Shear stress x 10^3 [0.001 Pa]"),
+        ("1000*tau [Pa]", "1000*tau [0.001 Pa]"),
+        ("τ·10⁻³ (Pa)", "τ·10⁻³ [1000 Pa]"),
+    ],
+)
+def test_a_power_of_ten_beside_the_name_is_asked_about(tmp_path: Path, name: str, multiplied: str) -> None:
+    factor = 1000.0 if "0.001" not in multiplied else 1e-3
+    path = written(tmp_path, "Shear rate (1/s)", name, factor=factor)
+    with pytest.raises(UnitError, match="may be times it, or over it") as asked:
+        read_flow_curves(path)
+    assert multiplied in asked.value.remedy
+    (curve,) = read_flow_curves(path, stress=[multiplied]).curves
+    assert curve.stress == pytest.approx(STRESSES, rel=1e-5)
 
 
 @pytest.mark.parametrize("name", ["Shear stress (Pa abs)", "Shear stress (g cm-1 s-2 ?)", "Shear stress (psi gauge)"])

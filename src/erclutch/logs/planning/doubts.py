@@ -8,6 +8,7 @@ import numpy as np
 
 from erclutch.errors import MappingError, UnitError, shell_word
 from erclutch.logs.columns.names import SENSES, words_of
+from erclutch.logs.columns.powers_of_ten import both_ways, power_beside
 from erclutch.logs.columns.quotients import rubbing_force
 from erclutch.logs.columns.rheometer_names import said_by_name
 from erclutch.logs.columns.senses import DIRECTIONS
@@ -48,6 +49,20 @@ def ask_about_ranges_of_sensors(draft: Draft) -> None:
         may_be = f"{plain_unit} with the range of its sensor, or steps of it"
         problem = f"the unit of column {guessed.column} is {unit}: {may_be}"
         draft.ask(signal, MappingError(problem, remedy=f"Say which: {bare}, or {multiple}"), option=bare)
+
+
+def ask_about_powers_of_ten(draft: Draft) -> None:
+    """Ask about a guessed signal with a power of ten beside its name: its numbers may be times it, or over it."""
+    for signal, guessed in [*draft.signals.items()]:
+        factor = power_beside(guessed.column or "")
+        if factor is None or not guessed.reason.startswith("guessed"):
+            continue
+        draft.take_back(signal)
+        unit = guessed.unit or guessed.si
+        multiplied, over = both_ways(f"--{signal}", guessed.column, unit, factor)
+        problem = f"the name of column {guessed.column} has a power of ten: its numbers may be times it, or over it"
+        remedy = f"Say which: {multiplied} if they were multiplied by it, or {over}"
+        draft.ask(signal, MappingError(problem, remedy=remedy), option=multiplied)
 
 
 def doubt_a_force_at_a_stated_arm(draft: Draft) -> None:

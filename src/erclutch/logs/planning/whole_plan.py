@@ -24,6 +24,7 @@ from erclutch.logs.plan import NEEDS, OPTIONAL, Invalid, Plan
 from erclutch.logs.planning.clock_planning import choose_clock
 from erclutch.logs.planning.current_for_effort import offer_the_current_of_a_drive
 from erclutch.logs.planning.doubts import (
+    ask_about_powers_of_ten,
     ask_about_ranges_of_sensors,
     doubt_a_force_at_a_stated_arm,
     doubt_a_shear_rate_beside_a_torque,
@@ -108,6 +109,7 @@ def plan_of(
         propose_one_joint(draft)
         offer_the_current_of_a_drive(draft)
         ask_about_ranges_of_sensors(draft)
+        ask_about_powers_of_ten(draft)
         doubt_the_field(draft)
         settle_the_field(draft)
 

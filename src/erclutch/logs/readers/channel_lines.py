@@ -15,6 +15,10 @@ from erclutch.logs.readers.cells import Marks
 _DIGIT = re.compile(r"\d")
 _NAMES = ("name", "signal", "symbolname", "variable", "channel", "kanal")
 _UNITS = ("unit", "units", "einheit")
+#: Units that are no names.
+_UNITS_ALONE = frozenset(
+    ("s", "sec", "ms", "us", "µs", "min", "Nm", "kN", "rpm", "mm", "mA", "mV", "kV", "1/min", "U/min")
+)
 _LABELS = frozenset({"label", "labels", "channel label", "channel labels", "channel name", "channel names"})
 
 
@@ -90,7 +94,8 @@ def with_channel_labels(labels: Sequence[str], above: Sequence[str], marks: Mark
 def with_groups(labels: Sequence[str], over: Sequence[str]) -> list[str]:
     """Labels with the group that stands over them, for names that several groups have: ``Motor Current``.
 
-    A group stands over its first column. A column without a name is called what stands over it.
+    A group stands over its first column. A column without a name is called what stands over it; so is a column that has
+    its unit alone below.
 
     Args:
         labels: of the columns.
@@ -115,6 +120,8 @@ def with_groups(labels: Sequence[str], over: Sequence[str]) -> list[str]:
     for (label, of_group), cell in zip(in_groups, over, strict=True):
         if not label:
             named.append(cell)
+        elif cell and label in _UNITS_ALONE:
+            named.append(f"{cell} [{label}]")  # a name over its unit, beside groups over their names
         elif counts[label] > 1:
             named.append(of_group)
         else:

@@ -9,6 +9,7 @@ from itertools import product
 import numpy as np
 
 from erclutch.errors import MappingError, UnitError, shell_word
+from erclutch.logs.columns.powers_of_ten import both_ways, power_beside
 from erclutch.logs.columns.rheometer_names import Quantity, Role, of_oscillation, plain_name, said_by_name
 from erclutch.logs.table import Table, listed
 from erclutch.signals.units import is_temperature, parse
@@ -25,8 +26,6 @@ _VISCOSITIES = ("mPa*s", "Pa*s")
 #: A column of logarithms, or of roots as Casson's plot has them: its numbers are no rates and no stresses.
 _LOGARITHM = re.compile(r"(?:log|lg|ln)[ _]?(?:10)?[ _(\[]|log10|sqrt|root|√")
 
-#: A power of ten beside the name, which its numbers are times or over; nobody can tell which.
-_TENS = re.compile(r"[×x*·]\s*(?:10\s*(?:\^|\*\*)?[+-]?\d|10\s*[⁰¹²³⁴⁵⁶⁷⁸⁹⁺⁻]|100)|\d\s*[×x*·]\s*(?:\w|$)")
 #: What only a unit has within brackets, whether the whole is a unit that we know or not.
 _OF_A_UNIT = re.compile(
     r"(?<![^\W\d_])(?:[kKMmµu]?Pa|m?N|dyne?s?|lb[fs]?|psi|bar|poise|[mc]P|sec|min)(?![^\W\d_])"
@@ -151,11 +150,13 @@ def require_plain_heads(table: Table, curves: Sequence[CurvePlan], asked: Mappin
                 continue
             name = column.name
             unit = "Pa*s" if curve.times_rate and column is curve.stress else si
-            if _TENS.search(_IN_BRACKETS.sub("", name)):
+            factor = power_beside(name)
+            if factor is not None:
+                multiplied, over = both_ways(option, name, unit, factor)
                 raise UnitError(
-                    f"the head of column {name!r} has a power of ten, and its numbers may be times or over it",
+                    f"the name of column {name!r} has a power of ten: its numbers may be times it, or over it",
                     where=table.name,
-                    remedy=f"Say what 1 in it stands for: {option} {shell_word(f'{name} [FACTOR {unit}]')}",
+                    remedy=f"Say which: {multiplied} if they were multiplied by it, or {over}",
                 )
             inside = _IN_BRACKETS.search(name)
             if column.reason.startswith("no unit") and inside and _OF_A_UNIT.search(inside[1]):
