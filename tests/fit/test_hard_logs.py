@@ -224,6 +224,21 @@ def test_a_run_without_a_recommendation_hands_out_no_model(
     assert not run.recommends(result.recommended)
 
 
+def test_a_model_that_errs_by_little_on_few_rows_is_not_said_to_explain_nothing() -> None:
+    figures = {"share": [0.42, 0.1, 1.2], "r2": [0.822, -0.467, 0.998]}
+    chosen = {"sound": True, "test": figures}
+    assert standing(chosen, set()).why_none == "cannot be told from a constant on the rows held out"
+
+
+def test_a_fit_to_all_rows_that_is_not_made_is_told(tmp_path: Path) -> None:
+    rng = np.random.default_rng(2)
+    columns = np.column_stack([0.01 * np.arange(400), rng.standard_normal((400, 2))])
+    np.savetxt(tmp_path / "log.csv", columns, delimiter=",", header="time [s],v [m/s],F [N]", comments="", fmt="%.9g")
+    words = ("--slip", "v", "--effort", "F", "--field", "none", "--models", "bingham", "--lag", "none")
+    said = good("fit", "log.csv", *words, "--final", "--out", "run", cwd=tmp_path)
+    assert "none is fitted to all rows, as --final asks" in " ".join(said.split())
+
+
 def test_a_model_that_is_named_is_scored_all_the_same(resting: tuple[Comparison, Recording], tmp_path: Path) -> None:
     result, recording = resting
     run = write_run(tmp_path / "run", result, [recording], reading={})

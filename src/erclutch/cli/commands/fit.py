@@ -127,6 +127,8 @@ def fit(
             comparison = with_final_fit(comparison)
         if not json:
             _print_all(rows, comparison, time.perf_counter() - began, whole=all_)
+            if final and comparison.final is None:
+                terminal.tell("No model is recommended, so none is fitted to all rows, as --final asks.")
         if out is not None:
             write_run(out, comparison, rows.logs, reading=reading.to_dict(), force=force)
         figures = scored_rows.score_left_out(rows, comparison, how, tasks, out) if rows.left_out else None
