@@ -13,7 +13,7 @@ import erclutch
 from erclutch.cli.ranking_table import held_out, verdict
 from erclutch.errors import CheckError, RunError
 from erclutch.fit.checks.data_check import SIGN, check
-from erclutch.fit.choice.standing import explains
+from erclutch.fit.choice.standing import explains, standing
 from erclutch.fit.comparison import Comparison, Settings, compare
 from erclutch.fit.kinds import network_alone as module
 from erclutch.logs.dataset import Dataset, build_dataset
