@@ -65,9 +65,9 @@ def is_number(cell: str, decimal: str) -> bool:
     return _NUMBER[decimal].fullmatch(cell) is not None or is_grouped(cell, decimal)
 
 
-def is_numeric(cell: str) -> bool:
-    """Whether the cell is a number with either decimal mark."""
-    return is_number(cell, ".") or is_number(cell, ",")
+def is_numeric(cell: str, delimiter: str | None = None) -> bool:
+    """Whether the cell is a number with either decimal mark; a comma that stands between cells is no such mark."""
+    return is_number(cell, ".") or (delimiter != "," and is_number(cell, ","))
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 
-from erclutch.logs.readers.cells import cells_of, is_number
+from erclutch.logs.readers.cells import cells_of, is_numeric
 from erclutch.logs.readers.dialect import LINE_END
 
 _HEAD = 1 << 15  # characters that hold all such lines
@@ -61,7 +61,8 @@ def _lines_in(lines: Sequence[str], delimiter: str) -> tuple[int, int, dict[str,
         cells = cells_of(line.rstrip(delimiter), delimiter)
         key = _plain(cells[0]) if cells else ""
         if not said:
-            are_names = len(cells) > 2 and all(cells[1:]) and not any(_is_any_number(cell, delimiter) for cell in cells)
+            has_a_number = any(is_numeric(cell, delimiter) for cell in cells)
+            are_names = len(cells) > 2 and all(cells[1:]) and not has_a_number
             if key in _NAMES and are_names:
                 start = place
                 said[key] = cells[1:]
@@ -74,26 +75,26 @@ def _lines_in(lines: Sequence[str], delimiter: str) -> tuple[int, int, dict[str,
         if not line.strip():
             continue
         below = [cells_of(row.rstrip(delimiter), delimiter) for row in lines[place : place + _FEWEST_ROWS]]
-        are_rows = all(
-            len(row) == width and not row[0] and all(_is_any_number(cell, delimiter) for cell in row[1:])
-            for row in below
-        )
-        tells = any(_said_by(said, keys) for keys in (_UNITS, _STEPS))
-        return (start, place, said) if are_rows and len(below) == _FEWEST_ROWS and tells else None
+        tells_units_or_steps = any(_said_by(said, keys) for keys in (_UNITS, _STEPS))
+        if len(below) < _FEWEST_ROWS or not tells_units_or_steps:
+            return None
+        for first, *numbers in below:
+            if first or len(numbers) != width - 1:
+                return None
+            if not all(is_numeric(cell, delimiter) for cell in numbers):
+                return None
+        return start, place, said
     return None
 
 
 def _said_by(said: dict[str, list[str]], keys: Sequence[str]) -> list[str]:
+    """The cells of the first of some keys that a line has; none where no line has one."""
     return next((said[key] for key in keys if key in said), list[str]())
 
 
 def _plain(key: str) -> str:
     """A key in small letters alone."""
     return re.sub(r"[\W_]", "", key.lower())
-
-
-def _is_any_number(cell: str, delimiter: str) -> bool:
-    return is_number(cell, ".") or (delimiter != "," and is_number(cell, ","))
 
 
 def _quoted(label: str, delimiter: str) -> str:

@@ -14,7 +14,7 @@ from itertools import pairwise
 from erclutch.errors import UnitError
 from erclutch.logs.columns.labels import split_label
 from erclutch.logs.columns.rheometer_names import said_by_name
-from erclutch.logs.readers.cells import DELIMITERS, WORDS, cells_of, is_comment, is_number, is_numeric
+from erclutch.logs.readers.cells import DELIMITERS, WORDS, cells_of, is_comment, is_numeric
 from erclutch.logs.readers.dialect import LINE_END
 from erclutch.logs.readers.numerals import BLANKS, ungrouped
 from erclutch.signals import units
@@ -78,7 +78,8 @@ def with_pivoted_heads(text: str) -> tuple[str, str]:
             width = len(pivot.across) + 2
             for place in range(pivot.line, len(lines)):
                 cells = lines[place].split(delimiter)
-                lines[place] = delimiter.join(cells[: width - 1]) if len(cells) == width else lines[place]
+                if len(cells) == width:
+                    lines[place] = delimiter.join(cells[:-1])
         if not pivot.is_turned:
             lines[pivot.line] = delimiter.join([pivot.down, *_names(pivot, pivot.across)])
             first_numbers = ", ".join(pivot.across[:4])
@@ -92,9 +93,10 @@ def with_pivoted_heads(text: str) -> tuple[str, str]:
             return text, ""
         levels = [f"{number:g}" for number in numbers]
         turned = [delimiter.join([pivot.down, *_names(pivot, levels)])]
-        for place in range(count):
-            cells = [row[place + 1] if place + 1 < len(row) else "" for row in rows]
-            turned.append(delimiter.join([cells_of(lines[pivot.line], delimiter)[place + 1], *cells]))
+        _, *rates = cells_of(lines[pivot.line], delimiter)
+        for column, rate in enumerate(rates[:count], start=1):
+            cells = [row[column] if column < len(row) else "" for row in rows]
+            turned.append(delimiter.join([rate, *cells]))
         return "\n".join(turned) + "\n", "the shear rates stand across: rows are taken as columns"
     return text, ""
 
@@ -110,57 +112,66 @@ def _pivot_in(lines: Sequence[str], delimiter: str) -> _Pivot | None:
         has_total = cells[-1].lower() in _TOTALS
         numbers = _rising_numbers(cells[1 : len(cells) - has_total], delimiter)
         # A row whose first number is missing is no line of numbers across: above it stand rows, or names.
-        is_a_row = _is_any_number(cells[0], delimiter) or (cells[0].lower() in WORDS and cells[0] != "")
-        is_below_a_row = bool(above) and _is_any_number(above[0][0], delimiter)
+        is_a_row = is_numeric(cells[0], delimiter) or (cells[0].lower() in WORDS and cells[0] != "")
+        is_below_a_row = bool(above) and is_numeric(above[0][0], delimiter)
         if not numbers or is_a_row or is_below_a_row:
             continue
-        down = cells[0]
+        corner = cells[0]
+        down = corner
+        own: list[str] = []  # what the line itself says of the numbers across
         said_in: list[int] = []
-        if below and not cells[0]:
-            pass
-        elif (
-            below
-            and len([cell for cell in rows[below[0]] if cell]) == 1
-            and not _is_any_number(rows[below[0]][0], delimiter)
-        ):
-            said_in.append(below[0])  # pandas writes the name of what runs down into a line of its own
-            down = rows[below[0]][0]
-            below = below[1:]
-        if not _are_rows([rows[each] for each in below[:_FEWEST_DOWN]], len(numbers) + 1 + has_total, delimiter):
+        if corner and below:
+            next_cells = rows[below[0]]
+            is_a_name_alone = sum(map(bool, next_cells)) == 1 and not is_numeric(next_cells[0], delimiter)
+            if is_a_name_alone:  # pandas writes the name of what runs down into a line of its own
+                said_in.append(below[0])
+                down = next_cells[0]
+                own = [corner]
+                below = below[1:]
+        first_rows = [rows[each] for each in below[:_FEWEST_DOWN]]
+        if not _are_rows(first_rows, len(numbers) + 1 + has_total, delimiter):
             continue
-        own = [cells[0]] if said_in else list[str]()
+
+        # The line above may name what fills the cells and what runs across; above an empty corner, what runs down too.
         over = [cell for cell in above[0] if cell] if above else []
-        if not cells[0]:
-            # Above an empty corner stands the name of what runs down, and of the cells, over columns without names.
-            if (
-                len(over) < 2
-                or len(over) > 3
-                or not above[0][0]
-                or len(over) > len(numbers)
-                or _has_number(over, delimiter)
-            ):
+        are_words = not any(is_numeric(cell, delimiter) for cell in over)
+        if not corner:
+            names_what_runs_down = 2 <= len(over) <= 3 and above[0][0] != ""
+            if not names_what_runs_down or not are_words or len(over) > len(numbers):
                 continue
             down, *over = over
             said_in.append(filled[order - 1])
-        elif over and len(over) <= 2 and not _has_number(over, delimiter) and len(over) < len(cells) - 1:
+        elif 0 < len(over) <= 2 and are_words and len(over) < len(cells) - 1:
             said_in.append(filled[order - 1])
         else:
             over = []
-        corner = _CORNER.fullmatch(cells[0]) if len(cells[0]) <= _LONGEST_CORNER else None
+
         is_turned = False
-        if corner and not own:
-            first, second = (part.strip() for part in corner.groups())
-            is_turned = said_by_name(split_label(second)[0]) == "rate"
-            down, other = (second, first) if is_turned else (first, second)
-            own = [other]
+        parts = _CORNER.fullmatch(corner) if len(corner) <= _LONGEST_CORNER else None
+        if parts and not own:  # such as rate [1/s] / T [°C]
+            first, second = (part.strip() for part in parts.groups())
+            name, _ = split_label(second)
+            is_turned = said_by_name(name) == "rate"
+            down = second if is_turned else first
+            own = [first if is_turned else second]
         value, set_to = _said(over, own)
-        return _Pivot(place, tuple(said_in), delimiter, down, tuple(numbers), value, set_to, is_turned, has_total)
+        return _Pivot(
+            place,
+            tuple(said_in),
+            delimiter,
+            down,
+            tuple(numbers),
+            value,
+            set_to,
+            is_turned=is_turned,
+            has_total=has_total,
+        )
     return None
 
 
 def _rising_numbers(cells: Sequence[str], delimiter: str) -> list[str]:
     """Numbers that rise or fall over all cells, as short as they can be written; none where a cell is another."""
-    if len(cells) < _FEWEST_ACROSS or not all(_is_any_number(cell, delimiter) for cell in cells):
+    if len(cells) < _FEWEST_ACROSS or not all(is_numeric(cell, delimiter) for cell in cells):
         return []
     numbers: list[float] = []
     for cell in cells:
@@ -181,13 +192,9 @@ def _are_rows(rows: Sequence[Sequence[str]], width: int, delimiter: str) -> bool
     for cells in rows:
         if not 2 <= len(cells) <= width or not cells[0]:
             return False
-        if not all(not cell or _is_any_number(cell, delimiter) for cell in cells):
+        if not all(not cell or is_numeric(cell, delimiter) for cell in cells):
             return False
     return any(len(cells) == width for cells in rows)
-
-
-def _is_any_number(cell: str, delimiter: str) -> bool:
-    return is_number(cell, ".") or (delimiter != "," and is_number(cell, ","))
 
 
 def _number(cell: str) -> float | None:
@@ -196,10 +203,6 @@ def _number(cell: str) -> float | None:
     if is_grouped or not is_numeric(cell):
         return None
     return float(ungrouped(cell, "," if "," in cell else "."))
-
-
-def _has_number(cells: Sequence[str], delimiter: str) -> bool:
-    return any(_is_any_number(cell, delimiter) for cell in cells)
 
 
 def _said(over: Sequence[str], own: Sequence[str]) -> tuple[str, tuple[str, str]]:
