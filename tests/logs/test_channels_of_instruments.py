@@ -336,9 +336,16 @@ def test_any_text_may_have_lines_with_keys(text: str) -> None:
     assert changed == text or note
 
 
-def test_a_time_over_its_unit_stands_beside_groups_over_their_names(tmp_path: Path) -> None:
-    lines = ["Zeit;Bremse;;Spule", "s;Drehzahl [1/min];Moment [Nm];Strom [mA]"]
+@pytest.mark.parametrize("end", ["", ";", ";;"])
+def test_a_time_over_its_unit_stands_beside_groups_over_their_names(tmp_path: Path, end: str) -> None:
+    lines = [f"Zeit;Bremse;;Spule{end}", "s;Drehzahl [1/min];Moment [Nm];Strom [mA]"]
     lines += [f"{0.1 * k:.1f};{10 + k};{20 + k};{30 + k}" for k in range(20)]
     path = tmp_path / "log.csv"
     path.write_text("\n".join(lines) + "\n")
     assert read_table(path).labels == ("Zeit [s]", "Drehzahl [1/min]", "Moment [Nm]", "Strom [mA]")
+
+
+def test_channels_of_a_data_logger_have_the_names_in_their_brackets() -> None:
+    names, own_units, _ = name_columns(["Scan Number", "101 <Coil I> (ADC)", "102 <Speed> (VDC)", "103 <x> (counts)"])
+    assert names[:3] == ["Scan Number", "Coil I", "Speed"]
+    assert own_units[:3] == [None, "A", "V"]

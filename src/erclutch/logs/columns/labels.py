@@ -24,6 +24,7 @@ _REMARK = re.compile(r"\W*([^\d\W][^\d:=,;\t]{1,40}?)\s+([+-]?\d+(?:\.\d+)?\s?([
 # A cell in quotes, with the mark behind it: signs that part keys from values have no meaning in it.
 _QUOTED_KEY = re.compile(r'[\s#%/,;]*"((?:[^"]|"")+)"\s*[:=,;\t]\s*(.*)')
 _NUMBER_AND_UNIT = re.compile(r'([+-]?[\d.]+(?:[eE][+-]?\d+)?)"?\s*[,;\t]\s*"?([^\d\W][^,;\t"]*|[%°][^,;\t"]*)"?')
+_CHANNEL = re.compile(r"\d{3,4} <([^<>]+)> \(([VA](?:DC|AC))\)")
 _DECIMAL_COMMA = re.compile(r'([+-]?\d+),(\d{1,2}|\d{4,})("?\s*[;\t].*)')  # three digits may be thousands
 # A number that a remark gives in the middle of a line.
 _ASSIGNMENT = re.compile(r"(?<=[,;] )[^\W\d_]\w{0,20} ?= ?[+-]?\d[\d.eE+-]*(?: ?[^\W\d_][\w/*^]*)?(?=[,;]|\.?\s*$)")
@@ -338,7 +339,7 @@ def name_columns(
     Two labels that differ in their unit only keep their whole label as name; the second of two equal ones gets (2).
     Hidden characters of a label are written out. A label's own unit goes before that of ``own_units``, with a note.
     """
-    shown = [printable(label.strip()) for label in labels]
+    shown = [_of_keysight(printable(label.strip())) for label in labels]
     if len(shown) > 1 and all(label.startswith(_OF_A_MESSAGE) for label in shown[1:]):
         shown = [label.removeprefix(_OF_A_MESSAGE) for label in shown]
     notes: list[str] = []
@@ -372,6 +373,12 @@ def name_columns(
             notes.append(f"column {number} has the name '{name}' of an earlier one: renamed '{unique}'")
         names[unique] = None
     return list(names), units_of, notes
+
+
+def _of_keysight(label: str) -> str:
+    """``Coil I (A)`` for ``101 <Coil I> (ADC)``: a name behind the number of its channel, and what that measures."""
+    match = _CHANNEL.fullmatch(label)
+    return f"{match[1]} ({match[2][0]})" if match else label
 
 
 def _ends_of_paths(labels: Sequence[str]) -> list[str]:

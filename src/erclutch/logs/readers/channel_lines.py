@@ -101,6 +101,8 @@ def with_groups(labels: Sequence[str], over: Sequence[str]) -> list[str]:
         labels: of the columns.
         over: cells of the line above them.
     """
+    if not any(over[len(labels) :]):  # empty cells may end a line
+        over = [*over, *[""] * len(labels)][: len(labels)]
     filled = [cell for cell in over if cell]
     heads_tables = any(_DIGIT.search(cell) for cell in filled)  # 50 mT
     if len(over) != len(labels) or len(filled) < 2 or heads_tables:
