@@ -126,3 +126,35 @@ def test_laps_of_a_pin_on_a_disc_are_no_field() -> None:
     field = plan.signal("field")
     assert field is not None
     assert (plan.questions, field.column) == ((), "")
+
+
+@pytest.mark.parametrize(
+    ("name", "unit", "effort"),
+    [
+        ("Weight", "g", "Weight [gf]"),
+        ("Weight_g", "", "Weight_g [gf]"),
+        ("Load", "kg", "Load [kgf]"),
+        ("Load_kg", "", "Load_kg --scale effort=1 kgf/kg"),
+        ("force_kg", "", "force_kg --scale effort=1 kgf/kg"),
+    ],
+)
+def test_a_weight_is_asked_about_as_the_force_that_a_scale_shows(
+    tmp_path: Path, name: str, unit: str, effort: str
+) -> None:
+    label = f"{name} ({unit})" if unit else name
+    log = pd.DataFrame({"Time (s)": TIME, "Displacement (mm)": 20.0 * ANGLE, label: 20.0 + 15.0 * DRAG})
+    log.to_csv(tmp_path / "a.csv", index=False)
+    last = good("inspect", "a.csv", cwd=tmp_path, code=1).splitlines()[-1]
+    command = shlex.split(last.partition("erclutch ")[2])
+    assert " ".join(command[command.index("--effort") + 1 :]).removesuffix(" --field none") == effort
+    said = good(*command, cwd=tmp_path)
+    assert "Understood." in said
+    assert " effort           N " in said
+
+
+def test_the_output_of_a_controller_beside_an_angle_is_proposed_as_the_effort_and_a_voltage_is_not() -> None:
+    swing = {"t": TIME, "theta": ANGLE, "theta_dot": SPEED, "u": DRAG}
+    words = shlex.split(planned(swing).command())
+    assert words[words.index("--effort") + 1] == "u"
+    words = shlex.split(planned(swing, {"u": "V"}).command())
+    assert words[words.index("--effort") + 1] != "u"

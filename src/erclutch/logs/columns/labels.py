@@ -41,7 +41,7 @@ COUNTS = frozenset(
     {"count", "counts", "LSB", "lsb", "bit", "bits", "digit", "digits", "tick", "ticks", "step", "steps"}
 )
 # Ends of names that are units (``omega_rad_s``), and how units are written; small letters are taken for large ones.
-_AS_THEY_ARE = "A mA V mV kV N kN krpm gauss Pa kPa MPa s ms us ns mm cm m rad deg rpm T mT"
+_AS_THEY_ARE = "A mA V mV kV N kN kg krpm gauss Pa kPa MPa s ms us ns mm cm m rad deg rpm T mT"
 _JOINT_DIGITS = 2  # of a joint's number at most
 _TIMES = ("t", "time", "zeit", "temps")
 _SPEEDS = "rad_s=rad/s rads=rad/s radps=rad/s deg_s=deg/s degps=deg/s dps=deg/s m_s=m/s mps=m/s mm_s=mm/s mmps=mm/s"

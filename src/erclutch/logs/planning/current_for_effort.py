@@ -52,8 +52,9 @@ def offer_the_current_of_a_drive(draft: Draft) -> None:
     if current.written_unit:
         option += f" --scale {shell_word('effort=NUMBER N*m/A')}"
     problem = draft.questions["effort"].problem.partition("; the file has")[0]
-    problem += f"; column {current.name} goes with {motion.name}, as the current of a drive does"
-    remedy = f"If that drive moves the device, its current is its torque by a constant: {option} --field none"
+    what = "output of a controller" if current.spoken.plain == "u" else "current of a drive"
+    problem += f"; column {current.name} goes with {motion.name}, as the {what} does"
+    remedy = f"If it moves the device, it is its torque by a constant: {option} --field none"
     draft.ask("effort", MappingError(problem, remedy=remedy), option=option)
 
 
@@ -65,7 +66,8 @@ def _is_called_so(column: SeenColumn) -> bool:
     """Whether a column is called like a current that was measured."""
     words = {*column.spoken.stem_words}
     is_measured = words.isdisjoint(TOLD | NOT_MEASURED) and "field" not in column.spoken.turned
-    is_current = bool(words & _WORDS) or any(word.endswith("strom") for word in words)
+    is_control = column.spoken.plain == "u" and not column.unit  # what a controller puts out, or a voltage
+    is_current = is_control or bool(words & _WORDS) or any(word.endswith("strom") for word in words)
     return is_current and is_measured and column.fits(("A",)) is not False
 
 

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 
 from erclutch.errors import MappingError, shell_word
 from erclutch.logs.columns.labels import COUNTS
-from erclutch.logs.columns.names import NAMES, NEED_UNIT, NOT_MEASURED, spoken_name
+from erclutch.logs.columns.names import NAMES, NEED_UNIT, NOT_MEASURED, plain, spoken_name
 from erclutch.logs.columns.quotients import pressing_loads
 from erclutch.logs.columns.seen_columns import UNITS_OF_KIND, SeenColumn, SeenColumns
 from erclutch.signals.recording import SIGNALS
@@ -19,6 +19,7 @@ _RAW = ("raw", "adc", "pulse", "pulses", "impulse", "impulses", "inc", "incremen
 ELECTRICAL = ("erpm", "electricalrpm", "rpmelectrical")
 #: Of a scale or load cell that shows a mass: the force that pulls at it. A pound is read as a force already.
 _WEIGHTS = {"g": "gf", "kg": "kgf"}
+_SCALES = frozenset({"weight", "loadcellweight", "gewicht", "poids", "peso"})
 #: What a sensor is called whose output is logged as it is.
 _SENSORS = {
     "position": frozenset({"lvdt", "potentiometer", "poti", "pot", "laser", "linearencoder"}),
@@ -113,8 +114,14 @@ def sensor_options(free: Iterable[SeenColumn], signal: str) -> str:
     """
     si_units = SIGNALS[signal].si_units
     for column in free:
-        weight = _WEIGHTS.get(column.unit or "")
+        weight = _WEIGHTS.get(column.unit or column.spoken.end or "")
+        if signal == "effort" and _is_weight(column):
+            weight = _WEIGHTS[column.unit or column.name.rpartition("_")[2]]
+            return f"--effort {shell_word(f'{column.name} [{weight}]')}"
         if signal == "effort" and weight and _is_called(column, signal):
+            if column.spoken.end:  # a unit that ends a name is none to be given another
+                scale = shell_word(f"effort=1 {weight}/{column.spoken.end}")
+                return f"--effort {shell_word(column.name)} --scale {scale}"
             return f"--effort {shell_word(f'{column.name} [{weight}]')}"
         if signal == "slip" and column.spoken.plain in ELECTRICAL:
             return f"--slip {shell_word(column.name)} --scale {shell_word('slip=NUMBER rpm/count')}"
@@ -131,6 +138,13 @@ def sensor_options(free: Iterable[SeenColumn], signal: str) -> str:
             scale = shell_word(f"{signal}=NUMBER {measured or '1'}/{unit_of_sensor}")
             return f"--{signal} {shell_word(column.name)} --scale {scale}"
     return ""
+
+
+def _is_weight(column: SeenColumn) -> bool:
+    """Whether a column is the weight that a scale shows while it is pulled: ``Weight_g`` that changes."""
+    name, _, end = column.name.rpartition("_")
+    called, unit = (column.spoken.plain_stem, column.unit) if column.unit else (plain(name), end)
+    return called in _SCALES and unit in _WEIGHTS and not column.shape.constant
 
 
 def _counted(column: SeenColumn, signal: str) -> str:
