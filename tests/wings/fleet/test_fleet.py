@@ -24,7 +24,7 @@ from erclutch.report.plots.plot_description import Line
 from erclutch.runs.cluster import WorkerLostError
 from erclutch.wings.fleet.fleet import DeviceTask, Fleet, _grouped, fit_device, fit_many
 from erclutch.wings.fleet.fleet_charts import fleet_panels
-from erclutch.wings.fleet.fleet_page import not_compared, too_few
+from erclutch.wings.fleet.fleet_page import mixed, not_compared, too_few
 from erclutch.wings.fleet.fleet_statistics import OUTLYING, control_chart, outlier_scores, trend
 from erclutch.wings.fleet.fleet_tables import _fit_row, tables_of
 from tests.support.dask_cluster import dask_cluster, kill_a_worker, peak
@@ -291,6 +291,15 @@ def test_a_yield_effort_at_another_field_is_not_compared() -> None:
     assert carried.apart == {}
     assert carried.value[4] == pytest.approx(3.91 * 1.2 / 1.1)
     assert not_compared(tables.series).endswith("with another field: W4 (0.9).")
+
+
+def test_several_devices_in_one_trend_are_told(fleet: Fleet) -> None:
+    series = fleet.stands_for[0]
+    weeks = np.repeat(np.arange(6.0), 3)
+    three = replace(series, x=weeks)
+    assert mixed([three], "week").startswith("3 logs stand at one week: a trend over several devices hides the drift")
+    alone = replace(series, x=np.array([0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 5.0]))  # one week was measured twice
+    assert mixed([alone], "week") == mixed([], "week") == ""
 
 
 def test_a_pattern_that_no_name_matches_is_told_as_the_reason() -> None:

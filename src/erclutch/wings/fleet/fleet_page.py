@@ -55,6 +55,21 @@ def not_compared(series: Sequence[FleetSeries]) -> str:
     return f"{numbers}: at the largest field that was fitted; not compared there, with another field: {logs}{more}."
 
 
+def mixed(series: Sequence[FleetSeries], over: str) -> str:
+    """That several devices stand in one trend, which hides the drift of one of them; empty where they do not."""
+    if not series:
+        return ""
+    most = max(series, key=lambda each: each.x.size)
+    _, logs_at_one = np.unique(most.x, return_counts=True)
+    usual = int(np.median(logs_at_one)) if logs_at_one.size >= FEWEST else 1
+    if usual < 2:
+        return ""
+    return (
+        f"{usual} logs stand at one {over}: a trend over several devices hides the drift of one of them, and so do the "
+        "limits. Give the logs of one device alone."
+    )
+
+
 def drifting(series: FleetSeries) -> bool:
     """Whether such a trend would come by chance in fewer than one of a hundred fleets."""
     return series.trend is not None and series.trend.chance < _CHANCE
@@ -76,6 +91,7 @@ def fleet_html(fleet: Fleet) -> str:
         "failed": fleet.failed,
         "too_few": too_few(series),
         "not_compared": not_compared(series),
+        "mixed": mixed(series, fleet.over),
         "others": sorted({row["model"] for row in fleet.fits if row["model"]} - {fleet.model}),
     }
     badge = fleet.origins[0] if fleet.origins else "RECORDING"

@@ -158,7 +158,7 @@ def _as_json(fleet: Fleet) -> dict[str, Any]:
 
 def _print(fleet: Fleet) -> None:
     from erclutch.wings.fleet.fleet_charts import named
-    from erclutch.wings.fleet.fleet_page import beyond, not_compared, too_few, trend_of
+    from erclutch.wings.fleet.fleet_page import beyond, mixed, not_compared, too_few, trend_of
 
     if artificial := sorted({*fleet.origins} - terminal.MEASURED):
         terminal.tell(f"{' and '.join(artificial)} data: made by a computer, not a measurement")
@@ -179,7 +179,8 @@ def _print(fleet: Fleet) -> None:
         ]
         heads = ["parameter", "stands out", "outside control limits", "median", "trend (95 % interval), p"]
         terminal.tell(terminal.table(f"{fleet.model}, recommended most often", heads, rows, left=3))
-        for note in (too_few(fleet.stands_for), not_compared(fleet.stands_for)):
+        series = fleet.stands_for
+        for note in (too_few(series), not_compared(series), mixed(series, fleet.over)):
             if note:
                 terminal.tell(note)
     terminal.say(f"table digest {fleet.digest}")
