@@ -17,6 +17,7 @@ from erclutch.cli.folded_help import Flowing
 from erclutch.cli.terminal import estimates
 from erclutch.fit.laws.fit_law import Estimate
 from erclutch.logs.synthetic import write_synthetic_log
+from erclutch.runs.run_folder import Run
 from tests.support.command import good, refused
 
 
@@ -100,6 +101,18 @@ def test_an_umlaut_in_a_log_s_name_stays_in_the_names_of_c() -> None:
     assert named_after("Prüfstand 3") == "pruefstand_3_model"
     assert named_after("Frottement à sec") == "frottement_a_model"
     assert named_after("制动器") == "model"
+    assert named_after("Damper 0.25A") == "damper_0p25a_model"
+    assert named_after("LordRD8041_0.25A.steps") == "lordrd8041_model"
+
+
+def test_the_export_of_several_logs_is_called_by_what_their_names_have_in_common() -> None:
+    def called(*logs: str) -> str:
+        return Run(Path("x.run"), {"logs": [{"name": log} for log in logs]}).c_name
+
+    assert called("LordRD_0.25A.csv", "LordRD_0.5A.csv", "LordRD_1A.csv") == "lordrd_model"
+    assert called("brake12.csv", "brake15.csv") == "brake_model"
+    assert called("a.csv", "b.csv") == "a_model"
+    assert called("shock 3.csv") == "shock_3_model"
 
 
 @pytest.mark.parametrize("still", ["speed", "torque"])

@@ -79,4 +79,5 @@ def _words(text: str) -> list[str]:
     """Words of small letters that C knows: an umlaut is two letters, any other accent is left out."""
     spelled = unicodedata.normalize("NFC", text.lower()).translate(_UMLAUTS)
     bare = unicodedata.normalize("NFKD", spelled).encode("ascii", "ignore").decode()
+    bare = re.sub(r"(?<=\d)[.,](?=\d)", "p", bare)  # 0.25 A cut at its point would be 0
     return re.findall(r"[a-z0-9]+", bare)

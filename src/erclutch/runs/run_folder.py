@@ -18,6 +18,7 @@ import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import takewhile
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
@@ -38,6 +39,7 @@ from erclutch.signals.shown import Shown, one_line, presenter
 if TYPE_CHECKING:
     from erclutch.fit.solver.outcome import FitOutcome
 
+_SHORTEST_NAME = 3  # letters of a name that says something
 _NAMED = 5  # runs in a folder that an error names
 
 
@@ -88,9 +90,16 @@ class Run(Shown):
 
     @property
     def c_name(self) -> str:
-        """Prefix of the C names of an export where none is given: after the first log, such as ``damper_model``."""
-        first_log = self.body["logs"][0]
-        return named_after(Path(str(first_log["name"])).stem)
+        """Prefix of the C names of an export where none is given: after the log, such as ``damper_model``.
+
+        Several logs have what their names begin with in common: the field of the first is that of none of the others.
+        """
+        stems = [Path(str(log["name"])).stem for log in self.body["logs"]]
+        common = stems[0]
+        if len(stems) > 1:
+            alike = takewhile(lambda letters: len(set(letters)) == 1, zip(*stems, strict=False))
+            common = "".join(letters[0] for letters in alike).rstrip("0123456789")  # a number may be cut in the middle
+        return named_after(common if len(common) >= _SHORTEST_NAME else stems[0])
 
     def entry(self, name: str) -> Mapping[str, Any]:
         """What run.json says of a model, which is named by its specification or its id.
