@@ -59,6 +59,7 @@ TOGETHER = {
     "tests/report/test_diagnostics.py": "report",
     "tests/report/test_in_browser.py": "report",
     "tests/report/test_latex.py": "report",
+    "tests/report/test_model_section.py": "report",
     "tests/report/test_loops.py": "report",
     "tests/report/test_notebook.py": "report",
     "tests/report/test_painters.py": "report",

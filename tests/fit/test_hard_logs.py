@@ -140,6 +140,7 @@ def test_the_fit_of_the_turned_log_stands_beside(friction: tuple[Array, Array]) 
     assert verdict(result).startswith("No model is recommended before the sign is settled")
 
 
+@pytest.mark.slow
 def test_noise_asks_for_no_sign() -> None:
     """Noise that happens to oppose the slip: with the sign turned it would be noise again."""
     torque = noise(0.3, 1)
@@ -296,6 +297,7 @@ def test_a_network_beside_a_law_is_fitted_to_few_rows() -> None:
     assert entry.outcome.train_rows == 70
 
 
+@pytest.mark.slow
 def test_a_column_that_helps_is_named_unless_it_was_made_of_the_effort() -> None:
     pressure = np.sin(2 * np.pi * 0.13 * TIME)  # nothing else tells of it
     torque = FIELD * np.tanh(SPEED / 0.1) + 0.1 * SPEED + 0.5 * pressure + noise(0.02)

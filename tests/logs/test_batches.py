@@ -16,6 +16,7 @@ from erclutch.logs import extent_of, read, read_batches
 from erclutch.logs.batches import MARGIN, RowRange, blocks_of, chained, neighbours
 from erclutch.logs.dataset import build_dataset
 from erclutch.signals.speed import Derivative
+from tests.support.slow_params import slow_but
 
 pytestmark = pytest.mark.usefixtures("read_here")
 
@@ -163,7 +164,7 @@ def as_text(path: Path, of: dict[str, np.ndarray], above: str = "") -> Path:
     return path
 
 
-@pytest.mark.parametrize("name", ["a.csv", "a.csv.gz"])
+@pytest.mark.parametrize("name", slow_but(("a.csv",), ("a.csv", "a.csv.gz")))
 def test_a_text_is_read_in_blocks_as_it_is_read_whole(tmp_path: Path, name: str) -> None:
     path = as_text(tmp_path / name, columns(gap=13_001), "Tester: nobody\n")
     whole = read(path)

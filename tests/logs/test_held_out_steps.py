@@ -68,6 +68,7 @@ def test_the_lag_of_a_stepped_log_is_found() -> None:
     assert tau.value == pytest.approx(LAG, rel=0.05)
 
 
+@pytest.mark.slow
 def test_steps_that_lie_in_rows_held_out_are_told_with_the_remedy() -> None:
     data = stepped(gaps=False)
     rows = ((0, EACH), (EACH, 2 * EACH), (2 * EACH, data.rows))

@@ -10,6 +10,7 @@ from erclutch.wings.live.accelerated import AcceleratedRun
 from erclutch.wings.live.session import LiveModel
 from erclutch.wings.rig.twin.parameters import default_rig
 from tests.support import sensor_bound, sensor_faults
+from tests.support.slow_params import slow_but
 
 RIG = default_rig()
 BEGINS = 1548  # the row of a fault
@@ -38,7 +39,7 @@ def likeness(pair: LiveModel, healthy: Any, sensor: str, kind: str) -> sensor_bo
     return sensor_bound.likeness_of(looks, [("healthy", sensor_bound.looks_of(other, settings))])
 
 
-@pytest.mark.parametrize("kind", ["stuck", "late"])
+@pytest.mark.parametrize("kind", slow_but(("late",), ("stuck", "late")))
 def test_an_encoder_that_stops_at_rest_looks_as_a_healthy_session_does_elsewhere(
     kind: str, pair: LiveModel, healthy: Any
 ) -> None:
@@ -52,6 +53,7 @@ def test_a_fault_that_a_check_tells_looks_as_no_healthy_session_does(kind: str, 
     assert likeness(pair, healthy, "torque", kind).alone < 1.0
 
 
+@pytest.mark.slow
 def test_an_encoder_that_stops_while_its_drive_rests_has_the_bits_of_health() -> None:
     brake, begin = sensor_faults.model_of(RIG, "bingham", "single"), 1113
     settings = sensor_faults.settings_of("wall", brake, RIG)

@@ -10,6 +10,7 @@ import pytest
 from erclutch.wings.rheology.flow_curve import ranked, yield_stress_of
 from erclutch.wings.rheology.flow_curve_file import read_flow_curves
 from erclutch.wings.rheology.flow_plateau import half_last_digit, plateau_of
+from tests.support.slow_params import slow_but
 
 
 def exact(folder: Path, seed: int, digits: int, unit: str = "Pa") -> tuple[float, Path]:
@@ -26,8 +27,8 @@ def exact(folder: Path, seed: int, digits: int, unit: str = "Pa") -> tuple[float
     return yield_stress, path
 
 
-@pytest.mark.parametrize("digits", [3, 4, 5])
-@pytest.mark.parametrize("unit", ["Pa", "kPa"])
+@pytest.mark.parametrize("digits", slow_but((3,), (3, 4, 5)))
+@pytest.mark.parametrize("unit", slow_but(("Pa",), ("Pa", "kPa")))
 def test_the_yield_stress_of_an_exact_curve_is_identified_at_any_rounding(
     tmp_path: Path, digits: int, unit: str
 ) -> None:
