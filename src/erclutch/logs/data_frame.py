@@ -107,8 +107,8 @@ def _numbers(values: Any, pandas: Any) -> Array | None:
     if getattr(values.dtype, "kind", "") == "c":
         return None
     try:
-        found = pandas.to_numeric(values.astype(object), errors="raise")
-        numbers = found.to_numpy(dtype=np.float64, na_value=np.nan)
+        converted = pandas.to_numeric(values.astype(object), errors="raise")
+        numbers = converted.to_numpy(dtype=np.float64, na_value=np.nan)
     except (TypeError, ValueError, OverflowError, ArithmeticError):
         return None
     return np.ascontiguousarray(numbers) if np.isfinite(numbers).any() else None

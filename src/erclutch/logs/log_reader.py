@@ -207,10 +207,10 @@ def folder_reader(path: Path) -> Plugin | None:
 
 def _readers(notes: list[str]) -> list[tuple[Plugin, LogReader]]:
     """All readers, ours first; one that cannot be loaded is left out, with a note."""
-    found: list[tuple[Plugin, LogReader]] = []
+    readers: list[tuple[Plugin, LogReader]] = []
     for plugin in registry.plugins(GROUP):
         try:
-            found.append((plugin, plugin.of_type(LogReader)))
+            readers.append((plugin, plugin.of_type(LogReader)))
         except PluginError as error:
             notes.append(f"a reader was left out: {error}")
-    return found
+    return readers

@@ -220,11 +220,11 @@ class Plan:
     @property
     def is_of_a_log(self) -> bool:
         """Whether all but the field was found, or is one of several columns: a table without a motion is no log."""
-        found = {each.signal for each in self.signals if each.column}
-        found |= {each.signal for each in self.questions if "may be any of" in each.problem}
+        known = {each.signal for each in self.signals if each.column}
+        known |= {each.signal for each in self.questions if "may be any of" in each.problem}
         for group in NEEDS[self.device]:
             is_field = ("field",) in group
-            is_met = any(not found.isdisjoint(option) for option in group)
+            is_met = any(not known.isdisjoint(option) for option in group)
             if not is_field and not is_met:
                 return False
         return True

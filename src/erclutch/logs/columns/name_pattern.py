@@ -60,15 +60,15 @@ def constants_of(pattern: str, name: str) -> dict[str, tuple[float, str | None]]
     expression = f"({NUMBER})".join(re.escape(literal) for literal in literals)
     stems = [name, *(name[:at] for at, letter in enumerate(name) if letter == ".")]
     matches = (re.fullmatch(expression, stem) for stem in stems)
-    found = next((match for match in matches if match is not None), None)
-    if found is None:
+    first_match = next((match for match in matches if match is not None), None)
+    if first_match is None:
         raise MappingError(
             f"the file's name does not match the pattern '{pattern}'",
             remedy="Rename the file or correct name_pattern ({...} stands for a number, x or p for its decimal point)",
         )
 
     numbers: dict[str, tuple[float, str | None]] = {}
-    for field, number, after in zip(fields, found.groups(), literals[1:], strict=True):
+    for field, number, after in zip(fields, first_match.groups(), literals[1:], strict=True):
         unit = field.group(2)
         letters = _UNIT_AFTER.match(after)
         if not unit:

@@ -158,10 +158,10 @@ def _take(draft: Draft, stated: StatedField, where: str) -> None:
 
 def _beside_the_columns(draft: Draft) -> list[StatedField]:
     """Numbers of the header, and numbers beside vectors, whose name is that of a current or a voltage."""
-    found: list[StatedField] = []
+    stated: list[StatedField] = []
     for name, number in draft.table.constants.items():
         if _is_called_so(name):
-            found.append(StatedField(name, number, draft.table.units.get(name) or spoken_name(name).end))
+            stated.append(StatedField(name, number, draft.table.units.get(name) or spoken_name(name).end))
     for key, text in draft.table.metadata.items():
         label, unit = split_label(key)
         if not _is_called_so(label):
@@ -171,8 +171,8 @@ def _beside_the_columns(draft: Draft) -> list[StatedField]:
         except UnitError:
             continue
         if own or unit:
-            found.append(StatedField(label, number, own or unit))
-    return [each for each in found if not each.unit or _fits(each.unit)]
+            stated.append(StatedField(label, number, own or unit))
+    return [each for each in stated if not each.unit or _fits(each.unit)]
 
 
 def _fits(unit: str) -> bool:

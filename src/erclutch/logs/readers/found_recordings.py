@@ -214,47 +214,47 @@ def joined_by_time(recordings: Mapping[str, Found], what: str) -> Found:
     return replace(base, columns=columns, units=units, notes=notes)
 
 
-def gathered(found: Mapping[str, Found]) -> dict[str, Found]:
+def gathered(recordings: Mapping[str, Found]) -> dict[str, Found]:
     """Recordings that are parts of one, as one: a single signal each on equal times, or several below the time of all.
 
     Runs of one test are no parts: each of them has all signals, and a time of its own.
     """
-    apart = {**found}
-    times = {name: label for name, recording in found.items() if (label := time_of(recording)) is not None}
-    lengths = {next(iter(recording.columns.values())).size for recording in found.values()}
-    if len(found) < 2 or len(lengths) != 1 or len(times) not in (1, len(found)):
+    apart = {**recordings}
+    times = {name: label for name, recording in recordings.items() if (label := time_of(recording)) is not None}
+    lengths = {next(iter(recording.columns.values())).size for recording in recordings.values()}
+    if len(recordings) < 2 or len(lengths) != 1 or len(times) not in (1, len(recordings)):
         return apart
     first, time_of_first = next(iter(times.items()))
     parts = apart
     if len(times) == 1:
-        others = [name for name in found if name != first]
+        others = [name for name in recordings if name != first]
         is_above = first in _TOP or all(name.startswith((f"{first}.", f"{first}/")) for name in others)
-        has_own_rate = any(found[name].period is not None for name in others)
+        has_own_rate = any(recordings[name].period is not None for name in others)
         if not is_above or has_own_rate:
             return apart
     else:
-        parts = {name: _with_its_name(recording, name) for name, recording in found.items()}
+        parts = {name: _with_its_name(recording, name) for name, recording in recordings.items()}
         signals: list[str] = []
         for part in parts.values():
             signals += [label for label in part.columns if label != time_of(part)]
-        have_one_signal = all(len(recording.columns) == 2 for recording in found.values())
+        have_one_signal = all(len(recording.columns) == 2 for recording in recordings.values())
         all_differ = len({*signals}) == len(signals)
-        stamps = found[first].columns[time_of_first]
-        have_one_time = all(np.array_equal(found[name].columns[label], stamps) for name, label in times.items())
+        stamps = recordings[first].columns[time_of_first]
+        have_one_time = all(np.array_equal(recordings[name].columns[label], stamps) for name, label in times.items())
         if not (have_one_signal and all_differ and have_one_time):
             return apart
 
-    parts_with = Counter(label for recording in found.values() for label in recording.columns)  # how many, by label
+    counts = Counter(label for recording in recordings.values() for label in recording.columns)  # parts with a label
     columns: dict[str, Array] = {}
     units: dict[str, str | None] = {}
     constants: dict[str, float] = {}
-    notes = [f"one recording of the parts {listed(found)}, which have one time"]
+    notes = [f"one recording of the parts {listed(recordings)}, which have one time"]
     for name, part in parts.items():
         for label, values in part.columns.items():
             if label == time_of(part) and name != first:
                 continue
             own_label = label
-            if parts_with[label] > 1 and label != time_of_first:
+            if counts[label] > 1 and label != time_of_first:
                 own_label = f"{_last_part(name)}.{label}"
             if own_label in columns:
                 return apart
@@ -262,8 +262,8 @@ def gathered(found: Mapping[str, Found]) -> dict[str, Found]:
             units[own_label] = part.units.get(label)
         constants |= part.constants
         notes += part.notes
-    together = replace(found[first], columns=columns, units=units, constants=constants, notes=notes)
-    return {JOINT.join(found): together}
+    together = replace(recordings[first], columns=columns, units=units, constants=constants, notes=notes)
+    return {JOINT.join(recordings): together}
 
 
 def _with_its_name(recording: Found, name: str) -> Found:

@@ -26,10 +26,10 @@ def with_keyed_heads(text: str) -> tuple[str, str]:
     if len(text) > _HEAD:
         head.pop()
     for delimiter in ("\t", ";", ","):
-        found = _lines_in(head, delimiter)
-        if found is None:
+        heads = _lines_in(head, delimiter)
+        if heads is None:
             continue
-        first_line, first_row, said = found
+        first_line, first_row, said = heads
         names = _said_by(said, _NAMES)
         own_units = _said_by(said, _UNITS) or [""] * len(names)
         steps = _said_by(said, _STEPS)

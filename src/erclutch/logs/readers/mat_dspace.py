@@ -33,14 +33,14 @@ def dspace(fields: dict[str, Any], signals: list[dict[str, Any]]) -> Found:
 
     Sure of Name, Data and 1-based XIndex, which public scripts use; less so of Unit, taken where it is a text.
     """
-    found = Found({}, notes=["laid out as a dSPACE ControlDesk recording"])
+    recording = Found({}, notes=["laid out as a dSPACE ControlDesk recording"])
 
     rasters = [int(_scalar(signal.get("XIndex"), 1.0)) for signal in signals]  # counted from 1
     raster = Counter(rasters).most_common(1)[0][0]
     kept = [signal for signal, own in zip(signals, rasters, strict=True) if own == raster]
     others = len(signals) - len(kept)
     if others:
-        found.notes.append(f"{others} signals on other time axes than X({raster}) left out")
+        recording.notes.append(f"{others} signals on other time axes than X({raster}) left out")
 
     axes = structs_of(fields["X"])
     axis = axes[raster - 1] if 0 < raster <= len(axes) else {}
@@ -48,28 +48,28 @@ def dspace(fields: dict[str, Any], signals: list[dict[str, Any]]) -> Found:
     rows = None
     if time is not None and time.size > 1:
         rows = time.size
-        found.columns["time"] = time
-        found.units["time"] = _text(axis.get("Unit")) or "s"
+        recording.columns["time"] = time
+        recording.units["time"] = _text(axis.get("Unit")) or "s"
 
     labels = _short_names([str(signal["Name"]) for signal in kept])
     for label, signal in zip(labels, kept, strict=True):
         columns = columns_of(label, signal["Data"], rows)
         if not columns:
-            found.notes.append(f"signal {label} has no {rows or ''} samples: left out")
+            recording.notes.append(f"signal {label} has no {rows or ''} samples: left out")
         for name, values in columns:
-            found.columns[name] = values
-            found.units[name] = _text(signal.get("Unit"))
+            recording.columns[name] = values
+            recording.units[name] = _text(signal.get("Unit"))
 
     capture: Any = fields.get("Capture")
     if isinstance(capture, dict):
         settings = cast("dict[str, Any]", capture)
         step = _scalar(settings.get("SamplingPeriod"), 0.0) * _scalar(settings.get("Downsampling"), 1.0)
-        found.period = step if 0.0 < step < float("inf") else None
+        recording.period = step if 0.0 < step < float("inf") else None
     for key in ("Description", "RTProgram", "Comment"):
         text = _text(fields.get(key))
         if text:
-            found.metadata[key] = text
-    return found
+            recording.metadata[key] = text
+    return recording
 
 
 def _text(node: Any) -> str | None:

@@ -39,14 +39,14 @@ def choose(tree: dict[str, Any], variable: str | None) -> Found:
     Raises:
         LogError: none, several without a choice, or no variable of that name.
     """
-    found = _chosen(tree, variable)
+    recording = _chosen(tree, variable)
     beside: dict[str, float] = {}
     for name, node in tree.items():
         number = vector(node)
         if number is not None and number.size == 1:
             beside[name] = float(number[0])
-    found.constants = {**beside, **found.constants}
-    return found
+    recording.constants = {**beside, **recording.constants}
+    return recording
 
 
 def _chosen(tree: dict[str, Any], variable: str | None) -> Found:
@@ -70,22 +70,22 @@ def _chosen(tree: dict[str, Any], variable: str | None) -> Found:
     if len(of_parts) == 1 < len(everything):
         recordings = everything = of_parts
         loose = None
-    for found in everything.values():
-        found.notes += notes
+    for recording in everything.values():
+        recording.notes += notes
 
     # The vectors of the workspace are the recording where they are all there is, or more than any struct holds.
     if loose is not None and not recordings:
         return loose
     if loose is not None and time_of(loose):
-        most_in_a_struct = max(len(found.columns) for found in recordings.values())
+        most_in_a_struct = max(len(recording.columns) for recording in recordings.values())
         if len(loose.columns) > most_in_a_struct:
             others = ", ".join(recordings)
             loose.notes.insert(0, f"recording read from the vectors of the workspace; --variable takes {others}")
             return loose
     if len(everything) == 1:
-        name, found = next(iter(recordings.items()))
-        found.notes.insert(0, f"recording read from variable {name}")
-        return found
+        name, recording = next(iter(recordings.items()))
+        recording.notes.insert(0, f"recording read from variable {name}")
+        return recording
     if recordings:
         first = shlex.quote(next(iter(recordings)))
         remedy = f"Choose one, such as --variable {first}, or --variable all{join_hint(recordings)}"
@@ -170,11 +170,11 @@ def _named(variables: dict[str, Any], variable: str, asked: Sequence[str]) -> Fo
         raise LogError(problem, remedy="Give one of these as --variable")
 
     node = variables[variable]
-    found = _structure(variable, node) or _workspace({variable: node})
-    if found is None:
+    recording = _structure(variable, node) or _workspace({variable: node})
+    if recording is None:
         remedy = f"Give another as --variable ({listed(variables)})"
         raise LogError(f"variable '{variable}' holds no recording", remedy=remedy)
-    return found
+    return recording
 
 
 def _within(tree: dict[str, Any], depth: int = 0) -> dict[str, Any]:
@@ -394,14 +394,14 @@ def _workspace(nodes: dict[str, Any]) -> Found | None:
 
 def _vectors(nodes: dict[str, Any]) -> Found | None:
     """Vectors of the workspace, with the units that erclutch writes beside its own."""
-    found = of_vectors(nodes)
-    if found is None:
+    recording = of_vectors(nodes)
+    if recording is None:
         return None
     try:
-        units: Any = json.loads(found.metadata.get("erclutch_units", "{}"))
+        units: Any = json.loads(recording.metadata.get("erclutch_units", "{}"))
     except (ValueError, RecursionError):
-        return found
+        return recording
     if isinstance(units, dict):
         pairs = cast("dict[str, Any]", units)
-        found.units |= {name: unit for name, unit in pairs.items() if isinstance(unit, str)}
-    return found
+        recording.units |= {name: unit for name, unit in pairs.items() if isinstance(unit, str)}
+    return recording

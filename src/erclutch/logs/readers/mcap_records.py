@@ -216,11 +216,15 @@ def runs_of(body: bytes, contents: Contents) -> Iterator[MessageRun]:
 
 
 def _equal_messages(body: bytes, at: int, length: int, most: int) -> NDArray[Any]:
-    kind = np.dtype([*MESSAGE, ("data", f"V{length - _MESSAGE_HEAD.size}")] if length > _MESSAGE_HEAD.size else MESSAGE)
+    """The messages of one length from a place of a chunk on, of at most so many."""
+    fields = MESSAGE
+    if length > _MESSAGE_HEAD.size:
+        fields = [*MESSAGE, ("data", f"V{length - _MESSAGE_HEAD.size}")]
+    kind = np.dtype(fields)
     count = min(most, (len(body) - at) // kind.itemsize)
-    found = np.frombuffer(body, kind, count, at)
-    equal = (found["op"] == Opcode.MESSAGE) & (found["size"] == length)
-    return found if equal.all() else found[: int(np.argmin(equal))]
+    messages = np.frombuffer(body, kind, count, at)
+    equal = (messages["op"] == Opcode.MESSAGE) & (messages["size"] == length)
+    return messages if equal.all() else messages[: int(np.argmin(equal))]
 
 
 #: Kinds of records in a chunk that say something of its messages.

@@ -110,12 +110,12 @@ def read_mcap(source: LogSource) -> Table:
 def _joined(topics: Mapping[str, _Topic], notes: list[str]) -> Table:
     """Topics joined at the log times of the first; the stamps in the messages are left out."""
     begin = min(topic.times[0] for topic in topics.values())
-    found: dict[str, Found] = {}
+    parts: dict[str, Found] = {}
     for name, topic in topics.items():
         own = {label: values for label, values in topic.columns.items() if not label.endswith("stamp [s]")}
         elapsed = (topic.times - begin).astype(np.float64) * 1e-9
-        found[name] = Found({"time [s]": elapsed, **own}, topic.units)
-    joined = joined_by_time(found, "topic").table()
+        parts[name] = Found({"time [s]": elapsed, **own}, topic.units)
+    joined = joined_by_time(parts, "topic").table()
     return replace(joined, notes=(*notes, *joined.notes))
 
 

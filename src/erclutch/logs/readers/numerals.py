@@ -298,8 +298,8 @@ def _groups(mark: str) -> str:
 
 def _search(pattern: str, body: str, delimiter: str | None, mark: str) -> str | None:
     """The first cell that a pattern fills; a mark that is the delimiter too stands in quoted cells alone."""
-    found = re.search(_cell(pattern, delimiter, quoted=mark == delimiter), body, re.MULTILINE)
-    return None if found is None else found.group().strip()
+    match = re.search(_cell(pattern, delimiter, quoted=mark == delimiter), body, re.MULTILINE)
+    return None if match is None else match.group().strip()
 
 
 def _beside_whole_numbers(body: str, delimiter: str | None, mark: str) -> bool:

@@ -58,14 +58,14 @@ def find(path: str, variable: str | None) -> Table:
                 nodes |= {each: np.asarray(array[each]) for each in array.dtype.names}
             else:
                 nodes[name] = np.asarray(array)
-    found = of_vectors(nodes)
+    recording = of_vectors(nodes)
     left_out = [f"{listed(of_objects)}: {_OBJECTS}"] if of_objects else []
     left_out += [f"{listed(of_others)}: no array of NumPy"] if of_others else []
-    if found is None and left_out:
+    if recording is None and left_out:
         raise LogError(f"the arrays are no numbers: {'; '.join(left_out)}", remedy=_SAVE_NUMBERS)
-    if found is not None:
-        found.notes.extend(f"left out: {what}" for what in left_out)
-    recordings = {file.stem: found} if found is not None else {}
+    if recording is not None:
+        recording.notes.extend(f"left out: {what}" for what in left_out)
+    recordings = {file.stem: recording} if recording is not None else {}
     return found_recordings.chosen(recordings, variable, "arrays", "the file holds no vectors of numbers of one length")
 
 

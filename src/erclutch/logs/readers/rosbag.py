@@ -97,12 +97,12 @@ def _held_to_names(register: Callable[[Any, Any], None]) -> Callable[[Any, Any],
 def _joined(topics: Mapping[str, list[dict[str, float]]]) -> Table:
     """Topics joined at the times of the bag of the first; the stamps in the messages are left out."""
     begin = min(rows[0][_STAMP] for rows in topics.values())  # ns
-    found: dict[str, Found] = {}
+    parts: dict[str, Found] = {}
     for topic, rows in topics.items():
         elapsed = np.array([row.pop(_STAMP) - begin for row in rows]) * 1e-9  # s
         columns = {label: values for label, values in _columns(rows).items() if not label.endswith("stamp [s]")}
-        found[topic] = Found({"time [s]": elapsed, **columns})
-    return found_recordings.joined_by_time(found, "topic").table()
+        parts[topic] = Found({"time [s]": elapsed, **columns})
+    return found_recordings.joined_by_time(parts, "topic").table()
 
 
 def _columns(rows: Sequence[Mapping[str, float]]) -> dict[str, Array]:

@@ -44,9 +44,9 @@ def without_spread_in_cells(text: str) -> tuple[str, str]:
     pattern = _WITH_COMMAS if all(";" in row or "\t" in row for row in rows) else _IN_A_CELL
     count = 0
     for place, line in enumerate(lines):
-        bare, found = pattern.subn("", line)
-        lines[place] = bare if found else _IN_A_NAME.sub("", line)
-        count += found
+        bare, spreads = pattern.subn("", line)
+        lines[place] = bare if spreads else _IN_A_NAME.sub("", line)
+        count += spreads
     example = pattern.search(rows[0])
     shown = example.group().strip() if example else "±"
     return "\n".join(lines), f"{count} cells hold what their numbers scatter by ({shown}): left out"

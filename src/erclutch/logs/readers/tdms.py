@@ -34,33 +34,33 @@ def _group(group: Any) -> Found | None:
     hollow = [channel.name for channel in channels if not len(channel)]
     values = {channel.name: np.asarray(channel[:]) for channel in channels}
 
-    found = of_vectors(values)
-    if found is None:
+    recording = of_vectors(values)
+    if recording is None:
         return None
     for key in _UNITS:  # where a channel has both, the later key counts
         for channel in channels:
             if key in channel.properties:
-                found.units[channel.name] = channel.properties[key]
+                recording.units[channel.name] = channel.properties[key]
 
-    rows = len(next(iter(found.columns.values())))
+    rows = len(next(iter(recording.columns.values())))
     dates = [(name, stamps) for name, stamps in values.items() if stamps.dtype.kind == "M" and stamps.size > 1]
     if increment:
         time = (offset or 0.0) + np.arange(rows) * increment
-        found.columns = {"time": time, **found.columns}
-        found.units["time"] = "s"
+        recording.columns = {"time": time, **recording.columns}
+        recording.units["time"] = "s"
     elif dates and len(dates[0][1]) == rows:
         name, stamps = dates[0]
-        found.clock = name, (stamps - stamps[0]) / np.timedelta64(1, "s")
+        recording.clock = name, (stamps - stamps[0]) / np.timedelta64(1, "s")
 
     if hollow:
-        found.notes.append(f"channels without a value left out: {found_recordings.listed(hollow)}")
+        recording.notes.append(f"channels without a value left out: {found_recordings.listed(hollow)}")
         if any("NI_ArrayColumn" in channel.properties for channel in channels):
-            full = ", ".join(name for name in found.columns if name not in hollow)
-            found.notes.append(f"the values of all {len(channels)} channels may stand in {full}, in turn")
+            full = ", ".join(name for name in recording.columns if name not in hollow)
+            recording.notes.append(f"the values of all {len(channels)} channels may stand in {full}, in turn")
     for name in sorted(clocks):
         if clocks[name] != clock:
-            found.notes.append(f"channel {name} has another increment or start than the other channels: left out")
-    return found
+            recording.notes.append(f"channel {name} has another increment or start than the other channels: left out")
+    return recording
 
 
 def _clocks(group: Any) -> dict[str, tuple[Any, Any, Any]]:

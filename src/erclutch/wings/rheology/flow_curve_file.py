@@ -220,11 +220,11 @@ def _said_once(notes: Sequence[tuple[str, str]]) -> list[str]:
     return said
 
 
-def _table(found: Table | LogError | None, path: str | Path) -> Table:
+def _table(read: Table | LogError | None, path: str | Path) -> Table:
     """The table of a recording that was read with the others, or of a file that is one recording."""
-    if isinstance(found, LogError):
-        raise found
-    return without_summary_rows(read_table(path) if found is None else found)
+    if isinstance(read, LogError):
+        raise read
+    return without_summary_rows(read_table(path) if read is None else read)
 
 
 def _chosen(
@@ -343,10 +343,10 @@ def _of_each_word(
     column: WordColumn,
 ) -> FlowFile:
     """The curves of a file in which a column of words parts the rows: each word has its own, so none is mixed."""
-    found = read_flow_curves(path, shear_rate=shear_rate, stress=stress, sheet=[f"{name}={EACH}"])
+    of_words = read_flow_curves(path, shear_rate=shear_rate, stress=stress, sheet=[f"{name}={EACH}"])
     one = f"--sheet {shell_word(f'{name}={column.words[0]}')}"
     parted = f"column {name} parts the points into {len(column.words)}: {listed(column.words, 6)}"
-    return FlowFile(found.curves, (f"{parted}: each is a curve ({one} takes one)", *found.notes))
+    return FlowFile(of_words.curves, (f"{parted}: each is a curve ({one} takes one)", *of_words.notes))
 
 
 def curves_of(

@@ -47,12 +47,12 @@ def a_row_for_each_speed(table: Table) -> Table | None:
 
 def _at_speeds(table: Table) -> dict[str, float]:
     """Columns of readings at one speed, with the speed in rpm; none where they are fewer than three."""
-    found: dict[str, float] = {}
+    at_speeds: dict[str, float] = {}
     for name in table.columns:
         match = _AT_A_SPEED.fullmatch(plain_name(name))
         if match:
-            found[name] = float(match.group(1))
-    return found if len(found) >= _FEWEST_SPEEDS else {}
+            at_speeds[name] = float(match.group(1))
+    return at_speeds if len(at_speeds) >= _FEWEST_SPEEDS else {}
 
 
 def speed_in_place_of_rate(table: Table) -> MappingError | None:
