@@ -18,7 +18,7 @@ from erclutch.arithmetic.as_in_c import ArrayAsInC, array_as_in_c
 from erclutch.arithmetic.dual import pick
 from erclutch.errors import SettingError
 from erclutch.models.laws import Dimension, Gain, Law, ShapeParameter, law_from_name
-from erclutch.models.laws.law import Part
+from erclutch.models.laws.law import Part, YieldForm
 from erclutch.models.laws.smooth import FORWARD, direction
 from erclutch.models.laws.yield_stress import POWER
 from erclutch.models.model import FluidSignals
@@ -144,6 +144,13 @@ class Structure:
     def remembers(self) -> bool:
         """Whether a stage stands on the slip or on the effort."""
         return any(stage.place in ("slip", "effort") for stage in self.stages)
+
+    def with_yield_form(self, form: YieldForm) -> Structure:
+        """The same law with another form of the yield effort over the field."""
+        name, *options = self.specification.split("/")
+        forward = [option for option in options if option == "forward"]
+        specification = "/".join([name, form.name, *forward])
+        return replace(self, specification=specification, law=law_from_name(specification, self.device))
 
     @property
     def counts_from_the_start(self) -> bool:

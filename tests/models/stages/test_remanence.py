@@ -8,10 +8,12 @@ import numpy as np
 import pytest
 
 from erclutch.arithmetic.play import play
-from erclutch.fit.choice.ladder import grown
+from erclutch.fit.choice.ladder import grown, of_iron, of_law
+from erclutch.fit.kinds.law_alone import with_memory
 from erclutch.fit.laws.fit_law import fit_structure
 from erclutch.logs.dataset import Dataset
 from erclutch.models.laws import law_from_name
+from erclutch.models.laws.yield_stress import TANH
 from erclutch.models.stages import stage_named
 from erclutch.models.structure import Structure
 from erclutch.signals.array import Array
@@ -131,6 +133,45 @@ def test_the_data_ask_for_it_on_iron_of_another_model_and_not_without() -> None:
 
     without = grown(brake(command, command / 2.0), base, among=among)
     assert all("remanence" not in rung.structure.dynamics for rung in without)
+
+
+def test_iron_that_keeps_a_field_saturates_too() -> None:
+    """By itself either shows little: with a power of the field a third of what the iron does would stay."""
+    command = ramps()
+    base = Structure("single", "bingham", law_from_name("bingham", "single"), "none", friction=True)
+    rungs = grown(brake(command, iron(command / 2.0)), base, among=("dahl/field", "remanence"))
+    assert (rungs[-1].structure.specification, rungs[-1].structure.dynamics) == ("bingham/tanh", "remanence")
+    assert rungs[-1].error < 0.2 * rungs[0].error
+    # Another law of the same memory saturates as well.
+    train = brake(command, iron(command / 2.0))
+    other = Structure("single", "casson", law_from_name("casson", "single"), "none", friction=True)
+    assert of_law(train, rungs[-1], other).structure.specification == "casson/tanh"
+
+    # Where a power of the field is the truth, it stays.
+    plays = brake(command, behind("remanence", command, 0.15, 0.6))
+    rungs = grown(plays, base, among=("remanence",))
+    assert (rungs[-1].structure.specification, rungs[-1].structure.dynamics) == ("bingham", "remanence")
+
+
+def test_another_law_gets_the_iron_where_fields_change_within_a_log() -> None:
+    """Of a series of kernels no number may be told: then no law with a memory could be recommended."""
+    command = ramps()
+    log = brake(command, iron(command / 2.0))
+    named = ("rbfm-5", "bingham", "casson")
+    laws = [fit_structure(log, Structure("single", name, law_from_name(name, "single"))) for name in named]
+    candidates, _ = with_memory(log, laws)
+    with_iron = [each.structure.specification for each in candidates if of_iron(each.structure)]
+    assert len(set(with_iron)) == 2
+    assert all(name.endswith("/tanh") for name in with_iron)
+
+
+@pytest.mark.parametrize(
+    ("law", "saturating"),
+    [("casson", "casson/tanh"), ("casson/power", "casson/tanh"), ("bingham/power/forward", "bingham/tanh/forward")],
+)
+def test_a_law_of_any_form_gets_another_form(law: str, saturating: str) -> None:
+    """A form that was spelled out stayed in the name beside the other, and the fit ended in an unknown yield stress."""
+    assert Structure("single", law, law_from_name(law, "single")).with_yield_form(TANH).specification == saturating
 
 
 def test_a_steady_field_is_not_asked() -> None:

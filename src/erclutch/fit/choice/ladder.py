@@ -24,6 +24,7 @@ from erclutch.fit.solver.levenberg_marquardt import minimise
 from erclutch.fit.solver.variable_projection import coordinates, outer_problem, parameters, project
 from erclutch.logs.dataset import Dataset
 from erclutch.models.laws import ShapeParameter
+from erclutch.models.laws.yield_stress import POWER, TANH
 from erclutch.models.stages import GROUP, NONE, stage_named
 from erclutch.models.stages.stage import StageFamily
 from erclutch.models.structure import Structure
@@ -125,7 +126,7 @@ def grown(
             richer = _with(here.structure, name)
             if _numbers_of_fit(richer) * _ROWS_A_NUMBER > train.rows:
                 continue
-            rung = _rung(folds, richer, here.numbers)
+            rung = _rung_above(folds, here, richer)
             drifts = name in counting
             if _edge_in_noise(train, rung, name):
                 continue
@@ -168,6 +169,25 @@ def _without_idle(folds: Sequence[_Fold], rung: Rung, base: Structure) -> Rung:
 def _counts_from_the_start(name: str) -> bool:
     """Whether a name on the ladder is a stage that does."""
     return not name.startswith("=") and bool(getattr(stage_named(name), "from_the_start", ""))
+
+
+def _rung_above(folds: Sequence[_Fold], here: Rung, richer: Structure) -> Rung:
+    """The rung of a richer structure, from the numbers of the rung here on.
+
+    Iron that keeps a field saturates too, and either shows little without the other. So where the iron is new, a yield
+    effort that saturates is tried beside a power of the field.
+    """
+    rung = _rung(folds, richer, here.numbers)
+    if of_iron(richer) and not of_iron(here.structure) and richer.law.yield_form is POWER:
+        bent = _rung(folds, richer.with_yield_form(TANH), here.numbers)
+        if bent.error < (1.0 - WORTH) * rung.error:
+            return bent
+    return rung
+
+
+def of_iron(structure: Structure) -> bool:
+    """Whether a stage keeps the field as iron does."""
+    return any(getattr(stage, "of_iron", False) for stage in structure.stages)
 
 
 def _shows(train: Dataset, here: Rung, richer: Structure) -> bool:
@@ -214,8 +234,10 @@ def _numbers_of_fit(structure: Structure) -> int:
 
 
 def of_law(train: Dataset, rung: Rung, law: Structure) -> Rung:
-    """The stages and further inputs of a rung with another law."""
+    """The stages and further inputs of a rung with another law; it saturates where the iron of the rung does."""
     other = replace(law, dynamics=rung.structure.dynamics, extras=rung.structure.extras)
+    if of_iron(other) and rung.structure.law.yield_form is TANH and other.law.yield_form is POWER:
+        other = other.with_yield_form(TANH)
     folds = _folds(train, whole=rung.structure.counts_from_the_start)
     return _rung(folds, other, rung.numbers)
 

@@ -12,7 +12,7 @@ from erclutch.fit.candidate import Candidate, Fitted, Grown, Kind, asked
 from erclutch.fit.checks.data_check import steady_command
 from erclutch.fit.checks.finding import Finding
 from erclutch.fit.checks.one_field import refuse_field_terms
-from erclutch.fit.choice.ladder import Rung, grown, helpful, of_law
+from erclutch.fit.choice.ladder import Rung, grown, helpful, of_iron, of_law
 from erclutch.fit.choice.scoring import TOLERATED, independent_rows, information_criteria
 from erclutch.fit.fit_settings import AUTO, Settings
 from erclutch.fit.laws.fit_law import fit_structure, refit_near
@@ -317,7 +317,7 @@ def with_memory(
     # The first step up and the last: the smallest memory that helps, and all that helps. They may be the same.
     wanted = {rung.structure: rung for rung in (rungs[1], rungs[-1])}
     candidates = [_of_rung(rung, base.notes) for rung in wanted.values()]
-    if len(set(groups_of(train).field)) >= FEWEST_GROUPS:
+    if len(set(groups_of(train).field)) >= FEWEST_GROUPS or of_iron(rungs[-1].structure):
         others = _of_another_form(train, rungs[-1], known, base)
         candidates = [*others, *_that_saturate(train, rungs[-1], others), *candidates]  # the last stays the richest
     made = {candidate.structure.specification for candidate in candidates}
@@ -342,6 +342,8 @@ def _of_another_form(
     Without a memory these laws are nearly as good as the base. Whole fields that are left out choose between both.
     """
     nearly = (1.0 + TOLERATED) ** 2 * base.train_cost
+    if of_iron(rung.structure):
+        nearly = np.inf  # without its iron no law is near, whichever it is
     others: list[FitOutcome[TorqueModel]] = []
     for law in laws:
         structure = law.model.structure
@@ -377,10 +379,7 @@ def _that_saturate(
         fits: list[FitOutcome[TorqueModel]] = []
         with one_thread():
             for form in (TANH, SATURATING):
-                specification = f"{structure.specification}/{form.name}"
-                law = law_from_name(specification, structure.device)
-                with_form = replace(structure, specification=specification, law=law)
-                remembering = of_law(train, rung, with_form)
+                remembering = of_law(train, rung, structure.with_yield_form(form))
                 near = tuple(remembering.numbers.values())
                 fit = fit_structure(train, remembering.structure, starts=[near])
                 fits.append(_with_terms_told(train, fit))

@@ -44,6 +44,8 @@ class Remanence:
     source: str = "Prandtl and Ishlinskii's plays for magnets: a review is doi 10.3390/ma16062422"
     place: Place = "command"
     switches: bool = False
+    #: Iron saturates too: a search tries the stage beside a yield effort that does, for either shows little by itself.
+    of_iron: bool = True
 
     def parameters(self, period: float) -> tuple[ShapeParameter, ...]:
         """The widest edge, and how much of the field stays behind."""
