@@ -282,7 +282,7 @@ def _tell_what_settles(look: LogLook, problem: ErclutchError, typed: str, readin
 
 def _with_options(command: str, reading: LogOptions) -> str:
     """A command of inspect with what the user gave besides, which is no part of the answer; as a window of the log."""
-    words = shlex.split(command)
+    words = command.split()  # a name may hold a quote
     if words[1] != "inspect":
         return command
     given = reading.words()
