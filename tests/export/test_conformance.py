@@ -167,6 +167,7 @@ def test_a_network_has_the_same_bits_with_vectors_and_without(
         told([str(checked)], "other bits", "")  # exits with 1 where a bit is another
 
 
+@pytest.mark.usefixtures("compiled_plainly")
 @pytest.mark.slow
 @pytest.mark.parametrize("precision", ["float64", "float32"])
 def test_python_gives_the_same_bits(model: Model, precision: str, tmp_path: Path, need: Callable[..., None]) -> None:
