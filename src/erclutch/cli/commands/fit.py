@@ -126,9 +126,7 @@ def fit(
         if final and not comparison.standing.why_none:
             comparison = with_final_fit(comparison)
         if not json:
-            _print_all(rows, comparison, time.perf_counter() - began, whole=all_)
-            if final and comparison.final is None:
-                terminal.tell("No model is recommended, so none is fitted to all rows, as --final asks.")
+            _print_all(rows, comparison, time.perf_counter() - began, whole=all_, final=final)
         if out is not None:
             write_run(out, comparison, rows.logs, reading=reading.to_dict(), force=force)
         figures = scored_rows.score_left_out(rows, comparison, how, tasks, out) if rows.left_out else None
@@ -179,8 +177,9 @@ def _print_all(
     seconds: float,
     *,
     whole: bool,
+    final: bool,
 ) -> None:
-    """What was read, what came out, and how long it took."""
+    """What was read, what came out, and how long it took; whether the final model is there that was asked for."""
     lines = terminal.recording_lines(rows.logs)
     terminal.tell(*(line for line in lines if not line.startswith(" ")))
     if rows.left_out:
@@ -194,6 +193,8 @@ def _print_all(
     count = len(comparison.entries)
     models = f"{count} models" if count > 1 else "1 model"
     terminal.tell(f"{models} in {seconds:.1f} s")
+    if final and comparison.final is None:
+        terminal.tell("No model is recommended, so none is fitted to all rows, as --final asks.")
 
 
 def _read(
