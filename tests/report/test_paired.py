@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -16,7 +17,7 @@ from erclutch.logs.dataset import build_dataset
 from erclutch.logs.synthetic import write_synthetic_log
 from erclutch.report.html.runs_page import sentence, what_changed, write_comparison
 from erclutch.report.numbers.number_text import scale_for
-from erclutch.report.numbers.paired_runs import changes, pair
+from erclutch.report.numbers.paired_runs import changes, differing_settings, pair
 from erclutch.runs.run_folder import Run, read_run
 from erclutch.runs.written_run import write_run
 from erclutch.signals.recording import Recording
@@ -137,3 +138,13 @@ def test_a_lag_alone_gets_its_credit(recording: Recording, runs: tuple[Run, Run]
     found = pair([runs[0], lagged])
     assert [change.what for change in changes(*found.contenders)] == ["stages on the command"]
     assert "The stages alone (lag) take" in write_comparison(found, tmp_path / "c.html").read_text()
+
+
+def test_settings_that_differ_are_said_as_a_user_would() -> None:
+    def body(offset: bool | None, test: float, past: list[str]) -> dict[str, Any]:
+        settings = {"offset": offset, "test": test, "past": past}
+        rest: dict[str, Any] = {"reading": {}, "units": {}, "versions": {}, "logs": [], "train_rows": 7, "test_rows": 3}
+        return {"device": "single", "settings": settings, **rest}
+
+    found = differing_settings([body(None, 0.3, []), body(False, 0.30000000000000004, ["5ms"])])
+    assert found == (("offset", ("by default", "no")), ("past", ("none", "5ms")))

@@ -318,6 +318,15 @@ def differing_settings(bodies: Sequence[Mapping[str, Any]]) -> tuple[tuple[str, 
     return tuple(differing)
 
 
+def _said(value: Any) -> str:
+    """A setting as the user would say it."""
+    if value is None:
+        return "by default"
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    return f"{value:.9g}" if isinstance(value, float) else str(value)
+
+
 def _flat(body: Mapping[str, Any]) -> dict[str, str]:
     """Settings of a run as text, by name."""
     values: dict[str, str] = {"device": str(body["device"])}
@@ -326,7 +335,7 @@ def _flat(body: Mapping[str, Any]) -> dict[str, str]:
         for key, value in part.items():
             title = str(key) if group == "settings" else f"{group}: {key}"
             several = cast(list[Any], value) if isinstance(value, list) else [value]
-            values[title] = ", ".join(map(str, several))
+            values[title] = ", ".join(_said(each) for each in several) or "none"
     values["logs"] = ", ".join(str(log["name"]) for log in body["logs"])
     values["rows to fit"] = str(body["train_rows"])
     values["rows held out"] = str(body["test_rows"])
