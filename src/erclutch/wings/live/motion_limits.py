@@ -21,6 +21,10 @@ PEAK = 2.0
 _CRESTS = 1.4
 #: 1/s: of the filter through which torque and motion are compared, MOMENTUM_RATE of c/erc_plausible.c.
 _COMPARED_BY = 150.0
+#: Standard deviations by which the counts of an encoder let torque and motion differ: a quick filter passes them on.
+_SCATTER = 3.0
+#: Of what one count makes: the next one comes before it is forgotten.
+_TWO_CLOSE = 1.15
 #: Share of the largest answer of a filter below which it has forgotten a push.
 _FORGOTTEN = 1e-6
 
@@ -98,16 +102,24 @@ def innovation_lag(derivative: AnyFilter, period: float) -> float:
 
 
 def acceleration_noise(derivative: AnyFilter, period: float) -> float:
-    """Standard deviation in 1/s^2 of the acceleration that is compared, for a reading to the next count of 1."""
+    """How far in 1/s^2 the acceleration that is compared may be off where readings come to the next count of 1.
+
+    Three standard deviations of counts that come by chance; or what one count makes by itself, where each comes alone,
+    at a speed of nearly whole counts a period.
+    """
     count = itertools.chain((1.0,), itertools.repeat(0.0))
     passed = _COMPARED_BY * period / (1.0 + _COMPARED_BY * period)
     speed = 0.0
     squares = 0.0
+    alone = 0.0
+    most = 0.0
     for _, filtered in _answers(derivative, period, count):
         change = passed * (filtered - speed)
         speed += change
         squares += (change / period) ** 2
-    return math.sqrt(squares / 12.0)  # a count's error is anything within it
+        alone += change / period
+        most = max(most, abs(alone))
+    return max(_SCATTER * math.sqrt(squares / 12.0), _TWO_CLOSE * most)  # a count's error is anything within it
 
 
 def _answers(

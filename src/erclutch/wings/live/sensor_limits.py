@@ -30,8 +30,9 @@ _STILL = 0.02
 _CROSSES = 0.5
 #: Of the dry friction of an output or a drive: what its place and way change of it, and the ringing of a meter.
 _FRICTION = 0.7
-#: Standard deviations by which the counts of an encoder let torque and motion differ: a quick filter passes them on.
-_SCATTER = 3.0
+#: Hz: a slower meter shows a torque when the motion has long answered to it.
+_SLOWEST_METER = 200.0
+_NOT_COMPARED: dict[str, float] = {"load_inertia": 0.0, "load_friction": 0.0, "load_drag": 0.0, "load_band": 0.0}
 
 
 def torque_limits(effort: float, band: float, period: float) -> dict[str, float]:
@@ -53,7 +54,10 @@ def free_output(
     """What a loop has to know of an output on which nothing but dry friction acts beside the measured torque.
 
     Then torque and motion tell of each other. A hand, a spring or a weight on the output needs no sensor to be wrong.
+    Nor does a table that is loose on its screw, or a slow meter: there nothing is compared.
     """
+    if rig.value("screw.backlash") > rig.value("sensors.table_step") or _is_slow(rig):
+        return _NOT_COMPARED
     acceleration = acceleration_noise(derivative or USUAL_FILTER, period)
     return _free_load(rig, "screw", rig.value("screw.load_inertia"), alpha_count(rig), acceleration)
 
@@ -66,7 +70,10 @@ def free_drive(
     """The same of the drive of a brake: nothing but the motor and dry friction acts on it beside the measured torque.
 
     Where a hand turns the brake, its torque is not known, and no sensor needs to be wrong.
+    Beside a slow meter nothing is compared.
     """
+    if _is_slow(rig):
+        return _NOT_COMPARED
     acceleration = acceleration_noise(derivative or USUAL_FILTER, period)
     return _free_load(rig, "drive", rig.value("drive.inertia"), theta_count(rig), acceleration)
 
@@ -85,7 +92,7 @@ def _free_load(
         part: of the rig, by the name in front of its parameters.
         inertia: of the part.
         count: of its encoder, in rad.
-        acceleration: noise of a count of 1 rad, see `acceleration_noise`.
+        acceleration: that a count of 1 rad makes, see `acceleration_noise`.
     """
     noise = inertia * count * acceleration
     friction = rig.value(f"{part}.coulomb")
@@ -93,8 +100,12 @@ def _free_load(
         "load_inertia": inertia,
         "load_friction": friction,
         "load_drag": rig.value(f"{part}.viscous"),
-        "load_band": max(_FRICTION * friction, _SCATTER * noise),
+        "load_band": max(_FRICTION * friction, noise),
     }
+
+
+def _is_slow(rig: RigParameters) -> bool:
+    return rig.value("sensors.torque_bandwidth") < _SLOWEST_METER
 
 
 def sensor_limits(

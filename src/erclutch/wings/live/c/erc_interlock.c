@@ -37,7 +37,7 @@ static double reachable(double previous, double wanted, double rise, double fall
 uint32_t erc_interlock(const erc_config *config, double previous, double alpha, double theta_dot, const double ask[3],
                        double out[3]) {
     uint32_t events = 0u;
-    const double dt = 1e-9 * (double)config->period_ns;
+    const double dt = 1e-9 * (double)(uint32_t)config->period_ns; /* at most 1 s; 64 bits are dear on a small processor */
     double first = clipped(finite_or_zero(ask[0], &events), 0.0, config->field_limit, &events);
     double second = clipped(finite_or_zero(ask[1], &events), 0.0, config->field_limit, &events);
     if (first > 0.0 && second > 0.0) {

@@ -89,13 +89,13 @@ double erc_at_most(double x, double most) {
 
 void erc_torque_expect(erc_core *core, uint32_t periods) {
     erc_meter *m = &core->meter;
-    m->good = false;
-    m->unlearn = false;
+    m->good = m->unlearn = false;
     m->since += m->since < MOST_PERIODS ? periods : 0u;
     if (isfinite(core->estimate)) {
         m->expected += core->stages.late_share * (core->estimate - m->expected);
-        m->low = m->expected < m->low ? m->expected : m->low;
-        m->high = m->expected > m->high ? m->expected : m->high;
+        const bool guess = m->guessed > 0u; /* that tells no sensor what to show */
+        m->low = guess || m->expected < m->low ? m->expected : m->low;
+        m->high = guess || m->expected > m->high ? m->expected : m->high;
         m->earlier[core->step % ERC_EARLIER] = m->expected;
         m->moved = erc_torque_moved(m, core->estimate);
     }
@@ -156,7 +156,8 @@ static uint32_t impossible(const erc_core *core, double torque) {
 /* Whether a reading is further from the model's torque than device and model may differ; or, where an observer follows
  * the sensor, so far from what it has observed: a device drifts, it does not jump. */
 static bool disagrees(const erc_core *core, double torque) {
-    const double band = core->config.torque_band * (core->meter.guessed > 0u ? GUESSES : 1.0);
+    const bool guess = core->meter.guessed > 0u || !erc_speeds_in_time(core); /* a clutch may have locked long ago */
+    const double band = core->config.torque_band * (guess ? GUESSES : 1.0);
     const double expected = core->meter.expected;
     const erc_stages *s = &core->stages;
     if (!(band > 0.0) || !isfinite(core->estimate)) {
@@ -249,7 +250,7 @@ static double torque_on_load(const erc_core *core) {
 static double uncertain(const erc_core *core, double taken) {
     const erc_momentum *m = &core->momentum;
     if (core->config.device != ERC_SINGLE) {
-        return fabs(taken) + core->config.load_drag * fabs(speed_of_load(core));
+        return fabs(taken) + m->rings + core->config.load_drag * fabs(speed_of_load(core));
     }
     return fabs(taken) + MOTOR_SHARE * fabs(core->driven) + MOTOR_LAGS * fabs(core->driven - m->driven);
 }
@@ -261,12 +262,16 @@ static double less_friction(const erc_core *core, double torque, double *rests) 
     return torque - core->config.load_friction * way - core->config.load_drag * speed_of_load(core);
 }
 
-/* The torque in this period, as late as the speed that it changes: through the filter of that speed. */
+/* The torque in this period, as late as the speed that it changes: through the filter of that speed. Where it rings to and
+ * fro from period to period, it may be as far off between two readings. */
 static void delay(erc_momentum *m, double torque) {
+    const double changed = torque - m->torque;
     const double late = (2.0 - m->g - m->h) * m->late[0] - (1.0 - m->g) * m->late[1] + m->h * HALF * (torque + m->torque);
     m->late[1] = m->late[0];
     m->late[0] = late;
     m->torque = torque;
+    m->rings = changed * m->changed < 0.0 ? erc_at_most(fabs(changed), fabs(m->changed)) : 0.0;
+    m->changed = changed;
 }
 
 /* The filtered torque less what the filtered speed of that side has taken of it in this period. */
@@ -360,10 +365,9 @@ static void begin(erc_core *core) {
     erc_momentum *m = &core->momentum;
     m->begun = true;
     m->speed = speed_of_load(core);
-    m->torque = torque_on_load(core);
-    m->late[0] = m->late[1] = m->torque;
+    m->torque = m->late[0] = m->late[1] = torque_on_load(core);
     m->passed = 0.0;
-    m->rests = 0.0;
+    m->rests = m->changed = m->rings = 0.0;
     m->driven = core->driven;
     m->size = uncertain(core, 0.0);
     m->stands = 0u;
@@ -374,7 +378,8 @@ static double most_off(const erc_core *core) {
     const erc_momentum *m = &core->momentum;
     const double band = (m->stands < STOOD_STILL ? 1.0 : AT_REST) * core->config.load_band;
     const double rest = BREAKS_AWAY * core->config.load_friction * m->rests;
-    return band + rest + OFF_SHARE * m->size;
+    const double counted = core->meter.count > 0.0 ? HALF * core->meter.count : 0.0; /* NaN: none is known yet */
+    return band + counted + rest + OFF_SHARE * m->size;
 }
 
 /* One more period of doubt. Where missing samples were why nothing was compared, meter or encoder has been wrong since. */

@@ -10,6 +10,7 @@
 #define CLOCK_SLACK_NS 20000000u /* the rig's time stamps may be off the count of samples by this much */
 #define STOPS 0.0625            /* of the largest jump in speed: no slower side is known to be stuck when it stops dead */
 #define TURNED 2.0               /* times the speed with which a side came by which an end stop changes it */
+#define BEHIND 0.46              /* most that a filter of a speed, damped by 1/sqrt(2), is behind a step, by its rate */
 #define HALF 0.5
 #define BY_COUNTS 2.0           /* counts that a quick filter takes for a speed */
 #define SETTLES 0.25             /* periods that a filter may be behind after samples that were missing */
@@ -65,9 +66,13 @@ static bool beyond_end(const erc_encoder *encoder, double x) {
 
 /* By how much faster or slower than predicted a side can be. An end stop turns it, and the filter is late meanwhile: the
  * stop still pushes when the side has no speed any more. */
-static double most_jump(const erc_encoder *encoder, double x, double predicted) {
+static double most_jump(const erc_core *core, const erc_encoder *encoder, double x, double predicted) {
+    /* A reading that turns is off its prediction by so many periods of the change of the speed: by the last one, or by all
+     * that a slow filter is behind. */
+    const double slow = BEHIND / sqrt(core->config.filter_h);
+    const double late = slow > 1.0 ? slow : 1.0;
     const bool stopped = beyond_end(encoder, predicted) && (x - predicted) * predicted < 0.0;
-    return encoder->glitch + (stopped ? TURNED * encoder->came : 0.0);
+    return encoder->glitch + (stopped ? TURNED * encoder->came * late : 0.0);
 }
 
 /* As how many periods the time since the last reading counts. Where samples are missing, a side that speeds up is off by
@@ -91,7 +96,7 @@ static uint32_t impossible(const erc_core *core, const erc_encoder *encoder, dou
         return ERC_OUT_OF_RANGE;
     }
     if (encoder->taken >= WARM_UP && encoder->glitch > 0.0 &&
-        fabs(x - predicted) > most_jump(encoder, x, predicted) * dt * as_periods(core, encoder, periods)) {
+        fabs(x - predicted) > most_jump(core, encoder, x, predicted) * dt * as_periods(core, encoder, periods)) {
         return ERC_GLITCH;
     }
     if (encoder->taken > 0u && encoder->fastest > 0.0 &&

@@ -92,6 +92,8 @@ typedef struct {
 typedef struct {
     double g, h;         /* gains of the filter through which the speed of that side came */
     double torque;       /* a period ago */
+    double changed;      /* by how much it changed then; and how much of such changes is in two periods in a row: it rings */
+    double rings;
     double late[2];      /* through that filter, in this period and the last one: as late as the speed */
     double passed;       /* the torque less friction, through a filter */
     double speed;        /* of that side, through the same */

@@ -24,6 +24,7 @@
 #define RINGS_ON 0.9375     /* of the change of the model's torque, in a reading: a rotor rings for some time after it */
 #define SLIPPED 24u         /* readings with a slip that tells the torque */
 #define IN_TIME 3.0         /* readings by which a filter makes the speeds late, at most: the model's torque is later with it */
+#define SIGNED 0.1          /* of the band: so much torque of the model has a sign */
 #define VARIES_BY 0.0078125 /* share by which that usual square moves in a reading */
 
 static double sum_of(const double *squares) {
@@ -106,6 +107,10 @@ static double step_of(const erc_turn *t) {
     return step < at_once ? step : at_once;
 }
 
+bool erc_speeds_in_time(const erc_core *core) {
+    return core->momentum.g <= IN_TIME * core->momentum.h;
+}
+
 /* Whether all at once the meter reads another torque, and goes on so, while the model's has hardly moved. A torque follows
  * field and slip; with neither it does not step. */
 static bool steps(erc_core *core, double least, bool slips) {
@@ -114,8 +119,7 @@ static bool steps(erc_core *core, double least, bool slips) {
     const double moved = core->meter.moved;
     t->slipped = tells ? t->slipped + (t->slipped < SLIPPED ? 1u : 0u) : 0u;
     t->moved = moved > RINGS_ON * t->moved ? moved : RINGS_ON * t->moved;
-    const bool in_time = core->momentum.g <= IN_TIME * core->momentum.h;
-    if (!in_time || t->slipped < SLIPPED || t->readings < TURNED_KNOWN || core->meter.guessed > 0u) {
+    if (!erc_speeds_in_time(core) || t->slipped < SLIPPED || t->readings < TURNED_KNOWN || core->meter.guessed > 0u) {
         return false;
     }
     const double step = step_of(t) - t->moved; /* else it is the model that stepped, or a torque that the device lacks */
@@ -145,7 +149,7 @@ bool erc_torque_changed(erc_core *core, double torque, double withstands, bool s
     t->readings += t->readings < TURNED_KNOWN + ERC_EARLIER ? 1u : 0u;
     t->offset += OFFSET_BY * (torque - expected);
     t->stepped = steps(core, least, slips);
-    if (t->readings < TURNED_KNOWN) {
+    if (t->readings < TURNED_KNOWN || core->meter.guessed > 0u) { /* outside its log a model is no witness */
         return false;
     }
     const bool another = differs_at_rest(core, t->usual + least, withstands);
@@ -153,5 +157,7 @@ bool erc_torque_changed(erc_core *core, double torque, double withstands, bool s
     const double far_off = witness ? WITNESSED : FAR_OFF, nearer = witness ? WITNESSED : NEARER;
     const double off = sum_of(t->off);
     const bool far = off > far_off * (double)ERC_EARLIER * (t->usual + least);
-    return another || (far && off > nearer * sum_of(t->turned));
+    /* A sign that the model gives: the offset of a device turns with its clutch, and so may a torque of nearly nought. */
+    const bool known = fabs(model) > fabs(t->offset) && fabs(model) > SIGNED * core->config.torque_band;
+    return another || (far && known && off > nearer * sum_of(t->turned));
 }

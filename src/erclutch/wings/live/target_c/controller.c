@@ -1,3 +1,12 @@
+/* The size of a number: one instruction where the compiler knows it. */
+static double size(double x) {
+#if defined(__GNUC__) && !defined(__FRAMAC__)
+    return @SIZE@(x);
+#else
+    return x < 0.0 ? -x : x;
+#endif
+}
+
 /* The model's torque at rest under a signed field. */
 static double erc_at_rest(const erc_core *core, const double *in, double field) {
     double held[@HELD@];

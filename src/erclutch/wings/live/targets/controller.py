@@ -291,7 +291,8 @@ def _worded(step: ExportedStep, text: str) -> str:
         r"if \(isfinite\((\w+)\)\) \{\n", r"if (isfinite(\1)) {\n        /*@ assert \\is_finite(\1); */\n", text
     )
     text = re.sub(r"\bisfinite\(([^()]*)\)", rf"({n}_finite(\1) != 0u)", text)
-    text = re.sub(r"\b(exp|tanh)\(", rf"{n}_\1(", text).replace("fabs(", f"{n}_magnitude(")
+    text = re.sub(r"\b(exp|tanh)\(", rf"{n}_\1(", text).replace("fabs(", f"{n}_control_size(")
+    text = text.replace("@SIZE@", f"__builtin_fabs{suffix}")
     text = text.replace("erc_inverse(core, ", f"{n}_inverse(")
     if suffix:
         text = _NUMBER.sub(rf"\1{suffix}", text)
