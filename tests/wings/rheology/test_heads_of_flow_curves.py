@@ -59,7 +59,15 @@ def test_a_power_of_ten_beside_the_name_is_asked_about(tmp_path: Path, name: str
     assert curve.stress == pytest.approx(STRESSES, rel=1e-5)
 
 
-@pytest.mark.parametrize("name", ["Shear stress (Pa abs)", "Shear stress (g cm-1 s-2 ?)", "Shear stress (psi gauge)"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        "Shear stress (Pa abs)",
+        "Shear stress (g cm-1 s-2 ?)",
+        "Shear stress (psi gauge)",
+        "Stress (scale units)",
+    ],
+)
 def test_a_unit_in_brackets_that_nobody_knows_is_not_taken_for_pascals(tmp_path: Path, name: str) -> None:
     with pytest.raises(UnitError, match="no unit that erclutch knows"):
         read_flow_curves(written(tmp_path, "Shear rate (1/s)", name))
@@ -80,6 +88,12 @@ def test_words_in_brackets_are_no_unit(tmp_path: Path, name: str) -> None:
         ("shear rate [1/s]", "reduced viscosity [-]"),
         ("shear rate [1/s]", "specific viscosity"),
         ("shear rate [1/s]", "N1 [Pa]"),
+        ("shear rate [1/s]", "tau/tau_y"),
+        ("shear rate [1/s]", "τ / τ0"),
+        ("shear rate [1/s]", "Δτ [Pa]"),
+        ("shear rate [1/s]", "shear stress increase [Pa]"),
+        ("Scherrate [1/s]", "Zunahme der Schubspannung [Pa]"),
+        ("strain rate amplitude [1/s]", "stress amplitude [Pa]"),
     ],
 )
 def test_quantities_that_are_no_shear_are_refused_and_none_is_offered(tmp_path: Path, names: tuple[str, ...]) -> None:
@@ -136,3 +150,27 @@ def test_points_that_a_brookfield_could_not_measure_are_left_out(tmp_path: Path)
     (tmp_path / "curve.csv").write_text("\n".join(lines) + "\n", encoding="utf-8")
     (curve,) = read_flow_curves(tmp_path / "curve.csv").curves
     assert curve.stress == pytest.approx(STRESSES[2:], rel=1e-5)
+
+
+@pytest.mark.parametrize(("decay", "is_told"), [(0.3, True), (0.02, False)])
+def test_steps_of_the_rate_with_what_comes_before_the_steady_stress_are_told(
+    tmp_path: Path, decay: float, is_told: bool
+) -> None:
+    lines = ["Time [s],Shear Rate [1/s],Shear Stress [Pa]"]
+    for step, (rate, stress) in enumerate(zip(RATES, STRESSES, strict=True)):
+        for k in range(10):
+            lines.append(f"{30 * step + 3 * k},{rate:.6g},{stress * (1 + decay * np.exp(-k)):.6g}")
+    (tmp_path / "curve.csv").write_text("\n".join(lines) + "\n")
+    notes = read_flow_curves(tmp_path / "curve.csv").notes
+    assert any("while a rate is held" in note for note in notes) == is_told
+
+
+def test_a_line_of_units_in_brackets_names_nothing(tmp_path: Path) -> None:
+    lines = [
+        "Shear rate,Shear stress",
+        "(s⁻¹),(Pa)",
+        *(f"{g:.6g},{s:.6g}" for g, s in zip(RATES, STRESSES, strict=True)),
+    ]
+    (tmp_path / "curve.csv").write_text("\n".join(lines) + "\n", encoding="utf-8")
+    file = read_flow_curves(tmp_path / "curve.csv")
+    assert "shear rate: column 'Shear rate' [1/s]" in file.notes

@@ -22,6 +22,17 @@ _WORDS: dict[Role, tuple[str, ...]] = {
         # Numbers over those of a solvent or of a rest.
         *(r"\b(?:relativ|reduced|specific|intrinsic|inherent|differential)", "dimensionless"),
         *("reduziert", "spezifisch", "相对", "相対", "比粘度", "относит"),
+        # What a field or a change adds, how far an oscillation goes.
+        *(
+            r"δ ?[τσ]",
+            r"\bdelta[ -]?(?:tau|sigma|stress)",
+            "increase",
+            "increment",
+            "zunahme",
+            "difference",
+            "differenz",
+        ),
+        *("augmentation", "amplitud", "增量", "振幅", "прирост"),
         # A fluid that is stretched is not sheared.
         *("exten[st]", "elongat", "tensile", "stretch", "biaxial", "hencky", "dehnrate", "dehnvisk", "dehngesch"),
         *("zugspann", "traction", "拉伸", "伸長", "растяж"),
@@ -91,6 +102,9 @@ _OSCILLATION = re.compile(
     r"|module de (?:conservation|perte)|modulo de (?:almacen|perda|perdida)|[储儲貯贮][能存蔵](?:模量|弹性率|弾性率)"
     r"|损耗模量|損失弾性率|\bg ?(?:prime|[′’´`])|tan ?\(?(?:delta|δ)|verlustfaktor|loss (?:factor|tangent)"
 )
+#: A stress over a yield stress, a viscosity over that of a solvent.
+_QUOTIENT = re.compile(r"(?:tau|sigma|eta|visc|stress|[τση])[\w ]*/\s*(?:tau|sigma|eta|visc|stress|[τση])")
+_LONGEST = 100  # characters of a name
 _TIME = re.compile(r"\btime\b|^t\b|zeit|\btemps\b|tiempo|tempo|врем|时间|時間|시간")
 _STRAIN = re.compile(r"\bstrain\b(?![ -]?rate)|dehnung|deformation(?! ?rate)|деформац|应变|歪|ひずみ|변형률")
 _STEADY = 0.002  # of its median: a stress that stays within was set, as no fluid keeps its stress
@@ -110,6 +124,8 @@ def plain_name(name: str) -> str:
 
 def said_by_name(name: str) -> Role:
     """The role that a name alone speaks for."""
+    if "/" in name and _QUOTIENT.search(name[:_LONGEST].lower()):
+        return "other"
     plain = plain_name(re.sub(r"\s*\(\d+\)$", "", name))
     for role, pattern in _BY_NAME.items():
         if pattern.search(plain):

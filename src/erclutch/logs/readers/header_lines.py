@@ -294,7 +294,7 @@ def _are_units(cells: Sequence[str]) -> bool:
     """Whether the cells of a line are units: a clear one among them, and at most one in four that is none we know."""
     filled = [_CAPITALS.get(cell, cell) for cell in cells if cell]
     # Names alone are common, and whether a name is a unit takes long to say: no clear unit, no such question.
-    clear = [cell for cell in filled if cell in _CLEAR_UNITS or re.search(r"[/^°%*.]", cell)]
+    clear = [cell for cell in filled if cell in _CLEAR_UNITS or re.search(r"[/^°%*.⁻¹²³·]", cell)]
     if not any(map(_is_known, clear)):
         return False
     unknown = sum(not _is_known(cell) for cell in filled)

@@ -20,6 +20,7 @@ _NEXT_RATE = 0.02  # of log10(rate): two rates further apart are two
 _ON_THE_WAY = 0.005  # of the points: fewer at one rate are a motor's way to another
 _MOST_ON_THE_WAY = 0.05  # of the points
 _FEW_POINTS = 5  # of which one with a wrong sign is an oversight
+_STEADY = 0.1  # of its last stress, by which a step of one rate may begin off it
 _FAINT = 0.02  # of the largest stress: a stress of the wrong sign below it is noise
 ONE_FLUID = 0.15  # ln of the ratio of two stresses at one rate: so far apart two runs of one fluid may be
 RESTING = 1e-3  # of the largest rate: a rate below it is noise about a rest
@@ -80,6 +81,11 @@ def points_of(
     held = rates_held(points.rate)
     if held < FEWEST_RATES:
         notes.append(f"the points have {held} shear rates, which tell no more parameters of a law")
+    change = _change_within_steps(points.rate, points.stress)
+    if change > _STEADY:
+        notes.append(
+            f"the stress changes by {percent(change)} while a rate is held: points before it is steady are fitted too"
+        )
     steps = np.diff(points.rate)
     if np.any(steps > 0) and np.any(steps < 0):
         told = "the rate rises and falls: both sweeps are fitted as one curve"
@@ -102,6 +108,18 @@ def rates_held(rate: Array) -> int:
     widths = log_rate[ends - 1] - log_rate[starts]
     rates_in_each = 1 + (widths / _NEXT_RATE).astype(np.intp)  # a ramp has no gaps
     return int(rates_in_each[~is_on_the_way].sum())
+
+
+def _change_within_steps(rate: Array, stress: Array) -> float:
+    """How far off its last stress a step of one rate begins, in the median, as a share; 0 where no rates are held."""
+    starts = np.append(0, np.flatnonzero(np.abs(np.diff(np.log10(rate))) > _NEXT_RATE) + 1)
+    ends = np.append(starts[1:], rate.size)
+    is_held = ends - starts >= _FEW_POINTS
+    if np.count_nonzero(is_held) < FEWEST_RATES:
+        return 0.0
+    first = stress[starts[is_held]]
+    last = stress[ends[is_held] - 1]
+    return float(np.median(np.abs(first / last - 1.0)))
 
 
 def _way_back_over_way_there(rate: Array, stress: Array) -> float:

@@ -29,7 +29,7 @@ _LOGARITHM = re.compile(r"(?:log|lg|ln)[ _]?(?:10)?[ _(\[]|log10|sqrt|root|√")
 #: What only a unit has within brackets, whether the whole is a unit that we know or not.
 _OF_A_UNIT = re.compile(
     r"(?<![^\W\d_])(?:[kKMmµu]?Pa|m?N|dyne?s?|lb[fs]?|psi|bar|poise|[mc]P|sec|min)(?![^\W\d_])"
-    r"|\bs ?\^?[-⁻]|10 ?[\^⁰-⁹¹²³]"
+    r"|\bs ?\^?[-⁻]|10 ?[\^⁰-⁹¹²³]|\bunits?\b|\barb|\ba\.?u\b|\bskt\b|skalen|\bdiv|\bcounts?\b|°|\bdeg|%"
 )
 _IN_BRACKETS = re.compile(r"[\[(]([^\[\]()]+)[\])]")
 
@@ -163,7 +163,7 @@ def require_plain_heads(table: Table, curves: Sequence[CurvePlan], asked: Mappin
                 raise UnitError(
                     f"the column {name!r} has {inside[1]!r} behind its name, which is no unit that erclutch knows",
                     where=table.name,
-                    remedy=f"Name its unit: {option} {shell_word(f'{name} [{unit}]')}",
+                    remedy=f"Say what 1 in it stands for: {option} {shell_word(f'{name} [FACTOR {unit}]')}",
                 )
 
 
