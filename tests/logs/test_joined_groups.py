@@ -99,3 +99,21 @@ def test_signals_that_begin_at_other_times_stay_apart(tmp_path: Path) -> None:
     with pytest.raises(LogError, match="several recordings"):
         hdf5.find(str(path), None)
     assert list(hdf5.find(str(path), "measurement/speed").columns) == ["data"]
+
+
+@pytest.mark.parametrize("form", ["text beside", "attribute of the group", "bytes beside"])
+def test_a_group_that_holds_a_signal_and_its_unit_gives_the_unit(tmp_path: Path, form: str) -> None:
+    signals = {"time": (FAST * 1e3, "ms"), "speed": (SPEED, "rpm"), "torque": (SPEED**3, "mN*m")}
+    with h5py.File(tmp_path / "a.h5", "w") as file:
+        for name, (values, unit) in signals.items():
+            group = file.create_group(f"bench/{name}")
+            group["data"] = values
+            if form == "text beside":
+                group["units"] = unit
+            elif form == "bytes beside":
+                group["unit"] = np.bytes_(unit)
+            else:
+                group.attrs["Unit"] = unit
+    table = read_table(tmp_path / "a.h5")
+    assert {name: table.units[name] for name in signals} == {name: unit for name, (_, unit) in signals.items()}
+    np.testing.assert_array_equal(table.columns["torque"], SPEED**3)

@@ -32,6 +32,7 @@ class _Place:
     nodes: dict[str, Any] = field(default_factory=dict[str, Any])
     units: dict[str, str | None] = field(default_factory=dict[str, "str | None"])
     notes: list[str] = field(default_factory=list[str])
+    unit: str | None = None  # what the group says of its only vector
     of_vectors: dict[str, dict[str, str]] = field(default_factory=dict[str, "dict[str, str]"])  # their attributes
 
 
@@ -94,11 +95,16 @@ def find(path: str, variable: str | None) -> Table:
         texts = {**_texts(file.attrs), **_texts(item.parent.attrs)}
 
         group, _, label = name.rpartition("/")
+        own = _texts(item.parent.attrs) if group else {}
+        if group and label in _UNITS and values.dtype.kind in "OSU":
+            own |= _texts({label: values})
+        said = next((own[key] for key in _UNITS if key in own), None)
         if values.dtype.names:  # a table: its fields are the columns
             place = places.setdefault(name, _Place({**texts, **attributes}))
             place.nodes.update({column: values[column] for column in values.dtype.names})
         else:
             place = places.setdefault(group or "/", _Place(texts))
+            place.unit = place.unit or said
             place.nodes[label] = values
             place.of_vectors[label] = attributes
         if doubt := _zeros_that_check(item, values):
@@ -121,6 +127,8 @@ def find(path: str, variable: str | None) -> Table:
             period = sample_period(attributes)
         recording.period = period[0] if period else None
         recording.units = place.units
+        for only in [*recording.columns] if len(recording.columns) == 1 else ():
+            recording.units[only] = recording.units.get(only) or place.unit
         recording.metadata = place.texts
         recording.notes += place.notes
         recordings[name] = recording
