@@ -101,13 +101,18 @@ def test_signals_that_begin_at_other_times_stay_apart(tmp_path: Path) -> None:
     assert list(hdf5.find(str(path), "measurement/speed").columns) == ["data"]
 
 
+@pytest.mark.parametrize("with_time", [False, True])
 @pytest.mark.parametrize("form", ["text beside", "attribute of the group", "bytes beside"])
-def test_a_group_that_holds_a_signal_and_its_unit_gives_the_unit(tmp_path: Path, form: str) -> None:
-    signals = {"time": (FAST * 1e3, "ms"), "speed": (SPEED, "rpm"), "torque": (SPEED**3, "mN*m")}
+def test_a_group_that_holds_a_signal_and_its_unit_gives_the_unit(tmp_path: Path, form: str, with_time: bool) -> None:
+    signals = {"speed": (SPEED, "rpm"), "torque": (SPEED**3, "mN*m")}
+    if not with_time:
+        signals["time"] = (FAST * 1e3, "ms")
     with h5py.File(tmp_path / "a.h5", "w") as file:
         for name, (values, unit) in signals.items():
             group = file.create_group(f"bench/{name}")
             group["data"] = values
+            if with_time:
+                group["time"] = FAST
             if form == "text beside":
                 group["units"] = unit
             elif form == "bytes beside":

@@ -83,6 +83,17 @@ def test_structs_of_a_signal_and_its_unit_are_the_columns_of_one_recording(
         assert table.units[name] == WITH_UNITS[name]["units"]
 
 
+@pytest.mark.parametrize("numbers", ["data", "values"])
+def test_structs_of_a_time_a_signal_and_its_unit_keep_the_unit(tmp_path: Path, numbers: str) -> None:
+    signals = {"speed": (SPEED, "rpm"), "torque": (TORQUE, "mN*m")}
+    savemat(
+        tmp_path / "a.mat", {"m": {name: {"time": TIME, numbers: v, "units": u} for name, (v, u) in signals.items()}}
+    )
+    table = found_in(tmp_path / "a.mat")
+    assert {name: table.units[name] for name in signals} == {"speed": "rpm", "torque": "mN*m"}
+    np.testing.assert_array_equal(table.columns["torque"], TORQUE)
+
+
 def test_structs_of_one_vector_without_units_and_time_stay_recordings(tmp_path: Path) -> None:
     savemat(tmp_path / "a.mat", {"s": {"run1": {"data": SPEED}, "run2": {"data": TORQUE}}})
     with pytest.raises(LogError, match=r"several recordings: s.run1, s.run2"):

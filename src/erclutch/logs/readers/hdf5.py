@@ -127,8 +127,9 @@ def find(path: str, variable: str | None) -> Table:
             period = sample_period(attributes)
         recording.period = period[0] if period else None
         recording.units = place.units
-        for only in [*recording.columns] if len(recording.columns) == 1 else ():
-            recording.units[only] = recording.units.get(only) or place.unit
+        signals = [label for label in recording.columns if not found_recordings.TIME.fullmatch(label)]
+        if len(signals) == 1:
+            recording.units[signals[0]] = recording.units.get(signals[0]) or place.unit
         recording.metadata = place.texts
         recording.notes += place.notes
         recordings[name] = recording

@@ -317,8 +317,12 @@ def _structure(name: str, node: Any) -> Found | None:
     lower = {key.lower(): value for key, value in fields.items()}
     time = lower.get("time")
     data = lower.get("data")
+    if data is None and sum(map(_is_vectors, fields.values())) == 2:
+        data = next((lower[key] for key in ("values", "value") if key in lower), None)
     if isinstance(time, np.ndarray) and isinstance(data, np.ndarray):
-        return _workspace({"time": time, name.rpartition(".")[2]: data})
+        label = name.rpartition(".")[2]
+        unit = lower.get("units") or lower.get("unit")
+        return _workspace({"time": time, f"{label} [{unit}]" if isinstance(unit, str) and unit else label: data})
     return _workspace(_with_inner(_with_signals(fields)))
 
 
