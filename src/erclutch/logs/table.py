@@ -13,10 +13,14 @@ from numpy.typing import NDArray
 from erclutch.errors import LogError, MappingError
 from erclutch.signals.array import Array
 from erclutch.signals.channels import device_of_channels
-from erclutch.signals.device import DeviceName
+from erclutch.signals.device import DEVICES, DeviceName
 
 #: Between two columns whose difference is meant.
 MINUS = " - "
+
+
+#: Labels of the files that erclutch makes.
+_ORIGINS = ("TWIN", "SYNTHETIC", "PREDICTED")
 
 
 @dataclass(frozen=True)
@@ -86,22 +90,33 @@ class Table:
     def origin(self) -> str:
         """Label that a file made by erclutch gives itself, such as TWIN; "" for all others."""
         for key in ("erclutch", "erclutch_about"):
-            try:
-                about: Any = json.loads(self.metadata.get(key, "{}"))
-            except (ValueError, RecursionError):
-                continue
-            if isinstance(about, dict) and isinstance(label := cast("dict[str, Any]", about).get("label"), str):
+            label = self._about(key).get("label")
+            if isinstance(label, str):
                 return label
-        return next((label for label in ("TWIN", "SYNTHETIC", "PREDICTED") if label in self.metadata), "")
+        return next((label for label in _ORIGINS if label in self.metadata), "")
+
+    @property
+    def simulated_device(self) -> DeviceName | None:
+        """The device that a log of the TWIN says it is of; None for all other files."""
+        for key in ("erclutch", "erclutch_about", "TWIN"):
+            about = self._about(key)
+            device = about.get("device")
+            if about.get("label") == "TWIN" and device in DEVICES:
+                return device
+        return None
+
+    def _about(self, key: str) -> dict[str, Any]:
+        """What a file made by erclutch says of itself as JSON, under a key of its metadata; nothing for all others."""
+        try:
+            about: Any = json.loads(self.metadata.get(key, "{}"))
+        except (ValueError, RecursionError):
+            return {}
+        return cast("dict[str, Any]", about) if isinstance(about, dict) else {}
 
     @property
     def device(self) -> DeviceName | None:
         """The device that a recording of the live loop names by its channels; None for all other files."""
-        try:
-            about: Any = json.loads(self.metadata.get("erclutch", "{}"))
-        except (ValueError, RecursionError):
-            return None
-        keys = cast("dict[str, Any]", about) if isinstance(about, dict) else {}
+        keys = self._about("erclutch")
         return device_of_channels(key.removeprefix("channel.") for key in keys if key.startswith("channel."))
 
     @property

@@ -66,8 +66,8 @@ def plan_of(
     Args:
         table: columns as in the file.
         told: what the user and the mapping file said; the rest is guessed from names and units.
-        device: "single" or "coaxial"; decides which signals are needed. None: what a recording of the live loop says,
-            and "single" for all other logs.
+        device: "single" or "coaxial"; decides which signals are needed. None: what a recording of the live loop or a
+            log of the TWIN says, and "single" for all other logs.
         invalid: "error" refuses values that are not finite, "drop" cuts the log there; None is what the mapping says.
         whole: whether the table is the whole log; a column without a number in some rows may have numbers in others.
 
@@ -78,9 +78,11 @@ def plan_of(
     """
     notes = list(table.notes)
     if device is None:
-        device = table.device or "single"
+        device = table.device or table.simulated_device or "single"
         if table.device is not None:
             notes.append(f"a recording of the live loop: its channels are those of a {device} device")
+        elif table.simulated_device is not None:
+            notes.append(f"a log of the TWIN, which says that it is of a {device} device")
     if device not in NEEDS:
         raise SettingError(f"there is no device '{device}'", remedy=f"Use one of {', '.join(NEEDS)}")
     said = invalid or told.invalid

@@ -201,6 +201,7 @@ class TwinRun:
         """Label, settings and parameters, as JSON values."""
         return {
             "label": LABEL,
+            "device": "single" if self.scenario.single else "coaxial",
             "scenario": self.scenario.name,
             "meaning": self.scenario.meaning,
             "seed": self.seed,
