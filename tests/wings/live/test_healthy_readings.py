@@ -92,7 +92,21 @@ def test_what_counts_make_by_chance_or_alone_is_within_the_noise(bandwidth: floa
     chosen = acceleration_noise(derivative, 1e-3)
     settings = free_pair(RIG.changed({"sensors.table_step": 1e-4}), bandwidth)
     inertia = RIG.value("screw.load_inertia")
-    assert settings.load_band == pytest.approx(inertia * 1e-4 * 2.0 * math.pi / RIG.value("screw.lead") * chosen)
+    counts = inertia * 1e-4 * 2.0 * math.pi / RIG.value("screw.lead") * chosen
+    meter = 6.0 * 0.27 * RIG.value("sensors.torque_noise")
+    assert settings.load_band == pytest.approx(math.hypot(counts, meter, 0.7 * RIG.value("screw.coulomb")))
+
+
+def test_a_noisy_meter_and_its_friction_widen_together_what_torque_and_motion_may_differ() -> None:
+    noisy = free_output(RIG.changed({"sensors.torque_noise": 0.0032}))
+    assert noisy["load_band"] > 6.0 * 0.27 * 0.0032
+    assert free_output(RIG)["load_band"] == 0.7 * RIG.value("screw.coulomb")
+
+
+def test_an_output_that_breaks_away_later_one_way_withstands_more() -> None:
+    asymmetric = free_output(RIG.changed({"screw.asymmetry": 0.2}))
+    assert asymmetric["load_friction"] == pytest.approx(1.2 / 1.06 * RIG.value("screw.coulomb"))
+    assert free_output(RIG)["load_friction"] == RIG.value("screw.coulomb")
 
 
 @pytest.mark.parametrize("changed", [{"sensors.torque_bandwidth": 150.0}, {"screw.backlash": 2e-5}])

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from erclutch.signals.device import DeviceName
 from erclutch.wings.live.motion_limits import (
     MOTION,
@@ -30,6 +32,12 @@ _STILL = 0.02
 _CROSSES = 0.5
 #: Of the dry friction of an output or a drive: what its place and way change of it, and the ringing of a meter.
 _FRICTION = 0.7
+#: Times a meter's noise: three standard deviations of twice the noise, of which the filter of the check passes 27 %.
+_METER_SCATTER = 6.0 * 0.27
+#: Of that friction: noise that makes more of a torque adds to it.
+_MATTERS = 0.35
+#: Times its sliding friction at which an output breaks away; the loop's check allows for that.
+_BREAKS_AWAY = 1.3 * 1.06
 #: Hz: a slower meter shows a torque when the motion has long answered to it.
 _SLOWEST_METER = 200.0
 _NOT_COMPARED: dict[str, float] = {"load_inertia": 0.0, "load_friction": 0.0, "load_drag": 0.0, "load_band": 0.0}
@@ -96,11 +104,18 @@ def _free_load(
     """
     noise = inertia * count * acceleration
     friction = rig.value(f"{part}.coulomb")
+    if part == "screw":  # its preload breaks away later one way than the other
+        withstands = rig.value("screw.breakaway") * (1.0 + rig.value("screw.asymmetry"))
+        friction *= max(withstands / _BREAKS_AWAY, 1.0)
+    band = max(_FRICTION * friction, noise)
+    noise = math.hypot(noise, _METER_SCATTER * rig.value("sensors.torque_noise"))
+    if part == "screw" and noise > _MATTERS * friction:
+        band = math.hypot(_FRICTION * friction, noise)
     return {
         "load_inertia": inertia,
         "load_friction": friction,
         "load_drag": rig.value(f"{part}.viscous"),
-        "load_band": max(_FRICTION * friction, noise),
+        "load_band": band,
     }
 
 
