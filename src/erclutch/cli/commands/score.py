@@ -14,7 +14,6 @@ from erclutch.cli import terminal
 from erclutch.cli.options import DEFAULT_READING, LogOptions
 from erclutch.errors import LogError
 from erclutch.signals.percent import percent
-from erclutch.signals.units import amount
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -167,6 +166,8 @@ def _table(scores: Sequence[_Scored], data: Dataset, runs: int) -> Table:
 
 def _words_on(scores: Sequence[_Scored], data: Dataset) -> list[str]:
     """The recommended model of each run, here and where it was judged, and what the shares are of."""
+    from erclutch.signals.units import amount
+
     unit = data.units.effort
     lines: list[str] = []
     for each in scores:
