@@ -62,6 +62,8 @@ def test_the_report_opens(recording: Recording, tmp_path: Path) -> None:
     good("report", str(folder))
     page = (folder / "report.html").read_text(encoding="utf-8")
     assert "with travel" in page
+    assert "<mi>c</mi>" in page  # the equation has the term of the input, not the table of numbers alone
+    assert "<mtext>travel</mtext>" in page
 
 
 def test_the_report_says_what_a_network_with_a_further_input_adds(recording: Recording, tmp_path: Path) -> None:

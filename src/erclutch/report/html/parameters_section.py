@@ -104,7 +104,7 @@ def meaning_of_letters(material: Material, model: TorqueModel) -> str:
 def equation_of(model: TorqueModel) -> Markup:
     """The effort for w > 0 as MathML, made from the function that is fitted, a term a formula so that lines may break.
 
-    Friction and offset, which are not the law's, stand at its end.
+    Friction, further inputs and offset, which are not the law's, stand at its end.
     """
     structure = model.structure
     law = structure.law
@@ -112,6 +112,9 @@ def equation_of(model: TorqueModel) -> Markup:
     terms += memory_terms_of(structure.dynamics)
     if structure.friction:
         terms.append(_FRICTION if law.forward else _TURNING_FRICTION)
+    for gain in structure.gains():
+        if gain.extra is not None:
+            terms.append(_further_term(gain.extra, structure.extras[gain.extra]))
     if structure.offset:
         terms.append(_OFFSET)
     behind = stages_at(structure.dynamics, "effort")
@@ -121,6 +124,12 @@ def equation_of(model: TorqueModel) -> Markup:
         pieces.append(Markup("<math><mrow>{}</mrow></math>").format(before + term))
         before = Markup('<mo form="infix" lspace="0.25em" rspace="0.25em">+</mo>')
     return Markup(" ").join(pieces)
+
+
+def _further_term(place: int, name: str) -> Markup:
+    """A further input times its gain."""
+    gain = Markup("<msub><mi>c</mi><mn>{}</mn></msub>").format(place + 1)
+    return Markup('{}<mspace width="0.2em"/><mtext>{}</mtext>').format(gain, name)
 
 
 _TURNING_FRICTION = Markup(
