@@ -156,10 +156,10 @@ def _without_idle(folds: Sequence[_Fold], rung: Rung, base: Structure) -> Rung:
     Before anything told of a spring, say, a lag took some of its effort for its own. Now that the rung has the spring,
     the lag may have nothing left to say.
     """
-    of_base = base.dynamics.split("+")
-    kept = [name for name in rung.structure.dynamics.split("+") if name not in of_base]
     if base.dynamics == NONE or rung.structure == base:
         return rung
+    of_base = base.dynamics.split("+")
+    kept = [name for name in rung.structure.dynamics.split("+") if name not in of_base]
     fewer = replace(rung.structure, dynamics="+".join(kept) or NONE)
     leaner = _rung(folds, fewer, rung.numbers)
     worth = max(WORTH, _by_chance(leaner, rung))
