@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Generator
+from collections.abc import Generator, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -13,10 +14,10 @@ from numpy.testing import assert_array_equal
 from erclutch import registry
 from erclutch.errors import CheckError, ExportError, PluginError, SettingError
 from erclutch.export.step_record import step_of
-from erclutch.fit.candidate import kinds
+from erclutch.fit.candidate import Fitted, kinds
 from erclutch.fit.comparison import Settings, compare
 from erclutch.logs import recording_from_arrays
-from erclutch.logs.dataset import build_dataset
+from erclutch.logs.dataset import Dataset, build_dataset
 from erclutch.runs.run_folder import read_run
 from erclutch.runs.written_run import write_run
 from erclutch.signals.recording import Recording
@@ -99,6 +100,25 @@ def test_a_law_that_the_rows_cannot_make_is_left_out(monkeypatch: pytest.MonkeyP
     compared = compare(build_dataset(log()), Settings(("bingham", "casson"), lag="none"))
     assert [entry.name for entry in compared.entries] == ["bingham"]
     assert [f.message for f in compared.findings if f.subject == "left out"] == ["casson is left out: no rows for it"]
+
+
+def test_of_two_fits_with_one_name_the_better_is_kept(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A run that keeps two models of one name could not be read."""
+    from erclutch.fit.candidate import Grown
+    from erclutch.fit.kinds.law_alone import LawCandidate, Laws
+
+    def the_same_without_friction(self: Laws, settings: Settings, train: Dataset, fitted: Sequence[Fitted]) -> Grown:
+        del self, settings, train
+        structure = fitted[0].outcome.model.structure
+        return Grown([LawCandidate(replace(structure, friction=False, offset=False))])
+
+    data = build_dataset(log())
+    data = replace(data, effort=data.effort + 0.3 * np.sign(data.elements[0].slip))
+    settings = Settings(models=("bingham",), lag="none")
+    alone = compare(data, settings)
+    monkeypatch.setattr(Laws, "grown", the_same_without_friction)
+    (entry,) = compare(data, settings).entries
+    assert entry.outcome.train_cost == alone.entries[0].outcome.train_cost
 
 
 def test_a_name_of_no_kind_is_an_unknown_law() -> None:

@@ -218,6 +218,10 @@ class ExportedStep:
         return self.model.network_part
 
 
+#: What targets call the step's other variables: no further input may have such a name.
+_NAMES_OF_TARGETS = ("measured", "effort", "flags", "residual", "time")
+
+
 def described_step(model: Any, options: ExportOptions | None = None) -> ExportedStep:
     """Everything of a model's step.
 
@@ -260,7 +264,9 @@ def described_step(model: Any, options: ExportOptions | None = None) -> Exported
         names = ("E1", "E2", "theta_dot", "alpha_dot") if coaxial else ("field", "slip")
         motion_unit = slip_unit
     units = (field_unit,) * elements + (motion_unit,) * elements
-    names += tuple(model.extras)
+    # A column may have the name of a signal (a position beside speeds from positions) or of a target's own variable.
+    taken = {*names, *_NAMES_OF_TARGETS}
+    names += tuple(f"{name} (further input)" if name in taken else name for name in model.extras)
     units += tuple("K" if name == TEMPERATURE else "?" for name in model.extras)
     if options.alarms or options.adapt:
         names += ("measured",)

@@ -252,7 +252,25 @@ def _fit_all(
         Finding("note", "left out", f"{reason.where} is left out: {reason.problem}", reason.remedy)
         for reason in refused
     )
-    return fitted, (*findings, *left_out)
+    return _each_once(fitted), (*findings, *left_out)
+
+
+def _each_once(fitted: Sequence[Fitted]) -> list[Fitted]:
+    """The better of two fits that have one name, by soundness and training rows: a name stands for one model of a run.
+
+    A search may come to a law that was asked for, with other terms taken out.
+    """
+    best: dict[str, Fitted] = {}
+    for each in fitted:
+        other = best.get(each.outcome.name)
+        if other is None or _worth(each.outcome) < _worth(other.outcome):
+            best[each.outcome.name] = each
+    return list(best.values())
+
+
+def _worth(outcome: AnyOutcome) -> tuple[bool, float]:
+    """Of two fits with one name the smaller is kept."""
+    return (not outcome.sound, outcome.train_cost)
 
 
 def _of(plugin: Plugin, answer: Any, *question: Any) -> Any:

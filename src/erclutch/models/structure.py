@@ -7,7 +7,7 @@ slip. A model multiplies each column by its gain. Stages on the effort work on t
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
@@ -74,7 +74,7 @@ class Structure:
     Attributes:
         device: "single" or "coaxial".
         specification: name of the law, for example ``hem/square``.
-        law: the law itself.
+        law: the law itself; its functions are made anew each time, so equality asks the specification alone.
         dynamics: names of the stages on command, slip and effort, joined by ``+``; "none" for none.
         friction: a column of Coulomb friction at zero field (seals, bearings, remanence), one an element.
         offset: a constant effort (gas spring, preload, sensor zero).
@@ -84,7 +84,7 @@ class Structure:
 
     device: DeviceName
     specification: str
-    law: Law
+    law: Law = field(compare=False)
     dynamics: str = NONE
     friction: bool = False
     offset: bool = False

@@ -163,6 +163,10 @@ def test_another_law_gets_the_iron_where_fields_change_within_a_log() -> None:
     with_iron = [each.structure.specification for each in candidates if of_iron(each.structure)]
     assert len(set(with_iron)) == 2
     assert all(name.endswith("/tanh") for name in with_iron)
+    # Laws that are asked for by name saturate too, and each stands there once: a run keeps one model of a name.
+    candidates, _ = with_memory(log, laws, named)
+    names = [each.name for each in candidates]
+    assert len(set(names)) == len(names)
 
 
 @pytest.mark.parametrize(

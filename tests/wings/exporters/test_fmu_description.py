@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
@@ -38,3 +39,18 @@ def test_variables_units_and_step(models: dict[str, Model], label: str, version:
     step = found.defaultExperiment.stepSize if found.defaultExperiment else None
     assert (float(step) if step else None) == program.period
     assert any(unit.name == program.model.units.effort for unit in found.unitDefinitions)
+
+
+@pytest.mark.parametrize("version", [2, 3])
+def test_a_further_input_with_a_name_that_is_taken_gets_another_one(
+    law: Callable[..., Model], version: int, tmp_path: Path
+) -> None:
+    """A law with a position term, exported with speeds from positions, has the position twice."""
+    model = law("bingham", "single", "lag", further=("position", "effort", "time", "measured"))
+    program = step_of(model, ExportOptions(period=2e-3, inputs="angles"))
+    root = description(program, interface(program), version, "own", "{token}", ["a.c"])
+    path = tmp_path / "modelDescription.xml"
+    ElementTree.ElementTree(root).write(path, encoding="UTF-8", xml_declaration=True)
+    found = fmpy.read_model_description(str(path), validate=True)
+    inputs = [variable.name for variable in found.modelVariables if variable.causality == "input"]
+    assert inputs == ["field", "position"] + [f"{name} (further input)" for name in model.extras]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Sequence
 
 import numpy as np
@@ -149,8 +150,8 @@ def _macros(inputs: Sequence[str]) -> Iterator[str]:
     """What the input's places are called: by their name the first four, where no other has it."""
     seen: set[str] = set()
     for place, name in enumerate(inputs):
-        letters = [letter if letter.isascii() and letter.isalnum() else "_" for letter in name]
-        macro = "".join(letters).upper().strip("_")
+        # One underscore at a time: C++ keeps names with two of them in a row for itself.
+        macro = re.sub("[^A-Za-z0-9]+", "_", name).upper().strip("_")
         if place < 4 and macro and macro not in seen:
             yield macro
         else:

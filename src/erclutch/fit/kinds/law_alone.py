@@ -327,7 +327,9 @@ def with_memory(
             made.add(own)
             with one_thread():
                 rung = of_law(train, rungs[-1], law.model.structure)
-            candidates.insert(0, _of_rung(rung, law.notes))
+            # Behind iron its yield effort saturates, and that law may stand there already.
+            if all(rung.structure != candidate.structure for candidate in candidates):
+                candidates.insert(0, _of_rung(rung, law.notes))
     return candidates, tuple(findings)
 
 
