@@ -48,3 +48,24 @@ def test_a_device_that_is_named_goes_first_and_other_logs_are_of_a_single_device
         apply(plan_of(recording("coaxial"), ColumnMap(), device="single"), recording("coaxial"))
     assert recording("coaxial", about=False).device is None
     assert plan_of(recording("coaxial", about=False), ColumnMap()).device == "single"
+
+
+@pytest.mark.parametrize(
+    ("device", "of_the_log"),
+    [
+        ("single", {"field": "Current", "slip": "-Velocity [cm/s]", "effort": "Force"}),
+        ("coaxial", {"E1": "U1 [V]", "E2": "U2 [V]", "T": "Torque", "theta": "Motor angle"}),
+    ],
+)
+def test_columns_of_the_log_that_a_run_was_fitted_to_give_way_to_its_channels(
+    device: DeviceName, of_the_log: dict[str, str]
+) -> None:
+    """`score RECORDING --run RUN` asked for columns that only the log of the run has."""
+    table = recording(device)
+    plan = plan_of(table, ColumnMap.from_labels(of_the_log))
+    assert plan.questions == ()
+    own = plan_of(table, ColumnMap())
+    assert [(each.signal, each.column) for each in plan.signals] == [(each.signal, each.column) for each in own.signals]
+    assert any("the recording's own channel; it has no column" in note for note in plan.notes)
+    # A temperature that is not is asked for.
+    assert plan_of(table, ColumnMap.from_labels({"temperature": "Oil"})).questions

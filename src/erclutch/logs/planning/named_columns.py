@@ -74,6 +74,8 @@ def take_named(draft: Draft) -> None:
         MappingError: a signal that the device does not have. LogError: a column without numbers.
     """
     allowed = {*draft.known_signals, _TEMPERATURE}
+    # A run names the columns of the log that it was fitted to; a recording of the live loop names its channels itself.
+    named_by_itself = draft.known_signals if draft.table.device is not None else ()
     for signal, choice in draft.told.columns.items():
         declined = draft.told.declines(signal) and NONE not in draft.table.columns
         if signal not in allowed and not (signal == "field" and declined):
@@ -84,7 +86,10 @@ def take_named(draft: Draft) -> None:
             try:
                 _take_choice(draft, signal, choice)
             except MappingError as error:
-                draft.ask(signal, error)
+                if signal in named_by_itself:
+                    draft.notes.append(f"{signal}: the recording's own channel; it has no column '{choice.column}'")
+                else:
+                    draft.ask(signal, error)
         elif signal == "field":
             draft.take_no_field()
         else:
