@@ -46,6 +46,11 @@ def is_comment(line: str) -> bool:
     return line.lstrip().startswith(_COMMENT)
 
 
+def sums_up(cell: str) -> bool:
+    """Whether a cell is a word such as Mean, Minimum."""
+    return re.sub(r"[\s.:]", "", cell.lower()) in STATISTICS
+
+
 def cells_of(line: str, delimiter: str | None) -> list[str]:
     """Cells of one line, stripped; quotes are honoured."""
     if '"' in line:

@@ -132,6 +132,9 @@ def header_of(above: Sequence[str], marks: Marks, rows: RowsBelow) -> Header | N
         # Names are words: a second line of units, or of what is called like a unit, names nothing.
         if (_are_units(_bare(last)) or _repeat_a_unit(last, names)) and not _are_units(_bare(names)):
             return Header(names, _units(last), 2)
+        are_distinct = all(last) and len({*last}) == len(last)
+        if _are_units(_bare(names)) and are_distinct and not _are_units(_bare(last)):
+            return Header(last, _units(names), 2)
         if _are_translated(last) and all(names):
             return Header(names, [split_label(cell)[1] for cell in last], 2)
     return Header(last, None, 1)

@@ -14,7 +14,7 @@ from itertools import pairwise
 from erclutch.errors import UnitError
 from erclutch.logs.columns.labels import split_label
 from erclutch.logs.columns.rheometer_names import said_by_name
-from erclutch.logs.readers.cells import DELIMITERS, WORDS, cells_of, is_comment, is_numeric
+from erclutch.logs.readers.cells import DELIMITERS, WORDS, cells_of, is_comment, is_numeric, sums_up
 from erclutch.logs.readers.dialect import LINE_END
 from erclutch.logs.readers.numerals import BLANKS, ungrouped
 from erclutch.signals import units
@@ -112,7 +112,9 @@ def _pivot_in(lines: Sequence[str], delimiter: str) -> _Pivot | None:
         has_total = cells[-1].lower() in _TOTALS
         numbers = _rising_numbers(cells[1 : len(cells) - has_total], delimiter)
         # A row whose first number is missing is no line of numbers across: above it stand rows, or names.
-        is_a_row = is_numeric(cells[0], delimiter) or (cells[0].lower() in WORDS and cells[0] != "")
+        is_a_row = (
+            is_numeric(cells[0], delimiter) or (cells[0].lower() in WORDS and cells[0] != "") or sums_up(cells[0])
+        )
         is_below_a_row = bool(above) and is_numeric(above[0][0], delimiter)
         if not numbers or is_a_row or is_below_a_row:
             continue

@@ -46,12 +46,14 @@ from erclutch.logs.readers.text_bytes import (
     opened,
     text_size,
     unbroken,
+    with_whole_names,
     without_row_marks,
 )
 from erclutch.logs.readers.text_cells import BLANK, CORRECT, long_rows, read_cells, refuse_ragged
 from erclutch.logs.readers.text_rows import blocks_in, rows_of_body
 from erclutch.logs.readers.text_tables import read_tables
 from erclutch.logs.readers.unit_cells import units_beside, without_units_in_cells
+from erclutch.logs.readers.unit_columns import with_units_in_cells
 from erclutch.logs.table import Table
 from erclutch.signals.array import Array
 
@@ -125,12 +127,14 @@ def _put_right(text: str) -> tuple[str, list[str]]:
     broken_cells = 0
     if '"' in text:
         text, broken_cells = unbroken(text)
+        text = with_whole_names(text)
     if "[" in text:
         text, brackets = without_brackets(text)
         notes.append(brackets)
     for change in (
         with_a_line_of_names,
         without_spread_in_cells,
+        with_units_in_cells,
         without_units_in_cells,
         with_keyed_heads,
         upright,

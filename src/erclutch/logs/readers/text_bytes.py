@@ -17,6 +17,9 @@ from erclutch.logs.readers import first_bytes
 from erclutch.logs.readers.budget import Budget
 from erclutch.logs.readers.dialect import SAMPLE
 
+_NAMES_END = 1 << 15  # characters that hold all lines above the rows
+#: A cell in quotes with a line end, between two delimiters or ends of a line: a name over its unit.
+_BROKEN_NAME = re.compile(r'(?<![^\t;,|\r\n])"([^"\r\n]{1,60})[\r\n]+([^"]{1,60})"(?![^\t;,|\r\n])')
 _BROKEN = re.compile(r"[\r\n]*([+-]?\d[\d.]*(?:[eE][+-]?\d+)?)[\r\n]+")
 
 _BLOCK = 1 << 20
@@ -237,6 +240,14 @@ def unbroken(text: str) -> tuple[str, int]:
             parts[inside] = number.group(1)
             broken += 1
     return ('"'.join(parts), broken) if broken else (text, 0)
+
+
+def with_whole_names(text: str) -> str:
+    """The text with a blank in place of a line end inside of a name in quotes, as spreadsheets write them."""
+    head = text[:_NAMES_END]
+    while _BROKEN_NAME.search(head):  # a name of three lines has two line ends
+        head = _BROKEN_NAME.sub(r'"\1 \2"', head)
+    return head + text[_NAMES_END:]
 
 
 def hidden_character(text: str) -> re.Match[str] | None:

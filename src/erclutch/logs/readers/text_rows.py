@@ -4,12 +4,17 @@ from __future__ import annotations
 
 import re
 
-from erclutch.logs.readers.cells import STATISTICS, WORDS, cells_of, is_comment, is_number
+from erclutch.logs.readers.cells import WORDS, cells_of, is_comment, is_number, sums_up
 from erclutch.logs.readers.dialect import LINE_END, Dialect
+from erclutch.logs.readers.numerals import ungrouped
 from erclutch.logs.readers.text_cells import BLANK
 
 _BLANK_LINE = re.compile(r"(?:\r\n|\n|\r)[ \t,;]*(?=\r|\n)")
 _BELOW = 1 << 14  # characters at the end of a text in which a summary of the rows is looked for
+_ABOVE = 1 << 14  # characters at the start of a text in which such a summary is looked for
+_FEWEST_BELOW = 12  # rows
+_FEWEST_SUMMED = 3  # columns
+_ROUNDED = 1e-3  # of a number that sums up
 _MOST_SUMS = 6  # lines below the rows
 _LEAST_BLOCK = 10  # rows between blank lines that are a stretch of a log
 _MOST_BLOCKS = 100
@@ -25,18 +30,22 @@ def rows_of_body(text: str, dialect: Dialect) -> tuple[str, list[str]]:
     if any(mark in body for mark in ("#", "%", "//")):  # comments become blank: line numbers stay right
         body = "\n".join("" if is_comment(line) else line for line in LINE_END.split(body))
 
+    body, sums_above = _without_sums_above(body, dialect)
     body, notes = _without_remarks_below(body, dialect)
+    notes = [*sums_above, *notes]
+    first_row = LINE_END.split(body[:_ABOVE].lstrip(BLANK))[0]
+    rows_have_such_words = any(map(sums_up, cells_of(first_row, dialect.delimiter)))  # a row for Max, the next for Min
     without: list[str] = []  # last lines that hold no number, from the last on
     sums = 0  # last lines that sum up the rows
     while last := _last_line(body):
         cells = [cell for cell in cells_of(body[last:], dialect.delimiter) if cell]
         is_row = any(is_number(cell, dialect.decimal) or cell.lower() in WORDS for cell in cells)
-        sums_up = any(re.sub(r"[\s.:]", "", cell.lower()) in STATISTICS for cell in cells)
-        sums_up = sums_up or (is_row and sums < _MOST_SUMS and _begins_with_a_word(body[last:], dialect))
-        if not cells or (is_row and not sums_up):
+        is_sum = any(map(sums_up, cells)) and not rows_have_such_words
+        is_sum = is_sum or (is_row and sums < _MOST_SUMS and _begins_with_a_word(body[last:], dialect))
+        if not cells or (is_row and not is_sum):
             break
         shown = " ".join(body[last:].split())[:60]
-        if sums_up:
+        if is_sum:
             sums += 1
             notes.append(f"the last line sums up the rows ({shown!r}): left out")
         else:
@@ -58,6 +67,83 @@ def rows_of_body(text: str, dialect: Dialect) -> tuple[str, list[str]]:
     if len(cells_of(rest, dialect.delimiter)) > needed:
         return body, notes
     return body[:last], [*notes, "the last row was cut off in the middle: left out"]
+
+
+def _without_sums_above(body: str, dialect: Dialect) -> tuple[str, list[str]]:
+    """The text with blanks in place of first rows that sum up those below, and a note on them.
+
+    Such a row has the word for it in its first cell, or the first two rows are the smallest and the largest number of
+    each column, as DIAdem writes them: the time rises behind both.
+    """
+    lines = LINE_END.split(body[:_ABOVE])
+    places = [place for place, line in enumerate(lines) if line.strip(BLANK)]
+    sums: list[int] = []  # places of their lines
+    for place in places[:_MOST_SUMS]:
+        if not sums_up(*cells_of(lines[place], dialect.delimiter)[:1]):
+            break
+        sums.append(place)
+    next_line = lines[places[len(sums)]] if len(sums) < len(places) else ""
+    next_cell = "".join(cells_of(next_line, dialect.delimiter)[:1])
+    if next_cell and not is_number(next_cell, dialect.decimal):
+        sums = []  # the rows themselves have such words
+    if not sums and len(places) > _FEWEST_BELOW and _are_extremes(body, [lines[place] for place in places], dialect):
+        sums = places[:2]
+    if not sums:
+        return body, []
+
+    whole = LINE_END.split(body)
+    shown = " ".join(whole[sums[0]].split())[:60]
+    for place in sums:
+        whole[place] = ""  # line numbers stay right
+    count = "the first row sums" if len(sums) == 1 else f"the first {len(sums)} rows sum"
+    return "\n".join(whole), [f"{count} up those below ({shown!r}): left out"]
+
+
+def _are_extremes(body: str, lines: list[str], dialect: Dialect) -> bool:
+    """Whether the first two lines hold the ends of each column's range, and a column that rises is among them.
+
+    Args:
+        body: all rows.
+        lines: the first of them.
+        dialect: of the text.
+    """
+    low, high, third = (_numbers(line, dialect) for line in lines[:3])
+    # Of most logs the first two rows are near the third: these few cells tell it without a look at all rows.
+    if len(low) < _FEWEST_SUMMED or len(low) != len(high) or len(low) != len(third):
+        return False
+    if not all(first <= number <= last for first, number, last in zip(low, third, high, strict=True)):
+        return False
+    last_row = body[_last_line(body) :]
+    ends_at = _numbers(last_row, dialect)
+    if len(ends_at) != len(low) or not low[0] < high[0]:
+        return False
+    rises = [*map(_close, (low[0], high[0]), (third[0], ends_at[0]))]
+    if not all(rises) or not any(first < last for first, last in zip(low[1:], high[1:], strict=True)):
+        return False
+
+    smallest = [*third]
+    largest = [*third]
+    for line in LINE_END.split(body):
+        if not line.strip(BLANK) or line in lines[:2]:
+            continue
+        numbers = _numbers(line, dialect)
+        if len(numbers) == len(third):
+            smallest = [*map(min, smallest, numbers)]
+            largest = [*map(max, largest, numbers)]
+    return all(map(_close, low, smallest)) and all(map(_close, high, largest))
+
+
+def _numbers(line: str, dialect: Dialect) -> list[float]:
+    """The numbers of a row; none where a cell is no number."""
+    cells = cells_of(line, dialect.delimiter)
+    if not all(is_number(cell, dialect.decimal) for cell in cells):
+        return []
+    return [float(ungrouped(cell, dialect.decimal)) for cell in cells]
+
+
+def _close(told: float, found: float) -> bool:
+    """Whether a number of a summary is that of the rows, up to the digits that it is written with."""
+    return abs(told - found) <= _ROUNDED * max(abs(told), abs(found))
 
 
 def _without_remarks_below(body: str, dialect: Dialect) -> tuple[str, list[str]]:

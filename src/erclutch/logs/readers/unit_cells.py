@@ -20,7 +20,7 @@ from erclutch.signals import units
 if TYPE_CHECKING:
     import pandas as pd
 
-_LOOKED_AT = 1 << 13  # last characters
+LOOKED_AT = 1 << 13  # last characters
 _FEWEST = 3  # rows
 _LONGEST_UNIT = 12  # characters
 _MEASURED = re.compile(
@@ -32,7 +32,7 @@ _CALLED_UNIT = re.compile(r"(?:units?|einheit|unit[eé]s?|unidad(?:es)?|单位|�
 
 def without_units_in_cells(text: str) -> tuple[str, str]:
     """The text with the units of such columns behind their names, and what is said of it; "" where there are none."""
-    tail = LINE_END.split(text[-_LOOKED_AT:])[1:]
+    tail = LINE_END.split(text[-LOOKED_AT:])[1:]
     rows_of_tail = [line for line in tail if line.strip() and not is_comment(line)]
     below_the_names = rows_of_tail[len(rows_of_tail) // 2 :]  # the first ones may name columns
     delimiter, unit_of = _units_by_column(below_the_names)
@@ -58,6 +58,11 @@ def without_units_in_cells(text: str) -> tuple[str, str]:
             name, own_unit = split_label(header[column])
             if own_unit != unit and (own_unit or not name.endswith(("]", ")"))):  # the cells know better
                 header[column] = f"{name} [{unit}]"
+    elif not first:  # no line of names, so the units make the first
+        labels = [f"c{place}" for place in range(1, len(rows[0]) + 1)]
+        for column, unit in unit_of.items():
+            labels[column] += f" [{unit}]"
+        rows.insert(0, labels)
     plain = "\n".join(delimiter.join(cells) for cells in rows)
     said = ", ".join(dict.fromkeys(unit_of.values()))
     return plain, f"cells hold their units ({said}): read as numbers in them"
@@ -72,12 +77,17 @@ def units_beside(names: Sequence[str], texts: Mapping[str, pd.Series[Any]]) -> d
     """
     beside: dict[str, str] = {}
     for name, behind in pairwise(names):
-        if name in texts or behind not in texts or not _CALLED_UNIT.fullmatch(behind):
+        if name in texts or behind not in texts or not is_called_unit(behind):
             continue
         words = [str(word).strip("[]() ") for word in texts[behind].dropna().unique()]
         if len(words) == 1 and units.is_unit(words[0]):
             beside[name] = words[0]
     return beside
+
+
+def is_called_unit(name: str) -> bool:
+    """Whether a column is called one of units, in one of several languages."""
+    return _CALLED_UNIT.fullmatch(name) is not None
 
 
 def unit_in(cell: str) -> str | None:
@@ -102,14 +112,14 @@ def _in_unit(cell: str, unit: str) -> str:
     number = _MEASURED.sub(r"\1", cell)
     if own is None or own == unit:
         return number
-    if not _is_of_one_quantity(own, unit):
+    if not is_of_one_quantity(own, unit):
         return cell
     converted = float(number.replace(",", ".")) * units.parse(own).factor / units.parse(unit).factor
     written = f"{converted:.15g}"
     return written.replace(".", ",") if "," in number else written
 
 
-def _is_of_one_quantity(unit: str | None, other: str) -> bool:
+def is_of_one_quantity(unit: str | None, other: str) -> bool:
     """Whether a unit is one of the quantity that another unit is of; None is a unit of none."""
     return unit is not None and units.parse(unit).dimension == units.parse(other).dimension
 
@@ -128,7 +138,7 @@ def _units_by_column(lines: Sequence[str]) -> tuple[str, dict[int, str]]:
         unit_of: dict[int, str] = {}
         for column in range(width):
             unit = unit_in(whole[-1][column])  # most logs end here
-            if unit and all(_is_of_one_quantity(unit_in(cells[column]), unit) for cells in whole):
+            if unit and all(is_of_one_quantity(unit_in(cells[column]), unit) for cells in whole):
                 unit_of[column] = unit
         if len(unit_of) > len(best[1]):
             best = delimiter, unit_of
@@ -138,6 +148,6 @@ def _units_by_column(lines: Sequence[str]) -> tuple[str, dict[int, str]]:
 def _is_row(cells: Sequence[str], unit_of: Mapping[int, str]) -> bool:
     """Whether cells have the units of the columns, as a row has and the names above have not."""
     for column, unit in unit_of.items():
-        if column >= len(cells) or not _is_of_one_quantity(unit_in(cells[column]), unit):
+        if column >= len(cells) or not is_of_one_quantity(unit_in(cells[column]), unit):
             return False
     return True
