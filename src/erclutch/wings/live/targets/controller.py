@@ -41,7 +41,7 @@ _FASTEST = 10.0
 #: Times the largest slip of the log: from one end of the log to the other. No speed jumps further in a period.
 _REVERSAL = 2.0
 #: What the model's alarms get: a torque that can be, where the slip says what it has to be.
-_MEASURED = "const double zero = 0.0, known = core->meter.good && erc_slipping(core) ? input->torque : zero / zero;"
+_MEASURED = "const double zero = 0.0, torque = core->meter.good && erc_slipping(core) ? input->torque : zero / zero;"
 #: Files of the loop that the controller is made of, in the order in which they call each other.
 _PARTS = ("turned", "plausible", "torque", "interlock")
 #: Constants of the loop that the controller names too.
@@ -196,7 +196,7 @@ def _places(step: ExportedStep) -> dict[str, str]:
     if step.elements == 2:
         signals = ["applied[0]", "applied[1]", "theta_dot", "alpha_dot"]
     if step.measures:
-        signals.append("known")
+        signals.append("torque")
     usual = live(USUAL_FILTER, step.period or 1e-3)
     constant = step.precision.constant
     known, step_call = "", "NAME_step(&core->model, sample, &core->estimate)"
