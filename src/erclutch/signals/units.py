@@ -91,7 +91,12 @@ _SPELLINGS = (
     (re.compile(r"(?<![\w.])(k?gf)\.(c?m)(?!\w)"), r"\1*\2"),
     # A torque in kilograms times an arm is one of weights; what goes on is an inertia or a momentum.
     (re.compile(r"(?<![\w.])(k?g)(?:\s*[-.*·]\s*|\s+|(?=cm))([cm]?m)(?![\w^*/²])(?!\s*[/*^])"), r"\1f*\2"),
-    (re.compile(r"\b([numkMµμ]?N)\s*[-.]?\s*([mc]?m)\b"), r"\1*\2"),
+    (re.compile(r"\b((?:da|[numcdhkMGµμ])?N)\s*[-.]?\s*([mc]?m)\b"), r"\1*\2"),
+    (re.compile(r"(?<![\w.])mils?(?!\w)"), "thou"),  # of a machinist; that of a gunner is no unit of a bench
+    (re.compile(r"(?<![\w.])kp(?!\w)"), "kgf"),
+    (re.compile(r"(?<![\w.])(?:d|dev|devir)\s*/\s*dk(?!\w)"), "turn/min"),  # Turkish
+    (re.compile(r"^\s*[x×*]\s*(?=\d)"), ""),  # x1000 rpm
+    (re.compile(r"(?<=\w)\s*[x×]\s*(?=\d+(?:\.\d+)?\s*$)"), "*"),  # rpm x1000
     (re.compile(r"(?<![\w.])([munkMµμ]?Pa)\s?s(?![\w^])"), r"\1*s"),  # pint reads Pas as several pascals
     (re.compile(r"-¹"), "^-1"),
     (re.compile(r"(?<![\w.])(?:U|r|tr|rev|revs|giri|giros|obr|ot|omw|varv|rot|(?:umdr|Umdr)\.?)(?=\s*/)"), "turn"),

@@ -31,8 +31,9 @@ _ASSIGNMENT = re.compile(r"(?<=[,;] )[^\W\d_]\w{0,20} ?= ?[+-]?\d[\d.eE+-]*(?: ?
 _MOST_PAIRS = 200  # of a header block
 LONGEST_PERIOD = 0.5  # s, of a period without a unit: a larger number may be one of ms
 _PERIOD = re.compile(
-    r"(?:sampl\w*|scan)[ _-]*(?:interval|period|time)|dt|delta[ _]?[tx]|tick[ _]?period|time[ _]?step|"
-    r"abtast(?:zeit|intervall|periode)|p[ée]riode d.[ée]chantillonnage|periodo de muestreo|periodo di campionamento|"
+    r"(?:sampl\w*|scan)[ _-]*(?:interval|period|time)|dt|delta[ _]?[tx]|time[ _]?step|"
+    r"tick(?:[ _]?(?:period|size|length))?|abtast(?:zeit|intervall|periode)|p[ée]riode d.[ée]chantillonnage|"
+    r"periodo de muestreo|periodo di campionamento|"
     r"采样(?:周期|间隔)|サンプリング(?:周期|間隔)|샘플링 ?주기",
     re.I,
 )
@@ -140,8 +141,9 @@ _BY_R = re.compile(r"(\w[\w.]*?)\.\.(\w[\w.]*)\.")
 _PRESSED = re.compile(r"(?<![a-z])(?:mu|cof|friction|normal|reib\w*)(?![a-z])", re.I)
 _RPM_WITHIN = re.compile(r"(?<![a-z/])(?<!per)(?<!per[_ ])rpm(?![a-z/]|.*per)", re.I)  # Status_RPM_2; no torque per rpm
 _PER_MINUTE = re.compile(r"\s*(?:1\s*/\s*min|min\s*(?:\^|\*\*)?\s*-\s*1|min⁻¹)\s*")
+_OF_SAMPLES = re.compile(r"([kM]?)(?:fps|SPS|[Ff]rames?/s|(?:S|Sa|[Ss]amples?)/s)(?:ec)?$")
 _RATE = re.compile(
-    r"(?:sampl\w*|scan|acquisition|data)?[ _-]*(?:rate|freq\w*)|fs|f_s|"
+    r"(?:sampl\w*|scan|acquisition|data|frame)?[ _-]*(?:rate|freq\w*)|fs|f_s|fps|"
     r"(?:abtast|mess)(?:rate|frequenz)|fr[ée]quence d.[ée]chantillonnage|frecuencia de muestreo|"
     r"frequenza di campionamento|采样(?:频率|率)|サンプリング(?:周波数|レート)|샘플링 ?(?:주파수|속도)",
     re.I,
@@ -430,7 +432,7 @@ def sample_period(pairs: dict[str, str]) -> tuple[float, str] | None:
             if not pattern.fullmatch(name.strip()):
                 continue
             try:
-                number, unit_of_value = units.quantity(value)
+                number, unit_of_value = units.quantity(_OF_SAMPLES.sub(r"\1Hz", value.strip()))
                 written = unit_of_value or unit_of_key
                 unit = units.parse(written or usual_unit)
             except UnitError:

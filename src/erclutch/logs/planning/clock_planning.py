@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 
 import numpy as np
 
 from erclutch.errors import MappingError, UnitError, shell_word
-from erclutch.logs.columns.labels import LONGEST_PERIOD, split_end, split_label
+from erclutch.logs.columns.labels import COUNTS, LONGEST_PERIOD, split_end, split_label
 from erclutch.logs.columns.names import plain
 from erclutch.logs.columns.seen_columns import EVEN, SeenColumns
 from erclutch.logs.mapping import NONE, ColumnChoice, ColumnMap
@@ -128,6 +129,9 @@ def clock_plan(seen: SeenColumns, told: ColumnMap, taken: Sequence[str]) -> Cloc
         raise MappingError(problem, remedy=remedy)
 
     said = f"time from the sampling period in the header: {header:g} s"
+    if not counters:
+        counters = _counters_with_gaps(seen, taken)
+        said += f", counted by column {counters[0]}" if counters else ""
     if not counters or not np.isfinite(table.columns[counters[0]]).all():
         return ClockPlan("header", period=header, not_signals=counters, sentence=said)
     counter = counters[0]
@@ -143,6 +147,8 @@ def clock_plan(seen: SeenColumns, told: ColumnMap, taken: Sequence[str]) -> Cloc
     )
 
 
+_COUNTED = frozenset({"tick", "ticks", "frame", "frames", "sample", "samples", "scan", "scans"})
+_NUMBERED_TIME = re.compile(r"[tT]_?\d")
 _FEWEST_COUNTED = 200  # stamps
 _SLOWEST_IN_MS = 1000.0  # ms a row: above it whole stamps are microseconds
 _FASTEST = 1e-8  # s a row: 100 MHz
@@ -198,6 +204,20 @@ def _rate_of_file(seen: SeenColumns, taken: Sequence[str]) -> float | None:
     factor, _, _ = _as_seconds(name, unit, stamps)
     step = float(np.median(np.diff(stamps))) * factor
     return 1.0 / step if step > 0.0 else None
+
+
+def _counters_with_gaps(seen: SeenColumns, taken: Sequence[str]) -> tuple[str, ...]:
+    """The first column that counts ticks, frames or samples of which the file lacks some: 0, 4, 8, or 1, 2, 4."""
+    for column in seen.without(taken):
+        values = column.values
+        if column.written_unit not in (None, *COUNTS) or _COUNTED.isdisjoint(column.spoken.stem_words):
+            continue
+        if not np.isfinite(values).all() or np.any(values != np.round(values)):
+            continue
+        steps = np.diff(values)
+        if steps.size and steps.min() >= 1.0 and steps.max() > 1.0:
+            return (column.name,)
+    return ()
 
 
 def _header_period(table: Table) -> float | None:
@@ -300,9 +320,14 @@ def _likely_unit(stamps: Array) -> str:
 
 
 def _steady_column(seen: SeenColumns, taken: Sequence[str]) -> str:
-    """A remedy that proposes the first column as the time: no unit, equal steps that are no whole number; else ""."""
+    """A remedy that proposes the first column as the time: no unit, equal steps that are no whole number; else "".
+
+    A torque may be called t1 too, but none rises by equal steps.
+    """
     first = next(iter(seen.columns.values()), None)
-    if first is None or first.name in taken or first.unit or first.spoken.may_be:
+    if first is None or first.name in taken or first.unit:
+        return ""
+    if first.spoken.may_be and not _NUMBERED_TIME.fullmatch(first.name):
         return ""
     name = first.name
     steps = np.diff(first.values)

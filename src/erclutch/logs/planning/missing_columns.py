@@ -126,6 +126,8 @@ def sensor_options(free: Iterable[SeenColumn], signal: str) -> str:
         if signal == "slip" and column.spoken.plain in ELECTRICAL:
             return f"--slip {shell_word(column.name)} --scale {shell_word('slip=NUMBER rpm/count')}"
         written = column.written_unit
+        if signal == "slip" and written == "Hz" and _is_called(column, signal):
+            return f"--slip {shell_word(f'{column.name} [turn/s]')}"
         from_sensor = written in ("V", "mV", "%") or written in COUNTS
         if from_sensor and column.fits(si_units) is False and _is_called(column, signal):
             unit_of_sensor = written

@@ -37,7 +37,13 @@ from erclutch.logs.planning.field_doubts import doubt_the_field
 from erclutch.logs.planning.further_columns import take_further_columns
 from erclutch.logs.planning.given_numbers import take_given_numbers
 from erclutch.logs.planning.guesses import guess_what_is_needed
-from erclutch.logs.planning.motions import hold_power, hold_slip_against_position, refuse_the_effort_twice, turn_screw
+from erclutch.logs.planning.motions import (
+    ask_about_a_wrapped_angle,
+    hold_power,
+    hold_slip_against_position,
+    refuse_the_effort_twice,
+    turn_screw,
+)
 from erclutch.logs.planning.named_columns import refuse_unreadable_signals, take_named
 from erclutch.logs.planning.no_field import settle_the_field
 from erclutch.logs.planning.one_joint import propose_one_joint
@@ -127,6 +133,7 @@ def plan_of(
         take_further_columns(draft)
         turn_screw(draft)
         hold_slip_against_position(draft)
+        ask_about_a_wrapped_angle(draft)
         hold_power(draft)
         refuse_the_effort_twice(draft)
         doubt_a_speed_without_its_sense(draft)

@@ -1,0 +1,152 @@
+"""A slip, its position and the time are held against each other; counters and angles say what they are. SYNTHETIC."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from erclutch.errors import MappingError
+from erclutch.logs import ColumnMap, apply, plan_of, read, read_table
+from erclutch.signals import units
+from erclutch.signals.array import Array
+
+TIME: Array = 0.002 * np.arange(800, dtype=np.float64)
+PLACE = 0.01 * np.sin(9.0 * TIME)
+SPEED = 0.09 * np.cos(9.0 * TIME)
+FORCE = 400.0 * np.tanh(SPEED / 0.01) + 900.0 * SPEED
+CURRENT = np.where(TIME % 0.8 < 0.4, 0.0, 1.0)
+
+
+def written(path: Path, names: str, columns: list[Array], above: str = "") -> Path:
+    lines = [",".join(f"{number:.9g}" for number in row) for row in np.column_stack(columns)]
+    path.write_text("\n".join([*above.splitlines(), names, *lines]) + "\n", encoding="utf-8")
+    return path
+
+
+@pytest.mark.parametrize(
+    ("names", "clocks", "answer"),
+    [
+        ("Time (s),x (mm),v (mm/s),F (N),I (A)", [TIME * 1e3], '--time "Time [ms]"'),
+        ("Time (ms),x (mm),v (mm/s),F (N),I (A)", [TIME], '--time "Time [s]"'),
+        ("time_s,pc_time_s,x (mm),v (mm/s),F (N),I (A)", [TIME * 2.0, TIME + 55.0], '--time "pc_time_s"'),
+        ("time_s,wall [ms],x (mm),v (mm/s),F (N),I (A)", [TIME * 0.5, TIME * 1e3], '--time "wall [ms]"'),
+    ],
+)
+def test_a_clock_by_which_a_slip_is_the_rate_of_its_position_is_proposed(
+    tmp_path: Path, names: str, clocks: list[Array], answer: str
+) -> None:
+    path = written(tmp_path / "log.csv", names, [*clocks, PLACE * 1e3, SPEED * 1e3, FORCE, CURRENT])
+    plan = plan_of(read_table(path), ColumnMap())
+    assert plan.command().endswith(f" {answer}")
+    recording = read(path, time=answer.removeprefix("--time ").strip('"'))
+    assert recording.period == pytest.approx(0.002)
+    np.testing.assert_allclose(recording.signals["slip"], SPEED, atol=1e-8)
+
+
+def test_a_doubt_on_milliseconds_that_settles_it_is_no_second_question(tmp_path: Path) -> None:
+    columns = [TIME * 1e3, PLACE * 1e3, SPEED * 1e3, FORCE, CURRENT]
+    plan = plan_of(read_table(written(tmp_path / "log.csv", "time,x_mm,v_mm_s,F_N,I_A", columns)), ColumnMap())
+    assert not plan.questions
+    assert plan.command().endswith(' --time "time [ms]"')
+
+
+@pytest.mark.parametrize("factor", [1e3, 1e2])
+def test_a_slip_in_another_unit_than_its_name_is_asked_about_and_no_clock_is_proposed(
+    tmp_path: Path, factor: float
+) -> None:
+    columns = [TIME, PLACE, SPEED * factor, FORCE, CURRENT]
+    plan = plan_of(read_table(written(tmp_path / "log.csv", "t (s),x (m),v (m/s),F (N),I (A)", columns)), ColumnMap())
+    assert [question.signal for question in plan.questions] == ["slip"]
+    assert plan.command().endswith(' --slip "v [m/s]"')
+
+
+def test_stamps_in_the_unit_of_the_header_are_in_seconds_for_a_position_too(tmp_path: Path) -> None:
+    columns = [TIME * 1e3, PLACE * 1e3, SPEED * 1e3, FORCE, CURRENT]
+    path = written(tmp_path / "log.csv", "time,x (mm),v (mm/s),F (N),I (A)", columns, above="Sample interval: 2 ms")
+    assert read(path).period == pytest.approx(0.002)
+
+
+@pytest.mark.parametrize("names", ["t1,t2,x,x_dot,F,i", "t_1,t_2,x,x_dot,F,i"])
+def test_a_numbered_time_that_grows_evenly_is_proposed(tmp_path: Path, names: str) -> None:
+    columns = [TIME, TIME + 0.0013, PLACE, SPEED, FORCE, CURRENT]
+    plan = plan_of(read_table(written(tmp_path / "log.csv", names, columns)), ColumnMap())
+    assert plan.command().endswith(f' --time "{names.split(",")[0]} [s]"')
+
+
+@pytest.mark.parametrize(
+    ("above", "name", "counts", "period"),
+    [
+        ("# Tick: 0.5 ms", "tick", 4.0 * np.arange(800), 0.002),
+        ("# Tick size: 500 us", "ticks", 4.0 * np.arange(800) + 100.0, 0.002),
+        ("# Sample interval: 1 ms", "Sample", 2.0 * np.arange(800), 0.002),
+        ("# Frame rate: 500 fps", "Frame", 1.0 + np.arange(800), 0.002),
+        ("Sampling rate: 0.5 kS/s", "n", np.arange(800), 0.002),
+        ("Sample rate: 500 SPS", "row", np.arange(800), 0.002),
+    ],
+)
+def test_counters_of_ticks_frames_and_samples_tell_the_time_by_the_header(
+    tmp_path: Path, above: str, name: str, counts: Array, period: float
+) -> None:
+    names = f"{name},v (m/s),F (N),I (A)"
+    recording = read(written(tmp_path / "log.csv", names, [counts, SPEED, FORCE, CURRENT], above=above))
+    assert recording.period == pytest.approx(period)
+
+
+def test_a_frame_that_a_camera_dropped_is_a_gap(tmp_path: Path) -> None:
+    frames = np.delete(np.arange(800), [300, 301, 302])
+    columns = [frames.astype(np.float64), SPEED[frames], FORCE[frames], CURRENT[frames]]
+    path = written(tmp_path / "log.csv", "Frame,v (m/s),F (N),I (A)", columns, above="# Frame rate: 500 fps")
+    assert len(read(path).segments) == 2
+
+
+@pytest.mark.parametrize(
+    ("turn", "unit", "lowest"),
+    [(360.0, "deg", 0.0), (360.0, "deg", -180.0), (2.0 * np.pi, "rad", 0.0), (2.0 * np.pi, "rad", -np.pi)],
+)
+def test_an_angle_without_a_unit_that_jumps_by_a_turn_is_asked_for_it(
+    tmp_path: Path, turn: float, unit: str, lowest: float
+) -> None:
+    angle = 3.0 * np.sin(9.0 * TIME) + 9.0 * TIME  # rad
+    wrapped = (angle * turn / (2.0 * np.pi) - lowest) % turn + lowest
+    path = written(tmp_path / "log.csv", "t,theta,torque,i", [TIME, wrapped, FORCE, CURRENT])
+    with pytest.raises(MappingError, match=f"jumps by a full turn . times, as an angle in {unit} does"):
+        read(path)
+    recording = read(path, position=f"theta [{unit}]")
+    assert recording.units["position"] == "rad"
+
+
+def test_a_stroke_that_returns_quickly_is_no_angle(tmp_path: Path) -> None:
+    saw = 270.0 * (TIME / 0.4 % 1.0)
+    path = written(tmp_path / "log.csv", "t,position,force,i", [TIME, saw, FORCE, CURRENT])
+    table = read_table(path)
+    assert apply(plan_of(table, ColumnMap()), table).rows == 800
+
+
+@pytest.mark.parametrize(
+    ("written_unit", "means"),
+    [
+        ("cNm", "0.01 N*m"),
+        ("dN m", "0.1 N*m"),
+        ("daN·m", "10 N*m"),
+        ("kp", "9.80665 N"),
+        ("mil", "0.0254 mm"),
+        ("mils/s", "0.0254 mm/s"),
+        ("d/dk", "1 rpm"),
+        ("x1000 rpm", "1000 rpm"),
+        ("rpm x100", "100 rpm"),
+        ("×0.1 Nm", "0.1 N*m"),
+    ],
+)
+def test_units_of_benches_and_their_multiples(written_unit: str, means: str) -> None:
+    number, unit = units.quantity(means)
+    told = units.parse(str(unit))
+    found = units.parse(written_unit)
+    assert found.dimension == told.dimension
+    assert found.factor == pytest.approx(number * told.factor)
+
+
+def test_a_speed_in_hertz_is_proposed_in_turns(tmp_path: Path) -> None:
+    path = written(tmp_path / "log.csv", "t [s],Speed [Hz],Torque [Nm],I [A]", [TIME, SPEED, FORCE, CURRENT])
+    assert plan_of(read_table(path), ColumnMap()).command().endswith('--slip "Speed [turn/s]"')
