@@ -10,9 +10,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from erclutch.arithmetic.elementary import absolute
-from erclutch.arithmetic.evaluation import _NUMPY, _ON_NUMBERS, Numbers, evaluate
+from erclutch.arithmetic.evaluation import evaluate
 from erclutch.arithmetic.precision import FLOAT32, FLOAT64, Precision
 from erclutch.arithmetic.record import Record
+from erclutch.arithmetic.row_arithmetic import _NUMPY, _ON_NUMBERS, Numbers
 from tests.support.examples import examples
 
 _OPERATIONS = ("add", "subtract", "multiply", "choose", "tanh", "delay", "state", "call", "hold", "latch")

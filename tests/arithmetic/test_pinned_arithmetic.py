@@ -14,10 +14,11 @@ import pytest
 
 from erclutch.arithmetic.dual import Dual, chosen, partial_of, pick, seed, value_of
 from erclutch.arithmetic.elementary import absolute, elementary, less_select, sign_of, table_entry
-from erclutch.arithmetic.evaluation import Numbers, evaluate
+from erclutch.arithmetic.evaluation import evaluate
 from erclutch.arithmetic.precision import PRECISIONS, PrecisionName
 from erclutch.arithmetic.record import Record, recorded, traced
 from erclutch.arithmetic.recursion import starts_of, step_of, switched
+from erclutch.arithmetic.row_arithmetic import Numbers
 from erclutch.signals.clock import Clock, Span
 from tests.support.pinning import Pinned
 

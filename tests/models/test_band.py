@@ -10,9 +10,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from erclutch.arithmetic.evaluation import Numbers, evaluate
+from erclutch.arithmetic.evaluation import evaluate
 from erclutch.arithmetic.precision import FLOAT32, FLOAT64, Precision
 from erclutch.arithmetic.record import Record
+from erclutch.arithmetic.row_arithmetic import Numbers
 from erclutch.errors import RunError
 from erclutch.models.band import Band
 from erclutch.models.law_model import TorqueModel

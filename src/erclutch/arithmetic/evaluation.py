@@ -6,146 +6,17 @@ rows together, a delay is a shift of rows, and the nodes of a cycle are computed
 
 from __future__ import annotations
 
-import math
-import operator
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
 from operator import itemgetter
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from erclutch.arithmetic.elementary import elementary, table_entry
-from erclutch.arithmetic.precision import Precision
 from erclutch.arithmetic.record import Node, Record
-
-AnyArray = NDArray[Any]
-
-
-class Arithmetic(Protocol):
-    """How one operation is computed. The last axis of every value is that of the rows, or has length one.
-
-    Attributes:
-        on_numbers: operations that single numbers of NumPy give with the bits of arrays, in a fifth of their time.
-    """
-
-    @property
-    def on_numbers(self) -> Mapping[str, Callable[..., Any]]:
-        """See `Arithmetic`."""
-        ...
-
-    def apply(self, node: Node, arguments: Sequence[Any]) -> Any:
-        """The value of a node on some rows."""
-        ...
-
-    def function_of(self, node: Node) -> Callable[..., Any]:
-        """What `apply` does for this node, as a function of its arguments: for a node that runs row by row."""
-        ...
-
-    def zero(self, node: Node) -> Any:
-        """A number of the state before the first row."""
-        ...
-
-
-@dataclass(frozen=True)
-class Numbers:
-    """Numbers of a precision, with the bits of the C.
-
-    Attributes:
-        precision: of every operation.
-        network: the forward pass of a network, from inputs (inputs, n) to effort (n,).
-    """
-
-    precision: Precision
-    network: Callable[[AnyArray], AnyArray] | None = None
-
-    def apply(self, node: Node, arguments: Sequence[Any]) -> Any:
-        """The value of a node on some rows."""
-        function = self._functions.get(node.operation)
-        if function is not None:
-            return function(*arguments)
-        if node.operation == "constant":
-            return np.asarray(node.value, np.float64).astype(self.precision.dtype).reshape(1)
-        if node.operation == "table":
-            entry = table_entry(node.value, *arguments)
-            if node.kind == "real":
-                return entry.astype(self.precision.dtype)
-            return entry
-        assert node.operation == "network"
-        assert self.network is not None
-        inputs = np.array(np.broadcast_arrays(*arguments))
-        return self.network(inputs)
-
-    def function_of(self, node: Node) -> Callable[..., Any]:
-        """What `apply` does for this node."""
-        known = self._functions.get(node.operation)
-        return known or (lambda *arguments: self.apply(node, arguments))
-
-    @property
-    def on_numbers(self) -> Mapping[str, Callable[..., Any]]:
-        """Operators and choices."""
-        return _ON_NUMBERS
-
-    @cached_property
-    def _functions(self) -> Mapping[str, Callable[..., Any]]:
-        return {**elementary(self.precision), **_NUMPY}
-
-    def zero(self, node: Node) -> Any:
-        """A number of the state before the first row."""
-        if node.kind == "truth":
-            return np.zeros(1, np.bool_)
-        return np.zeros(1, self.precision.dtype)
-
-
-_np: Any = np
-_NUMPY: Mapping[str, Callable[..., Any]] = {
-    "add": _np.add,
-    "subtract": _np.subtract,
-    "multiply": _np.multiply,
-    "divide": _np.true_divide,
-    "negate": _np.negative,
-    "less": _np.less,
-    "finite": _np.isfinite,
-    "both": _np.logical_and,
-    "either": _np.logical_or,
-    "opposite": _np.logical_not,
-    "choose": _np.where,
-}
-
-
-def _absolute(x: Any) -> Any:
-    return -x if x < 0.0 else x
-
-
-def _both(a: Any, b: Any) -> Any:
-    return a and b
-
-
-def _either(a: Any, b: Any) -> Any:
-    return a or b
-
-
-def _chosen(condition: Any, yes: Any, no: Any) -> Any:
-    return yes if condition else no
-
-
-_python: Any = operator
-_ON_NUMBERS: Mapping[str, Callable[..., Any]] = {
-    "add": _python.add,
-    "subtract": _python.sub,
-    "multiply": _python.mul,
-    "divide": _python.truediv,
-    "negate": _python.neg,
-    "absolute": _absolute,
-    "less": _python.lt,
-    "finite": math.isfinite,
-    "both": _both,
-    "either": _either,
-    "opposite": _python.not_,
-    "choose": _chosen,
-}
+from erclutch.arithmetic.record_parts import parts_of
+from erclutch.arithmetic.row_arithmetic import AnyArray, Arithmetic
 
 
 def evaluate(
@@ -168,7 +39,7 @@ def evaluate(
     wanted = record.outputs if outputs is None else outputs
     run = _Run(record, inputs, arithmetic, rows, known=dict(given or {}))
     with np.errstate(all="ignore"):
-        for part, cyclic in _parts(record, wanted, run.known):
+        for part, cyclic in parts_of(record, wanted, run.known):
             if not cyclic:
                 (node,) = part
                 if node not in run.known:
@@ -381,70 +252,3 @@ def _holds(node: Node, inside: set[Node]) -> bool:
     if node.operation == "choose":
         return not within[0]
     return node.operation == "either" and within.count(True) == 1
-
-
-def _parts(
-    record: Record,
-    outputs: Sequence[Node],
-    known: Mapping[Node, Any],
-) -> list[tuple[list[Node], bool]]:
-    """The strongly connected parts in the order of computation, each with its nodes in theirs, and whether it loops.
-
-    The record keeps them: a search asks for the same outputs many times.
-    """
-    asked = tuple(outputs), frozenset(known), tuple(record.after.items())
-    if asked in record.orders:
-        return record.orders[asked]
-
-    def needs(node: Node) -> tuple[Node, ...]:
-        if node in known:
-            return ()
-        if node.operation == "state":
-            return (record.after[str(node.value)],)
-        return node.arguments
-
-    parts: list[tuple[list[Node], bool]] = []
-    for component in _components(outputs, needs):
-        part = sorted(component, key=lambda node: node.index)
-        cyclic = len(part) > 1 or part[0] in needs(part[0])
-        parts.append((part, cyclic))
-    record.orders[asked] = parts
-    return parts
-
-
-def _components(roots: Sequence[Node], needs: Callable[[Node], Sequence[Node]]) -> list[list[Node]]:
-    """Strongly connected parts of all that the roots need, each after what it needs (Tarjan, without recursion)."""
-    place: dict[Node, int] = {}  # in the order of visits
-    lowest: dict[Node, int] = {}  # place that can be reached from a node
-    pending: dict[Node, None] = {}  # visited, in no part as yet
-    parts: list[list[Node]] = []
-    for root in roots:
-        work = [] if root in place else [(root, iter(needs(root)))]
-        while work:
-            node, rest = work[-1]
-            if node not in place:
-                place[node] = len(place)
-                lowest[node] = place[node]
-                pending[node] = None
-
-            unvisited: Node | None = None
-            for other in rest:
-                if other not in place:
-                    unvisited = other
-                    break
-                if other in pending:
-                    lowest[node] = min(lowest[node], place[other])
-            if unvisited is not None:
-                work.append((unvisited, iter(needs(unvisited))))
-                continue
-
-            work.pop()
-            if work:
-                above, _ = work[-1]
-                lowest[above] = min(lowest[above], lowest[node])
-            if lowest[node] == place[node]:  # nothing earlier can be reached: the part is complete
-                part = [other for other in pending if place[other] >= place[node]]
-                for other in part:
-                    del pending[other]
-                parts.append(part)
-    return parts
