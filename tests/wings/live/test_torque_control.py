@@ -17,7 +17,7 @@ from erclutch.wings.live.c_core import Core
 from erclutch.wings.live.layout import FRAME, SAMPLE
 from erclutch.wings.live.orders import Order
 from erclutch.wings.live.settings import LoopProgram, LoopSettings, Mode, Waveform
-from erclutch.wings.paper.torque_control import reaches, stands_still
+from erclutch.wings.paper.control_errors import reaches, stands_still
 from tests.support.examples import examples
 
 STAGES = LoopSettings(observer="sensor", observer_bandwidth=20.0, torque_lead=0.0, rise_rate=1e6, fall_rate=1e6)

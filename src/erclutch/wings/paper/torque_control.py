@@ -13,12 +13,11 @@ import tempfile
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 from functools import cache, partial
-from itertools import pairwise, product
+from itertools import product
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from erclutch.errors import RunError, SettingError
 from erclutch.fit.comparison import Settings, compare
@@ -33,6 +32,15 @@ from erclutch.wings.live.live_model import live_model
 from erclutch.wings.live.offered_programs import SOFT, field_table, rig_settings, shaft_angle
 from erclutch.wings.live.session import LiveModel
 from erclutch.wings.live.settings import LoopProgram, Mode, Waveform
+from erclutch.wings.paper.control_errors import (
+    AMPLITUDE,
+    LOCK,
+    SETTLING,
+    error_share,
+    reaches,
+    share_of_range,
+    stands_still,
+)
 from erclutch.wings.paper.sweep_points import Points
 from erclutch.wings.rig.twin.excitation import FieldSettings, torque_sequence
 from erclutch.wings.rig.twin.parameters import RigParameters
@@ -61,16 +69,13 @@ WITHHELD: Mapping[str, tuple[float, float]] = {
     "+20 % yield": (0.0, 1.2),
     "-20 % yield": (0.0, 0.8),
 }
-_AMPLITUDE = 0.08  # N m, of a reference
 _MOTOR = 0.2  # N m, of the motor in a log
 _ROWS = 10_000
-_SETTLING = 1000  # rows: the motor runs up
 _LOG_ROWS = 120_000
 _FREE_ROWS = 12_000
 _PARTS = 4  # of the log, each with a held and a free output, so that each fold of a fit has both
 _PUSH = 0.05, 0.4  # N m: the motor turns faster than in any run, so a network knows the speeds of a warm device
 _EACH = 500  # rows of one largest field
-_LOCK = 1000  # rows between two steps
 _FASTEST = 150.0  # Hz
 #: Edges of the frequencies in which errors of the chirp are counted, in Hz.
 EDGES = np.geomspace(0.1, 10.0, 9)
@@ -120,7 +125,7 @@ def kept_runs(
         "inverses": INVERSES,
         "knows": KNOWS,
         "withheld": WITHHELD,
-        "runs": (_AMPLITUDE, _MOTOR, _ROWS, _SETTLING, _LOG_ROWS, _FREE_ROWS, _PARTS, *_PUSH, _EACH, _LOCK),
+        "runs": (AMPLITUDE, _MOTOR, _ROWS, SETTLING, _LOG_ROWS, _FREE_ROWS, _PARTS, *_PUSH, _EACH, LOCK),
         "core": hashlib.sha256(b"\0".join(sources)).hexdigest(),
     }
     about |= asked or {}
@@ -314,8 +319,8 @@ def _table(torque: Array, rate: Array, motor: float) -> Array:
 
 def _sine(phase: Array, omega: Array, motor: float) -> Array:
     """A program of torques along a chirp, see `_table`."""
-    torque = _AMPLITUDE * np.sin(phase)
-    rate = _AMPLITUDE * omega * np.cos(phase)
+    torque = AMPLITUDE * np.sin(phase)
+    rate = AMPLITUDE * omega * np.cos(phase)
     return _table(torque, rate, motor)
 
 
@@ -345,14 +350,14 @@ def _figures(
     off = chirp["torque"] - chirp["reference"]
     hertz = slow_omega / (2.0 * math.pi)
     band = np.digitize(hertz, EDGES[1:-1])  # of each row
-    settled = np.arange(_ROWS) >= _SETTLING
+    settled = np.arange(_ROWS) >= SETTLING
 
     # A fast chirp: how far the torque follows.
     fast, fast_omega = _chirp(0.5, _FASTEST)
     followed = run(_sine(fast, fast_omega, motor))
     bandwidth, within = reaches(followed, fast, fast_omega)
 
-    levels = np.repeat(rng.uniform(-_AMPLITUDE, _AMPLITUDE, _ROWS // 500), 250)
+    levels = np.repeat(rng.uniform(-AMPLITUDE, AMPLITUDE, _ROWS // 500), 250)
     steps = run(_table(levels, np.zeros(levels.size), motor))
 
     # A sum of sines up to 10 Hz with random phases.
@@ -361,16 +366,16 @@ def _figures(
     phase = np.outer(np.arange(_ROWS) * PERIOD, omega) + first_phase  # (rows, sines)
     torque = np.sin(phase).sum(axis=1)
     rate = np.cos(phase) @ omega
-    scale = _AMPLITUDE / float(np.max(np.abs(torque)))
+    scale = AMPLITUDE / float(np.max(np.abs(torque)))
     random = run(_table(scale * torque, scale * rate, motor))
 
     # Steps that the motor cannot hold: it stalls, and both sides stand.
-    beyond = np.where(np.arange(8 * _LOCK) // _LOCK % 2 == 0, 0.12, -0.12)
+    beyond = np.where(np.arange(8 * LOCK) // LOCK % 2 == 0, 0.12, -0.12)
     stalled = run(_table(beyond, np.zeros(beyond.size), 0.06))
 
     figures: dict[str, Any] = {
         "chirp": error_share(chirp),
-        "bands": [_rms(off[(band == number) & settled]) for number in range(EDGES.size - 1)],
+        "bands": [share_of_range(off[(band == number) & settled]) for number in range(EDGES.size - 1)],
         "steps": error_share(steps),
         "random": error_share(random),
         "bandwidth": bandwidth,
@@ -383,68 +388,3 @@ def _figures(
             changes[rated] = share * rig.value(rated)
         figures[name] = error_share(run(slow_table, rig.changed(changes)))
     return figures
-
-
-def _rms(off: Array) -> float:
-    """RMS of errors in N m, as a share of the range of all references."""
-    if not off.size:
-        return math.nan
-    return math.sqrt(float(np.mean(off * off))) / (2.0 * _AMPLITUDE)
-
-
-def error_share(frames: Any) -> float:
-    """RMS of torque less reference, as a share of the range of all references; the first second does not count."""
-    off = frames["torque"] - frames["reference"]
-    return _rms(off[_SETTLING:])
-
-
-def reaches(frames: Any, phase: Array, omega: Array) -> tuple[float, float]:
-    """Frequencies in Hz up to which a chirp's torque keeps its amplitude (-3 dB), and is off by less than 10 % of it.
-
-    Args:
-        frames: of a chirp.
-        phase: of the chirp in rad, shape (n,).
-        omega: its rate in rad/s, shape (n,).
-
-    Returns:
-        Both; the chirp's highest frequency where the torque never leaves the limit.
-    """
-    cycles = 4  # of a span, over which an amplitude is taken
-    turning = np.exp(-1j * phase)
-    edges = np.searchsorted(phase, np.arange(0.0, phase[-1], 2.0 * math.pi * cycles))
-    spans = [slice(start, stop) for start, stop in pairwise(edges.tolist()) if start >= _SETTLING]
-
-    def amplitude(name: str) -> NDArray[np.complex128]:
-        signal: Array = frames[name]
-        turned = signal * turning
-        return np.array([complex(np.mean(turned[span])) for span in spans])
-
-    reached = amplitude("torque")
-    wanted = amplitude("reference")
-    hertz = np.array([omega[span.start] for span in spans]) / (2.0 * math.pi)
-
-    def first(beyond: NDArray[np.bool_]) -> float:
-        if beyond.any():
-            return float(hertz[np.argmax(beyond)])
-        return float(omega[-1] / (2.0 * math.pi))
-
-    too_small = abs(reached) < abs(wanted) * math.sqrt(0.5)
-    too_far_off = abs(reached - wanted) > 0.1 * abs(wanted)
-    return first(too_small), first(too_far_off)
-
-
-def stands_still(frames: Any) -> bool:
-    """Whether a stalled motor is held without chatter.
-
-    The clutches change as often as the reference does, and neither field nor torque swings in the second half of each
-    step.
-    """
-    field = frames["field1"] - frames["field2"]
-    sides = field[field != 0.0]
-    changes = int(np.count_nonzero(np.diff(np.sign(sides))))
-    starts = range(0, len(frames), _LOCK)
-    steps = [slice(start + _LOCK // 2, start + _LOCK) for start in starts]
-    field_swing = max(float(np.std(field[step])) for step in steps)
-    torque_swing = max(float(np.std(frames["torque"][step])) for step in steps)
-    calm = field_swing < 0.01 * 0.5 and torque_swing < 0.02 * 2.0 * _AMPLITUDE
-    return calm and changes <= len(steps) - 1
