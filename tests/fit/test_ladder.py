@@ -7,7 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from erclutch.fit.choice.ladder import Rung, _by_chance, grown
+from erclutch.fit.choice.ladder import grown
+from erclutch.fit.choice.rungs import Rung, by_chance
 from erclutch.logs.dataset import Dataset
 from erclutch.models.laws import law_from_name
 from erclutch.models.structure import Structure
@@ -67,7 +68,7 @@ def test_what_numbers_take_off_by_chance_is_by_the_rows_that_are_independent() -
     more = Rung(richer, 1.0, {}, 0.0).numbers_of_fit - Rung(BASE, 1.0, {}, 0.0).numbers_of_fit
     assert more == 2
     for independent, share in ((np.inf, 0.0), (1500.0, 0.0007), (25.0, 0.041), (4.0, 0.293), (1.0, 1.0)):
-        assert _by_chance(Rung(BASE, 1.0, {}, np.inf), Rung(richer, 0.9, {}, independent)) == pytest.approx(
+        assert by_chance(Rung(BASE, 1.0, {}, np.inf), Rung(richer, 0.9, {}, independent)) == pytest.approx(
             share, abs=1e-3
         )
-    assert _by_chance(Rung(richer, 1.0, {}, 4.0), Rung(BASE, 0.9, {}, 4.0)) == 0.0
+    assert by_chance(Rung(richer, 1.0, {}, 4.0), Rung(BASE, 0.9, {}, 4.0)) == 0.0

@@ -18,8 +18,8 @@ from erclutch.fit.candidate import Fitted
 from erclutch.fit.checks.data_check import check, steady_command
 from erclutch.fit.checks.sensor_check import sensor_findings
 from erclutch.fit.choice import scoring
-from erclutch.fit.choice.ladder import _feels, _next, families, with_stage
 from erclutch.fit.choice.ranking import scored, with_bands
+from erclutch.fit.choice.stage_families import families, feels, is_next, with_stage
 from erclutch.fit.choice.validation import cross_validated
 from erclutch.fit.fit_settings import Settings
 from erclutch.fit.history import effort_finding, history_finding
@@ -312,8 +312,8 @@ def test_steps_of_the_ladder(pinned: Pinned) -> None:
     laws = [
         Structure("single", law, law_from_name(law), "none") for law in ("bingham", "on-off", "rbfm-2", "casson", "hem")
     ]
-    felt = [[_feels(data(), law, n, extras) for law in laws for extras in ((), ("u",), (TEMPERATURE,))] for n in names]
-    left = [[_next(names[k:], n) for n in names[k:]] for k in range(len(names))]
+    felt = [[feels(data(), law, n, extras) for law in laws for extras in ((), ("u",), (TEMPERATURE,))] for n in names]
+    left = [[is_next(names[k:], n) for n in names[k:]] for k in range(len(names))]
     pinned([families(), felt, left, [[told(lambda f=f, n=n: with_stage(f, n)) for n in names] for f in forms]])
 
 

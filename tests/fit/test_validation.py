@@ -11,8 +11,9 @@ import pytest
 
 from erclutch.arithmetic.dual import partial_of, value_of
 from erclutch.fit.candidate import Fitted, kinds
-from erclutch.fit.choice.ladder import _folds, grown
+from erclutch.fit.choice.ladder import grown
 from erclutch.fit.choice.ranking import unknown_start
+from erclutch.fit.choice.rungs import folds_of
 from erclutch.fit.choice.validation import (
     LeftOut,
     _burdens,
@@ -153,7 +154,7 @@ def test_rows_of_some_logs_are_fitted_without_running_over_the_others(stages: st
 def test_states_run_through_the_windows_of_a_log() -> None:
     t = PERIOD * np.arange(600)
     slip = 2.0 * np.sin(2.0 * np.pi * 0.25 * t)
-    folds = _folds(made(np.ones(t.size), slip, slip, "slow"))
+    folds = folds_of(made(np.ones(t.size), slip, slip, "slow"))
     assert all(fold.data.rows == t.size for fold in folds)
     assert np.array_equal(folds[0].scored, ~folds[1].scored)
     assert np.count_nonzero(np.diff(folds[0].scored.astype(int))) == 11  # twelve windows of 50 rows

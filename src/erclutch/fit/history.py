@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from erclutch.fit.checks.finding import Finding
-from erclutch.fit.choice.ladder import families, with_stage
+from erclutch.fit.choice.stage_families import families, with_stage
 from erclutch.fit.laws.fit_law import reference_of
 from erclutch.logs.dataset import Dataset
 from erclutch.models.stages import NONE, remembers, slip_stages, stage_named, stages_of

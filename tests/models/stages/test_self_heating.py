@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from erclutch.fit.choice import ladder
+from erclutch.fit.choice import rungs as rungs_of
 from erclutch.fit.choice.ladder import grown
 from erclutch.fit.laws.fit_law import fit_structure
 from erclutch.logs.dataset import Dataset
@@ -119,20 +120,20 @@ def test_a_viscosity_that_falls_gets_its_own_gain() -> None:
 
 def test_a_device_that_stays_cold_is_not_asked(monkeypatch: pytest.MonkeyPatch) -> None:
     tried: list[str] = []
-    searched = ladder._rung  # pyright: ignore[reportPrivateUsage]
+    searched = rungs_of.rung_of
 
     def counted(folds, of_structure, known):  # type: ignore[no-untyped-def]
         tried.append(of_structure.dynamics)
         return searched(folds, of_structure, known)
 
-    monkeypatch.setattr(ladder, "_rung", counted)
+    monkeypatch.setattr(ladder, "rung_of", counted)
     rungs = grown(brake(0.0, 20.0), structure(), among=("self-heating", "stiffness"))
     assert [rung.structure.dynamics for rung in rungs] == ["none"]
     assert tried == ["none"]  # no search was made for either
 
 
 def test_a_log_that_is_cut_for_the_search_is_whole_where_the_device_warms(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(ladder, "_MOST_ROWS", 1200)
+    monkeypatch.setattr(rungs_of, "_MOST_ROWS", 1200)
     rungs = grown(brake(0.15, 150.0), structure(), among=("self-heating",))
     assert rungs[-1].structure.dynamics == "self-heating"
     assert 100.0 < rungs[-1].numbers["tau_h"] < 200.0  # some hours where each stretch begins cold

@@ -1,0 +1,179 @@
+"""A rung of the ladder is a structure with its error on training rows that it was not fitted to.
+
+The training rows are cut into windows, over which all states run through. A structure is fitted to every other window
+and scored on those between, then the other way round.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from erclutch.fit.choice.scoring import independent_rows
+from erclutch.fit.laws.fit_law import reference_of
+from erclutch.fit.laws.law_problem import separable
+from erclutch.fit.laws.shapes_told import shapes_told
+from erclutch.fit.log_groups import chessboard, groups_of
+from erclutch.fit.solver.levenberg_marquardt import minimise
+from erclutch.fit.solver.variable_projection import coordinates, outer_problem, parameters, project
+from erclutch.logs.dataset import Dataset
+from erclutch.models.laws import ShapeParameter
+from erclutch.models.structure import Structure
+from erclutch.signals.array import Mask, rms
+
+#: Windows of a log: many, so that either half has all of its fields, but each with so many rows.
+_WINDOWS = 24
+_FEWEST_WINDOWS = 4
+_FEWEST_ROWS = 50
+#: Rows over which states run through: that many, in so many long stretches; of them that many are fitted.
+_MOST_ROWS = 24_000
+#: The same of a whole log, where a stage that counts from its start shows.
+MOST_WHOLE_ROWS = 100_000
+_STRETCHES = 4
+FITTED_ROWS = 3000
+#: Logs from which on each log is a window.
+_MANY_LOGS = 12
+#: Steps of a solver from each start, and where in the usual range of a new constant its searches start.
+_STEPS = 15
+_PLACES = (0.15, 0.5, 0.85)
+
+
+@dataclass(frozen=True)
+class Rung:
+    """A structure on the ladder.
+
+    Attributes:
+        structure: the law with its stages.
+        error: RMSE on rows that it was not fitted to.
+        numbers: its nonlinear parameters by name, in normalised units, as found on part of the rows.
+        independent: how many independent rows the error is known by; without end where each log is a window.
+    """
+
+    structure: Structure
+    error: float
+    numbers: dict[str, float]
+    independent: float
+
+    @property
+    def numbers_of_fit(self) -> int:
+        """How many numbers a fit of the structure has."""
+        return numbers_of_fit(self.structure)
+
+
+@dataclass(frozen=True)
+class Fold:
+    """Rows to fit and rows to score, of stretches over which all states run through.
+
+    Attributes:
+        data: the stretches, of n rows.
+        fitted: places of the rows to fit, few.
+        scored: mask of the rows to score, shape (n,).
+    """
+
+    data: Dataset
+    fitted: NDArray[np.intp]
+    scored: Mask
+
+
+def folds_of(train: Dataset, *, whole: bool = False) -> list[Fold]:
+    """Every other window is fitted and those between are scored, then the other way round.
+
+    States run through: a window that began at rest would hide a memory that is longer than it. Of many logs each is a
+    window, fields and motions like the squares of a chessboard: both folds have all of either, but no pair twice.
+    """
+    many = len(train.source_rows) >= _MANY_LOGS
+    data = train
+    most = MOST_WHOLE_ROWS if whole else _MOST_ROWS
+    if not many and train.rows > most:
+        # A few long stretches, spread evenly over the rows.
+        length = most // _STRETCHES
+        starts = np.linspace(0, train.rows - length, _STRETCHES)
+        kept = np.zeros(train.rows, np.bool_)
+        for start in starts.round().astype(int).tolist():
+            kept[start : start + length] = True
+        data = train.take(kept)
+
+    window = np.zeros(data.rows, np.intp)  # number of each row's window
+    if many:
+        logs = groups_of(data)
+        for (start, stop), number in zip(logs.rows, chessboard(logs), strict=True):
+            window[start:stop] = number
+    else:
+        filled = [(start, stop) for start, stop in data.source_rows if stop > start]
+        for number, (start, stop) in enumerate(filled):
+            rows = stop - start
+            count = int(np.clip(rows // _FEWEST_ROWS, _FEWEST_WINDOWS, _WINDOWS))
+            window[start:stop] = number + np.arange(rows) * count // rows
+
+    odd: Mask = window % 2 == 1
+    folds: list[Fold] = []
+    for fitted in (odd, ~odd):
+        places = np.flatnonzero(fitted)
+        every = max(1, -(-places.size // FITTED_ROWS))  # rounded up
+        folds.append(Fold(data, places[::every], ~fitted))
+    return folds
+
+
+def rung_of(folds: Sequence[Fold], structure: Structure, known: dict[str, float]) -> Rung:
+    """A structure fitted to each fold and scored on the rows between, from the numbers that are known on."""
+    numbers = known
+    data = folds[0].data  # of all folds
+    residual = np.empty(data.rows)  # of each row by the fit that did not score it
+    reference = reference_of(data, structure.extras)
+    shapes = shapes_told(data, structure, reference)
+    for fold in folds:
+        problem = separable(data, structure, reference, shapes, fold.fitted)
+        points = [coordinates(shapes, start) for start in starts_of(shapes, numbers)]
+        ended = [minimise(outer_problem(problem), u, tolerance=1e-4, max_iterations=_STEPS) for u in points]
+        best = min(ended, key=lambda minimum: minimum.cost)
+        q = parameters(shapes, best.point)
+        gains = project(problem, q).gains
+
+        # Over all rows of the fold, so that states run through; then those that were not fitted.
+        columns = structure.columns(data.elements, data.clock, reference, q, extras=data.extras)
+        estimated = np.column_stack(columns) @ gains
+        residual[fold.scored] = (data.effort - estimated)[fold.scored]
+        # The next fold starts where this one ended.
+        numbers = dict(zip((shape.name for shape in shapes), q, strict=True))
+    error = rms(residual)
+    neighbours = len(data.source_rows) < _MANY_LOGS and np.isfinite(error)
+    independent = independent_rows(residual) if neighbours else np.inf
+    return Rung(structure, error, numbers, independent)
+
+
+def starts_of(
+    shapes: Sequence[ShapeParameter], known: dict[str, float], places: Sequence[float] = _PLACES
+) -> list[list[float]]:
+    """Where the search starts: the numbers that are known, and several places for the new ones."""
+    starts: list[list[float]] = []
+    for place in places:
+        start: list[float] = []
+        for shape in shapes:
+            low, high = shape.scanned
+            within = low + place * (high - low)
+            if shape.scale == "log":  # a constant that spans decades starts by its logarithm
+                within = float(low * (high / low) ** place)
+            start.append(known.get(shape.name, within))
+        starts.append(start)
+    all_known = all(shape.name in known for shape in shapes)
+    return starts[:1] if all_known else starts
+
+
+def by_chance(simpler: Rung, richer: Rung) -> float:
+    """The share of the error that further numbers take off by chance.
+
+    A number takes the squares of one independent row off the rows that it is fitted to. Noise that swings over more
+    rows than a window has is the same in the rows between, so such numbers seem to help there too.
+    """
+    more = max(richer.numbers_of_fit - simpler.numbers_of_fit, 0)
+    return 1.0 - max(1.0 - more / richer.independent, 0.0) ** 0.5
+
+
+def numbers_of_fit(structure: Structure) -> int:
+    """How many numbers a fit has, nonlinear ones and gains."""
+    shapes = structure.shapes(1.0)
+    gains = structure.gains()
+    return len(shapes) + len(gains)

@@ -1,0 +1,84 @@
+"""Which stages may come next: users add one of each family, the simplest first, where the rows can tell of it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+
+from erclutch import registry
+from erclutch.fit.checks.data_check import steady_command
+from erclutch.logs.dataset import Dataset
+from erclutch.models.stages import GROUP, NONE, stage_named
+from erclutch.models.stages.stage import StageFamily
+from erclutch.models.structure import Structure
+from erclutch.signals.recording import POSITION, TEMPERATURE
+
+
+def families() -> list[tuple[str, ...]]:
+    """Names of the stages that users can add, a family each, from the simplest to the richest."""
+    return [family.ladder for family in _families()]
+
+
+def _families() -> Iterator[StageFamily]:
+    """The families of stages that the ladder tries."""
+    for plugin in registry.plugins(GROUP):
+        # Installing a package changes no figure: another package's stages are asked for by name.
+        if plugin.own and isinstance(plugin.value, StageFamily) and plugin.value.ladder:
+            yield plugin.value
+
+
+def feels(
+    train: Dataset,
+    base: Structure,
+    name: str,
+    extras: Sequence[str],
+) -> bool:
+    """Whether a stage can do anything: one on the temperature needs it, and a law whose effort it knows apart."""
+    place = stage_named(name).place
+    if place == "command":
+        return not steady_command(train)
+    if place == "position":
+        return POSITION in extras
+    if place != "temperature":
+        return True
+    return TEMPERATURE in extras and set(base.law.parts) >= {"yield", "viscous"}
+
+
+def is_next(left: Sequence[str], name: str) -> bool:
+    """Whether no simpler stage of the same family is left; a further input is a family of its own."""
+    family = next((family for family in families() if name in family), (name,))
+    simplest = next(each for each in family if each in left)
+    return simplest == name
+
+
+def has_company(structure: Structure, name: str) -> bool:
+    """Whether the structure has what the stage stands beside: a second ripple is what the first leaves."""
+    beside = next((family.beside for family in _families() if name in family.ladder), "")
+    if not beside:
+        return True
+    stages = structure.dynamics.split("+")
+    company = next((family for family in families() if family[0] == beside), ())
+    return any(stage in stages for stage in company)
+
+
+def widened(structure: Structure, name: str) -> Structure:
+    """The structure with a stage, in place of a simpler one of its family; or with a further input."""
+    if name.startswith("="):
+        return replace(structure, extras=(*structure.extras, name[1:]))
+    return replace(structure, dynamics=with_stage(structure.dynamics, name))
+
+
+def with_stage(dynamics: str, name: str) -> str:
+    """The stages with one more, in place of a simpler one of its family."""
+    family = next(family for family in families() if name in family)
+    kept = [each for each in dynamics.split("+") if each not in (*family, NONE)]
+    if stage_named(name).place == "command":
+        # Ahead of the lag: what stays behind the command itself does not move with the lag's numbers, so that a solver
+        # meets no corners where these change.
+        return "+".join([name, *kept])
+    return "+".join([*kept, name])
+
+
+def edge_of(name: str) -> str:
+    """The number of a stage that is the widest edge of its plays; "" for a stage without plays."""
+    return next((family.edge for family in _families() if name in family.ladder), "")
