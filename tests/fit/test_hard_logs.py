@@ -300,10 +300,20 @@ def test_a_network_beside_a_law_is_fitted_to_few_rows() -> None:
 @pytest.mark.slow
 def test_a_column_that_helps_is_named_unless_it_was_made_of_the_effort() -> None:
     pressure = np.sin(2 * np.pi * 0.13 * TIME)  # nothing else tells of it
-    torque = FIELD * np.tanh(SPEED / 0.1) + 0.1 * SPEED + 0.5 * pressure + noise(0.02)
+    oil = 25.0 + np.cos(2 * np.pi * 0.07 * TIME)  # °C
+    torque = FIELD * np.tanh(SPEED / 0.1) + 0.1 * SPEED + 0.5 * pressure + 0.3 * (oil - 25.0) + noise(0.02)
     data = logged(SPEED, torque, FIELD)
     made_of_the_effort = {"power": torque * SPEED / 745.7, "gauge": 3.0 - 2.0 * torque}
-    data = replace(data, spare={"pressure": pressure, **made_of_the_effort})
+    spare = {"pressure": pressure, "oil": oil, **made_of_the_effort}
+    data = replace(data, spare=spare, extra_units={"oil": "°C"})
     result = compare(data, Settings(("bingham",)))
-    (told,) = [finding.message for finding in result.findings if finding.subject == "spare column"]
-    assert told.startswith("the column 'pressure', which no model has as an input, would take ")
+    told = [finding for finding in result.findings if finding.subject == "spare column"]
+    assert [each.message.partition(" would take ")[0] for each in told] == [
+        "the column 'pressure', which no model has as an input,",
+        "the column 'oil', which no model has as an input,",
+    ]
+    # The lines of the log say --temperature; the fit offered --input for it.
+    assert [each.remedy.partition(",")[0] for each in told] == [
+        'Fit with --input "pressure"',
+        'Fit with --temperature "oil [°C]"',
+    ]

@@ -406,6 +406,17 @@ def test_inputs_of_all_logs_are_kept_in_their_order() -> None:
     assert build_dataset(one).where == "a"
 
 
+def test_a_further_input_in_two_units_is_refused() -> None:
+    """Logs of one column in mm and in m were joined in silence."""
+    k = np.arange(20.0)
+    one = replace(recording(20, "a"), extras={"D": k}, extra_units={"D": "mm"})
+    build_dataset([one, replace(one, name="b", digest="of b")])
+    for unit, words in (("m", "in m here, in mm in a"), ("?", "as logged here, in mm in a")):
+        other = replace(recording(20, "b"), extras={"D": k}, extra_units={"D": unit})
+        with pytest.raises(MappingError, match=f"units of the further input D differ: {words}"):
+            build_dataset([one, other])
+
+
 @pytest.mark.parametrize(("share", "first"), [(0.3, 14), (0.5, 10), (0.89, 2)])
 def test_a_share_is_rounded_to_rows(share: float, first: int) -> None:
     data = build_dataset([recording(20, "a"), recording(20, "b")])

@@ -121,6 +121,13 @@ def test_inputs_are_named_scaled_or_asked_for() -> None:
         made(PLAIN, of={"inputs": ["Q"]})
 
 
+def test_a_further_input_keeps_the_unit_that_its_label_says() -> None:
+    columns = {**PLAIN, "D": ROWS, "load": ROWS, "raw": ROWS}
+    found = made(columns, of={"inputs": ["D [mm]", "-load [kg]", "raw [counts of 12 bits]"]})
+    assert [*found.extra_units.values()] == ["mm", "kg", "?"]
+    np.testing.assert_array_equal(found.extras["load"], -ROWS)
+
+
 def test_spare_columns_are_finite_change_and_are_eight_at_most() -> None:
     more = {f"x{k}": ROWS + k for k in range(12)}
     found = made({**PLAIN, "flat": np.ones(N), "hole": np.where(ROWS == 5, np.nan, ROWS), **more})

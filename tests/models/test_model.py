@@ -18,11 +18,11 @@ from erclutch.models.laws.law import Dimension, Gain
 from erclutch.models.load import load_model
 from erclutch.models.model import Range, margins
 from erclutch.models.model_file import digest_of
-from erclutch.models.parameter_units import gain_in_user_units, in_user_units, unit_of_gain, unit_text
+from erclutch.models.parameter_units import gain_in_user_units, in_user_units, known_unit, unit_of_gain, unit_text
 from erclutch.models.structure import Reference, Structure
 from erclutch.signals.clock import Clock, Span
 from erclutch.signals.device import DeviceName, Element, Units
-from erclutch.signals.recording import POSITION
+from erclutch.signals.recording import POSITION, TEMPERATURE
 
 UNITS = Units("N*m", "V", "rad/s")
 
@@ -301,11 +301,64 @@ def test_names_units_and_conversions() -> None:
 
 def test_a_gain_of_a_further_input_is_an_effort_per_unit_of_that_input() -> None:
     reference = Reference(field=1.0, slip=1.0, period=1e-3, extras=(4.0, 5.0))
-    extras = ("load", POSITION)
-    gains = [Gain("c", "effort per input", Dimension(effort=1), extra=place) for place in (None, 0, 1)]
-    assert [gain_in_user_units(20.0, gain, reference) for gain in gains] == [20.0, 5.0, 4.0]
-    assert [unit_of_gain(gain, extras, Units("N", "A", "m/s")) for gain in gains] == ["N", "N/?", "N/m"]
-    assert unit_of_gain(gains[2], extras, Units("N", "A", "?")) == "N/?"
+    units = {"load": "?", POSITION: "m", "acceleration": "mm/s^2"}
+    gains = [Gain("c", "effort per input", Dimension(effort=1), extra=place) for place in (None, 0, 1, 2)]
+    assert [gain_in_user_units(20.0, gain, reference) for gain in gains[:3]] == [20.0, 5.0, 4.0]
+    of_gains = [unit_of_gain(gain, Units("N", "A", "m/s"), units) for gain in gains]
+    assert of_gains == ["N", "N/?", "N/m", "N/(mm/s^2)"]
+
+
+def test_the_unit_of_a_further_input_is_that_of_its_logs_or_what_its_name_tells() -> None:
+    assert known_unit("load", UNITS, "kg") == "kg"
+    assert known_unit("load", UNITS) == "?"
+    assert known_unit(TEMPERATURE, UNITS) == "K"
+    assert known_unit(POSITION, Units("N", "A", "m/s")) == "m"
+    assert known_unit(POSITION, Units("N", "A", "?")) == "?"
+
+
+def with_an_input(unit: str) -> TorqueModel:
+    """A model with a load as a further input, in this unit."""
+    plain = model_of("bingham", extra=False)
+    structure = replace(plain.structure, extras=("load",))
+    return replace(
+        plain,
+        structure=structure,
+        reference=replace(plain.reference, extras=(2.5,)),
+        gains={**plain.gains, "c_1": 0.5},
+        extra_ranges=((-1.0, 1.0),),
+        units_as_logged=(unit,),
+    )
+
+
+def test_the_equation_has_the_terms_of_further_inputs() -> None:
+    """The sum in the headers of C and MATLAB was another one than that of the step below."""
+    assert "An effort c_1 load / 2.5 is added." in with_an_input("kg").equation()
+
+
+def test_the_equation_of_a_law_in_one_direction_has_no_transition_slip() -> None:
+    both_ways = model_of("bingham").equation()
+    one_way = model_of("bingham/critical/forward").equation()
+    assert "A friction effort T_f tanh(w / w_s) is added for each element." in both_ways
+    assert "A friction effort T_f is added for each element." in one_way
+
+
+def test_the_unit_of_a_further_input_is_saved_with_the_model() -> None:
+    model = with_an_input("kg")
+    back = model_from_dict(json.loads(json.dumps(model.to_dict())))
+    assert back.extra_units == {"load": "kg"}
+    assert dict((name, unit) for name, _, unit, _ in back.in_units())["c_1"] == "N*m/kg"
+    assert "unit" not in with_an_input("?").to_dict()["extras"][0]
+
+
+def test_rows_with_a_further_input_in_another_unit_are_refused() -> None:
+    """Grams for kilograms gave a thousand times the effort of that input, in silence."""
+    model = with_an_input("kg")
+    rows = rows_of()
+    load = np.ones(rows.rows)
+    model.predict(replace(rows, extras={"load": load}, extra_units={"load": "kg"}))
+    model.predict(replace(rows, extras={"load": load}))  # nobody said in which unit
+    with pytest.raises(ErclutchError, match="further input load is in g, for a model of it in kg"):
+        model.predict(replace(rows, extras={"load": load}, extra_units={"load": "g"}))
 
 
 def test_a_margin_is_one_percent_of_the_width_or_of_a_single_value() -> None:

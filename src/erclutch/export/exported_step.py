@@ -24,7 +24,6 @@ from erclutch.models.shared_answers import ModelBase
 from erclutch.models.stages.stage import Stage
 from erclutch.signals.array import largest_size
 from erclutch.signals.device import DeviceName
-from erclutch.signals.recording import TEMPERATURE
 from erclutch.signals.speed import CAUSAL, Derivative, live
 
 InputsName = Literal["speeds", "angles"]
@@ -267,7 +266,7 @@ def described_step(model: Any, options: ExportOptions | None = None) -> Exported
     # A column may have the name of a signal (a position beside speeds from positions) or of a target's own variable.
     taken = {*names, *_NAMES_OF_TARGETS}
     names += tuple(f"{name} (further input)" if name in taken else name for name in model.extras)
-    units += tuple("K" if name == TEMPERATURE else "?" for name in model.extras)
+    units += tuple(model.extra_units.values())
     if options.alarms or options.adapt:
         names += ("measured",)
         units += (model.units.effort or "1",)

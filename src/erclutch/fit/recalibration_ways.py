@@ -12,12 +12,12 @@ from numpy.typing import NDArray
 from erclutch.arithmetic.dual import partial_of, value_of
 from erclutch.fit.solver.variable_projection import coordinates, parameters, seeded
 from erclutch.logs.dataset import Dataset
+from erclutch.models.composition import OFFSET as CONSTANT_EFFORT
 from erclutch.models.law_model import TorqueModel
 from erclutch.models.model import Model
 from erclutch.models.networks.network_inputs import inputs_of
 from erclutch.models.networks.network_model import NetworkModel
 from erclutch.models.stages import stages_at
-from erclutch.models.structure import OFFSET as CONSTANT_EFFORT
 from erclutch.signals.array import Array, rms
 
 Rows = NDArray[np.intp]

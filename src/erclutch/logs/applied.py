@@ -50,12 +50,14 @@ def apply_rows(plan: Plan, table: Table) -> tuple[Recording, NDArray[np.int64]]:
         # Values in the unit of the recording, each of shape (rows of the table,).
         signals = {each.signal: _values(each, table) for each in plan.signals}
         inputs = {each.column: _values(each, table) for each in plan.inputs}
+        units_of_inputs = {each.column: each.si for each in plan.inputs}
         units_of = {each.signal: each.si for each in plan.signals}
         spare: dict[str, Array] = {}
         for name in plan.spare:
             values = table.planned(name)
             if np.isfinite(values).all():
                 spare[name] = values
+                units_of_inputs[name] = table.units.get(name) or units.UNKNOWN
 
         rows = np.arange(table.rows)
         if clock_plan.kind == "column":
@@ -85,10 +87,11 @@ def apply_rows(plan: Plan, table: Table) -> tuple[Recording, NDArray[np.int64]]:
         extras = {name: values[taken] for name, values in inputs.items()}
         if "temperature" in signals:
             extras = {TEMPERATURE: signals.pop("temperature"), **extras}
-            del units_of["temperature"]
+            units_of_inputs[TEMPERATURE] = units_of.pop("temperature")
         if "position" in plan.told.columns and {"position", "slip"} <= signals.keys():
             # Named beside the slip, it is not there to be differentiated: the effort may depend on it.
             extras = {POSITION: signals["position"], **extras}
+            units_of_inputs[POSITION] = units_of["position"]
         if "alpha_raw" in signals:
             signals["alpha"] = signals.pop("alpha_raw")
             del units_of["alpha_raw"]
@@ -105,6 +108,7 @@ def apply_rows(plan: Plan, table: Table) -> tuple[Recording, NDArray[np.int64]]:
             constants=MappingProxyType({**table.constants, **plan.constants}),
             origin=table.origin,
             extras=_read_only(extras),
+            extra_units=MappingProxyType(units_of_inputs),
             spare=_read_only({name: values[taken] for name, values in spare.items()}),
             notes=(*notes, *clock.notes),
             mapping=plan.told.file,

@@ -12,22 +12,23 @@ from numpy.typing import NDArray
 
 from erclutch.errors import MappingError, SettingError, keywords_checked
 from erclutch.logs.clock.timing import IN_NO_TIME
+from erclutch.logs.speed_of_position import drawn_out, speed_of
 from erclutch.signals.array import Array, Mask, rms
 from erclutch.signals.clock import Clock, Span, cut_spans, stretches
 from erclutch.signals.device import DEVICES, EFFORT_OF, SPEED_OF, DeviceName, Element, Units, elements_of
 from erclutch.signals.recording import Recording
 from erclutch.signals.shown import Shown, one_line
-from erclutch.signals.speed import Derivative, differentiate
+from erclutch.signals.speed import Derivative
 from erclutch.signals.units import UNKNOWN
 
 #: Share of the RMS slip below which a row is at rest.
 _AT_REST = 0.02
 _NEAR_REST = 0.05  # of the usual slip
-_TURN = 2.0 * np.pi * (1.0 + 1e-6)  # that the angles of a sensor that starts again lie within
 #: Share of the largest field by which a field may change and still be called constant.
 STEADY = 1e-6
 #: Rates this close are one: clocks of two recorders differ by more than nothing.
 _SAME_RATE = 0.01
+_GIVE_UNITS = "Give the units of each column, on the command line or in a mapping file"
 
 
 @dataclass(frozen=True, repr=False)
@@ -44,6 +45,7 @@ class Dataset(Shown):
         source_rows: rows of each log, [start, stop).
         notes: what was done on the way, for the user.
         extras: further logged inputs by name, each (n,).
+        extra_units: the unit of each further input and spare column as logged; "?" is unknown.
         spare: further columns that are no input of any model, each (n,).
         origins: what each log says that it is, such as TWIN, "" for a measurement; empty where nobody knows.
     """
@@ -57,6 +59,7 @@ class Dataset(Shown):
     source_rows: tuple[tuple[int, int], ...] = ()
     notes: tuple[str, ...] = ()
     extras: Mapping[str, Array] = field(default_factory=dict[str, Array])
+    extra_units: Mapping[str, str] = field(default_factory=dict[str, str])
     spare: Mapping[str, Array] = field(default_factory=dict[str, Array])
     origins: tuple[str, ...] = ()
 
@@ -286,56 +289,19 @@ def require_units(data: Dataset, first: Dataset, where: str) -> None:
     """MappingError for rows in other units than those of the first log."""
     if data.units != first.units:
         problem = f"units differ: {data.units.text()} here, {first.units.text()} in {first.sources[0]}"
-        remedy = "Give the units of each column, on the command line or in a mapping file"
-        raise MappingError(problem, where=where, remedy=remedy)
+        raise MappingError(problem, where=where, remedy=_GIVE_UNITS)
+    for name in data.extras:
+        unit = data.extra_units.get(name, UNKNOWN)
+        before = first.extra_units.get(name, unit)
+        if unit != before:
+            units = [f"in {each}" if each != UNKNOWN else "as logged" for each in (unit, before)]
+            problem = f"units of the further input {name} differ: {units[0]} here, {units[1]} in {first.sources[0]}"
+            raise MappingError(problem, where=where, remedy=_GIVE_UNITS)
 
 
 def device_of(log: Recording) -> DeviceName:
     """What a log is of where nobody said: "coaxial" with a pair's torque, else "single"."""
     return "coaxial" if "T" in log.signals else "single"
-
-
-def _speed_of(position: Array, clock: Clock, derivative: Derivative) -> tuple[Array, str]:
-    """The speed of a position, and by which derivative.
-
-    The usual filter needs equal steps and five rows between gaps; where a log has less, and nobody chose a filter,
-    central differences take its place.
-    """
-    how = f"{derivative.name} derivative"
-    fit_for_filter: list[Span] = []
-    others: list[Span] = []
-    for span in clock.spans:
-        has_equal_steps = span.period is not None
-        if has_equal_steps and span.stop - span.start >= derivative.window:
-            fit_for_filter.append(span)
-        else:
-            others.append(span)
-    was_chosen = derivative != Derivative()
-    if was_chosen or not others:
-        return differentiate(position, clock, derivative), how
-
-    speed = differentiate(position, Clock(clock.time, tuple(others)), Derivative("central"))
-    if not fit_for_filter:
-        why = "the steps are unequal" if others[0].period is None else "few rows stand between gaps"
-        return speed, f"central derivative, since {why}"
-    filtered = differentiate(position, Clock(clock.time, tuple(fit_for_filter)), derivative)
-    for span in fit_for_filter:
-        speed[span.start : span.stop] = filtered[span.start : span.stop]
-    return speed, f"{how}, in {len(others)} of {len(clock.spans)} segments by the central one: few rows stand there"
-
-
-def _drawn_out(angle: Array, clock: Clock) -> tuple[Array, int]:
-    """An angle without the jumps of a sensor that starts again after a full turn, and how many there were."""
-    if np.ptp(angle) > _TURN:
-        return angle, 0
-    parts = [angle[span.start : span.stop] for span in clock.spans]
-    turns = 0
-    for part in parts:
-        jumps = np.abs(np.diff(part)) > np.pi
-        turns += int(np.count_nonzero(jumps))
-    if not turns:
-        return angle, 0
-    return np.concatenate([np.unwrap(part) for part in parts]), turns
 
 
 def dataset_of(log: Recording, device: DeviceName, derivative: Derivative) -> Dataset:
@@ -355,10 +321,10 @@ def dataset_of(log: Recording, device: DeviceName, derivative: Derivative) -> Da
     for position, speed in SPEED_OF.items():
         if position in signals and speed not in signals:
             if units.get(position) == "rad":
-                signals[position], turns = _drawn_out(signals[position], clock)
+                signals[position], turns = drawn_out(signals[position], clock)
                 if turns:
                     notes.append(f"{position} starts again after a full turn, {turns} times: drawn out without jumps")
-            signals[speed], how = _speed_of(signals[position], clock, derivative)
+            signals[speed], how = speed_of(signals[position], clock, derivative)
             unit = units.get(position, UNKNOWN)
             units[speed] = UNKNOWN if unit in ("", UNKNOWN) else f"{unit}/s"
             notes.append(f"{speed} <- {position} by the {how}")
@@ -395,6 +361,7 @@ def dataset_of(log: Recording, device: DeviceName, derivative: Derivative) -> Da
         sources=(log.name,),
         notes=tuple(notes),
         extras=dict(log.extras),
+        extra_units=dict(log.extra_units),
         spare=dict(log.spare),
         origins=(log.origin,),
     )

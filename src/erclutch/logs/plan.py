@@ -53,7 +53,7 @@ class SignalPlan:
         unit: of the column; None where nobody says it.
         scale: before the unit is converted; -1 turns the sign.
         factor: from the column's numbers to the unit of the recording, scale and sensor included.
-        si: unit of the recording; "" is dimensionless, "?" unknown.
+        si: unit of the recording, for a further input that of its column; "" is dimensionless, "?" unknown.
         numbers: in the unit of the recording, one for the whole log or one for each segment; () where a column is read.
         lead: of the screw in m, where the column is the position on a screw and the signal an angle; else None.
         reason: who chose it, or what it was guessed from.

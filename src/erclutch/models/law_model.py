@@ -17,9 +17,11 @@ import numpy as np
 from erclutch.arithmetic.as_in_c import array_as_in_c
 from erclutch.models import model_file
 from erclutch.models.band import Band
+from erclutch.models.composition import OFFSET
+from erclutch.models.given_rows import further_inputs
 from erclutch.models.laws import law_from_name
-from erclutch.models.model import FluidSignals, Pair, Range, further_inputs, settled_memory
-from erclutch.models.parameter_units import gain_in_user_units, in_user_units, unit_of_gain, unit_text
+from erclutch.models.model import FluidSignals, Pair, Range, settled_memory
+from erclutch.models.parameter_units import gain_in_user_units, in_user_units, known_unit, unit_of_gain, unit_text
 from erclutch.models.shared_answers import ModelBase
 from erclutch.models.stages import (
     outside_stages,
@@ -29,13 +31,13 @@ from erclutch.models.stages import (
     temperature_stages,
 )
 from erclutch.models.stages.stage import SlipAndStrength
-from erclutch.models.structure import OFFSET, Reference, Structure, as_it_is
+from erclutch.models.structure import Reference, Structure, as_it_is
 from erclutch.registry import Plugin
 from erclutch.signals.array import Array
 from erclutch.signals.clock import Clock
 from erclutch.signals.device import Element, Units
 from erclutch.signals.recording import POSITION, TEMPERATURE
-from erclutch.signals.units import LEAST_KELVIN, MOST_KELVIN
+from erclutch.signals.units import LEAST_KELVIN, MOST_KELVIN, UNKNOWN
 
 KIND = "erclutch torque model"
 
@@ -52,6 +54,7 @@ class TorqueModel(ModelBase):
         units: units of inputs and output.
         trained_on: range of the training data.
         extra_ranges: range of each further input in the training data.
+        units_as_logged: unit of each further input where the log gave it, else "?".
         band: how far the measured effort may lie from the estimate.
     """
 
@@ -63,6 +66,7 @@ class TorqueModel(ModelBase):
     trained_on: Range
     about: Mapping[str, str] = field(default_factory=dict[str, str])
     extra_ranges: tuple[Pair, ...] = ()
+    units_as_logged: tuple[str, ...] = ()
     band: Band | None = None
     #: Nothing is added to a law's effort.
     correction: None = field(
@@ -102,6 +106,13 @@ class TorqueModel(ModelBase):
         return dict(zip(self.structure.extras, self.extra_ranges, strict=True))
 
     @property
+    def extra_units(self) -> Mapping[str, str]:
+        """The unit of each further input, in the order of the structure; "?" where nobody gave it."""
+        names = self.structure.extras
+        logged = dict(zip(names, self.units_as_logged, strict=False))
+        return {name: known_unit(name, self.units, logged.get(name, UNKNOWN)) for name in names}
+
+    @property
     def past(self) -> tuple[int, ...]:
         """No law has past rows as inputs."""
         return ()
@@ -130,7 +141,7 @@ class TorqueModel(ModelBase):
             yield shape.name, value, unit, shape.meaning
         for gain in self.structure.gains():
             value = gain_in_user_units(self.gains[gain.name], gain, self.reference)
-            unit = unit_of_gain(gain, self.structure.extras, self.units)
+            unit = unit_of_gain(gain, self.units, self.extra_units)
             yield gain.name, value, unit, gain.meaning
 
     @property
@@ -234,10 +245,8 @@ class TorqueModel(ModelBase):
             lines += ["T = T1 + T2; element 2 drives the other way: its law sees -w2 and its effort counts negative."]
         if law.forward:
             lines += ["The yield effort keeps the sign in which the device drives."]
-        if structure.friction:
-            lines += ["A friction effort T_f tanh(w / w_s) is added for each element."]
-        if structure.offset:
-            lines += ["A constant effort T_0 is added."]
+        references = dict(zip(structure.extras, self.reference.extras, strict=True))
+        lines += [term.sentence(references) for term in structure.added_terms()]
         if temperature_stages(structure.dynamics):
             lines += [f"t is {TEMPERATURE} over {self.reference.temperature:.9g}."]
         if position_stages(structure.dynamics):
@@ -269,7 +278,11 @@ class TorqueModel(ModelBase):
         extras: list[dict[str, Any]] = []
         further = zip(self.structure.extras, self.reference.extras, self.extra_ranges, strict=True)
         for name, scale, covered in further:
-            extras.append({"name": name, "reference": scale, "trained_on": list(covered)})
+            entry = {"name": name, "reference": scale, "trained_on": list(covered)}
+            unit = self.extra_units[name]
+            if unit != known_unit(name, self.units):  # what the name does not tell
+                entry["unit"] = unit
+            extras.append(entry)
         if extras:
             body["extras"] = extras
         body["trained_on"] = self.trained_on.to_dict()
@@ -336,4 +349,5 @@ def _model_from(body: Mapping[str, Any]) -> TorqueModel:
         trained_on=model_file.range_of(body),
         about=model_file.about_of(body),
         extra_ranges=tuple(ranges),
+        units_as_logged=tuple(model_file.unit_of(entry.get("unit", UNKNOWN)) for entry in further),
     )

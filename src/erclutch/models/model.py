@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from erclutch.errors import ErclutchError, MappingError, shell_word
 from erclutch.models.band import Band
 from erclutch.models.covered_cells import CELLS, grid_cell
 from erclutch.models.near_cells import NearCells, Nearness
@@ -19,11 +18,8 @@ from erclutch.registry import Plugin
 from erclutch.signals.array import Array
 from erclutch.signals.clock import Clock
 from erclutch.signals.device import DeviceName, Element, Units
-from erclutch.signals.recording import POSITION, TEMPERATURE
-from erclutch.signals.units import UNKNOWN
 
 Pair = tuple[float, float]
-_SAME_PERIOD = 0.01  # share by which a log's period may differ from the model's
 
 
 def margins(covered: Pair) -> Pair:
@@ -121,6 +117,11 @@ class Rows(Protocol):
     @property
     def extras(self) -> Mapping[str, Array]:
         """Further logged inputs by name."""
+        ...
+
+    @property
+    def extra_units(self) -> Mapping[str, str]:
+        """The unit of each of them."""
         ...
 
 
@@ -246,6 +247,11 @@ class Model(Protocol):
         ...
 
     @property
+    def extra_units(self) -> Mapping[str, str]:
+        """The unit of each further input; "?" where nobody gave it."""
+        ...
+
+    @property
     def past(self) -> tuple[int, ...]:
         """Rows back whose signals are inputs too."""
         ...
@@ -364,37 +370,6 @@ class Model(Protocol):
         ...
 
 
-def require_same_signals(model: Model, data: Rows) -> None:
-    """Refuse rows of another device, in other units or at another rate than those that a model was trained on.
-
-    Past samples are rows: at another sampling rate they would be other instants.
-
-    Raises:
-        ErclutchError: they are.
-    """
-    device = model.structure.device
-    units = model.units
-    if units.field == UNKNOWN and data.units.field == "":
-        # A model of a field without a stated unit also takes a field that has no dimension.
-        units = replace(units, field="")
-    if data.device != device or data.units != units:
-        raise ErclutchError(
-            f"data of device {data.device} ({data.units.text()}) for a model of {device} ({model.units.text()})",
-            where=model.name,
-            remedy="Read the log with the device and the units of the training data",
-        )
-    own = model.period if model.past else None
-    if not own:
-        return
-    for span in data.clock.spans:
-        if span.period and abs(span.period - own) > _SAME_PERIOD * own:
-            raise ErclutchError(
-                f"rows at {1 / span.period:.6g} Hz for a network with past samples at {1 / own:.6g} Hz",
-                where=model.name,
-                remedy=f"Read the log with --resample {1 / own:.6g}",
-            )
-
-
 def stage_numbers(model: Model) -> list[tuple[Stage, dict[str, float]]]:
     """The stages of a model, each with its parameters by name."""
     stages: list[tuple[Stage, dict[str, float]]] = []
@@ -415,29 +390,6 @@ def settled_memory(model: Model, moved: Sequence[SlipAndStrength]) -> list[list[
             outputs.append(stage.settled(of_element, numbers[stage.name]))
         settled.append(outputs)
     return settled
-
-
-#: How the further inputs with a name of their own are given.
-_NAMED = {
-    TEMPERATURE: "Name its column with --temperature",
-    POSITION: "Name its column with --position, beside that of --slip",
-}
-
-
-def further_inputs(names: Sequence[str], given: Mapping[str, Array]) -> dict[str, Array]:
-    """The further inputs that a model needs, out of those of some rows.
-
-    Raises:
-        MappingError: one is not there.
-    """
-    for name in names:
-        if name not in given:
-            known = ", ".join(given) or "none"
-            raise MappingError(
-                f"the model's input {name!r} is not in these rows (further inputs here: {known})",
-                remedy=_NAMED.get(name, f"Read the log with --input {shell_word(name)}"),
-            )
-    return {name: given[name] for name in names}
 
 
 def full_name(specification: str, dynamics: str) -> str:

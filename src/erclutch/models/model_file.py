@@ -214,11 +214,14 @@ def device_of(body: Mapping[str, Any]) -> DeviceName:
 
 def units_of(body: Mapping[str, Any]) -> Units:
     """The units of a model's effort, field and slip."""
-    units = [body["units"][key] for key in ("effort", "field", "slip")]
-    for unit in units:
-        if not (isinstance(unit, str) and is_written_well(unit)):
-            raise ValueError(f"a unit is {unit!r:.60}")
-    return Units(*units)
+    return Units(*(unit_of(body["units"][key]) for key in ("effort", "field", "slip")))
+
+
+def unit_of(unit: Any) -> str:
+    """A unit in the form of units."""
+    if not (isinstance(unit, str) and is_written_well(unit)):
+        raise ValueError(f"a unit is {unit!r:.60}")
+    return unit
 
 
 def range_of(body: Mapping[str, Any]) -> Range:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping
 
 from erclutch.models.laws import Dimension
 from erclutch.models.laws.law import Gain
 from erclutch.models.structure import Reference
 from erclutch.signals.device import Units
-from erclutch.signals.recording import POSITION
+from erclutch.signals.recording import POSITION, TEMPERATURE
+from erclutch.signals.units import UNKNOWN
 
 
 def in_user_units(value: float, dimension: Dimension, reference: Reference) -> float:
@@ -23,14 +24,33 @@ def gain_in_user_units(value: float, gain: Gain, reference: Reference) -> float:
     return in_user_units(value, gain.dimension, reference) / per
 
 
-def unit_of_gain(gain: Gain, extras: Sequence[str], units: Units) -> str:
-    """Unit of a gain, such as ``N`` or, of the position, ``N/m``; "?" inside where nobody gave the input's unit."""
+def known_unit(extra: str, units: Units, logged: str = UNKNOWN) -> str:
+    """The unit of a further input: that of the logs, or what its name tells; "?" where neither says it."""
+    if logged != UNKNOWN:
+        return logged
+    if extra == TEMPERATURE:
+        return "K"
+    if extra == POSITION and units.slip.endswith("/s"):
+        return units.slip.removesuffix("/s")  # the position is the slip's integral
+    return UNKNOWN
+
+
+def unit_of_gain(gain: Gain, units: Units, extra_units: Mapping[str, str]) -> str:
+    """Unit of a gain, such as ``N`` or, of the position, ``N/m``; "?" inside where nobody gave the input's unit.
+
+    Args:
+        gain: one of a law's structure.
+        units: of effort, field and slip.
+        extra_units: of the further inputs, in their order.
+    """
     unit = unit_text(gain.dimension, units)
     if gain.extra is None:
         return unit
-    # The position is the slip's integral. Other inputs come as they were logged.
-    known = extras[gain.extra] == POSITION and units.slip.endswith("/s")
-    per = units.slip.removesuffix("/s") if known else "?"
+    per = list(extra_units.values())[gain.extra]
+    if per in ("", "-", "1"):
+        return unit
+    if "/" in per or "*" in per:
+        per = f"({per})"
     return f"{unit}/{per}"
 
 

@@ -19,8 +19,9 @@ import numpy as np
 from erclutch.arithmetic.as_in_c import array_as_in_c
 from erclutch.models.band import Band
 from erclutch.models.covered_cells import CoveredCells, within
+from erclutch.models.given_rows import further_inputs
 from erclutch.models.law_model import TorqueModel, model_from_dict
-from erclutch.models.model import FluidSignals, Pair, Range, further_inputs, settled_memory
+from erclutch.models.model import FluidSignals, Pair, Range, settled_memory
 from erclutch.models.model_file import SCHEMA, number_of, read_model, sealed, table_of
 from erclutch.models.networks import NetworkStructure, is_network
 from erclutch.models.networks.network_file import network_from_dict

@@ -13,16 +13,16 @@ from numpy.typing import NDArray
 from erclutch.arithmetic.machine import Machine, machine_of
 from erclutch.arithmetic.record import Record, recorded
 from erclutch.errors import ExportError, SettingError
+from erclutch.models.given_rows import further_inputs, require_same_signals
 from erclutch.models.model import (
     FluidSignals,
     GivesWay,
     Model,
     Rows,
     full_name,
-    further_inputs,
-    require_same_signals,
     stage_numbers,
 )
+from erclutch.models.parameter_units import known_unit
 from erclutch.models.stages.stage import Place
 from erclutch.signals.array import Array
 from erclutch.signals.clock import Clock
@@ -76,6 +76,13 @@ class ModelBase(Shown):
         effort = f"effort in {self.units.effort or '1'}"
         band = "with a prediction band" if self.band else "without a prediction band"
         return one_line(self, self.name, self.structure.device, self.title, effort, band)
+
+    @property
+    def extra_units(self: Model) -> Mapping[str, str]:
+        """The unit of each further input: that of the law's logs, or what its name tells; else "?"."""
+        law = self.law_part
+        of_law: Mapping[str, str] = {} if law is None else law.extra_units
+        return {name: of_law.get(name) or known_unit(name, self.units) for name in self.extras}
 
     @property
     def gives_way(self) -> GivesWay | None:

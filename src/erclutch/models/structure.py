@@ -1,4 +1,4 @@
-"""A Structure says what a law with its stages is made of, without numbers, and computes one column a gain from them.
+"""A Structure computes one column a gain from what a law with its stages is made of, without numbers.
 
 The stages on the command make the field in the fluid. The law and the stages on the slip make columns of fluid and
 slip. A model multiplies each column by its gain. Stages on the effort work on the sum.
@@ -7,8 +7,7 @@ slip. A model multiplies each column by its gain. Stages on the effort work on t
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
-from functools import cached_property
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -16,31 +15,22 @@ from numpy.typing import NDArray
 
 from erclutch.arithmetic.as_in_c import ArrayAsInC, array_as_in_c
 from erclutch.arithmetic.dual import pick
-from erclutch.errors import SettingError
-from erclutch.models.laws import Dimension, Gain, Law, ShapeParameter, law_from_name
-from erclutch.models.laws.law import Part, YieldForm
+from erclutch.models.composition import Composition
+from erclutch.models.laws.law import Part
 from erclutch.models.laws.smooth import FORWARD, direction
 from erclutch.models.laws.yield_stress import POWER
 from erclutch.models.model import FluidSignals
 from erclutch.models.stages import (
-    NONE,
-    canonical,
     position_stages,
     slip_stages,
     stages_at,
-    stages_of,
     temperature_stages,
 )
 from erclutch.models.stages.stage import SlipAndStrength, Stage
 from erclutch.signals.array import Array
 from erclutch.signals.clock import Clock
-from erclutch.signals.device import DeviceName, Element
-from erclutch.signals.recording import POSITION, TEMPERATURE
-
-_FRICTION = Gain("T_f", "friction effort at zero field", Dimension(effort=1))
-#: Of the field in the memory's effort, where the law has no form of its own to share.
-_EXPONENT = ShapeParameter("n_m", "exponent of the field in the memory's effort", 0.2, 4.0)
-OFFSET = Gain("T_0", "constant effort", Dimension(effort=1), nonnegative=False)
+from erclutch.signals.device import Element
+from erclutch.signals.recording import POSITION
 
 
 @dataclass(frozen=True)
@@ -68,158 +58,8 @@ def as_it_is(x: Any) -> Any:
 
 
 @dataclass(frozen=True)
-class Structure:
-    """What is fitted, without numbers.
-
-    Attributes:
-        device: "single" or "coaxial".
-        specification: name of the law, for example ``hem/square``.
-        law: the law itself; its functions are made anew each time, so equality asks the specification alone.
-        dynamics: names of the stages on command, slip and effort, joined by ``+``; "none" for none.
-        friction: a column of Coulomb friction at zero field (seals, bearings, remanence), one an element.
-        offset: a constant effort (gas spring, preload, sensor zero).
-        extras: further logged inputs, each with a gain (displacement, acceleration); with stages on the temperature
-            that is one of them, and it has no gain; with stages on the position that is one of them too.
-    """
-
-    device: DeviceName
-    specification: str
-    law: Law = field(compare=False)
-    dynamics: str = NONE
-    friction: bool = False
-    offset: bool = False
-    extras: tuple[str, ...] = ()
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "dynamics", canonical(self.dynamics))
-        warmed = temperature_stages(self.dynamics)
-        for stage in warmed:
-            if stage.part not in self.law.parts:
-                raise SettingError(
-                    f"the law {self.specification} does not say which of its gains are the {stage.part} effort",
-                    remedy=f"Leave {stage.name} out, or give the law's gains their part",
-                )
-        if warmed and TEMPERATURE not in self.extras:
-            object.__setattr__(self, "extras", (*self.extras, TEMPERATURE))
-        if position_stages(self.dynamics) and POSITION not in self.extras:
-            object.__setattr__(self, "extras", (*self.extras, POSITION))
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        """Law functions are made, not imported, so a copy in another process makes its own from the names."""
-        return _structure, (self.device, self.specification, self.dynamics, self.friction, self.offset, self.extras)
-
-    @property
-    def elements(self) -> int:
-        """Number of elements of the device."""
-        return 2 if self.device == "coaxial" else 1
-
-    @property
-    def chosen_inputs(self) -> tuple[str, ...]:
-        """The further inputs that no stage brings: each stands beside the law with a gain of its own."""
-        of_stages: set[str] = set()
-        if temperature_stages(self.dynamics):
-            of_stages.add(TEMPERATURE)
-        if position_stages(self.dynamics):
-            of_stages.add(POSITION)
-        return tuple(name for name in self.extras if name not in of_stages)
-
-    @property
-    def ways(self) -> tuple[float, ...]:
-        """Sign in which each element drives: a law sees it as forward. Laws are odd, so only `Law.forward` feels it."""
-        return (1.0, -1.0) if self.elements == 2 else (1.0,)
-
-    def shapes(self, period: float) -> tuple[ShapeParameter, ...]:
-        """All nonlinear parameters: of the stimulus, the law, the memory's strength, the stages."""
-        shapes = [*self.law.stimulus_shape, *self.law.shape, *self._own_strength]
-        for stage in self.stages:
-            shapes += stage.parameters(period)
-        return tuple(shapes)
-
-    @property
-    def stages(self) -> tuple[Stage, ...]:
-        """All stages, in the order of the specification."""
-        return stages_of(self.dynamics)
-
-    @property
-    def remembers(self) -> bool:
-        """Whether a stage stands on the slip or on the effort."""
-        return any(stage.place in ("slip", "effort") for stage in self.stages)
-
-    def with_yield_form(self, form: YieldForm) -> Structure:
-        """The same law with another form of the yield effort over the field."""
-        name, *options = self.specification.split("/")
-        forward = [option for option in options if option == "forward"]
-        specification = "/".join([name, form.name, *forward])
-        return replace(self, specification=specification, law=law_from_name(specification, self.device))
-
-    @property
-    def counts_from_the_start(self) -> bool:
-        """Whether a stage begins at the start of a log and knows of all rows since: no window of rows is like it."""
-        return any(getattr(stage, "from_the_start", "") for stage in self.stages)
-
-    @property
-    def _own_strength(self) -> tuple[ShapeParameter, ...]:
-        """The exponent of the field in the memory, for a law that has no yield form to share with it."""
-        needed = self.law.yield_form is None and slip_stages(self.dynamics)
-        return (_EXPONENT,) if needed else ()
-
-    def numbers_of(self, stage: Stage, q: Sequence[Any]) -> list[Any]:
-        """The parameters of one of the stages among all nonlinear ones, ``q``."""
-        return list(q[self._places[stage.name]])
-
-    @cached_property
-    def _strength_places(self) -> tuple[int, ...]:
-        """Where the parameters of the memory's strength stand among all nonlinear ones."""
-        names = [shape.name for shape in self.shapes(1.0)]
-        form = self.law.yield_form
-        strength = form.shape if form else (_EXPONENT,)
-        return tuple(names.index(shape.name) for shape in strength)
-
-    @cached_property
-    def _places(self) -> Mapping[str, slice]:
-        """Where the parameters of each stage stand among all nonlinear ones."""
-        places: dict[str, slice] = {}
-        start = len(self.law.stimulus_shape) + len(self.law.shape) + len(self._own_strength)
-        for stage in self.stages:
-            stop = start + len(stage.parameters(1.0))
-            places[stage.name] = slice(start, stop)
-            start = stop
-        return places
-
-    def gains(self) -> tuple[Gain, ...]:
-        """All linear parameters, elements one after another, then those of the whole device."""
-        gains: list[Gain] = []
-        for element in range(1, self.elements + 1):
-            for gain in self._gains_of_element:
-                if self.elements > 1:
-                    gain = replace(gain, name=f"{gain.name}_{element}", meaning=f"{gain.meaning}, CH{element}")
-                gains.append(gain)
-        effort = _FRICTION.dimension
-        for place, name in enumerate(self.extras):
-            if place != self._temperature_place:  # the temperature changes gains and has none itself
-                gains.append(Gain(f"c_{place + 1}", f"effort per {name}", effort, nonnegative=False, extra=place))
-        for stage in position_stages(self.dynamics):
-            gains.extend(stage.gains)
-        if self.offset:
-            gains.append(OFFSET)
-        return tuple(gains)
-
-    @property
-    def _gains_of_element(self) -> tuple[Gain, ...]:
-        """Gains of one element in the order of its columns: the law's, friction, memory."""
-        gains = list(self.law.gains)
-        if self.friction:
-            gains.append(_FRICTION)
-        for stage in slip_stages(self.dynamics):
-            gains += stage.gains
-        return tuple(gains)
-
-    @cached_property
-    def _temperature_place(self) -> int | None:
-        """Which further input is the temperature; None for a law that does not feel it."""
-        if not temperature_stages(self.dynamics):
-            return None
-        return self.extras.index(TEMPERATURE)
+class Structure(Composition):
+    """What is fitted, without numbers, and the columns that it makes of rows."""
 
     def _factors(
         self,
@@ -443,8 +283,3 @@ class Structure:
 def _takes_places(stage: Stage) -> bool:
     """Whether a stage takes the places of the rows that are wanted, where every stage takes a slice."""
     return getattr(stage, "takes_places", False)
-
-
-def _structure(device: DeviceName, specification: str, *rest: Any) -> Structure:
-    """The structure from what `Structure.__reduce__` gives; a copy in another process calls this by name."""
-    return Structure(device, specification, law_from_name(specification, device), *rest)

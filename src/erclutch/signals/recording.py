@@ -132,6 +132,7 @@ class Recording(Shown):
         constants: numbers that hold for the whole log (from its name, its header or the mapping).
         origin: "TWIN", "SYNTHETIC" or another label that the file gives itself; "" for a measurement.
         extras: further inputs for networks, as logged (`TEMPERATURE` in K): name -> samples, shape (n,).
+        extra_units: further input or spare column -> its unit as logged; "?" is unknown.
         spare: further columns that nothing has taken, in the same way.
         notes: what was guessed, converted, dropped or split, one sentence each, to be shown to the user.
         mapping: name and SHA-256 of the mapping file that said which column is which, if there was one.
@@ -149,6 +150,7 @@ class Recording(Shown):
     constants: Mapping[str, float] = field(default_factory=dict[str, float])
     origin: str = ""
     extras: Mapping[str, Array] = field(default_factory=dict[str, Array])
+    extra_units: Mapping[str, str] = field(default_factory=dict[str, str])
     spare: Mapping[str, Array] = field(default_factory=dict[str, Array])
     notes: tuple[str, ...] = ()
     mapping: tuple[str, str] | None = None

@@ -7,12 +7,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from erclutch.errors import shell_word
 from erclutch.fit.candidate import Candidate, Fitted, Grown, Kind, asked
 from erclutch.fit.checks.data_check import steady_command
 from erclutch.fit.checks.finding import Finding
 from erclutch.fit.checks.one_field import refuse_field_terms
-from erclutch.fit.choice.ladder import Rung, grown, helpful, of_iron, of_law
+from erclutch.fit.choice.ladder import grown, helpful, of_iron, of_law
+from erclutch.fit.choice.rungs import Rung
 from erclutch.fit.choice.scoring import TOLERATED, independent_rows, information_criteria
 from erclutch.fit.fit_settings import AUTO, Settings
 from erclutch.fit.laws.fit_law import fit_structure, refit_near
@@ -20,6 +20,7 @@ from erclutch.fit.log_groups import FEWEST_GROUPS, groups_of
 from erclutch.fit.solver.one_thread import one_thread
 from erclutch.fit.solver.outcome import AnyOutcome, FitOutcome
 from erclutch.logs.dataset import Dataset
+from erclutch.logs.planning.further_columns import option_for_input
 from erclutch.models.law_model import TorqueModel
 from erclutch.models.laws import PAPER, at_one_field, ladder, law_from_name
 from erclutch.models.laws.smooth import TRANSITION_SLIP
@@ -28,6 +29,7 @@ from erclutch.models.model import full_name
 from erclutch.models.structure import Structure
 from erclutch.signals.array import Mask
 from erclutch.signals.percent import percent
+from erclutch.signals.recording import TEMPERATURE
 
 #: Separate time constants are asked for by the data when they lower the criterion by this much: "very strong" evidence.
 _EVIDENCE = 10.0
@@ -309,7 +311,8 @@ def with_memory(
             f"the column {name!r}, which no model has as an input, would take {percent(gain)} off the error of the "
             "best law"
         )
-        remedy = f"Fit with --input {shell_word(name)}, unless it measures the effort once more"
+        unit = None if TEMPERATURE in train.extras else train.extra_units.get(name)  # a log has one temperature
+        remedy = f"Fit with {option_for_input(name, unit)}, unless it measures the effort once more"
         findings.append(Finding("note", "spare column", seen, remedy))
 
     if len(rungs) < 2:

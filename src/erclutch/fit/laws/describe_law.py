@@ -18,6 +18,7 @@ from erclutch.models.parameter_units import gain_in_user_units, in_user_units, u
 from erclutch.models.structure import Reference, Structure
 from erclutch.signals.array import Array
 from erclutch.signals.device import Units
+from erclutch.signals.units import UNKNOWN
 
 
 @dataclass(frozen=True)
@@ -31,6 +32,7 @@ class Seen:
         rows: how many.
         cost: sum of squared residuals over all of them.
         extras: their further inputs that are the law's too.
+        extra_units: of these inputs, as far as somebody gave them.
     """
 
     reference: Reference
@@ -39,6 +41,7 @@ class Seen:
     rows: int
     cost: float
     extras: Mapping[str, Array] = field(default_factory=dict[str, Array])
+    extra_units: Mapping[str, str] = field(default_factory=dict[str, str])
 
 
 def described(
@@ -77,6 +80,7 @@ def described(
         units=seen.units,
         trained_on=seen.covered,
         extra_ranges=tuple(ranges),
+        units_as_logged=tuple(seen.extra_units.get(name, UNKNOWN) for name in seen.extras),
     )
     low, high = ends
     k = len(q)
@@ -149,7 +153,7 @@ def _gain_estimates(
         estimate = Estimate(
             name=gain.name,
             meaning=gain.meaning,
-            unit=unit_of_gain(gain, model.structure.extras, model.units),
+            unit=unit_of_gain(gain, model.units, model.extra_units),
             value=value,
             low=from_,
             high=to,

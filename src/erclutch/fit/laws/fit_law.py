@@ -39,10 +39,10 @@ from erclutch.fit.solver.variable_projection import (
 )
 from erclutch.fit.training_range import range_of
 from erclutch.logs.dataset import Dataset
+from erclutch.models.given_rows import further_inputs
 from erclutch.models.law_model import TorqueModel
 from erclutch.models.laws import ShapeParameter
 from erclutch.models.laws.smooth import TRANSITION_SLIP
-from erclutch.models.model import further_inputs
 from erclutch.models.structure import Reference, Structure
 from erclutch.signals.array import Array, Mask, largest_size, rms
 from erclutch.signals.device import largest_field
@@ -274,7 +274,7 @@ def _outcome(
 ) -> FitOutcome[TorqueModel]:
     """The model at a minimum, its gains refined, and what its slopes say of intervals and rank."""
     further = {name: data.extras[name] for name in structure.extras}
-    seen = Seen(reference, data.units, range_of(data), data.rows, np.nan, further)
+    seen = Seen(reference, data.units, range_of(data), data.rows, np.nan, further, data.extra_units)
     ends = no_intervals(len(full.shapes) + len(full.gains))
     if not intervals and structure.dynamics == "none":
         # Rows of a memoryless law can go in slices, so that the columns of a long log are never there at once.

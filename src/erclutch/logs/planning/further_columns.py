@@ -46,7 +46,9 @@ def take_further_columns(draft: Draft) -> None:
         except MappingError as error:
             draft.ask("input", error)
             continue
-        draft.inputs.append(SignalPlan("input", name, unit, factor, factor, reason=choice.source))
+        is_read = bool(unit) and (units.is_unit(unit) or units.is_temperature(unit))
+        unit_as_logged = unit if unit and is_read and abs(factor) == 1.0 else units.UNKNOWN
+        draft.inputs.append(SignalPlan("input", name, unit, factor, factor, unit_as_logged, reason=choice.source))
         draft.notes.append(f"further input <- column {name}, as logged ({choice.source})")
 
     # Columns of finite numbers that change and that nothing has taken; `fit.choice.ladder` says what they are good for.
@@ -57,7 +59,7 @@ def take_further_columns(draft: Draft) -> None:
         name = column.name
         unit = column.unit
         if units.is_temperature(unit) and "temperature" not in draft.signals:
-            option = f"--temperature {shell_word(f'{name} [{unit}]')}"
+            option = option_for_input(name, unit)
             draft.notes.append(f"column {name} is a temperature, and no law uses it: {option} lets them")
         changes = not column.shape.constant and column.values.size > 1
         is_other = _numbers_the_rows(column) or is_of_phases(draft.seen, column)
@@ -67,6 +69,18 @@ def take_further_columns(draft: Draft) -> None:
             draft.spare.append(name)
             if len(draft.spare) == _MOST_SPARE:
                 return
+
+
+def option_for_input(name: str, unit: str | None) -> str:
+    """The option that lets laws use a column that nothing has taken: stages make factors of a temperature.
+
+    Args:
+        name: of the column.
+        unit: of the column; None where nobody says it.
+    """
+    if units.is_temperature(unit):
+        return f"--temperature {shell_word(f'{name} [{unit}]')}"
+    return f"--input {shell_word(name)}"
 
 
 def _numbers_the_rows(column: SeenColumn) -> bool:

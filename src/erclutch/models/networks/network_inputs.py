@@ -8,10 +8,11 @@ from typing import Any
 import numpy as np
 
 from erclutch.arithmetic.as_in_c import array_as_in_c
+from erclutch.models.given_rows import further_inputs
 from erclutch.models.law_model import TorqueModel
 from erclutch.models.laws.smooth import power
 from erclutch.models.laws.yield_stress import SQUARE
-from erclutch.models.model import FluidSignals, further_inputs
+from erclutch.models.model import FluidSignals
 from erclutch.models.networks import NetworkStructure
 from erclutch.models.parameter_units import in_user_units
 from erclutch.models.stages import slip_stages, stages_at, stages_of

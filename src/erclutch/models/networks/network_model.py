@@ -13,8 +13,9 @@ from numpy.typing import NDArray
 from erclutch.arithmetic.as_in_c import array_as_in_c
 from erclutch.models import model_file
 from erclutch.models.band import Band
+from erclutch.models.given_rows import further_inputs
 from erclutch.models.law_model import TorqueModel
-from erclutch.models.model import FluidSignals, GivesWay, Pair, Range, further_inputs, settled_memory
+from erclutch.models.model import FluidSignals, GivesWay, Pair, Range, settled_memory
 from erclutch.models.near_cells import Nearness, faded
 from erclutch.models.networks import NetworkStructure
 from erclutch.models.networks.forward import forward_fnn, forward_rbfn, gaussians, last_hidden

@@ -36,7 +36,7 @@ class Stiffness:
     #: The travel is counted from the start of a stretch: within a window cut out of it, it would begin elsewhere.
     from_the_start: str = (
         "counts the travel from the start of each log: a log that starts at another position is off by the stiffness "
-        "times the distance. Log the position and give it with --input"
+        "times the distance. Give the column of the position with --input, or log it where there is none"
     )
     outputs: tuple[str, ...] = ("x",)
     gains: tuple[Gain, ...] = (

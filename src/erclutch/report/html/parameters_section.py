@@ -110,13 +110,12 @@ def equation_of(model: TorqueModel) -> Markup:
     law = structure.law
     terms = list(_KERNELS if law.name.startswith("rbfm") else terms_of(structure.specification, structure.device))
     terms += memory_terms_of(structure.dynamics)
-    if structure.friction:
-        terms.append(_FRICTION if law.forward else _TURNING_FRICTION)
-    for gain in structure.gains():
-        if gain.extra is not None:
-            terms.append(_further_term(gain.extra, structure.extras[gain.extra]))
-    if structure.offset:
-        terms.append(_OFFSET)
+    for added in structure.added_terms():
+        if added.kind == "input":
+            factor = Markup('<mspace width="0.2em"/><mtext>{}</mtext>').format(added.factor)
+        else:
+            factor = _TURN if added.factor else Markup("")
+        terms.append(_number(added.gain) + factor)
     behind = stages_at(structure.dynamics, "effort")
     before = Markup("<msub><mi>T</mi><mi>fluid</mi></msub><mo>=</mo>" if behind else "<mi>T</mi><mo>=</mo>")
     pieces: list[Markup] = []
@@ -126,18 +125,15 @@ def equation_of(model: TorqueModel) -> Markup:
     return Markup(" ").join(pieces)
 
 
-def _further_term(place: int, name: str) -> Markup:
-    """A further input times its gain."""
-    gain = Markup("<msub><mi>c</mi><mn>{}</mn></msub>").format(place + 1)
-    return Markup('{}<mspace width="0.2em"/><mtext>{}</mtext>').format(gain, name)
+def _number(name: str) -> Markup:
+    """The symbol of a gain, a letter with an index."""
+    letter, _, index = name.partition("_")
+    kind = "mn" if index.isdecimal() else "mi"
+    return Markup("<msub><mi>{}</mi><{}>{}</{}></msub>").format(letter, Markup(kind), index, Markup(kind))
 
 
-_TURNING_FRICTION = Markup(
-    "<msub><mi>T</mi><mi>f</mi></msub><mi>tanh</mi><mo>(</mo><mfrac><mi>w</mi><msub><mi>w</mi><mi>s</mi></msub></mfrac>"
-    "<mo>)</mo>"
-)
-_FRICTION = Markup("<msub><mi>T</mi><mi>f</mi></msub>")
-_OFFSET = Markup("<msub><mi>T</mi><mn>0</mn></msub>")
+#: By what a friction is multiplied that turns with the slip.
+_TURN = Markup("<mi>tanh</mi><mo>(</mo><mfrac><mi>w</mi><msub><mi>w</mi><mi>s</mi></msub></mfrac><mo>)</mo>")
 
 
 #: The sum over kernels as the paper prints it; written out it would fill the page.
