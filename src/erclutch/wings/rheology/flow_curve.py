@@ -148,7 +148,16 @@ def fit_flow_curve(curve: FlowCurve, law_name: str) -> FlowFit:
         SettingError: not a law of shear stress.
         CheckError: too few points, or rates or stresses that are not positive.
     """
-    _require_positive_points(curve)
+    if curve.rate.size < FEWEST_POINTS:
+        problem = f"{curve.rate.size} points, at least {FEWEST_POINTS} are needed"
+        raise CheckError(problem, where=curve.label, remedy="Measure more rates")
+    for name, values in (("shear rate", curve.rate), ("shear stress", curve.stress)):
+        bad = ~(np.isfinite(values) & (values > 0))
+        if bad.any():
+            point = int(np.argmax(bad)) + 1
+            problem = f"the {name} of point {point} is {values[bad][0]:g}, it must be above 0"
+            raise CheckError(problem, where=curve.label, remedy="Remove the point, or give magnitudes")
+
     law = FlowLaw.of(law_name, curve.rate)
     minimum = law.fit(curve.rate, curve.stress, Effort.whole(len(law.shapes)))
     predicted = law.stress(curve.rate, minimum.point)
@@ -172,18 +181,6 @@ def fit_flow_curve(curve: FlowCurve, law_name: str) -> FlowFit:
         aicc=float(aicc),
         predicted=predicted,
     )
-
-
-def _require_positive_points(curve: FlowCurve) -> None:
-    if curve.rate.size < FEWEST_POINTS:
-        problem = f"{curve.rate.size} points, at least {FEWEST_POINTS} are needed"
-        raise CheckError(problem, where=curve.label, remedy="Measure more rates")
-    for name, values in (("shear rate", curve.rate), ("shear stress", curve.stress)):
-        bad = ~(np.isfinite(values) & (values > 0))
-        if bad.any():
-            point = int(np.argmax(bad)) + 1
-            problem = f"the {name} of point {point} is {values[bad][0]:g}, it must be above 0"
-            raise CheckError(problem, where=curve.label, remedy="Remove the point, or give magnitudes")
 
 
 def ranked(curve: FlowCurve, laws: Sequence[str] = ()) -> list[FlowFit]:

@@ -29,7 +29,7 @@ from erclutch.wings.rheology.conditions import (
 )
 from erclutch.wings.rheology.field_series import Level, levels_in, with_fields
 from erclutch.wings.rheology.flow_curve import FEWEST_POINTS, FlowCurve
-from erclutch.wings.rheology.flow_plan import CurvePlan, FlowPlan, plan_of
+from erclutch.wings.rheology.flow_plan import FlowPlan, plan_of
 from erclutch.wings.rheology.flow_plateau import half_last_digit
 from erclutch.wings.rheology.flow_points import points_of
 from erclutch.wings.rheology.held_rates import require_several_rates
@@ -194,7 +194,14 @@ class _Gathered:
                 raise likeliest
             raise LogError("the file holds no flow curve", remedy="Give shear rates and shear stresses")
         curves, of_fields = with_fields(self.curves, self.fields)
-        return FlowFile(tuple(curves), (*_said_once(self.notes), *of_fields))
+        tests_of: dict[str, list[str]] = {}  # by the note: what is told of several tests is said once
+        for test, note in self.notes:
+            tests_of.setdefault(note, []).append(test)
+        said: list[str] = []
+        for note, (first, *others) in tests_of.items():
+            more = f" and {len(others)} more" if others else ""
+            said.append(f"{first}{more}: {note}" if first else note)
+        return FlowFile(tuple(curves), (*said, *of_fields))
 
 
 def _told(table: Table, plan: FlowPlan, conditions: Sequence[Condition]) -> list[str]:
@@ -206,18 +213,6 @@ def _told(table: Table, plan: FlowPlan, conditions: Sequence[Condition]) -> list
     if len(conditions) > 1:
         told.append(conditions_note(conditions))
     return told
-
-
-def _said_once(notes: Sequence[tuple[str, str]]) -> list[str]:
-    """Notes behind the names of their tests; what is told of several tests is said once."""
-    tests: dict[str, list[str]] = {}
-    for test, note in notes:
-        tests.setdefault(note, []).append(test)
-    said: list[str] = []
-    for note, (first, *others) in tests.items():
-        more = f" and {len(others)} more" if others else ""
-        said.append(f"{first}{more}: {note}" if first else note)
-    return said
 
 
 def _table(read: Table | LogError | None, path: str | Path) -> Table:
@@ -367,7 +362,13 @@ def curves_of(
     curves: list[FlowCurve] = []
     notes: list[str] = []
     for curve in plan.curves:
-        label = _label(curve, plan, table, test)
+        # A test's only curve is named after the test, other curves after their column.
+        label = curve.label
+        is_alone = len(plan.curves) == 1 and label == curve.stress.name
+        if is_alone:
+            label = test or Path(table.name).stem
+        elif test:
+            label = f"{test}: {label}"
         rate, stress, told = points_of(curve, table, label)
         notes += [f"{label}: {note}" for note in told]
 
@@ -380,11 +381,3 @@ def curves_of(
         rounding = pascals * half_last_digit(written, table.columns[curve.stress.name])  # [Pa]
         curves.append(FlowCurve(label, rate, stress, rounding=rounding))
     return curves, notes
-
-
-def _label(curve: CurvePlan, plan: FlowPlan, table: Table, test: str) -> str:
-    """A test's only curve is named after the test, other curves after their column."""
-    alone = len(plan.curves) == 1 and curve.label == curve.stress.name
-    if test:
-        return test if alone else f"{test}: {curve.label}"
-    return Path(table.name).stem if alone else curve.label

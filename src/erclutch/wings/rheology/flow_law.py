@@ -113,7 +113,14 @@ class FlowLaw:
         law = law_from_name(f"{named.name}/square")
         reference = float(rate.min())
         highest = float((rate / reference).max())
-        return cls(law, _within(law, highest), reference)
+        shapes: list[ShapeParameter] = []
+        for shape in law.shape[1:]:  # without that of the transition
+            if shape.dimension == Dimension(slip=-1):  # a time: as wide as the normalised rates, 1 to the highest
+                shape = replace(shape, lower=1e-3 / highest, upper=1e3)
+            elif shape.name == "m":
+                shape = replace(shape, lower=_LEAST_INDEX, upper=_LARGEST_INDEX)
+            shapes.append(shape)
+        return cls(law, tuple(shapes), reference)
 
     @property
     def unknowns(self) -> int:
@@ -301,16 +308,3 @@ class FlowLaw:
         of_both = 2 * shift * covariance[place, index]
         variance = covariance[place, place] + of_index + of_both
         return at_one, float(variance)
-
-
-def _within(law: Law, highest: float) -> tuple[ShapeParameter, ...]:
-    """A law's own shape parameters, the times among them as wide as the normalised rates, 1 to ``highest``."""
-    own: list[ShapeParameter] = []
-    for shape in law.shape[1:]:
-        if shape.dimension == Dimension(slip=-1):
-            own.append(replace(shape, lower=1e-3 / highest, upper=1e3))
-        elif shape.name == "m":
-            own.append(replace(shape, lower=_LEAST_INDEX, upper=_LARGEST_INDEX))
-        else:
-            own.append(shape)
-    return tuple(own)

@@ -114,9 +114,10 @@ def plan_of(
 
     curves: list[CurvePlan] = []
     for rate_name, value_name in _grouped(table, rates, stresses or viscosities):
-        quantity: Quantity = "stress"
-        if not stresses or _is_viscosity(table, value_name, asked):
-            quantity = "viscosity"
+        # A column that was asked for as a stress may be a viscosity, by its unit, or by its name without one.
+        unit = _unit_asked(value_name, asked) or unit_of(table, value_name)
+        said = said_by_unit(unit) if unit else said_by_name(value_name)
+        quantity: Quantity = "viscosity" if not stresses or said == "viscosity" else "stress"
         curves.append(
             CurvePlan(
                 label=value_name,
@@ -236,13 +237,6 @@ def _role(table: Table, name: str) -> Role:
         where=table.name,
         remedy=f"Say which it is: --shear-rate {shell_word(f'{name} [1/s]')} or --stress {shell_word(f'{name} [Pa]')}",
     )
-
-
-def _is_viscosity(table: Table, name: str, asked: dict[str, str]) -> bool:
-    """Whether a column that was asked for as a stress is a viscosity by its unit, or by its name without one."""
-    unit = _unit_asked(name, asked) or unit_of(table, name)
-    said = said_by_unit(unit) if unit else said_by_name(name)
-    return said == "viscosity"
 
 
 def _unit_asked(name: str, asked: dict[str, str]) -> str | None:

@@ -74,7 +74,20 @@ def points_of(
         problem = "no point has a shear rate and a shear stress"
         raise LogError(problem, where=f"{table.name}, {label}", remedy="Check the columns")
 
-    points = _in_si_units(curve, table, is_point, notes)
+    rate = table.columns[curve.rate.name][is_point] * curve.rate.factor  # [1/s]
+    stress = table.columns[curve.stress.name][is_point] * curve.stress.factor  # [Pa], or a viscosity in Pa s
+    if curve.times_rate:
+        # Viscosities that are all positive are magnitudes, so their stresses are magnitudes too.
+        are_magnitudes = (stress > 0).all()
+        stress = stress * (np.abs(rate) if are_magnitudes else rate)  # [Pa]
+    turned = (rate < 0) & (stress < 0)
+    if turned.any():
+        notes.append(f"{int(turned.sum())} points turn the other way: magnitudes are taken")
+        rate = np.where(turned, -rate, rate)
+        stress = np.where(turned, -stress, stress)
+    if curve.times_rate:
+        rate = np.abs(rate)
+    points = _Points(rate, stress, np.flatnonzero(is_point), notes)
     _leave_noise_out(points)
     _require_stresses_along_their_rates(points, f"{table.name}, {label}")
 
@@ -177,30 +190,6 @@ def _rows_that_hold_a_point(curve: CurvePlan, table: Table) -> tuple[Mask, list[
         if left_out.any():
             notes.append(f"{int(left_out.sum())} of {filled} points left out: {why}")
     return ~(is_empty | is_half | is_sentinel | is_at_rest | swings), notes
-
-
-def _in_si_units(
-    curve: CurvePlan,
-    table: Table,
-    is_point: Mask,
-    notes: list[str],
-) -> _Points:
-    """The points in 1/s and Pa; of those that turn the other way the magnitudes."""
-    rate = table.columns[curve.rate.name][is_point] * curve.rate.factor  # [1/s]
-    stress = table.columns[curve.stress.name][is_point] * curve.stress.factor  # [Pa], or a viscosity in Pa s
-    if curve.times_rate:
-        # Viscosities that are all positive are magnitudes, so their stresses are magnitudes too.
-        are_magnitudes = (stress > 0).all()
-        stress = stress * (np.abs(rate) if are_magnitudes else rate)  # [Pa]
-
-    turned = (rate < 0) & (stress < 0)
-    if turned.any():
-        notes.append(f"{int(turned.sum())} points turn the other way: magnitudes are taken")
-        rate = np.where(turned, -rate, rate)
-        stress = np.where(turned, -stress, stress)
-    if curve.times_rate:
-        rate = np.abs(rate)
-    return _Points(rate, stress, np.flatnonzero(is_point), notes)
 
 
 def _leave_noise_out(points: _Points) -> None:

@@ -10,7 +10,6 @@ import numpy as np
 from erclutch.errors import MappingError, UnitError
 from erclutch.logs.columns.rheometer_names import said_by_name
 from erclutch.logs.table import Table
-from erclutch.signals.array import Array
 from erclutch.signals.units import parse
 from erclutch.wings.rheology.flow_units import said_by_unit, unit_of
 
@@ -93,17 +92,15 @@ def labelled_pairs(table: Table, unit: str = "") -> tuple[CurvePlan, ...]:
     for label, rates, stresses in zip(labels, over_rates, names[1::2], strict=True):
         rate = FlowColumn(rates, "1/s", 1.0, reason)
         stress = FlowColumn(stresses, unit or "Pa", factor, reason)
-        if not unit and _falls(table.columns[rates], table.columns[stresses]):
+        rates_of_pair = table.columns[rates]
+        values = table.columns[stresses]
+        known = np.isfinite(rates_of_pair) & np.isfinite(values) & (rates_of_pair > 0)
+        by_rate = np.argsort(rates_of_pair[known], kind="stable")
+        falls_all_the_way = known.sum() > 2 and np.all(np.diff(values[known][by_rate]) < 0)
+        if not unit and falls_all_the_way:
             falls = "falls as the first grows, as a viscosity does and no shear stress"
             problem = f"pairs of columns without units: behind {label!r} the second {falls}"
             remedy = "Say its unit, such as --stress '[mPa*s]', or --stress '[Pa]' if it is a stress all the same"
             raise MappingError(problem, where=table.name, remedy=remedy)
         pairs.append(CurvePlan(label, rate, stress, times_rate=quantity == "viscosity"))
     return tuple(pairs)
-
-
-def _falls(rates: Array, values: Array) -> bool:
-    """Whether values fall all the way as the rate grows."""
-    known = np.isfinite(rates) & np.isfinite(values) & (rates > 0)
-    order = np.argsort(rates[known], kind="stable")
-    return int(known.sum()) > 2 and bool(np.all(np.diff(values[known][order]) < 0))

@@ -8,12 +8,13 @@ from __future__ import annotations
 import csv
 import itertools
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 from erclutch.errors import LogError, placed
-from erclutch.logs.log_reader import LogSource
+from erclutch.logs.log_reader import LogReader, LogSource
 from erclutch.logs.readers import found_recordings, text
+from erclutch.logs.readers.text_bytes import DAMAGE, decode
 from erclutch.logs.table import Table
 
 
@@ -114,3 +115,22 @@ def _table(source: LogSource, block: Block) -> Table:
         lines.append("\t".join(plain))
     with placed(f"{source.name}, table from line {block.line} on"):
         return text.read_text(replace(source, data="\n".join(lines).encode("utf-8"), variable=None))
+
+
+def reader_of_blocks(
+    claims: Callable[[bytes], bool],
+    blocks_of: Callable[[str], list[Block]],
+    what: str,
+) -> LogReader:
+    """A reader of texts that hold several tables.
+
+    Args:
+        claims: whether it reads a file that begins so.
+        blocks_of: the tables of a text.
+        what: see `chosen_table`.
+    """
+
+    def read(source: LogSource) -> Table:
+        return chosen_table(source, blocks_of(decode(source.data)), what)
+
+    return LogReader((), claims, read, recordings=found_recordings.names_by(read), tells_damage=DAMAGE)

@@ -57,14 +57,19 @@ def flowcurve(
             numbers beside it as CSV.
         json: Print everything as JSON.
     """
+    from erclutch.errors import SettingError
     from erclutch.report.plots.matplotlib_painter import save_plot
     from erclutch.wings.rheology.field_series import series_of
     from erclutch.wings.rheology.flow_curve import ranked
     from erclutch.wings.rheology.flow_curve_file import read_flow_curves
     from erclutch.wings.rheology.flow_picture import picture_of
 
-    if figure is not None:
-        _require_a_name_of_its_own(figure, files)
+    if figure is not None and len(files) > 1:
+        raise SettingError("a figure is of one file", where="--figure", remedy="Give the files one after another")
+    for path in files:
+        if figure is not None and figure.with_suffix(".csv").resolve() == path.resolve():
+            problem = f"its numbers would be written over {path.name}"
+            raise SettingError(problem, where="--figure", remedy="Choose another name for the figure")
     notes: list[str] = []
     curves: list[tuple[str, FlowCurve]] = []  # with the name of the file
     for path in files:
@@ -152,18 +157,6 @@ def _tell_curves(fitted: Sequence[tuple[str, FlowCurve, list[FlowFit]]], several
     wins = Counter(fits[0].law for *_, fits in fitted)
     counts = [f"{law} {count} of {len(fitted)}" for law, count in wins.most_common()]
     terminal.tell("Chosen for: " + ", ".join(counts))
-
-
-def _require_a_name_of_its_own(figure: Path, files: Sequence[Path]) -> None:
-    """Refuse a figure of several files, or with numbers beside it that would take the place of a log."""
-    from erclutch.errors import SettingError
-
-    if len(files) > 1:
-        raise SettingError("a figure is of one file", where="--figure", remedy="Give the files one after another")
-    for path in files:
-        if figure.with_suffix(".csv").resolve() == path.resolve():
-            problem = f"its numbers would be written over {path.name}"
-            raise SettingError(problem, where="--figure", remedy="Choose another name for the figure")
 
 
 def _tell_series(series: FieldSeries, name: str) -> None:

@@ -9,11 +9,7 @@ from collections import Counter
 from itertools import groupby
 
 from erclutch.errors import LogError
-from erclutch.logs.log_reader import LogReader, LogSource
-from erclutch.logs.readers import found_recordings
-from erclutch.logs.readers.text_bytes import DAMAGE, decode
-from erclutch.logs.table import Table
-from erclutch.wings.rheology.rheometer_blocks import Block, cells, chosen_table, delimiter_of
+from erclutch.wings.rheology.rheometer_blocks import Block, cells, delimiter_of, reader_of_blocks
 
 _ACTION = "Action Name"
 _TEXTS = ("Sample Description", "Sequence Name", "Date", "Time stamp")
@@ -59,10 +55,6 @@ def _blocks(content: str) -> list[Block]:
     return blocks
 
 
-def _read(source: LogSource) -> Table:
-    return chosen_table(source, _blocks(decode(source.data)), "action")
-
-
 def _claims(head: bytes) -> bool:
     """By the column's name in a line of names with units in round brackets."""
     plain = head.replace(b"\0", b"").decode("utf-8", "replace")
@@ -70,4 +62,4 @@ def _claims(head: bytes) -> bool:
     return "(" in named and _ACTION in cells(named, delimiter_of(named))
 
 
-READER = LogReader((), _claims, _read, recordings=found_recordings.names_by(_read), tells_damage=DAMAGE)
+READER = reader_of_blocks(_claims, _blocks, "action")

@@ -7,18 +7,15 @@ from __future__ import annotations
 
 import re
 
-from erclutch.logs.log_reader import LogReader, LogSource
-from erclutch.logs.readers import found_recordings
 from erclutch.logs.readers.cells import is_number
-from erclutch.logs.readers.text_bytes import DAMAGE, decode
-from erclutch.logs.table import Table
-from erclutch.wings.rheology.rheometer_blocks import Block, cells, chosen_table
+from erclutch.wings.rheology.rheometer_blocks import Block, cells, reader_of_blocks
 
 _STEP = re.compile(r"(Step \d+)(?: \"[^\"]*\")? started at")
 _FEWEST = 3  # columns of a table; lines about the step have a word and a number
 
 
 def _blocks(content: str) -> list[Block]:
+    """The table of each step."""
     lines = content.splitlines()
     blocks: list[Block] = []
     step = ""
@@ -30,7 +27,12 @@ def _blocks(content: str) -> list[Block]:
             rows.append(row[: len(names)])
             continue
         if rows:  # the table ends here
-            blocks.append(_with_named_columns(Block(step, names, [], rows, number - len(rows))))
+            block = Block(step, names, [], rows, number - len(rows))
+            kept: list[int] = []  # columns with a name of their own that hold something
+            for column, name in enumerate(names):
+                if name and block.is_filled(column) and name not in names[:column]:
+                    kept.append(column)
+            blocks.append(block.with_columns(kept))
             rows = []
         names = row
         begins = _STEP.match(line)
@@ -40,23 +42,9 @@ def _blocks(content: str) -> list[Block]:
     return blocks
 
 
-def _with_named_columns(block: Block) -> Block:
-    """A table without columns that have no name or hold nothing, and without a second column of the same name."""
-    kept: list[int] = []
-    for column, name in enumerate(block.names):
-        repeated = name in block.names[:column]
-        if name and block.is_filled(column) and not repeated:
-            kept.append(column)
-    return block.with_columns(kept)
-
-
-def _read(source: LogSource) -> Table:
-    return chosen_table(source, _blocks(decode(source.data)), "step")
-
-
 def _claims(head: bytes) -> bool:
     plain = head.replace(b"\0", b"").decode("latin-1")
     return "Test Data File" in plain[:200] and _STEP.search(plain) is not None
 
 
-READER = LogReader((), _claims, _read, recordings=found_recordings.names_by(_read), tells_damage=DAMAGE)
+READER = reader_of_blocks(_claims, _blocks, "step")

@@ -9,12 +9,8 @@ from __future__ import annotations
 import re
 
 from erclutch.errors import LogError
-from erclutch.logs.log_reader import LogReader, LogSource
-from erclutch.logs.readers import found_recordings
 from erclutch.logs.readers.cells import is_numeric
-from erclutch.logs.readers.text_bytes import DAMAGE, decode
-from erclutch.logs.table import Table
-from erclutch.wings.rheology.rheometer_blocks import Block, cells, chosen_table, delimiter_of
+from erclutch.wings.rheology.rheometer_blocks import Block, cells, delimiter_of, reader_of_blocks
 
 # The column of segments and points has no name, or "Nr-Seg".
 _NAMES = re.compile(r"^(?:N[^;|\n]{0,15})?;.*\b(?:GP|Tau|Eta|Gamma|f|T|t) (?:in|en|/) [^;]+;", re.MULTILINE)
@@ -38,7 +34,8 @@ def _blocks(content: str) -> list[Block]:
             delimiter = delimiter_of(line)
         row = cells(line, delimiter)
         point = _POINT.fullmatch(row[0]) if row else None
-        if point is None and names and ("|" in line or _holds_numbers(row)):
+        looks_measured = sum(map(is_numeric, row)) > 1  # two numbers at least, with either decimal mark
+        if point is None and names and ("|" in line or looks_measured):
             raise LogError(f"line {number} is no row of a segment", remedy="Correct or delete that line")
 
         segment_here = point.group(1) if point else ""
@@ -71,19 +68,9 @@ def _blocks(content: str) -> list[Block]:
     return without_empty
 
 
-def _holds_numbers(row: list[str]) -> bool:
-    """Whether a line looks like measured values: two numbers at least, with either decimal mark."""
-    numbers = [cell for cell in row if is_numeric(cell)]
-    return len(numbers) > 1
-
-
-def _read(source: LogSource) -> Table:
-    return chosen_table(source, _blocks(decode(source.data)), "segment")
-
-
 def _claims(head: bytes) -> bool:
     plain = head.replace(b"\0", b"").decode("latin-1")
     return "HAAKE RheoWin" in plain or _NAMES.search(plain) is not None or _SEGMENTS.search(plain) is not None
 
 
-READER = LogReader((), _claims, _read, recordings=found_recordings.names_by(_read), tells_damage=DAMAGE)
+READER = reader_of_blocks(_claims, _blocks, "segment")
