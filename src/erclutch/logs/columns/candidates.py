@@ -13,6 +13,7 @@ import numpy as np
 from erclutch.logs.columns.joints import ESTIMATED, of_joints
 from erclutch.logs.columns.labels import split_end
 from erclutch.logs.columns.names import NEED_UNIT, OTHER, PARTS_OF_A_MODEL, SINGLE, TOLD, VOLTAGES, headed, spoken_name
+from erclutch.logs.columns.phases import is_of_phases
 from erclutch.logs.columns.quotients import pressing_loads, speeds_of_machine
 from erclutch.logs.columns.seen_columns import NO_UNITS, SeenColumn, SeenColumns
 from erclutch.logs.columns.shapes import takes_both_signs
@@ -64,6 +65,8 @@ def candidates(
         return of_two_shafts, "name"
     si_units = units_of_sensor or SIGNALS[signal].si_units
     free = seen.without([*taken, *pressing_loads(seen, signal)])
+    if signal == "field":
+        free = [column for column in free if not is_of_phases(seen, column)]
     fits = {column.name: column.fits(si_units) for column in free}
 
     if fits.get(signal, False) is not False:  # a column has the bare name of the signal

@@ -43,6 +43,7 @@ COUNTS = frozenset(
 )
 # Ends of names that are units (``omega_rad_s``), and how units are written; small letters are taken for large ones.
 _AS_THEY_ARE = "A mA V mV kV N kN kg krpm gauss Pa kPa MPa s ms us ns mm cm m rad deg rpm T mT"
+_NONE_WRITTEN = ("None", "N/A", "n/a", "null", "NULL", "undefined")  # by programs that know no unit
 _JOINT_DIGITS = 2  # of a joint's number at most
 _TIMES = ("t", "time", "zeit", "temps")
 _SPEEDS = "rad_s=rad/s rads=rad/s radps=rad/s deg_s=deg/s degps=deg/s dps=deg/s m_s=m/s mps=m/s mm_s=mm/s mmps=mm/s"
@@ -356,7 +357,8 @@ def name_columns(
         if unit and own and unit != own:
             notes.append(f"column {name!r} has two units: {unit} in its name is taken, {own} is not")
         bare.append(name)
-        units_of.append(unit or own or None)
+        written = unit or own or None
+        units_of.append(None if written in _NONE_WRITTEN else written)
     behind = units_behind_names([name for name, unit in zip(bare, units_of, strict=True) if not unit])
     if behind:
         units_of = [unit or behind.get(name) for name, unit in zip(bare, units_of, strict=True)]

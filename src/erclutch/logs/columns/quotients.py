@@ -51,7 +51,7 @@ def rubbing_force(seen: SeenColumns) -> str:
 
 
 def pressing_loads(seen: SeenColumns, signal: str) -> list[str]:
-    """Loads that press: beside a coefficient of friction that is made of no force of the file, they are no effort."""
+    """Loads that press: beside a coefficient of friction they are no effort, but the one that rubs by its numbers."""
     if signal != "effort":
         return []
     has_coefficient = False
@@ -62,9 +62,10 @@ def pressing_loads(seen: SeenColumns, signal: str) -> list[str]:
             has_coefficient = True
         if column.unit and column.fits(("N",)) and "load" in words:
             loads.append(column.name)
-    if not has_coefficient or rubbing_force(seen):
+    if not has_coefficient or not loads:
         return []
-    return loads
+    rubbing = rubbing_force(seen)
+    return [name for name in loads if name != rubbing]
 
 
 def quotient_of(seen: SeenColumns, column: SeenColumn) -> tuple[str, str] | None:

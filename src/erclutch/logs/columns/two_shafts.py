@@ -27,11 +27,29 @@ from erclutch.signals.array import Array
 _SHAFTS = (
     frozenset(
         (
-            *("in", "input", "drive", "driving", "driver", "primary", "motor"),
+            *(
+                "in",
+                "input",
+                "drive",
+                "driving",
+                "driver",
+                "primary",
+                "motor",
+                "inner",
+                "inside",
+                "upper",
+                "disc",
+                "disk",
+            ),
             *("antrieb", "an", "eingang", "entree", "entrada"),
         )
     ),
-    frozenset({"out", "output", "driven", "load", "secondary", "abtrieb", "ab", "ausgang", "sortie", "salida"}),
+    frozenset(
+        (
+            *("out", "output", "driven", "load", "secondary", "outer", "outside", "lower", "ball"),
+            *("abtrieb", "ab", "ausgang", "sortie", "salida"),
+        )
+    ),
 )
 _EASTERN_SHAFTS = (("输入", "输出"), ("主动", "从动"), ("入力", "出力"), ("駆動", "従動"))
 _CLUTCH = (

@@ -11,8 +11,9 @@ from erclutch.errors import shell_word
 from erclutch.logs.columns import name_pattern
 from erclutch.logs.columns.candidates import candidates
 from erclutch.logs.columns.labels import split_label
-from erclutch.logs.columns.names import NAMES, NEED_UNIT, NOT_MEASURED, TOLD, spoken_name
+from erclutch.logs.columns.names import NAMES, NEED_UNIT, NOT_MEASURED, TOLD, plain, spoken_name
 from erclutch.logs.columns.seen_columns import SeenColumn, SeenColumns
+from erclutch.logs.columns.shapes import takes_both_signs
 from erclutch.logs.columns.two_courses import follows, go_straight
 from erclutch.logs.plan import Question
 from erclutch.logs.planning.draft import Draft
@@ -35,6 +36,10 @@ _SWITCHES = frozenset(
 )
 #: What the share is called that a supply, a valve or a brake is told.
 _COMMANDS = frozenset({"cmd", "command", "duty", "pwm", "valve", "brake", "excitation", "control"})
+#: What a current is called that makes the field.
+_COILS = frozenset({"coil", "magnet", "brake", "clutch", "spule", "bobine", "bobina", "field", "excitation"})
+#: Behind a name that an earlier column has too.
+_COPY = re.compile(r" \(\d+\)$")
 _ESTIMATED = frozenset({"est", "estimate", "estimated"})
 #: Words of what was told, and of a drive: such a column stands behind others that would do.
 _NOT_FIRST = TOLD | _COMMANDS - {"brake"} | {"motor", "drive", "antrieb", "moteur"}
@@ -210,6 +215,12 @@ def _column_option(
     if signal == "effort" and differ_by_field(named):
         return "--variable all"  # each is a log at its field
     likely = named or _less_likely(free, signal)
+    if signal == "slip":
+        # A letter that keeps levels and has one sign is a field that was switched; the motion is a position then.
+        likely = [name for name in likely if name in named or not _is_switched(seen.columns[name])]
+        position = _position_instead(seen, taken, likely, partners)
+        if position:
+            return f"--position {shell_word(seen.table.label(position))}"
     behind = {name for name in likely if not _NOT_FIRST.isdisjoint(seen.columns[name].spoken.stem_words)}
     likely = sorted(likely, key=lambda name: name in behind and name not in seen.table.made)
     if not likely:
@@ -237,8 +248,36 @@ def _column_option(
     if partners:
         likely = sorted(likely, key=lambda name: min(_apart(seen, name, partner) for partner in partners))
 
+    if signal == "field":
+        likely = sorted(likely, key=lambda name: _COILS.isdisjoint(seen.columns[name].spoken.stem_words))
+
     # A unit that nobody wrote is no answer: a column without one is taken as logged.
     return f"--{signal} {shell_word(seen.table.label(likely[0]))}"
+
+
+def _is_switched(column: SeenColumn) -> bool:
+    """Whether the numbers of a column keep levels of one sign."""
+    return column.shape.keeps_levels and not takes_both_signs(column.values)
+
+
+def _position_instead(seen: SeenColumns, taken: Sequence[str], slips: Sequence[str], efforts: Sequence[str]) -> str:
+    """A position that may be meant rather than any of some speeds; "" where none is.
+
+    It is the only motion, or that of the joint that the first effort has the number of, which no speed has.
+    """
+    positions, _ = candidates(seen, "position", taken)
+    positions = positions or _less_likely(seen.without(taken), "position")
+    if not slips:
+        moving: list[str] = []
+        for name in positions:
+            returns = not seen.columns[name].shape.rises and not _is_switched(seen.columns[name])
+            if returns and plain(name) != "y":  # an output, of anything
+                moving.append(name)
+        return moving[0] if len(moving) == 1 else ""
+    numbers = {part for effort in efforts[:1] for part in _parts(effort) if part.isdecimal()}
+    if not numbers or any(numbers & _parts(name) for name in slips):
+        return ""
+    return next((name for name in positions if numbers & _parts(name)), "")
 
 
 def _less_likely(free: Iterable[SeenColumn], signal: str) -> list[str]:
@@ -273,6 +312,7 @@ def _less_likely(free: Iterable[SeenColumn], signal: str) -> list[str]:
 
 def _parts(name: str) -> set[str]:
     """Words and numbers of a name, and the direction of a component: x of ``Fx``."""
+    name = _COPY.sub("", name)
     parts = {*re.findall(r"\d+|[^\W\d_]+", name.lower())}
     return parts | {part[1] for part in parts if _COMPONENT.fullmatch(part)}
 
