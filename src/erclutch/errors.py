@@ -164,6 +164,10 @@ class MappingError(ErclutchError):
     """The columns of a log cannot be matched to the signals that a device needs."""
 
 
+class UnloggedFieldError(MappingError):
+    """Logs without a field differ as logs at several fields do: names, a test plan or nobody tells which."""
+
+
 class UnitError(MappingError):
     """A unit is unknown or does not fit the signal that it is given for."""
 

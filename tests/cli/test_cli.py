@@ -480,7 +480,7 @@ def test_a_folder_of_folders_names_those_that_hold_logs(tmp_path: Path) -> None:
     (tmp_path / "papers" / "paper.pdf").write_bytes(b"%PDF")
     for folder in ("raw", "smoothed"):
         (tmp_path / folder / "log.csv").write_text("t,c\n0,1\n1,2\n")
-    assert "the folder holds no log. Give one of its folders: raw, smoothed." in refused(
+    assert "the folder holds no log. Give one of its folders: raw, smoothed; or, where all are" in refused(
         "inspect", tmp_path, cwd=tmp_path
     )
 

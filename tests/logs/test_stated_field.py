@@ -98,6 +98,11 @@ def test_a_number_of_each_recording_is_its_field(tmp_path: Path) -> None:
         ("10mm1Hz0x25A.csv", "{n1}mm{n2}Hz{field}A"),
         ("2021-03-04 test 1.5kV.csv", "{n1}-{n2}-{n3} test {field}kV"),
         ("300mA sine.v2.csv", "{field}mA sine.v{n1}"),
+        ("2Ampere.csv", "{field:A}Ampere"),
+        ("ER_2kVmm.csv", "ER_{field:kV/mm}kVmm"),
+        ("brake-2A.csv", "brake-{field}A"),  # the dash parts words
+        ("brake_-2A.csv", "brake_{field}A"),
+        ("brake_12V_0.5A.csv", "brake_{n1}V_{field}A"),  # a voltage beside a current is that of the supply
     ],
 )
 def test_a_number_in_the_name_of_the_file_is_asked_about(tmp_path: Path, name: str, pattern: str) -> None:
@@ -109,7 +114,7 @@ def test_a_number_in_the_name_of_the_file_is_asked_about(tmp_path: Path, name: s
     assert not np.any(read(tmp_path / name, field="none").signals["field"])
 
 
-@pytest.mark.parametrize("name", ["run 3.csv", "A380.csv", "2Ampere.csv", "v2.csv", "0A to 1A.csv"])
+@pytest.mark.parametrize("name", ["run 3.csv", "A380.csv", "2Axes.csv", "v2.csv", "0A to 1A.csv"])
 def test_other_names_state_no_field(tmp_path: Path, name: str) -> None:
     assert not np.any(read(written(tmp_path / name)).signals["field"])
 

@@ -11,14 +11,14 @@ from typing import TYPE_CHECKING
 from erclutch.cli import terminal
 from erclutch.cli.log_advice import advice_on
 from erclutch.cli.options import LogOptions
-from erclutch.errors import CheckError, ErclutchError, SettingError
+from erclutch.errors import CheckError, ErclutchError, SettingError, UnloggedFieldError
 
 if TYPE_CHECKING:
     from erclutch.logs import Plan, Table
     from erclutch.logs.dataset import Dataset
     from erclutch.signals.recording import Recording
 
-_NUMBER = re.compile(r"\d+(?:[.,]\d+)?")
+_NUMBER = re.compile(r"-?\d+(?:[.,]\d+)?")
 
 
 @dataclass(frozen=True)
@@ -137,19 +137,10 @@ def look_at(
         try:
             covered = reading.dataset([*read, *further])
         except ErclutchError as error:  # such as logs in different units
-            refused[error.where] = str(error)
-    unfit = ""
-    share: float | None = None
-    if covered is not None:
-        from erclutch.fit.checks.data_check import FEWEST_ROWS, require_change, smaller_share
-
-        share = smaller_share(covered)
-        if share == 0.0:
-            unfit = f"{covered.rows} rows are too few: a fit trains on {FEWEST_ROWS} and holds others out. Log more"
-        try:
-            require_change(covered)
-        except CheckError as error:
-            unfit = str(error)
+            problem = _field_that_differs(error, [log, *others])
+            if problem is None:
+                refused[error.where] = str(error)
+    unfit, share = ("", None) if covered is None else _few_or_steady(covered)
     advice: list[str] = []
     if covered is not None and len(covered.sources) > 1:
         advice = advice_on(covered)
@@ -169,6 +160,28 @@ def look_at(
         share=share,
         advice=advice,
     )
+
+
+def _few_or_steady(rows: Dataset) -> tuple[str, float | None]:
+    """Why no model can be fitted to rows, "" where nothing stands against it; what few rows may hold out at most."""
+    from erclutch.fit.checks.data_check import FEWEST_ROWS, require_change, smaller_share
+
+    unfit = ""
+    share = smaller_share(rows)
+    if share == 0.0:
+        unfit = f"{rows.rows} rows are too few: a fit trains on {FEWEST_ROWS} and holds others out. Log more"
+    try:
+        require_change(rows)
+    except CheckError as error:
+        unfit = str(error)
+    return unfit, share
+
+
+def _field_that_differs(error: ErclutchError, logs: Sequence[Path]) -> ErclutchError | None:
+    """What the user is asked of logs whose fields differ, where no column holds any; None for other errors."""
+    from erclutch.logs.field_between_logs import with_paths
+
+    return with_paths(error, logs) if isinstance(error, UnloggedFieldError) else None
 
 
 def table_of_first(log: Path, reading: LogOptions) -> Table:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Container, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
@@ -36,6 +37,7 @@ _DerivativeName = Literal["central", "savgol", "difference", "lowpass", "kalman"
 
 
 # Options whose name on the command line is not that of their attribute.
+_MOST_FOLDERS = 12  # that are told in one command
 _TYPED = {"e1": "--E1", "e2": "--E2", "e": "--E", "t": "--T", "begin": "--from", "end": "--until"}
 
 
@@ -253,6 +255,7 @@ def expand(paths: Sequence[Path]) -> list[Path]:
     """
     from erclutch.cli import terminal
     from erclutch.logs.log_reader import LEARN_REPORT, folder_reader, log_suffixes, require_no_run
+    from erclutch.logs.planning.tables_beside_logs import tables_beside_logs
     from erclutch.logs.readers.signal_files import together
     from erclutch.logs.readers.text_tables import is_prose
 
@@ -273,11 +276,22 @@ def expand(paths: Sequence[Path]) -> list[Path]:
             note = f"note: {', '.join(words)} left out: words and no rows of numbers"
             terminal.console(stderr=True).print(note, soft_wrap=True)  # what is asked for as JSON stays JSON
             tables = [file for file in tables if file.name not in words]
+        no_logs = sorted(tables_beside_logs(tables)) if len(tables) > 1 else []
+        if no_logs:
+            names = ", ".join(file.name for file in no_logs)
+            note = f"note: {names} left out: no motion, no effort, no column of the logs beside"
+            terminal.console(stderr=True).print(note, soft_wrap=True)
+            tables = [file for file in tables if file not in no_logs]
         folders = [folder for folder in path.iterdir() if folder.is_dir() and folder_reader(folder)]
         if not folders and len(words) == len(tables):
             inner_folders = [each for each in path.iterdir() if each.is_dir()]
             below = sorted(each.name for each in inner_folders if _holds_log(each, suffixes))
-            named = f"Give one of its folders: {', '.join(below)}" if below else f"Logs end in {', '.join(suffixes)}"
+            named = f"Logs end in {', '.join(suffixes)}"
+            if below:
+                named = f"Give one of its folders: {', '.join(below)}"
+            if 1 < len(below) <= _MOST_FOLDERS:
+                together = " ".join(shlex.quote(str(path / name)) for name in below)
+                named += f"; or, where all are of one device, several: {together}"
             raise LogError("the folder holds no log", where=str(path), remedy=named)
         files.extend(sorted([*tables, *folders]))
     return files

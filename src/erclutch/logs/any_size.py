@@ -17,10 +17,11 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from erclutch.errors import ErclutchError, LogError, MappingError, require
+from erclutch.errors import ErclutchError, LogError, MappingError, UnloggedFieldError, require
 from erclutch.logs import Batch, extent_of
 from erclutch.logs.batches import RowBlock, blocks_of, chained, neighbours, one_batch
 from erclutch.logs.dataset import Dataset, build_dataset, joined, refuse_twin, require_units
+from erclutch.logs.field_between_logs import with_paths
 from erclutch.logs.reading import Reading
 from erclutch.logs.stretch_choice import STRETCH, Stretch, StretchChoice, cut
 from erclutch.signals.device import DeviceName
@@ -157,7 +158,10 @@ def read_rows(
         recordings: list[Recording] = []
         for path in files:
             recordings += whole.get(path) or how.read(path, device)
-        data = build_dataset(recordings, device=device, derivative=how.derivative)
+        try:
+            data = build_dataset(recordings, device=device, derivative=how.derivative)
+        except UnloggedFieldError as error:
+            raise with_paths(error, files) from error
         return RowsOfLogs(data, tuple(recordings))
     reader = _BlockReader(device, how, StretchChoice(rows, most), rows, progress)
     for path in files:

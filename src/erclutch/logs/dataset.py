@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from erclutch.errors import MappingError, SettingError, keywords_checked
 from erclutch.logs.clock.timing import IN_NO_TIME
+from erclutch.logs.field_between_logs import CourseOfLog, require_one_field
 from erclutch.logs.speed_of_position import drawn_out, speed_of
 from erclutch.signals.array import Array, Mask, rms
 from erclutch.signals.clock import Clock, Span, cut_spans, stretches
@@ -248,7 +249,7 @@ def build_dataset(
         derivative: filter for positions; None is Savitzky-Golay over 5 rows.
 
     Raises:
-        MappingError: a signal is missing, or the logs' units differ.
+        MappingError: a signal is missing, the logs' units differ, or their fields where no log has one.
         SettingError: an unknown device, or a filter that does not fit the sampling.
     """
     if device is not None and device not in DEVICES:
@@ -264,6 +265,8 @@ def build_dataset(
     for log, part in zip(logs, parts, strict=True):
         refuse_twin(log.name, log.digest, seen)
         require_units(part, parts[0], log.name)
+    courses = [CourseOfLog(part.sources[0], part.notes, part.elements[0].slip, part.effort) for part in parts]
+    require_one_field(courses)
     return joined(parts)
 
 

@@ -34,7 +34,9 @@ COMMAND = {
 #: An option in the remedy of an error that says how a file is read, with the options behind it; none that is to be left
 #: out (``--variable ''``, "leave --variable out").
 _WORD = r"""(?:'[^']+'|"[^"]+"|[^\s,;'"]+)"""
-_OPTION = re.compile(rf"--variable (?!out\b){_WORD}(?: --[a-z-]+(?: (?!--){_WORD})?)*|--decimal [.,]")
+_OPTION = re.compile(
+    rf"--variable (?!out\b){_WORD}(?: --[a-z-]+(?: (?!--){_WORD})?)*|--decimal [.,]|--name-pattern {_WORD}"
+)
 #: The column of words that a question is about.
 _PARTING = re.compile(r"column (.+?) parts the rows into \d+")
 #: A strain, or the rate of a strain, by its symbol alone.

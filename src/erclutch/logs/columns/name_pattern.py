@@ -3,8 +3,12 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
+from itertools import pairwise
+from pathlib import PurePath
 
 from erclutch.errors import MappingError
+from erclutch.logs.columns.names import spoken_name
 from erclutch.signals import units
 
 #: A field of a pattern, with its name and its unit.
@@ -14,7 +18,41 @@ NUMBER = r"[+-]?\d+(?:[.,xp]\d+)?"
 _UNIT_AFTER = re.compile(r"[A-Za-zµ°%][A-Za-zµ°%/]*")
 _NUMBER_WITH_LETTERS = re.compile(rf"{NUMBER}([A-Za-z]*)")
 _UNITS_OF_FIELD = ("A", "mA", "V", "kV", "T", "mT")
+#: What stands behind the number of a field in a name, and the unit that it means: no name of a file may hold a slash.
+FIELD_UNITS = {
+    **{unit: unit for unit in _UNITS_OF_FIELD},
+    **dict.fromkeys(("Amp", "Amps", "Ampere", "Amperes", "amp", "amps", "ampere"), "A"),
+    **dict.fromkeys(("Volt", "Volts", "volt", "volts"), "V"),
+    **dict.fromkeys(("kVmm", "kV_mm", "kV-mm", "kVpmm", "kVpermm", "kV_per_mm"), "kV/mm"),
+    **dict.fromkeys(("Vmm", "V_mm", "V-mm", "Vpmm", "Vpermm"), "V/mm"),
+}
+#: A number of a field with its unit; a dash behind a letter or a digit parts words, and is no sign.
+FIELD_IN_A_NAME = re.compile(
+    r"(?<![\d.])(?<!\d[xp,])((?:(?<![A-Za-z\d])[+-])?\d+(?:[.,xp]\d+)?)( ?)"
+    rf"({'|'.join(sorted(FIELD_UNITS, key=len, reverse=True))})(?![A-Za-z0-9])"
+)
+#: A number of a name with the letters in front of it and behind it.
+_IN_WORDS = re.compile(r"([A-Za-z]*)([ _=-]?)((?:(?<![A-Za-z\d])[+-])?\d+(?:[.,xp]\d+)?)(?= ?([A-Za-zµ°%_]*))")
+#: What numbers logs from 1 on, one after another.
+_COUNTED = frozenset(
+    (
+        *("run", "test", "trial", "rep", "repeat", "nr", "no", "sample", "specimen", "log", "file", "data", "exp"),
+        *("part", "cycle", "v", "rev", "device", "unit", "versuch", "messung", "probe", "lauf", "essai", "ensayo"),
+    )
+)
+_OF_MOTION_OR_HEAT = frozenset(
+    (
+        *("mm", "cm", "m", "um", "µm", "in", "Hz", "hz", "HZ", "kHz", "rpm", "RPM", "rps", "mps", "mms", "cms", "rads"),
+        *("s", "ms", "min", "h", "C", "degC", "°C", "K", "F", "deg", "°", "N", "kN", "Nm", "g", "kg", "bar", "MPa"),
+    )
+)
+_DIGITS_OF_A_DATE = 6  # or more
 _QUANTITIES = {"mm": "amplitude", "Hz": "frequency", "rpm": "speed", "s": "time", "C": "temperature", "Nm": "torque"}
+
+
+def names_a_folder(pattern: str) -> bool:
+    """Whether a pattern is of the folder too; a unit such as kV/mm has a slash of its own."""
+    return "/" in FIELD.sub("", pattern)
 
 
 def number_of(text: str) -> float:
@@ -41,11 +79,58 @@ def proposed(name: str) -> str:
     return pattern + stem[end:]
 
 
+def pattern_among(names: Sequence[str]) -> str:
+    """A pattern for names that differ in one number that may be the field, such as ``PWM25``, ``PWM50``; "" for others.
+
+    Numbers that count logs, and such of a motion or a temperature, are none. Of several, one that is called like a
+    field or has its unit is taken.
+    """
+    found = [list(_IN_WORDS.finditer(name)) for name in names]
+    words = {tuple((each[1], each[2], each[4].rstrip("_")) for each in numbers) for numbers in found}
+    between = {_IN_WORDS.sub("", name) for name in names}
+    if len(words) != 1 or len(between) != 1:
+        return ""
+    called: list[int] = []
+    others: list[int] = []
+    for place, (before, _, after) in enumerate(words.pop()):
+        texts = {numbers[place][3] for numbers in found}
+        digits = max(sum(map(str.isdigit, text)) for text in texts)
+        if len(texts) == 1 or after in _OF_MOTION_OR_HEAT or digits >= _DIGITS_OF_A_DATE:
+            continue
+        is_called = bool(spoken_name(before).forms["field"]) or before in ("i", "I")
+        if is_called or after in FIELD_UNITS:
+            called.append(place)
+        elif before.lower() not in _COUNTED and not _counts([number_of(text) for text in texts]):
+            others.append(place)
+    chosen = called or others
+    if len(chosen) != 1:
+        return ""
+    name = names[0]
+    pattern = ""
+    end = 0  # of the number before
+    for place, number in enumerate(found[0]):
+        letters = number[4].rstrip("_")
+        unit = FIELD_UNITS.get(letters, letters)
+        label = "field" if place == chosen[0] else f"n{place + 1}"
+        if place == chosen[0] and unit != letters:
+            label = f"field:{unit}"
+        pattern += f"{name[end : number.start(3)]}{{{label}}}"
+        end = number.end(3)
+    return pattern + name[end:]
+
+
+def _counts(numbers: Sequence[float]) -> bool:
+    """Whether numbers are those of one thing after another: 1, 2, 3, or 3, 4."""
+    ordered = sorted(numbers)
+    return all(after - before == 1.0 for before, after in pairwise(ordered))
+
+
 def constants_of(pattern: str, name: str) -> dict[str, tuple[float, str | None]]:
     """Numbers and units that a file's name gives under a pattern.
 
     A field is ``{name}``, ``{name:unit}`` or ``{name [unit]}``; without a unit, the letters that follow it are taken as
     its unit if they read as one. A point, a comma, ``x`` or ``p`` is the decimal mark. The suffix may be left out.
+    A pattern with a slash, such as ``I{field}/run{n}``, is of the folder too: the name is a path then.
 
     Raises:
         MappingError: the pattern has no field or one twice, or the name does not match.
@@ -58,6 +143,9 @@ def constants_of(pattern: str, name: str) -> dict[str, tuple[float, str | None]]
         raise MappingError(problem, remedy="Write it like {amplitude}mm{frequency}Hz{field}A")
     literals = FIELD.split(pattern)[::3]  # what stands between the fields
     expression = f"({NUMBER})".join(re.escape(literal) for literal in literals)
+    folders = "".join(literals).count("/")
+    if folders:
+        name = "/".join(PurePath(name).parts[-1 - folders :])
     stems = [name, *(name[:at] for at, letter in enumerate(name) if letter == ".")]
     matches = (re.fullmatch(expression, stem) for stem in stems)
     first_match = next((match for match in matches if match is not None), None)

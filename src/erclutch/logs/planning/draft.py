@@ -158,11 +158,12 @@ class Draft:
             return units.UNKNOWN, f", no unit and up to {largest:g}: taken as logged"
         return "", ", no unit and within 0.5: taken as a plain number"
 
-    def take_no_field(self, others: Sequence[str] = ()) -> None:
+    def take_no_field(self, others: Sequence[str] = (), *, said: bool = False) -> None:
         """Take the field as 0 in all rows, for a device whose field nobody logged.
 
         Args:
             others: why each column is no field.
+            said: whether the user said so.
         """
         self.signals["field"] = SignalPlan(
             "field",
@@ -171,7 +172,8 @@ class Draft:
             reason=NO_FIELD,
         )
         why = f" ({'; '.join(others)})" if others else ""
-        self.notes.append(f"{NO_FIELD}: taken as one constant field, written as 0{why}")
+        how = f"{NO_FIELD}, as was said" if said else NO_FIELD
+        self.notes.append(f"{how}: taken as one constant field, written as 0{why}")
 
 
 def _other_unit(column: SeenColumn, unit: str, si_units: tuple[str, ...]) -> str:

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 
 from erclutch.errors import MappingError, UnitError
-from erclutch.logs.columns.name_pattern import constants_of
+from erclutch.logs.columns.name_pattern import constants_of, names_a_folder
 from erclutch.logs.plan import SignalPlan
 from erclutch.logs.planning.draft import Draft
 from erclutch.signals import units
@@ -30,7 +32,9 @@ def take_given_numbers(draft: Draft) -> None:
             of_mapping[key] = (*_quantity(key, text), told.source)
     of_name: dict[str, tuple[float, str | None, str]] = {}
     if told.name_pattern:
-        for key, (number, unit) in constants_of(told.name_pattern, draft.table.name).items():
+        of_folder = names_a_folder(told.name_pattern)
+        name = str(Path(draft.table.path).resolve()) if of_folder else draft.table.name
+        for key, (number, unit) in constants_of(told.name_pattern, name).items():
             of_name[key] = (number, unit, _OF_A_NAME)
 
     given = {**of_name, **of_mapping}

@@ -91,7 +91,7 @@ def take_named(draft: Draft) -> None:
                 else:
                     draft.ask(signal, error)
         elif signal == "field":
-            draft.take_no_field()
+            draft.take_no_field(said=True)
         else:
             draft.declined.append(signal)
             draft.notes.append(f"{signal}: no column is taken for it ({choice.source})")

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 from erclutch.errors import MappingError, UnitError, shell_word
 from erclutch.logs.columns.labels import split_label
-from erclutch.logs.columns.name_pattern import NUMBER, number_of
+from erclutch.logs.columns.name_pattern import FIELD_IN_A_NAME, FIELD_UNITS, NUMBER, number_of
 from erclutch.logs.columns.names import OTHER, TOLD, spoken_name
 from erclutch.logs.mapping import ColumnMap
 from erclutch.logs.plan import SignalPlan
@@ -23,7 +23,6 @@ from erclutch.signals.recording import SIGNALS
 #: Words of a header that may be those of an amplifier or a load cell, whatever their unit.
 _OF_INSTRUMENTS = frozenset({"excitation", "command", "cmd", "duty", "pwm", "field"})
 _CURRENTS = ("A",)
-_IN_A_NAME = re.compile(rf"(?<![\d.])(?<!\d[xp,])({NUMBER})( ?)(mA|A|kV|V|mT|T)(?![A-Za-z0-9])")
 _NUMBER = re.compile(NUMBER.removeprefix("[+-]?"))
 _COUNTED = re.compile(r"([1-9]\d?)([AVT])")  # 1A: the first specimen of batch A, or a log at 1 A
 
@@ -84,16 +83,16 @@ def take_stated_field(draft: Draft) -> bool:
 
 def stated_in(name: str) -> StatedField | None:
     """The field that a name such as ``F_0.5A`` or ``1 A`` holds; None for no or several numbers with such a unit."""
-    numbers = _IN_A_NAME.findall(name)
+    numbers = FIELD_IN_A_NAME.findall(name)
     if len(numbers) != 1:
         return None
-    (number, _, unit), *_ = numbers
-    return StatedField(name, number_of(number), unit)
+    (number, _, letters), *_ = numbers
+    return StatedField(name, number_of(number), FIELD_UNITS[letters])
 
 
 def without_field(name: str) -> str:
     """A name without the number that may be the field: of logs that differ in the field alone all are the same."""
-    return _IN_A_NAME.sub("", name)
+    return FIELD_IN_A_NAME.sub("", name)
 
 
 def differ_by_field(names: Sequence[str]) -> bool:
@@ -190,9 +189,11 @@ def _is_called_so(name: str) -> bool:
 
 
 def _ask_about_the_name(draft: Draft) -> bool:
-    """Ask whether the number in front of an A or a V in the file's name is the field."""
+    """Ask whether the number in front of an A or a V in the file's name is the field; a supply may stand beside it."""
     name = draft.table.name
-    numbers = list(_IN_A_NAME.finditer(name))
+    numbers = list(FIELD_IN_A_NAME.finditer(name))
+    if len(numbers) > 1:
+        numbers = [each for each in numbers if units.fits(FIELD_UNITS[each[3]], _CURRENTS)]
     if len(numbers) != 1 or draft.told.name_pattern is not None:
         return False
     number = numbers[0]
@@ -204,7 +205,9 @@ def _ask_about_the_name(draft: Draft) -> bool:
     counted = (f"{{n{place}}}" for place in range(1, len(stem)))
     before = _NUMBER.sub(lambda _: next(counted), stem[: number.start(1)])
     after = _NUMBER.sub(lambda _: next(counted), stem[number.end(1) :])
-    option = f"--name-pattern {shell_word(f'{before}{{field}}{after}')}"
-    problem = f"no column for field, and the name of the file says {number_of(number.group(1)):g} {number.group(3)}"
+    unit = FIELD_UNITS[number[3]]
+    label = "{field}" if unit == number[3] else f"{{field:{unit}}}"
+    option = f"--name-pattern {shell_word(f'{before}{label}{after}')}"
+    problem = f"no column for field, and the name of the file says {number_of(number[1]):g} {unit}"
     draft.ask("field", MappingError(problem, remedy=f"If that is the field, give {option}; else --field none"), option)
     return True

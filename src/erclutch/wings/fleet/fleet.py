@@ -27,7 +27,7 @@ from erclutch.files import file_digest, may_fill, may_write, small_text, whole_f
 from erclutch.files.places import nothing, release, reserve
 from erclutch.fit.comparison import Settings, compare
 from erclutch.logs import ColumnMap
-from erclutch.logs.columns.name_pattern import constants_of
+from erclutch.logs.columns.name_pattern import constants_of, names_a_folder
 from erclutch.logs.dataset import build_dataset
 from erclutch.logs.log_reader import log_suffixes
 from erclutch.logs.mapping import file_beside
@@ -342,7 +342,8 @@ def _grouped(
         if pattern is None or f"{{{by}" not in pattern:
             remedy = f"Give --name-pattern with {{{by}}} in it, or --by log, or --by folder"
             raise SettingError(f"--by {by} is no field of the name pattern", remedy=remedy)
-        names = [f"{by} {constants_of(pattern, path.name)[by][0]:g}" for path in files]
+        tails = [str(path) if names_a_folder(pattern) else path.name for path in files]
+        names = [f"{by} {constants_of(pattern, tail)[by][0]:g}" for tail in tails]
     pairs = list(zip(names, map(str, files), strict=True))
     pairs.sort(key=lambda pair: [*_natural(pair[0]), *_natural(pair[1])])
     logs: dict[str, list[str]] = {}

@@ -1,0 +1,100 @@
+"""Several logs without a field may be told apart by one that no column holds: at the same slip, one has more effort.
+
+A lab writes a file a current, and the current into a name or a test plan. Read as logs at one field, they would be
+mixed in a fit.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from erclutch.errors import UnloggedFieldError, shell_word
+from erclutch.logs.columns.name_pattern import pattern_among
+from erclutch.signals.array import Array
+from erclutch.signals.recording import NO_FIELD
+
+_BINS = 8  # of the size of the slip
+_RESTS = 0.1  # of the largest slip: slower rows may stick
+_FEWEST_ROWS = 5  # of a bin
+_APART = 1.5  # times the effort: more than a warm fluid or another day makes
+
+
+class CourseOfLog(NamedTuple):
+    """The slip and the effort of a log, each (n,), with its name and its notes."""
+
+    name: str
+    notes: Sequence[str]
+    slip: Array
+    effort: Array
+
+
+def require_one_field(logs: Sequence[CourseOfLog]) -> None:
+    """Ask for the field where logs that have none have much more effort, one than another, at the same slip.
+
+    Logs of which the user said that they have no field are not asked about.
+
+    Raises:
+        UnloggedFieldError: two such logs.
+    """
+    without = [log for log in logs if any(note.startswith(f"{NO_FIELD}:") for note in log.notes)]
+    if len(without) < 2:
+        return
+    largest_slip = max(float(np.abs(log.slip).max()) for log in without)
+    edges = np.linspace(_RESTS, 1.0, _BINS + 1) * largest_slip
+    courses = np.array([_effort_at(log, edges) for log in without])  # means and scatters, (logs, 2, bins)
+    apart = np.zeros((len(without), len(without)))
+    for place, own in enumerate(courses):
+        shared = np.isfinite(own[0]) & np.isfinite(courses[:, 0])
+        of_own = np.where(shared, np.abs(own[0]), 0.0).sum(axis=1)
+        of_others, scatter = np.where(shared[:, None], np.abs(courses), 0.0).sum(axis=2).T
+        # What scatters more than it differs is no other course: a spring, an inertia, a load.
+        known = (of_others > 0.0) & (of_own - of_others > scatter)
+        apart[place, known] = of_own[known] / of_others[known]
+    more, less = np.unravel_index(int(apart.argmax()), apart.shape)
+    times = float(apart[more, less])
+    if times <= _APART:
+        return
+    names = [log.name for log in without]
+    problem = (
+        f"no field is logged, and at the same slip {names[more]} has {times:.2g} times the effort of {names[less]}: "
+        "a field that no column holds may tell them apart"
+    )
+    raise UnloggedFieldError(problem, where=names[more], remedy=_remedy(pattern_among(names), names[more]))
+
+
+def _remedy(pattern: str, where: str) -> str:
+    """What settles it, with a pattern of the logs' names where they tell the field."""
+    if pattern:
+        option = f"--name-pattern {shell_word(pattern)}"
+        return f"If the number in the names is the field, give {option}; else --field none"
+    return (
+        "Give the field by names of files or folders with --name-pattern, or in a mapping file beside each log "
+        f'({where}.toml: constants.field = "0.5 A"); else --field none'
+    )
+
+
+def with_paths(error: UnloggedFieldError, paths: Sequence[Path]) -> UnloggedFieldError:
+    """The same error, with a pattern of the paths: the folders of logs may tell the field where their names do not."""
+    stems = [path.resolve().with_suffix("") for path in paths]
+    pattern = pattern_among([stem.name for stem in stems])
+    if not pattern:
+        pattern = pattern_among([f"{stem.parent.name}/{stem.name}" for stem in stems])
+    if not pattern:
+        return error
+    return UnloggedFieldError(error.problem, where=error.where, remedy=_remedy(pattern, error.where))
+
+
+def _effort_at(log: CourseOfLog, edges: Array) -> Array:
+    """The mean effort along the slip in bins of its size, and its scatter; not a number where a log has few rows."""
+    along = log.effort * np.sign(log.slip)  # a load that does not turn with the slip cancels out
+    bins = np.digitize(np.abs(log.slip), edges)
+    course = np.full((2, edges.size - 1), np.nan)
+    for place in range(edges.size - 1):
+        inside = bins == place + 1
+        if np.count_nonzero(inside) >= _FEWEST_ROWS:
+            course[:, place] = along[inside].mean(), along[inside].std()
+    return course

@@ -1,0 +1,50 @@
+"""A folder of logs holds other tables too: a test plan, the calibration of a load cell. They are no logs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from statistics import median
+
+from erclutch.errors import ErclutchError
+from erclutch.logs.columns.names import spoken_name
+from erclutch.logs.log_file import read_table
+from erclutch.logs.planning.whole_plan import is_log, signals_of
+from erclutch.logs.table import Table
+
+_LARGEST = 65_536  # bytes of such a table
+_MOST_ROWS = 200
+_OF_A_LOG = {"slip", "position", "effort"}
+
+
+def tables_beside_logs(files: Sequence[Path]) -> list[Path]:
+    """Small tables with units but without a motion and an effort, beside a log that has none of their columns.
+
+    Where the columns of a log tell nothing either, no table is taken for another thing than the others.
+    """
+    sizes = {file: file.stat().st_size for file in files if file.is_file()}
+    if len(sizes) < 2:
+        return []
+    largest = min(_LARGEST, 0.5 * median(sizes.values()))  # logs of a series are alike: none of them is read twice
+    small = [file for file, size in sizes.items() if size <= largest]
+    tables: dict[Path, Table] = {}
+    for file in small:
+        try:
+            table = read_table(file)
+        except ErclutchError:
+            continue  # whoever reads the log says what is wrong with it
+        # Columns without any unit may be those of a short log of which nobody knows what they are.
+        has_units = any(table.units.get(name) or spoken_name(name).end for name in table.columns)
+        if has_units and table.rows <= _MOST_ROWS and _OF_A_LOG.isdisjoint(signals_of(table)):
+            tables[file] = table
+    others = sorted((file for file in sizes if file not in tables), key=lambda file: sizes[file])
+    if not tables or not others:
+        return []
+    for file in others[:2]:  # one of them may be broken
+        try:
+            log = read_table(file)
+        except ErclutchError:
+            continue
+        if is_log(log):
+            return [each for each, table in tables.items() if table.columns.keys().isdisjoint(log.columns)]
+    return []

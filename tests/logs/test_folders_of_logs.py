@@ -1,0 +1,144 @@
+"""Logs of a folder that no column tells apart: by their names, their folders, or by how much effort they have."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from erclutch.errors import UnloggedFieldError
+from erclutch.logs import read
+from erclutch.logs.columns.name_pattern import constants_of, pattern_among
+from erclutch.logs.dataset import build_dataset
+from erclutch.logs.planning.tables_beside_logs import tables_beside_logs
+from tests.support.command import good, refused, run
+
+pytestmark = pytest.mark.usefixtures("read_here")
+TIME = np.arange(400) / 100
+
+
+def brake(path: Path, effort: float, speed: float = 3.0) -> Path:
+    """A log of a brake without its current."""
+    path.parent.mkdir(exist_ok=True)
+    slip = speed * np.sin(3 * TIME)
+    torque = effort * np.tanh(5 * slip) + 0.01 * slip
+    rows = "".join(f"{t:g},{w:.6g},{m:.6g}\n" for t, w, m in zip(TIME, slip, torque, strict=True))
+    path.write_text(f"t [s],w [rad/s],torque [N*m]\n{rows}", encoding="utf-8")
+    return path
+
+
+def folder_of(path: Path, efforts: Mapping[str, float]) -> Path:
+    for name, effort in efforts.items():
+        brake(path / f"{name}.csv", effort)
+    return path
+
+
+@pytest.mark.parametrize(
+    ("names", "pattern"),
+    [
+        (("brake_PWM0", "brake_PWM25", "brake_PWM50"), "brake_PWM{field}"),
+        (("current_0", "current_0.5", "current_1.5"), "current_{field}"),
+        (("i=0_run1", "i=0.5_run2", "i=1_run3"), "i={field}_run{n2}"),
+        (("Versuch1 Strom 0", "Versuch2 Strom 1", "Versuch3 Strom 2"), "Versuch{n1} Strom {field}"),
+    ],
+)
+def test_logs_that_names_alone_tell_apart_are_asked_about(tmp_path: Path, names: tuple[str, ...], pattern: str) -> None:
+    folder_of(tmp_path / "logs", dict(zip(names, (0.1, 0.6, 1.1), strict=True)))
+    last = good("inspect", "logs", cwd=tmp_path, code=1).splitlines()[-1]
+    assert last == f'What settles it: erclutch inspect logs --name-pattern "{pattern}"'
+    said = good("inspect", "logs", "--name-pattern", pattern, cwd=tmp_path)
+    assert "Understood. Fit them" in said
+    assert "at the same slip" in refused("fit", "logs", cwd=tmp_path)
+
+
+def test_logs_that_a_test_plan_alone_tells_apart_are_asked_about(tmp_path: Path) -> None:
+    logs = folder_of(tmp_path / "logs", {"run1": 0.1, "run2": 0.6})
+    (logs / "testplan.csv").write_text("run,current_A\n1,0\n2,0.5\n")
+    said = run("inspect", "logs", cwd=tmp_path)
+    assert said.code == 1
+    assert "note: testplan.csv left out" in said.error
+    assert "times the effort of run1.csv" in said.out
+    assert 'run2.csv.toml: constants.field = "0.5 A"' in said.out
+    for name, amperes in (("run1", 0), ("run2", 0.5)):
+        (logs / f"{name}.csv.toml").write_text(f'constants.field = "{amperes} A"\n')
+    assert "Understood" in run("inspect", "logs", cwd=tmp_path).out
+
+
+def test_the_pattern_of_a_folder_tells_the_field(tmp_path: Path) -> None:
+    for name, effort in (("I0", 0.1), ("I0.5", 0.6)):
+        folder_of(tmp_path / name, {"run1": effort, "run2": 1.02 * effort})
+    assert f"several: {tmp_path / 'I0'} {tmp_path / 'I0.5'}" in refused("inspect", tmp_path, cwd=tmp_path)
+    last = good("inspect", "I0", "I0.5", cwd=tmp_path, code=1).splitlines()[-1]
+    assert last == 'What settles it: erclutch inspect I0 I0.5 --name-pattern "I{field}/run{n2}"'
+    log = read(tmp_path / "I0.5" / "run1.csv", name_pattern="I{field}/run{n2}")
+    assert set(log.signals["field"]) == {0.5}
+
+
+@pytest.mark.parametrize("efforts", [(0.5, 0.6), (0.5, -0.6)])
+def test_logs_of_like_efforts_have_one_field(tmp_path: Path, efforts: tuple[float, float]) -> None:
+    logs = [read(brake(tmp_path / f"run{place}.csv", effort)) for place, effort in enumerate(efforts)]
+    assert build_dataset(logs).rows == 800
+
+
+def test_noise_is_no_field(tmp_path: Path) -> None:
+    paths = [brake(tmp_path / f"run{place}.csv", 0.0) for place in (1, 2)]
+    noise = np.random.default_rng(1).normal(size=(2, TIME.size))
+    for path, own in zip(paths, noise, strict=True):
+        header, *rows = path.read_text().splitlines()
+        noisy = [f"{row.rpartition(',')[0]},{effort:g}" for row, effort in zip(rows, own, strict=True)]
+        path.write_text("\n".join([header, *noisy]))
+    assert build_dataset(list(map(read, paths))).rows == 800
+
+
+def test_logs_at_other_slips_are_not_compared(tmp_path: Path) -> None:
+    fast = read(brake(tmp_path / "fast.csv", 2.0, speed=90.0))
+    slow = read(brake(tmp_path / "slow.csv", 0.1, speed=3.0))
+    assert build_dataset([fast, slow]).rows == 800
+
+
+def test_who_says_that_there_is_no_field_is_not_asked(tmp_path: Path) -> None:
+    paths = [brake(tmp_path / f"run{place}.csv", float(place)) for place in (1, 3)]
+    assert build_dataset([read(path, field="none") for path in paths]).rows == 800
+    with pytest.raises(UnloggedFieldError, match=r"run3\.csv has 3 times the effort of run1\.csv"):
+        build_dataset([read(path) for path in paths])
+
+
+@pytest.mark.parametrize(
+    "names",
+    [
+        ("run01", "run02"),
+        ("1Hz_10mm", "2Hz_10mm"),
+        ("brake_25degC", "brake_60degC"),
+        ("20240312", "20240313"),
+        ("damper1", "damper2"),
+        ("0A", "zero"),
+        ("x1y2", "x3y5"),
+    ],
+)
+def test_numbers_of_other_things_are_no_field(names: tuple[str, ...]) -> None:
+    assert pattern_among(names) == ""
+
+
+def test_a_unit_with_a_slash_names_no_folder() -> None:
+    assert constants_of("ER_{field:kV/mm}kVmm", "ER_2kVmm.csv") == {"field": (2.0, "kV/mm")}
+    assert constants_of("I{field}/run{n}", "/lab/I0.5/run3.csv") == {"field": (0.5, None), "n": (3.0, None)}
+
+
+def test_a_plan_and_a_calibration_are_no_logs(tmp_path: Path) -> None:
+    logs = folder_of(tmp_path, {"0A": 0.1, "1A": 1.1, "2A": 2.1})
+    (logs / "Plan.csv").write_text("file,current_A\n0A.csv,0\n1A.csv,1\n")
+    (logs / "calibration.csv").write_text("mass_kg,bridge_mV\n0,0.01\n5,1.01\n10,2.02\n")
+    files = sorted(logs.iterdir())
+    assert {path.name for path in tables_beside_logs(files)} == {"Plan.csv", "calibration.csv"}
+    said = run("inspect", tmp_path, cwd=tmp_path)
+    assert "note: Plan.csv, calibration.csv left out" in said.error
+    assert said.out.splitlines()[-1].endswith('--name-pattern "{field}A"')
+
+
+def test_a_short_log_is_no_other_table(tmp_path: Path) -> None:
+    folder_of(tmp_path, {"1A": 1.1, "2A": 2.1})
+    for name, header in (("short", "t [s],w [rad/s],torque [N*m]"), ("nameless", "t [s],b,c")):
+        (tmp_path / f"{name}.csv").write_text(f"{header}\n" + "".join(f"{k / 9},{k},{k * k}\n" for k in range(12)))
+    assert tables_beside_logs(sorted(tmp_path.iterdir())) == []
