@@ -205,6 +205,18 @@ def test_a_hold_and_an_oscillation_of_rheowin_are_parted_from_the_ramp(tmp_path:
     assert_is_the_curve(written(tmp_path, "\n".join(lines).replace(",", mark)))
 
 
+def test_the_segments_of_a_printed_table_of_rheowin_are_parted(tmp_path: Path) -> None:
+    lines = ["\tt in s\tt_seg in s\tG' in Pa\tTau in Pa\tGP in 1/s"]
+    lines += [f"1-{k}\t{k}\t{k}\t\t{400 - 9 * k}\t300" for k in range(1, 30)]  # a hold
+    lines += [f"2-{k}\t{k}\t{k}\t\t{stress:g}\t{rate:g}" for k, (rate, stress) in POINTS]
+    assert_is_the_curve(written(tmp_path, "\n".join(lines)))
+
+
+def test_the_rate_of_a_stress_is_no_stress(tmp_path: Path) -> None:
+    text = f"strain_rate [1/s],stress [Pa],stress_rate\n{rows(RATES, STRESSES, 9e3 * STRESSES)}"
+    assert_is_the_curve(written(tmp_path, text))
+
+
 @pytest.mark.parametrize("rates", [np.repeat([100.0, 511.0], 3), np.array([1.0, 1.01, 100.0, 100.0, 1.0, 1.01])])
 def test_a_course_at_two_rates_is_no_flow_curve(tmp_path: Path, rates: Array) -> None:
     text = f"shear rate [1/s],shear stress [Pa]\n{rows(rates, STRESSES)}"

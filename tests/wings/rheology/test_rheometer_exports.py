@@ -78,6 +78,17 @@ def test_a_hold_at_one_rate_is_no_flow_curve(tmp_path: Path) -> None:
     assert any("Peak hold - 1: no flow curve (all points have the shear rate 200 to 202.2 1/s" in n for n in file.notes)
 
 
+@pytest.mark.parametrize("test", ["Peak hold - 1", "Creep - 2", "Stress relaxation", "Stress growth - 1"])
+def test_a_hold_is_no_flow_curve_though_its_rate_goes_astray(tmp_path: Path, test: str) -> None:
+    table = "Stress\tShear rate\nPa\t1/s\n" + lines(STRESSES, 20 + np.sqrt(RATES))  # the sample leaves the gap
+    path = file_of(tmp_path, f"{TRIOS_HEAD}[step]\n{test}\n{table}")
+    with pytest.raises(ErclutchError, match=f"is a {test.rstrip(' -12').lower()}, which holds .* --sheet"):
+        read_flow_curves(path)
+    assert len(read_flow_curves(path, sheet=[test]).curves) == 1
+    flow = "[step]\nFlow sweep - 1\nStress\tShear rate\nPa\t1/s\n" + lines(STRESSES, RATES)
+    assert holds_the_curve(read_flow_curves(file_of(tmp_path, f"{path.read_text()}{flow}", "both.txt")))
+
+
 def test_a_column_that_repeats_the_stress_is_no_second_curve(tmp_path: Path) -> None:
     text = TRIOS_HEAD + "[step]\nFlow ramp - 1\nShear rate\tStress\tStress (step)\n1/s\tPa\tPa\n"
     file = read_flow_curves(file_of(tmp_path, text + lines(RATES, STRESSES, STRESSES), "trios.txt"))

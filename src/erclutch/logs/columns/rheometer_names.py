@@ -39,7 +39,7 @@ _WORDS: dict[Role, tuple[str, ...]] = {
         *("concentrat", "konzentrat", "концентрац", "浓度", "濃度"),
         *(r"\bstrain\b(?![ -]?rate)", "(?<!taux de )(?<!vitesse de )deformation", "torque", "drehmoment", "couple"),
         *(r"\bpress(?:ure)?\b", r"\bdruck", r"\bpression", r"\bpres[is]on", "pressao", "压力", "圧力"),
-        *("speed", "drehzahl", "flow rate", "moment", r"\brpm\b"),
+        *("speed", "drehzahl", "flow rate", "moment", r"\brpm\b", r"\bstress[ -]?rate"),
         *(
             "temp",
             "time",

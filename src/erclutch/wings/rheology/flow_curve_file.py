@@ -32,7 +32,7 @@ from erclutch.wings.rheology.flow_curve import FEWEST_POINTS, FlowCurve
 from erclutch.wings.rheology.flow_plan import FlowPlan, plan_of
 from erclutch.wings.rheology.flow_plateau import half_last_digit
 from erclutch.wings.rheology.flow_points import points_of
-from erclutch.wings.rheology.held_rates import require_several_rates
+from erclutch.wings.rheology.held_rates import require_no_hold, require_several_rates
 from erclutch.wings.rheology.rotor_speeds import a_row_for_each_speed
 from erclutch.wings.rheology.summary_rows import without_summary_rows
 
@@ -95,6 +95,8 @@ def read_flow_curves(
                 table, rate_label, stress_labels = _with_a_row_a_speed(table, shear_rate, stress)
                 plan = _plan_of(table, rate_label, stress_labels, sheet)
                 require_several_rates(plan, table)
+                if not sheet:
+                    require_no_hold(name)
                 parting = _parting_words(plan, table)
                 if parting and not sheet and len(chosen) == 1 and _parts_whole(table, parting[1]):
                     return _of_each_word(path, shear_rate, stress, *parting)

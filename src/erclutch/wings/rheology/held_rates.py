@@ -2,20 +2,36 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 
-from erclutch.errors import MappingError
+from erclutch.errors import MappingError, shell_word
 from erclutch.logs.table import Table
 from erclutch.signals.array import Array
 from erclutch.wings.rheology.flow_plan import FlowPlan
 from erclutch.wings.rheology.flow_points import FEWEST_RATES, RESTING, rates_held
 from erclutch.wings.rheology.flow_units import unit_or_end
 
+_HOLDS = re.compile(r"(peak hold|creep(?: recovery)?|stress (?:relaxation|growth))(?: ?-? ?\d+)?", re.IGNORECASE)
 _SECONDS = ("s", "ms", "min", "h")
 ONE_RATE = 1.2  # times the lowest rate: what stays below is measured at one rate
 _ONE_STRESS = 1.002  # times the lowest stress: what stays below was controlled, as no fluid keeps its stress
 _FEWEST_STRESSES = 5  # points
 _MOST_OF_A_TEST = 0.95  # of its time: a motor reaches its rate within the rest
+
+
+def require_no_hold(test: str) -> None:
+    """Refuse a test by the name that TRIOS gives a procedure: a peak hold whose sample breaks changes its rate too.
+
+    Raises:
+        MappingError: the whole name is that of a hold, but for a number behind it.
+    """
+    match = _HOLDS.fullmatch(test.strip())
+    if match is not None:
+        problem = f"the test is a {match[1].lower()}, which holds its rate, stress or strain and is no flow curve"
+        remedy = f"Give a test with several rates, or take this one by --sheet {shell_word(test)}"
+        raise MappingError(problem, remedy=remedy)
 
 
 def require_several_rates(plan: FlowPlan, table: Table) -> None:

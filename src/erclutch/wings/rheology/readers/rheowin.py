@@ -14,8 +14,9 @@ from erclutch.wings.rheology.rheometer_blocks import Block, cells, delimiter_of,
 
 # The column of segments and points has no name, or "Nr-Seg".
 _NAMES = re.compile(r"^(?:N[^;|\n]{0,15})?;.*\b(?:GP|Tau|Eta|Gamma|f|T|t) (?:in|en|/) [^;]+;", re.MULTILINE)
-_SEGMENTS = re.compile(r"^SegIndex[\t,;]", re.MULTILINE)
-_POINT = re.compile(r"(\d+)\|\d+")
+# A table printed from the program has a blank name there, and a dash for the bar.
+_SEGMENTS = re.compile(r"^(?:SegIndex[\t,;]|[ \t]*[\t,;]t in s[\t,;]t_seg in s[\t,;])", re.MULTILINE)
+_POINT = re.compile(r"(\d+)[|-]\d+")
 _NAMED = re.compile(r"(.+?) (?:in|en|/) (.+)")
 
 
