@@ -15,10 +15,12 @@ from erclutch.report.numbers.run_material import Material, material_of
 from erclutch.runs.run_folder import read_run
 from erclutch.runs.written_run import write_run
 
-MODELS = ("quadratic", "bingham", "fnn-2")
+_NAMES = ("quadratic", "bingham", "fnn-2")
+#: With and without a lag, and with a memory, each named: a search for their stages takes three times as long.
+MODELS = (*_NAMES, *(f"{name}+lag" for name in _NAMES), "bingham+lag+dahl/field")
 
 
-def make_run(folder: Path, *, seconds: float = 4.0, models: tuple[str, ...] = MODELS, lag: str = "auto") -> Path:
+def make_run(folder: Path, *, seconds: float = 4.0, models: tuple[str, ...] = MODELS, lag: str = "none") -> Path:
     """Fit a SYNTHETIC log and keep the run."""
     log = folder / "log.csv"
     write_synthetic_log(log, seconds)

@@ -192,7 +192,8 @@ def test_a_synthetic_run_says_so(html: str) -> None:
 
 def test_the_command_repeats_the_run(material: Material) -> None:
     command = command_of(material.body)
-    assert command == "erclutch fit log.csv --field 'field [V]' --models quadratic bingham fnn-2 --out RUN"
+    models = "quadratic bingham fnn-2 quadratic+lag bingham+lag fnn-2+lag bingham+lag+dahl/field"
+    assert command == f"erclutch fit log.csv --field 'field [V]' --models {models} --lag none --out RUN"
 
 
 def test_every_setting_gets_into_the_command(material: Material) -> None:

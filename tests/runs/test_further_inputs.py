@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
 from erclutch.fit.comparison import Comparison, Settings, compare
 from erclutch.logs import read
@@ -29,10 +30,18 @@ def recording(tmp_path_factory: pytest.TempPathFactory) -> Recording:
 
 
 def with_spring(recording: Recording, name: str) -> Dataset:
-    """A spring beside the device, and its travel as a further input of this name."""
+    """A clutch with a lag, a spring beside it, and the spring's travel as a further input of this name, SYNTHETIC.
+
+    It has no memory: of what the log itself remembers a fit makes five more rungs, in five times the time.
+    """
     data = build_dataset(recording)
+    (clutch,) = data.elements
+    lagged = lfilter([0.125], [1.0, -0.875], clutch.field / clutch.field.max())  # 8 rows behind the command
+    torque = 0.5 * lagged**1.5 * np.tanh(clutch.slip / 0.5) + 0.003 * clutch.slip
     travel = np.sin(9.0 * data.clock.time)
-    return replace(data, effort=data.effort + 0.5 * np.std(data.effort) * travel, extras={name: travel})
+    noise = np.random.default_rng(1).normal(size=data.rows)
+    effort = torque + np.std(torque) * (0.5 * travel + 0.02 * noise)
+    return replace(data, effort=effort, extras={name: travel})
 
 
 def compared(recording: Recording, name: str) -> Comparison:

@@ -18,6 +18,8 @@ _NAMES = ("tracename", "kanal", "kanalname", "channel", "channelname", "signal",
 _UNITS = ("vunit", "unit", "units", "einheit", "yunit", "yeinheit", "yunitlabel")
 _STEPS = ("hresolution", "deltax", "dx", "sampleinterval", "samplinginterval", "xincrement", "abtastzeit", "dt")
 _STEP_UNITS = ("hunit", "xunit", "xeinheit")
+#: How a line begins whose key may be one of the names: most lines of a log are rows, which begin otherwise.
+_MAY_NAME = re.compile(rf"[\W_]*[{''.join({name[0] for name in _NAMES})}]", re.IGNORECASE)
 
 
 def with_keyed_heads(text: str) -> tuple[str, str]:
@@ -58,6 +60,8 @@ def _lines_in(lines: Sequence[str], delimiter: str) -> tuple[int, int, dict[str,
     start = 0
     said: dict[str, list[str]] = {}
     for place, line in enumerate(lines):
+        if not said and not _MAY_NAME.match(line):
+            continue
         cells = cells_of(line.rstrip(delimiter), delimiter)
         key = _plain(cells[0]) if cells else ""
         if not said:
