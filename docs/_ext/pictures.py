@@ -12,11 +12,14 @@ recording is absent, and the page says so.
 
 from __future__ import annotations
 
+import atexit
 import os
 import shutil
 import subprocess
 import sys
 import tempfile
+from contextlib import ExitStack
+from functools import cache
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -25,9 +28,20 @@ from docutils.parsers.rst import directives
 from sphinx.application import Sphinx
 from sphinx.util.docutils import SphinxDirective
 
+from tests.support.warm_start import WarmStart
+
 ROOT = Path(__file__).resolve().parents[2]
 RECORDINGS = ROOT.parent / "shared" / "data"
 _LONGEST = 600
+
+
+@cache
+def _warm() -> WarmStart:
+    """`erclutch` without the second that each start of it takes, until this process ends."""
+    until_the_end = ExitStack()
+    atexit.register(until_the_end.close)
+    folder = until_the_end.enter_context(tempfile.TemporaryDirectory(prefix="erclutch-"))
+    return until_the_end.enter_context(WarmStart(Path(folder)))
 
 
 def run_commands(commands: str, folder: Path) -> None:
@@ -37,7 +51,7 @@ def run_commands(commands: str, folder: Path) -> None:
         RuntimeError: one of them failed.
     """
     path = os.pathsep.join((str(Path(sys.executable).parent), os.environ.get("PATH", "")))
-    surroundings = {**os.environ, "PATH": path, "COLUMNS": "100", "NO_COLOR": "1"}
+    surroundings = _warm().environment({**os.environ, "PATH": path, "COLUMNS": "100", "NO_COLOR": "1"})
     done = subprocess.run(
         ["bash", "-eu", "-c", commands],
         cwd=folder,

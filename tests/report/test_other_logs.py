@@ -24,13 +24,15 @@ from tests.report.test_in_browser import CHROMIUM, browser, visit
 __all__ = ["browser", "visit"]
 
 
-def reported(folder: Path, header: str, columns: tuple[Array, ...], fields: dict[str, str]) -> Material:
+def reported(
+    folder: Path, header: str, columns: tuple[Array, ...], fields: dict[str, str], lag: str = "auto"
+) -> Material:
     """Fit laws to a log of these columns."""
     log = folder / "log.csv"
     lines = [",".join(f"{value:.6g}" for value in row) for row in zip(*columns, strict=True)]
     log.write_text("\n".join([header, *lines]) + "\n")
     recording = read(log, fields)
-    found = compare(build_dataset(recording), Settings(models=("bingham", "casson")))
+    found = compare(build_dataset(recording), Settings(models=("bingham", "casson"), lag=lag))
     return material_of(read_run(write_run(folder / "run", found, [recording])))
 
 
@@ -94,7 +96,7 @@ def noise(tmp_path_factory: pytest.TempPathFactory) -> Material:
     time = np.arange(4000) / 500
     columns = (time, random.uniform(0, 2, time.size), 3 * np.sin(np.pi * time), random.normal(0, 0.3, time.size))
     header = "time [s],current [A],speed [rad/s],torque [N m]"
-    return reported(tmp_path_factory.mktemp("noise"), header, columns, {})
+    return reported(tmp_path_factory.mktemp("noise"), header, columns, {}, lag="none")
 
 
 def test_where_nothing_explains_no_form_of_the_field_is_praised(noise: Material) -> None:

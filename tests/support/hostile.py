@@ -28,7 +28,7 @@ from tests.support.damaged_text import damaged
 
 #: Tries, and what did not hold.
 Outcome = tuple[int, list[str]]
-FIT = ("fit", "log.csv", "--models", "bingham", "--out")
+FIT = ("fit", "log.csv", "--models", "bingham", "--lag")
 PATIENCE = 120.0  # s, of a machine that does other work
 RUNS = 20_000  # in one folder of the app; 10^5 take a disk minutes to make
 
@@ -71,7 +71,7 @@ def _wrong(words: Sequence[object], code: int, said: str) -> str:
 
 def _fitted(folder: Path, lag: str = "none") -> None:
     write_synthetic_log(folder / "log.csv", seconds=4.0)
-    assert run(*FIT, "run", "--lag", lag, cwd=folder).code == 0
+    assert run(*FIT, lag, "--out", "run", cwd=folder).code == 0
 
 
 def no_place_to_write(folder: Path) -> Outcome:
@@ -83,7 +83,7 @@ def no_place_to_write(folder: Path) -> Outcome:
         bad_end((*words, place), folder, nowhere)
         for place in ("/proc/none", "/dev/null/none")
         for words in (
-            (*FIT,),
+            (*FIT, "none", "--out"),
             ("export", "run", "--to", "c", "--out"),
             ("report", "run", "--out"),
             ("predict", "log.csv", "--run", "run", "--out"),
@@ -92,7 +92,9 @@ def no_place_to_write(folder: Path) -> Outcome:
     tries += [
         bad_end((*words, f"small-{place}"), folder, most=most)
         for most in (0x400, 0x4000)
-        for place, words in enumerate(((*FIT,), ("report", "run", "--out"), ("export", "run", "--to", "c", "--out")))
+        for place, words in enumerate(
+            ((*FIT, "none", "--out"), ("report", "run", "--out"), ("export", "run", "--to", "c", "--out"))
+        )
     ]
     wrong += filter(None, tries)
     wrong += [f"left {path.name}" for path in folder.rglob(".*partial*")]
@@ -117,7 +119,7 @@ def mutated_exports(folder: Path) -> Outcome:
 
 def broken_plug_ins(folder: Path) -> Outcome:
     """Packages whose entry points raise, end the program, print, or are of no use: other work goes on."""
-    write_synthetic_log(folder / "log.csv", seconds=4.0)
+    write_synthetic_log(folder / "log.csv", seconds=0.25)  # so few rows pay for no stage
     texts = {
         "raises": "1 / 0\n",
         "ends": "raise SystemExit(0)\n",
@@ -138,7 +140,8 @@ def broken_plug_ins(folder: Path) -> Outcome:
         points = "".join(f"[erclutch.{group}]\n{name} = {name}_plug:THING\n" for group in groups)
         (about / "entry_points.txt").write_text(points, encoding="utf-8")
         path = os.pathsep.join([str(package), *(entry for entry in sys.path if entry)])
-        for words in (("laws", "--plugins"), (*FIT, f"run-{name}"), ("--help",)):
+        # A fit that searches for stages looks at those of all packages.
+        for words in (("laws", "--plugins"), (*FIT, "auto", "--out", f"run-{name}"), ("--help",)):
             wrong.append(bad_end(words, folder, {"PYTHONPATH": path}))
             tries += 1
         if not (folder / f"run-{name}" / "run.json").is_file():
