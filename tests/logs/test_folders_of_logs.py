@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from erclutch.errors import UnloggedFieldError
+from erclutch.errors import MappingError, UnloggedFieldError
 from erclutch.logs import read
 from erclutch.logs.columns.name_pattern import constants_of, pattern_among
 from erclutch.logs.dataset import build_dataset
@@ -142,3 +142,24 @@ def test_a_short_log_is_no_other_table(tmp_path: Path) -> None:
     for name, header in (("short", "t [s],w [rad/s],torque [N*m]"), ("nameless", "t [s],b,c")):
         (tmp_path / f"{name}.csv").write_text(f"{header}\n" + "".join(f"{k / 9},{k},{k * k}\n" for k in range(12)))
     assert tables_beside_logs(sorted(tmp_path.iterdir())) == []
+
+
+def test_a_run_at_rest_beside_logs_with_a_field_in_their_names_has_its_own_field(tmp_path: Path) -> None:
+    folder_of(tmp_path / "logs", {"brake_1A": 1.1, "brake_2A": 2.1, "rest": 0.1})
+    pattern = ("--name-pattern", "brake_{field}A")
+    said = good("inspect", "logs", *pattern, cwd=tmp_path, code=1).splitlines()[-1]
+    assert "rest.csv: the file's name does not match" in said
+    assert 'constants.field = "0.5 A" in a mapping file' in said
+    (tmp_path / "logs" / "rest.csv.toml").write_text('constants.field = "0 A"\n')
+    assert good("inspect", "logs", *pattern, cwd=tmp_path).splitlines()[-1].startswith("Understood. Fit them")
+    paths = sorted((tmp_path / "logs").glob("*.csv"))
+    logs = [read(path, name_pattern="brake_{field}A") for path in paths]
+    assert [set(log.signals["field"]) for log in logs] == [{1.0}, {2.0}, {0.0}]
+
+
+@pytest.mark.parametrize("order", [(0, 1), (1, 0)])
+def test_a_log_without_a_field_beside_one_with_a_field_is_named(tmp_path: Path, order: tuple[int, int]) -> None:
+    logs = [read(brake(tmp_path / "brake_1A.csv", 1.1), name_pattern="brake_{field}A")]
+    logs.append(read(brake(tmp_path / "rest.csv", 0.1)))
+    with pytest.raises(MappingError, match=r"rest\.csv has no field, and brake_1A\.csv has one in A.*field = \"0 A\""):
+        build_dataset([logs[place] for place in order])

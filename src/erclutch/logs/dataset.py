@@ -17,7 +17,7 @@ from erclutch.logs.speed_of_position import drawn_out, speed_of
 from erclutch.signals.array import Array, Mask, rms
 from erclutch.signals.clock import Clock, Span, cut_spans, stretches
 from erclutch.signals.device import DEVICES, EFFORT_OF, SPEED_OF, DeviceName, Element, Units, elements_of
-from erclutch.signals.recording import Recording
+from erclutch.signals.recording import NO_FIELD, Recording
 from erclutch.signals.shown import Shown, one_line
 from erclutch.signals.speed import Derivative
 from erclutch.signals.units import UNKNOWN
@@ -292,7 +292,15 @@ def require_units(data: Dataset, first: Dataset, where: str) -> None:
     """MappingError for rows in other units than those of the first log."""
     if data.units != first.units:
         problem = f"units differ: {data.units.text()} here, {first.units.text()} in {first.sources[0]}"
-        raise MappingError(problem, where=where, remedy=_GIVE_UNITS)
+        remedy = _GIVE_UNITS
+        for own, other in ((data, first), (first, data)):
+            has_none = own.units.field == UNKNOWN and any(note.startswith(NO_FIELD) for note in own.notes)
+            if has_none and replace(own.units, field=other.units.field) == other.units:
+                name = own.sources[0]
+                problem = f"{name} has no field, and {other.sources[0]} has one in {other.units.field or '1'}"
+                number = f"0 {other.units.field}".strip()
+                remedy = f'Say which it had in a mapping file beside it: {name}.toml with constants.field = "{number}"'
+        raise MappingError(problem, where=where, remedy=remedy)
     for name in data.extras:
         unit = data.extra_units.get(name, UNKNOWN)
         before = first.extra_units.get(name, unit)

@@ -15,13 +15,14 @@ import pyarrow.parquet as pq
 import pytest
 
 from erclutch.cli import main
-from erclutch.cli.options import LogOptions
+from erclutch.cli.options import DEFAULT_READING, LogOptions
 from erclutch.errors import ErclutchError, RunError, SettingError
 from erclutch.fit.comparison import Settings
 from erclutch.logs.reading import Reading
 from erclutch.logs.synthetic import write_synthetic_log
 from erclutch.report.plots.plot_description import Line
 from erclutch.runs.cluster import WorkerLostError
+from erclutch.wings.fleet.commands.fit_many import _advice
 from erclutch.wings.fleet.fleet import DeviceTask, Fleet, _grouped, fit_device, fit_many
 from erclutch.wings.fleet.fleet_charts import fleet_panels
 from erclutch.wings.fleet.fleet_page import mixed, not_compared, too_few
@@ -125,6 +126,13 @@ def test_logs_of_a_folder_are_one_device(logs: Path, tmp_path: Path) -> None:
         shutil.copy(logs / log, tmp_path / "logs" / name)
     found = fit_many(tmp_path / "logs", MODELS, out=tmp_path / "run", settings=FAST, by="folder")
     assert [(row["device"], row["logs"]) for row in found.fits] == [("a", "1.csv"), ("b", "1.csv; 2.csv")]
+
+
+def test_a_folder_of_folders_has_no_advice_and_ends_no_fit(tmp_path: Path) -> None:
+    for name in ("0A", "1A"):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "log.csv").write_text("t,c\n0,1\n1,2\n")
+    assert _advice((tmp_path,), DEFAULT_READING) == []
 
 
 def test_folders_of_one_name_below_different_ones_are_told_apart(logs: Path, tmp_path: Path) -> None:

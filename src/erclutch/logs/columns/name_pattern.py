@@ -50,6 +50,10 @@ _DIGITS_OF_A_DATE = 6  # or more
 _QUANTITIES = {"mm": "amplitude", "Hz": "frequency", "rpm": "speed", "s": "time", "C": "temperature", "Nm": "torque"}
 
 
+def _in_a_mapping(key: str) -> str:
+    return f'constants.{key} = "0.5 A"' if key == "field" else f"constants.{key}"
+
+
 def names_a_folder(pattern: str) -> bool:
     """Whether a pattern is of the folder too; a unit such as kV/mm has a slash of its own."""
     return "/" in FIELD.sub("", pattern)
@@ -152,7 +156,10 @@ def constants_of(pattern: str, name: str) -> dict[str, tuple[float, str | None]]
     if first_match is None:
         raise MappingError(
             f"the file's name does not match the pattern '{pattern}'",
-            remedy="Rename the file or correct name_pattern ({...} stands for a number, x or p for its decimal point)",
+            remedy=(
+                "Rename the file or correct name_pattern ({...} stands for a number, x or p for its decimal point); or "
+                f"give the number of this log: --constant, or {_in_a_mapping(keys[0])} in a mapping file beside it"
+            ),
         )
 
     numbers: dict[str, tuple[float, str | None]] = {}

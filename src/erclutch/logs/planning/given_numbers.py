@@ -34,7 +34,14 @@ def take_given_numbers(draft: Draft) -> None:
     if told.name_pattern:
         of_folder = names_a_folder(told.name_pattern)
         name = str(Path(draft.table.path).resolve()) if of_folder else draft.table.name
-        for key, (number, unit) in constants_of(told.name_pattern, name).items():
+        try:
+            numbers = constants_of(told.name_pattern, name)
+        except MappingError:
+            # Beside logs with the number in their names stands one that a mapping file says it of.
+            if not of_mapping.keys() & draft.known_signals:
+                raise
+            numbers = {}
+        for key, (number, unit) in numbers.items():
             of_name[key] = (number, unit, _OF_A_NAME)
 
     given = {**of_name, **of_mapping}

@@ -13,7 +13,7 @@ from erclutch.cli import terminal
 from erclutch.cli.commands.fit import MODELS, ModelNames, model_names, require_counts
 from erclutch.cli.options import DEFAULT_READING, LogOptions
 from erclutch.cli.quantities import SHARE
-from erclutch.errors import CheckError, ErclutchError, require
+from erclutch.errors import CheckError, ErclutchError, LogError, require
 
 if TYPE_CHECKING:
     from erclutch.signals.recording import Recording
@@ -119,7 +119,9 @@ def _advice(logs: tuple[Path, ...], reading: LogOptions) -> list[str]:
     from erclutch.cli.options import expand
 
     recordings: list[Recording] = []
-    paths = expand(logs)
+    paths: list[Path] = []
+    with suppress(LogError):  # a folder of folders holds no log itself, and its devices are told apart
+        paths = expand(logs)
     for path in paths if len(paths) <= _MOST_LOGS else ():
         with suppress(ErclutchError):  # the table has the reason
             recordings += reading.read([path])
