@@ -59,6 +59,35 @@ def test_impedance_is_a_spring_and_a_damper_with_a_lead_on_the_spring(
     assert frames["reference"] == pytest.approx(0.1 + 0.3 * np.sin(phase))
 
 
+FREE_LOAD = {"load_inertia": 1.6e-5, "load_friction": 3e-3, "load_band": 0.1}
+
+
+@pytest.mark.parametrize(
+    ("load", "swings_up"), [(FREE_LOAD, False), ({}, True)], ids=["free output", "a hand may be there"]
+)
+def test_an_output_at_rest_that_seems_to_move_asks_for_no_more_field_than_the_rest(
+    load: dict[str, float], swings_up: bool, bingham: Path
+) -> None:
+    """Its encoder comes to read 0.5 rad/s, as a late one does. Where a hand may move it, the damper answers."""
+    program = replace(SPRING, shape=Waveform.SQUARE, amplitude=0.1, frequency=0.1)
+    chosen = replace(PAIR, programs=(program,), damping=0.05, **load)
+    turned = -5e-4 * np.maximum(np.arange(500) - 480, 0)
+    frames = run(chosen, bingham, readings(0.04 * np.arange(500), turned))
+    field = np.abs(frames["field1"] - frames["field2"])
+    usual = float(np.mean(field[400:480]))
+    assert usual > 0.05
+    most = 1.11 * usual + 0.005 * PAIR.field_limit
+    assert bool(np.any(field[480:] > most)) is swings_up
+
+
+def test_an_output_at_rest_that_is_told_to_go_elsewhere_is_asked_for_at_once(bingham: Path) -> None:
+    program = replace(SPRING, shape=Waveform.SQUARE, amplitude=0.3, frequency=1.0, relative=False)
+    chosen = replace(PAIR, programs=(program,), **FREE_LOAD)
+    frames = run(chosen, bingham, readings(0.04 * np.arange(510), 0.29))
+    field = np.abs(frames["field1"] - frames["field2"])
+    assert np.max(field[400:499]) < 0.1 < np.max(field[500:505])
+
+
 def in_and_out(rows: int = 1200) -> Any:
     """A hand that begins at 0.5 rad, goes to 2 rad and back; a wall 1 rad ahead stands at 1.5 rad."""
     return 0.5 + 0.75 * (1.0 - np.cos(2.0 * np.pi * np.arange(rows) / rows))

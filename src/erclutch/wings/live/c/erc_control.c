@@ -10,6 +10,11 @@
 #define TWO_PI 6.283185307179586
 #define OUT_OF_REACH 16u /* the model's flag */
 #define PULLED 10u       /* periods */
+#define NEAR_REST 3.0       /* rad/s: dry friction is elastic, and turns only some way after the motion has */
+#define RESTS_FOR 64u    /* periods after which the usual field of a rest is known */
+#define PULLS_BACK 3.0   /* times its dry friction: a spring that pulls harder ends the rest */
+#define MORE_AT_REST 0.1 /* of that field, and ... */
+#define LEAST_MORE 0.005 /* of the field limit: more is asked for at once */
 
 /* A trajectory's value, its rate and the rate's rate now. */
 typedef struct {
@@ -88,12 +93,52 @@ static double computed_torque(erc_core *core, const wanted_t *wanted, uint32_t *
     return field;
 }
 
+/* Whether an output rests that nothing but the loop and dry friction acts on: nobody tells it to go elsewhere, its friction
+ * is elastic, and the spring hardly pulls more than that friction withstands. */
+static bool rests(erc_core *core, double reference, double rate) {
+    const erc_config *config = &core->config;
+    erc_rest *rest = &core->rest;
+    const double way = core->alpha.measured - rest->place;
+    const bool told = rate != 0.0 || reference != rest->reference;
+    const bool slow = fabs(core->alpha.speed) <= NEAR_REST;
+    const bool near = config->stiffness > 0.0 && config->stiffness * fabs(way) <= PULLS_BACK * config->load_friction;
+    rest->reference = reference;
+    if (config->load_inertia > 0.0 && !told && slow && near) {
+        return true;
+    }
+    rest->place = core->alpha.measured;
+    rest->field = 0.0;
+    rest->periods = 0u;
+    return false;
+}
+
+/* What rests asks for no more field than its rest does. A spring and a damper of an encoder that is late would swing it up
+ * by themselves: torque and motion disagree too little there to tell of the encoder before the field is high. */
+static double as_at_rest(erc_core *core, double field) {
+    erc_rest *rest = &core->rest;
+    const bool known = rest->periods >= RESTS_FOR;
+    const double most = (1.0 + MORE_AT_REST) * rest->field + LEAST_MORE * core->config.field_limit;
+    const double asked = known && fabs(field) > most ? (field < 0.0 ? -most : most) : field;
+    rest->periods += known ? 0u : 1u;
+    rest->field += (known ? core->stages.slow : 1.0 / (double)rest->periods) * (fabs(asked) - rest->field);
+    return asked;
+}
+
 /* A spring and a damper between the output and its reference. The spring's rate goes along, so that the stages' lead makes
  * good what the command's lag takes off the damping. */
 static double impedance(erc_core *core, const wanted_t *wanted, uint32_t *events) {
     const double stiff = core->config.stiffness, rate = rate_off(core, wanted->rate);
     const double torque = stiff * (wanted->value - core->alpha.measured) + core->config.damping * rate;
-    return erc_torque_field(core, torque, stiff * rate, events);
+    const double before = core->stages.integral;
+    const double field = erc_torque_field(core, torque, stiff * rate, events);
+    if (!isfinite(field) || !rests(core, wanted->value, wanted->rate)) {
+        return field;
+    }
+    const double asked = as_at_rest(core, field);
+    if (fabs(asked) < fabs(field) && fabs(core->stages.integral) > fabs(before)) {
+        core->stages.integral = before; /* it does not wind up */
+    }
+    return asked;
 }
 
 /* Where the brake's moving side is: its angle less that of the other side. */
@@ -176,6 +221,7 @@ void erc_control_start(erc_core *core, uint32_t program, uint64_t tick) {
     core->integral = 0.0;
     core->tracking_integral = 0.0;
     core->followed.begun = 0;
+    core->rest = (erc_rest){0.0, 0.0, 0.0, 0u};
     erc_torque_start(core);
     core->mirrored = 1.0;
     core->last_wave = 0.0;

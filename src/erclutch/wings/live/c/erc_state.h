@@ -120,6 +120,13 @@ typedef struct {
     int begun;
 } erc_followed;
 
+/* An output that rests under impedance. */
+typedef struct {
+    double reference, place; /* [rad] where it was told to be a period ago; where it was when the rest began */
+    double field;            /* size of the field, as a rule */
+    uint32_t periods;        /* so long, up to those after which that field is known */
+} erc_rest;
+
 typedef struct {
     erc_config config;
     const erc_row *table;
@@ -138,6 +145,7 @@ typedef struct {
     uint32_t program;
     erc_stages stages;
     erc_followed followed;
+    erc_rest rest;
     double tracking_integral, deepest; /* rad; of a wall: the upper end of its play */
     uint32_t inward, pulled;           /* the hand goes into the wall; periods that it pulled */
     double base, motor, integral, estimate, reference;
