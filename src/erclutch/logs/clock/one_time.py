@@ -10,6 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from erclutch.logs.columns.shapes import are_whole
 from erclutch.logs.table import Table
 from erclutch.signals.array import Array
 from erclutch.signals.units import is_unit, parse
@@ -57,14 +58,10 @@ def _with_milliseconds(table: Table, clock: Array) -> Table:
     """
     *_, (words, unit, most), _ = _OF_A_DAY
     name = next((name for name in table.columns if name.strip().lower() in words.split()), None)
-    if name is None or not np.all(clock == np.round(clock)):
+    if name is None or not are_whole(clock):
         return table
     beyond = table.columns[name]
-    if (
-        not np.isfinite(beyond).all()
-        or not np.all(beyond == np.round(beyond))
-        or not 0 <= beyond.min() <= beyond.max() < most
-    ):
+    if not np.isfinite(beyond).all() or not are_whole(beyond) or not 0 <= beyond.min() <= beyond.max() < most:
         return table
     time = clock + unit * beyond
     if np.any(np.diff(time) <= 0.0):
@@ -89,7 +86,7 @@ def _beyond(table: Table, stem: str) -> tuple[str, float] | None:
         factor = _BEYOND[word]
         known = values[np.isfinite(values)]
         within_a_second = known.size and known.min() >= 0.0 and known.max() * factor < 1.0
-        if within_a_second and np.all(known == np.round(known)):
+        if within_a_second and are_whole(known):
             return name, factor
     return None
 
@@ -112,7 +109,7 @@ def _with_time_of_day(table: Table) -> Table:
             return table
         if not np.isfinite(values).all() or values.min() < 0.0 or values.max() >= most:
             return table
-        if unit != 1.0 and not np.all(values == np.round(values)):
+        if unit != 1.0 and not are_whole(values):
             return table
         if unit <= 1.0 and np.any(np.diff(values) < 0.0):
             begins_anew = True

@@ -256,7 +256,7 @@ def _unit_speaks(column: SeenColumn, signal: str, si_units: tuple[str, ...]) -> 
     """Whether a fitting unit alone tells the signal, since the name speaks for nothing else."""
     if signal not in _TOLD_BY_UNIT or column.unit_for(si_units) in (None, *NO_UNITS):
         return False
-    is_told_or_other = not (_told_of(signal) | OTHER).isdisjoint(column.spoken.stem_words)
+    is_told_or_other = column.spoken.says(_told_of(signal) | OTHER)
     if is_told_or_other or signal in column.spoken.turned:
         return False
     if signal in ("effort", "T") and column.spoken.is_primed:
@@ -289,7 +289,7 @@ def _fields_among(
         for column in free:
             if column.name in named or column.shape.constant or not column.fits(("A",)):
                 continue
-            is_told_or_other = not (TOLD | OTHER).isdisjoint(column.spoken.stem_words)
+            is_told_or_other = column.spoken.says(TOLD | OTHER)
             if "field" not in column.spoken.turned and not is_told_or_other:
                 fields.append(column.name)
 
@@ -307,7 +307,7 @@ def _beside_a_gear(signal: str, named: Iterable[SeenColumn], fitting: Iterable[S
     of_other_sides: list[str] = []
     for column in fitting:
         side = column.side
-        speaks = signal in column.spoken.may_be and TOLD.isdisjoint(column.spoken.stem_words)
+        speaks = signal in column.spoken.may_be and not column.spoken.says(TOLD)
         if speaks and side and side not in sides_of_named:
             of_other_sides.append(column.name)
     return of_other_sides
@@ -322,7 +322,7 @@ def _beside_a_drive(signal: str, named: Iterable[SeenColumn], fitting: Iterable[
     others: list[str] = []
     for column in fitting:
         speaks = signal in column.spoken.may_be and signal not in column.spoken.turned
-        if speaks and TOLD.isdisjoint(column.spoken.stem_words) and column.name not in names:
+        if speaks and not column.spoken.says(TOLD) and column.name not in names:
             others.append(column.name)
     return others
 
@@ -343,7 +343,7 @@ def _parts_of_a_model(efforts: Iterable[SeenColumn]) -> list[str]:
         if words:
             parts.append(column.name)
             kinds |= words
-        elif TOLD.isdisjoint(column.spoken.stem_words):
+        elif not column.spoken.says(TOLD):
             others += 1
     return parts if len(kinds) > 1 and others else []
 

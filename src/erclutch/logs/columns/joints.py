@@ -98,7 +98,7 @@ def _named_families(
             before, number, last = within.groups()
             said = spoken_name(" ".join(word for word in words_of(last) if word not in passed_over))
             speaks = signal in said.may_be or said.plain_stem in NAMES[signal].split()
-            if speaks and TOLD.isdisjoint(said.stem_words):
+            if speaks and not said.says(TOLD):
                 family = families.setdefault(f"{before}.{last}", {})
                 family[number] = column.name
             continue

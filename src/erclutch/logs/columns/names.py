@@ -212,6 +212,10 @@ class SpokenName:
         """The stem in small letters without the number of a joint, a motor or a channel behind it."""
         return self.plain_stem.rstrip("0123456789")
 
+    def says(self, words: frozenset[str]) -> bool:
+        """Whether a word of the stem is one of these."""
+        return not words.isdisjoint(self.stem_words)
+
 
 def spoken_name(name: str) -> SpokenName:
     """What a name says."""

@@ -32,7 +32,7 @@ def rubbing_force(seen: SeenColumns) -> str:
     """
     forces = [column for column in seen.columns.values() if column.unit and column.fits(("N",))]
     for column in seen.columns.values():
-        is_called_so = not _FRICTION.isdisjoint(column.spoken.stem_words)
+        is_called_so = column.spoken.says(_FRICTION)
         if not is_called_so or column.unit not in (None, *NO_UNITS):
             continue
         parts = quotient_of(seen, column)

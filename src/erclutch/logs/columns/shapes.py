@@ -44,6 +44,11 @@ class Shape:
         return signal in self.like or signal not in _SHAPED
 
 
+def are_whole(values: Array) -> bool:
+    """Whether all numbers are whole; a missing number is not."""
+    return bool(np.all(values == np.round(values)))
+
+
 def known_rows(*columns: Array) -> list[Array]:
     """The columns in the rows where all of them have a number, of these rows the first that are looked at."""
     known = np.logical_and.reduce([np.isfinite(values) for values in columns])

@@ -11,6 +11,7 @@ from erclutch.errors import MappingError, UnitError, shell_word
 from erclutch.logs.columns.labels import COUNTS, LONGEST_PERIOD, split_end, split_label
 from erclutch.logs.columns.names import plain
 from erclutch.logs.columns.seen_columns import EVEN, SeenColumns
+from erclutch.logs.columns.shapes import are_whole
 from erclutch.logs.mapping import NONE, ColumnChoice, ColumnMap
 from erclutch.logs.plan import THOUGH, ClockPlan
 from erclutch.logs.planning.draft import Draft
@@ -210,9 +211,9 @@ def _counters_with_gaps(seen: SeenColumns, taken: Sequence[str]) -> tuple[str, .
     """The first column that counts ticks, frames or samples of which the file lacks some: 0, 4, 8, or 1, 2, 4."""
     for column in seen.without(taken):
         values = column.values
-        if column.written_unit not in (None, *COUNTS) or _COUNTED.isdisjoint(column.spoken.stem_words):
+        if column.written_unit not in (None, *COUNTS) or not column.spoken.says(_COUNTED):
             continue
-        if not np.isfinite(values).all() or np.any(values != np.round(values)):
+        if not np.isfinite(values).all() or not are_whole(values):
             continue
         steps = np.diff(values)
         if steps.size and steps.min() >= 1.0 and steps.max() > 1.0:
@@ -309,7 +310,7 @@ def _likely_unit(stamps: Array) -> str:
     """
     steps = np.abs(np.diff(stamps))
     step = float(np.median(steps)) if steps.size else 0.0
-    whole = bool(np.all(stamps == np.round(stamps)))
+    whole = are_whole(stamps)
     if not whole or step < 1.0 or stamps.size < _FEWEST_COUNTED:
         return "s"
     if step == 1.0:

@@ -90,7 +90,7 @@ def _of_one_joint(draft: Draft, currents: list[SeenColumn]) -> tuple[SeenColumn,
     if motion is None:
         return None
     of_joint = [each for each in currents if _number(each) == _number(motion)]
-    across = [each for each in of_joint if not _ACROSS.isdisjoint(each.spoken.stem_words)]
+    across = [each for each in of_joint if each.spoken.says(_ACROSS)]
     of_joint = across or of_joint  # of the two currents of a drive that which makes its torque
     if len(of_joint) != 1:
         return None

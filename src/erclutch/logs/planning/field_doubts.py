@@ -81,7 +81,7 @@ def _doubt_the_current_of_a_drive(draft: Draft) -> None:
     measured = draft.table.columns.get(effort.column)
     if current is None or measured is None:
         return
-    if not _OF_MACHINES.isdisjoint(draft.seen.columns[field.column].spoken.stem_words):
+    if draft.seen.columns[field.column].spoken.says(_OF_MACHINES):
         doubt = "which is called like the current of a machine that loads or is tested"
         answer = NONE if go_straight(current, measured) else ""
         draft.doubt("field", f"{doubt}: {_unless_it_drives(_A_COIL_OF_A_DEVICE, field)}", answer)
@@ -115,7 +115,7 @@ def _doubt_the_current_of_a_drive(draft: Draft) -> None:
 def _doubt_by_name(draft: Draft, field: SignalPlan) -> None:
     """Doubt a guessed field that is called like the current of a drive and turns its sign, where no effort is known."""
     current = draft.seen.columns[field.column]
-    if not _OF_DRIVES.isdisjoint(current.spoken.stem_words) and takes_both_signs(current.values):
+    if current.spoken.says(_OF_DRIVES) and takes_both_signs(current.values):
         doubt = "which is called like the current of a drive and takes both signs"
         draft.doubt("field", f"{doubt}: {_unless_it_drives(_A_COIL_OF_A_DEVICE, field)}", NONE)
 
@@ -129,13 +129,13 @@ def _may_drive_a_coil(column: SeenColumn) -> bool:
     """Whether a column is called like a field and is that of a supply by its unit, and keeps its sign."""
     if "field" not in column.spoken.may_be or column.fits(_SI_OF_A_SUPPLY) is False:
         return False
-    is_told = not (TOLD | NOT_MEASURED).isdisjoint(column.spoken.stem_words)
+    is_told = column.spoken.says(TOLD | NOT_MEASURED)
     return not (is_told or column.shape.constant or column.is_steady or takes_both_signs(column.values))
 
 
 def is_current_of_a_drive(column: SeenColumn, efforts: Iterable[Array]) -> bool:
     """Whether a column is called like the current of a drive, takes the sign of an effort and goes along with it."""
-    if _OF_DRIVES.isdisjoint(column.spoken.stem_words) or column.fits(("A",)) is False:
+    if not column.spoken.says(_OF_DRIVES) or column.fits(("A",)) is False:
         return False
     return any(goes_along(column.values, effort) for effort in efforts)
 

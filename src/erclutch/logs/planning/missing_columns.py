@@ -83,7 +83,7 @@ def missing(seen: SeenColumns, signal: str, taken: Iterable[str], alternatives: 
         )
     for column in free:
         speaks = any(spoken_name(word).forms[signal] for word in column.spoken.stem_words if len(word) > 2)
-        if signal == "effort" and speaks and not NOT_MEASURED.isdisjoint(column.spoken.stem_words):
+        if signal == "effort" and speaks and column.spoken.says(NOT_MEASURED):
             doubt += f"; column {column.name} is none that was measured, by its name"
     for name in seen.empty:
         form = spoken_name(name).forms[signal] or ""

@@ -59,7 +59,7 @@ def _meant_by(name: str, signals: Iterable[str], *, time: bool) -> str:
     said = spoken_name(name)
     if time and said.is_time:
         return "time"
-    of_something_else = not (TOLD | OTHER).isdisjoint(said.stem_words)
+    of_something_else = said.says(TOLD | OTHER)
     for signal in sorted(signals):
         form = said.forms.get(signal)
         if form and form not in NEED_UNIT and (signal == "field" or not of_something_else):

@@ -12,7 +12,7 @@ from erclutch.logs.columns.names import TOLD, spoken_name
 from erclutch.logs.columns.phases import is_of_phases
 from erclutch.logs.columns.quotients import quotient_of
 from erclutch.logs.columns.seen_columns import NO_UNITS, SeenColumn, SeenColumns
-from erclutch.logs.columns.shapes import FEW, known_rows
+from erclutch.logs.columns.shapes import FEW, are_whole, known_rows
 from erclutch.logs.columns.two_courses import go_straight, is_rate_of
 from erclutch.logs.planning.draft import Draft
 from erclutch.logs.planning.field_doubts import LARGEST_SUPPLY, is_current_of_a_drive
@@ -114,7 +114,7 @@ def _why_of_a_drive(seen: SeenColumns, column: SeenColumn, taken: Iterable[str])
     beside = [other for other in seen.columns.values() if is_current_of_a_drive(other, efforts)]
     if not beside:
         return ""
-    if not _OTHER_AXIS.isdisjoint(column.spoken.stem_words) and column.fits(("A",)) is not False:
+    if column.spoken.says(_OTHER_AXIS) and column.fits(("A",)) is not False:
         return f"is the other current of the drive, beside {beside[0].name}"
     largest = float(np.nanmax(np.abs(column.values), initial=0.0))
     if column.is_steady and largest < LARGEST_SUPPLY and column.fits(("V",)) is not False:
@@ -134,7 +134,7 @@ def _why_by_itself(seen: SeenColumns, column: SeenColumn) -> str:
         return "is a time"
     if shape.rises and _numbers_parts(column):
         return "numbers the parts of the test"
-    if len(words) > 1 and words[-1] == "id" and np.all(column.values == np.round(column.values)):
+    if len(words) > 1 and words[-1] == "id" and are_whole(column.values):
         return "tells one device from another"  # a current along an axis is no whole number
     if column.spoken.is_accounted:
         return "is another quantity by its name"
@@ -259,7 +259,7 @@ def is_a_mark(column: SeenColumn) -> bool:
 
 def _numbers_parts(column: SeenColumn) -> bool:
     """Whether a column is called like the steps of a test, and holds whole numbers."""
-    if not np.all(column.values == np.round(column.values)):
+    if not are_whole(column.values):
         return False
     words = [re.sub(r"\d+$", "", word) for word in column.spoken.stem_words]
     if not words:

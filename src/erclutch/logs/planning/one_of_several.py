@@ -318,7 +318,7 @@ def _one_effort(seen: SeenColumns, efforts: list[str], motion: str) -> tuple[lis
         if len(of_that_kind) == 1 and all(kinds.values()):
             return of_that_kind, f", and it is that of a {KINDS[kind]}"
     computed = [name for name in efforts if _is_computed_from_a_current(seen, name)]
-    sensed = [name for name in efforts if not _CELLS.isdisjoint(seen.columns[name].spoken.stem_words)]
+    sensed = [name for name in efforts if seen.columns[name].spoken.says(_CELLS)]
     if len(efforts) == 2 and len(computed) == len(sensed) == 1 and computed != sensed:
         return sensed, f", and {computed[0]} is a current of its drive times a number"
     efforts = _of_one_side(seen, efforts, [motion])
@@ -332,10 +332,10 @@ def _one_effort(seen: SeenColumns, efforts: list[str], motion: str) -> tuple[lis
 def _is_computed_from_a_current(seen: SeenColumns, effort: str) -> bool:
     """Whether an effort that is called like a drive's is one of the currents times a number, in each row."""
     column = seen.columns[effort]
-    if DRIVES.isdisjoint(column.spoken.stem_words):
+    if not column.spoken.says(DRIVES):
         return False
     for other in seen.columns.values():
-        if not CURRENTS.isdisjoint(other.spoken.stem_words) and _is_multiple_of(column.values, other.values):
+        if other.spoken.says(CURRENTS) and _is_multiple_of(column.values, other.values):
             return True
     return False
 

@@ -6,6 +6,7 @@ import re
 import shlex
 from collections.abc import Iterable, Sequence
 from pathlib import Path
+from typing import Any
 
 from erclutch.errors import shell_word
 from erclutch.logs.columns import name_pattern
@@ -24,6 +25,7 @@ from erclutch.logs.planning.stated_field import differ_by_field
 from erclutch.signals.recording import SIGNALS
 
 _COMPONENT = re.compile(r"[fmtv][xyz]")
+_NUMBER_BEHIND = re.compile(r"\d*$")
 #: What a number tells one of from another: none of them is switched to a level.
 _NUMBERED = frozenset(("cell", "id", "label", "trial", "specimen", "station", "well", "slot", "axis", "group", "run"))
 #: What a column of 0 and 1 may say of a coil; a mark of anything else is no field.
@@ -114,8 +116,8 @@ def _field_option(draft: Draft, question: Question, proposed: Sequence[str], *, 
     # One for each joint, as the efforts are: these are of the joints' drives.
     fields, _ = candidates(seen, "field", taken)
     efforts, _ = candidates(seen, "effort", ())
-    joints_of_fields = {re.sub(r".*?(\d*)$", r"\1", name) for name in fields}
-    joints_of_efforts = {re.sub(r".*?(\d*)$", r"\1", name) for name in efforts}
+    joints_of_fields = {_joint_of(name) for name in fields}
+    joints_of_efforts = {_joint_of(name) for name in efforts}
     if len(joints_of_fields) > 1 and joints_of_fields == joints_of_efforts:
         return "--field none"
 
@@ -159,6 +161,12 @@ def _field_option(draft: Draft, question: Question, proposed: Sequence[str], *, 
     if not likely:
         return "--field none"
     return f"--field {shell_word(seen.table.label(likely[0]))}"
+
+
+def _joint_of(name: str) -> str:
+    """The number at the end of a name, which tells a joint; "" for none."""
+    number = _NUMBER_BEHIND.search(name)
+    return number[0] if number else ""
 
 
 def _clock_option(draft: Draft, others: Sequence[str]) -> str:
@@ -221,38 +229,43 @@ def _column_option(
         position = _position_instead(seen, taken, likely, partners)
         if position:
             return f"--position {shell_word(seen.table.label(position))}"
-    behind = {name for name in likely if not _NOT_FIRST.isdisjoint(seen.columns[name].spoken.stem_words)}
-    likely = sorted(likely, key=lambda name: name in behind and name not in seen.table.made)
     if not likely:
         hole = f"COLUMN [{usual_unit(signal) or '-'}]"
         return f"--{signal} {shell_word(hole)}"
 
-    # Of joints that stand in front of one name (elbow.velocity) the one that moves most is likely.
     ends = {re.split(r"[./]", name)[-1] for name in likely}
-    if signal in ("slip", "position") and len(ends) == 1 and ends.isdisjoint(likely):
-        likely = sorted(likely, key=lambda name: -seen.columns[name].moved)
-
-    # First the columns of the joint that the other columns are of: most words and numbers of their names are the same.
-    parts_beside: set[str] = set()
+    share_one_name = len(ends) == 1 and ends.isdisjoint(likely)  # behind those of joints: elbow.velocity
+    parts_beside: set[str] = set()  # of the names of columns that are known
     for name in beside:
         parts_beside |= _parts(spoken_name(name).stem)
-    likely = sorted(likely, key=lambda name: -len(parts_beside & _parts(name)))
-    if signal == "effort" and beside and beside[0] in seen.columns:
-        motion = seen.columns[beside[0]]  # of six components that of its kind which goes along with it
-        against = {name for name in likely if seen.columns[name].kind != motion.kind}
-        against |= {name for name in likely if not follows(seen.columns[name].values, motion.values)}
-        likely = sorted(likely, key=lambda name: name in against)
-        # The torque of another joint may follow the motion better than its own, under a weight.
-        numbers = {part for part in _parts(motion.name) if part.isdecimal()}
-        likely = sorted(likely, key=lambda name: numbers.isdisjoint(_parts(name)))
-    if partners:
-        likely = sorted(likely, key=lambda name: min(_apart(seen, name, partner) for partner in partners))
+    motion = seen.columns.get(beside[0]) if signal == "effort" and beside else None
 
-    if signal == "field":
-        likely = sorted(likely, key=lambda name: _COILS.isdisjoint(seen.columns[name].spoken.stem_words))
+    def speaks_against(name: str) -> list[Any]:
+        """What speaks against a column, the weightiest first."""
+        column = seen.columns[name]
+        parts = _parts(name)
+        against: list[Any] = []
+        if signal == "field":
+            against.append(not column.spoken.says(_COILS))
+        if partners:
+            against.append(min(_apart(seen, name, partner) for partner in partners))
+        if motion is not None:
+            # The torque of another joint may follow the motion better than its own, under a weight.
+            numbers = {part for part in _parts(motion.name) if part.isdecimal()}
+            against.append(numbers.isdisjoint(parts))
+            # Of six components that of the motion's kind which goes along with it is likely.
+            goes_along = column.kind == motion.kind and follows(column.values, motion.values)
+            against.append(not goes_along)
+        # Most words and numbers in the names of one joint's columns are the same.
+        against.append(-len(parts_beside & parts))
+        if signal in ("slip", "position") and share_one_name:
+            against.append(-column.moved)
+        against.append(column.spoken.says(_NOT_FIRST) and name not in seen.table.made)
+        return against
 
     # A unit that nobody wrote is no answer: a column without one is taken as logged.
-    return f"--{signal} {shell_word(seen.table.label(likely[0]))}"
+    likeliest = min(likely, key=speaks_against)
+    return f"--{signal} {shell_word(seen.table.label(likeliest))}"
 
 
 def _is_switched(column: SeenColumn) -> bool:

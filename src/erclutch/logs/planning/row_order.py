@@ -16,6 +16,7 @@ from erclutch.logs.clock.timing import MINIMUM_ROWS
 from erclutch.logs.columns.names import words_of
 from erclutch.logs.columns.row_groups import EACH
 from erclutch.logs.columns.seen_columns import SeenColumns
+from erclutch.logs.columns.shapes import are_whole
 from erclutch.logs.planning.clock_planning import points
 from erclutch.logs.planning.draft import Draft
 from erclutch.logs.table import WordColumn, listed
@@ -118,7 +119,7 @@ def _swept_speed(seen: SeenColumns) -> str:
     noise = _NOISE
     parting = [*seen.table.words.values()]
     for column in seen.columns.values():
-        if column.shape.counts_rows and not _POINTS_OF.isdisjoint(column.spoken.stem_words):
+        if column.shape.counts_rows and column.spoken.says(_POINTS_OF):
             noise = _NOISE_OF_POINTS
         if column.shape.keeps_levels and np.isfinite(column.values).all():
             # A few numbers, each for many rows, part the rows as words do.
@@ -308,7 +309,7 @@ def _woven_devices(draft: Draft) -> tuple[str, WordColumn] | None:
     for column in draft.seen.without(draft.taken):
         last = "".join(column.spoken.stem_words[-1:])
         values = column.values
-        if last not in _OF_A_DEVICE or not np.isfinite(values).all() or np.any(values != np.round(values)):
+        if last not in _OF_A_DEVICE or not np.isfinite(values).all() or not are_whole(values):
             continue
         numbers, of_row = np.unique(values, return_inverse=True)
         if 1 < numbers.size <= _MOST_DEVICES:
