@@ -150,8 +150,14 @@ def _without_a_whole_name(
     if shaped:
         return _distinct(seen, shaped), "name and the shape of its numbers"
 
-    by_unit = [column.name for column in free if fits[column.name] and _unit_speaks(column, signal, si_units)]
-    headed_so = [name for name, head in heads.items() if head and (fits[name] or head not in NEED_UNIT)]
+    by_unit: list[str] = []
+    for column in free:
+        if fits[column.name] and _unit_speaks(column, signal, si_units):
+            by_unit.append(column.name)
+    headed_so: list[str] = []
+    for name, head in heads.items():
+        if head and (fits[name] or head not in NEED_UNIT):
+            headed_so.append(name)
     if not headed_so:
         estimated = [] if by_unit else _estimated(signal, fitting)
         return _distinct(seen, by_unit or estimated), "name, as the drive estimates it" if estimated else "unit"
@@ -317,7 +323,8 @@ def _beside_a_drive(signal: str, named: Iterable[SeenColumn], fitting: Iterable[
     """Columns that may be the device's, where all whole names are those of a drive: its ``flange torque``."""
     own = [*named]
     names = {column.name for column in own}
-    if signal not in ("slip", "effort") or not own or any(DRIVES.isdisjoint(each.spoken.words) for each in own):
+    are_of_drives = bool(own) and all(not DRIVES.isdisjoint(each.spoken.words) for each in own)
+    if signal not in ("slip", "effort") or not are_of_drives:
         return []
     others: list[str] = []
     for column in fitting:

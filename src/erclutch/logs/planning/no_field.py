@@ -160,7 +160,8 @@ def _why_beside(seen: SeenColumns, column: SeenColumn, taken: Iterable[str]) -> 
                 return f"counts what {other.name} measures"
     for other in measured:
         is_motion = "effort" not in other.spoken.may_be
-        if _is_same_course(column.values, other.values) or (is_motion and _is_multiple_of(column.values, other.values)):
+        is_multiple = is_motion and _is_multiple_of(column.values, other.values)
+        if is_multiple or _is_same_course(column.values, other.values):
             return f"is {other.name} in other numbers"
     for other in measured:
         if _is_size_of(column.values, other.values):

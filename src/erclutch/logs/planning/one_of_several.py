@@ -229,7 +229,11 @@ def _one_slip(seen: SeenColumns, speeds: list[str], taken: Sequence[str]) -> tup
 
 def _without_resting(seen: SeenColumns, speeds: list[str]) -> tuple[list[str], str]:
     """The one speed that changes, where all others never do: those of axes that were not used; else all."""
-    moving = [name for name in speeds if name not in seen.columns or not seen.columns[name].shape.constant]
+    moving: list[str] = []
+    for name in speeds:
+        rests = name in seen.columns and seen.columns[name].shape.constant
+        if not rests:
+            moving.append(name)
     if len(moving) != 1 or len(speeds) > _FEW:
         return speeds, ""
     resting = ", ".join(name for name in speeds if name not in moving)
@@ -250,7 +254,9 @@ def _by_two_sensors(seen: SeenColumns, speeds: list[str]) -> tuple[list[str], st
     first, *others = (seen.columns[name] for name in speeds)
     for other in others:
         gap = np.abs(other.values - first.values)
-        if other.unit != first.unit or not np.nanmax(gap) <= _ALIKE * np.nanmax(np.abs(first.values)):
+        largest = np.nanmax(np.abs(first.values))
+        agrees = np.nanmax(gap) <= _ALIKE * largest
+        if other.unit != first.unit or not agrees:
             return speeds, ""
     return [first.name], f", and {', '.join(other.name for other in others)} agrees with it to {_ALIKE:.0%}"
 

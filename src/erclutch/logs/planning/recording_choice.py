@@ -149,7 +149,10 @@ def _are_alike(plans: Sequence[Plan], logs: Mapping[str, Table]) -> bool:
     if len(ways) > 1:
         return False
 
-    motions = [each.column for each in plans[0].signals if each.signal in ("slip", "position") and each.column]
+    motions: list[str] = []
+    for each in plans[0].signals:
+        if each.signal in ("slip", "position") and each.column:
+            motions.append(each.column)
     if not motions or differ_by_field([*logs]):
         return True
     motion = min(motions)

@@ -316,12 +316,18 @@ def _woven_devices(draft: Draft) -> tuple[str, WordColumn] | None:
             words = tuple(f"{number:.15g}" for number in numbers)
             parting[column.name] = WordColumn(words, of_row.astype(np.int32))
     for name, column in parting.items():
-        turns = np.count_nonzero(np.diff(column.of_row)) / max(column.of_row.size - 1, 1)
-        shares = np.bincount(column.of_row[column.of_row >= 0], minlength=len(column.words)) / column.of_row.size
-        if turns < _TAKE_TURNS or len(column.words) > _MOST_DEVICES or shares.min() < 0.5 / len(column.words):
+        devices = len(column.words)
+        rows = column.of_row.size
+        turns = np.count_nonzero(np.diff(column.of_row)) / max(rows - 1, 1)
+        known = column.of_row[column.of_row >= 0]
+        shares = np.bincount(known, minlength=devices) / rows  # of the rows, by device
+        if turns < _TAKE_TURNS or devices > _MOST_DEVICES or shares.min() < 0.5 / devices:
             continue
-        own = [np.diff(stamps[column.of_row == number]) for number in range(len(column.words))]
-        if all(bool(np.all(steps > 0.0)) for steps in own) and bool(np.all(np.diff(stamps) >= 0.0)):
+        each_goes_on = True
+        for number in range(devices):
+            steps = np.diff(stamps[column.of_row == number])
+            each_goes_on = each_goes_on and bool(np.all(steps > 0.0))
+        if each_goes_on and np.all(np.diff(stamps) >= 0.0):
             return name, column
     return None
 

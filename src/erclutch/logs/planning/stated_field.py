@@ -183,7 +183,8 @@ def _is_called_so(name: str) -> bool:
     """Whether a whole name is that of a current or a voltage, not of a limit, a set point or a supply."""
     spoken = spoken_name(name)
     form = spoken.forms["field"]
-    if not form or form in _OF_INSTRUMENTS or "field" in spoken.turned or {*spoken.words} & (TOLD | OTHER):
+    is_another = "field" in spoken.turned or bool({*spoken.words} & (TOLD | OTHER))
+    if not form or form in _OF_INSTRUMENTS or is_another:
         return False
     return len(form) > 2 or name == "I"
 

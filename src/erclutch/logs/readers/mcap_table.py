@@ -87,13 +87,23 @@ def read_mcap(source: LogSource) -> Table:
     if contents.torn is not None:
         whole = f"read as far as it is whole, without the last {contents.torn} bytes"
         notes.append(f"the recording was not closed: {whole}")
-        missing = _missing(contents, channel)
+        # Messages that the numbers of the others show to be lost between them; some writers number none.
+        of_runs: list[NDArray[np.int64]] = []
+        for run in contents.runs:
+            own = run.array[run.array["channel"] == channel.id]
+            of_runs.append(own["seq"].astype(np.int64))
+        steps = np.diff(np.concatenate(of_runs))
+        missing = int((steps[steps > 1] - 1).sum())
         if missing:
             notes.append(f"{missing} messages are missing by their numbers: their chunks are damaged")
         if channel.id not in contents.checked:
             notes.append("check names and units of the columns: no checksum of the file covers them")
     since_first = topic.times - topic.times[0]  # ns
     names, units, renamed = name_columns(list(topic.columns), list(topic.units.values()))
+    unsampled: Mask | None = None  # rows in which no good sample came, by the bits of their events
+    bits = channel.metadata.get(UNSAMPLED_KEY, "")
+    if bits.isdecimal() and len(bits) <= 9 and "events" in topic.columns:
+        unsampled = (topic.columns["events"].astype(np.int64) & int(bits)) != 0
     return Table(
         name=source.name,
         columns=dict(zip(names, topic.columns.values(), strict=True)),
@@ -103,7 +113,7 @@ def read_mcap(source: LogSource) -> Table:
         clock_name="log_time",
         metadata={key: json.dumps(dict(pairs)) for key, pairs in _metadata(contents, channel).items()},
         notes=(f"recording read from topic {channel.topic}", *notes, *renamed),
-        unsampled=_unsampled(channel, topic.columns),
+        unsampled=unsampled,
     )
 
 
@@ -119,16 +129,6 @@ def _joined(topics: Mapping[str, _Topic], notes: list[str]) -> Table:
     return replace(joined, notes=(*notes, *joined.notes))
 
 
-def _missing(contents: Contents, channel: kinds.Channel) -> int:
-    """Messages that the numbers of the others show to be lost between them; 0 where messages are not numbered."""
-    numbers: list[NDArray[np.int64]] = []
-    for run in contents.runs:
-        own = run.array[run.array["channel"] == channel.id]
-        numbers.append(own["seq"].astype(np.int64))
-    steps = np.diff(np.concatenate(numbers))
-    return int((steps[steps > 1] - 1).sum())
-
-
 def _metadata(contents: Contents, channel: kinds.Channel) -> dict[str, Mapping[str, str]]:
     """Settings of the file; where damage took ours (with the label TWIN), the copy that each channel carries."""
     own: dict[str, str] = {}
@@ -139,14 +139,6 @@ def _metadata(contents: Contents, channel: kinds.Channel) -> dict[str, Mapping[s
     if contents.torn is not None:
         return {**contents.metadata, **copy}
     return {**copy, **contents.metadata}
-
-
-def _unsampled(channel: kinds.Channel, columns: Mapping[str, Array]) -> Mask | None:
-    """Rows in which no good sample came, shape (n,), by the bits of their events; None where nothing says so."""
-    bits = channel.metadata.get(UNSAMPLED_KEY, "")
-    if not bits.isdecimal() or len(bits) > 9 or "events" not in columns:
-        return None
-    return (columns["events"].astype(np.int64) & int(bits)) != 0
 
 
 def _topics(contents: Contents, notes: list[str]) -> dict[str, _Topic]:

@@ -101,13 +101,13 @@ def _sheets(path: str, variable: str | None) -> Iterator[_Sheet | LogError]:
             except LogError as error:
                 yield _of_sheet(sheet, error)
                 continue
-            several = len(book.sheet_names) > 1
-            yield _Sheet(sheet, {_name(sheet, part, several): source for part, source in parts.items()}, note)
-
-
-def _name(sheet: str, part: str, several: bool) -> str:
-    """Of a recording: of its sheet, of its part, or of both where there are several sheets."""
-    return f"{sheet}, {part}" if part and several else part or sheet
+            by_name: dict[str, LogSource] = {}
+            for part, source in parts.items():
+                # A recording is called after its sheet, its part, or both where there are several sheets.
+                several = len(book.sheet_names) > 1
+                name = f"{sheet}, {part}" if part and several else part or sheet
+                by_name[name] = source
+            yield _Sheet(sheet, by_name, note)
 
 
 def _of_sheet(sheet: str, error: LogError) -> LogError:
