@@ -147,6 +147,13 @@ def placed(where: str) -> Generator[None]:
         raise
 
 
+def listed(labels: Iterable[str], most: int = 30) -> str:
+    """The first of some labels, and how many there are in all."""
+    every = list(labels)
+    more = f", ... ({len(every)} in all)" if len(every) > most else ""
+    return ", ".join(every[:most]) + more if every else "none"
+
+
 def shell_word(text: str) -> str:
     """A text as a word of a command that a message offers for copying; a shell must not see more in it."""
     return shlex.quote(text) if set(text) & set('"$`\\!') else f'"{text}"'

@@ -15,11 +15,10 @@ from functools import partial
 from pathlib import Path
 from typing import Literal
 
-from erclutch.errors import MappingError, UnitError, placed, shell_word
+from erclutch.errors import MappingError, UnitError, listed, placed, shell_word
 from erclutch.files import unwritable, whole_file
 from erclutch.files.places import nothing
 from erclutch.logs.mapping import NONE, ColumnChoice, ColumnMap
-from erclutch.logs.table import listed
 from erclutch.signals.device import DeviceName
 from erclutch.signals.recording import NAMED_COLUMNS, NO_FIELD
 

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
-from erclutch.errors import LogError, MappingError
+from erclutch.errors import LogError, MappingError, listed
 from erclutch.signals.array import Array
 from erclutch.signals.channels import device_of_channels
 from erclutch.signals.device import DEVICES, DeviceName
@@ -178,13 +178,6 @@ class Table:
         """A column's name with its unit, or with a likely one; a name that holds the unit already stays."""
         unit = self.units.get(name) or likely
         return f"{name} [{unit}]" if unit and f"[{unit}]" not in name else name
-
-
-def listed(labels: Iterable[str], most: int = 30) -> str:
-    """The first of some labels, and how many there are in all."""
-    every = list(labels)
-    more = f", ... ({len(every)} in all)" if len(every) > most else ""
-    return ", ".join(every[:most]) + more if every else "none"
 
 
 def of_arrow(column: Any) -> NDArray[Any]:

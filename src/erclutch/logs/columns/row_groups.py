@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from erclutch.errors import LogError, printable, shell_word
+from erclutch.errors import LogError, listed, printable, shell_word
 from erclutch.logs.columns.labels import split_label
-from erclutch.logs.table import Table, WordColumn, listed
+from erclutch.logs.table import Table, WordColumn
 from erclutch.signals.array import Array
 
 if TYPE_CHECKING:

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from erclutch.errors import AlikeRecordingsError, ErclutchError, LogError
+from erclutch.errors import AlikeRecordingsError, ErclutchError, LogError, listed
 from erclutch.logs.clock.timing import MINIMUM_ROWS
 from erclutch.logs.log_file import read_table, readable_tables, recordings_in
 from erclutch.logs.mapping import ColumnMap
@@ -18,7 +18,7 @@ from erclutch.logs.plan import Plan
 from erclutch.logs.planning.stated_field import differ_by_field
 from erclutch.logs.planning.whole_plan import is_log, plan_of, signals_of
 from erclutch.logs.readers.found_recordings import JOINT
-from erclutch.logs.table import Table, listed
+from erclutch.logs.table import Table
 from erclutch.signals.array import Array
 from erclutch.signals.device import DeviceName
 

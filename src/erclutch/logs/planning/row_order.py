@@ -10,7 +10,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from erclutch.errors import MappingError, UnitError, shell_word
+from erclutch.errors import MappingError, UnitError, listed, shell_word
 from erclutch.logs.clock.time_stamps import DISORDER
 from erclutch.logs.clock.timing import MINIMUM_ROWS
 from erclutch.logs.columns.names import words_of
@@ -19,7 +19,7 @@ from erclutch.logs.columns.seen_columns import SeenColumns
 from erclutch.logs.columns.shapes import are_whole
 from erclutch.logs.planning.clock_planning import points
 from erclutch.logs.planning.draft import Draft
-from erclutch.logs.table import WordColumn, listed
+from erclutch.logs.table import WordColumn
 from erclutch.signals import units
 from erclutch.signals.array import Array, Mask
 

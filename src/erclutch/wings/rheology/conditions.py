@@ -14,10 +14,10 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from erclutch.errors import MappingError, UnitError, shell_word
+from erclutch.errors import MappingError, UnitError, listed, shell_word
 from erclutch.logs.columns.rheometer_names import plain_name, said_by_name
 from erclutch.logs.columns.row_groups import EACH
-from erclutch.logs.table import Table, listed
+from erclutch.logs.table import Table
 from erclutch.signals import units
 from erclutch.signals.array import Array, Mask
 from erclutch.wings.rheology.flow_plan import FlowPlan

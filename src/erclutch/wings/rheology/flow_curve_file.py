@@ -13,12 +13,12 @@ from pathlib import Path
 
 import numpy as np
 
-from erclutch.errors import ErclutchError, LogError, MappingError, SettingError, placed, shell_word
+from erclutch.errors import ErclutchError, LogError, MappingError, SettingError, listed, placed, shell_word
 from erclutch.logs import read_table, recordings_in
 from erclutch.logs.columns.rheometer_names import said_by_name
 from erclutch.logs.columns.row_groups import EACH, group_of, rows_of, wants_each
 from erclutch.logs.log_file import tables_in
-from erclutch.logs.table import Table, WordColumn, listed
+from erclutch.logs.table import Table, WordColumn
 from erclutch.wings.rheology.conditions import (
     RATES_OF_A_SWEEP,
     Condition,

@@ -8,10 +8,10 @@ from itertools import product
 
 import numpy as np
 
-from erclutch.errors import MappingError, UnitError, shell_word
+from erclutch.errors import MappingError, UnitError, listed, shell_word
 from erclutch.logs.columns.powers_of_ten import both_ways, power_beside
 from erclutch.logs.columns.rheometer_names import Quantity, Role, of_oscillation, plain_name, said_by_name
-from erclutch.logs.table import Table, listed
+from erclutch.logs.table import Table
 from erclutch.signals.units import is_temperature, parse
 from erclutch.wings.rheology.flow_units import SI, said_by_unit, unit_or_end, units_above
 from erclutch.wings.rheology.labelled_pairs import CurvePlan, FlowColumn

@@ -12,9 +12,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from erclutch.errors import MappingError, shell_word
+from erclutch.errors import MappingError, listed, shell_word
 from erclutch.logs.columns.rheometer_names import plain_name, said_by_name
-from erclutch.logs.table import Table, listed
+from erclutch.logs.table import Table
 
 _SPEED = re.compile(r"\brpm\b|\brotor speed\b|^speed\b|drehzahl|vitesse de rotation|velocidad de giro|转速|回転|ротор")
 _TURNS = ("rpm", "r/min", "rev/min", "1/min", "об/мин", "U/min", "tr/min")
