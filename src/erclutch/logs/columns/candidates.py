@@ -40,6 +40,7 @@ _LENGTHS = (
 _SHEAR_RATES = ("gammadot", "shearrate")
 #: Share of the largest number by which numbers written with some digits may differ.
 DIGITS = 2e-3
+_LAGS = ("slip", "schlupf")
 _WATT = "W"  # power is no signal
 
 #: Columns that may be a signal, and what speaks for them.
@@ -67,6 +68,8 @@ def candidates(
     free = seen.without([*taken, *pressing_loads(seen, signal)])
     if signal == "field":
         free = [column for column in free if not is_of_phases(seen, column)]
+    if signal == "slip":
+        free = [column for column in free if not _is_a_share(column)]
     fits = {column.name: column.fits(si_units) for column in free}
 
     if fits.get(signal, False) is not False:  # a column has the bare name of the signal
@@ -110,6 +113,12 @@ def candidates(
         names += _beside_a_gear(signal, named, fitting)
     names += [name for name in _beside_a_drive(signal, exact or named, fitting) if name not in names]
     return _distinct(seen, names), "name"
+
+
+def _is_a_share(column: SeenColumn) -> bool:
+    """Whether a slip is in per cent: the share by which a belt, a tyre or a machine lags, and no speed."""
+    is_called_so = column.spoken.forms["slip"] in _LAGS
+    return is_called_so and ("%" in column.name or column.unit == "%")
 
 
 def _told_of(signal: str) -> frozenset[str]:

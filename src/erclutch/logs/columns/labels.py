@@ -190,6 +190,9 @@ def split_label(label: str) -> tuple[str, str | None]:
     return label, None
 
 
+_POWERS = ("squared", "square", "cubic", "cubed", "sq", "sq.")
+
+
 def split_end(name: str) -> tuple[str, str | None]:
     """``torque_Nm`` as ``torque`` and ``N*m``, ``rpm`` as itself in ``rpm``; None where no unit ends the name.
 
@@ -211,6 +214,8 @@ def split_end(name: str) -> tuple[str, str | None]:
     words = name.split()
     for count in (2, 1):  # ``torque N m`` before ``distance m``
         stem = " ".join(words[:-count])
+        if stem.lower().endswith(_POWERS):
+            return name, None  # squared meters: no length
         end = "_".join(words[-count:])
         unit = _BARE.get(end) or _unit_of_end(end)
         is_time = end == "s" and stem.lower() in _TIMES

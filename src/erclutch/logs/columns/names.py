@@ -64,6 +64,20 @@ NAMES = {
 }
 _NAMES = {signal: frozenset(map(plain, names.split())) for signal, names in NAMES.items()}
 SINGLE = ("field", "slip", "position", "effort")
+#: Words for one signal of several joints, as lists and matrices of a robot are called: joint_velocities_3.
+_OF_SEVERAL = {
+    "positions": "position",
+    "speeds": "speed",
+    "velocities": "velocity",
+    "torques": "torque",
+    "efforts": "effort",
+    "forces": "force",
+    "currents": "current",
+    "angles": "angle",
+    "voltages": "voltage",
+    "loads": "load",
+    "moments": "moment",
+}
 # Words beside the name that say where or how it was measured.
 _BESIDE = _set(
     "measured meas mea msr actual act ist mess gemessen sensor filtered filt motor engine output brake clutch damper "
@@ -94,6 +108,7 @@ OTHER = _set(
     "acceleration accelerazione accel acc accx accy accz beschleunigung aceleracion jerk humidity energy efficiency "
     "wirkungsgrad leistung puissance potencia temperatur temperatura stiffness coefficient coeff mu density inertia "
     "longitud longueur comprimento lunghezza masa masse massa segmento odkształcenie odksztalcenie laps "
+    "dehnung stauchung querdehnung zugspannung druckspannung contrainte deformation deformacion deformacao "
     "yield wear film area volume cof latitude longitude altitude date datum fecha err fehler latency delay dt "
     "давление температура вязкость"
 )
@@ -296,7 +311,7 @@ def words_of(name: str) -> list[str]:
         letters = [place for place, word in enumerate(words) if not word.isdecimal() and word not in _AXES]
         for place in (letters[0], letters[-1]) if letters else ():
             words[place] = "desired" if words[place] == "des" else words[place]
-    return words
+    return [_OF_SEVERAL.get(word, word) for word in words]
 
 
 def _called_as(name: str, stem: str, signal: str) -> str | None:

@@ -14,6 +14,7 @@ from erclutch.logs.columns.seen_columns import EVEN, SeenColumns
 from erclutch.logs.columns.shapes import are_whole
 from erclutch.logs.mapping import NONE, ColumnChoice, ColumnMap
 from erclutch.logs.plan import THOUGH, ClockPlan
+from erclutch.logs.planning.clock_by_motion import unit_by_motion
 from erclutch.logs.planning.draft import Draft
 from erclutch.logs.planning.named_columns import locate
 from erclutch.logs.table import Table
@@ -93,11 +94,14 @@ def clock_plan(seen: SeenColumns, told: ColumnMap, taken: Sequence[str]) -> Cloc
         stamps = stamps[np.isfinite(stamps)]
         by_header = _unit_of_header(stamps, header) if told.time is None and not unit and header else None
         unit = unit or by_header
+        by_motion = _told_by_motion(seen, name, unit, stamps) if told.time is None else None
+        unit = unit or by_motion
         factor, zero, how = _as_seconds(name, unit, stamps)
         how += ", in which it grows by the period of the header" if by_header else ""
+        how = f", no unit: taken as {unit}, in which the speed is the rate of the position" if by_motion else how
         # A unit that nobody wrote and that nothing tells: the steps must look like seconds.
         taken_for_seconds = told.time is None and not unit and factor == 1.0
-        too_fast = _too_fast(name, unit, stamps, factor) if told.time is None and unit else ""
+        too_fast = _in_another_unit(name, unit, stamps, factor) if told.time is None and unit else ""
         return ClockPlan(
             "column",
             name,
@@ -292,6 +296,19 @@ def _doubt(name: str, stamps: Array) -> str:
     return f"time is column {name} in s, though it has no unit and grows by {step:.4g} a row, as {small} do"
 
 
+def _told_by_motion(seen: SeenColumns, name: str, unit: str | None, stamps: Array) -> str | None:
+    """The unit that a motion tells of stamps that may be no seconds; None where nothing does, or is open."""
+    factor, _, _ = _as_seconds(name, unit, stamps)
+    if unit or factor != 1.0 or not _doubt(name, stamps):
+        return None
+    return unit_by_motion(seen, seen.table.columns[name])
+
+
+def _in_another_unit(name: str, unit: str, stamps: Array, factor: float) -> str:
+    """Why stamps may not be in the unit that stands there; "" where they may."""
+    return _too_fast(name, unit, stamps, factor) or _in_seconds_after_all(name, unit, stamps, factor)
+
+
 def _too_fast(name: str, unit: str, stamps: Array, factor: float) -> str:
     """Why stamps may not be in the unit that stands there: no logger takes rows that fast; "" where one may."""
     steps = np.abs(np.diff(stamps))
@@ -301,6 +318,17 @@ def _too_fast(name: str, unit: str, stamps: Array, factor: float) -> str:
     if not 0.0 < step < _FASTEST:
         return ""
     return f"time is column {name} in {unit}, though it grows by {step:.2g} s a row then, as no logger is fast"
+
+
+def _in_seconds_after_all(name: str, unit: str, stamps: Array, factor: float) -> str:
+    """Why stamps may be s in spite of the smaller unit that stands there: so many s lie behind 1970, with a fraction.
+
+    A controller's counter of ms may have such numbers after 12 days, but whole ones.
+    """
+    if factor >= 1.0 or not stamps.size or not _lie_within(stamps, _SINCE_1970) or np.all(stamps == np.round(stamps)):
+        return ""
+    year = 1970 + int(stamps[0] // 31_556_952)
+    return f"time is column {name} in {unit}, though its numbers are a date in {year} if they are s since 1970"
 
 
 def _likely_unit(stamps: Array) -> str:

@@ -43,6 +43,7 @@ def doubt_the_field(draft: Draft) -> None:
     What surely is no field goes first: the doubts behind it are about what is left.
     """
     _leave_out_the_sensor_of_the_effort(draft)
+    _leave_out_the_number_of_a_motor(draft)
     _doubt_the_current_of_a_drive(draft)
     _leave_out_the_supply_of_a_drive(draft)
     _doubt_the_sensor_of_the_motion(draft)
@@ -66,6 +67,26 @@ def _leave_out_the_sensor_of_the_effort(draft: Draft) -> None:
         return
     course = f"never exceeds {strongest:.3g} and goes straight with {effort.column}"
     _leave_out_field(draft, f"{course}: taken for the output of its sensor, left out")
+
+
+def _leave_out_the_number_of_a_motor(draft: Draft) -> None:
+    """Take a guessed field back that is called like a drive's current and keeps one whole number: ``curr_motor`` is 2.
+
+    A current of a drive goes with its torque, and others of the log change: the current motor is the second one.
+    """
+    field = draft.signals.get("field")
+    if field is None or not field.reason.startswith("guessed") or field.si not in OF_A_SUPPLY:
+        return
+    column = draft.seen.columns[field.column]
+    level = float(column.values[0]) if column.values.size else 0.5
+    is_a_number = column.shape.constant and level.is_integer() and not column.written_unit
+    if not is_a_number or _OF_DRIVES.isdisjoint(column.spoken.stem_words):
+        return
+    for other in draft.seen.without([*draft.taken, field.column]):
+        if not other.shape.constant and other.fits(("A",)) and not CURRENTS.isdisjoint(other.spoken.stem_words):
+            why = f"is {level:g} all through while {other.name} changes: taken for the number of a motor, left out"
+            _leave_out_field(draft, why)
+            return
 
 
 def _doubt_the_current_of_a_drive(draft: Draft) -> None:

@@ -117,7 +117,8 @@ def _why_of_a_drive(seen: SeenColumns, column: SeenColumn, taken: Iterable[str])
     if column.spoken.says(_OTHER_AXIS) and column.fits(("A",)) is not False:
         return f"is the other current of the drive, beside {beside[0].name}"
     largest = float(np.nanmax(np.abs(column.values), initial=0.0))
-    if column.is_steady and largest < LARGEST_SUPPLY and column.fits(("V",)) is not False:
+    is_a_supply = column.is_steady and largest < LARGEST_SUPPLY and column.fits(("V",)) is not False
+    if is_a_supply and not column.spoken.is_accounted:
         return f"keeps one level, as the supply of the drive with {beside[0].name}"
     return ""
 
