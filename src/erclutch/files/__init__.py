@@ -264,8 +264,8 @@ def whole_file(
     """
     with _mine(target, unwritable, may_replace) as reservation:
         partial = _partial(target, target.suffix)
-        os.close(os.open(partial, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666))  # less what the umask takes
         try:
+            os.close(os.open(partial, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666))  # less what the umask takes
             yield partial
             _put(partial, target, reservation.may_replace, unwritable)
         finally:
@@ -285,8 +285,8 @@ def whole_folder(target: Path, unwritable: Callable[[Path, OSError], ErclutchErr
     """
     with _mine(target, unwritable, nothing) as reservation:
         partial = _partial(target)
-        partial.mkdir()
         try:
+            partial.mkdir()
             yield partial
             _put(partial, target, reservation.may_replace, unwritable)
         finally:

@@ -12,14 +12,16 @@ import itertools
 import os
 import secrets
 import shutil
+import signal
 import sys
 import threading
 import time
-from collections.abc import Callable
-from contextlib import suppress
+from collections.abc import Callable, Generator
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 from erclutch.errors import ErclutchError, RunError
 
@@ -70,7 +72,7 @@ def reserve(
     place = _place(target)
     until = time.monotonic() + patience
     while True:
-        with _RESERVING:
+        with unheard(), _RESERVING:
             holder = _RESERVED.get(place)
             if holder is not None and holder.owner == _us():
                 _RESERVED[place] = replace(holder, may_replace=may_replace)
@@ -95,18 +97,45 @@ def release(target: Path) -> None:
     """Give a name free that this thread reserved."""
     reservation = held(target)
     if reservation is not None:
-        with _RESERVING:
+        with unheard(), _RESERVING:
             del _RESERVED[_place(target)]
             _unlocked(_place(target), reservation.lock)
 
 
 def release_all() -> None:
     """Give all names free that this process reserved, at its end."""
-    with _RESERVING:
+    with unheard(), _RESERVING:
         for place, reservation in list(_RESERVED.items()):
             if reservation.owner[0] == os.getpid():
                 del _RESERVED[place]
                 _unlocked(place, reservation.lock)
+
+
+@contextmanager
+def unheard() -> Generator[None]:
+    """A signal that ends the program is heard after this block, and none gets lost.
+
+    What the block makes on the disk and what it keeps of that go together: a signal between both would leave a file
+    that nobody knows of.
+    """
+    if threading.current_thread() is not threading.main_thread():
+        yield  # Python hears signals in the main thread alone
+        return
+    heard: list[int] = []
+    usual: dict[int, Any] = {}
+    try:
+        for name in ("SIGHUP", "SIGTERM", "SIGINT"):
+            number = getattr(signal, name, None)
+            handler = None if number is None else signal.getsignal(number)
+            if number is not None and callable(handler):  # else the system ends the program at once, or nothing does
+                usual[number] = handler
+                signal.signal(number, lambda number, frame: heard.append(number))
+        yield
+    finally:
+        for number, handler in usual.items():
+            signal.signal(number, handler)
+        for number in heard:
+            signal.raise_signal(number)
 
 
 def _us() -> tuple[int, int]:
