@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gzip
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -163,3 +164,24 @@ def test_a_log_without_a_field_beside_one_with_a_field_is_named(tmp_path: Path, 
     logs.append(read(brake(tmp_path / "rest.csv", 0.1)))
     with pytest.raises(MappingError, match=r"rest\.csv has no field, and brake_1A\.csv has one in A.*field = \"0 A\""):
         build_dataset([logs[place] for place in order])
+
+
+def test_hidden_files_and_locks_are_no_logs_and_packed_ones_are(tmp_path: Path) -> None:
+    for name, effort in (("1A.csv", 1.1), ("2A.csv", 2.1)):
+        text = brake(tmp_path / "logs" / name, effort).read_bytes()
+        (tmp_path / "logs" / name).unlink()
+        (tmp_path / "logs" / f"{name}.gz").write_bytes(gzip.compress(text))
+        (tmp_path / "logs" / f"._{name}").write_bytes(b"\0\5\x16\7Mac OS X")
+    (tmp_path / "logs" / "~$plan.xlsx").write_bytes(b"\5alice")
+    said = good("inspect", "logs", "--name-pattern", "{field}A", cwd=tmp_path)
+    assert [line.split()[0] for line in said.splitlines() if line[:3] in (" 1A", " 2A")] == ["1A.csv", "2A.csv"]
+
+
+def test_one_log_without_a_field_beside_others_with_a_column_is_settled_by_one_command(tmp_path: Path) -> None:
+    folder_of(tmp_path / "logs", {"1A": 1.1, "2A": 2.1})
+    header, *rows = (tmp_path / "logs" / "1A.csv").read_text().splitlines()
+    with_field = [f"{header},current [A]", *(f"{row},1" for row in rows)]
+    (tmp_path / "logs" / "1A.csv").write_text("\n".join(with_field))
+    last = good("inspect", "logs", cwd=tmp_path, code=1).splitlines()[-1]
+    assert last == 'What settles it: erclutch inspect logs --name-pattern "{field}A"'
+    assert "Understood. Fit them" in good("inspect", "logs", "--name-pattern", "{field}A", cwd=tmp_path)

@@ -239,7 +239,9 @@ def _signal_of(constant: str) -> str:
 
 def _holds_log(folder: Path, suffixes: Container[str]) -> bool:
     """Whether a folder has a file that may be a log."""
-    return any(file.suffix.lower() in suffixes and file.is_file() for file in folder.iterdir())
+    from erclutch.logs.log_reader import may_be_log
+
+    return any(may_be_log(file, suffixes) for file in folder.iterdir())
 
 
 DEFAULT_READING = LogOptions()
@@ -254,7 +256,7 @@ def expand(paths: Sequence[Path]) -> list[Path]:
         LogError: a folder without a log.
     """
     from erclutch.cli import terminal
-    from erclutch.logs.log_reader import LEARN_REPORT, folder_reader, log_suffixes, require_no_run
+    from erclutch.logs.log_reader import LEARN_REPORT, folder_reader, log_suffixes, may_be_log, require_no_run
     from erclutch.logs.planning.tables_beside_logs import tables_beside_logs
     from erclutch.logs.readers.signal_files import together
     from erclutch.logs.readers.text_tables import is_prose
@@ -269,7 +271,7 @@ def expand(paths: Sequence[Path]) -> list[Path]:
             files.append(path)
             continue
         suffixes = log_suffixes()
-        tables = [file for file in path.iterdir() if file.suffix.lower() in suffixes and file.is_file()]
+        tables = [file for file in path.iterdir() if may_be_log(file, suffixes)]
         tables = [file for file in tables if file.name != LEARN_REPORT]
         words = sorted(file.name for file in tables if is_prose(file))
         if words and len(words) < len(tables):

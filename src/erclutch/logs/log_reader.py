@@ -6,7 +6,7 @@ A reader is a file of ``logs/readers`` that assigns ``READER``, or comes from an
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
+from collections.abc import Callable, Container, Generator, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -100,6 +100,21 @@ def log_suffixes() -> tuple[str, ...]:
     for _, reader in _readers([]):
         suffixes.update(reader.suffixes)
     return tuple(sorted(suffixes))
+
+
+def may_be_log(file: Path, suffixes: Container[str]) -> bool:
+    """Whether a file of a folder may be a log, by its name: packed (``.csv.gz``) too, hidden or a workbook's lock not.
+
+    Args:
+        file: in the folder.
+        suffixes: `log_suffixes`.
+    """
+    if file.name.startswith((".", "~$")):  # as macOS and Excel leave them beside the logs
+        return False
+    suffix = file.suffix.lower()
+    if suffix == ".gz":
+        suffix = Path(file.stem).suffix.lower()
+    return suffix in suffixes and file.is_file()
 
 
 @dataclass(frozen=True)

@@ -235,7 +235,12 @@ def _tell_what_is_next(look: LogLook, typed: str, reading: LogOptions) -> None:
         terminal.say(f"In doubt: {doubts}. If that is right, say so: {_with_options(command, reading)}")
     elif look.unfit:
         terminal.say(f"Understood, but nothing can be fitted to it: {look.unfit}")
-    elif not look.refused:
+    elif look.refused:
+        remedies = [_OPTION.search(why) for why in look.refused.values()]
+        options = {remedy and remedy.group() for remedy in remedies}
+        if len(options) == 1 and (option := options.pop()):  # what a log had in a column, its pattern does not touch
+            terminal.say(f"What settles it: {_with_options(f'erclutch inspect {typed} {option}', reading)}")
+    else:
         words = map(shlex.quote, reading.words())
         command = " ".join(["erclutch fit", typed, *words])
         them = "them" if look.further else "it"

@@ -18,7 +18,15 @@ import numpy as np
 from erclutch.errors import ErclutchError, LogError, printable
 from erclutch.logs.columns.seen_columns import seen_columns
 from erclutch.logs.log_file import read_by
-from erclutch.logs.log_reader import HEAD, LogReader, LogSource, claims_nothing, log_suffixes, reader_of
+from erclutch.logs.log_reader import (
+    HEAD,
+    LogReader,
+    LogSource,
+    claims_nothing,
+    log_suffixes,
+    may_be_log,
+    reader_of,
+)
 from erclutch.logs.mapping import ColumnMap
 from erclutch.logs.planning.clock_planning import clock_plan
 from erclutch.logs.planning.whole_plan import is_log, signals_of
@@ -61,7 +69,7 @@ def parts_of(path: Path) -> list[Path]:
 
 def _logs_in(folder: Path) -> list[Path]:
     suffixes = log_suffixes()
-    return sorted(file for file in folder.iterdir() if file.suffix.lower() in suffixes and file.is_file())
+    return sorted(file for file in folder.iterdir() if may_be_log(file, suffixes))
 
 
 def together(paths: Sequence[Path]) -> Path | None:

@@ -29,7 +29,7 @@ from erclutch.fit.comparison import Settings, compare
 from erclutch.logs import ColumnMap
 from erclutch.logs.columns.name_pattern import constants_of, names_a_folder
 from erclutch.logs.dataset import build_dataset
-from erclutch.logs.log_reader import log_suffixes
+from erclutch.logs.log_reader import log_suffixes, may_be_log
 from erclutch.logs.mapping import file_beside
 from erclutch.logs.reading import Reading
 from erclutch.runs.cluster import finished, saying_kept, task_pool
@@ -317,8 +317,7 @@ def _logs_of(paths: Sequence[str | Path]) -> list[Path]:
     files: list[Path] = []
     for path in map(Path, paths):
         if path.is_dir():
-            inside = [file for file in path.rglob("*") if file.suffix.lower() in suffixes]
-            files += sorted(file for file in inside if file.is_file())
+            files += sorted(file for file in path.rglob("*") if may_be_log(file, suffixes))
         else:
             files.append(path)
     if not files:
