@@ -7,6 +7,7 @@ from collections import Counter
 from collections.abc import Iterable, Sequence
 
 from erclutch.errors import UnitError, printable
+from erclutch.logs.columns.model_paths import ends_of_paths
 from erclutch.signals import units
 
 _SQUARE = re.compile(r"(.+?)\s*\[([^\[\]]*)\]", re.DOTALL)
@@ -107,8 +108,8 @@ _BARE = {
 _LOWER_ENDS = {end.lower(): unit for end, unit in _ENDS.items() if end not in ("mA", "mV", "mT", "MPa", "T", "C")}
 # Names of a speed that is counted in turns: n is its symbol in ISO 80000-3.
 _TURNS = re.compile(
-    r"drehzahl|\brpm\b|umdrehung|rotational|rotation|tours|^n(?:_.*)?$|(?<![a-z])(?:speed|spd)|vitesse|velocidad|"
-    r"velocit[aà]|giri|pr[eę]dko[sś][cć]|obrot|ot[aá][cč]k|toerental|varvtal|转速|轉速|回転|회전|вращ|оборот",
+    r"drehzahl|\brpm\b|umdrehung|rotational|rotation|tours|^n(?:_.*)?$|(?<![a-z])(?:speed|spd)|velocity|vitesse|"
+    r"velocidad|velocit[aà]|giri|pr[eę]dko[sś][cć]|obrot|ot[aá][cč]k|toerental|varvtal|转速|轉速|回転|회전|вращ|оборот",
     re.I,
 )
 _SHEARED = re.compile(r"shear|scher|cisail|cizall|taglio|剪切|せん断|전단|сдвиг", re.I)
@@ -127,7 +128,6 @@ _SYMBOLS = {
     "H": "A/m",
 }
 #: A block of a model with the port behind it, as controllers record it: ``Model Root/Sensors/Torque/Out1``.
-_PATH = re.compile(r'"?(?:[^/]+/)+"?([^/]*[^/"])"?/"?(?:(?:Out|In)\d*|Value)"?(?:\[0\])?', re.IGNORECASE)
 _OF_A_MESSAGE = "field."  # before each name behind the time, as rostopic echo -p writes it: no field of a device
 _FEWEST_ALIKE = 2  # in a file; a single one may be an index (``i_d``)
 # A quotient behind an underscore (``SR_1/s``, ``v_m/s``); a capital letter there is an index (``M_A/Nm``).
@@ -351,7 +351,7 @@ def name_columns(
     if len(shown) > 1 and all(label.startswith(_OF_A_MESSAGE) for label in shown[1:]):
         shown = [label.removeprefix(_OF_A_MESSAGE) for label in shown]
     notes: list[str] = []
-    ends = _ends_of_paths(shown)
+    ends = ends_of_paths([(*split_label(label), label) for label in shown])
     if ends != shown:
         shown = ends
         notes.append("names are the last parts of the paths in a model")
@@ -388,20 +388,6 @@ def _of_keysight(label: str) -> str:
     """``Coil I (A)`` for ``101 <Coil I> (ADC)``: a name behind the number of its channel, and what that measures."""
     match = _CHANNEL.fullmatch(label)
     return f"{match[1]} ({match[2][0]})" if match else label
-
-
-def _ends_of_paths(labels: Sequence[str]) -> list[str]:
-    """Labels without the way through a model and the port behind it: ``Torque`` for ``Model Root/Sensors/Torque/Out1``.
-
-    As they were where that leaves two labels the same, or no two are such paths.
-    """
-    ends: list[str] = []
-    paths = 0
-    for label in labels:
-        match = _PATH.fullmatch(label)
-        paths += match is not None
-        ends.append(match[1] if match else label)
-    return ends if paths > 1 and len({*ends}) == len(labels) else [*labels]
 
 
 def header_pairs(lines: Iterable[str]) -> dict[str, str]:

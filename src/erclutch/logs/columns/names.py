@@ -165,11 +165,12 @@ _TIME = re.compile(
     r"(?:ros|bag|rosbag|test|run|total|sample|relative|local|system|log|rec|elapsed|unix|epoch)?time(?:stamp)?s?|"
     rf"время|{plain('시간')}|czas|cas|tid|zaman|"
     r"stamp|zeitstempel|messzeit|tempsecoule|tiempotranscurrido|.{0,4}时间戳?|时刻|.{0,4}時間|時刻|millis|micros|"
-    r"milliseconds|microseconds|time(?:arr|array|vec|vector)",
+    r"time\d+\w{0,12}samplerate|milliseconds|microseconds|time(?:arr|array|vec|vector)",
     re.IGNORECASE,
 )
 _SIDE = re.compile(r"(?<=[^\W\d_]{2})[ _-][A-DLR]$")
 _PRIME = re.compile(r"['\"′″](?!\w)")  # force d'amortissement has none
+_QUOTED = re.compile(r'"([^"]{2,})"')
 _AXES = _set("x y z r")
 _JOINT = re.compile(r"(?:a|j|ax|axis|joint|dof|achse|gelenk)\d{1,2}")  # MeasuredTorque_A1
 _BORDER = re.compile(r"(?<=[a-z])(?=[A-Z])|(?<=(?<![A-Za-z])[XYZ])(?=[A-Z][a-z])")  # angularVelocity, XVelocity
@@ -288,11 +289,16 @@ def spoken(name: str, stem: str, end: str | None) -> SpokenName:
         turned=frozenset(turned),
         lettered=frozenset(signal for signal in SINGLE if _has_index(stem_words) and stem_words[0] in _NAMES[signal]),
         is_of_a_model=not _MODELS.isdisjoint([plain(name), *stem_words, *map("".join, pairwise(stem_words))]),
-        is_primed=_PRIME.search(stem) is not None,
+        is_primed=_is_primed(stem),
         is_time=_is_time(name, stem),
         ends_in_time=_ends_in_time(stem_words),
         is_accounted=_is_accounted(stem),
     )
+
+
+def _is_primed(name: str) -> bool:
+    """Whether a name has a prime; quotes around a part of it, as Siemens writes them, are none."""
+    return _PRIME.search(_QUOTED.sub(r"\1", name)) is not None
 
 
 def _has_index(words: Sequence[str]) -> bool:
@@ -319,7 +325,7 @@ def _called_as(name: str, stem: str, signal: str) -> str | None:
 
     For a single device also what is left without the words beside it; the pair has a motor and an output to tell apart.
     """
-    if _PRIME.search(stem):
+    if _is_primed(stem):
         return None  # E' is a fluctuation, G" a loss modulus: neither is E or G
     forms = [plain(name), plain(stem)]
     if signal in SINGLE:
@@ -340,7 +346,7 @@ def headed(stem: str, signal: str, shared: Collection[str] = ()) -> str | None:
         signal: its name.
         shared: words that most columns have in their names, which say nothing of a single one.
     """
-    if signal not in SINGLE or _PRIME.search(stem):
+    if signal not in SINGLE or _is_primed(stem):
         return None
     if EASTERN.search(stem):
         return _compound(plain(stem), signal)

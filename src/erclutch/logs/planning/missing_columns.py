@@ -129,7 +129,8 @@ def sensor_options(free: Iterable[SeenColumn], signal: str) -> str:
         if signal == "slip" and written == "Hz" and _is_called(column, signal):
             return f"--slip {shell_word(f'{column.name} [turn/s]')}"
         from_sensor = written in ("V", "mV", "%") or written in COUNTS
-        if from_sensor and column.fits(si_units) is False and _is_called(column, signal):
+        is_headed = len(column.spoken.heads.get(signal) or "") > 2  # CH2 Force
+        if from_sensor and column.fits(si_units) is False and (is_headed or _is_called(column, signal)):
             unit_of_sensor = written
         else:
             unit_of_sensor = _counted(column, signal)

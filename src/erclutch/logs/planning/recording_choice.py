@@ -123,6 +123,10 @@ def _with_the_field(
         found = _field_of(joined, told, device) if joined is not None else ""
         if found and found not in tables[name].columns:
             beside.append(other)
+        elif joined is None and tables[other].rows >= MINIMUM_ROWS and "field" in signals_of(tables[other]):
+            problem = f"recording {name} is a log without a field, and {other}, which may be it, has no time in common"
+            remedy = f"Put the field beside its rows, or leave it out: --variable {shlex.quote(name)} --field none"
+            raise LogError(problem, remedy=remedy, where=Path(path).name)
     return beside
 
 

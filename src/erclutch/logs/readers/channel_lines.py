@@ -15,6 +15,15 @@ from erclutch.logs.readers.cells import Marks
 _DIGIT = re.compile(r"\d")
 _NAMES = ("name", "signal", "symbolname", "variable", "channel", "kanal")
 _UNITS = ("unit", "units", "einheit")
+#: What is said of each channel below the names.
+_PROPERTIES = frozenset(
+    (
+        *("unit", "units", "einheit", "interp", "interpolation", "type", "datatype", "data type", "description"),
+        *("path", "block path", "blockpath", "source", "port", "portindex", "port index", "signal name", "color"),
+        "sample time",
+    )
+)
+_CHANNEL_UNITS = frozenset({"vertical units", "vertical unit", "y units", "y unit", "channel units", "vert units"})
 #: Units that are no names.
 _UNITS_ALONE = frozenset(
     ("s", "sec", "ms", "us", "µs", "min", "Nm", "kN", "rpm", "mm", "mA", "mV", "kV", "1/min", "U/min")
@@ -89,6 +98,58 @@ def with_channel_labels(labels: Sequence[str], above: Sequence[str], marks: Mark
             named = [f"{channel} {own}".strip() for channel, own in zip(channels, said, strict=True)]
             return [first_label, *named]
     return [*labels]
+
+
+def channel_units(labels: Sequence[str], above: Sequence[str], marks: Marks) -> list[str | None] | None:
+    """Units of the channels in a line such as ``Vertical Units,V,V``, behind none for the time; None without it.
+
+    Args:
+        labels: of the columns, the time first.
+        above: lines above those of the labels.
+        marks: delimiter and decimal mark.
+    """
+    for line in above:
+        first, *said = marks.cells(line)
+        if first.lower() not in _CHANNEL_UNITS:
+            continue
+        while len(said) > len(labels) - 1 and not said[-1]:
+            said.pop()
+        if len(said) == len(labels) - 1 and any(said):
+            return [None, *(unit or None for unit in said)]
+    return None
+
+
+def said_below_names(above: Sequence[str], marks: Marks, width: int) -> tuple[list[str | None], int]:
+    """What lines between the names and the rows say of each column: ``Unit:``, ``Interp:``; the units, and how many.
+
+    The word stands in the first cell, or before what is said in each cell, as Simulink's Data Inspector writes it.
+
+    Args:
+        above: lines above the first row, without empty lines.
+        marks: delimiter and decimal mark.
+        width: cells of a row.
+    """
+    units: list[str | None] = []
+    count = 0
+    for line in reversed(above):
+        cells = marks.cells(line)
+        cells += [""] * (width - len(cells))
+        first, *others = cells
+        word, colon, _ = first.partition(":")
+        if colon and first.endswith(":") and word.strip().lower() in _PROPERTIES:
+            told = others
+        else:
+            words = {cell.partition(":")[0].strip().lower() for cell in cells if cell}
+            if len(words) != 1 or not words <= _PROPERTIES or not all(":" in cell for cell in cells if cell):
+                break
+            (word,) = words
+            told = [cell.partition(":")[2].strip() for cell in others]
+        if len(cells) != width:
+            break
+        count += 1
+        if word.strip().lower() in _UNITS:
+            units = [None, *(unit.strip("[]() ") or None for unit in told)]
+    return units, count
 
 
 def with_groups(labels: Sequence[str], over: Sequence[str]) -> list[str]:

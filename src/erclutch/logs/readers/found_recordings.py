@@ -15,6 +15,7 @@ from erclutch.errors import LogError
 from erclutch.logs.columns.labels import name_columns, split_label
 from erclutch.logs.log_reader import LogSource
 from erclutch.logs.table import Table
+from erclutch.signals import units
 from erclutch.signals.array import Array
 
 TIME = re.compile(r"t|time|zeit|tout|timestamps?|time_?s", re.I)
@@ -52,12 +53,12 @@ class Found:
     def table(self) -> Table:
         """The recording as a table without file name and digest; labels become names and units."""
         own_units = [self.units.get(label) for label in self.columns]
-        names, units, renamed = name_columns(list(self.columns), own_units)
+        names, units_of, renamed = name_columns(list(self.columns), own_units)
         clock_name, clock = self.clock or ("", None)
         return Table(
             name="",
             columns=dict(zip(names, self.columns.values(), strict=True)),
-            units=dict(zip(names, units, strict=True)),
+            units=dict(zip(names, units_of, strict=True)),
             digest="",
             sample_period=self.period,
             clock=clock,
@@ -131,6 +132,33 @@ def chosen(recordings: Mapping[str, Found], variable: str | None, what: str, non
     return recording.table()
 
 
+def joint_table(tables: Mapping[str, Table], variable: str, what: str) -> Table | None:
+    """The tables that a joint name says, joined by time; None where the name is no such joint.
+
+    Args:
+        tables: of all recordings of a file, by name.
+        variable: what the user chose.
+        what: what the format calls a recording.
+
+    Raises:
+        LogError: see `joined_by_time`.
+    """
+    names = [name.strip() for name in variable.split(JOINT)]
+    if len(names) < 2 or variable in tables or not all(name in tables for name in names):
+        return None
+    recordings: dict[str, Found] = {}
+    for name in names:
+        table = tables[name]
+        found = Found({**table.columns}, {**table.units}, None, {**table.constants}, {**table.metadata}, [*table.notes])
+        label = time_of(found)
+        unit = found.units.get(label or "")
+        if label and unit and units.is_unit(unit) and (seconds := units.fits(unit, ("s",))):
+            found.columns[label] = found.columns[label] * seconds[0]
+            found.units[label] = "s"
+        recordings[name] = found
+    return joined_by_time(recordings, what).table()
+
+
 def join_hint(recordings: Mapping[str, Found]) -> str:
     """How to join the recordings that have a time, the longest first, as the end of a remedy."""
     rows: dict[str, int] = {}  # of each recording that has a time
@@ -183,7 +211,7 @@ def joined_by_time(recordings: Mapping[str, Found], what: str) -> Found:
         raise LogError(f"there is no time that all of {listed(recordings)} have", remedy="Choose one of them")
     at = clocks[first][inside]  # s, shape (rows,)
     columns = {label: values[inside] for label, values in base.columns.items()}
-    units = dict(base.units)
+    units_of = dict(base.units)
     notes = [f"recordings joined at the times of {what} {first}: {', '.join(recordings)}", *base.notes]
     outside = int(np.count_nonzero(~inside))
     if outside:
@@ -209,9 +237,9 @@ def joined_by_time(recordings: Mapping[str, Found], what: str) -> Found:
                 how = "joined by straight lines"
             own_label = label if label not in columns else f"{label} ({name})"
             columns[own_label] = joined
-            units[own_label] = recording.units.get(label)
+            units_of[own_label] = recording.units.get(label)
             notes.append(f"column {own_label} of {name}: {how}")
-    return replace(base, columns=columns, units=units, notes=notes)
+    return replace(base, columns=columns, units=units_of, notes=notes)
 
 
 def gathered(recordings: Mapping[str, Found]) -> dict[str, Found]:
@@ -246,7 +274,7 @@ def gathered(recordings: Mapping[str, Found]) -> dict[str, Found]:
 
     counts = Counter(label for recording in recordings.values() for label in recording.columns)  # parts with a label
     columns: dict[str, Array] = {}
-    units: dict[str, str | None] = {}
+    units_of: dict[str, str | None] = {}
     constants: dict[str, float] = {}
     notes = [f"one recording of the parts {listed(recordings)}, which have one time"]
     for name, part in parts.items():
@@ -259,10 +287,10 @@ def gathered(recordings: Mapping[str, Found]) -> dict[str, Found]:
             if own_label in columns:
                 return apart
             columns[own_label] = values
-            units[own_label] = part.units.get(label)
+            units_of[own_label] = part.units.get(label)
         constants |= part.constants
         notes += part.notes
-    together = replace(recordings[first], columns=columns, units=units, constants=constants, notes=notes)
+    together = replace(recordings[first], columns=columns, units=units_of, constants=constants, notes=notes)
     return {JOINT.join(recordings): together}
 
 
@@ -274,8 +302,8 @@ def _with_its_name(recording: Found, name: str) -> Found:
         return recording
     renamed = {signals[0]: _last_part(name)}
     columns = {renamed.get(label, label): values for label, values in recording.columns.items()}
-    units = {renamed.get(label, label): unit for label, unit in recording.units.items()}
-    return replace(recording, columns=columns, units=units)
+    units_of = {renamed.get(label, label): unit for label, unit in recording.units.items()}
+    return replace(recording, columns=columns, units=units_of)
 
 
 def _last_part(name: str) -> str:

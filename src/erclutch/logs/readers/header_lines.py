@@ -9,7 +9,14 @@ from itertools import pairwise
 
 from erclutch.logs.columns.labels import EASTERN, split_label
 from erclutch.logs.readers.cells import Marks, is_comment
-from erclutch.logs.readers.channel_lines import keyed_channels, labels_and_units, with_channel_labels, with_groups
+from erclutch.logs.readers.channel_lines import (
+    channel_units,
+    keyed_channels,
+    labels_and_units,
+    said_below_names,
+    with_channel_labels,
+    with_groups,
+)
 from erclutch.signals import units
 
 #: Units that are no names; t, V, F may be names.
@@ -100,15 +107,12 @@ def header_of(above: Sequence[str], marks: Marks, rows: RowsBelow) -> Header | N
         marks: delimiter and decimal mark.
         rows: below.
     """
-    if numbered := _numbered(above, rows.width):
-        return Header(numbered, None, 1)
-    if len(above) > 1 and _are_types(marks.cells(above[-1]), rows.width):
-        typed = header_of(above[:-1], marks, rows)
-        return None if typed is None else replace(typed, lines=typed.lines + 1)
-    said, lines = keyed_channels(above, marks, rows.width)
-    if said:
-        alike = (f"{key}: {cells[0]}" for key, cells in said.items() if len({*cells}) == 1)
-        return Header(*labels_and_units(said), lines, tuple(alike))
+    if said_of_each := _said_of_each_column(above, marks, rows):
+        return said_of_each
+    for below in (0, 1):  # lines below that of the types
+        if len(above) > 1 + below and _are_types(marks.cells(above[-1 - below]), rows.width):
+            typed = header_of([*above[: -1 - below], *above[len(above) - below :]], marks, rows)
+            return None if typed is None else replace(typed, lines=typed.lines + 1)
     last = _labels(above[-1], marks, rows) if above else None
     if last is None:
         return None
@@ -138,6 +142,22 @@ def header_of(above: Sequence[str], marks: Marks, rows: RowsBelow) -> Header | N
         if _are_translated(last) and all(names):
             return Header(names, [split_label(cell)[1] for cell in last], 2)
     return Header(last, None, 1)
+
+
+def _said_of_each_column(above: Sequence[str], marks: Marks, rows: RowsBelow) -> Header | None:
+    """The header of lines that say one thing each of all columns, by a number or a key; None for other lines."""
+    if numbered := _numbered(above, rows.width):
+        return Header(numbered, None, 1)
+    own_units, count = said_below_names(above, marks, rows.width)
+    if 0 < count < len(above):
+        named = _labels(above[-1 - count], marks, rows)
+        if named is not None:
+            return Header(named, own_units or None, count + 1)
+    said, lines = keyed_channels(above, marks, rows.width)
+    if not said:
+        return None
+    alike = (f"{key}: {cells[0]}" for key, cells in said.items() if len({*cells}) == 1)
+    return Header(*labels_and_units(said), lines, tuple(alike))
 
 
 def with_headings(header: Header, above: Sequence[str], marks: Marks) -> Header:
@@ -182,6 +202,8 @@ def with_lines_above(header: Header, above: Sequence[str], marks: Marks) -> Head
     before = above[: len(above) - header.lines]
     if not header.lines or not before:
         return header
+    if header.units is None:
+        header = replace(header, units=channel_units(header.labels, before, marks))
     labels = with_channel_labels(header.labels, before, marks)
     if labels == header.labels:
         labels = with_groups(labels, marks.cells(before[-1]))

@@ -7,6 +7,7 @@
 {"columns": ["t", "speed"], "data": [[0.1, 3], ...]}
 {"runs": [{"t": [0.1, ...], "speed": [3, ...]}, ...]}
 {"data": [[0.1, 3], ...]}                           a matrix: its columns are data_1, data_2
+{"t": 0.1, "speed": {"value": 3, "unit": "rad/s"}}  a row with units
 """
 
 from __future__ import annotations
@@ -22,6 +23,7 @@ _LARGEST = 1e300
 _TIME = re.compile(r"t|time|zeit|timestamps?|time_?s|t \[.*|time \[.*", re.I)
 _NAME = ("name", "label", "signal", "channel", "key", "id")
 _UNIT = ("unit", "units")
+_VALUE = ("value", "val", "v", "magnitude")
 
 Rows = list[Any]
 Lists = dict[str, list[Any]]
@@ -309,7 +311,13 @@ def cells_of(members: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
     fields = dict(flat(members, "", 0))
     for place, value in fields.items():
         if not isinstance(value, list):
-            yield place, value
+            owner, _, last = place.rpartition(".")
+            beside = [fields.get(f"{owner}.{key}") for key in _UNIT] if owner else []
+            unit = next((each for each in beside if isinstance(each, str)), None)
+            if unit is None or last.lower() not in (*_UNIT, *_VALUE):
+                yield place, value
+            elif last.lower() in _VALUE:  # {"speed": {"value": 3, "unit": "rad/s"}}
+                yield _with_unit(owner, unit), value
             continue
         parts = cast("list[Any]", value)
         owner, _, last = place.rpartition(".")

@@ -9,6 +9,7 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 
+from erclutch.logs.columns.labels import split_label
 from erclutch.logs.readers.cells import cells_of, is_numeric
 from erclutch.logs.readers.dialect import LINE_END
 
@@ -16,7 +17,17 @@ _HEAD = 1 << 15  # characters that hold all such lines
 _FEWEST_ROWS = 2
 _NAMES = ("tracename", "kanal", "kanalname", "channel", "channelname", "signal", "signalname", "name")
 _UNITS = ("vunit", "unit", "units", "einheit", "yunit", "yeinheit", "yunitlabel")
-_STEPS = ("hresolution", "deltax", "dx", "sampleinterval", "samplinginterval", "xincrement", "abtastzeit", "dt")
+_STEPS = (
+    "hresolution",
+    "deltax",
+    "dx",
+    "sampleinterval",
+    "samplinginterval",
+    "xincrement",
+    "xdelta",
+    "abtastzeit",
+    "dt",
+)
 _STEP_UNITS = ("hunit", "xunit", "xeinheit")
 #: How a line begins whose key may be one of the names: most lines of a log are rows, which begin otherwise.
 _MAY_NAME = re.compile(rf"[\W_]*[{''.join({name[0] for name in _NAMES})}]", re.IGNORECASE)
@@ -41,7 +52,8 @@ def with_keyed_heads(text: str) -> tuple[str, str]:
         labels: list[str] = []
         for name, unit in zip(names, own_units, strict=True):
             bare = unit.strip("[]() ")
-            labels.append(_quoted(f"{name} [{bare}]" if bare else name, delimiter))
+            has_unit = split_label(name)[1] is not None
+            labels.append(_quoted(f"{name} [{bare}]" if bare and not has_unit else name, delimiter))
         lines = LINE_END.split(text)
         above = [*lines[:first_line]]
         if steps:
@@ -72,7 +84,7 @@ def _lines_in(lines: Sequence[str], delimiter: str) -> tuple[int, int, dict[str,
                 said[key] = cells[1:]
             continue
         width = len(next(iter(said.values()))) + 1
-        if key and len(cells) <= width:
+        if key and len(cells) <= width and not is_numeric(cells[0], delimiter):
             if len(cells) == width:
                 said.setdefault(key, cells[1:])
             continue
@@ -83,7 +95,9 @@ def _lines_in(lines: Sequence[str], delimiter: str) -> tuple[int, int, dict[str,
         if len(below) < _FEWEST_ROWS or not tells_units_or_steps:
             return None
         for first, *numbers in below:
-            if first or len(numbers) != width - 1:
+            if first and len(numbers) == width - 2:  # rows without an empty cell below the keys
+                numbers = [first, *numbers]
+            elif first or len(numbers) != width - 1:
                 return None
             if not all(is_numeric(cell, delimiter) for cell in numbers):
                 return None

@@ -20,6 +20,8 @@ _OF_A_MATRIX = re.compile(r"[-+.,;\deE\sNaInf]*")
 _END_OF_A_MATRIX = re.compile(r"\]\s{0,40};?\s{0,400}\Z")
 _END_OF_A_ROW = re.compile(r"[ \t]*;[ \t]*(?:\r?\n[ \t]*)?")
 
+_OF_A_RULE = frozenset("-=|+:;, \t")  # characters
+_RULED_LINES = 60  # from the first, above which a rule stands
 _BRACKETED = re.compile(r"\[\s{0,4}[+-]?\d{0,20}\.")
 
 
@@ -53,6 +55,23 @@ def with_a_line_of_names(text: str) -> tuple[str, str]:
         note = "the first row stands in the line of the names, without a line end between them: taken apart"
         return f"{first[:place]}\n{text[place + 1 :]}", note
     return text, ""
+
+
+def without_rules(text: str) -> tuple[str, str]:
+    """The text without lines of dashes between the names and the rows, as Markdown and prints of a database have."""
+    head = text[:_LOOKED_AT]
+    if "--" not in head:
+        return text, ""
+    lines = head.split("\n")
+    kept = [line for place, line in enumerate(lines) if place >= _RULED_LINES or not _is_a_rule(line)]
+    if len(kept) == len(lines):
+        return text, ""
+    return "\n".join(kept) + text[_LOOKED_AT:], "lines of dashes above the rows are left out"
+
+
+def _is_a_rule(line: str) -> bool:
+    """Whether a line holds two and more runs of dashes, and else bars, colons and blanks alone."""
+    return {*line.strip()} <= _OF_A_RULE and len(re.findall(r"--+", line)) > 1
 
 
 def without_brackets(text: str) -> tuple[str, str]:

@@ -237,7 +237,22 @@ def _opened_structs(name: str, items: list[dict[str, Any]]) -> dict[str, Any]:
         return signals
     if len(items) == 1:
         return {name: items[0]}
+    elements = _elements(items)
+    if elements:
+        return elements
     return {f"{name}({place})": item for place, item in enumerate(items, start=1)}
+
+
+def _elements(items: Sequence[dict[str, Any]]) -> dict[str, Any]:
+    """The values of the elements of a data set of Simulink by their names; none where the structs are others."""
+    elements: dict[str, Any] = {}
+    for item in items:
+        texts = [node for key, node in item.items() if key.lower() == "name" and isinstance(node, str) and node]
+        structs = [cast("dict[str, Any]", node) for node in item.values() if isinstance(node, dict)]
+        if len(texts) != 1 or len(structs) != 1 or not {key.lower() for key in structs[0]} >= {"time", "data"}:
+            return {}
+        elements[texts[0]] = structs[0]
+    return elements if len(elements) == len(items) else {}
 
 
 def _opened_vectors(
@@ -323,7 +338,22 @@ def _structure(name: str, node: Any) -> Found | None:
         label = name.rpartition(".")[2]
         unit = lower.get("units") or lower.get("unit")
         return _workspace({"time": time, f"{label} [{unit}]" if isinstance(unit, str) and unit else label: data})
-    return _workspace(_with_inner(_with_signals(fields)))
+    return _workspace(_with_inner(_with_signals(_with_units_of_table(fields))))
+
+
+def _with_units_of_table(fields: dict[str, Any]) -> dict[str, Any]:
+    """The variables of a table that was made a struct with the units that its properties give them in their order."""
+    properties = cast("dict[str, Any]", node) if isinstance(node := fields.get("Properties"), dict) else {}
+    said = [properties.get(key) for key in ("VariableNames", "VariableUnits")]
+    if not all(_all_of(texts, str) for texts in said):
+        return fields
+    names, units = (cast("list[str]", texts) for texts in said)
+    unit_of = dict(zip(names, units, strict=False)) if len(names) == len(units) else dict[str, str]()
+    flat: dict[str, Any] = {}
+    for name, node in fields.items():
+        unit = unit_of.get(name)
+        flat[f"{name} [{unit}]" if unit else name] = node
+    return flat
 
 
 def _with_signals(fields: dict[str, Any]) -> dict[str, Any]:

@@ -14,7 +14,7 @@ from typing import Any
 
 from erclutch.errors import LogError
 from erclutch.logs.log_reader import HEAD, LogReader, LogSource, reader_of
-from erclutch.logs.readers import found_recordings, reader_in_child
+from erclutch.logs.readers import first_bytes, found_recordings, reader_in_child
 from erclutch.logs.readers.budget import Budget, budget_of, take_zip
 from erclutch.logs.table import Table
 
@@ -47,6 +47,9 @@ def find(path: str, variable: str | None) -> Table:
         raise problems[0]
     if variable not in (None, found_recordings.ALL, *recordings):  # the error names all sheets that there are
         recordings |= {name: each for name, each in find_each(path).items() if isinstance(each, Table)}
+        joint = found_recordings.joint_table(recordings, str(variable), "sheet")
+        if joint is not None:
+            return joint
     _, table = found_recordings.choose(recordings, variable, "sheet", "the file has no sheet")
     return table
 
@@ -80,7 +83,12 @@ def _sheets(path: str, variable: str | None) -> Iterator[_Sheet | LogError]:
 
     budget = budget_of(Path(path))
     with Path(path).open("rb") as file:
-        is_packed = file.read(len(_OLD_OFFICE)) != _OLD_OFFICE
+        head = file.read(HEAD)
+    is_packed = not head.startswith(_OLD_OFFICE)
+    text_in_disguise = first_bytes.named_text(head.decode("utf-8", "replace"))
+    if is_packed and text_in_disguise:
+        kind, remedy = text_in_disguise
+        raise LogError(f"the file is {kind} under the name of a workbook", remedy=remedy)
     if is_packed:
         take_zip(Path(path), budget)
     try:

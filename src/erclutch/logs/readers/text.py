@@ -24,7 +24,7 @@ from erclutch.logs.readers.cells import DASHES, NO_NUMBERS, is_comment
 from erclutch.logs.readers.dialect import LINE_END, SAMPLE, Dialect, sniff
 from erclutch.logs.readers.keyed_heads import with_keyed_heads
 from erclutch.logs.readers.list_cells import without_lists
-from erclutch.logs.readers.loose_text import with_a_line_of_names, without_brackets, without_matrix
+from erclutch.logs.readers.loose_text import with_a_line_of_names, without_brackets, without_matrix, without_rules
 from erclutch.logs.readers.lying_tables import upright
 from erclutch.logs.readers.numerals import (
     TwoDecimalMarksError,
@@ -54,6 +54,7 @@ from erclutch.logs.readers.text_rows import blocks_in, rows_of_body
 from erclutch.logs.readers.text_tables import read_tables
 from erclutch.logs.readers.unit_cells import units_beside, without_units_in_cells
 from erclutch.logs.readers.unit_columns import with_units_in_cells
+from erclutch.logs.readers.waveform_lines import with_steps_above
 from erclutch.logs.table import Table
 from erclutch.signals.array import Array
 
@@ -132,6 +133,8 @@ def _put_right(text: str) -> tuple[str, list[str]]:
         text, brackets = without_brackets(text)
         notes.append(brackets)
     for change in (
+        without_rules,
+        with_steps_above,
         with_a_line_of_names,
         without_spread_in_cells,
         with_units_in_cells,

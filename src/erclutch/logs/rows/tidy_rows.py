@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -12,11 +12,13 @@ from erclutch.errors import LogError
 from erclutch.logs.columns.labels import name_columns, split_label
 from erclutch.logs.columns.names import plain, spoken_name
 from erclutch.logs.readers.found_recordings import Found, joined_by_time
-from erclutch.logs.table import Table
+from erclutch.logs.table import Table, WordColumn
+from erclutch.signals import units
 from erclutch.signals.array import Array
 
 _NAMES = {
     *("name", "signal", "variable", "channel", "sensor", "quantity", "parameter", "metric", "measure", "key", "topic"),
+    *("field", "grosse", "messgrosse", "kanal", "signalname", "channelname"),
 }
 _VALUES = {"value", "val", "values", "reading", "data", "measurement", "wert", "valeur", "valor"}
 _UNITS = {"unit", "units", "einheit", "unite", "unidad"}
@@ -42,7 +44,11 @@ def untidied(table: Table) -> Table:
     if not 2 <= len(parts) <= _MOST_SIGNALS or not all_are_named:
         return table
     stamps: Array = table.columns[times[0]] if times else np.asarray(table.clock)
-    all_values = table.columns[values[0]]
+    column_of_units = next((words for name, words in table.words.items() if plain(name) in _UNITS), None)
+    in_units = _in_one_unit(table.columns[values[0]], column_of_units, parts)
+    if in_units is None:
+        return table
+    all_values, units_of = in_units
     joined_notes: list[str] = []
     of_signals = [all_values[part] for part in parts]
     at = stamps[parts[0]]
@@ -52,19 +58,8 @@ def untidied(table: Table) -> Table:
             return table
         at, of_signals, joined_notes = joined
 
-    # A column may hold the unit of each value.
-    units: list[str | None] = []
-    column_of_units = next((words for name, words in table.words.items() if plain(name) in _UNITS), None)
-    for part in parts:
-        written: set[str] = set()
-        if column_of_units is not None:
-            numbers = np.unique(column_of_units.of_row[part]).tolist()
-            written = {column_of_units.words[number] for number in numbers if number >= 0}
-        units.append(written.pop() if len(written) == 1 else None)
-
     labels = [*times, *signals.words]
-    units = [*(table.units.get(name) for name in times), *units]
-    names, own_units, renamed = name_columns(labels, units)
+    names, own_units, renamed = name_columns(labels, [*(table.units.get(name) for name in times), *units_of])
     columns = [*([at] * len(times)), *of_signals]
     note = f"column {named[0]} names the signal of each value: {len(parts)} signals are taken as columns"
     notes = [each for each in table.notes if "parts the rows by" not in each]
@@ -79,6 +74,39 @@ def untidied(table: Table) -> Table:
         unreadable={},
         notes=(*notes, note, *joined_notes, *renamed),
     )
+
+
+def _in_one_unit(
+    values: Array,
+    of_units: WordColumn | None,
+    parts: Sequence[NDArray[np.int64]],
+) -> tuple[Array, list[str | None]] | None:
+    """The values, those of each part in one unit, and these units; None where a part has units of two quantities.
+
+    A meter that changes its range writes several units for one signal.
+
+    Args:
+        values: of all rows.
+        of_units: the column that holds the unit of each value, if there is one.
+        parts: rows of each signal.
+    """
+    if of_units is None:
+        return values, [None] * len(parts)
+    values = values.copy()
+    units_of: list[str | None] = []
+    for part in parts:
+        numbers: list[int] = [int(number) for number in np.unique(of_units.of_row[part])]
+        written = [of_units.words[number] if number >= 0 else "" for number in numbers]
+        if len(written) > 1:
+            if not all(unit and units.is_unit(unit) for unit in written):
+                return None
+            meant = [units.parse(unit) for unit in written]
+            if len({unit.dimension for unit in meant}) > 1:
+                return None
+            for number, unit in zip(numbers, meant, strict=True):
+                values[part[of_units.of_row[part] == number]] *= unit.factor / meant[-1].factor
+        units_of.append(written[-1] or None)
+    return values, units_of
 
 
 def _joined(
