@@ -105,10 +105,9 @@ def _named_families(
         bare = spoken.bare_stem
         if bare == spoken.plain_stem:
             continue
-        words = {*spoken.stem_words}
-        is_estimated = not words.isdisjoint(passed_over)
+        is_estimated = spoken.says(passed_over)
         is_turned = signal in spoken.turned and not is_estimated
-        if is_turned or not TOLD.isdisjoint(words):
+        if is_turned or spoken.says(TOLD):
             continue
 
         stem = spoken.stem
@@ -124,7 +123,8 @@ def _named_families(
     # The torques of a compensation that is switched off never change, and are not those that were measured.
     moving: list[str] = []
     for bare in several:
-        if not all(seen.columns[name].shape.constant for name in families[bare].values()):
+        rests = all(seen.columns[name].shape.constant for name in families[bare].values())
+        if not rests:
             moving.append(bare)
     several = moving or several
     # A whole name goes before one with further words: qd before ee_qd.

@@ -57,8 +57,10 @@ def _adding_up_to_nothing(seen: SeenColumns, column: SeenColumn) -> list[str]:
     front = stem.rstrip("0123456789")[: len(stem) - 1]
     if not letters or not {front, front.removesuffix("phase")} & (CURRENTS | VOLTAGES):
         return []
-    three = [each for each in seen.columns.values() if each.spoken.plain_stem in {front + letter for letter in letters}]
-    if len(three) != len(letters) or not all(takes_both_signs(each.values) for each in three):
+    stems = {front + letter for letter in letters}
+    three = [each for each in seen.columns.values() if each.spoken.plain_stem in stems]
+    alternate = all(takes_both_signs(each.values) for each in three)
+    if len(three) != len(letters) or not alternate:
         return []
     known = known_rows(*(each.values for each in three))
     total = np.zeros(known[0].size)

@@ -62,7 +62,12 @@ def with_senses(table: Table) -> Table:
         turned_at = values[int(np.argmin(numbered))]
         note = f"column {speeds[0]} has no sign and {efforts[0]} has: it is turned where {name} is {turned_at:g}"
         columns = {other: each for other, each in table.columns.items() if other != name}
-        return replace(table, columns={**columns, speeds[0]: speed * numbered}, notes=(*table.notes, note))
+        columns[speeds[0]] = speed * numbered
+        return replace(
+            table,
+            columns=columns,
+            notes=(*table.notes, note),
+        )
     for name, senses in table.words.items():
         signs = _signs(senses.words)
         if signs is None or not (senses.of_row >= 0).all():

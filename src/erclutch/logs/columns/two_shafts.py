@@ -264,7 +264,8 @@ def is_of_clutch(seen: SeenColumns, signal: str, difference: str, efforts: Itera
     A gear has two shafts too; what its speeds differ by is no slip, and its effort keeps to the sign of each.
     """
     table = seen.table
-    words_of_file = " ".join([table.name, *table.columns, *table.metadata, *table.metadata.values()]).lower()
+    texts_of_file = [table.name, *table.columns, *table.metadata, *table.metadata.values()]
+    words_of_file = " ".join(texts_of_file).lower()
     if any(word in words_of_file for word in _CLUTCH):
         return True
     shafts = table.parts_of(difference) or ()

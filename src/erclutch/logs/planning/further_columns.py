@@ -85,15 +85,14 @@ def option_for_input(name: str, unit: str | None) -> str:
 
 def _numbers_the_rows(column: SeenColumn) -> bool:
     """Whether a column counts rows, and has no name (``c1``, as a reader calls it) or that of a count."""
-    words = {*column.spoken.stem_words}
-    return column.shape.counts_rows and (bool(_NAMELESS.fullmatch(column.name)) or not words.isdisjoint(_COUNTS))
+    is_called_so = bool(_NAMELESS.fullmatch(column.name)) or column.spoken.says(_COUNTS)
+    return column.shape.counts_rows and is_called_so
 
 
 def _is_an_effort_besides(draft: Draft, column: SeenColumn) -> bool:
     """Whether a column is called like an effort that was computed, or is the effort of another joint."""
     words = column.spoken.stem_words
-    is_computed = not COMPUTED.isdisjoint(words)
-    if is_computed and any(spoken_name(word).forms["effort"] for word in words if len(word) > 2):
+    if column.spoken.says(COMPUTED) and any(spoken_name(word).forms["effort"] for word in words if len(word) > 2):
         return True
     effort = draft.signals.get("effort")
     if effort is None or not effort.column:
