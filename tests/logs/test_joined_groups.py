@@ -101,6 +101,7 @@ def test_signals_that_begin_at_other_times_stay_apart(tmp_path: Path) -> None:
     assert list(hdf5.find(str(path), "measurement/speed").columns) == ["data"]
 
 
+@pytest.mark.usefixtures("read_here")
 @pytest.mark.parametrize("with_time", [False, True])
 @pytest.mark.parametrize("form", ["text beside", "attribute of the group", "bytes beside"])
 def test_a_group_that_holds_a_signal_and_its_unit_gives_the_unit(tmp_path: Path, form: str, with_time: bool) -> None:

@@ -262,6 +262,7 @@ def test_damaged_feather_is_named(tmp_path: Path) -> None:
         read_table(path)
 
 
+@pytest.mark.usefixtures("read_here")
 @pytest.mark.parametrize("name", ["timestamp_ns", "time_ns", "t_ns", "time_nanoseconds"])
 def test_times_in_ns_need_no_word(tmp_path: Path, name: str) -> None:
     path = tmp_path / "log.npz"

@@ -169,6 +169,7 @@ def test_names_above_an_empty_comment_are_names(tmp_path: Path) -> None:
     assert list(table.columns) == ["t", "speed", "torque"]
 
 
+@pytest.mark.usefixtures("read_here")
 def test_arrays_of_numpy_are_read(tmp_path: Path) -> None:
     t, w, torque = (np.array(column) for column in zip(*ROWS, strict=True))
     np.savez(tmp_path / "log.npz", time_s=t, speed=w, torque=torque, note=np.array("a test"))

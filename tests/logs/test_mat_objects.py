@@ -185,6 +185,7 @@ def test_logged_signals_of_simulink_are_called_as_the_user_called_them(tmp_path:
     check(save(tmp_path / "b.mat", {"out": out}))
 
 
+@pytest.mark.usefixtures("read_here")
 @versions
 def test_signals_of_two_rates_are_recordings_that_can_be_joined(tmp_path: Path, save: Save) -> None:
     slow = TIME[::4]
@@ -212,6 +213,7 @@ def test_an_object_beside_vectors_does_not_keep_them_from_being_read(tmp_path: P
     check(save(tmp_path / "a.mat", {"foot": MatObject("polyshape", {"Vertices": np.zeros((4, 2))}), **vectors}))
 
 
+@pytest.mark.usefixtures("read_here")
 def test_two_objects_of_v5_have_names_of_their_own(tmp_path: Path) -> None:
     one = table({"Time": TIME, "Current": CURRENT, "Speed": SPEED, "Torque": TORQUE}, ["s", "A", "rad/s", "N*m"])
     two = table({"Time": TIME, "Current": CURRENT, "Speed": -SPEED, "Torque": -TORQUE}, ["s", "A", "rad/s", "N*m"])

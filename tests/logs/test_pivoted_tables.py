@@ -91,6 +91,7 @@ def test_other_tables_stay_as_they_are(text: str) -> None:
     assert with_pivoted_heads(text) == (text, "")
 
 
+@pytest.mark.usefixtures("read_here")
 def test_merged_heads_of_a_workbook_are_read(tmp_path: Path) -> None:
     openpyxl = pytest.importorskip("openpyxl")
     book = openpyxl.Workbook()

@@ -186,6 +186,7 @@ def sheet_with_numbers_beside(path: Path, gap: int, name: str | None = None) -> 
     return path
 
 
+@pytest.mark.usefixtures("read_here")
 def test_numbers_without_a_name_behind_a_gap_hide_no_table(tmp_path: Path) -> None:
     path = sheet_with_numbers_beside(tmp_path / "log.xlsx", gap=4)
     assert recordings_in(path) == ["table 1", "table 2"]
@@ -195,6 +196,7 @@ def test_numbers_without_a_name_behind_a_gap_hide_no_table(tmp_path: Path) -> No
     assert any("numbers without a name beside the table (2 columns): left out" in note for note in table.notes)
 
 
+@pytest.mark.usefixtures("read_here")
 @pytest.mark.parametrize(("gap", "name"), [(1, None), (4, "copy")])
 def test_columns_with_a_name_or_next_to_the_table_stay(tmp_path: Path, gap: int, name: str | None) -> None:
     path = sheet_with_numbers_beside(tmp_path / "log.xlsx", gap, name)
