@@ -133,7 +133,7 @@ def test_a_turned_sign_is_told_in_every_case(kind: str) -> None:
 @pytest.mark.slow
 def test_the_fit_of_the_turned_log_stands_beside(friction: tuple[Array, Array]) -> None:
     slip, torque = friction
-    result = compare(logged(slip, -torque), MODELS)
+    result = compare(logged(slip, -torque), Settings(("bingham",)))
     (finding,) = [f for f in result.findings if f.subject == SIGN]
     assert "with the effort turned, bingham/constant+dahl" in finding.message
     assert finding.remedy.startswith("Turn a sign")

@@ -31,6 +31,8 @@ from erclutch.signals.array import Mask
 from erclutch.signals.percent import percent
 from erclutch.signals.recording import TEMPERATURE
 
+#: A constant effort and friction, which a law may lose again.
+_ADDED_TERMS = 2
 #: Separate time constants are asked for by the data when they lower the criterion by this much: "very strong" evidence.
 _EVIDENCE = 10.0
 #: Share by which the cost may grow when a term that cannot be told is taken out.
@@ -240,27 +242,30 @@ def _second_time_constant(train: Dataset, laws: Sequence[FitOutcome[TorqueModel]
     if not lagged:
         return []
     one = _plainest_of_the_best(lagged)
+    two = replace(one.model.structure, dynamics="rise-fall")
+    # Intervals take half the time of a fit, and few logs ask for the second time constant.
     with one_thread():
-        two = fit_structure(train, replace(one.model.structure, dynamics="rise-fall"))
-
-    return [two] if _called_for(train, one, two) else []
+        if _called_for(train, one, fit_structure(train, two, intervals=False)):
+            return [fit_structure(train, two)]
+    return []
 
 
 def _called_for(
     train: Dataset,
     plain: FitOutcome[TorqueModel],
     richer: FitOutcome[TorqueModel],
+    to_spare: int = 0,
 ) -> bool:
-    """Whether the training rows give very strong evidence for a law with more numbers."""
+    """Whether the training rows give very strong evidence for a law with more numbers, or would with some to spare."""
     # Rows of one log are alike, so the criterion counts those that are independent, as many for both laws.
     errors = [train.effort - law.model.predict(train) for law in (plain, richer)]
     independent = min(independent_rows(error) for error in errors)
 
-    def criterion(law: FitOutcome[TorqueModel]) -> float:
-        criteria = information_criteria(law.train_cost, law.train_rows, independent, law.parameters)
+    def criterion(law: FitOutcome[TorqueModel], numbers: int) -> float:
+        criteria = information_criteria(law.train_cost, law.train_rows, independent, numbers)
         return criteria["bic_independent"]
 
-    return criterion(richer) < criterion(plain) - _EVIDENCE
+    return criterion(richer, richer.parameters - to_spare) < criterion(plain, plain.parameters) - _EVIDENCE
 
 
 def _plainest_of_the_best(laws: Sequence[FitOutcome[TorqueModel]]) -> FitOutcome[TorqueModel]:
@@ -381,15 +386,17 @@ def _that_saturate(
     for structure in (rung.structure, *known):
         if structure.law.yield_form is not POWER:
             continue
-        fits: list[FitOutcome[TorqueModel]] = []
         with one_thread():
-            for form in (TANH, SATURATING):
-                remembering = of_law(train, rung, structure.with_yield_form(form))
-                near = tuple(remembering.numbers.values())
-                fit = fit_structure(train, remembering.structure, starts=[near])
-                fits.append(_with_terms_told(train, fit))
-        plain, richer = fits
-        taken = richer if richer.sound and _called_for(train, plain, richer) else plain
+            near = of_law(train, rung, structure.with_yield_form(TANH))
+            taken = _with_terms_told(train, fit_structure(train, near.structure, starts=[(*near.numbers.values(),)]))
+            near = of_law(train, rung, structure.with_yield_form(SATURATING))
+            starts = [(*near.numbers.values(),)]
+            # Intervals take half the time of a fit, and few logs ask for the exponent, even without the added terms.
+            bare = fit_structure(train, near.structure, starts=starts, intervals=False)
+            if _called_for(train, taken, bare, to_spare=_ADDED_TERMS):
+                richer = _with_terms_told(train, fit_structure(train, near.structure, starts=starts))
+                if richer.sound and _called_for(train, taken, richer):
+                    taken = richer
         if taken.model.structure not in known:  # such a form may have been asked for
             saturating.append(LawCandidate(taken.model.structure, outcome=taken))
     return saturating
