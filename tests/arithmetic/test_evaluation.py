@@ -89,6 +89,7 @@ class _RowByRow:
         return [known[n.index] for n in self.record.outputs]
 
 
+@pytest.mark.slow
 @settings(max_examples=examples(150), deadline=None)
 @given(data=st.data(), rows=st.integers(1, 12), precision=st.sampled_from([FLOAT64, FLOAT32]))
 def test_all_rows_at_once_are_the_rows_one_by_one(data: st.DataObject, rows: int, precision: Precision) -> None:

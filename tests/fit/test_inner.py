@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
@@ -37,6 +38,7 @@ def peer_cost(matrix: Array, target: Array, nonnegative: NDArray[np.bool_]) -> f
 masks = st.lists(st.booleans(), min_size=1, max_size=12)
 
 
+@pytest.mark.slow
 @settings(max_examples=examples(300), deadline=None)
 @given(st.integers(0, 2**32 - 1), masks, st.integers(0, 30), st.floats(-6, 6))
 def test_random_problems_equal_bvls(seed: int, mask: list[bool], more: int, decades: float) -> None:

@@ -131,6 +131,7 @@ def test_any_bytes_in_any_file_give_an_error_of_ours(tmp_path: Path, data: bytes
         assert read(path).rows
 
 
+@pytest.mark.slow
 @settings(max_examples=examples(100), deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(st.lists(st.tuples(st.integers(0, 400), st.integers(0, 255)), min_size=1, max_size=5))
 def test_a_mutated_log_gives_a_recording_or_an_error_of_ours(tmp_path: Path, changes: list[tuple[int, int]]) -> None:

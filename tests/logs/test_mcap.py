@@ -208,6 +208,7 @@ def require_a_part_or_all(table: Any) -> None:
     assert not missing or any(note.startswith(f"{missing} messages are missing") for note in table.notes)
 
 
+@pytest.mark.slow
 @settings(max_examples=examples(300), deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(st.lists(st.tuples(st.integers(0, len(WHOLE) - 1), st.integers(1, 255)), min_size=1, max_size=4))
 @example([(WHOLE.rindex(b"float64 field") + 8, 1)])  # the schema as the summary repeats it

@@ -199,6 +199,7 @@ def test_a_file_without_numbers() -> None:
         read_parquet(LogSource(Path("a.parquet"), sink.getvalue(), ""))
 
 
+@pytest.mark.slow
 @settings(max_examples=examples(150), deadline=None)
 @given(st.lists(st.tuples(st.integers(0, 10_000), st.integers(0, 255)), min_size=1, max_size=6))
 def test_a_mutated_file_gives_a_table_or_an_error_of_ours(changes: list[tuple[int, int]]) -> None:

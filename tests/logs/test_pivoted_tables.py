@@ -114,6 +114,7 @@ def test_any_text_is_taken(text: str) -> None:
     assert changed == text or note
 
 
+@pytest.mark.slow
 @given(
     heads=st.lists(st.sampled_from(["rate [1/s]", "", "tau [Pa]", "I [A]", "0", "0.5", "1"]), min_size=6, max_size=9),
     width=st.integers(2, 4),

@@ -166,6 +166,7 @@ def test_any_text_is_a_rate_or_one_line(text: str) -> None:
     assert 1e-3 <= rate <= 1e7
 
 
+@pytest.mark.slow
 @settings(max_examples=examples(25), deadline=None)
 @example(562, 0.0625)
 @example(656, 0.0625)

@@ -51,6 +51,7 @@ def header_of(style: str, delimiter: str) -> list[str]:
     return labels[style]
 
 
+@pytest.mark.slow
 @settings(max_examples=examples(150), suppress_health_check=[HealthCheck.too_slow], deadline=None)
 @given(
     data=st.lists(
@@ -90,6 +91,7 @@ def test_random_bytes_give_a_table_or_an_error_of_ours(data: bytes) -> None:
         assert table_of(data).rows >= 0
 
 
+@pytest.mark.slow
 @settings(max_examples=examples(200), deadline=None)
 @given(st.lists(st.tuples(st.integers(0, 200), st.integers(0, 255)), min_size=1, max_size=8), st.integers(0, 200))
 def test_a_damaged_log_gives_a_table_or_an_error_of_ours(changes: list[tuple[int, int]], cut: int) -> None:

@@ -98,6 +98,7 @@ def test_text_above_a_table_is_skipped_with_a_word(tmp_path: Path) -> None:
     assert table.metadata["Operator"] == "somebody"
 
 
+@pytest.mark.slow
 @settings(max_examples=examples(100), deadline=None)
 @given(place=st.integers(0, 5000), damage=st.sampled_from("0x,;.\n\t -\"'#"))
 def test_a_changed_byte_never_moves_a_column(tmp_path_factory: pytest.TempPathFactory, place: int, damage: str) -> None:

@@ -92,6 +92,7 @@ def hold(
     assert not one_way or commands.speed.min() >= 0.0
 
 
+@pytest.mark.slow
 @given(drawn_limits(), st.integers(0, 1000), st.sampled_from([100.0, 333.3, 1000.0]), st.booleans(), st.booleans())
 @settings(max_examples=examples(60), deadline=None)
 def test_no_sequence_breaks_a_limit(limits: RigLimits, seed: int, rate: float, signed: bool, one_way: bool) -> None:

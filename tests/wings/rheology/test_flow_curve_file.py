@@ -436,6 +436,7 @@ def test_almost_tables_give_curves_or_an_error_of_ours(tmp_path_factory: pytest.
     curves_or_an_error(path)
 
 
+@pytest.mark.slow
 @settings(max_examples=examples(60), deadline=None)
 @given(st.integers(0, 900), st.binary(min_size=1, max_size=6))
 def test_damaged_exports_give_curves_or_an_error_of_ours(
