@@ -205,8 +205,8 @@ def test_the_wheel_runs_in_an_empty_environment(installed: Installed, wheel_and_
     )
     assert installed.erclutch("--version").split()[0] in wheel_and_sdist[".whl"].name
     assert "Recommended: " in installed.erclutch("demo", "--seconds", "10", "--out", "demo")
-    log, model = "demo/twin.parquet", ("--models", "bingham")
-    assert "bingham" in installed.erclutch("fit", log, "--device", "coaxial", *model, "--lag", "lag", "--out", "one.run")
+    log, model = "demo/twin.parquet", ("--models", "bingham", "--lag", "lag")
+    assert "bingham" in installed.erclutch("fit", log, "--device", "coaxial", *model, "--out", "one.run")
     assert "one.html" in installed.erclutch("report", "one.run", "--out", "one.html")
     installed.erclutch("export", "one.run", "--out", "one_c")
     assert "gcc -O2" in installed.erclutch("verify", "one_c")
