@@ -33,6 +33,13 @@ def ar1(seed: int, rho: float, n: int) -> Array:
     return np.asarray(lfilter([1.0], [1.0, -rho], drive))
 
 
+def test_an_effort_that_stands_still_in_a_resample_has_figures_without_a_warning() -> None:
+    measured = np.r_[np.zeros(398), 9.0, -9.0]
+    figures = score(measured, measured + 5.0, block=3)  # warnings are errors
+    assert figures.rmse.value == pytest.approx(5.0)
+    assert figures.r2.high < 0.0
+
+
 # --- figures ----------------------------------------------------------------------------------------------------------
 
 

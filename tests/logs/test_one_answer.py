@@ -159,6 +159,12 @@ def test_a_bare_slip_beside_a_speed_with_a_unit_is_asked_about() -> None:
 def test_the_rate_is_asked_for_where_no_column_can_be_the_time() -> None:
     plan = planned({"Index": ROWS, "displacement": ANGLE, "force": SPEED})
     assert plan.command() == 'erclutch inspect a.csv --rate "RATE Hz"'
+    # Two that may be the position, and two efforts: none of them rises, so none of them is the time.
+    several = {"Index": ROWS, "displacement_1": ANGLE, "displacement_2": 2.0 * ANGLE + SPEED, "Fx": SPEED, "Fy": -ANGLE}
+    command = planned(several).command()
+    assert '--rate "RATE Hz" ' in command
+    assert "--position" in command
+    assert "COLUMN" not in command
 
 
 @pytest.mark.parametrize(

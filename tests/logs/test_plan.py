@@ -358,7 +358,7 @@ def test_no_column_is_proposed_twice_and_a_refused_unit_is_named() -> None:
 
 def test_a_file_is_asked_about_by_its_path(tmp_path: Path) -> None:
     path = tmp_path / "a b.csv"
-    np.savetxt(path, np.column_stack([ROWS, ROWS]), delimiter=",", header="q,r", comments="")
+    np.savetxt(path, np.column_stack([0.5 * ROWS, ROWS]), delimiter=",", header="q,r", comments="")
     with pytest.raises(MappingError) as caught:
         read(path)
     assert f"erclutch inspect '{path}' --time" in caught.value.remedy

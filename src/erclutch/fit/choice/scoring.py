@@ -19,6 +19,7 @@ from erclutch.fit.solver.intervals import bandwidth_of, correlated_rows
 from erclutch.signals.array import Array, largest_of_windows, largest_size, rms
 
 _RESAMPLES = 1000
+_LARGEST_RATIO = 1e300  # of mean squares: quantiles take no infinity
 _LONGER = 2  # times the length with the least error of the variance
 _MOST_BLOCKS = 1000
 
@@ -176,7 +177,8 @@ def _banded(
 ) -> Score:
     """A score of the mean square of the error and the variance of the effort, each with its resamples (resamples,)."""
     ratio = mse / spread
-    ratios = mses / spreads
+    with np.errstate(over="ignore"):  # an effort that stands still in a resample
+        ratios = np.minimum(mses / spreads, _LARGEST_RATIO)
     return Score(
         rows=rows,
         mse=_figure(mse, mses, blocks, least=0.0),

@@ -192,9 +192,8 @@ def _clock_option(draft: Draft, others: Sequence[str]) -> str:
         is_open = column.fits(("s",)) is not False and not column.spoken.is_accounted
         if is_open and column.shape.rises and not column.shape.counts_rows:
             may_rise = True
-    # Where more than the field is open, a column of the time may be among the open columns.
-    timeless = questions.keys() <= {"time", "field"} and not may_rise
-    return '--rate "RATE Hz"' if timeless or not free else '--time "COLUMN [s]"'
+    # A time never falls: where no open column does so, none of them is the time.
+    return '--time "COLUMN [s]"' if free and may_rise else '--rate "RATE Hz"'
 
 
 def _column_option(
