@@ -63,6 +63,19 @@ def test_two_speeds_that_tell_two_units_of_the_stamps_tell_none() -> None:
     assert any("timestamp in s, though" in doubt for doubt in _plan(log).doubts)
 
 
+@pytest.mark.parametrize("rate", [50.0, 250.0, 1000.0])
+def test_the_rate_of_rows_without_stamps_is_told_by_a_speed_and_its_position(rate: float) -> None:
+    at = ROWS / rate
+    log = {"position": np.sin(0.1 * rate * at), "velocity": 0.1 * rate * np.cos(0.1 * rate * at), "torque": RUBS}
+    plan = _plan(log)
+    assert f'--rate "{rate:g} Hz"' in plan.command()
+    assert _asked(_plan(log, rate=f"{rate:g} Hz")) == []
+    # In degrees beside radians a second, the units tell it; without units no rate that a logger is set to comes out.
+    mixed = {**log, "position": np.degrees(log["position"])}
+    assert f'--rate "{rate:g} Hz"' in _plan(mixed, {"position": "deg", "velocity": "rad/s"}).command()
+    assert "--rate" not in _plan(mixed).command()
+
+
 def test_seconds_since_1970_under_the_name_of_a_smaller_unit_are_doubted() -> None:
     log = {"timestamp": 1_767_109_211.446 + SECONDS, "velocity": SPEED, "torque": RUBS}
     assert [doubt.partition(",")[0] for doubt in _plan(log, {"timestamp": "ms"}).doubts] == [

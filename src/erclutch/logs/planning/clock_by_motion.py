@@ -1,13 +1,20 @@
-"""The unit of stamps that have none is told by a motion: a speed is the rate of its position in that unit alone."""
+"""A motion tells the unit of stamps without one, and the rate of rows without stamps.
+
+A speed is the rate of its position in one unit of the time alone.
+"""
 
 from __future__ import annotations
 
 import re
 from collections import Counter
+from math import floor, log10
+
+import numpy as np
 
 from erclutch.logs.columns.names import TOLD
 from erclutch.logs.columns.seen_columns import SeenColumn, SeenColumns
 from erclutch.logs.columns.two_courses import over_rate
+from erclutch.signals import units
 from erclutch.signals.array import Array
 
 #: How many times the rate by the stamps a speed is, where these are no seconds.
@@ -15,6 +22,9 @@ _RATIOS = {"s": 1.0, "ms": 1e3, "us": 1e6, "ns": 1e9}
 _CLOSE = 0.05
 _NONE = ""  # what a pair in other units tells
 _MANY = 12  # pairs of a speed and a position: more are not looked at
+#: Rates that loggers are set to, but for powers of ten; numbers without units tell no other.
+_ROUND = (1.0, 1.25, 2.0, 2.5, 4.0, 5.0, 6.0, 8.0, 10.0)
+_NEAR = 0.02
 _JOINT = re.compile(r"\D*(\d+)\D*")
 
 
@@ -39,6 +49,54 @@ def unit_by_motion(seen: SeenColumns, stamps: Array) -> str | None:
         return None
     unit = units.pop()
     return unit if told[unit] > told[_NONE] else None
+
+
+def rate_by_motion(seen: SeenColumns) -> float | None:
+    """The rate in Hz at which the speeds of a log without a clock are the rates of their positions; None for no such.
+
+    Units tell it of themselves. Numbers without units have to tell a rate that loggers are set to.
+    """
+    rates: list[float] = []
+    others = 0
+    rows = np.arange(float(seen.table.rows))
+    for speed, position in _pairs(seen):
+        ratio = over_rate(speed.values, position.values, rows)
+        if ratio is None:
+            continue
+        rate = _in_si(speed, position, ratio)
+        if rate is None:
+            others += 1
+        else:
+            rates.append(rate)
+    if not rates or len(rates) <= others or max(rates) > (1.0 + _CLOSE) * min(rates):
+        return None
+    rate = float(np.median(rates))
+    return _rounded(rate) or float(f"{rate:.3g}")
+
+
+def _in_si(speed: SeenColumn, position: SeenColumn, ratio: float) -> float | None:
+    """The rate that a pair tells, by its units or as a round one; None for none."""
+    if ratio <= 0.0:
+        return None
+    if not speed.written_unit or not position.written_unit:
+        return _rounded(ratio)
+    for of_speed, of_position in (("rad/s", "rad"), ("m/s", "m")):
+        speed_unit = speed.unit_for((of_speed,))
+        position_unit = position.unit_for((of_position,))
+        if not speed_unit or not position_unit:
+            continue
+        fast = units.fits(speed_unit, (of_speed,))
+        far = units.fits(position_unit, (of_position,))
+        if fast is not None and far is not None:
+            return ratio * fast[0] / far[0]
+    return None
+
+
+def _rounded(rate: float) -> float | None:
+    """The round rate beside a rate; None where none is near."""
+    power = 10.0 ** floor(log10(rate))
+    nearest = min(_ROUND, key=lambda each: abs(rate / (each * power) - 1.0))
+    return nearest * power if abs(rate / (nearest * power) - 1.0) < _NEAR else None
 
 
 def _pairs(seen: SeenColumns) -> list[tuple[SeenColumn, SeenColumn]]:

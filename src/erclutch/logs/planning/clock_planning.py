@@ -14,7 +14,7 @@ from erclutch.logs.columns.seen_columns import EVEN, SeenColumns
 from erclutch.logs.columns.shapes import are_whole
 from erclutch.logs.mapping import NONE, ColumnChoice, ColumnMap
 from erclutch.logs.plan import THOUGH, ClockPlan
-from erclutch.logs.planning.clock_by_motion import unit_by_motion
+from erclutch.logs.planning.clock_by_motion import rate_by_motion, unit_by_motion
 from erclutch.logs.planning.draft import Draft
 from erclutch.logs.planning.named_columns import locate
 from erclutch.logs.table import Table
@@ -130,7 +130,7 @@ def clock_plan(seen: SeenColumns, told: ColumnMap, taken: Sequence[str]) -> Cloc
     if header is None:
         problem = f"no time column and no sampling rate; the file has: {table.listed}"
         any_clock = 'Give --time "NAME [s]" or --rate HZ, or --time none for a table of points (no lag is fitted)'
-        remedy = _steady_column(seen, taken) or any_clock
+        remedy = _steady_column(seen, taken) or _rate_told(seen) or any_clock
         raise MappingError(problem, remedy=remedy)
 
     said = f"time from the sampling period in the header: {header:g} s"
@@ -346,6 +346,15 @@ def _likely_unit(stamps: Array) -> str:
     if step <= _SLOWEST_IN_MS:
         return "ms"
     return "us" if step < _SLOWEST_IN_US else "ns"
+
+
+def _rate_told(seen: SeenColumns) -> str:
+    """A remedy that proposes the rate at which speeds are the rates of their positions; "" where nothing tells it."""
+    rate = rate_by_motion(seen)
+    if rate is None:
+        return ""
+    option = f"--rate {shell_word(f'{rate:g} Hz')}"
+    return f"The speed is the rate of the position at {rate:g} Hz, if both are in units of one kind: {option}"
 
 
 def _steady_column(seen: SeenColumns, taken: Sequence[str]) -> str:

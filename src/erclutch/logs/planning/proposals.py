@@ -176,6 +176,9 @@ def _clock_option(draft: Draft, others: Sequence[str]) -> str:
     _, named, column = questions["time"].remedy.partition("--time ")
     if named and "NAME" not in column:
         return f"--time {column}"
+    _, named, rate = questions["time"].remedy.partition("--rate ")
+    if named and not rate.startswith("HZ"):
+        return f"--rate {rate}"  # which a motion tells
     has_speed = "slip" in draft.signals
     if "slip" in questions and not has_speed:
         speeds, _ = candidates(seen, "slip", ())
