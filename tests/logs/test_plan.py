@@ -18,6 +18,7 @@ from erclutch.logs.planning.clock_planning import clock_plan
 from erclutch.logs.planning.whole_plan import plan_of
 from erclutch.logs.table import Table
 from erclutch.signals.recording import Recording
+from erclutch.signals.units import is_written_well
 
 N = 60
 ROWS = np.arange(float(N))
@@ -122,9 +123,11 @@ def test_inputs_are_named_scaled_or_asked_for() -> None:
 
 
 def test_a_further_input_keeps_the_unit_that_its_label_says() -> None:
-    columns = {**PLAIN, "D": ROWS, "load": ROWS, "raw": ROWS}
-    found = made(columns, of={"inputs": ["D [mm]", "-load [kg]", "raw [counts of 12 bits]"]})
-    assert [*found.extra_units.values()] == ["mm", "kg", "?"]
+    columns = {**PLAIN, "D": ROWS, "load": ROWS, "raw": ROWS, "oil": ROWS, "air": ROWS}
+    labels = ["D [mm]", "-load [kg]", "raw [counts of 12 bits]", "oil [°C]", "air [℃]"]
+    found = made(columns, of={"inputs": labels})
+    assert [*found.extra_units.values()] == ["mm", "kg", "?", "°C", "?"]
+    assert all(map(is_written_well, found.extra_units.values()))  # a saved model of them is read again
     np.testing.assert_array_equal(found.extras["load"], -ROWS)
 
 

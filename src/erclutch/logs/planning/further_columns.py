@@ -46,8 +46,9 @@ def take_further_columns(draft: Draft) -> None:
         except MappingError as error:
             draft.ask("input", error)
             continue
-        is_read = bool(unit) and (units.is_unit(unit) or units.is_temperature(unit))
-        unit_as_logged = unit if unit and is_read and abs(factor) == 1.0 else units.UNKNOWN
+        # A model keeps the unit in its file, whose reader takes well-written ones.
+        is_known = bool(unit) and (units.is_unit(unit) or units.is_temperature(unit)) and units.is_written_well(unit)
+        unit_as_logged = unit if unit and is_known and abs(factor) == 1.0 else units.UNKNOWN
         draft.inputs.append(SignalPlan("input", name, unit, factor, factor, unit_as_logged, reason=choice.source))
         draft.notes.append(f"further input <- column {name}, as logged ({choice.source})")
 
