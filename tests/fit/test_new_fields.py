@@ -75,6 +75,28 @@ def test_an_error_counts_less_where_the_fields_beside_are_nearer(field: float, a
     assert width_at(wider, field) == pytest.approx(2.0 * 0.5 * apart / 0.6)
 
 
+def test_a_field_that_differs_a_little_from_log_to_log_is_one() -> None:
+    once = device(FIELDS)
+    again = device((*FIELDS, 0.4003, 0.7002))
+    bands: list[Band] = []
+    for data in (once, again):
+        band = calibrated_on(data, 0.01 * np.ones(data.rows))
+        bands.append(wider_at_new_fields(band, data, 0.5 * np.ones(data.rows)))
+    for field in (0.2, 0.55, 0.85):
+        assert width_at(bands[1], field) == pytest.approx(width_at(bands[0], field), rel=1e-3)
+
+
+def test_a_log_that_is_never_at_its_mean_field_ends_in_no_error() -> None:
+    """A row next to no level of its own log had no rows, and their quantile ended in a traceback."""
+    data = device((0.0, 0.9, 1.0, 1.1, 2.0))
+    (element,) = data.elements
+    field = np.where((element.field == 1.0) & (np.arange(data.rows) % 2 == 0), 0.9, element.field)
+    field = np.where(field == 1.0, 1.1, field)
+    data = replace(data, elements=(Element(field, element.slip),))
+    wider = wider_at_new_fields(calibrated_on(data, 0.01 * np.ones(data.rows)), data, 0.5 * np.ones(data.rows))
+    assert width_at(wider, 0.5) > 0.1
+
+
 def test_each_log_counts_the_same_and_beyond_all_fields_the_worst_slip_decides() -> None:
     """A short log that errs at large slips alone is a third of its field's logs, so the band holds it."""
     data = device((*FIELDS, 0.4, 0.4))

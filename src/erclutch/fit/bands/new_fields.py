@@ -68,10 +68,10 @@ def wider_at_new_fields(band: Band, data: Dataset, errors: Array) -> Band:
     # The fields of the logs, and the classes that they make of all fields.
     logs = groups_of(data)
     means = [float(np.mean(field[start:stop])) for start, stop in logs.rows]
-    levels = sorted({round(mean, 12) for mean in means})
-    span = levels[-1] - levels[0]
+    span = max(means) - min(means)
     if not span > 0.0:
         return band
+    levels = _levels(means, span)
     classes = list(_classes(levels, span, band.field_edges))
     if not 1 < len(classes) <= MOST_FIELD_EDGES + 1:
         return band
@@ -97,7 +97,9 @@ def wider_at_new_fields(band: Band, data: Dataset, errors: Array) -> Band:
     # Errors between fields: of each field with others on both sides, and how far apart those others are.
     inner: list[tuple[float, float]] = []
     for place in range(1, len(levels) - 1):
-        inner.append((error(level == place), levels[place + 1] - levels[place - 1]))
+        rows = level == place
+        if rows.any():  # a field that changes within a log may never be at its mean
+            inner.append((error(rows), levels[place + 1] - levels[place - 1]))
 
     halves = np.reshape([band.behind, band.ahead], (2, *band.shape))  # by direction, switching, field and slip
     middles = [0.5 * (own.low + own.high) for own in classes]
@@ -126,6 +128,17 @@ def wider_at_new_fields(band: Band, data: Dataset, errors: Array) -> Band:
         behind=tuple(behind.ravel().tolist()),
         ahead=tuple(ahead.ravel().tolist()),
     )
+
+
+def _levels(means: Sequence[float], span: float) -> list[float]:
+    """The fields of the logs, ascending: a measured field differs a little from stretch to stretch, and is one."""
+    ascending = sorted(means)
+    alike: list[list[float]] = [[ascending[0]]]
+    for lower, mean in pairwise(ascending):
+        if mean - lower > _KNOWN * span:
+            alike.append([])
+        alike[-1].append(mean)
+    return [sum(each) / len(each) for each in alike]
 
 
 def _classes(
