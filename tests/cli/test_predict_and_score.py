@@ -14,6 +14,7 @@ import pyarrow.parquet as pq
 import pytest
 
 import erclutch
+from erclutch.errors import shell_word
 from erclutch.logs.synthetic import synthetic_log
 from erclutch.models.model_file import digest_of
 from erclutch.runs.run_folder import read_run
@@ -127,6 +128,19 @@ def test_score_ranks_the_models_of_a_run_on_another_log(
     assert "worst log" in both[1]
     assert "Bingham law" in both[1]
     assert "Quadratic law" not in both[1]
+
+
+def test_score_says_what_to_do_where_the_device_has_changed(place: Path, tmp_path: Path) -> None:
+    names, *rows = (place / "two.csv").read_text().splitlines()
+    effort = next(i for i, name in enumerate(names.split(",")) if name.startswith("M"))
+    weaker = [row.split(",") for row in rows]
+    for row in weaker:
+        row[effort] = f"{0.6 * float(row[effort]):.9g}"
+    (tmp_path / "worn.csv").write_text("\n".join([names, *(",".join(row) for row in weaker)]) + "\n")
+    said = {log: run("score", log, "--run", place / "run", cwd=tmp_path)[1] for log in (place / "one.csv", "worn.csv")}
+    assert "erclutch recalibrate" not in said[place / "one.csv"]
+    advice = f"adapt the model: erclutch recalibrate {shell_word(str(place / 'run'))} LOG --out NEW"
+    assert advice in " ".join(said["worn.csv"].split())
 
 
 def test_score_of_several_logs_shows_which_of_them_has_changed(place: Path, tmp_path: Path) -> None:

@@ -146,8 +146,8 @@ def test_a_column_is_read_in_kelvin(unit: str, offset: float, tmp_path: Path) ->
 @pytest.mark.parametrize(
     ("unit", "values", "message"),
     [
-        ("", np.full(50, 20.0), "no unit, and a temperature needs °C or K"),
-        ("V", np.full(50, 2.0), "the unit 'V', and a temperature needs °C or K"),
+        ("", np.full(50, 20.0), "no unit, and a temperature needs °C, °F or K"),
+        ("V", np.full(50, 2.0), "the unit 'V', and a temperature needs °C, °F or K"),
         ("°C", np.r_[np.full(49, 20.0), -999.0], "goes from -725.85 K to 293.15 K"),
         ("K", np.full(50, 20.0), "goes from 20 K to 20 K"),
     ],

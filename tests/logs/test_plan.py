@@ -48,6 +48,49 @@ def made(columns: dict[str, Any], units: dict[str, str] | None = None, *, of: An
 # --- temperature, scales ----------------------------------------------------------------------------------------------
 
 
+def test_fahrenheit_is_read_too() -> None:
+    warm = np.linspace(68.0, 212.0, PLAIN["field"].size)
+    found = made({**PLAIN, "W": warm}, of={"columns": {"temperature": {"column": "W", "unit": "°F"}}})
+    np.testing.assert_allclose(found.extras["temperature_K"][[0, -1]], [293.15, 373.15])
+
+
+@pytest.mark.parametrize(
+    ("column", "option"),
+    [
+        ("Oil_Temp(degC)", '"Oil_Temp [degC]"'),
+        ("Oil Temp (°F)", '"Oil Temp [°F]"'),
+        ("温度(℃)", '"温度 [℃]"'),
+        ("temp_C", '"temp_C [°C]"'),
+        ("Oil temperature", '"Oil temperature [°C]", or [K]'),
+        ("油温", '"油温 [°C]", or [K]'),
+    ],
+)
+def test_a_temperature_that_no_law_uses_is_told(column: str, option: str, tmp_path: Path) -> None:
+    """It was left out in silence where its unit stands in round brackets, ends its name, or is not there."""
+    path = tmp_path / "log.csv"
+    rows = "".join(f"{k / 100},{k // 20 % 2},{k % 7},{k % 5},{20 + k / 90}\n" for k in range(60))
+    path.write_text(f"t [s],I [A],w [rad/s],M [N*m],{column}\n{rows}", encoding="utf-8")
+    assert any(
+        f"--temperature {option} let" in note or f"--temperature {option}, let" in note for note in read(path).notes
+    )
+
+
+def test_a_head_is_found_with_its_unit_once_more_behind_it(tmp_path: Path) -> None:
+    """So a run of an older version names a column whose unit stands in round brackets."""
+    path = tmp_path / "log.csv"
+    rows = "".join(f"{k / 100},{k // 20 % 2},{k % 7},{k % 5},{20 + k / 90}\n" for k in range(60))
+    path.write_text(f"t [s],I [A],w [rad/s],M [N*m],Oil(degC)\n{rows}", encoding="utf-8")
+    found = read(path, temperature="Oil(degC) [degC]")
+    assert found.extras["temperature_K"][0] == pytest.approx(293.15)
+
+
+def test_words_that_begin_alike_are_no_temperature(tmp_path: Path) -> None:
+    path = tmp_path / "log.csv"
+    rows = "".join(f"{k / 100},{k // 20 % 2},{k % 7},{k % 5},{20 + k / 90}\n" for k in range(60))
+    path.write_text(f"t [s],I [A],w [rad/s],M [N*m],template\n{rows}", encoding="utf-8")
+    assert not any("--temperature" in note for note in read(path).notes)
+
+
 @pytest.mark.parametrize(("unit", "add"), [("°C", 273.15), ("K", 0.0)])
 @pytest.mark.parametrize("scale", [1.0, 0.5])
 def test_a_temperature_is_in_kelvin(unit: str, add: float, scale: float) -> None:

@@ -77,7 +77,7 @@ def test_only_rows_that_all_held_out_count(recording: Recording, runs: tuple[Run
 
 def test_another_log_is_refused(recording: Recording, runs: tuple[Run, Run], tmp_path: Path) -> None:
     other = run_of(tmp_path / "other", replace(recording, digest="of another file"), "quadratic")
-    with pytest.raises(ErclutchError, match="only 0 rows were held out by all runs"):
+    with pytest.raises(ErclutchError, match=r"only 0 rows were held out by all runs.*erclutch score LOG --run RUN RUN"):
         pair([runs[0], other])
     twice = {name: 2.0 * v if name == "effort" else v for name, v in recording.signals.items()}
     scaled = run_of(tmp_path / "scaled", replace(recording, signals=twice), "quadratic")

@@ -9,11 +9,15 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
+from erclutch.export import ExportOptions, step_of
+from erclutch.export.exported_step import OUTSIDE
+from erclutch.export.step_numbers import run
 from erclutch.fit.comparison import Comparison, Settings, compare
 from erclutch.logs import read
 from erclutch.logs.dataset import Dataset, build_dataset
 from erclutch.logs.synthetic import write_synthetic_log
 from erclutch.report.numbers.model_stages import stage_gain
+from erclutch.runs.new_rows import score_model
 from erclutch.runs.run_folder import read_run
 from erclutch.runs.run_rows import read_rows
 from erclutch.runs.run_shape import file_name
@@ -91,3 +95,19 @@ def test_names_that_no_file_can_have_are_kept_apart() -> None:
     files = [file_name(name) for name in names]
     assert len(set(files)) == len(files)
     assert files[-1] == "bingham_power+lag"
+
+
+def test_a_further_input_beyond_the_training_rows_is_a_guess_as_in_the_exported_step(recording: Recording) -> None:
+    """`predict` said 0 % where the exported C raised its flag in most rows: the oil was hotter than in training."""
+    data = with_spring(recording, "travel")
+    model = compare(data, Settings(models=("rbfn-4",), lag="none")).entries[0].outcome.model
+    far = replace(data, extras={"travel": 1.5 * data.extras["travel"]})
+    assert model.outside(data).mean() < 0.1  # rows held out among them
+    guessed = model.outside(far)
+    (element,) = far.elements
+    rows = np.column_stack([element.field, element.slip, far.extras["travel"]])[::50]
+    _, flags = run(step_of(model, ExportOptions(period=1e-3)), rows)
+    assert (flags & OUTSIDE > 0).tolist() == guessed[::50].tolist()
+    told = score_model(model, far, "rbfn-4")
+    assert told.guessed == guessed.mean() > 0.2
+    assert "further input travel above 1 (" in told.where

@@ -78,7 +78,7 @@ class LogOptions:
     motor_torque: _PairColumn = None
     """Torque that the motor is commanded (coaxial); for figures and for calibrating the twin."""
     temperature: Annotated[str | None, Parameter(group=_COLUMNS)] = None
-    """Temperature of the fluid in °C or K: laws may soften with it, and networks take it as input."""
+    """Temperature of the fluid in °C, °F or K: laws may soften with it, and networks take it as input."""
     input: Annotated[_Readings, Parameter(consume_multiple=True)] = ()
     """Further columns that networks take as inputs, for example accelerations: --input A B."""
     time: _Column = None

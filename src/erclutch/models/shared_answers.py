@@ -20,6 +20,7 @@ from erclutch.models.model import (
     Model,
     Rows,
     full_name,
+    margins,
     stage_numbers,
 )
 from erclutch.models.parameter_units import known_unit
@@ -141,8 +142,16 @@ class ModelBase(Shown):
         return self.effort(data.elements, data.clock, data.extras)
 
     def outside(self: Model, data: Rows) -> NDArray[np.bool_]:
-        """Rows whose field or slip lies outside what the model was trained on, shape (n,): a guess there."""
-        return self.trained_on.outside(data)
+        """Rows whose field, slip or further input lies outside what it was trained on, shape (n,): a guess there.
+
+        The exported step raises its flag for the same rows.
+        """
+        out = self.trained_on.outside(data)
+        for name, covered in self.extras.items():
+            low, high = margins(covered)
+            values = data.extras[name]
+            out |= (values < low) | (values > high)
+        return out
 
     def effort(
         self: Model,

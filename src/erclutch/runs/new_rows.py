@@ -32,6 +32,7 @@ from erclutch.runs.run_folder import FINAL, Run, read_run
 from erclutch.runs.run_rows import read_rows
 from erclutch.signals.array import Array, Mask, rms
 from erclutch.signals.percent import percent
+from erclutch.signals.recording import TEMPERATURE
 from erclutch.signals.units import amount
 
 if TYPE_CHECKING:
@@ -250,7 +251,9 @@ def _where(model: Model, data: Dataset, outside: NDArray[np.bool_]) -> str:
     """Which ranges the rows outside exceed, and in what share of all rows."""
     ranges: list[tuple[str, Array, Pair, str]] = []  # signal, its values, what was trained on, its unit
     for key, covered in model.extras.items():
-        ranges.append((f"further input {key}", data.extras[key], covered, ""))
+        called = "temperature" if key == TEMPERATURE else f"further input {key}"
+        unit = model.extra_units.get(key, "").replace("?", "")
+        ranges.append((called, data.extras[key], covered, unit))
     for number, element in enumerate(data.elements, start=1):
         tail = f" {number}" if len(data.elements) > 1 else ""
         ranges.append((f"field{tail}", element.field, model.trained_on.field, data.units.field))

@@ -156,6 +156,7 @@ COMMON = {unit: (factor, dimension) for dimension, units in _FACTORS.items() for
 LEAST_KELVIN = 150.0
 MOST_KELVIN = 800.0
 _CELSIUS = {"°C", "degC", "deg C", "C", "celsius", "Celsius", "℃"}
+_FAHRENHEIT = {"°F", "degF", "deg F", "fahrenheit", "Fahrenheit", "℉"}
 _KELVIN = {"K", "kelvin", "Kelvin"}
 
 
@@ -253,23 +254,27 @@ def is_written_well(text: str) -> bool:
 
 
 def is_temperature(unit: str | None) -> bool:
-    """Whether a column's unit is °C or K."""
-    return unit in _CELSIUS or unit in _KELVIN
+    """Whether a column's unit is °C, °F or K."""
+    return unit in _CELSIUS or unit in _FAHRENHEIT or unit in _KELVIN
 
 
 def kelvin(values: Array, unit: str | None, column: str) -> Array:
     """Temperatures of a column in K, shape (n,); what is not finite stays so.
 
     Raises:
-        UnitError: no unit, another unit than °C or K, or temperatures that no fluid of a device has.
+        UnitError: no unit, another unit than °C, °F or K, or temperatures that no fluid of a device has.
     """
     if not is_temperature(unit):
         own = f"the unit '{unit}'" if unit else "no unit"
         raise UnitError(
-            f"column '{column}' has {own}, and a temperature needs °C or K",
+            f"column '{column}' has {own}, and a temperature needs °C, °F or K",
             remedy=f"Give it as --temperature {shell_word(f'{column} [°C]')}, or [K]",
         )
-    warm = values + 273.15 if unit in _CELSIUS else values
+    warm = values
+    if unit in _CELSIUS:
+        warm = values + 273.15
+    elif unit in _FAHRENHEIT:
+        warm = (values + 459.67) / 1.8
     known = warm[np.isfinite(warm)]
     if known.size and (known.min() < LEAST_KELVIN or known.max() > MOST_KELVIN):
         raise UnitError(

@@ -12,7 +12,7 @@ from cyclopts import Parameter
 
 from erclutch.cli import terminal
 from erclutch.cli.options import DEFAULT_READING, LogOptions
-from erclutch.errors import LogError
+from erclutch.errors import LogError, shell_word
 from erclutch.signals.percent import percent
 
 if TYPE_CHECKING:
@@ -28,6 +28,9 @@ COMMAND = {
     "panel": "The road of a log",
     "place": 7,
 }
+
+#: Times its error at home that a model errs on another log, for sure, before a remedy is told.
+_WORSE = 1.5
 
 
 def score(
@@ -178,6 +181,12 @@ def _words_on(scores: Sequence[_Scored], data: Dataset) -> list[str]:
                 f"{each.title}, is recommended by {each.run.name}: it errs by {here} here, "
                 f"by {there} on the rows that its fit held out."
             )
+            if each.score.figures.rmse.low > _WORSE * each.recommended_at:
+                command = f"erclutch recalibrate {shell_word(str(each.run))} LOG --out NEW"
+                lines.append(
+                    "That is far more than there. Lines below say where it guesses; if the device itself has changed, "
+                    f"adapt the model: {command}"
+                )
     worst = "second" if len(data.sources) == 1 else "log"
     lines.append(
         "guessed: rows unlike those that the model was fitted to; inside: rows in its band, which is made for 95 % of "

@@ -155,7 +155,7 @@ def split_label(label: str) -> tuple[str, str | None]:
     """Name and unit of ``V [cm/s]``, ``Force (N)`` or ``time / s``; the whole label and None where no unit is.
 
     Text in square brackets is taken as a unit even if unknown (an index such as ``u[0]`` apart); round brackets and
-    the slash only where pint knows the unit, and no number is one there (``speed (2)`` is that of a second motor). A
+    the slash only where the unit is known, and no number is one there (``speed (2)`` is that of a second motor). A
     unit may stand right behind a Chinese or Japanese name (``轉速rpm``).
     Underscores are never read as units: ``N_m`` may be a name.
     """
@@ -177,7 +177,8 @@ def split_label(label: str) -> tuple[str, str | None]:
         name, unit = match.groups()
         unit = unit.strip()
         counts = unit in COUNTS and not unit.startswith("step")  # a step there may be one of a test
-        if counts or (not unit.isdecimal() and units.is_unit(unit)):
+        known = units.is_unit(unit) or units.is_temperature(unit)
+        if counts or (not unit.isdecimal() and known):
             return name.rstrip("/ ") or name, unit
 
     behind_a_word = _EASTERN.fullmatch(label)
@@ -185,7 +186,7 @@ def split_label(label: str) -> tuple[str, str | None]:
         name, unit = behind_a_word.groups()
         words_of_unit = _LETTERS.get(unit, "?").split()
         speaks = len(unit) > 1 or name.endswith(tuple(words_of_unit))
-        if speaks and units.is_unit(unit):
+        if speaks and (units.is_unit(unit) or units.is_temperature(unit)):
             return name, unit
     return label, None
 

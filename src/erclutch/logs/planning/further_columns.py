@@ -8,6 +8,7 @@ import numpy as np
 
 from erclutch.errors import MappingError, shell_word
 from erclutch.logs.columns.candidates import candidates
+from erclutch.logs.columns.labels import split_end
 from erclutch.logs.columns.names import NOT_MEASURED as COMPUTED
 from erclutch.logs.columns.names import spoken_name
 from erclutch.logs.columns.phases import is_of_phases
@@ -22,6 +23,8 @@ from erclutch.signals.recording import SIGNALS
 
 _MOST_SPARE = 8
 _NAMELESS = re.compile(r"c\d+|")
+#: How words for a temperature begin in several languages.
+_TEMPERATURES = re.compile("temperat|темпер|油温|温度|온도")
 _COUNTS = frozenset({"row", "rows", "index", "idx", "sample", "samples", "unnamed", "nr", "no", "number", "count"})
 #: Columns that say how a row came about, and measure nothing.
 _STATES = ("flags", "events", "status", "state")
@@ -58,10 +61,8 @@ def take_further_columns(draft: Draft) -> None:
         not_spare |= {*NOT_MEASURED}
     for column in draft.seen.without(not_spare):
         name = column.name
-        unit = column.unit
-        if units.is_temperature(unit) and "temperature" not in draft.signals:
-            option = option_for_input(name, unit)
-            draft.notes.append(f"column {name} is a temperature, and no law uses it: {option} lets them")
+        if "temperature" not in draft.signals and (unused := _unused_temperature(column)):
+            draft.notes.append(unused)
         changes = not column.shape.constant and column.values.size > 1
         is_other = _numbers_the_rows(column) or is_of_phases(draft.seen, column)
         measures = changes and not is_other and np.isfinite(column.values).all()
@@ -70,6 +71,20 @@ def take_further_columns(draft: Draft) -> None:
             draft.spare.append(name)
             if len(draft.spare) == _MOST_SPARE:
                 return
+
+
+def _unused_temperature(column: SeenColumn) -> str:
+    """That a column is a temperature that no law uses, and the option that lets them; "" for any other column."""
+    name = column.name
+    unit = column.unit or split_end(name)[1]
+    if units.is_temperature(unit):
+        return f"column {name} is a temperature, and no law uses it: {option_for_input(name, unit)} lets them"
+    words = column.spoken.stem_words
+    is_called_so = any(word == "temp" or _TEMPERATURES.match(word) for word in words)
+    if unit or not is_called_so or column.shape.constant:
+        return ""
+    option = option_for_input(name, "°C")
+    return f"column {name} is called like a temperature and has no unit: {option}, or [K], lets laws use it"
 
 
 def option_for_input(name: str, unit: str | None) -> str:

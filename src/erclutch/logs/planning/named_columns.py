@@ -151,6 +151,9 @@ def locate(
         if name not in table.columns:
             name, own = split_label(label)
             unit = choice.unit or own
+        if name not in table.columns:  # the whole head of a column with its unit once more behind it
+            head = split_label(name)[0]
+            name = head if head in table.columns else name
         if name not in table.columns and name.isdecimal() and len(name) <= _LONGEST_NUMBER:
             name = table.numbered(int(name)) or name
         if name in table.columns:

@@ -215,7 +215,8 @@ def _shared(runs: Sequence[Run], loaded: Sequence[RunRows]) -> list[Rows]:
         raise RunError(
             f"only {shared[0].size} rows were held out by all runs, at least {_FEWEST} are needed",
             where=" and ".join(str(run.folder) for run in runs),
-            remedy="Compare runs of the same logs, with the same --test, --from and --until",
+            remedy="Compare runs of the same logs, with the same --test, --from and --until; runs of other logs are "
+            "compared on a log of your choice: erclutch score LOG --run RUN RUN",
         )
     efforts = [rows.data.effort[at] for rows, at in zip(loaded, shared, strict=True)]
     for run, effort in zip(runs[1:], efforts[1:], strict=True):
