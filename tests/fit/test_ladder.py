@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from erclutch.fit.choice.ladder import grown
+from erclutch.fit.choice.ladder import _shows, _without_field, grown
 from erclutch.fit.choice.rungs import Rung, by_chance
 from erclutch.logs.dataset import Dataset
 from erclutch.models.laws import law_from_name
@@ -72,3 +72,46 @@ def test_what_numbers_take_off_by_chance_is_by_the_rows_that_are_independent() -
             share, abs=1e-3
         )
     assert by_chance(Rung(richer, 1.0, {}, 4.0), Rung(BASE, 0.9, {}, 4.0)) == 0.0
+
+
+def test_a_memory_that_holds_without_a_field_too_has_the_field_behind_it() -> None:
+    """With the field ahead of it the share without a field is none, and lags or iron stand in for what is missing."""
+    data = log(0, swings=False)
+    (element,) = data.elements
+    state, states = float(np.sign(element.slip[0])), np.empty(ROWS)
+    for k, w in enumerate(element.slip.tolist()):
+        gone = 1.0 - np.exp(-abs(w) * PERIOD / 0.2)
+        state = states[k] = (1.0 - gone) * state + gone * np.sign(w)
+    noise = 0.02 * np.random.default_rng(1).standard_normal(ROWS)
+    effort = (0.2 + 0.8 * element.field**1.5) * states + 0.05 * element.slip + noise
+    rung = grown(replace(data, effort=effort), BASE, among=("dahl/field", "effort-lag", "remanence"))[-1]
+    assert rung.structure.dynamics == "dahl"
+    assert rung.error < 0.03
+
+
+def test_a_memory_without_rows_at_no_field_keeps_the_field_ahead() -> None:
+    data = log(0, swings=False)
+    (element,) = data.elements
+    assert _without_field(data)
+    assert not _without_field(replace(data, elements=(Element(element.field + 0.1, element.slip),)))
+
+
+def test_a_yield_effort_that_saturates_is_told_by_one_log() -> None:
+    """Without it false stages stand in for the bend."""
+    data = log(0, swings=False)
+    (element,) = data.elements
+    field = np.repeat(np.random.default_rng(3).uniform(0.0, 1.0, ROWS // 30), 30)
+    noise = 0.02 * np.random.default_rng(1).standard_normal(ROWS)
+    effort = np.tanh((field / 0.5) ** 2.5) * np.tanh(element.slip / 0.1) + 0.05 * element.slip + noise
+    bent = replace(data, effort=effort, elements=(Element(field, element.slip),))
+    rung = grown(bent, BASE, among=("dahl/field", "remanence", "sides"))[-1]
+    assert rung.structure.specification == "bingham/saturating"
+    assert rung.structure.dynamics == "none"
+    assert rung.numbers["n"] == pytest.approx(2.5, abs=0.3)
+
+
+def test_a_stage_shows_only_beside_the_best_of_the_laws_own_starts() -> None:
+    """Of a law whose numbers are not known yet the first start may be far off, and any stage better at another one."""
+    data = log(0, swings=False)
+    unknown = Rung(BASE, 1.0, {}, np.inf)
+    assert not _shows(data, unknown, replace(BASE, dynamics="self-heating"))

@@ -129,7 +129,7 @@ def test_a_device_that_stays_cold_is_not_asked(monkeypatch: pytest.MonkeyPatch) 
     monkeypatch.setattr(ladder, "rung_of", counted)
     rungs = grown(brake(0.0, 20.0), structure(), among=("self-heating", "stiffness"))
     assert [rung.structure.dynamics for rung in rungs] == ["none"]
-    assert tried == ["none"]  # no search was made for either
+    assert set(tried) == {"none"}  # the law alone, with either yield effort: no search was made for a stage
 
 
 def test_a_log_that_is_cut_for_the_search_is_whole_where_the_device_warms(monkeypatch: pytest.MonkeyPatch) -> None:

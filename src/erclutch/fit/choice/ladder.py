@@ -22,22 +22,35 @@ from erclutch.fit.choice.rungs import (
     rung_of,
     starts_of,
 )
-from erclutch.fit.choice.stage_families import edge_of, families, feels, has_company, is_next, widened
+from erclutch.fit.choice.stage_families import (
+    edge_of,
+    families,
+    feels,
+    has_company,
+    has_field_behind,
+    is_next,
+    widened,
+    with_field_behind,
+)
+from erclutch.fit.laws.field_levels import more_numbers_than_fields
 from erclutch.fit.laws.fit_law import reference_of
 from erclutch.fit.laws.shapes_told import shapes_told
+from erclutch.fit.log_groups import FEWEST_GROUPS, groups_of
 from erclutch.logs.dataset import Dataset
-from erclutch.models.laws.yield_stress import POWER, TANH
+from erclutch.models.laws.yield_stress import POWER, SATURATING, TANH
 from erclutch.models.stages import NONE, stage_named
 from erclutch.models.structure import Structure
-from erclutch.signals.array import Array, rms
+from erclutch.signals.array import Array, largest_size, rms
 from erclutch.signals.recording import TEMPERATURE
 
 #: Share of the error that a stage must take off.
 WORTH = 0.01
 #: The same of a stage that sums up the slip: a sensor's zero makes its travel drift, so it must be worth that.
 DRIFTING_WORTH = 0.1
-#: Such a stage is tried only where its columns, at some of its numbers, take that share off the error of the rows that
-#: they are fitted to, beside the law's columns as they are.
+#: The same of a field behind a memory beside the field ahead: at fields that no log has, the second has erred by less.
+BEHIND_WORTH = 0.05
+#: A stage that sums up the slip is tried only where its columns, at some of its numbers, take that share off the error
+#: of the rows that they are fitted to, beside the law's columns as they are.
 _SHOWING = 0.05
 _SHOWING_PLACES = (0.1, 0.3, 0.5, 0.7, 0.9)
 #: Training rows for each number of a fit, below which no stage is added: a hundred rows would get seven stages.
@@ -46,6 +59,9 @@ _ROWS_A_NUMBER = 10
 _EDGE_OVER_NOISE = 4.0
 #: Standard deviation of white noise over the median size of its second differences.
 _DEVIATION_OF_BEND = 1.0 / (0.6745 * 6.0**0.5)
+#: Of the largest field: what is no field; and the share of rows without any that tells what a memory does there.
+_NO_FIELD = 0.02
+_TOLD = 0.02
 #: Correlation from which a column is the effort, or the power that the effort makes, in other numbers.
 _OF_THE_EFFORT = 0.999
 
@@ -65,7 +81,8 @@ def grown(
         among: names of the stages to try, the simplest of a family first; None: all.
     """
     folds = folds_of(train)
-    rungs = [rung_of(folds, base, {})]
+    first = rung_of(folds, base, {})
+    rungs = [_bent(folds, first)]
     known = among
     if known is None:
         known = [name for family in families() for name in family]
@@ -90,7 +107,7 @@ def grown(
             richer = widened(here.structure, name)
             if numbers_of_fit(richer) * _ROWS_A_NUMBER > train.rows:
                 continue
-            rung = _rung_above(folds, here, richer)
+            rung = _rung_above(folds, here, richer, name)
             drifts = name in counting
             if _edge_in_noise(train, rung, name):
                 continue
@@ -108,7 +125,8 @@ def grown(
             if is_near or best.error >= (1.0 - by_chance(rung, best)) * rung.error:
                 alike.append(name)
         taken = min(alike, key=lambda name: (worthy[name].numbers_of_fit, worthy[name].error))
-        rungs.append(worthy[taken])
+        new = worthy[taken]
+        rungs.append(_bent(folds, new) if len(rungs) == 1 else new)
         left.remove(taken)
     rungs[-1] = _without_idle(folds, rungs[-1], base)
     return rungs
@@ -135,18 +153,61 @@ def _counts_from_the_start(name: str) -> bool:
     return not name.startswith("=") and bool(getattr(stage_named(name), "from_the_start", ""))
 
 
-def _rung_above(folds: Sequence[Fold], here: Rung, richer: Structure) -> Rung:
+def _rung_above(folds: Sequence[Fold], here: Rung, richer: Structure, name: str) -> Rung:
     """The rung of a richer structure, from the numbers of the rung here on.
 
     Iron that keeps a field saturates too, and either shows little without the other. So where the iron is new, a yield
-    effort that saturates is tried beside a power of the field.
+    effort that saturates is tried beside a power of the field. A memory that helps is tried with the field behind it
+    too: then it has a share without a field, and an effort that follows the field at once.
+
+    Args:
+        folds: the rows.
+        here: the rung below.
+        richer: its structure with what is new.
+        name: of what is new.
     """
+    behind = with_field_behind(richer, name) if _without_field(folds[0].data) else None
+    if behind is not None and has_field_behind(here.structure, name):
+        return rung_of(folds, behind, here.numbers)
     rung = rung_of(folds, richer, here.numbers)
+    if behind is not None and rung.error < (1.0 - WORTH) * here.error:
+        other = rung_of(folds, behind, rung.numbers)
+        worth = max(BEHIND_WORTH, by_chance(rung, other))
+        if other.error < (1.0 - worth) * rung.error:
+            return other
     if of_iron(richer) and not of_iron(here.structure) and richer.law.yield_form is POWER:
         bent = rung_of(folds, richer.with_yield_form(TANH), here.numbers)
         if bent.error < (1.0 - WORTH) * rung.error:
             return bent
     return rung
+
+
+def _bent(folds: Sequence[Fold], rung: Rung) -> Rung:
+    """The rung with a yield effort that saturates in the field, where that takes a share of the error off.
+
+    Else stages stand in for the bend that a power of the field has not. Where whole fields are left out of the fits,
+    these choose the form.
+    """
+    data = folds[0].data
+    whole_fields = len(set(groups_of(data).field)) >= FEWEST_GROUPS
+    if rung.structure.law.yield_form is not POWER or whole_fields:
+        return rung
+    bent = rung.structure.with_yield_form(SATURATING)
+    if more_numbers_than_fields(data, bent):
+        return rung
+    other = rung_of(folds, bent, rung.numbers)
+    worth = max(WORTH, by_chance(rung, other))
+    return other if other.error < (1.0 - worth) * rung.error else rung
+
+
+def _without_field(data: Dataset) -> bool:
+    """Whether rows tell what a memory does without a field: a share that none shows would be a guess at no field."""
+    shares: list[float] = []  # of the rows, one an element
+    for element in data.elements:
+        size = np.abs(element.field)
+        none = size <= _NO_FIELD * largest_size(size)
+        shares.append(float(np.mean(none)))
+    return min(shares) >= _TOLD
 
 
 def of_iron(structure: Structure) -> bool:
@@ -163,8 +224,9 @@ def _shows(train: Dataset, here: Rung, richer: Structure) -> bool:
     shapes = shapes_told(train, richer, reference)
     every = -(-train.rows // FITTED_ROWS)  # rounded up
     effort = train.effort[::every]
-    errors: list[float] = []
+    least: list[float] = []  # error of either structure at the best of its starts
     for structure in (here.structure, richer):
+        errors: list[float] = []
         names = [shape.name for shape in structure.shapes(reference.period)]
         own = [shape for shape in shapes if shape.name in names]
         for q in starts_of(own, here.numbers, _SHOWING_PLACES):
@@ -177,7 +239,9 @@ def _shows(train: Dataset, here: Rung, richer: Structure) -> bool:
                 continue
             gains, *_ = np.linalg.lstsq(beside, effort, rcond=None)
             errors.append(rms(effort - beside @ gains))
-    return min(errors) < (1.0 - _SHOWING) * errors[0]
+        least.append(min(errors))
+    without, beside_it = least
+    return beside_it < (1.0 - _SHOWING) * without
 
 
 def of_law(train: Dataset, rung: Rung, law: Structure) -> Rung:

@@ -16,6 +16,7 @@ from erclutch.fit.choice.scoring import independent_rows
 from erclutch.fit.laws.fit_law import reference_of
 from erclutch.fit.laws.law_problem import separable
 from erclutch.fit.laws.shapes_told import shapes_told
+from erclutch.fit.laws.twin_gains import twin_gains
 from erclutch.fit.log_groups import chessboard, groups_of
 from erclutch.fit.solver.levenberg_marquardt import minimise
 from erclutch.fit.solver.variable_projection import coordinates, outer_problem, parameters, project
@@ -148,18 +149,26 @@ def starts_of(
     shapes: Sequence[ShapeParameter], known: dict[str, float], places: Sequence[float] = _PLACES
 ) -> list[list[float]]:
     """Where the search starts: the numbers that are known, and several places for the new ones."""
+    new = [shape.name for shape in shapes if shape.name not in known]
+    corners = [dict.fromkeys(new, place) for place in places]
+    if len(new) > 1:
+        # By turns low and high: static friction well above the sliding one fades over a small slip.
+        corners.append({name: places[-1] if turn % 2 else places[0] for turn, name in enumerate(new)})
     starts: list[list[float]] = []
-    for place in places:
+    for corner in corners:
         start: list[float] = []
         for shape in shapes:
+            if shape.name in known:
+                start.append(known[shape.name])
+                continue
             low, high = shape.scanned
-            within = low + place * (high - low)
+            place = corner[shape.name]
             if shape.scale == "log":  # a constant that spans decades starts by its logarithm
-                within = float(low * (high / low) ** place)
-            start.append(known.get(shape.name, within))
+                start.append(float(low * (high / low) ** place))
+            else:
+                start.append(low + place * (high - low))
         starts.append(start)
-    all_known = all(shape.name in known for shape in shapes)
-    return starts[:1] if all_known else starts
+    return starts if new else starts[:1]
 
 
 def by_chance(simpler: Rung, richer: Rung) -> float:
@@ -176,4 +185,4 @@ def numbers_of_fit(structure: Structure) -> int:
     """How many numbers a fit has, nonlinear ones and gains."""
     shapes = structure.shapes(1.0)
     gains = structure.gains()
-    return len(shapes) + len(gains)
+    return len(shapes) + len(gains) - len(twin_gains(structure))

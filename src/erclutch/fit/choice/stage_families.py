@@ -8,6 +8,7 @@ from dataclasses import replace
 from erclutch import registry
 from erclutch.fit.checks.data_check import steady_command
 from erclutch.logs.dataset import Dataset
+from erclutch.models.laws.yield_stress import CONSTANT
 from erclutch.models.stages import GROUP, NONE, stage_named
 from erclutch.models.stages.stage import StageFamily
 from erclutch.models.structure import Structure
@@ -70,8 +71,8 @@ def widened(structure: Structure, name: str) -> Structure:
 
 def with_stage(dynamics: str, name: str) -> str:
     """The stages with one more, in place of a simpler one of its family."""
-    family = next(family for family in families() if name in family)
-    kept = [each for each in dynamics.split("+") if each not in (*family, NONE)]
+    family = next(family for family in _families() if name in (*family.ladder, *family.behind))
+    kept = [each for each in dynamics.split("+") if each not in (*family.ladder, *family.behind, NONE)]
     if stage_named(name).place == "command":
         # Ahead of the lag: what stays behind the command itself does not move with the lag's numbers, so that a solver
         # meets no corners where these change.
@@ -82,3 +83,19 @@ def with_stage(dynamics: str, name: str) -> str:
 def edge_of(name: str) -> str:
     """The number of a stage that is the widest edge of its plays; "" for a stage without plays."""
     return next((family.edge for family in _families() if name in family.ladder), "")
+
+
+def with_field_behind(structure: Structure, name: str) -> Structure | None:
+    """The structure with the field behind the memory of this name; None where it has no such form, or no field."""
+    family = next((family for family in _families() if name in family.ladder), None)
+    if family is None or not family.behind or structure.law.yield_form is CONSTANT:
+        return None
+    behind = family.behind[family.ladder.index(name)]
+    return replace(structure, dynamics=with_stage(structure.dynamics, behind))
+
+
+def has_field_behind(structure: Structure, name: str) -> bool:
+    """Whether the structure has a simpler memory of the same family with the field behind it."""
+    family = next(family for family in _families() if name in family.ladder)
+    stages = structure.dynamics.split("+")
+    return any(stage in family.behind for stage in stages)

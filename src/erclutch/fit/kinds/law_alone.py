@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 
@@ -15,6 +16,7 @@ from erclutch.fit.choice.ladder import grown, helpful, of_iron, of_law
 from erclutch.fit.choice.rungs import Rung
 from erclutch.fit.choice.scoring import TOLERATED, independent_rows, information_criteria
 from erclutch.fit.fit_settings import AUTO, Settings
+from erclutch.fit.laws.field_levels import more_numbers_than_fields
 from erclutch.fit.laws.fit_law import fit_structure, refit_near
 from erclutch.fit.log_groups import FEWEST_GROUPS, groups_of
 from erclutch.fit.solver.one_thread import one_thread
@@ -84,13 +86,13 @@ class LawCandidate(Candidate):
     ) -> AnyOutcome:
         """The exponent of a form that saturates stays where the fields left cannot tell it; see `Candidate.refit`."""
         form = self.structure.law.yield_form
-        few = form is SATURATING and _more_numbers_than_fields(train.take(kept), self.structure)
-        return refit_near(train, outcome.model, kept, held=("n",) if few else ())
+        few = form is SATURATING and more_numbers_than_fields(train.take(kept), self.structure)
+        return refit_near(train, outcome.model, kept, held=("n",) if few else (), without=outcome.without)
 
     def fit_again(self, data: Dataset, outcome: AnyOutcome) -> AnyOutcome:
         """The law's numbers get intervals, which `refit` leaves out; see `Candidate.fit_again`."""
         start = list(outcome.model.shape.values())
-        return fit_structure(data, outcome.model.structure, starts=[start])
+        return fit_structure(data, outcome.model.structure, starts=[start], without=outcome.without)
 
 
 class Laws(Kind):
@@ -194,7 +196,7 @@ def _with_terms_told(train: Dataset, law: FitOutcome[TorqueModel]) -> FitOutcome
     exponent are three numbers for two, and the exponent or the friction ends on its bound.
     """
     structure = law.model.structure
-    propped = structure.friction and _more_numbers_than_fields(train, structure)
+    propped = structure.friction and more_numbers_than_fields(train, structure)
     if law.sound and not propped:
         return law
     without = [
@@ -222,18 +224,30 @@ def _with_terms_told(train: Dataset, law: FitOutcome[TorqueModel]) -> FitOutcome
         if cured.sound and cured.train_cost <= (1.0 + _NO_WORSE) * law.train_cost:
             note = f"left out, since these rows cannot tell it from the law's own terms: {words}"
             return replace(cured, notes=(*law.notes, note))
+    return law if law.sound else _without_own_terms(train, law)
+
+
+def _without_own_terms(train: Dataset, law: FitOutcome[TorqueModel]) -> FitOutcome[TorqueModel]:
+    """A law with memory without those of its own terms that the memory says better, where that makes it sound.
+
+    Where all of the yield effort has a memory, nothing tells over which slip the law's own would turn; a power of the
+    slip and a viscosity are one column where the power is one.
+    """
+    structure = law.model.structure
+    if not structure.remembers:
+        return law
+    own = [gain for gain in structure.law.gains if gain.nonnegative]
+    if structure.friction:
+        own.append(next(gain for gain in structure.gains() if gain.name.startswith("T_f")))
+    start = list(law.model.shape.values())
+    sizes = {gain.name: gain.meaning for gain in own}
+    for some in (*((name,) for name in sizes), *itertools.combinations(sizes, 2)):
+        cured = fit_structure(train, structure, starts=[start], without=some)
+        if cured.sound and cured.train_cost <= (1.0 + _NO_WORSE) * law.train_cost:
+            words = " and ".join(sizes[name] for name in some)
+            note = f"left out, since these rows cannot tell it from the memory's terms: {words}"
+            return replace(cured, notes=(*law.notes, note))
     return law
-
-
-def _more_numbers_than_fields(train: Dataset, structure: Structure) -> bool:
-    """Whether the fields are too few to tell friction, yield effort and the form of the yield effort apart."""
-    form = structure.law.yield_form
-    if form is None:
-        return False
-    field = np.abs(train.elements[0].field)
-    largest = float(field.max()) or 1.0
-    levels = np.unique(np.round(field / largest, 2))
-    return levels.size < 2 + len(form.shape)
 
 
 def _second_time_constant(train: Dataset, laws: Sequence[FitOutcome[TorqueModel]]) -> list[FitOutcome[TorqueModel]]:
@@ -320,10 +334,11 @@ def with_memory(
         remedy = f"Fit with {option_for_input(name, unit)}, unless it measures the effort once more"
         findings.append(Finding("note", "spare column", seen, remedy))
 
-    if len(rungs) < 2:
+    rungs = rungs if rungs[0].structure != first_rung else rungs[1:]
+    if not rungs:
         return [], tuple(findings)
     # The first step up and the last: the smallest memory that helps, and all that helps. They may be the same.
-    wanted = {rung.structure: rung for rung in (rungs[1], rungs[-1])}
+    wanted = {rung.structure: rung for rung in (rungs[0], rungs[-1])}
     candidates = [_of_rung(rung, base.notes) for rung in wanted.values()]
     if len(set(groups_of(train).field)) >= FEWEST_GROUPS or of_iron(rungs[-1].structure):
         others = _of_another_form(train, rungs[-1], known, base)

@@ -148,8 +148,11 @@ def _gain_estimates(
     for i, gain in enumerate(full.gains):
         numbers = (projection.gains[i], low[i], high[i])
         value, from_, to = (gain_in_user_units(float(number), gain, model.reference) for number in numbers)
-        # A gain that nothing excites is zero for another reason than its bound.
-        at_bound = projection.held[i] and not projection.dead[i]
+        # A gain that nothing excites is zero for another reason than its bound; one that was left out is known.
+        left_out = i in full.pinned
+        if left_out:
+            value = from_ = to = 0.0
+        at_bound = left_out or (projection.held[i] and not projection.dead[i])
         estimate = Estimate(
             name=gain.name,
             meaning=gain.meaning,

@@ -99,6 +99,7 @@ def fit_structure(
     ordered: bool = True,
     intervals: bool = True,
     polish: bool = False,
+    without: Collection[str] = (),
 ) -> FitOutcome[TorqueModel]:
     """Fit a structure's parameters by least squares.
 
@@ -111,6 +112,7 @@ def fit_structure(
         intervals: whether to make intervals; without them they are nan, and a fit takes half the time.
         polish: whether the nonlinear parameters of a memoryless law are refined on all rows of a long log, and not only
             on its centroids. Gains and figures are always of all rows.
+        without: names of gains that stay at zero, of a law with dynamics.
 
     Returns:
         The model with its intervals and how the solver ended. Deterministic for the same data and arguments.
@@ -119,7 +121,7 @@ def fit_structure(
     reference = reference_of(data, structure.extras)
     shapes = shapes_told(data, structure, reference)
     memoryless = structure.dynamics == "none"
-    full = separable(data, structure, reference, shapes, slice(None))
+    full = separable(data, structure, reference, shapes, slice(None), without)
     if not shapes:
         return _outcome(data, structure, reference, full, _LINEAR, ordered, intervals)
 
@@ -143,7 +145,7 @@ def fit_structure(
         stretches = windows(data.rows, 2 * _ROUGH_ROWS, data.period)
         some = data.take(stretches)
     few, rough, middle = (
-        separable(some, structure, reference, shapes, thinned(some.rows, most))
+        separable(some, structure, reference, shapes, thinned(some.rows, most), without)
         for most in (SCAN_ROWS, _ROUGH_ROWS, _MIDDLE_ROWS)
     )
     # A step's threshold has no slope to follow between the levels of the command: only the scan finds it.
@@ -168,6 +170,7 @@ def refit_near(
     model: TorqueModel,
     kept: Mask | None = None,
     held: Collection[str] = (),
+    without: Collection[str] = (),
 ) -> FitOutcome[TorqueModel]:
     """The law of a model fitted to other rows from the model's own numbers on: the nearest minimum, without intervals.
 
@@ -179,6 +182,7 @@ def refit_near(
         model: the law, from whose numbers the search starts.
         kept: rows whose effort is known, shape (n,); None: all.
         held: nonlinear parameters that keep the model's numbers, by name.
+        without: names of gains that stay at zero.
     """
     structure = model.structure
     reference = model.reference
@@ -192,7 +196,7 @@ def refit_near(
         shapes.append(shape)
     rows = np.arange(data.rows) if kept is None else np.flatnonzero(kept)
     few_rows = rows[thinned(rows.size, _REFIT_ROWS)]
-    few = separable(data, structure, reference, tuple(shapes), few_rows)
+    few = separable(data, structure, reference, tuple(shapes), few_rows, without)
     data = data if kept is None else data.take(kept)
     nearest = _LINEAR
     if shapes:
@@ -301,6 +305,7 @@ def _outcome(
         if structure.dynamics != "none" and not structure.counts_from_the_start:
             some = data.take(windows(data.rows, _ROUGH_ROWS, data.period))
         few = separable(some, structure, reference, full.shapes, thinned(some.rows, SCAN_ROWS))
+        few = replace(few, pinned=full.pinned)
         optimum = Optimum(
             point=np.concatenate([minimum.point, projection.gains]),
             slopes=np.vstack([slopes.T, columns.T]).T,
@@ -314,4 +319,5 @@ def _outcome(
     still = moving & ~slopes.any(axis=0)
     idle = tuple(full.shapes[k].name for k in np.flatnonzero(still).tolist())
     outcome = described(structure, seen, full, minimum, projection, spread, ends)
-    return replace(outcome, unseen=unseen, idle=idle)
+    without = tuple(full.gains[place].name for place in full.pinned)
+    return replace(outcome, unseen=unseen, idle=idle, without=without)

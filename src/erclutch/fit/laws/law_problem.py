@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from erclutch.fit.laws.twin_gains import twin_gains
 from erclutch.fit.solver.levenberg_marquardt import Minimum
 from erclutch.fit.solver.variable_projection import (
     Projection,
@@ -33,8 +34,12 @@ def separable(
     reference: Reference,
     shapes: tuple[ShapeParameter, ...],
     rows: slice | NDArray[np.intp],
+    without: Collection[str] = (),
 ) -> Separable:
-    """The problem on some rows. The dynamics run over all rows of their spans: the fluid feels the whole command."""
+    """The problem on some rows. The dynamics run over all rows of their spans: the fluid feels the whole command.
+
+    Gains whose names are in ``without`` stay at zero, as one of two whose columns are the same.
+    """
     if not isinstance(rows, slice):
         data, rows = _spans_of(data, rows)
 
@@ -45,12 +50,15 @@ def separable(
         return structure.behind(effort, data.clock, q, rows)
 
     slow = any(stage.place == "effort" for stage in structure.stages)
+    gains = structure.gains()
+    zero = twin_gains(structure).union(without)
     return Separable(
         columns,
         data.effort[rows],
         shapes,
-        structure.gains(),
+        gains,
         behind if slow else None,
+        pinned={place: 0.0 for place, gain in enumerate(gains) if gain.name in zero},
     )
 
 

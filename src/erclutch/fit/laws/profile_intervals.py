@@ -295,7 +295,7 @@ class _Search:
         if j < k:
             pinned = _without(outer_problem(problem), j, value)
         else:
-            pinned = outer_problem(replace(problem, pinned={j - k: value}))
+            pinned = outer_problem(replace(problem, pinned={**problem.pinned, j - k: value}))
         # A hundredth of the limit and not of the cost, which is far above where a bound holds against a steep descent.
         tolerance = 1e-2 * float(self.limits[j] / (self.limits[j] + least))
         minimum = minimise(pinned, np.clip(start, pinned.lower, pinned.upper), tolerance=tolerance, max_iterations=15)

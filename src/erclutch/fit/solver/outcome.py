@@ -67,6 +67,7 @@ class FitOutcome(Shown, Generic[M]):
         train_rows: number of training rows.
         weights: number of weights of a network, whose parameters mean nothing one by one; 0 for a law.
         idle: names of parameters that move nothing, since all gains that they shape are zero.
+        without: names of the gains that were kept at zero, since a memory says what they say.
         notes: what the fit has to say, for people.
         unseen: errors on the training rows by fits without the logs of a row's motion, shape (n,); None: not known.
     """
@@ -84,6 +85,7 @@ class FitOutcome(Shown, Generic[M]):
     train_rows: int
     weights: int = 0
     idle: tuple[str, ...] = ()
+    without: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
     unseen: Array | None = field(default=None, compare=False)
 

@@ -111,4 +111,5 @@ STAGE = StageFamily(
     count=1,
     forms=("field",),
     ladder=("dahl/field", "dahl-2/field"),
+    behind=("dahl", "dahl-2"),
 )

@@ -122,4 +122,4 @@ def _lugre(_: int, forms: tuple[str, ...]) -> LuGre:
     )
 
 
-STAGE = StageFamily(_lugre, forms=("field",), ladder=("lugre/field",))
+STAGE = StageFamily(_lugre, forms=("field",), ladder=("lugre/field",), behind=("lugre",))

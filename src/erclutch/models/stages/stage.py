@@ -199,6 +199,8 @@ class StageFamily:
         forms: words that may follow after slashes.
         ladder: specifications that `fit.choice.ladder` tries on the best law by itself, from the simplest to the
             richest; a richer one takes the place of a simpler one of the family.
+        behind: the same with the field behind the memory and not ahead of it, one for each of `ladder`; none: they have
+            no such form.
         beside: the ladder tries it only where there is a stage of the family of this name; "": anywhere.
         edge: a parameter, a part of the field, that the ladder believes only above the noise of the field; "": none.
     """
@@ -207,6 +209,7 @@ class StageFamily:
     count: int | None = None
     forms: tuple[str, ...] = ()
     ladder: tuple[str, ...] = ()
+    behind: tuple[str, ...] = ()
     beside: str = ""
     edge: str = ""
 
