@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from erclutch.wings.rheology.field_series import series_of
-from erclutch.wings.rheology.flow_curve import FlowCurve, ranked, yield_stress_of
+from erclutch.wings.rheology.flow_curve import FlowCurve, _shows, ranked, yield_stress_of
 from erclutch.wings.rheology.flow_curve_file import read_flow_curves
 from tests.support.command import good, refused
 
@@ -173,3 +174,35 @@ def test_fields_across_a_pivoted_sheet_are_told(tmp_path: Path) -> None:
     curves = read_flow_curves(tmp_path / "curve.csv").curves
     assert [(curve.field, curve.field_unit) for curve in curves] == [(0.0, "T"), (0.2, "T"), (0.4, "T")]
     assert curves[2].stress == pytest.approx(3200.0 + rates, rel=1e-5)
+
+
+@pytest.mark.parametrize("names", [("ER_{}kVmm", "kV/mm"), ("coil {}A", "A"), ("MRF_{}mT_25C", "mT")])
+def test_a_file_for_each_field_is_one_series(tmp_path: Path, names: tuple[str, str]) -> None:
+    pattern, unit = names
+    files = [f"{pattern.format(f'{field:g}')}.csv" for field in FIELDS]
+    for name, field in zip(files, FIELDS, strict=True):
+        rows = "".join(f"{rate:.6g},{value:.6g}\n" for rate, value in zip(RATES, stress(field), strict=True))
+        (tmp_path / name).write_text(f"shear rate [1/s],shear stress [Pa]\n{rows}")
+    said = good("flowcurve", *files, "--laws", "bingham", cwd=tmp_path)
+    assert f"fields of the curves: by their names [{unit}]" in said
+    assert "Yield stress against field, by bingham for all curves" in said
+    growth = next(line for line in said.splitlines() if line.startswith("Yield stress ="))
+    assert f"field in {unit}" in growth
+    assert "n = 1.8" in growth
+    others = good("flowcurve", *files[:2], files[3], "--json", "--laws", "bingham", cwd=tmp_path)
+    assert [each["field"] for each in json.loads(others)] == [0.0, 1.0, 3.0]
+
+
+def test_files_whose_names_tell_no_field_are_no_series(tmp_path: Path) -> None:
+    for name in ("day1.csv", "day2.csv"):
+        rows = "".join(f"{rate:.6g},{value:.6g}\n" for rate, value in zip(RATES, stress(1.0), strict=True))
+        (tmp_path / name).write_text(f"shear rate [1/s],shear stress [Pa]\n{rows}")
+    assert "against field" not in good("flowcurve", "day1.csv", "day2.csv", "--laws", "bingham", cwd=tmp_path)
+
+
+def test_an_interval_over_many_decades_shows_no_yield_stress() -> None:
+    rates = np.logspace(-1.0, 3.0, 14)
+    fit, *_ = ranked(FlowCurve("c", rates, 5200.0 + 0.9 * rates), ["bingham"])
+    assert fit.yield_shown
+    wide = [replace(each, low=1e-12, high=1e18) if each.name == "T_y" else each for each in fit.estimates]
+    assert not _shows(replace(fit, estimates=tuple(wide)), (5000.0, 5400.0))

@@ -19,12 +19,12 @@ _UNIT_AFTER = re.compile(r"[A-Za-zµ°%][A-Za-zµ°%/]*")
 _NUMBER_WITH_LETTERS = re.compile(rf"{NUMBER}([A-Za-z]*)")
 _UNITS_OF_FIELD = ("A", "mA", "V", "kV", "T", "mT")
 #: What stands behind the number of a field in a name, and the unit that it means: no name of a file may hold a slash.
-FIELD_UNITS = {
+FIELD_UNITS: dict[str, str] = {
     **{unit: unit for unit in _UNITS_OF_FIELD},
-    **dict.fromkeys(("Amp", "Amps", "Ampere", "Amperes", "amp", "amps", "ampere"), "A"),
-    **dict.fromkeys(("Volt", "Volts", "volt", "volts"), "V"),
-    **dict.fromkeys(("kVmm", "kV_mm", "kV-mm", "kVpmm", "kVpermm", "kV_per_mm"), "kV/mm"),
-    **dict.fromkeys(("Vmm", "V_mm", "V-mm", "Vpmm", "Vpermm"), "V/mm"),
+    **{word: "A" for word in ("Amp", "Amps", "Ampere", "Amperes", "amp", "amps", "ampere")},
+    **{word: "V" for word in ("Volt", "Volts", "volt", "volts")},
+    **{word: "kV/mm" for word in ("kVmm", "kV_mm", "kV-mm", "kVpmm", "kVpermm", "kV_per_mm")},
+    **{word: "V/mm" for word in ("Vmm", "V_mm", "V-mm", "Vpmm", "Vpermm")},
 }
 #: A number of a field with its unit; a dash behind a letter or a digit parts words, and is no sign.
 FIELD_IN_A_NAME = re.compile(

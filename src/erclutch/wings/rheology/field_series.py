@@ -10,7 +10,7 @@ import numpy as np
 
 from erclutch.errors import UnitError
 from erclutch.logs.columns.labels import split_end
-from erclutch.logs.columns.name_pattern import NUMBER, number_of
+from erclutch.logs.columns.name_pattern import FIELD_UNITS, NUMBER, number_of
 from erclutch.logs.table import Table
 from erclutch.signals import units
 from erclutch.signals.array import Array
@@ -23,7 +23,7 @@ _NO_FIELD = re.compile(r"leak|leck|fuite|fuga|density.*\ba\b|sensor|offset|漏",
 #: A name whose end is a unit for sure: an A behind another word may be a sample's.
 _SAYS_A_FIELD = re.compile(r"(?:current|voltage|field|strom|spannung|flux|e_?field|[IUBHE])(?:_|$)", re.IGNORECASE)
 _IN_A_LABEL = re.compile(
-    rf"(?<![A-Za-z\d.])({NUMBER}) ?([kM]?V/mm|kV/cm|[kM]?V/m|k?A/m|m?T|mA|A|kV|V|kOe|Oe|G)(?![A-Za-z0-9/])"
+    rf"(?<![A-Za-z\d.])({NUMBER}) ?([kM]?V/mm|kV/cm|[kM]?V/m|k?A/m|kOe|Oe|G|{'|'.join(FIELD_UNITS)})(?![A-Za-z0-9/])"
 )
 _FAINT = 0.01  # of the strongest field: what stays below is no field
 _FEWEST_FIELDS = 3  # above 0, that tell an exponent
@@ -147,7 +147,7 @@ def _by_labels(labels: Sequence[str]) -> list[Level]:
         if len(numbers) != 1:
             return []
         ((number, unit),) = numbers
-        told.append(Level(number_of(number), unit, is_set=True))
+        told.append(Level(number_of(number), FIELD_UNITS.get(unit) or unit, is_set=True))
     return told
 
 

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 
 FEWEST_POINTS = 4  # of a curve
 _STRETCHES = 5  # of rates, each held out once
+_OPEN = 100.0  # times the lower end of an interval: beyond it, it tells no yield stress
 _NO_DIFFERENCE = 1e-12  # of two mean squares of ln(stress): below the rounding of a fit
 NEAR = 1.5  # of the best error: a law beyond that is no match for the best
 
@@ -261,12 +262,14 @@ def yield_stress_of(fit: FlowFit) -> Estimate:
 
 
 def _shows(fit: FlowFit, plateau: tuple[float, float] | None) -> bool | None:
-    """Whether the interval of a fit's yield stress meets the plateau of the curve."""
+    """Whether the interval of a fit's yield stress meets the plateau of the curve, and is no open one."""
     if plateau is None:
         return None
     stress = yield_stress_of(fit)
     # At a bound there is no interval: the value alone is compared.
     low = stress.value if np.isnan(stress.low) else stress.low
     high = stress.value if np.isnan(stress.high) else stress.high
+    if not high <= _OPEN * low:  # it meets any plateau
+        return False
     lowest_shown, highest_shown = plateau
     return low <= highest_shown and high >= lowest_shown

@@ -81,6 +81,8 @@ def flowcurve(
         )
         notes += [f"{path.name}: {note}" for note in file.notes]
         curves += [(path.name, curve) for curve in file.curves]
+    curves, of_files = _with_fields_of_files(curves)
+    notes += of_files
     fitted: list[tuple[str, FlowCurve, list[FlowFit]]] = []
     with terminal.progress("fitting flow curves") as bar:
         for done, (name, curve) in enumerate(curves, start=1):
@@ -89,10 +91,13 @@ def flowcurve(
 
     drawn: list[Path] = []
     every_series: list[tuple[str, FieldSeries]] = []  # with the name of the file
+    of_all = series_of([(curve, fits) for _, curve, fits in fitted]) if of_files else None
+    if of_all is not None:
+        every_series.append(("", of_all))
     for path in files:
         of_file = [(curve, fits) for name, curve, fits in fitted if name == path.name]
         series = series_of(of_file)
-        if series is not None:
+        if series is not None and of_all is None:
             every_series.append((path.name, series))
         if figure is not None:
             chosen_laws = [(curve, fits[0]) for curve, fits in of_file]
@@ -111,6 +116,17 @@ def flowcurve(
     if parameters:
         for name, curve, (chosen, *_) in fitted:
             terminal.tell(terminal.estimates(f"{name}, {curve.label}: {chosen.law}", chosen.estimates))
+
+
+def _with_fields_of_files(curves: list[tuple[str, FlowCurve]]) -> tuple[list[tuple[str, FlowCurve]], list[str]]:
+    """The curves of several files with one curve each, with the fields that the files' names hold, and a note on it."""
+    from erclutch.wings.rheology.field_series import with_fields
+
+    names = [name for name, _ in curves]
+    if len({*names}) < len(names) or len(names) < 2 or any(curve.field_unit for _, curve in curves):
+        return curves, []
+    with_field, notes = with_fields([curve for _, curve in curves], [{} for _ in curves])
+    return [*zip(names, with_field, strict=True)], notes
 
 
 def _as_json(name: str, curve: FlowCurve, fits: Sequence[FlowFit]) -> dict[str, Any]:
