@@ -57,6 +57,17 @@ def test_stamps_without_a_unit_are_in_the_one_in_which_a_speed_is_the_rate_of_it
     assert any(doubt.startswith("time is column timestamp in s, though") for doubt in alone.doubts)
 
 
+@pytest.mark.parametrize(("step", "times"), [(20.0, 1e-3), (2e4, 1e-3), (20.0, 1e3)])
+def test_metres_beside_millimetres_tell_no_unit_of_the_stamps(step: float, times: float) -> None:
+    # Stamps in ms or us, mm beside m/s or m beside mm/s: a thousand times apart, they look like another unit.
+    log = {"timestamp": step * ROWS, "position": MOVED, "velocity": times * SPEED, "force": RUBS}
+    assert any("timestamp in s, though" in doubt for doubt in _plan(log).doubts)
+    units = {"position": "mm", "velocity": "m/s"} if times < 1.0 else {"position": "m", "velocity": "mm/s"}
+    clock = _plan(log, units).clock
+    assert clock is not None
+    assert clock.unit == ("ms" if step == 20.0 else "us")
+
+
 def test_two_speeds_that_tell_two_units_of_the_stamps_tell_none() -> None:
     log = {"timestamp": 20.0 * ROWS, "torque": RUBS}
     log |= {"position_1": MOVED, "velocity_1": SPEED, "position_2": MOVED, "velocity_2": 1e3 * SPEED}

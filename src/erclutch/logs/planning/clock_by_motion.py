@@ -25,6 +25,9 @@ _MANY = 12  # pairs of a speed and a position: more are not looked at
 #: Rates that loggers are set to, but for powers of ten; numbers without units tell no other.
 _ROUND = (1.0, 1.25, 2.0, 2.5, 4.0, 5.0, 6.0, 8.0, 10.0)
 _NEAR = 0.02
+# Numbers without units may be m/s beside mm, a thousand times apart: such a step or rate is no logger's.
+_USUAL_STEPS = (2e-4, 0.2)  # s a row
+_USUAL_RATES = (5.0, 2e4)  # Hz
 _JOINT = re.compile(r"\D*(\d+)\D*")
 
 
@@ -37,17 +40,23 @@ def unit_by_motion(seen: SeenColumns, stamps: Array) -> str | None:
         seen: the columns of the log.
         stamps: as logged, shape (n,).
     """
+    step = float(np.median(np.diff(stamps)))
     told: Counter[str] = Counter()
     for speed, position in _pairs(seen):
         ratio = over_rate(speed.values, position.values, stamps)
         if ratio is None:
             continue
-        fitting = [unit for unit, times in _RATIOS.items() if abs(ratio / times - 1.0) < _CLOSE]
-        told[fitting[0] if fitting else _NONE] += 1
-    units = {*told} - {_NONE}
-    if len(units) != 1:
+        times = _in_one_kind(speed, position)
+        told_by_pair = _NONE
+        for unit, larger in _RATIOS.items():
+            is_usual = times is not None or (unit != "s" and _lies_in(step / larger, _USUAL_STEPS))
+            if is_usual and abs(ratio * (times or 1.0) / larger - 1.0) < _CLOSE:
+                told_by_pair = unit
+        told[told_by_pair] += 1
+    several = {*told} - {_NONE}
+    if len(several) != 1:
         return None
-    unit = units.pop()
+    unit = several.pop()
     return unit if told[unit] > told[_NONE] else None
 
 
@@ -63,23 +72,21 @@ def rate_by_motion(seen: SeenColumns) -> float | None:
         ratio = over_rate(speed.values, position.values, rows)
         if ratio is None:
             continue
-        rate = _in_si(speed, position, ratio)
-        if rate is None:
-            others += 1
-        else:
+        times = _in_one_kind(speed, position)
+        rate = ratio * (times or 1.0)
+        is_told = rate > 0.0 and (times is not None or (_lies_in(rate, _USUAL_RATES) and _rounded(rate) is not None))
+        if is_told:
             rates.append(rate)
+        else:
+            others += 1
     if not rates or len(rates) <= others or max(rates) > (1.0 + _CLOSE) * min(rates):
         return None
     rate = float(np.median(rates))
     return _rounded(rate) or float(f"{rate:.3g}")
 
 
-def _in_si(speed: SeenColumn, position: SeenColumn, ratio: float) -> float | None:
-    """The rate that a pair tells, by its units or as a round one; None for none."""
-    if ratio <= 0.0:
-        return None
-    if not speed.written_unit or not position.written_unit:
-        return _rounded(ratio)
+def _in_one_kind(speed: SeenColumn, position: SeenColumn) -> float | None:
+    """By what the ratio of a speed and the rate of a position is multiplied, for their units; None without units."""
     for of_speed, of_position in (("rad/s", "rad"), ("m/s", "m")):
         speed_unit = speed.unit_for((of_speed,))
         position_unit = position.unit_for((of_position,))
@@ -88,8 +95,13 @@ def _in_si(speed: SeenColumn, position: SeenColumn, ratio: float) -> float | Non
         fast = units.fits(speed_unit, (of_speed,))
         far = units.fits(position_unit, (of_position,))
         if fast is not None and far is not None:
-            return ratio * fast[0] / far[0]
+            return fast[0] / far[0]
     return None
+
+
+def _lies_in(number: float, ends: tuple[float, float]) -> bool:
+    low, high = ends
+    return low <= number <= high
 
 
 def _rounded(rate: float) -> float | None:
