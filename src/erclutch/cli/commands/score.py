@@ -18,6 +18,7 @@ from erclutch.signals.percent import percent
 if TYPE_CHECKING:
     from rich.table import Table
 
+    from erclutch.fit.choice.scoring import BandedFigure
     from erclutch.logs.dataset import Dataset
     from erclutch.runs.new_rows import ModelScore
     from erclutch.runs.run_folder import Run
@@ -29,7 +30,7 @@ COMMAND = {
     "place": 7,
 }
 
-#: Times its error at home that a model errs on another log, for sure, before a remedy is told.
+#: Times its error at home that a model errs on another log, bands apart, before a remedy is told.
 _WORSE = 1.5
 
 
@@ -55,6 +56,7 @@ def score(
         json: Print as JSON instead of a table.
         reading: How to read the logs; by default as each run's own logs were read.
     """
+    from erclutch.fit.choice.scoring import BandedFigure
     from erclutch.logs.dataset import require_units
     from erclutch.logs.log_writer import PREDICTED
     from erclutch.runs.new_rows import models_of, opened, score_model, unlike_training
@@ -63,6 +65,7 @@ def score(
     recordings: list[Recording] = []
     data_of_runs: list[Dataset] = []
     warnings: list[str] = []
+    all_new = True  # whether no run was fitted to one of the logs
     for folder in run:
         # Each run reads the logs in its own way; units must be the same, or the errors could not be compared.
         kept, chosen = opened(folder, model)
@@ -73,15 +76,17 @@ def score(
                 problem = "its effort is predicted, not measured"
                 raise LogError(problem, where=recording.name, remedy="Give the measured log")
         if kept is not None:
-            warnings += _trained_on(kept, recordings)
+            trained_on = _trained_on(kept, recordings)
+            warnings += trained_on
+            all_new = all_new and not trained_on
         data = how.dataset(recordings)
         data_of_runs.append(data)
         require_units(data, data_of_runs[0], str(folder))
         warnings += unlike_training(kept, chosen, data)
         for name, each in models_of(kept, chosen, model):
-            recommended_at: float | None = None
+            recommended_at: BandedFigure | None = None
             if kept is not None and kept.recommends(name):
-                recommended_at = kept.entry(name)["test"]["rmse"][0]
+                recommended_at = BandedFigure(*kept.entry(name)["test"]["rmse"])
             scores.append(_Scored(folder, _title(kept, name), score_model(each, data, name), recommended_at))
     scores.sort(key=lambda each: each.score.figures.rmse.value)
     data = data_of_runs[0]
@@ -93,7 +98,7 @@ def score(
         return
     terminal.tell("\n".join(terminal.recording_lines(recordings)))
     terminal.tell(_table(scores, data, runs=len(run)))
-    terminal.tell(*_words_on(scores, data), style="dim")
+    terminal.tell(*_words_on(scores, data, all_new=all_new), style="dim")
     for each in scores:
         if each.score.by_log and (each.recommended_at is not None or len(scores) == 1):
             terminal.tell(_table_by_log(each, data))
@@ -112,13 +117,13 @@ class _Scored(NamedTuple):
         run: the folder.
         title: its id and name there.
         score: the figures.
-        recommended_at: RMSE on the rows held out there, of the model that the run recommends; None of others.
+        recommended_at: RMSE on the rows held out there, with its band, of a recommended model; None of others.
     """
 
     run: Path
     title: str
     score: ModelScore
-    recommended_at: float | None
+    recommended_at: BandedFigure | None
 
 
 def _as_json(each: _Scored) -> dict[str, Any]:
@@ -167,7 +172,7 @@ def _table(scores: Sequence[_Scored], data: Dataset, runs: int) -> Table:
     return terminal.narrowed(title, columns, less_needed, terminal.console().width)
 
 
-def _words_on(scores: Sequence[_Scored], data: Dataset) -> list[str]:
+def _words_on(scores: Sequence[_Scored], data: Dataset, *, all_new: bool) -> list[str]:
     """The recommended model of each run, here and where it was judged, and what the shares are of."""
     from erclutch.signals.units import amount
 
@@ -176,12 +181,14 @@ def _words_on(scores: Sequence[_Scored], data: Dataset) -> list[str]:
     for each in scores:
         if each.recommended_at is not None:
             here = amount(terminal.number(each.score.figures.rmse.value, zeros=True), unit)
-            there = amount(terminal.number(each.recommended_at), unit)
+            there = amount(terminal.number(each.recommended_at.value), unit)
             lines.append(
                 f"{each.title}, is recommended by {each.run.name}: it errs by {here} here, "
                 f"by {there} on the rows that its fit held out."
             )
-            if each.score.figures.rmse.low > _WORSE * each.recommended_at:
+            error = each.score.figures.rmse
+            at_home = each.recommended_at
+            if all_new and error.low > at_home.high and error.value > _WORSE * at_home.value:
                 command = f"erclutch recalibrate {shell_word(str(each.run))} LOG --out NEW"
                 lines.append(
                     "That is far more than there. Lines below say where it guesses; if the device itself has changed, "
