@@ -232,3 +232,22 @@ def test_accents_of_latin_words_are_not_cyrillic(tmp_path: Path, text: str) -> N
     (tmp_path / "log.csv").write_bytes("\n".join([text, *(row.replace(",", ";") for row in _ROWS)]).encode("latin-1"))
     assert "".join(read_table(tmp_path / "log.csv").columns).isascii() is False
     assert all(letter < "\u0400" for letter in "".join(read_table(tmp_path / "log.csv").columns))
+
+
+@pytest.mark.parametrize(
+    "comment",
+    ["# t [s], x [mm], F [N]", "# Columns: t [s]; x [mm]; F [N]", "% t (s)  x (mm)  F (N)", "// T [s]\tX [mm]\tF [N]"],
+)
+def test_a_comment_states_the_units_of_bare_names(tmp_path: Path, comment: str) -> None:
+    rows = "".join(f"{k / 100}\t{k % 7}\t{k % 5}\n" for k in range(60))
+    path = tmp_path / "log.txt"
+    path.write_text(f"{comment}\nt\tx\tF\n{rows}")
+    assert dict(read_table(path).units) == {"t": "s", "x": "mm", "F": "N"}
+
+
+@pytest.mark.parametrize("comment", ["# t [s], x [mm], G [N]", "# x [mm], F [N]", "# t [s], x [mm], F [N], v [m/s]"])
+def test_a_comment_on_other_columns_states_no_units(tmp_path: Path, comment: str) -> None:
+    rows = "".join(f"{k / 100}\t{k % 7}\t{k % 5}\n" for k in range(60))
+    path = tmp_path / "log.txt"
+    path.write_text(f"{comment}\nt\tx\tF\n{rows}")
+    assert not any(read_table(path).units.values())

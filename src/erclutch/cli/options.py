@@ -98,7 +98,8 @@ class LogOptions:
     skip: _Reading = None
     """Leave out so much at the start of each log, for example 2s."""
     name_pattern: _Reading = None
-    """Numbers in the file's name, for example '{amplitude}mm{frequency}Hz{field}A'; x counts as a decimal point."""
+    """Numbers in the name of the file, for example '{amplitude}mm{frequency}Hz{field}A', or of its folder too:
+    'I{field}/run{n}'; x counts as a decimal point."""
     map: Annotated[Path | None, Parameter(group=_READING)] = None
     """A mapping file (TOML) in place of the one beside the log."""
     variable: _Reading = None

@@ -19,6 +19,7 @@ from erclutch.logs.readers.header_lines import (
     with_legend,
     with_lines_above,
 )
+from erclutch.logs.readers.stated_units import units_of_a_comment
 
 SAMPLE = 1 << 18  # characters looked at: holds any header block seen so far, costs a few milliseconds
 # Lines at the end of the sample, where data is purest; few, for short tables under long prose.
@@ -280,6 +281,8 @@ def _with_header(
     before_header = above[: len(above) - header.lines]
     metadata = header_pairs(line.lstrip("#%/ ") for line in before_header)
     metadata = {**metadata, **header_pairs(header.pairs)}
+    if not any(own_units):
+        metadata |= units_of_a_comment((line.lstrip("#%/ ") for line in before_header), names)
     names, own_units, by_legend = with_legend(names, own_units, metadata)
     prose = [line for line in before_header if not is_comment(line) and not header_pairs([line])]
     if prose:

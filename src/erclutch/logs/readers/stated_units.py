@@ -3,13 +3,28 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 
 from erclutch.logs.table import Table
 
 _KEY = re.compile(r"(?P<quantity>.*\w)[\s_]*\b(?:units?|einheit|unit[eé]s?|unidad(?:es)?)", re.IGNORECASE)
+_LABEL = re.compile(r"([^\[\](),;|\t]*[^\[\](),;|\t\s])\s*[\[(]([^\[\]()]+)[\])][,;|\t ]*")
 _WORD = re.compile(r"[^\W_]+")
+
+
+def units_of_a_comment(lines: Iterable[str], names: Sequence[str]) -> dict[str, str]:
+    """Units that a line such as ``# t [s], x [mm], F [N]`` states of all columns, as pairs for `with_stated_units`.
+
+    A line that names other columns than the table has, or not all of them, speaks for something else.
+    """
+    wanted = {name.lower() for name in names}
+    for line in lines:
+        _, _, labels = line.rpartition(":")  # Columns: t [s], ...
+        stated = {name.strip().lower(): unit.strip() for name, unit in _LABEL.findall(labels)}
+        if stated.keys() == wanted and not _LABEL.sub("", labels).strip(" ,;|\t"):
+            return {f"{name} unit": stated[name.lower()] for name in names}
+    return {}
 
 
 def with_stated_units(table: Table, pairs: Mapping[str, str]) -> Table:
