@@ -117,7 +117,7 @@ class SeenColumn:
 
     def fits(self, si_units: tuple[str, ...]) -> bool | None:
         """Whether the column's unit is one for some SI units; None where it has no unit."""
-        return _fits(self.name, self.unit, si_units)
+        return unit_fits(self.name, self.unit, si_units)
 
     @property
     def side(self) -> str:
@@ -281,11 +281,12 @@ def _is_finer(column: SeenColumn, dates: Array) -> bool:
 
 
 @lru_cache(maxsize=4096)
-def _fits(
+def unit_fits(
     name: str,
     unit: str | None,
     si_units: tuple[str, ...],
 ) -> bool | None:
+    """Whether the unit of a column, or the unit that ends its name, is one for some SI units; None without a unit."""
     known = own_unit(name, unit, si_units)
     if not known:
         return False if split_end(name)[1] else None

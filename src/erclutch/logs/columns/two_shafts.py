@@ -13,14 +13,13 @@ from itertools import product
 import numpy as np
 
 from erclutch.errors import MappingError
-from erclutch.logs.columns.labels import own_unit, split_label
+from erclutch.logs.columns.labels import split_label
 from erclutch.logs.columns.names import NAMES, NEED_UNIT, plain, spoken_name, words_of
-from erclutch.logs.columns.seen_columns import SeenColumns
+from erclutch.logs.columns.seen_columns import SeenColumns, unit_fits
 from erclutch.logs.columns.shapes import FEW, takes_both_signs
 from erclutch.logs.columns.two_courses import go_straight
 from erclutch.logs.mapping import ColumnMap
 from erclutch.logs.table import MINUS, Table
-from erclutch.signals import units
 from erclutch.signals.array import Array
 
 #: Words of the shaft that drives a clutch, and of the shaft that is driven.
@@ -148,10 +147,10 @@ def _ends_of_clutch(table: Table, signal: str) -> tuple[str, str] | None:
             continue
         said = spoken_name(name)
         unit = table.units.get(name)
-        is_motion = signal in said.may_be | said.within or _fits(name, unit, si_units)
+        is_motion = signal in said.may_be | said.within or bool(unit_fits(name, unit, si_units))
         for place, shafts in enumerate((driving, driven)):
             besides = _without_shaft(said.stem, place)
-            is_bare = said.plain_stem in _SHAFTS[place] and _fits(name, unit, si_units)
+            is_bare = said.plain_stem in _SHAFTS[place] and bool(unit_fits(name, unit, si_units))
             if is_bare or (besides and (is_motion or besides in short_names)):
                 shafts.setdefault((besides, unit), []).append(name)
         bare = said.bare_stem
@@ -162,7 +161,7 @@ def _ends_of_clutch(table: Table, signal: str) -> tuple[str, str] | None:
         is_share = (unit or said.end) == "%"  # by which the shafts differ
         if form and (form not in NEED_UNIT or unit or said.end) and not is_share:
             called_so.add(name)
-        is_effort = "effort" in said.may_be or _fits(name, unit, ("N*m", "N"))
+        is_effort = "effort" in said.may_be or bool(unit_fits(name, unit, ("N*m", "N")))
         if is_effort and not said.is_time:
             efforts += 1
 
@@ -179,12 +178,6 @@ def _ends_of_clutch(table: Table, signal: str) -> tuple[str, str] | None:
     ends = pairs[0]
     slip_is_logged = bool(called_so.difference(ends))  # then it needs no difference
     return None if slip_is_logged else ends
-
-
-def _fits(name: str, unit: str | None, si_units: tuple[str, ...]) -> bool:
-    """Whether the unit of a column is one for some SI units."""
-    known = own_unit(name, unit, si_units) or ""
-    return bool(known) and units.is_unit(known) and units.fits(known, si_units) is not None
 
 
 def _without_shaft(name: str, place: int) -> str:
