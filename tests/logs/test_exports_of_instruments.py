@@ -20,6 +20,8 @@ from erclutch.logs.columns.names import spoken_name
 from erclutch.logs.readers.waveform_lines import with_steps_above
 from erclutch.signals.array import Array
 
+pytestmark = pytest.mark.usefixtures("read_here")  # no child process for each file
+
 TIME: Array = 0.002 * np.arange(300, dtype=np.float64)
 SPEED = 14.0 * np.cos(17.0 * TIME)  # rad/s
 CURRENT = np.where(TIME % 0.2 < 0.1, 0.2, 1.0)

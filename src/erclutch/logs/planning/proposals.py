@@ -286,7 +286,8 @@ def _position_instead(seen: SeenColumns, taken: Sequence[str], slips: Sequence[s
         moving: list[str] = []
         for name in positions:
             returns = not seen.columns[name].shape.rises and not _is_switched(seen.columns[name])
-            if returns and plain(name) != "y":  # an output, of anything
+            is_of_a_drive = not _NOT_FIRST.isdisjoint(seen.columns[name].spoken.stem_words)
+            if returns and not is_of_a_drive and plain(name) != "y":  # an output, of anything
                 moving.append(name)
         return moving[0] if len(moving) == 1 else ""
     numbers = {part for effort in efforts[:1] for part in _parts(effort) if part.isdecimal()}

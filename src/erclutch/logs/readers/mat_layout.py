@@ -25,6 +25,7 @@ from erclutch.logs.readers.found_recordings import (
     time_of,
 )
 from erclutch.logs.readers.mat_dspace import dspace, structs_of
+from erclutch.logs.readers.trials import trials_in
 from erclutch.logs.readers.vectors import matrix_of, of_vectors, vector
 
 _DEEPEST = 6  # structs inside of structs
@@ -56,7 +57,8 @@ def _chosen(tree: dict[str, Any], variable: str | None) -> Found:
     if _LAST_RESULT in tree and variable in (None, ALL):
         tree, notes = _without_last_result(tree)
     if variable not in tree:
-        tree = _with_signals(tree)
+        texts = [cast("list[str]", node) for node in tree.values() if _all_of(node, str)]
+        tree = trials_in(tree, texts) or _with_signals(tree)
     variables = _variables(tree, variable, asked)
     if variable == ALL:
         raise RecordingNames(_recordings_in(variables))

@@ -16,6 +16,7 @@ from erclutch.logs.log_reader import LogReader
 from erclutch.logs.readers import found_recordings, reader_in_child
 from erclutch.logs.readers.budget import budget_of, take_zip
 from erclutch.logs.readers.found_recordings import listed
+from erclutch.logs.readers.trials import trials_in
 from erclutch.logs.readers.vectors import of_vectors
 from erclutch.logs.table import Table
 
@@ -58,6 +59,14 @@ def find(path: str, variable: str | None) -> Table:
                 nodes |= {each: np.asarray(array[each]) for each in array.dtype.names}
             else:
                 nodes[name] = np.asarray(array)
+    texts = [
+        [str(text) for text in node.ravel()] for node in nodes.values() if node.dtype.kind == "U" and node.size > 1
+    ]
+    trials = trials_in(nodes, texts)
+    if trials:
+        found = {name: of_vectors(columns) for name, columns in trials.items()}
+        whole = {name: recording for name, recording in found.items() if recording is not None}
+        return found_recordings.chosen(whole, variable, "trial", "the file holds no trials")
     recording = of_vectors(nodes)
     left_out = [f"{listed(of_objects)}: {_OBJECTS}"] if of_objects else []
     left_out += [f"{listed(of_others)}: no array of NumPy"] if of_others else []
