@@ -9,7 +9,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 
-from erclutch.errors import LogError, MappingError, SettingError
+from erclutch.errors import LogError, MappingError, SettingError, UnloggedFieldError
 from erclutch.logs import any_size
 from erclutch.logs.any_size import read_rows
 from erclutch.logs.dataset import build_dataset
@@ -134,6 +134,20 @@ def test_what_logs_in_blocks_cannot_have(tmp_path: Path) -> None:
         read_rows([path, written(tmp_path / "b.parquet", other)], Reading(), memory=few)
     with pytest.raises(LogError, match="there is no such file"):
         read_rows([tmp_path / "none.csv"], Reading(), memory=few)
+
+
+def test_logs_in_blocks_that_differ_by_an_unlogged_field_are_asked_about(tmp_path: Path) -> None:
+    paths: list[Path] = []
+    for duty in (10, 50):
+        columns = log_columns(position=False)
+        del columns["field [V]"]
+        columns["effort [N*m]"] = duty * np.tanh(columns["slip [rad/s]"])
+        paths.append(written(tmp_path / f"PWM{duty}.parquet", columns))
+    few = memory_for(N)
+    with pytest.raises(UnloggedFieldError, match=r'5 times the effort of PWM10.* --name-pattern "PWM\{field\}"'):
+        read_rows(paths, Reading(), memory=few)
+    rows = read_rows(paths, Reading.from_options({"field": "none"}), memory=few)
+    assert rows.left_out > 0
 
 
 def test_too_little_memory_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from erclutch.errors import ErclutchError, LogError, MappingError, UnloggedFieldError, require
 from erclutch.logs import Batch, extent_of
 from erclutch.logs.batches import RowBlock, blocks_of, chained, neighbours, one_batch
-from erclutch.logs.dataset import Dataset, build_dataset, joined, refuse_twin, require_units
+from erclutch.logs.dataset import Dataset, build_dataset, joined, refuse_twin, refuse_unlogged_fields, require_units
 from erclutch.logs.field_between_logs import with_paths
 from erclutch.logs.reading import Reading
 from erclutch.logs.stretch_choice import STRETCH, Stretch, StretchChoice, cut
@@ -169,7 +169,10 @@ def read_rows(
             reader.read(path, None, how.batches(path, device))
         for number, recording in enumerate(whole.pop(path, ())):
             reader.read(path, number, [one_batch(recording)])
-    return reader.rows()
+    try:
+        return reader.rows()
+    except UnloggedFieldError as error:
+        raise with_paths(error, files) from error
 
 
 class _BlockReader:
@@ -247,6 +250,7 @@ class _BlockReader:
             numbers.append(number)
             parts.append(data)
             places.append(own)
+        refuse_unlogged_fields(parts)
         data = joined(parts)
         total = sum(log.rows for log in self._logs)
         note = (

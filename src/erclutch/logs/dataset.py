@@ -265,8 +265,7 @@ def build_dataset(
     for log, part in zip(logs, parts, strict=True):
         refuse_twin(log.name, log.digest, seen)
         require_units(part, parts[0], log.name)
-    courses = [CourseOfLog(part.sources[0], part.notes, part.elements[0].slip, part.effort) for part in parts]
-    require_one_field(courses)
+    refuse_unlogged_fields(parts)
     return joined(parts)
 
 
@@ -286,6 +285,11 @@ def refuse_twin(name: str, digest: str, seen: dict[str, str]) -> None:
     if digest and digest in seen:
         raise SettingError(f"the same file as {seen[digest]}", where=name, remedy="Give each log once")
     seen[digest] = name
+
+
+def refuse_unlogged_fields(logs: Sequence[Dataset]) -> None:
+    """UnloggedFieldError for logs without a field that differ as logs at several fields do."""
+    require_one_field([CourseOfLog(log.sources[0], log.notes, log.elements[0].slip, log.effort) for log in logs])
 
 
 def require_units(data: Dataset, first: Dataset, where: str) -> None:
