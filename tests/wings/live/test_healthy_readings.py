@@ -117,6 +117,13 @@ def test_torque_and_motion_are_not_compared_where_either_comes_late(changed: dic
     assert (free_drive(RIG.changed(changed))["load_inertia"] == 0.0) == slow
 
 
+def test_torque_and_motion_are_not_compared_where_the_meter_is_seldom_read() -> None:
+    """At 500 Hz three of 192 healthy sessions tripped where a clutch locked: its torque fell between two readings."""
+    assert free_output(RIG, period=2e-3)["load_inertia"] == 0.0
+    assert free_output(RIG, period=5e-4)["load_inertia"] > 0.0
+    assert free_drive(RIG, period=2e-3)["load_inertia"] > 0.0
+
+
 @pytest.mark.parametrize("bandwidth", [30.0, 60.0, 150.0, 400.0])
 def test_an_end_stop_turns_an_output_behind_any_filter(bandwidth: float) -> None:
     """Behind 30 Hz the filter went on outward for ten periods at 400 rad/s, and the encoder was blamed."""

@@ -40,6 +40,8 @@ _MATTERS = 0.35
 _BREAKS_AWAY = 1.3 * 1.06
 #: Hz: a slower meter shows a torque when the motion has long answered to it.
 _SLOWEST_METER = 200.0
+#: s: a loop that reads its meter more seldom does not see what the torque does meanwhile where a clutch locks.
+_LONGEST_PERIOD = 1.5e-3
 _NOT_COMPARED: dict[str, float] = {"load_inertia": 0.0, "load_friction": 0.0, "load_drag": 0.0, "load_band": 0.0}
 
 
@@ -62,9 +64,9 @@ def free_output(
     """What a loop has to know of an output on which nothing but dry friction acts beside the measured torque.
 
     Then torque and motion tell of each other. A hand, a spring or a weight on the output needs no sensor to be wrong.
-    Nor does a table that is loose on its screw, or a slow meter: there nothing is compared.
+    Nor does a table that is loose on its screw, a slow meter, or one that is seldom read: there nothing is compared.
     """
-    if rig.value("screw.backlash") > rig.value("sensors.table_step") or _is_slow(rig):
+    if rig.value("screw.backlash") > rig.value("sensors.table_step") or _is_slow(rig) or period > _LONGEST_PERIOD:
         return _NOT_COMPARED
     acceleration = acceleration_noise(derivative or USUAL_FILTER, period)
     return _free_load(rig, "screw", rig.value("screw.load_inertia"), alpha_count(rig), acceleration)
