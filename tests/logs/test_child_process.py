@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 import time
@@ -12,6 +13,7 @@ import numpy as np
 import pytest
 
 from erclutch.errors import LogError
+from erclutch.logs import read_table
 from erclutch.logs.readers import budget, child_process
 
 OWN = """
@@ -201,3 +203,37 @@ def test_a_small_file_has_little_memory(reader: str, tmp_path: Path, monkeypatch
     monkeypatch.setenv("ERCLUTCH_READER_MEMORY", "much")
     with pytest.raises(LogError, match=r"ERCLUTCH_READER_MEMORY: 'much' MiB"):
         child_process.run(reader, path, "limits")
+
+
+@pytest.mark.parametrize("ending", ["h5", "mat"])
+@pytest.mark.parametrize("damaged", [False, True], ids=["half of either", "damaged"])
+def test_a_file_that_is_written_while_it_is_read_is_a_line(
+    ending: str, damaged: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Written in place, half of the old torque and half of the new came back as one log."""
+    path = tmp_path / f"log.{ending}"
+    columns = {"time_s": 1e-3 * np.arange(50.0), "torque_Nm": np.linspace(0.0, 1.0, 50)}
+    if ending == "h5":
+        import h5py
+
+        with h5py.File(path, "w") as file:
+            for name, values in columns.items():
+                file[name] = values
+    else:
+        import scipy.io
+
+        scipy.io.savemat(path, columns)
+    assert len(read_table(path).columns) == 2
+    if damaged:
+        path.write_bytes(path.read_bytes()[: path.stat().st_size // 2])
+    child = child_process.run
+
+    def beside_a_writer(*given: Any, **named: Any) -> Any:
+        try:
+            return child(*given, **named)
+        finally:
+            os.utime(path, ns=(1, 1))  # as a write does
+
+    monkeypatch.setattr(child_process, "run", beside_a_writer)
+    with pytest.raises(LogError, match=r"the file was written while it was read"):
+        read_table(path)

@@ -24,6 +24,7 @@ from erclutch.logs.table import Table, WordColumn
 from erclutch.signals.array import Array
 
 _TEXTS = ("units", "numbers", "sample_period", "clock_name", "constants", "metadata", "notes", "first_row")
+_WRITTEN = "the file was written while it was read"
 _CHILD = "erclutch.logs.readers.reader_in_child"  # the module that a child runs
 
 
@@ -51,7 +52,17 @@ def in_child(
             problem = f"a file of this format is read by the package {library}, which is not installed"
             raise LogError(problem, remedy='Install it: pip install "erclutch[formats]"')
         path = source.path.resolve()
-        return child_process.run(_CHILD, path, reader, variable or "", memory=memory(path))
+        before = _state_of(path)
+        written = LogError(_WRITTEN, remedy="Wait until it is whole, or give a copy of it")
+        try:
+            found = child_process.run(_CHILD, path, reader, variable or "", memory=memory(path))
+        except LogError as error:
+            if _state_of(path) != before:
+                raise written from error
+            raise
+        if _state_of(path) != before:  # half of the old file and half of the new one is a log that nobody took
+            raise written
+        return found
 
     def read(source: LogSource) -> Table:
         return table_of_answer(source, answer(source, source.variable))
@@ -63,6 +74,15 @@ def in_child(
         return tables_of_answer(source, answer(source, EACH))
 
     return {"read": read, "recordings": recordings, "each": each}
+
+
+def _state_of(path: Path) -> tuple[int, int, int] | None:
+    """What changes when a file is written or replaced; None where there is none."""
+    try:
+        state = path.stat()
+    except OSError:
+        return None
+    return state.st_ino, state.st_size, state.st_mtime_ns
 
 
 def table_of_answer(source: LogSource, answer: child_process.Answer) -> Table:
