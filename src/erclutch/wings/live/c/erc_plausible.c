@@ -96,8 +96,7 @@ void erc_torque_expect(erc_core *core, uint32_t periods) {
         const bool guess = m->guessed > 0u; /* that tells no sensor what to show */
         m->low = guess || m->expected < m->low ? m->expected : m->low;
         m->high = guess || m->expected > m->high ? m->expected : m->high;
-        m->earlier[core->step % ERC_EARLIER] = m->expected;
-        m->moved = erc_torque_moved(m, core->estimate);
+        erc_torque_keep(m, (uint32_t)(core->step % ERC_EARLIER), core->estimate);
     }
 }
 

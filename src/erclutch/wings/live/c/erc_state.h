@@ -74,6 +74,7 @@ typedef struct {
     double expected;             /* the model's torque, as late as the measured one */
     double low, high;            /* its range since the reading changed */
     double earlier[ERC_EARLIER]; /* and what it was in the last periods, by the step */
+    double lowest, highest;      /* of these */
     double moved;                /* by how much it has moved in these */
     uint32_t still, since;       /* periods since the reading changed, and since the last believed one */
     uint32_t reason;             /* why the latest one was not believed */

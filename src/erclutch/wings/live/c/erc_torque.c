@@ -35,6 +35,11 @@ static double bounded(double x, double low, double high) {
     return x < low ? low : (x > high ? high : x);
 }
 
+/* The same on both sides of zero: a number within asks once. */
+static double no_larger(double x, double most) {
+    return fabs(x) <= most ? x : bounded(x, -most, most);
+}
+
 /* How far a torque may be off where the model gives so much. */
 static double likely(const erc_core *core, double modelled) {
     return bounded(MOST_OFF * core->config.torque_scale + TIMES * fabs(modelled), 0.0, MOST_TORQUE);
@@ -96,7 +101,7 @@ static double by_motion(erc_core *core) {
     erc_stages *s = &core->stages;
     const double rate = TWO_PI * config->observer_bandwidth, slow = s->fast;
     const double omega = core->theta.speed;
-    const double motor = bounded(core->asked_motor, -config->motor_limit, config->motor_limit);
+    const double motor = no_larger(core->asked_motor, config->motor_limit);
     const double passed = motor - config->drive_friction * tanh(omega);
     s->reaction += slow * (passed - s->reaction) - rate * config->drive_inertia * (omega - s->speed);
     s->speed = omega;
@@ -156,7 +161,7 @@ static void observe(erc_core *core) {
     }
     erc_share *learned = &s->learned[s->side < 0.0];
     const double omega = motion ? s->slow_speed : 0.0;
-    const double off = bounded(torque - learned->gain * s->modelled - learned->drag * omega, -MOST_TORQUE, MOST_TORQUE);
+    const double off = no_larger(torque - learned->gain * s->modelled - learned->drag * omega, MOST_TORQUE);
     const bool sane = fabs(off) <= likely(core, s->modelled) && fabs(omega) <= MOST_SPEED * SPEED_SCALE;
     if (config->gain_rate > 0.0 && s->settled >= SETTLED && sane) {
         const double kept = bounded(1.0 - config->gain_rate * core->dt, LEAST_KEPT, 1.0);
@@ -323,8 +328,8 @@ static void integrate(erc_core *core, double wanted, uint32_t events) {
         return;
     }
     const double most = likely(core, fabs(s->gave) + (isfinite(core->estimate) ? fabs(core->estimate) : 0.0));
-    const double error = bounded(wanted - (measured ? core->torque : core->estimate), -most, most);
-    const double next = bounded(s->integral + s->per_period * error, -MOST_TORQUE, MOST_TORQUE);
+    const double error = no_larger(wanted - (measured ? core->torque : core->estimate), most);
+    const double next = no_larger(s->integral + s->per_period * error, MOST_TORQUE);
     const bool free = !s->locked && (events & ERC_UNREACHABLE) == 0u;
     if (isfinite(error) && (free || error * s->integral < 0.0)) {
         s->integral = free || next * s->integral > 0.0 ? next : 0.0;
@@ -353,7 +358,7 @@ static double handed_over(erc_core *core, double field) {
  * and a sensor that is wrong within what a device may be has so much field and no more. */
 static double with_sensor(erc_core *core, double plain, double added) {
     erc_stages *s = &core->stages;
-    const double asks = isfinite(added) ? bounded(plain + added, -MOST_TORQUE, MOST_TORQUE) : plain;
+    const double asks = isfinite(added) ? no_larger(plain + added, MOST_TORQUE) : plain;
     if (core->config.observer != ERC_BY_SENSOR || !(fabs(plain) <= MOST_TORQUE)) {
         return asks;
     }
@@ -376,7 +381,7 @@ double erc_torque_field(erc_core *core, double wanted, double rate, uint32_t *ev
     const double plain = wanted + core->config.torque_lead * rate - zero;
     const double ask = with_sensor(core, plain, s->integral - s->rest);
     const double gain = s->learned[core->config.device != ERC_SINGLE && ask * s->way < 0.0].gain;
-    const double field = inverse(core, bounded(ask / gain + zero, -MOST_TORQUE, MOST_TORQUE), events);
+    const double field = inverse(core, no_larger(ask / gain + zero, MOST_TORQUE), events);
     integrate(core, wanted, *events);
     s->earlier[core->step % ERC_EARLIER][0] = s->rest;
     s->earlier[core->step % ERC_EARLIER][1] = s->integral;

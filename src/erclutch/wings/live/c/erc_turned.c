@@ -44,14 +44,44 @@ static uint32_t beyond(const double *squares, double limit) {
     return count;
 }
 
-double erc_torque_moved(const erc_meter *m, double now) {
-    double low = now, high = now;
+static double least_of(const double *values) {
+    double low = values[0];
     uint32_t i;
-    for (i = 0u; i < ERC_EARLIER; i++) {
-        low = m->earlier[i] < low ? m->earlier[i] : low;
-        high = m->earlier[i] > high ? m->earlier[i] : high;
+    for (i = 1u; i < ERC_EARLIER; i++) {
+        low = values[i] < low ? values[i] : low;
     }
-    return high - low;
+    return low;
+}
+
+static double most_of(const double *values) {
+    double high = values[0];
+    uint32_t i;
+    for (i = 1u; i < ERC_EARLIER; i++) {
+        high = values[i] > high ? values[i] : high;
+    }
+    return high;
+}
+
+void erc_torque_keep(erc_meter *m, uint32_t place, double now) {
+    const double expected = m->expected;
+    const double left = m->earlier[place];
+    m->earlier[place] = expected;
+    /* All are looked through only where the one that leaves was the end: seldom both. */
+    if (expected <= m->lowest) {
+        m->lowest = expected;
+    } else if (left <= m->lowest) {
+        m->lowest = least_of(m->earlier);
+    } else {
+        /* the lowest is another one, and stays */
+    }
+    if (expected >= m->highest) {
+        m->highest = expected;
+    } else if (left >= m->highest) {
+        m->highest = most_of(m->earlier);
+    } else {
+        /* the same */
+    }
+    m->moved = (now > m->highest ? now : m->highest) - (now < m->lowest ? now : m->lowest);
 }
 
 /* Learns the usual distance from a reading that leaves the last ones: so no fault makes itself usual in time. */

@@ -8,9 +8,9 @@
  * it says whether the torque has stepped without them. */
 bool erc_torque_changed(erc_core *core, double torque, double withstands, bool slips);
 
-/* By how much the model's torque has moved of late, now included: a rotor rings on its torque meter by no more. Of a step,
- * the meter may read more than the model's torque as late as the meter's shows yet. */
-double erc_torque_moved(const erc_meter *m, double now);
+/* Keeps the model's torque as late as the meter's in the place of this period, and by how much it has moved of late, now
+ * included: a rotor rings on its torque meter by no more. Of a step, the meter may read more than shows yet. */
+void erc_torque_keep(erc_meter *m, uint32_t place, double now);
 
 /* Whether the speeds are in time: behind a slow filter a clutch may have locked while it still seems to slip. */
 bool erc_speeds_in_time(const erc_core *core);

@@ -297,6 +297,8 @@ def _worded(step: ExportedStep, text: str) -> str:
     if suffix:
         text = _NUMBER.sub(rf"\1{suffix}", text)
     text = re.sub(r"\bdouble\b", f"{n}_real", text)
+    # Of steps only differences count: 32 bits tell them for 49 days, and 64 are dear on a small processor.
+    text = re.sub(r"\buint64_t step\b", "uint32_t step", text)
     text = re.sub(r"\berc_config\b", f"{n}_settings", text)
     text = re.sub(r"\berc_core\b", f"{n}_controller", text)
     events = "|".join(map(_macro, EVENT_BITS))
