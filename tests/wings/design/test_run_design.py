@@ -25,6 +25,7 @@ from erclutch.wings.design.information import Criterion, Knowledge, Region, Sens
 from erclutch.wings.design.limits import RigLimits
 from erclutch.wings.design.run_design import Expectation, LawOfRun, cells_of_run, designed_for, law_of_run
 from tests.support.command import good, refused
+from tests.support.warm_log import warm_run
 
 LIMITS = RigLimits(field=1800.0, speed=60.0, acceleration=1900.0)
 
@@ -244,3 +245,13 @@ def test_the_sequence_is_for_the_kind_of_device_that_the_run_is_of(tmp_path: Pat
     assert " rad" not in said
     header = next(line for line in (tmp_path / "next.csv").read_text().splitlines() if "slip" in line)
     assert "slip [m/s],position [m]" in header
+
+
+@pytest.mark.slow
+def test_a_law_without_further_inputs_is_asked_where_the_recommended_law_has_some(tmp_path: Path) -> None:
+    """A report printed the command, and the command ended in an error."""
+    folder = warm_run(tmp_path)
+    assert read_run(folder).recommended == "bingham+lag+softening"
+    assert law_of_run(folder, None).name == "bingham+lag"
+    with pytest.raises(SettingError, match="has further inputs, and a sequence sets fields and motions alone"):
+        law_of_run(folder, "bingham+lag+softening")

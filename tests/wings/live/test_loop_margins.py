@@ -17,6 +17,7 @@ from erclutch.errors import SettingError
 from erclutch.signals.speed import Derivative, live
 from erclutch.wings.live import loop_margins as lm
 from tests.support.examples import examples
+from tests.support.warm_log import warm_run
 
 PERIOD = 1e-3
 SPEED = live(Derivative("kalman"), PERIOD)
@@ -166,3 +167,21 @@ def test_what_tune_predicts_is_what_the_twin_does(tmp_path: Path, monkeypatch: p
     still, swings = (float(np.std(twin(0.05, k * motion.margins.gain)["alpha_dot"][3000:])) for k in (0.8, 1.5))
     assert still < 0.25  # rad/s: the encoder's last count
     assert swings > 2.0 * still
+
+
+@pytest.mark.slow
+def test_tune_takes_the_best_model_that_will_do_and_says_why(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder = warm_run(tmp_path)
+    monkeypatch.chdir(tmp_path)
+    _erclutch("tune", str(folder), "--bandwidth", "5", "--as", "svg")
+    said = " ".join(capsys.readouterr().out.split())
+    assert "which has further inputs, and the loop has fields and speeds; bingham+lag is its best that will do" in said
+    assert "(default rig, not yours)" in said
+    with pytest.raises(SettingError, match="Name a model without them with --model"):
+        _erclutch("tune", str(folder), "--model", "bingham+lag+softening", "--force")
+    unfit = ("--models", "bingham/constant", "--lag", "none", "--field", "none", "--out", "still")
+    _erclutch("fit", "log.csv", "--slip", "w", "--effort", "M", *unfit)
+    with pytest.raises(SettingError, match="was fitted without a field"):
+        _erclutch("tune", "still", "--model", "m1", "--force")

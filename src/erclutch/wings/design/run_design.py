@@ -62,11 +62,11 @@ class LawOfRun:
 
 
 def law_of_run(folder: Path, name: str | None) -> LawOfRun:
-    """The law of a run that is named, else the recommended model, else the run's best law.
+    """The law of a run that is named, else the recommended model, else the run's best law over field and slip.
 
     Raises:
         RunError: no run, or no such model.
-        SettingError: the run has no law, or the model that is named is none.
+        SettingError: the run has no such law, or the model that is named is none.
     """
     run = read_run(folder)
     names = [name] if name is not None else [run.recommended, *run.names]
@@ -75,15 +75,14 @@ def law_of_run(folder: Path, name: str | None) -> LawOfRun:
         what = "no model of the run is a law" if name is None else f"{name} is no law"
         problem = f"{what}: only a law has numbers with intervals"
         raise SettingError(problem, where=str(folder), remedy="Fit a law too, or name one")
-    chosen = laws[0]
-    model = cast(TorqueModel, run.model(chosen))  # what has no weights is a law
+    for chosen in laws:
+        model = cast(TorqueModel, run.model(chosen))  # what has no weights is a law
+        if not model.structure.extras:
+            break
+    else:
+        problem = f"{laws[0]} has further inputs, and a sequence sets fields and motions alone"
+        raise SettingError(problem, where=str(folder), remedy="Name a law without them with --model")
     kept = read_rows(run)
-    if model.structure.extras:
-        raise SettingError(
-            f"{chosen} has further inputs, and a run keeps none",
-            where=str(folder),
-            remedy="Name a law without them with --model",
-        )
     rows = kept.data.take(~kept.test)
     return LawOfRun(chosen, model, outcome_of(run, chosen).estimates, rows)
 

@@ -81,7 +81,8 @@ def tune(
 
     Args:
         run: Folder that erclutch fit --out wrote.
-        model: Which model; it must have a lag. Default: the recommended one, or the best with a lag.
+        model: Which model; it must have a lag. Default: the recommended one, or the best with a lag and without
+            further inputs.
         bandwidth: Bandwidth that motion control shall reach in Hz: computed torque, impedance, and equation 23.
         torque_bandwidth: Bandwidth that the observer of torque control shall reach in Hz.
         output_inertia: Inertia of the moved side in kg m². Default: from the run where its output moves, else from the
@@ -106,15 +107,17 @@ def tune(
     kept = read_run(run)
     chosen = _model(kept, model)
     path, slope = torque_path(chosen)
-    moved = _moved_side(kept, chosen, rig, output_inertia, output_friction)
+    rig_source = "default rig, not yours" if rig_file is None else "rig file"
+    moved = _moved_side(kept, chosen, rig, rig_source, output_inertia, output_friction)
     loops = tuned_loops(path, rig, bandwidth, torque_bandwidth)
     gains = settings_of(path, slope, moved, bandwidth, torque_bandwidth)
     if json:
         terminal.say_json(_as_json(chosen, path, moved, loops, gains))
     else:
         if model is None and chosen.name != kept.recommended:
+            problem, _ = _unfit(kept.model(kept.recommended))
             terminal.tell(
-                f"The run recommends {kept.recommended}, which has no lag; {chosen.name} is its best model with one"
+                f"The run recommends {kept.recommended}, which {problem}; {chosen.name} is its best that will do"
             )
         _show(chosen, path, moved, loops, gains)
     with placed(out / "control.toml") as partial:
@@ -139,27 +142,40 @@ def tune(
 
 
 def _model(run: Run, name: str | None) -> Model:
-    """A model with a lag: without a lag the margins would be those of the samples alone."""
-    lagging = [str(entry["name"]) for entry in run.body["ranking"] if entry["dynamics"]]
-    if name is None and not lagging:
-        problem = "no model of the run has a lag, so its margins cannot be told"
-        raise SettingError(problem, where=str(run.folder), remedy="Fit the log with --lag rise-fall")
-    if name is None:
-        name = run.recommended if run.recommended in lagging else lagging[0]
-    model = run.model(name)
-    if not model.times:
-        remedy = "Fit the log with --lag rise-fall"
-        if lagging:
-            remedy = f"Choose one of {', '.join(lagging)}"
-        raise SettingError(f"{model.name} has no lag", where=str(run.folder), remedy=remedy)
-    problem = ""
+    """The model that is named, else the recommended one, else the best that torque control can be tuned for.
+
+    Raises:
+        SettingError: what is named, or all of the run, has no lag, further inputs or another effort than a torque.
+    """
+    if name is not None:
+        model = run.model(name)
+        problem, remedy = _unfit(model)
+        if problem:
+            raise SettingError(f"{model.name} {problem}", where=str(run.folder), remedy=remedy)
+        return model
+
+    unfit: list[tuple[str, str]] = []
+    for each in dict.fromkeys((run.recommended, *run.names)):
+        model = run.model(each)
+        problem, remedy = _unfit(model)
+        if not problem:
+            return model
+        unfit.append((f"{model.name} {problem}", remedy))
+    problem, remedy = unfit[0]
+    raise SettingError(f"no model of the run will do: {problem}", where=str(run.folder), remedy=remedy)
+
+
+def _unfit(model: Model) -> tuple[str, str]:
+    """Why torque control cannot be tuned for a model, and the remedy; both "" where it can."""
+    if model.units.effort not in ("N*m", "?"):
+        return f"gives {model.units.effort}", "Tune a device that turns, whose effort is in N m"
+    if not model.trained_on.field[1] > 0.0:
+        return "was fitted without a field", "Tune a device whose field changes its torque"
     if model.extras:
-        problem = f"{model.name} has further inputs"
-    elif model.units.effort not in ("N*m", "?"):
-        problem = f"{model.name} gives {model.units.effort}"
-    if problem:
-        raise SettingError(problem, where=str(run.folder), remedy="Give a model of a torque in N m over field and slip")
-    return model
+        return "has further inputs, and the loop has fields and speeds", "Name a model without them with --model"
+    if not model.times:  # the margins would be those of the samples alone
+        return "has no lag", "Fit the log with --lag rise-fall"
+    return "", ""
 
 
 def torque_path(model: Model) -> tuple[TorquePath, float]:
@@ -197,9 +213,9 @@ def torque_path(model: Model) -> tuple[TorquePath, float]:
     shares: list[Array] = []  # of the way, by row
     for torque in (rise, fall):
         way = torque[-1] - torque[0]
+        if not abs(way) > 0.0:
+            raise CheckError(f"{model.name} gives no torque for a field", remedy="Choose another model of the run")
         shares.append((torque[1:] - torque[0]) / way)
-    if not np.isfinite(shares).all():
-        raise CheckError(f"{model.name} gives no torque for a field", remedy="Choose another model of the run")
     slower = min(shares, key=lambda share: float(share.sum()))
     # The pulse ends where the torque stays within 0.1 % of its end.
     off = np.flatnonzero(np.abs(1.0 - slower) > 1e-3)
@@ -218,14 +234,14 @@ def _moved_side(
     run: Run,
     model: Model,
     rig: RigParameters,
+    source: str,
     inertia: float | None,
     friction: float | None,
 ) -> MovedSide:
     """Inertia and friction of what is moved: as the options say, as the run shows, or as the rig file has them.
 
-    A pair moves its output, a single device its drive, which no log of a run shows.
+    A pair moves its output, a single device its drive, which no log of a run shows. ``source`` says whose rig it is.
     """
-    source = "rig file"
     if run.body["device"] == "single":
         known = rig.value("drive.inertia"), rig.value("drive.coulomb")
     else:
