@@ -119,11 +119,6 @@ class Rows(Protocol):
         """Further logged inputs by name."""
         ...
 
-    @property
-    def extra_units(self) -> Mapping[str, str]:
-        """The unit of each of them."""
-        ...
-
 
 class ModelStructure(Protocol):
     """What is fitted, without numbers."""
