@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from erclutch.logs import ColumnMap, Plan, Table, plan_of
+from erclutch.logs.columns.labels import split_end
 
 ROWS = np.arange(400)
 SECONDS = 0.02 * ROWS
@@ -133,3 +134,11 @@ def test_strain_and_stress_beside_a_force_are_no_field(strain: str, stress: str)
     columns = {"Zeit": SECONDS, "Traversenweg": ramp, "Last": np.tanh(ramp), strain: 0.02 * ramp, stress: np.tanh(ramp)}
     units = {"Zeit": "s", "Traversenweg": "mm", "Last": "kN", strain: "%", stress: "MPa"}
     assert _asked(_plan(columns, units)) == []
+
+
+@pytest.mark.parametrize(
+    ("name", "unit"),
+    [("Angle_Degrees", "deg"), ("ANGLE_RADIANS", "rad"), ("Travel_Millimeters", "mm"), ("Wheel_Rad", None)],
+)
+def test_a_unit_that_is_written_out_is_read_in_letters_of_any_size(name: str, unit: str | None) -> None:
+    assert split_end(name)[1] == unit

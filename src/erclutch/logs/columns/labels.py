@@ -191,6 +191,7 @@ def split_label(label: str) -> tuple[str, str | None]:
     return label, None
 
 
+_WORD = 5  # letters of a unit that is written out
 _POWERS = ("squared", "square", "cubic", "cubed", "sq", "sq.")
 
 
@@ -247,8 +248,9 @@ def split_end(name: str) -> tuple[str, str | None]:
 
 
 def _unit_of_end(end: str) -> str | None:
-    """The unit that an end of a name is, in small letters too."""
-    return _ENDS.get(end) or (_LOWER_ENDS.get(end) if end.islower() else None)
+    """The unit that an end of a name is, in small letters too; a word in letters of any size (``Angle_Degrees``)."""
+    is_word = len(end) >= _WORD and end.isalpha()
+    return _ENDS.get(end) or (_LOWER_ENDS.get(end.lower()) if is_word or end.islower() else None)
 
 
 def _is_index(stem: str, end: str) -> bool:
