@@ -6,10 +6,12 @@ in motion and field that change at random (`studies/quiet_block.py`), a log each
 with a network and a network alone are fitted to two logs. Parts of these rows choose a model by each rule, and all
 logs that nothing has seen judge it.
 
-    python studies/two_logs.py [--devices 12] [--first 900] [--rules blocks logs further both]
+    python studies/two_logs.py [--devices 12] [--first 902] [--rules blocks logs further both]
+    python studies/two_logs.py --utfsm FOLDER
 
-Rules: blocks in time, as before decision 0004 was amended; whole logs; whole logs that count the same, whose ties go to
-the least error (further); whole logs and blocks (both).
+With a folder, pairs of sines of the UTFSM damper at one current, a real recording. Rules: blocks in time, as before
+decision 0004 was amended; whole logs, as now; whole logs that count the same, whose ties go to the least error
+(further); whole logs and blocks (both).
 
 Printed for each rule: the error of the chosen model on the logs unseen over the least error of all.
 """
@@ -18,8 +20,10 @@ from __future__ import annotations
 
 import argparse
 import os
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
+from functools import partial
+from pathlib import Path
 from unittest import mock
 
 if __name__ == "__main__":
@@ -33,16 +37,22 @@ from erclutch.fit.choice import validation
 from erclutch.fit.choice.validation import LeftOut, chosen
 from erclutch.fit.fit_settings import Settings
 from erclutch.fit.solver.one_thread import one_thread
-from erclutch.logs.dataset import Dataset, joined
+from erclutch.logs import read
+from erclutch.logs.dataset import Dataset, build_dataset, joined
 from erclutch.logs.held_out import time_folds
 from erclutch.signals.array import Array, Mask, rms
 from erclutch.signals.clock import Clock, Span
 from erclutch.signals.device import Element, Units
+from studies.bands import UTFSM
 from studies.quiet_block import PERIOD, remembered, waves
 from studies.two_motions import device as with_sines
 
 #: Which two logs are fitted; all others judge.
 PAIRS = {True: ((1, 3), (0, 4), (2, 5)), False: ((0, 1), (1, 2), (0, 3))}
+#: Of the real recording: sines and currents as the names of its files write them, and what is fitted.
+SINES = ("2mm5Hz", "5mm3Hz", "10mm1Hz", "25mm0x1Hz", "25mm0x25Hz", "25mm0x5Hz")
+CURRENTS = ("0x25", "0x5", "1")
+REAL_PAIRS = ((0, 3), (1, 4), (2, 5))
 AT_ONE_FIELD = (
     "bingham/constant",
     "bingham/constant+dahl/field",
@@ -103,12 +113,23 @@ def parts_of(train: Dataset, rule: str) -> LeftOut:
     return LeftOut(rule, masks, further=rule == "further")
 
 
-def judged(seed: int, rules: list[str]) -> Iterator[dict[str, float]]:
-    """For each pair of logs the error of the model that each rule chooses, over the least."""
+def made_up(seed: int) -> tuple[Dataset, bool]:
+    """The logs of a device, and whether they are sines at one field."""
     sines = seed % 2 == 0
-    every = with_sines(seed, noise=0.03) if sines else at_random(seed)
+    return (with_sines(seed, noise=0.03) if sines else at_random(seed)), sines
+
+
+def real(folder: Path, current: str) -> tuple[Dataset, bool]:
+    """The six sines of the UTFSM damper at one current."""
+    return build_dataset([read(folder / f"{sine}{current}A.txt", UTFSM) for sine in SINES]), True
+
+
+def judged(
+    every: Dataset, sines: bool, pairs: tuple[tuple[int, int], ...], rules: list[str]
+) -> Iterator[dict[str, float]]:
+    """For each pair of logs the error of the model that each rule chooses, over the least."""
     settings = Settings(AT_ONE_FIELD if sines else AT_MANY_FIELDS, lag="none")
-    for pair in PAIRS[sines]:
+    for pair in pairs:
         held = np.ones(every.rows, np.bool_)
         filled = [rows for rows in every.source_rows if rows[1] > rows[0]]
         for number, (start, stop) in enumerate(filled):
@@ -133,16 +154,24 @@ def main() -> None:
     """Print the table."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--devices", type=int, default=12)
-    parser.add_argument("--first", type=int, default=900, help="seed of the first device")
+    parser.add_argument("--first", type=int, default=902, help="seed of the first device")
+    parser.add_argument("--utfsm", type=Path, help="folder with the logs of the UTFSM damper")
     parser.add_argument("--rules", nargs="+", default=["blocks", "logs", "further", "both"])
     parser.add_argument("--each", action="store_true", help="a line for each pair of logs too")
     asked = parser.parse_args()
     rows: list[dict[str, float]] = []
-    for seed in range(asked.first, asked.first + asked.devices):
-        for found in judged(seed, asked.rules):
+    devices: list[Callable[[], tuple[Dataset, bool]]] = []
+    if asked.utfsm is None:
+        devices += [partial(made_up, seed) for seed in range(asked.first, asked.first + asked.devices)]
+    else:
+        devices += [partial(real, asked.utfsm, current) for current in CURRENTS]
+    for number, make in enumerate(devices):
+        every, sines = make()
+        pairs = PAIRS[sines] if asked.utfsm is None else REAL_PAIRS
+        for found in judged(every, sines, pairs, asked.rules):
             rows.append(found)
             if asked.each:
-                print(seed, *(f"{rule} {ratio:.3f}" for rule, ratio in found.items()), flush=True)
+                print(number, *(f"{rule} {ratio:.3f}" for rule, ratio in found.items()), flush=True)
     for rule in asked.rules:
         own = np.array([row[rule] for row in rows])
         print(

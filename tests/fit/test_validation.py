@@ -104,6 +104,29 @@ def test_whole_fields_and_whole_motions_are_left_out_where_there_are_such() -> N
     assert parts_of_training(one.take(np.arange(600) < 100)) is None
 
 
+@pytest.mark.parametrize(
+    ("second", "rows", "words"),
+    [
+        ((0.4, 3.0, 0.6), 600, "whole logs"),  # another motion
+        ((3.0, 0.5, 0.6), 600, "4 blocks in time"),  # the same once more
+        ((0.4, 3.0, 1.0), 600, "4 blocks in time"),  # at another field: neither says what is at the other's
+        ((0.4, 3.0, 0.6), 120, "4 blocks in time"),  # too short to be fitted alone
+    ],
+)
+def test_each_of_two_logs_of_two_motions_is_left_out(second: tuple[float, float, float], rows: int, words: str) -> None:
+    """A further log is what the model will be asked for, not a further block of these."""
+    logs: list[Dataset] = []
+    for (amplitude, frequency, field), count in (((3.0, 0.5, 0.6), 600), (second, rows)):
+        slip = amplitude * np.sin(2.0 * np.pi * frequency * PERIOD * np.arange(count))
+        logs.append(made(np.full(count, field), slip, (0.3 + field) * remembered(slip, 0.05), f"log {len(logs)}"))
+    parts = parts_of_training(joined(logs))
+    assert parts is not None
+    assert parts.words == words
+    if words == "whole logs":
+        assert [np.flatnonzero(mask)[[0, -1]].tolist() for mask in parts.masks] == [[0, 599], [600, 1199]]
+        assert not parts.further
+
+
 @pytest.mark.parametrize("fields", [(0.0, 0.2, 0.4, 0.7, 1.0), (0.0, 0.5, 1.0), (0.2, 0.4, 0.7, 1.0)])
 def test_rows_without_a_field_are_a_part_of_their_own_that_chooses_no_model(fields: tuple[float, ...]) -> None:
     """No log can have less than no field, so a law that is wrong there for want of such rows says nothing."""

@@ -1,8 +1,8 @@
 """Training rows that a fit has not seen choose the model; rows held out are looked at when all is decided.
 
 What is left out of a fit is what the model will be asked for later: where logs have fields of their own, whole fields;
-where they differ in motion, whole motions; else whole logs, or blocks of one log in time. Only models that the
-training rows leave in question are fitted again.
+where they differ in motion, whole motions; else whole logs, as each of two logs of two motions, or blocks of one log in
+time. Only models that the training rows leave in question are fitted again.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from erclutch.fit.candidate import Fitted
 from erclutch.fit.choice.scoring import BandedFigure, Score, excess, recommend, score
 from erclutch.fit.choice.turned_down import what_speaks_against
 from erclutch.fit.choice.worth import loses, worth_their_freedom
-from erclutch.fit.log_groups import FEWEST_GROUPS, STEADY, groups_of
+from erclutch.fit.log_groups import FEWEST_GROUPS, STEADY, LogGroups, groups_of
 from erclutch.fit.solver.one_thread import one_thread
 from erclutch.fit.solver.outcome import AnyOutcome
 from erclutch.logs.dataset import Dataset
@@ -28,6 +28,7 @@ from erclutch.signals.array import Array, Mask, rms
 _BLOCKS = 4  # of one log in time
 _GROUPS = 4  # fields, motions or logs, at most
 _FEWEST_ROWS = 50  # of a block
+_LEFT = 0.2  # of the rows: that many are left at least where one of two logs is left out
 #: Models are in question whose error on the training rows is at most so many times the least of their kind.
 _NEAR = 1.4
 _MOST = 3  # of a kind
@@ -119,12 +120,23 @@ def parts_of_training(train: Dataset) -> LeftOut | None:
     if masks:
         return LeftOut(" and ".join(words), masks, further=True, fields=fields, lowest=lowest)
     count = len(logs.rows)
-    if count >= FEWEST_GROUPS:
+    if count >= FEWEST_GROUPS or _two_motions(train, logs):
         of_logs = _masks(train, logs.rows, range(count))
         return LeftOut("whole logs", list(of_logs), further=False)
     if train.rows < _BLOCKS * _FEWEST_ROWS:
         return None
     return LeftOut(f"{_BLOCKS} blocks in time", time_folds(train, _BLOCKS), further=False, in_time=count == 1)
+
+
+def _two_motions(train: Dataset, logs: LogGroups) -> bool:
+    """Whether there are two logs of two motions, neither too short to be fitted alone: a further log is asked for.
+
+    Two logs at a field each say nothing of each other's field, so blocks in time are left out there.
+    """
+    if len(logs.rows) != 2 or len(set(logs.motion)) < 2 or len(set(logs.field)) > 1:
+        return False
+    shorter = min(stop - start for start, stop in logs.rows)
+    return shorter >= max(_LEFT * train.rows, _BLOCKS * _FEWEST_ROWS)
 
 
 def _no_field(train: Dataset, start: int, stop: int) -> bool:
