@@ -313,6 +313,11 @@ DECAY = np.exp(-TIMES / 20.0)
         ),
         ("time,strain,stress\n" + rows(TIMES, np.minimum(1.0, TIMES / 3.0), 10.0 * DECAY), "a relaxation"),
         ("Zeit [s];Dehnung [%];Schubspannung [Pa]\n" + rows(TIMES, np.ones(60), DECAY, mark=";"), "a relaxation"),
+        (
+            "Step time [s],Oscillation displacement [rad],Oscillation torque [N.m],Storage modulus,Loss modulus\n"
+            + rows(TIMES, 1.0 + TIMES, 2.0 + TIMES, 9.0 + DECAY, 3.0 + DECAY),
+            "an oscillation of a rheometer",
+        ),
     ],
 )
 def test_a_creep_and_a_relaxation_are_said_to_be_for_no_command(tmp_path: Path, text: str, kind: str) -> None:

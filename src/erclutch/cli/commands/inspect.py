@@ -169,10 +169,16 @@ def _draw(
 
 
 def _held(look: LogLook, reading: LogOptions) -> str:
-    """What a creep or a relaxation is; "" for other logs, and where the user said how the log is read."""
-    from erclutch.logs.columns.rheometer_names import held_in_time
+    """What a creep, a relaxation or an oscillation is; "" for other logs, and where the user said how it is read."""
+    from erclutch.logs.columns.rheometer_names import held_in_time, of_oscillation, tells_a_flow_curve
 
-    return "" if reading.words() else held_in_time(look.raw.columns)
+    if reading.words():
+        return ""
+    columns = look.raw.columns
+    swings = of_oscillation(columns)
+    if swings and look.problem is None and not tells_a_flow_curve(columns):
+        return f"an oscillation of a rheometer ({', '.join(swings[:3])})"
+    return held_in_time(columns)
 
 
 def _tell(look: LogLook, mapping: Path | None) -> None:

@@ -10,7 +10,7 @@ from erclutch.errors import MappingError, UnitError, shell_word
 from erclutch.logs.columns.names import SENSES, words_of
 from erclutch.logs.columns.powers_of_ten import both_ways, power_beside
 from erclutch.logs.columns.quotients import rubbing_force
-from erclutch.logs.columns.rheometer_names import said_by_name
+from erclutch.logs.columns.rheometer_names import of_oscillation, said_by_name
 from erclutch.logs.columns.senses import DIRECTIONS
 from erclutch.logs.columns.shapes import FEW, LOOKED_AT, known_rows, takes_both_signs
 from erclutch.logs.planning.draft import Draft
@@ -135,7 +135,13 @@ def _resists_both_ways(speed: Array, effort: Array) -> bool:
     return bool(comes_to_rest and is_often)
 
 
-def doubt_a_shear_rate_beside_a_torque(draft: Draft) -> None:
+def doubt_what_a_rheometer_gives(draft: Draft) -> None:
+    """Doubt a shear rate beside a torque, and the sizes of an oscillation."""
+    _doubt_a_shear_rate_beside_a_torque(draft)
+    _doubt_an_oscillation(draft)
+
+
+def _doubt_a_shear_rate_beside_a_torque(draft: Draft) -> None:
     """Doubt a guessed slip that is a shear rate beside a torque or a force, which make no power together."""
     effort = draft.signals.get("effort")
     slip = draft.signals.get("slip")
@@ -146,6 +152,14 @@ def doubt_a_shear_rate_beside_a_torque(draft: Draft) -> None:
     if is_rate and effort.si in ("N*m", "N"):
         doubt = f"which is a shear rate, beside a torque or a force in {effort.si}"
         draft.doubt("slip", doubt)
+
+
+def _doubt_an_oscillation(draft: Draft) -> None:
+    """Doubt a guessed effort beside the moduli of an oscillation: a rheometer gives the sizes of its sines."""
+    effort = draft.signals.get("effort")
+    swings = of_oscillation(draft.seen.columns)
+    if effort is not None and effort.column and effort.reason.startswith("guessed") and len(swings) > 1:
+        draft.doubt("effort", f"which is of an oscillation of a rheometer, beside {', '.join(swings[:3])}")
 
 
 def doubt_a_torque_in_a_unit_of_force(draft: Draft) -> None:

@@ -27,10 +27,10 @@ from erclutch.logs.planning.doubts import (
     ask_about_powers_of_ten,
     ask_about_ranges_of_sensors,
     doubt_a_force_at_a_stated_arm,
-    doubt_a_shear_rate_beside_a_torque,
     doubt_a_speed_without_its_sense,
     doubt_a_torque_in_a_unit_of_force,
     doubt_effort_without_power,
+    doubt_what_a_rheometer_gives,
 )
 from erclutch.logs.planning.draft import Draft
 from erclutch.logs.planning.field_doubts import doubt_the_field
@@ -140,7 +140,7 @@ def plan_of(
         doubt_a_force_at_a_stated_arm(draft)
         doubt_effort_without_power(draft)
         doubt_a_torque_in_a_unit_of_force(draft)
-        doubt_a_shear_rate_beside_a_torque(draft)
+        doubt_what_a_rheometer_gives(draft)
         examples = proposals(draft) if draft.questions else []
 
     return Plan(
