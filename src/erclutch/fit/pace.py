@@ -43,8 +43,11 @@ def two_motions(train: Dataset) -> tuple[Finding, ...]:
     logs = sum(stop > start for start, stop in train.source_rows)
     if train.in_no_time or logs < 2 or len(set(groups_of(train).motion)) != 2:
         return ()
-    seen = "the training logs have two motions: of a third motion the prediction band holds less than it says"
-    return (Finding("note", "two motions", seen, "Log a third motion"),)
+    seen = (
+        f"by size and pace of the slip the {logs} training logs have two motions: of a third motion the prediction "
+        "band holds less than it says"
+    )
+    return (Finding("note", "two motions", seen, "Log a motion of another size and pace"),)
 
 
 def told(known: Dataset, data: Dataset) -> list[str]:
